@@ -1,4 +1,4 @@
-// Memory that begins where a cache line and the widest vector register do.
+// Memory aligned to cache lines and the widest vector registers.
 #pragma once
 
 #include <cstddef>
@@ -27,7 +27,7 @@ struct AlignedAllocator {
 template <class T>
 using AlignedVector = std::vector<T, AlignedAllocator<T>>;
 
-/// Leaves new values as the memory happens to be.
+/// Leaves new values uninitialised.
 template <class T>
 struct WorkAllocator : AlignedAllocator<T> {
   WorkAllocator() = default;
@@ -39,7 +39,8 @@ struct WorkAllocator : AlignedAllocator<T> {
   }
 };
 
-/// The same for work that is overwritten before it is read: setting megabytes to zero takes as long as using them.
+/// The same for work space that is overwritten before it is read: setting megabytes to zero takes as long as using
+/// them.
 template <class T>
 using WorkVector = std::vector<T, WorkAllocator<T>>;
 

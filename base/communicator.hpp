@@ -1,5 +1,5 @@
-// The processes that share one piece of work, and what they can tell each other. No library is named here: tools/mpi
-// makes a communicator of MPI's, tests one of threads. Whoever is given none (a null pointer) works alone.
+// Communication between the processes that share one task. This header names no library: tools/mpi implements it with
+// MPI, tests with threads. A null pointer means a single process.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,8 @@
 
 namespace decid {
 
-/// Ranks are counted from 0. Calls of one kind are made by all ranks in the same order, by one thread at a time; kinds
-/// do not mix, so that an exchange may be under way while others gather. Throws Error for more than 2 GB at once.
+/// Ranks count from 0. All ranks make the calls of one kind in the same order, from one thread at a time. Kinds are
+/// independent, so an exchange may run while others gather. Throws Error for more than 2 GB at once.
 class Communicator {
  public:
   virtual ~Communicator() = default;
@@ -20,25 +20,26 @@ class Communicator {
   virtual int size() const = 0;
   bool is_root() const { return rank() == 0; }
 
-  /// Rank 0's bytes, to all.
+  /// Sends rank 0's bytes to all.
   virtual void broadcast(std::span<std::byte> bytes) = 0;
-  /// Everyone's bytes in order of ranks. sizes: of each rank's; `own` is as long as this rank's, `all` as their sum.
+  /// Sends each rank's bytes to all, in order of ranks. sizes: per rank; `own` has this rank's size, `all` their sum.
   virtual void all_gather(std::span<const std::byte> own, std::span<const std::size_t> sizes,
                           std::span<std::byte> all) = 0;
 
-  /// Something under way; the memory that it reads and writes must stay.
+  /// A running transfer; the memory that it reads and writes must stay valid.
   class Transfer {
    public:
     virtual ~Transfer() = default;
-    /// Moves it on; true: it is done.
+    /// Advances the transfer; returns true when it is complete.
     virtual bool test() = 0;
     virtual void wait() = 0;
   };
-  /// out: the bytes for rank 0, for rank 1, ...; in: those from rank 0, from rank 1, ...; sizes in bytes.
+  /// Starts an exchange. out: the bytes for rank 0, for rank 1, ...; in: those from rank 0, from rank 1, ...; sizes in
+  /// bytes.
   virtual std::unique_ptr<Transfer> start_exchange(std::span<const std::byte> out,
                                                    std::span<const std::size_t> out_sizes, std::span<std::byte> in,
                                                    std::span<const std::size_t> in_sizes) = 0;
-  /// As all_gather().
+  /// Starts what all_gather() does.
   virtual std::unique_ptr<Transfer> start_all_gather(std::span<const std::byte> own, std::span<const std::size_t> sizes,
                                                      std::span<std::byte> all) = 0;
 
@@ -46,18 +47,18 @@ class Communicator {
     int from = 0;
     std::string bytes;
   };
-  /// From one rank to another; messages between two arrive in their order.
+  /// Sends from one rank to another; messages between two ranks arrive in order.
   virtual void send(int to, const std::string& bytes) = 0;
-  /// The next one from anybody; nothing if none has come.
+  /// Returns the next message from any rank; nothing if none has arrived.
   virtual std::optional<Message> poll() = 0;
 };
 
-/// Rank 0's text, at all.
+/// Returns rank 0's text at all ranks.
 std::string broadcast_text(Communicator& ranks, std::string text);
-/// Every rank's text, at all.
+/// Returns every rank's text at all ranks.
 std::vector<std::string> gather_texts(Communicator& ranks, const std::string& own);
 
-/// Items that a rank has of `count`, shared evenly and in order: [first, last).
+/// A rank's part of `count` items, partitioned evenly and in order: [first, last).
 struct RankRange {
   std::size_t first, last;
   std::size_t count() const { return last - first; }
@@ -67,8 +68,8 @@ inline RankRange range_of(std::size_t count, int rank, int ranks) {
   return {count * r / n, count * (r + 1) / n};
 }
 
-/// `values` has `width` values of type T for each of `count` items, of which each rank has filled its range_of();
-/// afterwards all have all.
+/// Completes `values`, `width` values of type T for each of `count` items, of which each rank has filled its
+/// range_of(). Afterwards all ranks have all values.
 template <class T>
 void gather_ranges(Communicator& ranks, std::size_t count, std::size_t width, std::vector<T>& values) {
   std::vector<std::size_t> sizes;

@@ -1,4 +1,4 @@
-// The one error type of the library: see error.hpp.
+// The library's error type: see error.hpp.
 #include "base/error.hpp"
 
 #include <utility>

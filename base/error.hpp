@@ -1,6 +1,5 @@
-// The one error type of the library: what went wrong, where, and what to do about it.
-// The library throws it and never prints, exits or aborts; the program turns it into one line and exit code 2, or 1
-// where a disk failed.
+// The library's error type: what is wrong, where, and how to fix it. The library throws it and never prints, exits or
+// aborts. The program turns it into one line and exit code 2, or 1 if a disk failed.
 #pragma once
 
 #include <stdexcept>
@@ -11,8 +10,8 @@ namespace decid {
 /// Thrown for every bad input, file or setting. `what()` reads "where: problem; remedy".
 class Error : public std::runtime_error {
  public:
-  /// `where` names the file, setting or function; `problem` says what is wrong with it, figures included;
-  /// `remedy` says what to do.
+  /// `where` names the file, setting or function; `problem` describes the fault, with its value; `remedy` tells the
+  /// user how to fix it.
   Error(std::string where, std::string problem, std::string remedy);
 
   const std::string& where() const noexcept { return where_; }
@@ -25,8 +24,8 @@ class Error : public std::runtime_error {
   std::string remedy_;
 };
 
-/// Thrown where the system does not write a file whose place was right: its disk is full, or it failed. No input is
-/// wrong.
+/// Thrown if the system cannot write a file although its path is valid: its disk is full or failed. The input is
+/// correct.
 class WriteError : public Error {
  public:
   using Error::Error;

@@ -22,7 +22,7 @@ bool runs_here(Isa isa) {
 #if defined(__x86_64__)
     case Isa::baseline:
       return true;
-    // __builtin_cpu_supports also asks whether the operating system saves the wide registers (XGETBV).
+    // __builtin_cpu_supports also checks that the operating system saves the wide registers (XGETBV).
     case Isa::avx2:
       return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
     case Isa::avx512:
@@ -75,7 +75,7 @@ bool halves_512_bits() noexcept {
     if (__get_cpuid(0, &eax, &ebx, &ecx, &edx) == 0 || ebx != signature_AMD_ebx) return false;
     if (__get_cpuid(1, &eax, &ebx, &ecx, &edx) == 0) return false;
     const unsigned family = (eax >> 8 & 0xf) + (eax >> 20 & 0xff);
-    return family == 0x19 && runs_here(Isa::avx512);  // Zen 3 and Zen 4, of which Zen 4 has AVX-512
+    return family == 0x19 && runs_here(Isa::avx512);  // Zen 3 and Zen 4, of which only Zen 4 has AVX-512
   }();
   return halves;
 #else

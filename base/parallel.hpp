@@ -1,4 +1,4 @@
-// Work shared among threads, whose number does not change the result: each index is computed on its own, and nothing
+// Parallel loops whose results do not depend on the number of threads: each index is computed separately, and nothing
 // is reduced here.
 #pragma once
 
@@ -9,12 +9,12 @@
 
 namespace decid {
 
-/// How many threads parallel_for has: OMP_NUM_THREADS, or what omp_set_num_threads set.
+/// Returns the number of threads of parallel_for: OMP_NUM_THREADS, or the value of omp_set_num_threads.
 inline int thread_count() {
   return omp_get_max_threads();
 }
 
-/// Calls body(i) for i in [0, count) on OpenMP's threads. The first exception is thrown again in the caller.
+/// Calls body(i) for i in [0, count) on OpenMP's threads. Rethrows the first exception in the caller.
 template <class Body>
 void parallel_for(int count, const Body& body) {
   std::exception_ptr failure;

@@ -1,4 +1,4 @@
-// Objects of threads' own: see per_thread.hpp. A page (WebAssembly) has one thread, whose objects stay to its end.
+// Objects per thread: see per_thread.hpp. A page (WebAssembly) has one thread, whose objects stay to its end.
 #include "base/per_thread.hpp"
 
 #include <new>

@@ -1,12 +1,12 @@
-// An object of each thread's own. A thread_local with a destructor would do, but glibc registers destructors with
-// memory that it must get: where there is none it ends the process, and with it whoever uses the library.
+// An object per thread. glibc allocates memory to register the destructor of a thread_local, and ends the process if
+// there is none, together with the library's user. This header avoids that.
 #pragma once
 
 #include <memory>
 
 namespace decid {
 
-/// What destroys objects as their threads end.
+/// Destroys objects when their threads end.
 class ThreadKey {
  public:
   /// Throws std::bad_alloc if the system has no key left.
@@ -15,16 +15,16 @@ class ThreadKey {
   ThreadKey(const ThreadKey&) = delete;
   ThreadKey& operator=(const ThreadKey&) = delete;
 
-  /// `object` is destroyed with the calling thread. Throws std::bad_alloc.
+  /// Makes `object` end with the calling thread. Throws std::bad_alloc.
   void put(void* object) const;
 
  private:
   unsigned key_ = 0;
 };
 
-/// The calling thread's T: made at the thread's first call, destroyed with the thread, the main thread's with the
-/// program. One for each T, so give it a type that its user alone knows. A call from what else the thread destroys at
-/// its end makes another, which goes as well. Throws std::bad_alloc.
+/// Returns the calling thread's T. It is made at the thread's first call and destroyed with the thread, the main
+/// thread's with the program. There is one for each T, so use a type that only the caller knows. A call during the
+/// thread's destruction makes another, which is destroyed too. Throws std::bad_alloc.
 template <class T>
 T& per_thread() {
   thread_local T* own = nullptr;

@@ -1,4 +1,4 @@
-// How messages name a setting: see setting.hpp.
+// Names of settings in messages: see setting.hpp.
 #include "base/setting.hpp"
 
 #include <atomic>

@@ -1,5 +1,4 @@
-// How messages name a setting. C, Python and Octave call one "fill_gaps"; a program calls it as its own options are
-// called.
+// Names of settings in messages. C, Python and Octave use "fill_gaps"; a program uses its own option's name.
 #pragma once
 
 #include <string>
@@ -7,7 +6,7 @@
 
 namespace decid {
 
-/// Returns the name of a setting for messages: the name itself, or the result of the function that name_settings() got.
+/// Returns the name of a setting for messages: the name itself, or the result of the function given to name_settings().
 std::string setting(std::string_view name);
 
 /// Makes later messages name settings by the result of `called`; nullptr: by their own names. A program with options

@@ -1,4 +1,4 @@
-// Text for people and files: see text.hpp.
+// Text for users and files: see text.hpp.
 #include "base/text.hpp"
 
 #include <charconv>
@@ -14,7 +14,7 @@ std::string one_line(std::string text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const auto byte = static_cast<unsigned char>(text[i]);
     if (byte < ' ' || byte == 0x7f) text[i] = '?';
-    // U+0080 to U+009F, which terminals obey too: C2 80 to C2 9F.
+    // U+0080 to U+009F, which terminals also interpret: C2 80 to C2 9F.
     if (byte == 0xC2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) < 0xA0) text.replace(i, 2, "?");
   }
   return text;
@@ -78,10 +78,10 @@ std::string duration_text(double seconds) {
 }
 
 std::string csv_cell(const std::string& text) {
-  // Spreadsheets compute what begins so; behind an apostrophe it is text.
+  // Spreadsheets treat text with these beginnings as formulas; an apostrophe prevents that.
   if (!text.empty() && std::string_view("=+-@\t\r").find(text.front()) != std::string_view::npos)
     return csv_cell("'" + text);
-  const bool blank_end = text.starts_with(' ') || text.ends_with(' ');  // which some readers drop
+  const bool blank_end = text.starts_with(' ') || text.ends_with(' ');  // some readers drop blanks at the ends
   if (text.find_first_of(",\"\r\n") == std::string::npos && !blank_end) return text;
   std::string quoted = "\"";
   for (const char c : text) {

@@ -1,4 +1,4 @@
-// Text for people and files: formatted, cleaned, tables of numbers.
+// Text for users and files: formatted, cleaned, tables of numbers.
 #pragma once
 
 #include <string>
@@ -7,29 +7,29 @@
 
 namespace decid {
 
-/// printf's formatting into a string.
+/// Formats into a string as printf does.
 [[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...);
 
-/// "1 trial", "2 trials".
+/// Returns "1 trial", "2 trials".
 std::string counted(long long count, const std::string& noun);
 
-/// Seconds for people, rounded up: "42 s", "3 min 20 s", "1 h 12 min".
+/// Formats seconds for users, rounded up: "42 s", "3 min 20 s", "1 h 12 min".
 std::string duration_text(double seconds);
 
-/// The system's words for a value of errno: "No space left on device".
+/// Returns the system's text for a value of errno: "No space left on device".
 std::string errno_text(int error);
 
-/// Control characters become question marks: one line, whatever a file's name holds.
+/// Replaces control characters by question marks, which keeps a file's name on one line.
 std::string one_line(std::string text);
 /// Returns the text with U+FFFD for each run of bytes that begins like a character of UTF-8 and is none, as JSON has
 /// it.
 std::string valid_utf8(std::string_view text);
 
-/// Text as a cell of a CSV file, quoted where its form needs it (RFC 4180); behind an apostrophe where a spreadsheet
-/// would take it for a formula.
+/// Returns text as a cell of a CSV file, quoted where needed (RFC 4180); with an apostrophe before text that a
+/// spreadsheet would read as a formula.
 std::string csv_cell(const std::string& text);
 
-/// A CSV file: a header and rows of numbers, `digits` significant ones.
+/// Returns a CSV file: a header and rows of numbers with `digits` significant digits.
 std::string csv(const std::vector<std::string>& header, const std::vector<std::vector<double>>& columns, int digits);
 
 }  // namespace decid

@@ -1,4 +1,4 @@
-// What people should know of a result: see warning.hpp.
+// Warnings about a result: see warning.hpp.
 #include "base/warning.hpp"
 
 #include <algorithm>

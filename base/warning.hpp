@@ -1,4 +1,4 @@
-// What people should know of a result: what was assumed, what looks odd, what makes it void.
+// Warnings about a result: assumptions, suspicious data, and reasons not to use it.
 #pragma once
 
 #include <string>
@@ -7,16 +7,16 @@
 
 namespace decid {
 
-/// info: what was assumed or done, as it should be; caution: the result may be off; invalid: it is not to be used
-/// unless somebody has looked into it.
+/// info: an assumption or a step, as intended; caution: the result may be wrong; invalid: the result must not be used
+/// without an examination.
 enum class Severity { info, caution, invalid };
-/// "info", "caution", "invalid".
+/// Returns "info", "caution", "invalid".
 const char* name(Severity severity);
 
 struct Warning {
   Severity severity;
   std::string code;  ///< for scripts, stable: docs/guide/warnings.md lists them
-  std::string text;  ///< for people, one sentence
+  std::string text;  ///< for users, one sentence
   bool operator==(const Warning&) const = default;
 };
 using Warnings = std::vector<Warning>;
@@ -31,13 +31,13 @@ inline void add_invalid(Warnings& warnings, std::string code, std::string text) 
   warnings.push_back({Severity::invalid, std::move(code), std::move(text)});
 }
 
-/// The first of the gravest; the end if there are none.
+/// Returns the first of the most severe warnings; the end if there are none.
 Warnings::const_iterator gravest(const Warnings& warnings);
 
-/// What warnings leave of a result: as the gravest of them says.
+/// The usability of a result, by its most severe warning.
 enum class Trust { usable, caution, not_usable };
 Trust trust_of(const Warnings& warnings);
-/// "usable", "caution", "not usable".
+/// Returns "usable", "caution", "not usable".
 const char* name(Trust trust);
 
 }  // namespace decid

@@ -1,4 +1,4 @@
-// Feeding: see feed.hpp.
+// The feed of a training: see feed.hpp.
 #include "dataset/feed.hpp"
 
 #include <omp.h>
@@ -17,10 +17,10 @@
 namespace decid::dataset {
 namespace {
 
-/// Two blocks of images are in memory.
+/// Memory holds two blocks of images.
 constexpr std::size_t max_block_bytes = std::size_t{32} << 20;
 
-/// The epoch's order of trials: Fisher and Yates, from (seed, epoch).
+/// Returns the epoch's order of trials: Fisher and Yates' shuffle, from (seed, epoch).
 std::vector<int> shuffled(int count, std::uint64_t seed, int epoch) {
   std::vector<int> order(static_cast<std::size_t>(count));
   std::iota(order.begin(), order.end(), 0);
@@ -47,7 +47,7 @@ struct Waiting {
   std::vector<float> images;
 };
 
-/// Collects trials from many threads. A thread takes a set that waits, or a new one, so there are at most as many as
+/// Collects trials from many threads. A thread takes a waiting set or a new one, so there are at most as many sets as
 /// threads.
 class Collector {
  public:
@@ -60,8 +60,8 @@ class Collector {
   void take(std::size_t place, const Sway& sway) {
     if (place >= inputs_.size() / values_)
       throw Error("images",
-                  "place " + std::to_string(place) + " in room for " + std::to_string(inputs_.size() / values_),
-                  "make room for all of them");
+                  "got place " + std::to_string(place) + ", and space for " + std::to_string(inputs_.size() / values_),
+                  "give space for all of them");
     if (together_ == 1) return encoding_.encode(sway, inputs_.subspan(place * values_, values_));
     std::unique_ptr<Waiting> waiting = pick();
     if (waiting->sways_rad.size() == waiting->places.size()) waiting->sways_rad.emplace_back();
@@ -149,7 +149,7 @@ Scaling measure_scaling(const TrialSource& source, const ImageMaker& images, int
 
 namespace {
 
-/// The batches of a block: as many as the source gives at once and memory allows.
+/// Returns the batches of a block: as many as the source's preferred request and the memory allow.
 int block_batches(const TrialSource& source, const ImageMaker& images, int batch, int processes) {
   const std::size_t image_bytes = static_cast<std::size_t>(images.shape().size()) * sizeof(float);
   const auto fitting = static_cast<int>(std::min<std::size_t>(max_block_bytes / image_bytes, 1 << 20));
@@ -160,8 +160,8 @@ int block_batches(const TrialSource& source, const ImageMaker& images, int batch
 }  // namespace
 
 EpochBatches::EpochBatches(int trials, int largest) {
-  if (trials < 1) throw Error("feed", "an epoch of " + std::to_string(trials) + " trials", "give 1 or more");
-  if (largest < 1) throw Error("feed", "batches of " + std::to_string(largest) + " trials", "ask for 1 or more");
+  if (trials < 1) throw Error("feed", "an epoch has " + std::to_string(trials) + " trials", "give 1 or more");
+  if (largest < 1) throw Error("feed", "batches have " + std::to_string(largest) + " trials", "give 1 or more");
   count_ = 1 + (trials - 1) / largest;
   smallest_ = trials / count_;
   larger_ = trials % count_;
@@ -200,8 +200,8 @@ Feed::~Feed() {
 
 Feed::Batch Feed::next() {
   if (taken_ == current_.last_batch) {
-    if (!making_->done.valid()) throw Error("feed", "has no batch left", "ask for those of its epochs only");
-    making_->done.get();  // throws again on every call if it ended with an exception
+    if (!making_->done.valid()) throw Error("feed", "has no batch left", "request only batches of its epochs");
+    making_->done.get();  // throws at every call if it ended with an exception
     making_->done = {};
     std::swap(current_, coming_);
     taken_ = current_.first_batch;
@@ -233,7 +233,7 @@ void Feed::start() {
   for (int batch = coming_.first_batch; batch < coming_.last_batch; ++batch)
     for (const int place : own_of(batches_.size(batch)))
       indices.push_back(order_[static_cast<std::size_t>(batches_.first(batch) + place)]);
-  // A new thread has an OpenMP team of its own: it gets as many threads as the caller's.
+  // A new thread has its own OpenMP team: it gets as many threads as the caller's.
   making_->done = std::async(std::launch::async,
                              [this, epoch = epoch_, threads = thread_count(), indices = std::move(indices)]() mutable {
                                omp_set_num_threads(threads);

@@ -1,5 +1,5 @@
-// Feeds a training: the images and targets of an epoch's trials in its order, made a block ahead while the network
-// works on the one before. What a trial gives depends on its epoch and index alone, not on when it is made.
+// Feeds a training with the images and targets of an epoch's trials, in its order. It prepares the next block while the
+// network uses the current one. A trial's data depend only on its epoch and index, not on timing.
 //
 //   const auto source = stream_source(protocol, seed, 25600, 1000);
 //   const ImageMaker images(settings, protocol.samples());
@@ -18,51 +18,52 @@
 
 namespace decid::dataset {
 
-/// How a trial becomes a network's input. What it refers to must outlive it.
+/// The conversion of a trial to a network's input. Its references must outlive it.
 struct Encoding {
   const ImageMaker& images;
-  const RowScaling& rows;  ///< empty: images as they are
+  const RowScaling& rows;  ///< empty: images are not scaled
 
-  /// sway: of a trial's length; input: images.shape().size() values.
+  /// Encodes a trial. sway: of a trial's length; input: images.shape().size() values.
   void encode(const Sway& sway, std::span<float> input) const;
 };
 
-/// Takes the sway of the trial at a place: in any order and from many threads; it is valid only within the call.
+/// Receives the sway of the trial at a place, in any order and from many threads; it is valid only during the call.
 using SwaySink = std::function<void(std::size_t place, const Sway& sway)>;
-/// Encodes the trials that `produce` gives to the SwaySink it is called with. inputs: of place 0, of place 1, ...
-/// Trials whose images share lanes (ImageMaker::make_all) are kept until there are enough of them; the bits are
-/// encode()'s. Throws Error for a place without room, and what produce throws.
+/// Encodes the trials that `produce` passes to its SwaySink. inputs: of place 0, of place 1, ... Trials whose images
+/// share lanes (ImageMaker::make_all) wait until there are enough of them; the bits are encode()'s. Throws Error for a
+/// place without space, and the errors of `produce`.
 void encode_all(const Encoding& encoding, const std::function<void(const SwaySink& take)>& produce,
                 std::span<float> inputs);
 
-/// What brings images and targets to mean 0 and deviation 1.
+/// The scaling of images and targets to mean 0 and standard deviation 1.
 struct Scaling {
   RowScaling rows;  ///< empty unless the images' settings have standardize_rows
   TargetScaling targets;
 };
-/// From the first `trials` training trials of epoch 0, or all if there are fewer. Throws Error if trials < 1.
+/// Measures the scaling on the first `trials` training trials of epoch 0, or on all if there are fewer. Throws Error if
+/// trials < 1.
 Scaling measure_scaling(const TrialSource& source, const ImageMaker& images, int trials);
 
-/// The batches of an epoch: as few as hold at most `largest` trials each, of sizes that differ by 1 at most, the larger
-/// ones first. A last batch of what is left over could be of one trial, whose batch statistics say nothing.
+/// The batches of an epoch: the smallest number of batches of at most `largest` trials. Sizes differ by at most 1,
+/// larger ones first. A short last batch could have a single trial, whose batch statistics are meaningless.
 class EpochBatches {
  public:
   /// Throws Error if trials or largest < 1.
   EpochBatches(int trials, int largest);
 
   int count() const { return count_; }
-  /// The trial that a batch begins with, in the epoch's order; of batch count() the number of trials.
+  /// Returns the first trial of a batch, in the epoch's order; for batch count() the number of trials.
   int first(int batch) const { return batch * smallest_ + (batch < larger_ ? batch : larger_); }
   int size(int batch) const { return first(batch + 1) - first(batch); }
   int smallest() const { return smallest_; }
-  /// The batch that begins with trial `first`, from 0. Throws Error if none does.
+  /// Returns the batch that begins with trial `first`, from 0. Throws Error if none does.
   int beginning_at(int first) const;
 
  private:
-  int count_, smallest_, larger_;  // the first larger_ ones have a trial more
+  int count_, smallest_, larger_;  // the first larger_ batches have one more trial
 };
 
-/// Where several processes share every batch: which of a batch's places are this one's, ascending.
+/// This process's places of a batch that several processes share, in ascending order.
 struct BatchSharing {
   int processes = 1;
   std::function<std::vector<int>(int trials)> own = {};  ///< empty: all
@@ -70,24 +71,24 @@ struct BatchSharing {
 
 class Feed {
  public:
-  /// Batches of at most `batch` trials (EpochBatches) from epoch `first_epoch` up to `last_epoch`, each epoch in the
-  /// order that `seed` shuffles it to. The first epoch begins with its trial first_trial, where a batch begins. Of
-  /// shared batches only this process's trials are made.
-  /// Source and encoding must outlive the feed. Throws Error if batch < 1, or no batch begins with first_trial.
+  /// Prepares batches of at most `batch` trials (EpochBatches) from epoch `first_epoch` up to `last_epoch`. `seed`
+  /// shuffles each epoch. The first epoch begins with its trial first_trial, where a batch must begin. For shared
+  /// batches it makes only this process's trials. Source and encoding must outlive the feed. Throws Error if batch < 1,
+  /// or no batch begins with first_trial.
   Feed(const TrialSource& source, Encoding encoding, const TargetScaling& targets, int batch, std::uint64_t seed,
        int first_epoch, int last_epoch, BatchSharing sharing = {}, int first_trial = 0);
-  /// Waits for what is being made.
+  /// Waits for the block in preparation.
   ~Feed();
   Feed(const Feed&) = delete;
   Feed& operator=(const Feed&) = delete;
 
   struct Batch {
     int trials;                      ///< of all processes together
-    int own;                         ///< of this process: what follows is of these, in their order
+    int own;                         ///< of this process; the values below are of these trials, in their order
     std::span<const float> images;   ///< own x images.shape().size(), row scaling applied
     std::span<const float> targets;  ///< own x parameters, z-scored
   };
-  /// The next batch; valid until the call after it. Throws what the source throws, and Error after the last epoch.
+  /// Returns the next batch, valid until the next call. Throws the source's errors, and Error after the last epoch.
   Batch next();
 
  private:
@@ -95,7 +96,7 @@ class Feed {
     int first_batch = 0, last_batch = 0;  // of the epoch
     std::vector<float> images, targets;
   };
-  /// Starts the block that begins with batch `next_` of epoch `epoch_`, and moves on.
+  /// Starts the block that begins with batch `next_` of epoch `epoch_`, and advances.
   void start();
   void fill(Block& block, int epoch, std::vector<int> indices) const;
   std::vector<int> own_of(int trials) const;
@@ -107,12 +108,12 @@ class Feed {
   int block_batches_;
   std::uint64_t seed_;
   BatchSharing sharing_;
-  int epoch_, last_epoch_, next_;  // of the block to be started next
+  int epoch_, last_epoch_, next_;  // of the next block to start
   std::vector<int> order_;
   Block current_, coming_;
   int taken_ = 0;              // the next batch of the current block
-  std::size_t own_taken_ = 0;  // this process's trials of those before it
-  struct Making;               // <future> takes a second to read
+  std::size_t own_taken_ = 0;  // this process's trials in earlier batches of the block
+  struct Making;               // <future> takes the compiler a second to read
   std::unique_ptr<Making> making_;
 };
 

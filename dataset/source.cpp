@@ -11,7 +11,7 @@
 namespace decid::dataset {
 namespace {
 
-/// A trial on its way to whoever takes it.
+/// A trial on its way to its receiver.
 struct TrialScratch {
   std::vector<float> sway;
 };
@@ -19,7 +19,8 @@ struct TrialScratch {
 void check_indices(std::span<const int> indices, int trials) {
   for (const int index : indices) {
     if (index < 0 || index >= trials)
-      throw Error("trials", "there is no trial " + std::to_string(index), "ask for 0 to " + std::to_string(trials - 1));
+      throw Error("trials", "trial " + std::to_string(index) + " does not exist",
+                  "request 0 to " + std::to_string(trials - 1));
   }
 }
 
@@ -29,7 +30,8 @@ class StoredSource final : public TrialSource {
     for (int i = 0; i < stored_.trials(); ++i)
       (about().split[static_cast<std::size_t>(i)] == 0 ? training_ : validation_).push_back(i);
     if (training_.empty() || validation_.empty())
-      throw Error("data set", "has no trial in its training or its validation half", "make one with at least 2 trials");
+      throw Error("data set", "has no trial in its training or its validation half",
+                  "make a data set with at least 2 trials");
   }
 
   const sim::Protocol& protocol() const override { return about().protocol; }
@@ -62,8 +64,9 @@ class StreamSource final : public TrialSource {
       : simulator_(std::move(protocol)), seed_(seed), training_(trials_per_epoch), validation_(validation) {
     if (training_ < 1 || validation_ < 1)
       throw Error("stream",
-                  std::to_string(training_) + " training and " + std::to_string(validation_) + " validation trials",
-                  "ask for 1 or more of each");
+                  std::to_string(training_) + " training and " + std::to_string(validation_) +
+                      " validation trials are requested",
+                  "request 1 or more of each");
   }
 
   const sim::Protocol& protocol() const override { return simulator_.protocol(); }
@@ -103,7 +106,7 @@ TrialIdentity identity_of(const StoredDataset& data) {
     hash.update(parameters.begin(), parameters.size() * sizeof(double));
   hash.update(about.split.data(), about.split.size());
   std::vector<float> sway(static_cast<std::size_t>(about.samples));
-  std::size_t left = std::size_t{1} << 20;  // values of sway: no need to read all
+  std::size_t left = std::size_t{1} << 20;  // a sample of the sway values suffices
   for (int i = 0; i < data.trials() && left > 0; ++i) {
     data.read(i, sway);
     const std::size_t taken = std::min(left, sway.size());

@@ -79,7 +79,7 @@ struct Report {
   bool network_answers = true;         ///< the model's network knows the experiment
   std::string model, model_sha256;     ///< its name and that of its weights, or empty
   bool recalibrated = false;           ///< so are the network's distributions
-  std::vector<std::string> options;    ///< that were given and change the answers, as a command line has them
+  std::vector<std::string> options;    ///< given options that change the answers, such as --unit rad
   std::vector<RecordingResult> recordings;
   std::optional<GroupReport> groups = {};
 

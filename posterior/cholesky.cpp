@@ -1,5 +1,5 @@
-// Cholesky factors: see cholesky.hpp. Rows are read from left to right (Cholesky-Banachiewicz); four rows share what
-// they read.
+// Cholesky factors: see cholesky.hpp. Rows are processed from left to right (Cholesky-Banachiewicz); four rows share
+// their loads.
 #include "posterior/cholesky.hpp"
 
 #include <algorithm>

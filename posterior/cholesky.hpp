@@ -8,14 +8,15 @@
 
 namespace decid::posterior {
 
-/// Where row i begins; with the size in place of i, how many values there are.
+/// Returns the index at which row i begins; for i = size, the number of values.
 constexpr std::size_t triangle(std::size_t i) {
   return i * (i + 1) / 2;
 }
 
-/// A becomes its Cholesky factor L, A = L L^t. False if A is not positive definite or not finite; A is void then.
+/// Replaces A by its Cholesky factor L, A = L L^t. Returns false if A is not positive definite or not finite; A is then
+/// undefined.
 bool factorize(std::size_t size, std::span<double> matrix);
-/// L becomes its inverse.
+/// Replaces L by its inverse.
 void invert_lower(std::size_t size, std::span<double> lower);
 
 }  // namespace decid::posterior

@@ -16,7 +16,7 @@
 namespace decid::posterior {
 namespace {
 
-constexpr int fewest_judged = 4;  // draws of a chain
+constexpr int min_judged_draws = 4;  // draws per chain
 constexpr double agreeing_rhat = 1.05, agreeing_draws = 100.0;
 constexpr double apart_rhat = 1.2;  // chains' means vary by 0.44 of the variance within them
 
@@ -69,8 +69,8 @@ double Posterior::deviation(int quantity) const {
   return decid::stddev(draws_of(quantity));
 }
 
-double Posterior::quantile(int quantity, double share) const {
-  return decid::quantile(draws_of(quantity), share);
+double Posterior::quantile(int quantity, double probability) const {
+  return decid::quantile(draws_of(quantity), probability);
 }
 
 double Posterior::correlation(int a, int b) const {
@@ -100,7 +100,7 @@ class Run {
 
   Posterior operator()(std::span<const State> starts) {
     const ChainGroup::Report of_warming = [this](const char* stage, double done) {
-      report(stage, warming_share * done);
+      report(stage, warming_fraction * done);
     };
     in_parallel([&](int group) {
       at(group).warm_up(
@@ -116,7 +116,7 @@ class Run {
   }
 
  private:
-  static constexpr double warming_share = 0.4;  // of the whole, for Progress
+  static constexpr double warming_fraction = 0.4;  // fraction of the whole, for Progress
 
   ChainGroup& at(int group) { return groups_[static_cast<std::size_t>(group)]; }
   template <class Task>
@@ -124,23 +124,23 @@ class Run {
     parallel_for(settings_.groups, task);
   }
 
-  /// False if the chains were still far apart after the draws on trial; in the last round they go on.
+  /// Returns false if the chains were still far apart after the trial draws; in the last round they continue.
   bool draw_round(bool last) {
     for (int draws = 0; !stopped_ && draws < settings_.max_draws;) {
       const int more = std::min(settings_.block, settings_.max_draws - draws);
       in_parallel([&](int group) { at(group).draw(more); });
       draws = settings_.max_draws;
       for (const ChainGroup& group : groups_) draws = std::min(draws, group.draws());
-      if (draws < fewest_judged) break;
+      if (draws < min_judged_draws) break;
       judge(draws);
       if (draws >= settings_.min_draws && (enough() || steps() >= settings_.max_steps)) break;
-      report("drawing", warming_share + (1.0 - warming_share) * draws / settings_.max_draws);
+      report("drawing", warming_fraction + (1.0 - warming_fraction) * draws / settings_.max_draws);
       if (!last && draws >= settings_.trial_draws && result_.apart() && steps() < settings_.max_steps / 2) return false;
     }
     return true;
   }
 
-  /// The first `draws` of each chain.
+  /// Judges the first `draws` of each chain.
   void judge(int draws) {
     Posterior& r = result_;
     r = {};
@@ -175,7 +175,7 @@ class Run {
     }
   }
 
-  /// Leapfrog steps of a group.
+  /// Returns the leapfrog steps of a group.
   long long steps() const { return groups_.front().leapfrog_steps() / lanes; }
 
   bool enough() const {
@@ -183,7 +183,7 @@ class Run {
            std::ranges::all_of(result_.effective_, [&](double value) { return value >= settings_.effective_draws; });
   }
 
-  /// A round that is drawn anew does not take the progress back.
+  /// A repeated round does not reduce the progress.
   void report(const char* stage, double done) {
     if (!progress_) return;
     done_ = std::max(done_, done);

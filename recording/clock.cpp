@@ -1,5 +1,5 @@
-// When samples were taken: see clock.hpp. Cubic interpolation is Lagrange's through four points: at a hundredth of the
-// sample rate it errs by less than (2 pi / 100)^4 3 / 128 = 4e-7 of the amplitude.
+// Sample times: see clock.hpp. Cubic interpolation is Lagrange's through four points. At a hundredth of the sample rate
+// it errs by less than (2 pi / 100)^4 3 / 128 = 4e-7 of the amplitude.
 #include "recording/clock.hpp"
 
 #include <algorithm>
@@ -8,6 +8,7 @@
 
 #include "base/error.hpp"
 #include "base/math/statistics.hpp"
+#include "base/setting.hpp"
 #include "recording/recording.hpp"
 #include "recording/table/columns.hpp"
 
@@ -15,12 +16,12 @@ namespace decid::recording {
 
 namespace {
 
-/// In median steps. Steps that differ by more than `gross` from every whole number of them come from no clock.
+/// In median steps. No clock makes a step that differs by more than `gross` from every whole number of median steps.
 constexpr double even = 0.01, gross = 0.3;
 /// Steps longer than this make interpolated sway a guess; docs/reference/accuracy.md has the measurement.
 constexpr double long_step_s = 0.1;
 
-/// The even grid that fits times best, by least squares.
+/// An even grid fitted to times by least squares.
 struct Grid {
   double step;   ///< in the column's unit
   double width;  ///< from the earliest to the latest time, counted from the grid
@@ -50,8 +51,8 @@ bool are_multiples(const std::vector<double>& time, double resolution) {
                              [&](double t) { return std::abs(t / resolution - std::round(t / resolution)) < 1e-3; });
 }
 
-/// Where the times are an even grid, rounded: its step in the column's unit. Rounding moves a time by half a unit in
-/// either direction, so those of an even grid lie within one unit of a straight line.
+/// Returns the step of an even grid whose rounded values are the times, in the column's unit. Rounding moves a time by
+/// half a unit in either direction, so rounded times lie within one unit of a straight line.
 std::optional<double> rounded_step(const std::vector<double>& time, double unit_s) {
   const Grid grid = fit_grid(time);
   for (const double resolution_s : {1e-3, 1e-4}) {
@@ -62,13 +63,13 @@ std::optional<double> rounded_step(const std::vector<double>& time, double unit_
   return {};
 }
 
-/// Returns the clock of an even grid whose times are rounded so coarsely that samples share them. Empty for other
-/// times.
+/// Returns the clock of an even grid whose times are rounded so coarsely that samples share them. Returns nothing for
+/// other times.
 std::optional<Clock> coarse_clock(const std::vector<double>& time, double unit_s, const std::string& name) {
   if (time.size() < 100 || time.back() <= time.front() || !std::ranges::is_sorted(time) ||
       std::ranges::adjacent_find(time) == time.end())
     return {};
-  // A duplicated row is another fault.
+  // A duplicated row is a different fault.
   std::size_t shared = 0;
   for (std::size_t k = 1; k < time.size(); ++k) shared += time[k] == time[k - 1] ? 1 : 0;
   if (10 * shared < time.size()) return {};
@@ -83,34 +84,34 @@ std::optional<Clock> coarse_clock(const std::vector<double>& time, double unit_s
     if (std::abs(nearest / clock.rate_hz - 1.0) * n < 0.5 * resolution_s * clock.rate_hz) clock.rate_hz = nearest;
     clock.is_caution = true;
     clock.warning = "the times of '" + name + "' are rounded to " + six_digits(resolution_s) +
-                    " s, so that several samples have the same one: decid takes an even " + six_digits(clock.rate_hz) +
+                    " s, so several samples share a time: decid assumes an even rate of " + six_digits(clock.rate_hz) +
                     " Hz";
     return clock;
   }
   return {};
 }
 
-/// Says how uneven the times are; `largest` is the farthest that a step is from its place, in samples.
-void tell_uneven(Clock& clock, double largest, double longest_step_s, const std::string& name,
-                 const std::string& setting) {
+/// Adds a warning about uneven times. `largest`: the largest distance of a step from its place, in samples.
+void warn_of_uneven_times(Clock& clock, double largest, double longest_step_s, const std::string& name,
+                          const std::string& setting_name) {
   clock.is_caution = longest_step_s > long_step_s;
   clock.warning = "the times of '" + name + "' are uneven, steps differ by up to " + three_digits(100.0 * largest) +
                   "% of a sample: interpolated to " + six_digits(clock.rate_hz) + " Hz" +
                   (clock.is_caution ? ", over up to " + three_digits(longest_step_s) + " s" : "") + "; give " +
-                  setting + " if the samples are evenly spaced all the same";
+                  setting_name + " if the samples are evenly spaced";
 }
 
-/// Returns the clock of times that follow no grid, as headsets and webcams time their frames. Empty for other times: a
-/// few uneven steps are a fault.
+/// Returns the clock of times that follow no grid, as headsets and webcams time their frames. Returns nothing for other
+/// times: a few uneven steps are a fault.
 std::optional<Clock> clock_without_grid(const std::vector<double>& time, const std::vector<double>& steps, double usual,
                                         double unit_s) {
-  constexpr std::size_t fewest_steps = 100, uneven_share = 10;  // one in ten
+  constexpr std::size_t fewest_steps = 100, uneven_divisor = 10;  // one in ten
   constexpr double gap_steps = 2.5;
   const auto is_uneven = [&](double step) {
     return std::abs(step - std::max(1.0, std::round(step / usual)) * usual) > even * usual;
   };
   if (steps.size() < fewest_steps || std::ranges::any_of(steps, [](double step) { return !(step > 0.0); })) return {};
-  if (uneven_share * static_cast<std::size_t>(std::ranges::count_if(steps, is_uneven)) < steps.size()) return {};
+  if (uneven_divisor * static_cast<std::size_t>(std::ranges::count_if(steps, is_uneven)) < steps.size()) return {};
   double sum = 0.0, count = 0.0;
   for (const double step : steps) {
     if (step > gap_steps * usual) continue;
@@ -128,7 +129,7 @@ std::optional<Clock> clock_without_grid(const std::vector<double>& time, const s
 
 }  // namespace
 
-Clock read_clock(const Table& table, int column, const std::string& where, const std::string& setting) {
+Clock read_clock(const Table& table, int column, const std::string& where, const std::string& setting_name) {
   const std::string& name = table.names()[static_cast<std::size_t>(column)];
   const std::vector<double> time = table.times(column);
   const double unit_s = time_unit_s(name);
@@ -140,32 +141,32 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
   if (const std::optional<Clock> rounded = coarse_clock(time, unit_s, name)) return *rounded;
   if (usual < 0.0)
     throw Error(where, "'" + name + "' runs backwards",
-                "turn the rows round, or give " + setting + " if the samples are in order all the same");
+                "reverse the rows, or give " + setting_name + " if the samples are in order");
   Clock clock;
   if (std::all_of(steps.begin(), steps.end(), is_even)) {
     // Steps agree with the median to 1%; their mean is exact where the times were rounded.
     clock.rate_hz = near_whole(1.0 / ((time.back() - time.front()) / last * unit_s));
     return clock;
   }
-  const auto told = [&](std::size_t i) {
+  const auto describe_step = [&](std::size_t i) {
     const std::string here = table.place_of(i + 1) + ": '" + name + "' ";
-    if (steps[i] == 0.0) return here + "stands still";
+    if (steps[i] == 0.0) return here + "repeats";
     if (steps[i] < 0.0) return here + "goes backwards, by " + six_digits(-steps[i]);
     return here + "steps by " + six_digits(steps[i]) + ", elsewhere by " + six_digits(usual);
   };
   for (std::size_t i = 0; i < steps.size(); ++i)
     if (usual > 0.0 && steps[i] < -10.0 * usual && time[i + 1] <= time.front() + usual)
       throw Error(where, table.place_of(i + 1) + ": '" + name + "' starts again: the file holds several recordings",
-                  "give each of them as a file of its own");
+                  "save each recording as its own file");
   if (const std::optional<double> step = rounded_step(time, unit_s)) {
     clock.rate_hz = near_whole(1.0 / (*step * unit_s));
-    // A grid of a whole number of samples a second is likelier than one a little off; rounded times fit both.
+    // A whole number of samples per second is likelier than a rate slightly off; rounded times fit both.
     const double whole = std::round(clock.rate_hz);
     if (std::abs(whole / clock.rate_hz - 1.0) * last < 0.5 * 1e-3 * clock.rate_hz) clock.rate_hz = whole;
     return clock;
   }
   const auto first_uneven = [&] {
-    return told(static_cast<std::size_t>(std::ranges::find_if_not(steps, is_even) - steps.begin()));
+    return describe_step(static_cast<std::size_t>(std::ranges::find_if_not(steps, is_even) - steps.begin()));
   };
   if (std::optional<Clock> free = clock_without_grid(time, steps, usual, unit_s)) {
     free->first_uneven = first_uneven();
@@ -176,21 +177,21 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
       largest = std::max(largest, std::abs(step - 1.0));
       longest = std::max(longest, step);
     }
-    tell_uneven(*free, largest, longest / free->rate_hz, name, setting);
+    warn_of_uneven_times(*free, largest, longest / free->rate_hz, name, setting_name);
     return *free;
   }
   double places = 0.0;  // of the last sample
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const double multiple = std::round(steps[i] / usual);
-    if (usual <= 0.0 && steps[i] > 0.0) continue;  // the one to be reported is one of the others
-    // Written so that a step that is not a number fails. No gap is as long as the longest recording.
+    if (usual <= 0.0 && steps[i] > 0.0) continue;  // a later step is the one to report
+    // The condition is written so that a NaN step fails. No gap is as long as the longest recording.
     if (steps[i] > 0.0 && multiple >= 1.0 && std::abs(steps[i] - multiple * usual) <= gross * usual &&
         places + multiple < static_cast<double>(max_rows)) {
       places += multiple;
       continue;
     }
-    throw Error(where, told(i),
-                "correct the times, or give " + setting + " if the samples are evenly spaced all the same");
+    throw Error(where, describe_step(i),
+                "correct the times, or give " + setting_name + " if the samples are evenly spaced");
   }
   clock.first_uneven = first_uneven();
   clock.rate_hz = near_whole(places / ((time.back() - time.front()) * unit_s));
@@ -203,7 +204,7 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
       largest = std::max(largest, std::abs(step - std::max(1.0, std::round(step))));
     }
   }
-  if (largest > even) tell_uneven(clock, largest, (1.0 + largest) / clock.rate_hz, name, setting);
+  if (largest > even) warn_of_uneven_times(clock, largest, (1.0 + largest) / clock.rate_hz, name, setting_name);
   return clock;
 }
 
@@ -212,7 +213,7 @@ std::vector<std::size_t> restarts(const Table& table, int column) {
   std::vector<double> time;
   try {
     time = table.times(column);
-  } catch (const Error&) {  // no times at all
+  } catch (const Error&) {  // the file has no times
   }
   if (time.size() < fewest) return {};
   std::vector<double> steps(time.size() - 1);
@@ -283,11 +284,11 @@ std::string fill_gaps(std::vector<double>& values, double rate_hz, double longes
                   name + " lacks " + std::to_string(length) + (length == 1 ? " sample (" : " samples (") +
                       six_digits(length_s) + " s) from " + six_digits(static_cast<double>(begin) / rate_hz) +
                       " s after the first one" +
-                      (longest_s > 0.0 ? ", more than --fill-gaps " + six_digits(longest_s) : ""),
-                  all_s > longest_gap_s
-                      ? "its longest gap, " + six_digits(all_s) +
-                            " s, is too much to interpolate: give the part before or behind it"
-                      : "--fill-gaps " + six_digits(std::ceil(all_s * 1e4) / 1e4) + " interpolates all its gaps");
+                      (longest_s > 0.0 ? ", more than " + setting("fill_gaps") + " " + six_digits(longest_s) : ""),
+                  all_s > longest_gap_s ? "its longest gap, " + six_digits(all_s) +
+                                              " s, is too long to interpolate: give the part before or after it"
+                                        : setting("fill_gaps") + " " + six_digits(std::ceil(all_s * 1e4) / 1e4) +
+                                              " interpolates all its gaps");
     }
     for (std::size_t k = begin; k < end; ++k) {
       if (begin == 0) {

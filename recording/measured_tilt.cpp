@@ -14,10 +14,11 @@ namespace decid::recording {
 
 namespace {
 
-constexpr double max_samples = 1e6;  // of a measured tilt, as sim::Protocol has it
-/// How much a given rate may differ from that of even times, which may have been rounded (60 Hz as steps of 0.0167 s).
+constexpr double max_samples = 1e6;  // of a measured tilt, as in sim::Protocol
+/// The allowed relative difference between a given rate and the rate of even times, which may be rounded (60 Hz as
+/// steps of 0.0167 s).
 constexpr double contradiction = 0.01;
-/// By how many samples a cycle may miss a whole number of them: each cycle adds as much to its lag behind the platform.
+/// The allowed deviation of a cycle from a whole number of samples: each cycle adds it to the lag behind the platform.
 constexpr double max_drift = 0.05;
 
 int find_tilt(const Table& table, int time, const std::string& where) {
@@ -27,12 +28,12 @@ int find_tilt(const Table& table, int time, const std::string& where) {
   const int candidates = table.columns() - (time >= 0 ? 1 : 0);
   if (candidates == 1) return time == 0 ? 1 : 0;
   throw Error(where,
-              candidates == 0 ? "has a column of time but none of tilt"
+              candidates == 0 ? "has a time column but no tilt column"
                               : "has several columns that may be the tilt: " + list_of(table, time),
               "name one as measured.column");
 }
 
-/// The rate, if the file itself says it without doubt.
+/// Returns the rate, if the file states it clearly.
 std::optional<double> own_rate(const Table& table, int time, const std::string& where) {
   if (time < 0) {
     const std::optional<StatedRate> stated = stated_rate(table, where, "measured.rate_hz");
@@ -41,7 +42,7 @@ std::optional<double> own_rate(const Table& table, int time, const std::string& 
   try {
     const Clock clock = read_clock(table, time, where, "measured.rate_hz");
     if (clock.place.empty()) return clock.rate_hz;
-  } catch (const Error&) {  // measured.rate_hz is there for files whose times are useless
+  } catch (const Error&) {  // measured.rate_hz serves files whose times are unusable
   }
   return {};
 }
@@ -52,20 +53,21 @@ double find_rate(const Table& table, int time, const TiltFile& file, const std::
     if (!is_sample_rate(rate)) throw Error(where, "measured.rate_hz is " + six_digits(rate), "give 1 to 100,000");
     const std::optional<double> stated = own_rate(table, time, where);
     if (!stated || std::abs(rate - *stated) <= contradiction * *stated) return rate;
-    throw Error(where, "measured.rate_hz is " + six_digits(rate) + ", its times say " + six_digits(*stated) + " Hz",
+    throw Error(where,
+                "measured.rate_hz is " + six_digits(rate) + ", and its times give " + six_digits(*stated) + " Hz",
                 "leave measured.rate_hz out, or correct the times");
   }
   if (time >= 0) {
     const Clock clock = read_clock(table, time, where, "measured.rate_hz");
     if (!is_sample_rate(clock.rate_hz))
-      throw Error(where, "its times say " + six_digits(clock.rate_hz) + " Hz, not from 1 to 100,000",
+      throw Error(where, "its times give " + six_digits(clock.rate_hz) + " Hz, not from 1 to 100,000",
                   "if they are in milliseconds, call their column time_ms, or give measured.rate_hz");
     if (clock.place.empty()) return clock.rate_hz;
     throw Error(where, clock.first_uneven,
-                "correct the times, or give measured.rate_hz if the samples are evenly spaced all the same");
+                "correct the times, or give measured.rate_hz if the samples are evenly spaced");
   }
   if (const std::optional<StatedRate> stated = stated_rate(table, where, "measured.rate_hz")) return stated->hz;
-  throw Error(where, "has no column of time", "give its samples per second as measured.rate_hz");
+  throw Error(where, "has no time column", "give its samples per second as measured.rate_hz");
 }
 
 }  // namespace
@@ -81,10 +83,9 @@ std::vector<double> read_tilt_deg(const TiltFile& file, double sample_rate_hz, W
   const std::string& name = table.names()[static_cast<std::size_t>(column)];
   std::optional<Unit> unit = unit_of(name, file.unit, where, "measured.unit");
   if (!unit) unit = table.unit();
-  if (!unit)
-    throw Error(where, "the unit of " + name + " is not in its name", "give measured.unit, \"deg\" or \"rad\"");
+  if (!unit) throw Error(where, "the name of " + name + " has no unit", "give measured.unit, \"deg\" or \"rad\"");
   const std::size_t rows = table.rows(column);
-  if (rows < 2) throw Error(where, "has only one sample", "name a whole recording");
+  if (rows < 2) throw Error(where, "has only one sample", "give a whole recording");
   const double rate = find_rate(table, time, file, where);
   const bool same_rate = std::abs(rate - sample_rate_hz) <= rate_tolerance * sample_rate_hz;
   const double samples = static_cast<double>(rows) * (same_rate ? 1.0 : sample_rate_hz / rate);
@@ -92,7 +93,7 @@ std::vector<double> read_tilt_deg(const TiltFile& file, double sample_rate_hz, W
     throw Error(where,
                 "its " + std::to_string(rows) + " samples at " + six_digits(rate) + " Hz make " +
                     six_digits(std::floor(samples)) + " at the protocol's " + six_digits(sample_rate_hz) + " Hz",
-                "give 2 to 1,000,000; is the rate right?");
+                "check the rate; give 2 to 1,000,000 samples");
   }
   std::vector<double> tilt = table.numbers(column);
   if (warnings != nullptr) {
@@ -106,7 +107,7 @@ std::vector<double> read_tilt_deg(const TiltFile& file, double sample_rate_hz, W
     for (double& value : tilt) value /= sim::rad_per_deg;
   }
   if (file.is_cycle) {
-    // Before it is resampled, which would spread a jump over its neighbours.
+    // The check precedes resampling, which would spread a jump over its neighbours.
     if (const std::string problem = sim::broken_joint(tilt); !problem.empty()) {
       throw Error(where, problem, "give cycles 1, or a recording of whole cycles");
     }
@@ -117,7 +118,7 @@ std::vector<double> read_tilt_deg(const TiltFile& file, double sample_rate_hz, W
   if (std::abs(samples - whole) > max_drift) {
     throw Error(where,
                 "its " + std::to_string(rows) + " samples at " + six_digits(rate) + " Hz are " + six_digits(samples) +
-                    " at the protocol's " + six_digits(sample_rate_hz) + " Hz, so its cycles cannot follow each other",
+                    " at the protocol's " + six_digits(sample_rate_hz) + " Hz; whole cycles need a whole number",
                 "give cycles 1, or a cycle of whole sample periods, measured at another rate or cut to length");
   }
   return resample_cycle(tilt, static_cast<std::size_t>(whole));

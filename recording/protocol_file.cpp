@@ -12,7 +12,7 @@
 namespace decid::recording {
 namespace {
 
-/// A million samples of a measured tilt and their blanks; anything larger is some other file.
+/// The size of a million samples of a measured tilt with blanks; a larger file is not a protocol.
 constexpr std::size_t protocol_limit_bytes = std::size_t{1} << 26;
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Protocols in files, with the recordings of measured tilt that they name. The text itself:
-// sim/protocol/protocol_json.hpp.
+// Protocols in files, with the recordings of measured tilt that they name. sim/protocol/protocol_json.hpp reads the
+// text.
 #pragma once
 
 #include <string>
@@ -10,12 +10,13 @@
 
 namespace decid::recording {
 
-/// A built-in protocol by name ("default", "short"), or else a JSON file. A measured tilt's file is relative to it; its
-/// columns and times are found as in recordings (recording.hpp): the tilt is the column named, else the first called
-/// tilt, platform, a_fs or the like, else the only one beside the time. It is resampled to the protocol's rate. A file
-/// that says no name gives its own, without ".json". Throws Error as sim::protocol_from_json does, for a tilt whose
-/// unit is neither given nor in the column's name, and for what Protocol::refuse_implausible refuses. `files` gets the
-/// names of the files that were read, `warnings` what was left out of a measured tilt's file (read_tilt_deg).
+/// Loads a built-in protocol by name ("default", "short"), or a JSON file. The path of a measured tilt is relative to
+/// that file. Its columns and times are found as in recordings (recording.hpp): the tilt is the named column, else the
+/// first called tilt, platform, a_fs or similar, else the only column except the time. It is resampled to the
+/// protocol's rate. A file without a name field gives its file name, without ".json". Throws Error as
+/// sim::protocol_from_json does, for a tilt whose unit is neither given nor in the column's name, and for protocols
+/// that Protocol::refuse_implausible refuses. Adds the names of the files read to `files`, and to `warnings` what was
+/// left out of a measured tilt's file (read_tilt_deg).
 sim::Protocol load_protocol(const std::string& name_or_path, std::vector<std::string>* files = nullptr,
                             Warnings* warnings = nullptr);
 

@@ -1,6 +1,5 @@
-// Recordings: which column is the sway, in which unit, at which rate. recording/trial.cpp brings them to a
-// protocol. The rules for finding them are ours, made for EUROBENCH files (time,COM_x), exports of motion capture and
-// decid's own.
+// Recordings: the sway's column, unit and rate. recording/trial.cpp brings them to a protocol. The search rules are
+// made for EUROBENCH files (time,COM_x), motion capture exports and decid's own files.
 #include "recording/recording.hpp"
 
 #include <algorithm>
@@ -10,6 +9,7 @@
 
 #include "base/error.hpp"
 #include "base/math/statistics.hpp"
+#include "base/setting.hpp"
 #include "recording/clock.hpp"
 #include "recording/sway_source.hpp"
 #include "recording/table/columns.hpp"
@@ -25,7 +25,7 @@ constexpr double max_plausible_deg = 20.0, min_plausible_deg = 0.001, max_deg = 
 /// If degrees are only assumed, a sway below this is more likely in radians: quiet stance alone sways more.
 constexpr double small_for_a_guess_deg = 0.1;
 
-/// Returns the advice for a column of time that would mean this rate in seconds.
+/// Returns the advice for a time column that would mean this rate in seconds.
 std::string time_hint(const std::string& name, double rate_hz) {
   for (const auto& [unit, end, per_s] : {std::tuple{"milliseconds", "_ms", 1e3},
                                          {"microseconds", "_us", 1e6},
@@ -34,25 +34,26 @@ std::string time_hint(const std::string& name, double rate_hz) {
     const double then_hz = rate_hz * per_s;
     if (then_hz >= 20.0 && then_hz <= 2000.0)
       return std::string("if it is in ") + unit + " (" + six_digits(std::round(then_hz * 1e3) / 1e3) +
-             " Hz), call it " + name + end + ", or give --rate";
+             " Hz), name it " + name + end + ", or give " + setting("rate");
   }
   for (const auto& [unit, of_s] : {std::pair{"minutes", 60.0}, {"hours", 3600.0}}) {
     const double then_hz = rate_hz / of_s;
     if (then_hz >= 20.0 && then_hz <= 2000.0 && std::abs(then_hz - std::round(then_hz)) < 1e-3)
-      return std::string("if it is in ") + unit + ", give --rate " + six_digits(std::round(then_hz * 1e3) / 1e3);
+      return std::string("if it is in ") + unit + ", give " + setting("rate") + " " +
+             six_digits(std::round(then_hz * 1e3) / 1e3);
   }
-  if (is_sample_rate(rate_hz)) return "give --rate if these times are wrong";
-  return rate_hz < lowest_rate_hz ? "if it is in milliseconds, call it time_ms, or give --rate"
-                                  : "if it is in seconds, call it time_s, or give --rate";
+  if (is_sample_rate(rate_hz)) return "give " + setting("rate") + " if these times are wrong";
+  return rate_hz < lowest_rate_hz ? "if it is in milliseconds, name it time_ms, or give " + setting("rate")
+                                  : "if it is in seconds, name it time_s, or give " + setting("rate");
 }
 
-/// Warns of a given rate that is not the file's own.
+/// Warns if a given rate differs from the file's own rate.
 void compare_rates(const Table& table, double given_hz, Recording& recording) {
   for (const StatedRate& stated : table.stated_rates())
     if (std::abs(stated.hz - given_hz) > rate_tolerance * given_hz) {
       add_caution(recording.warnings, "rate_differs",
-                  "'" + stated.phrase + "' of the file is " + six_digits(stated.hz) + " Hz, the rate given is " +
-                      six_digits(given_hz) + " Hz; the rate given is used");
+                  "'" + stated.phrase + "' in the file is " + six_digits(stated.hz) +
+                      " Hz; decid uses the given rate, " + six_digits(given_hz) + " Hz");
       return;
     }
 }
@@ -60,7 +61,7 @@ void compare_rates(const Table& table, double given_hz, Recording& recording) {
 Clock find_clock(const Table& table, int sway, int time, const RecordingOptions& options, Recording& recording) {
   if (options.rate_hz && !is_sample_rate(*options.rate_hz)) {
     throw Error(recording.file, "the rate " + six_digits(*options.rate_hz) + " Hz is not from 1 to 100,000 Hz",
-                "give the samples per second as --rate");
+                "give the samples per second as " + setting("rate"));
   }
   Clock given;
   given.rate_hz = options.rate_hz.value_or(0.0);
@@ -69,44 +70,44 @@ Clock find_clock(const Table& table, int sway, int time, const RecordingOptions&
       if (table.is_even()) compare_rates(table, *options.rate_hz, recording);
       return given;
     }
-    const std::optional<StatedRate> stated = stated_rate(table, recording.file, "--rate");
-    if (!stated) throw Error(recording.file, "has no column of time", "give the sample rate in Hz as --rate");
+    const std::optional<StatedRate> stated = stated_rate(table, recording.file, setting("rate"));
+    if (!stated) throw Error(recording.file, "has no time column", "give the sample rate in Hz as " + setting("rate"));
     if (!table.is_even())
       add_info(recording.warnings, "rate_stated",
-               "the rate is " + six_digits(stated->hz) + " Hz by '" + stated->phrase + "' of the file");
+               "the rate is " + six_digits(stated->hz) + " Hz by '" + stated->phrase + "' in the file");
     given.rate_hz = stated->hz;
     return given;
   }
   const std::string name = "'" + table.names()[static_cast<std::size_t>(time)] + "'";
   Clock clock;
   try {
-    clock = read_clock(table, time, recording.file, "--rate");
+    clock = read_clock(table, time, recording.file, setting("rate"));
   } catch (const Error& error) {
     const std::vector<std::size_t> starts = restarts(table, time);
     const std::string exchanged = exchanged_with_time(table, starts.empty() ? -1 : sway, time);
     if (!exchanged.empty() && !options.rate_hz)
-      throw Error(error.where(), error.problem() + ", and '" + exchanged + "' holds times",
-                  "correct the header if the two names are exchanged");
-    if (!starts.empty())  // A rate would join them.
+      throw Error(error.where(), error.problem() + ", and '" + exchanged + "' contains times",
+                  "correct the header if the two names are swapped");
+    if (!starts.empty())  // A given rate would join the recordings.
       throw Error(error.where(),
                   table.place_of(starts.front()) + ": " + name + " starts again: the file holds several recordings",
                   remedy_for_several(table, sway, time, starts, options.trial_column));
     if (!options.rate_hz) throw;
-    add_info(recording.warnings, "time_not_used", "the column of time is not used: " + error.problem());
+    add_info(recording.warnings, "time_not_used", "decid ignores the time column: " + error.problem());
     return given;
   }
   if (options.rate_hz) {
     if (std::abs(clock.rate_hz - *options.rate_hz) > rate_tolerance * clock.rate_hz) {
       add_caution(recording.warnings, "rate_differs",
-                  "the column " + name + " says " + six_digits(clock.rate_hz) + " Hz, the rate given is " +
-                      six_digits(*options.rate_hz) + " Hz; the rate given is used");
+                  "the column " + name + " gives " + six_digits(clock.rate_hz) + " Hz; decid uses the given rate, " +
+                      six_digits(*options.rate_hz) + " Hz");
     }
     return given;
   }
   recording.rate_advice = time_hint(table.names()[static_cast<std::size_t>(time)], clock.rate_hz);
   if (!is_sample_rate(clock.rate_hz)) {
     throw Error(recording.file,
-                "the column " + name + " says " + six_digits(clock.rate_hz) + " Hz, not from 1 to 100,000",
+                "the column " + name + " gives " + six_digits(clock.rate_hz) + " Hz, not from 1 to 100,000",
                 recording.rate_advice);
   }
   if (clock.is_caution) {
@@ -117,8 +118,8 @@ Clock find_clock(const Table& table, int sway, int time, const RecordingOptions&
   return clock;
 }
 
-/// Replaces numbers that stand for missing values by NaN: the given number, or those that Visual3D, NDI and
-/// spreadsheets write if all others are far smaller.
+/// Replaces numbers that stand for missing values by NaN: the given number, or the numbers that Visual3D, NDI and
+/// spreadsheets write, if all others are far smaller.
 void mark_missing(std::vector<double>& values, std::optional<double> given) {
   constexpr double far = 50.0;
   const auto is = [](double value, double mark) { return std::abs(value - mark) <= 1e-6 * std::abs(mark); };
@@ -140,7 +141,7 @@ void mark_missing(std::vector<double>& values, std::optional<double> given) {
     if (is_mark(value)) value = std::numeric_limits<double>::quiet_NaN();
 }
 
-/// A column on the clock's even grid, its gaps filled if they may be.
+/// Returns a column on the clock's even grid, with its gaps filled if allowed.
 std::vector<double> read_column(const Table& table, int column, const Clock& clock, const RecordingOptions& options,
                                 Recording& recording) {
   const double fill_gaps_s = options.fill_gaps_s;
@@ -161,78 +162,81 @@ std::vector<double> read_column(const Table& table, int column, const Clock& clo
 void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, Recording& recording) {
   const bool in_memory = recording.file.empty();
   const std::string where = in_memory ? "recording" : recording.file;
-  const char* const other =
-      in_memory ? "give radians" : "if the unit is another, give --unit; if these are positions, --com-height";
+  const std::string other = in_memory ? "give radians"
+                                      : "if the unit is wrong, give " + setting("unit") +
+                                            "; if these are positions, give " + setting("com_height");
   const auto [least, most] = std::minmax_element(sway.rad.begin(), sway.rad.end());
   const double middle = mean(sway.rad), upright = mean_is_upright ? middle : 0.0;
   const double peak_deg = std::max(upright - *least, *most - upright) / sim::rad_per_deg;
   const double peak_to_peak_deg = (*most - *least) / sim::rad_per_deg;
   if (*least == *most) {
     throw Error(where, sway.column + " is constant, " + three_digits(*most / sim::rad_per_deg) + " degrees",
-                in_memory ? "give samples of sway" : "name the column of sway with --column");
+                in_memory ? "give samples of sway" : "name the sway column with " + setting("column"));
   }
   if (peak_deg > max_deg) {
     const auto at = (upright - *least > *most - upright ? least : most) - sway.rad.begin();
     if (!in_memory && peak_to_peak_deg < 2.0 * max_plausible_deg)
       throw Error(where,
                   sway.column + " is about " + three_digits(middle / sim::rad_per_deg) + " degrees, beyond lying flat",
-                  "if that is upright, give --detrend offset; " + std::string(other));
+                  "if that is upright, give " + setting("detrend") + " offset; " + other);
     throw Error(where,
                 sway.column + " reaches " + three_digits(peak_deg) + " degrees, beyond lying flat, at sample " +
                     std::to_string(at + 1),
-                in_memory
-                    ? other
-                    : other + std::string("; if it stands for a missing value, give --missing NUMBER and --fill-gaps"));
+                in_memory ? other
+                          : other + std::string("; if it stands for a missing value, give " + setting("missing") +
+                                                " NUMBER and " + setting("fill_gaps")));
   }
   if (peak_deg > max_plausible_deg) {
     recording.is_large = true;
     add_caution(recording.warnings, "large_sway",
-                "sway reaches " + three_digits(peak_deg) + " degrees, more than a standing body does; " + other);
+                "the sway reaches " + three_digits(peak_deg) + " degrees, too far for a standing body; " + other);
   }
   const double if_radians_deg = peak_to_peak_deg / sim::rad_per_deg;
   if (guessed && peak_to_peak_deg < small_for_a_guess_deg && if_radians_deg > small_for_a_guess_deg)
     throw Error(where,
                 sway.column + " has no unit, and is " + three_digits(peak_to_peak_deg) +
                     " degrees peak to peak if it is in degrees, " + three_digits(if_radians_deg) + " if in radians",
-                "give --unit rad or --unit deg; if these are positions, --com-height");
+                "give " + setting("unit") + " rad or " + setting("unit") + " deg; if these are positions, give " +
+                    setting("com_height"));
   if (peak_to_peak_deg < min_plausible_deg || (guessed && peak_to_peak_deg < small_for_a_guess_deg)) {
     add_caution(recording.warnings, "small_sway",
-                "sway is only " + three_digits(peak_to_peak_deg) + " degrees peak to peak, " +
+                "the sway is only " + three_digits(peak_to_peak_deg) + " degrees peak to peak, " +
                     three_digits(if_radians_deg) + " if these are radians; " + other);
   }
 }
 
-/// The tilt's column in radians. Its size is compared with the protocol's later.
+/// Reads the tilt's column in radians. Its size is compared with the protocol's later.
 void read_tilt(const Table& table, int column, int sway, const Clock& clock, const RecordingOptions& options,
                Recording& recording) {
   const std::string& name = table.names()[static_cast<std::size_t>(column)];
-  if (column == sway) throw Error(recording.file, name + " is the sway", "name the tilt with --tilt-column");
+  if (column == sway)
+    throw Error(recording.file, name + " is already the sway", "name the tilt with " + setting("tilt_column"));
   if (table.rows(column) != table.rows(sway)) {
     throw Error(recording.file,
                 "the tilt " + name + " has " + std::to_string(table.rows(column)) + " values, the sway " +
                     std::to_string(table.rows(sway)),
                 "name signals that were sampled together");
   }
-  const Unit unit = angle_unit(table, column, options.tilt_unit, "--tilt-unit", recording);
+  const Unit unit = angle_unit(table, column, options.tilt_unit, setting("tilt_unit"), recording);
   Signal<double> tilt{platform_tilt, name, read_column(table, column, clock, options, recording)};
   const double factor = rad_in(unit) * (options.invert_tilt ? -1.0 : 1.0);
   for (double& value : tilt.rad) value *= factor;
   recording.signals.add(std::move(tilt));
 }
 
-/// The tilt by its name alone, if there is one and nothing is wrong with it.
+/// Reads the tilt found by its name, if there is one and it is valid.
 void look_for_tilt(const Table& table, const SwaySource& sway, const Clock& clock, const RecordingOptions& options,
                    Recording& recording) {
   const std::size_t warnings = recording.warnings.size();
   try {
-    const int column = find_tilt_column(table, -1, recording.file, "--tilt-column");
+    const int column = find_tilt_column(table, -1, recording.file, setting("tilt_column"));
     if (column < 0 || std::ranges::find(sway.columns, column) != sway.columns.end()) return;
     read_tilt(table, column, sway.columns.front(), clock, options, recording);
     recording.tilt_was_found = true;
   } catch (const Error& error) {
     recording.warnings.erase(recording.warnings.begin() + static_cast<std::ptrdiff_t>(warnings),
                              recording.warnings.end());
-    add_info(recording.warnings, "tilt_not_used", "a column that may be the tilt is not used: " + error.problem());
+    add_info(recording.warnings, "tilt_not_used", "decid ignores a column that may be the tilt: " + error.problem());
   }
 }
 
@@ -251,25 +255,27 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   if (table.preamble_lines() > 0 && !options.skip_lines && options.section.empty())
     add_info(recording.warnings, "preamble",
              "the first " + std::to_string(table.preamble_lines()) +
-                 (table.preamble_lines() == 1 ? " line is" : " lines are") + " above the table and not read");
+                 (table.preamble_lines() == 1 ? " line" : " lines") + " above the table are ignored");
   int time = find_time(table);
   const SwaySource source = find_sway_source(table, time, options, recording);
   const int sway = source.columns.front();
   if (read->choose(sway)) time = find_time(table);
   if (options.trial_column.empty() && !options.is_one_trial) refuse_several_trials(table, sway, time, recording.file);
-  if (table.rows(sway) < 2) throw Error(recording.file, "has only one sample", "name a whole recording");
+  if (table.rows(sway) < 2) throw Error(recording.file, "has only one sample", "give a whole recording");
   const std::string& name = table.names()[static_cast<std::size_t>(sway)];
-  if (sway == time) {  // the user has said what it is
+  if (sway == time) {  // the user named this column
     if (!options.rate_hz && table.stated_rates().empty())
-      throw Error(recording.file, "the sway that was named, '" + name + "', is its column of time",
-                  "name the column of sway with --column, or give --rate if this is it");
+      throw Error(
+          recording.file, "the named sway, '" + name + "', is the time column",
+          "name the sway column with " + setting("column") + ", or give " + setting("rate") + " if this is the sway");
     time = -1;
   }
   if (time >= 0 && table.rows(time) != table.rows(sway)) {
     throw Error(recording.file,
                 name + " has " + std::to_string(table.rows(sway)) + " values, its time " +
                     table.names()[static_cast<std::size_t>(time)] + " " + std::to_string(table.rows(time)),
-                "name the sway with --column, or give --rate and save it without that time");
+                "name the sway with " + setting("column") + ", or give " + setting("rate") +
+                    " and save the file without that time");
   }
   const Clock clock = find_clock(table, sway, time, options, recording);
   recording.rate_hz = clock.rate_hz;
@@ -281,14 +287,14 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
     for (double& value : signal.rad) value = -value;
   }
   if (!options.tilt_column.empty()) {
-    read_tilt(table, named_column(table, options.tilt_column, recording.file, "--tilt-column"), sway, clock, options,
-              recording);
+    read_tilt(table, named_column(table, options.tilt_column, recording.file, setting("tilt_column")), sway, clock,
+              options, recording);
   } else if (options.find_tilt) {
     look_for_tilt(table, source, clock, options, recording);
   }
   if ((options.tilt_unit || options.invert_tilt) && recording.signals.find(platform_tilt) == nullptr)
-    throw Error(recording.file, "no tilt is read for --tilt-unit or --invert tilt",
-                "name its column with --tilt-column");
+    throw Error(recording.file, "no tilt is read for " + setting("tilt_unit") + " or " + setting("invert") + " tilt",
+                "name its column with " + setting("tilt_column"));
   return recording;
 }
 
@@ -300,12 +306,12 @@ Recording recording_of(std::span<const double> sway_rad, double rate_hz) {
   Recording recording;
   recording.rate_hz = rate_hz;
   if (!is_sample_rate(rate_hz))
-    throw Error("recording", "a rate of " + six_digits(rate_hz) + " Hz", "give the samples a second, 1 to 100,000");
+    throw Error("recording", "has a rate of " + six_digits(rate_hz) + " Hz", "give 1 to 100,000 Hz");
   if (sway_rad.size() < 2)
-    throw Error("recording", sway_rad.empty() ? "no samples" : "only one sample", "give a whole recording");
+    throw Error("recording", sway_rad.empty() ? "has no samples" : "has only one sample", "give a whole recording");
   for (std::size_t k = 0; k < sway_rad.size(); ++k)
     if (!std::isfinite(sway_rad[k]))
-      throw Error("recording", "sample " + std::to_string(k) + " is not finite", "interpolate what is missing");
+      throw Error("recording", "sample " + std::to_string(k) + " is not finite", "interpolate missing samples");
   const Signal<double>& sway = recording.signals.add({com_sway, "sway", {sway_rad.begin(), sway_rad.end()}});
   check_size(sway, false, false, recording);
   return recording;

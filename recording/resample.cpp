@@ -1,6 +1,6 @@
-// Resampling of a signal by any ratio: each new sample is a weighted mean of the old ones, the weights a windowed sinc.
-// Method: Smith and Gossett, "A flexible sampling-rate conversion method", ICASSP 1984: the filter is tabulated finely
-// and interpolated linearly. Window and its length: Kaiser, "Nonrecursive digital filter design", 1974.
+// Resampling of a signal by any ratio: each new sample is a weighted mean of old ones, with a windowed sinc as weights.
+// Method: Smith and Gossett, "A flexible sampling-rate conversion method", ICASSP 1984: a fine table of the filter is
+// interpolated linearly. Window and length: Kaiser, "Nonrecursive digital filter design", 1974.
 #include "recording/resample.hpp"
 
 #include <cmath>
@@ -19,19 +19,19 @@ namespace {
 constexpr double cut_off = 0.45;
 constexpr int half_length = 26;
 constexpr double kaiser_beta = 0.1102 * (80.0 - 8.7);
-/// Table entries a sample: linear interpolation between them errs by (2 pi 0.45 / 512)^2 / 8 = 4e-6, below -100 dB.
+/// Table entries per sample: linear interpolation errs by (2 pi 0.45 / 512)^2 / 8 = 4e-6, below -100 dB.
 constexpr int resolution = 512;
 constexpr double longest_result = 1e8;
 
-/// sin(2 pi x), exact to a few units in 1e-16: a sixteenth of a turn from the table, the rest by its series.
-double sin_of_turns(double x) {
+/// Returns sin(2 pi x), exact to a few units in 1e-16: sixteenths of a turn from a table, the rest by its series.
+double sin_2pi(double x) {
   const double k = std::nearbyint(16.0 * x);
   const SinCos near = sincos_of_turn(static_cast<long long>(k), 16);
   const double rest = sin_small(2.0 * sim::pi * (x - k / 16.0));
   return near.sin * std::sqrt(1.0 - rest * rest) + near.cos * rest;
 }
 
-/// Modified Bessel function of order 0: sum of ((x/2)^k / k!)^2.
+/// Returns the modified Bessel function of order 0: sum of ((x/2)^k / k!)^2.
 double bessel_i0(double x) {
   double sum = 1.0, term = 1.0;
   for (int k = 1; term > 1e-17 * sum; ++k) {
@@ -42,8 +42,8 @@ double bessel_i0(double x) {
   return sum;
 }
 
-/// The filter at i / resolution samples, i = 0 .. half_length * resolution, and a zero so that interpolation at the end
-/// needs no case of its own.
+/// Returns the filter at i / resolution samples, i = 0 .. half_length * resolution, and a final zero, so that
+/// interpolation at the end needs no special case.
 std::vector<double> make_filter() {
   constexpr int last = half_length * resolution;
   std::vector<double> filter(last + 2, 0.0);
@@ -51,14 +51,14 @@ std::vector<double> make_filter() {
   for (int i = 0; i <= last; ++i) {
     const double t = static_cast<double>(i) / resolution, u = t / half_length;
     const double turns = cut_off * t;
-    const double sinc = i == 0 ? 2.0 * cut_off : sin_of_turns(turns) / (sim::pi * t);
+    const double sinc = i == 0 ? 2.0 * cut_off : sin_2pi(turns) / (sim::pi * t);
     filter[static_cast<std::size_t>(i)] = sinc * scale * bessel_i0(kaiser_beta * std::sqrt(1.0 - u * u));
   }
   return filter;
 }
 
-/// `count` samples, the first at `start` and then every `step` samples of a signal whose sample k, also beyond its
-/// ends, is at(k); k is whole.
+/// Returns `count` samples of a signal, the first at `start`, one every `step` samples. at(k) is the signal's sample k,
+/// also beyond its ends; k is an integer.
 template <class At>
 std::vector<double> filtered(const At& at, double start, double step, std::size_t count) {
   static const std::vector<double> filter = make_filter();
@@ -76,7 +76,7 @@ std::vector<double> filtered(const At& at, double start, double step, std::size_
       sum += weight * at(k);
       weights += weight;
     }
-    result[i] = sum / weights;  // a constant stays itself
+    result[i] = sum / weights;  // keeps constants exact
   }
   return result;
 }
@@ -87,8 +87,7 @@ auto held(const std::vector<double>& signal) {
   };
 }
 
-/// Turned about either end again and again, the signal repeats every 2 last samples, 2 (x(last) - x(0)) higher each
-/// time.
+/// Reflected at both ends repeatedly, the signal repeats every 2 last samples, each time 2 (x(last) - x(0)) higher.
 auto reflected(const std::vector<double>& signal) {
   return [&signal, last = static_cast<double>(signal.size() - 1)](double k) {
     if (k >= 0.0 && k <= last) return signal[static_cast<std::size_t>(k)];
@@ -120,7 +119,7 @@ void check_rates(double from_hz, double to_hz) {
 std::vector<double> resample(const std::vector<double>& signal, double from_hz, double to_hz, Ends ends) {
   check_rates(from_hz, to_hz);
   if (from_hz == to_hz || signal.empty()) return signal;
-  // A length that is whole but for rounding is meant whole.
+  // Rounding may move a whole length off its integer.
   const double length = std::floor(static_cast<double>(signal.size()) * (to_hz / from_hz) + 1e-6);
   if (length > longest_result) {
     throw Error("resample", "the result would have more than 100 million samples", "check the sample rates");

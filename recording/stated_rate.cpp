@@ -1,5 +1,5 @@
-// Sample rates in words: see stated_rate.hpp. The phrases are those of exports of motion capture, force plates,
-// inertial sensors and amplifiers, in English, German, French, Italian and Spanish.
+// Sample rates in words: see stated_rate.hpp. The phrases come from exports of motion capture, force plates, inertial
+// sensors and amplifiers, in English, German, French, Italian and Spanish.
 #include "recording/stated_rate.hpp"
 
 #include <algorithm>
@@ -54,7 +54,7 @@ struct Quantity {
   std::string unit;  ///< lower case: "hz", "msec/sample"
 };
 
-/// "100", "100 Hz", "100.0Hz": a number, and nothing else but a unit.
+/// Reads "100", "100 Hz" and "100.0Hz": a number, and nothing else except a unit.
 std::optional<Quantity> quantity_in(std::string_view field) {
   const std::size_t end = field.find_first_not_of("+-.,0123456789eE");
   std::size_t length = std::min(end, field.size());
@@ -67,7 +67,7 @@ std::optional<Quantity> quantity_in(std::string_view field) {
   return found;
 }
 
-/// Seconds in the unit that a phrase or a quantity ends in.
+/// Returns the seconds of the unit at the end of a phrase or a quantity.
 std::optional<double> seconds_in(std::string_view unit) {
   if (one_of(unit, {"s", "sec", "secs", "second", "seconds", "sekunden", "sec/sample", "s/sample"})) return 1.0;
   if (one_of(unit, {"ms", "msec", "msecs", "milliseconds", "msec/sample", "ms/sample"})) return 1e-3;
@@ -88,7 +88,7 @@ void add(std::string_view phrase, const Quantity& quantity, std::vector<StatedRa
     if (!one_of(quantity.unit, {"", "hz", "hertz", "1/s", "/s", "fps", "sps", "samples/s", "frames/s", "khz"})) return;
     hz = quantity.unit == "khz" ? 1e3 * quantity.value : quantity.value;
   } else if (meaning == Meaning::interval) {
-    // Programs that write these names count in seconds.
+    // Programs that write these names use seconds.
     if (!unit_s && quantity.unit.empty() && one_of(text, {"deltax", "dt", "ts"})) unit_s = 1.0;
     if (!unit_s) return;
     hz = near_whole(1.0 / (quantity.value * *unit_s));
@@ -96,7 +96,7 @@ void add(std::string_view phrase, const Quantity& quantity, std::vector<StatedRa
   if (is_sample_rate(hz)) rates.push_back({hz, std::string(phrase), meaning != Meaning::bare_rate});
 }
 
-/// Returns the separator of names and figures: a comma between digits only if another one plainly does.
+/// Splits a line into names and figures. A comma between digits separates only if another comma clearly does.
 std::vector<std::string_view> fields_of(std::string_view line) {
   const auto is_digit = [&](std::size_t i) { return i < line.size() && line[i] >= '0' && line[i] <= '9'; };
   const auto within_number = [&](std::size_t i) {

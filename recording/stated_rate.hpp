@@ -1,4 +1,4 @@
-// Sample rates that a file states beside its samples, in words: "Sampling rate (Hz),100", "Interval= 0.01 s".
+// Sample rates that a file states in words outside of its samples: "Sampling rate (Hz),100", "Interval= 0.01 s".
 // Not installed.
 #pragma once
 
@@ -11,20 +11,20 @@ namespace decid::recording {
 
 struct StatedRate {
   double hz = 0.0;
-  std::string phrase;     ///< as it stands there: "Sampling rate (Hz)"
-  bool is_plain = false;  ///< says whose rate it is; "Rate" or "Frequency" do not
+  std::string phrase;     ///< as in the file: "Sampling rate (Hz)"
+  bool is_plain = false;  ///< names its subject; "Rate" and "Frequency" do not
 };
 
-/// Adds those of one line. A phrase counts if it is one of a list as a whole: "Sampling rate", "DataRate",
-/// "Abtastfrequenz", "fs", "Frequency"; "Heart rate", "Cutoff frequency", "ANALOG_FREQUENCY" and "Offset" are none. One
-/// number of 1 to 100,000 Hz must follow it, or stand before it ("30 FPS"), with or without a unit. Sampling intervals
-/// count where their unit is there: "Sampling interval (ms),10", "10 msec/sample".
+/// Adds the rates that one line states. The whole phrase must be in a list: "Sampling rate", "DataRate",
+/// "Abtastfrequenz", "fs", "Frequency", unlike "Heart rate", "Cutoff frequency", "ANALOG_FREQUENCY" and "Offset". One
+/// number of 1 to 100,000 Hz must follow it, or precede it ("30 FPS"), with or without a unit. Sampling intervals count
+/// if they have a unit: "Sampling interval (ms),10", "10 msec/sample".
 void add_stated_rates(std::string_view line, std::vector<StatedRate>& rates);
 
-/// Returns the rates that say whose they are, or all if none does; several of one rate count once.
+/// Returns the rates whose phrases name their subject, or all rates if none does; equal rates count once.
 std::vector<StatedRate> candidates(const std::vector<StatedRate>& rates);
 
-/// "'Sampling rate' 100 Hz, 'Frame rate' 50 Hz"
+/// Returns "'Sampling rate' 100 Hz, 'Frame rate' 50 Hz".
 std::string list_of(const std::vector<StatedRate>& rates);
 
 }  // namespace decid::recording

@@ -1,4 +1,4 @@
-// Where the sway comes from: see sway_source.hpp.
+// Sources of the sway: see sway_source.hpp.
 #include "recording/sway_source.hpp"
 
 #include <algorithm>
@@ -6,6 +6,7 @@
 
 #include "base/error.hpp"
 #include "base/math/statistics.hpp"
+#include "base/setting.hpp"
 #include "recording/table/candidates.hpp"
 #include "recording/table/columns.hpp"
 #include "recording/table/trials.hpp"
@@ -20,7 +21,7 @@ const std::string& name_of(const Table& table, int column) {
   return table.names()[static_cast<std::size_t>(column)];
 }
 
-/// Returns true if the name has one of the words, also behind the letter of a side: "lankle", "RKNEE".
+/// Returns true if the name has one of the words, also after the letter of a side: "lankle", "RKNEE".
 bool has_word(std::string_view name, std::initializer_list<std::string_view> list) {
   return std::ranges::any_of(words_in(name), [&](std::string_view word) {
     const bool may_have_side = word.size() > 3 && (word.front() == 'l' || word.front() == 'r');
@@ -28,44 +29,44 @@ bool has_word(std::string_view name, std::initializer_list<std::string_view> lis
   });
 }
 
-/// A table of a frequency response has a line a frequency, no samples.
+/// Throws Error for a frequency response, whose table has lines of frequencies instead of samples.
 void refuse_response(const Table& table, const std::string& where) {
   const auto has = [&](std::string_view part) {
     return std::ranges::any_of(table.names(), [&](const std::string& name) { return words(name).front() == part; });
   };
   if (has("frequency") && has("gain"))
-    throw Error(where, "is a frequency response, not a recording", "fit it alone: decid fit --frf " + where);
+    throw Error(where, "is a frequency response, not a recording", "fit it with " + setting("frf") + " " + where);
 }
 
 void refuse_ankle(const std::string& name, const std::string& where) {
-  if (other_quantity(name) != nullptr) return;              // The error names that quantity.
-  for (const char* whole : {"com", "cog", "sway", "body"})  // "com_sway about the ankle", "CoMAnkleAngle"
+  if (other_quantity(name) != nullptr) return;              // another error names that quantity
+  for (const char* whole : {"com", "cog", "sway", "body"})  // such as "com_sway about the ankle", "CoMAnkleAngle"
     if (words(name).front().starts_with(whole)) return;
   if (!has_word(name, {"ankle", "sprunggelenk", "sprunggelenkswinkel", "sprunggelenkwinkel", "osg", "dorsiflexion",
                        "plantarflexion"}))
     return;
-  throw Error(where, name + " is an angle of the ankle by its name: the body's against the platform, not in space",
-              "add the platform's tilt to it, and call the sum sway");
+  throw Error(where, name + " is an ankle angle by its name: relative to the platform, not in space",
+              "add the platform's tilt, and name the sum sway");
 }
 
-/// The model sways as a whole, about the ankles, in one direction.
+/// Warns of a name of a body part or another direction: the model sways as a whole, about the ankles, in one direction.
 void warn_of_part(const std::string& name, Recording& recording) {
   for (const char* part : {"head", "kopf", "neck", "trunk", "rumpf", "thorax", "spine", "foot", "fuss", "fu\xC3\x9F",
                            "knee", "knie", "thigh", "pelvis", "hip"}) {
-    // A marker of the hip may stand for the centre of mass, the angle of its joint may not.
+    // A hip marker may stand for the centre of mass, a hip joint's angle may not.
     if (!has_word(name, {part}) || (part == std::string_view("hip") && !has_word(name, {"angle", "angles", "flexion"})))
       continue;
-    add_caution(recording.warnings, "sway_of_a_part",
-                name + " is of the " + part +
-                    " by its name, and the sway that is identified is that of the body's centre of mass");
+    add_caution(
+        recording.warnings, "sway_of_a_part",
+        name + " belongs to the " + part + " by its name; the model needs the sway of the body's centre of mass");
   }
   for (const char* other : {"ml", "lateral", "mediolateral", "yaw", "heading", "gaze", "eye", "target", "setpoint"})
     if (has_word(name, {other}))
       add_caution(recording.warnings, "not_this_sway",
-                  name + " is '" + other + "' by its name, and the sway that is identified is that forwards");
+                  name + " is '" + other + "' by its name; the model needs the forward sway");
 }
 
-/// "COM_x", "C7 X", "com_position", "COM displacement"; not "sway_x" and "Trunk Angle X".
+/// Returns true for "COM_x", "C7 X", "com_position", "COM displacement", and false for "sway_x" and "Trunk Angle X".
 bool is_position_name(const std::string& name) {
   if (has_word(name, {"angle", "angles", "angular", "winkel", "rotation", "rot", "orientation", "euler", "pitch",
                       "roll", "yaw", "tilt", "lean", "inclination", "neigung", "flexion"}))
@@ -81,7 +82,7 @@ bool is_position_name(const std::string& name) {
   });
 }
 
-/// Displacements too: they may be the only column, and the unit is looked at later.
+/// Includes displacements: they may be the only column, and their unit is checked later.
 int find_sway(const Table& table, int time, const RecordingOptions& options, Recording& recording) {
   const int named = find_named(table, time,
                                {"com_sway",
@@ -109,51 +110,53 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
                                 "lean_angle",
                                 "neigung",
                                 "k\xC3\xB6rperneigung"},
-                               recording.file, "--column");
+                               recording.file, setting("column"));
   if (named >= 0) return named;
   std::vector<int> candidates = sway_candidates(table, time);
   const std::string unread = table.unread().empty() ? std::string() : "; not read: " + table.unread();
-  const char* const add = unread.empty() ? "add the sway, or name it with --column"
-                                         : "save the sway as a vector of real numbers, or name it with --column";
-  if (candidates.empty()) throw Error(recording.file, "has a column of time but none of sway" + unread, add);
-  const int tilt = find_tilt_column(table, time, recording.file, "--column");
+  const std::string add = unread.empty()
+                              ? "add the sway, or name it with " + setting("column")
+                              : "save the sway as a vector of real numbers, or name it with " + setting("column");
+  if (candidates.empty()) throw Error(recording.file, "has a time column but no sway column" + unread, add);
+  const int tilt = find_tilt_column(table, time, recording.file, setting("column"));
   std::erase(candidates, tilt);
   if (!options.trial_column.empty())
     for (const int column : trial_columns(table, options.trial_column, recording.file)) std::erase(candidates, column);
   if (candidates.size() > 1) {
-    // "0,01,0,02": names are half as many as their cells, so that they are no header.
+    // "0,01,0,02": half as many names as cells, so they are not a header.
     const bool decimal_commas = !table.has_header() && table.columns() % 2 == 0 && table.arrays().empty();
     std::string list;
     for (const int column : candidates)
       list += list.size() > 200 ? "" : (list.empty() ? "'" : ", '") + name_of(table, column) + "'";
     throw Error(
         recording.file, "has several columns that may be the sway: " + list,
-        std::string(
-            "name one with --column, or what the sway is made of with --leg and --trunk, or --hip and --shoulder") +
+        std::string("name one with " + setting("column") + ", or the sway's parts with " + setting("leg") + " and " +
+                    setting("trunk") + ", or " + setting("hip") + " and " + setting("shoulder")) +
             (decimal_commas ? "; if its numbers have decimal commas, save it with semicolons between them" : "") +
             trial_advice(table));
   }
   if (candidates.empty() && tilt < 0)
-    throw Error(recording.file, "has no column of sway besides '" + options.trial_column + "' of --trial" + unread,
-                add);
+    throw Error(recording.file,
+                "has no sway column except '" + options.trial_column + "' of " + setting("trial_column") + unread, add);
   if (candidates.empty())
     throw Error(recording.file,
-                "has a column of the platform's tilt, '" + name_of(table, tilt) + "', but none of sway" + unread, add);
+                "has a column of the platform's tilt, '" + name_of(table, tilt) + "', but no sway column" + unread,
+                add);
   const int sway = candidates.front();
   if (table.has_header()) {
     add_info(recording.warnings, "column_assumed",
-             "column '" + name_of(table, sway) + "' is taken as the sway: it is the only one that may be" +
-                 (tilt >= 0 ? " beside the platform's tilt" : ""));
+             "column '" + name_of(table, sway) + "' is assumed to be the sway: it is the only candidate" +
+                 (tilt >= 0 ? " except the platform's tilt" : ""));
   }
   return sway;
 }
 
-/// A column of lengths in metres.
+/// Returns a column of lengths in metres.
 std::vector<double> read_metres(const Table& table, int column, const RecordingOptions& options,
                                 const std::function<std::vector<double>(int)>& read, const std::string& where) {
   const std::string& name = name_of(table, column);
   const std::optional<double> metres = options.metres_per_unit ? options.metres_per_unit : metres_in_unit_of(name);
-  if (!metres) throw Error(where, "the unit of " + name + " is not in its name", "give --unit mm, cm or m");
+  if (!metres) throw Error(where, "the name of " + name + " has no unit", "give " + setting("unit") + " mm, cm or m");
   std::vector<double> values = read(column);
   for (double& value : values) value *= *metres;
   return values;
@@ -164,7 +167,7 @@ void subtract_mean(std::vector<double>& values) {
   for (double& value : values) value -= middle;
 }
 
-/// Angles of displacements at the top of a rod of this length.
+/// Returns the angles of displacements at the top of a rod of this length.
 std::vector<double> angles(const std::vector<double>& displacement_m, double length_m, const std::string& what,
                            const std::string& where) {
   std::vector<double> result;
@@ -174,13 +177,13 @@ std::vector<double> angles(const std::vector<double>& displacement_m, double len
       throw Error(
           where,
           what + " is " + three_digits(x) + " m from the upright, at a height of " + three_digits(length_m) + " m",
-          "check units and columns; positions count from the ankle (--ankle COLUMN)");
+          "check units and columns; positions count from the ankle (" + setting("ankle") + " COLUMN)");
     result.push_back(std::asin(x / length_m));
   }
   return result;
 }
 
-/// Winter's proportions are those of every height.
+/// Returns the sway of a body of any height: Winter's proportions hold for all heights.
 std::vector<double> sway_of(const std::vector<double>& leg, const std::vector<double>& trunk) {
   const sim::DoubleBody body(sim::segments_of({}));
   std::vector<double> sway(leg.size());
@@ -188,7 +191,7 @@ std::vector<double> sway_of(const std::vector<double>& leg, const std::vector<do
   return sway;
 }
 
-/// Removes steps of about 360 degrees, which programs make that keep angles within a turn.
+/// Removes steps of about 360 degrees, which programs cause that keep angles within one turn.
 void unwrap(std::vector<double>& rad, const std::string& name, Recording& recording) {
   constexpr double turn = 360.0 * sim::rad_per_deg, margin = 60.0 * sim::rad_per_deg;
   double turns = 0.0, sum = 0.0;
@@ -199,32 +202,32 @@ void unwrap(std::vector<double>& rad, const std::string& name, Recording& record
       turns += step > 0.0 ? -1.0 : 1.0;
       any = true;
     }
-    if (turns != 0.0) rad[k] += turns * turn;  // -0 stays
+    if (turns != 0.0) rad[k] += turns * turn;  // keeps -0
     sum += rad[k];
   }
   if (!any) return;
   const double whole = turn * std::round(sum / static_cast<double>(rad.size()) / turn);
   for (double& value : rad) value -= whole;
-  add_info(recording.warnings, "unwrapped", name + " jumps by 360 degrees: whole turns are taken off");
+  add_info(recording.warnings, "unwrapped", name + " jumps by 360 degrees: decid removed whole turns");
 }
 
-/// Angles of leg or trunk, rad.
+/// Returns angles of leg or trunk, rad.
 std::vector<double> read_angles(const Table& table, int column, const RecordingOptions& options,
                                 const std::function<std::vector<double>(int)>& read, Recording& recording) {
   const std::string& name = name_of(table, column);
-  const double unit_rad = rad_in(angle_unit(table, column, options.unit, "--unit", recording));
+  const double unit_rad = rad_in(angle_unit(table, column, options.unit, setting("unit"), recording));
   if (!options.unit && !unit_in(name) && !table.unit() && is_position_name(name))
     add_caution(recording.warnings, "perhaps_a_length",
-                name +
-                    " is a position by its name, and is read as degrees: if it is a length, give --com-height and "
-                    "--unit mm, cm or m; if not, --unit deg");
+                name + " is a position by its name; decid reads it in degrees: if it is a length, give " +
+                    setting("com_height") + " and " + setting("unit") + " mm, cm or m; if not, " + setting("unit") +
+                    " deg");
   std::vector<double> values = read(column);
   for (double& value : values) value *= unit_rad;
   unwrap(values, name, recording);
   return values;
 }
 
-/// Mean square about the mean.
+/// Returns the mean square about the mean.
 double mean_square(const std::vector<double>& values) {
   double sum = 0.0, squares = 0.0;
   for (const double value : values) sum += value;
@@ -233,7 +236,7 @@ double mean_square(const std::vector<double>& values) {
   return squares / static_cast<double>(values.size());
 }
 
-/// Returns the axis that a name ends in, units apart: 'x' of "HIP_X (mm)", "hip.x" and "Hip X"; 0: none.
+/// Returns the axis at the end of a name, apart from units: 'x' for "HIP_X (mm)", "hip.x" and "Hip X"; 0: none.
 char axis_of(const std::string& name) {
   std::vector<std::string> words(1);
   for (const char c : name) {
@@ -265,7 +268,7 @@ void warn_of_axes(const Table& table, const std::vector<int>& columns, Recording
     const char axis = axis_of(first), other = axis_of(name);
     if (axis == '\0' || other == '\0' || axis == other) continue;
     add_caution(recording.warnings, "axes_differ",
-                first + " and " + name + " are of two axes: name those of the direction of the tilt");
+                first + " and " + name + " have different axes: name columns in the direction of the tilt");
     return;
   }
 }
@@ -278,46 +281,50 @@ SwaySource find_sway_source(const Table& table, int time, const RecordingOptions
   const bool segments = !options.leg_column.empty() || !options.trunk_column.empty();
   const bool markers = !options.hip_column.empty() || !options.shoulder_column.empty();
   if ((segments && markers) || ((segments || markers) && (!options.column.empty() || options.com_height_m))) {
-    throw Error("--column, --com-height, --leg and --trunk, --hip and --shoulder",
-                "say in several ways where the sway comes from", "give one of them");
+    throw Error(setting("column") + ", " + setting("com_height") + ", " + setting("leg") + " and " + setting("trunk") +
+                    ", " + setting("hip") + " and " + setting("shoulder"),
+                "contradict each other: they name several sources of the sway", "give one of them");
   }
   if (segments && (options.leg_column.empty() || options.trunk_column.empty()))
-    throw Error("--leg, --trunk", "one stands alone", "give both columns");
+    throw Error(setting("leg") + ", " + setting("trunk"), "one is missing", "give both columns");
   if (markers && (options.hip_column.empty() || options.shoulder_column.empty()))
-    throw Error("--hip, --shoulder", "one stands alone", "give both columns");
+    throw Error(setting("hip") + ", " + setting("shoulder"), "one is missing", "give both columns");
   if (markers && !options.body_height_m)
-    throw Error("--hip, --shoulder", "how long the segments are is not known", "give --mass and --height");
+    throw Error(setting("hip") + ", " + setting("shoulder"), "the lengths of the segments are unknown",
+                "give " + setting("mass") + " and " + setting("height"));
   if (!options.ankle_column.empty() && !markers && !options.com_height_m)
-    throw Error("--ankle", "there are no positions that count from it", "give --com-height, or --hip and --shoulder");
+    throw Error(setting("ankle"), "no positions refer to it",
+                "give " + setting("com_height") + ", or " + setting("hip") + " and " + setting("shoulder"));
   if (options.com_height_m && !(*options.com_height_m > 0.0))
-    throw Error("--com-height", "is " + three_digits(*options.com_height_m) + " m", "give metres above the ankles");
+    throw Error(setting("com_height"), "is " + three_digits(*options.com_height_m) + " m",
+                "give metres above the ankles");
   SwaySource source;
-  const auto add = [&](const std::string& column, const char* setting) {
-    source.columns.push_back(named_column(table, column, where, setting));
+  const auto add = [&](const std::string& column, const std::string& setting_name) {
+    source.columns.push_back(named_column(table, column, where, setting_name));
   };
   if (segments) {
     source.kind = Kind::segments;
-    add(options.leg_column, "--leg");
-    add(options.trunk_column, "--trunk");
+    add(options.leg_column, setting("leg"));
+    add(options.trunk_column, setting("trunk"));
   } else if (markers) {
     source.kind = Kind::markers;
-    add(options.hip_column, "--hip");
-    add(options.shoulder_column, "--shoulder");
+    add(options.hip_column, setting("hip"));
+    add(options.shoulder_column, setting("shoulder"));
   } else {
     source.kind = options.com_height_m ? Kind::displacement : Kind::angle;
     if (options.column.empty()) {
       refuse_response(table, where);
       source.columns.push_back(find_sway(table, time, options, recording));
     } else {
-      add(options.column, "--column");
+      add(options.column, setting("column"));
     }
     const std::string& name = name_of(table, source.columns.front());
     if (!options.com_height_m) refuse_ankle(name, where);
     if (options.com_height_m && other_quantity(name) == centre_of_pressure)
-      static_cast<void>(unit_of(name, {}, where, "--unit"));  // throws: it is no position of the centre of mass
+      static_cast<void>(unit_of(name, {}, where, setting("unit")));  // throws: not a position of the centre of mass
     warn_of_part(name, recording);
   }
-  if (!options.ankle_column.empty()) add(options.ankle_column, "--ankle");
+  if (!options.ankle_column.empty()) add(options.ankle_column, setting("ankle"));
   refuse_same_column(table, source.columns, where);
   warn_of_axes(table, source.columns, recording);
   const int first = source.columns.front();
@@ -326,7 +333,7 @@ SwaySource find_sway_source(const Table& table, int time, const RecordingOptions
     throw Error(where,
                 name_of(table, first) + " has " + std::to_string(table.rows(first)) + " values, " +
                     name_of(table, column) + " " + std::to_string(table.rows(column)),
-                "name signals that were sampled together");
+                "name signals of equal length");
   }
   return source;
 }
@@ -339,9 +346,10 @@ Signal<double> read_sway(const Table& table, const SwaySource& source, const Rec
   Signal<double> sway{com_sway, name_of(table, columns.front()), {}};
   if (source.kind == Kind::angle) {
     if (options.metres_per_unit)
-      throw Error(where, sway.column + " is said to be a length",
+      throw Error(where, sway.column + " was declared a length",
                   "give the height of the centre of mass above the "
-                  "ankles as --com-height");
+                  "ankles as " +
+                      setting("com_height"));
     sway.rad = read_angles(table, columns[0], options, read, recording);
     return sway;
   }
@@ -364,7 +372,8 @@ Signal<double> read_sway(const Table& table, const SwaySource& source, const Rec
   }
   if (options.ankle_column.empty())
     add_info(recording.warnings, "mean_is_upright",
-             "where the ankle is was not given (--ankle): the mean of " + sway.column + " is taken as upright");
+             "the ankle's position is unknown (" + setting("ankle") + "): decid assumes that the mean of " +
+                 sway.column + " is upright");
   if (source.kind == Kind::displacement) {
     sway.rad = angles(positions[0], *options.com_height_m, sway.column, where);
     return sway;
@@ -372,7 +381,7 @@ Signal<double> read_sway(const Table& table, const SwaySource& source, const Rec
   if (mean_square(positions[1]) < mean_square(positions[0]))
     add_caution(recording.warnings, "shoulder_moves_less",
                 "the shoulder " + name_of(table, columns[1]) + " moves less than the hip " +
-                    name_of(table, columns[0]) + ": are the two exchanged?");
+                    name_of(table, columns[0]) + ": check whether the two are swapped");
   const sim::Segments segments = sim::segments_of({.height_m = *options.body_height_m});
   std::vector<double> between(positions[0].size());
   for (std::size_t k = 0; k < between.size(); ++k) between[k] = positions[1][k] - positions[0][k];

@@ -1,4 +1,4 @@
-// What the platform did before the protocol's start: see tilt_before.hpp.
+// The platform's movement before the protocol's start: see tilt_before.hpp.
 #include "recording/tilt_before.hpp"
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace {
 
 constexpr double min_before_s = 1.0, max_before_s = 10.0;
 constexpr double rest_fraction = 0.01;     // of the protocol's tilt, variances
-constexpr double noise_fraction = 0.5;     // of the sensor's noise: its variance over a second is known to 14%
+constexpr double noise_fraction = 0.5;     // of the measurement noise: its variance over one second is known to 14%
 constexpr double alike_correlation = 0.9;  // correlation
 
 double covariance(std::span<const double> a, std::span<const double> b) {
@@ -22,7 +22,7 @@ double covariance(std::span<const double> a, std::span<const double> b) {
   return sum / static_cast<double>(a.size());
 }
 
-/// The variance of what the protocol's tilt does not explain from `first` on.
+/// Returns the variance, from `first` on, that the protocol's tilt does not explain.
 double noise_variance(std::span<const double> measured, std::size_t first, std::span<const double> expected,
                       double gain) {
   std::vector<double> rest;

@@ -1,4 +1,5 @@
-// Cross-correlation by FFT, normalised by the measured tilt's deviation in each window: see tilt_match.hpp.
+// Cross-correlation by FFT, normalised by the standard deviation of the measured tilt in each window: see
+// tilt_match.hpp.
 #include "recording/tilt_match.hpp"
 
 #include <algorithm>
@@ -11,7 +12,8 @@ namespace decid::recording {
 
 namespace {
 
-/// Of a constant signal's squares, what may be left by rounding when its mean is taken off: 1e-10 of its size, squared.
+/// The fraction of a constant signal's squares that rounding may leave after its mean is subtracted: 1e-10 of its size,
+/// squared.
 constexpr double still = 1e-20;
 
 }  // namespace
@@ -34,7 +36,7 @@ TiltMatcher::TiltMatcher(std::vector<double> expected, int overhang)
 
 TiltMatcher::~TiltMatcher() = default;
 
-/// Of a power of two from `min_length` on.
+/// Returns the spectrum for a length of a power of two that is at least `min_length`.
 const TiltMatcher::Spectrum& TiltMatcher::spectrum(std::size_t min_length) const {
   int length = 2;
   while (static_cast<std::size_t>(length) < min_length) length *= 2;
@@ -63,7 +65,7 @@ Match TiltMatcher::match(std::span<const double> measured) const {
 
   const auto& [fft, conjugates] = spectrum(held.size() + n);
 
-  // Means are subtracted first, so that the sums of squares below are differences of numbers of their own size.
+  // Means are subtracted first, so that the sums of squares below are differences of similar numbers.
   double held_mean = 0.0;
   for (const double value : held) held_mean += value / static_cast<double>(held.size());
   std::vector<double> sum(held.size() + 1, 0.0), squares(held.size() + 1, 0.0);

@@ -1,4 +1,4 @@
-// Where in a recording the protocol's stimulus starts, by the tilt that was measured with the sway.
+// Finds the start of the protocol's stimulus in a recording, by the tilt measured with the sway.
 // Not installed.
 #pragma once
 
@@ -11,34 +11,35 @@
 namespace decid::recording {
 
 struct Match {
-  double delay_samples = 0.0;  ///< `expected` starts there in `measured`; may be negative
-  double correlation = 0.0;    ///< of the two at the nearest whole delay; negative: inverted
+  double delay_samples = 0.0;  ///< start of `expected` in `measured`; may be negative
+  double correlation = 0.0;    ///< at the nearest whole delay; negative: inverted
   double gain = 0.0;           ///< measured = gain * expected + constant, least squares
 };
 
-/// A tilt that is looked for in many others: its spectrum is made once for each length of the transforms. One serves
-/// all threads.
+/// Searches many signals for one tilt: computes its spectrum once per transform length. All threads may share it.
 class TiltMatcher {
  public:
   TiltMatcher(std::vector<double> expected, int overhang);
   ~TiltMatcher();
 
-  /// The delay of largest absolute normalised correlation, among those at which at most `overhang` samples of
-  /// `expected` lie outside of `measured` at either end; the earliest of those that are within 1e-6 of it, since a
-  /// stimulus repeats. Between samples by a parabola through the largest and its neighbours (Knapp and Carter, IEEE
-  /// Trans. ASSP 24, 1976, for the method; exact where the correlation is quadratic about its peak). measured: at least
-  /// as long as expected less the overhang; outside of it, its ends are held. Correlation 0 if either is constant.
+  /// Returns the delay of the largest absolute normalised correlation at which at most `overhang` samples of `expected`
+  /// lie outside of `measured` at either end. Among delays within 1e-6 of the maximum the earliest wins, because a
+  /// stimulus repeats. A parabola through the maximum and its neighbours gives the delay between samples (Knapp and
+  /// Carter, IEEE Trans. ASSP 24, 1976; exact where the correlation is quadratic about its peak). `measured` must be at
+  /// least as long as `expected` minus the overhang; outside of it, its ends are held. The correlation is 0 if either
+  /// signal is constant.
   Match match(std::span<const double> measured) const;
 
  private:
   struct Spectrum;
   const Spectrum& spectrum(std::size_t min_length) const;
 
-  std::vector<double> expected_;  // its mean taken off
+  std::vector<double> expected_;  // without its mean
   std::size_t overhang_;
   double energy_ = 0.0, size_ = 0.0;  // sums of squares, without and with the mean
   mutable std::mutex mutex_;
-  mutable std::map<int, std::unique_ptr<const Spectrum>> spectra_;  // by the transform's length; none is ever taken out
+  mutable std::map<int, std::unique_ptr<const Spectrum>>
+      spectra_;  // by the transform's length; entries are never removed
 };
 
 }  // namespace decid::recording

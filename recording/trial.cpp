@@ -1,10 +1,11 @@
-// Recordings brought to a protocol: its start, rate and length; offset and drift subtracted.
+// Recordings brought to a protocol: its start, rate and length, with offset and drift subtracted.
 #include "recording/trial.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/setting.hpp"
 #include "recording/quality/quality.hpp"
 #include "recording/quality/response_check.hpp"
 #include "recording/resample.hpp"
@@ -16,12 +17,12 @@ namespace decid::recording {
 
 namespace {
 
-/// How much of a trial may be missing at either end.
+/// The fraction of a trial that may be missing at either end.
 constexpr double missing_limit = 0.01;
 constexpr double min_correlation = 0.5, good_correlation = 0.95, good_gain = 0.1;
 /// Networks err more on slower recordings: docs/reference/accuracy.md has the measurement.
 constexpr double slowest_hz = 5.0, slow_hz = 25.0, slow_margin = 0.02;
-/// Samples by which lengths may differ by rounding alone.
+/// The number of samples by which rounding alone may change lengths.
 constexpr double rounding = 1e-6;
 
 std::string count_at(std::size_t samples, double rate_hz) {
@@ -29,7 +30,7 @@ std::string count_at(std::size_t samples, double rate_hz) {
          six_digits(static_cast<double>(samples) / rate_hz) + " s)";
 }
 
-/// A recording's samples among the trial's, k = first .. last, and where in the recording the trial starts.
+/// The trial's samples that a recording covers, k = first .. last, and the trial's start in the recording.
 struct Place {
   double start_s = 0.0;
   long long first = 0, last = -1;
@@ -64,23 +65,25 @@ std::string where(const Recording& recording) {
   return in_memory(recording) ? "recording" : recording.file;
 }
 
-/// What can be done about samples in memory, or about those of files, which options read.
-std::string either(const Recording& recording, const char* for_samples, const char* for_files) {
+/// Returns the remedy for samples in memory, or for samples of files, which options read.
+std::string either(const Recording& recording, const std::string& for_samples, const std::string& for_files) {
   return in_memory(recording) ? for_samples : for_files;
 }
 
-/// Returns true if the protocols differ in the body at most.
+/// Returns true if the protocols differ at most in the body.
 bool plays(const sim::Protocol& protocol, const sim::Protocol& known) {
   sim::Experiment same_body = known.experiment;
   same_body.body = protocol.experiment.body;
   return same_body == protocol.experiment;
 }
 
-/// How to write down a protocol that is like this one but for some settings.
+/// Returns the advice for writing a protocol like this one with other settings.
 std::string to_write(const sim::Protocol& protocol) {
-  if (plays(protocol, sim::default_protocol())) return "write its protocol (decid stimulus --write-protocol mine.json)";
+  if (plays(protocol, sim::default_protocol()))
+    return "write its protocol (decid stimulus " + setting("write_protocol") + " mine.json)";
   if (plays(protocol, sim::short_protocol()))
-    return "write its protocol (decid stimulus --protocol short --write-protocol mine.json)";
+    return "write its protocol (decid stimulus " + setting("protocol") + " short " + setting("write_protocol") +
+           " mine.json)";
   return "copy its protocol's file";
 }
 
@@ -95,22 +98,21 @@ std::string to_write(const sim::Protocol& protocol) {
   if (start_s > 0.0) problem += ", " + six_digits(left_s) + " s of them after the start";
   problem +=
       "; the model's protocol '" + protocol.name + "' needs " + count_at(needed, protocol.experiment.sample_rate_hz);
-  std::string remedy = "give whole trials of the protocol, or use a model of yours";
+  std::string remedy = "give whole trials of the protocol, or use your own model";
   if (in_memory(recording)) throw Error(where(recording), problem, remedy);
   if (whole >= 1 && whole < cycles) {
-    problem += ", and of its " + std::to_string(cycles) + " cycles only " + std::to_string(whole) +
-               (whole == 1 ? " is whole" : " are whole");
-    remedy = to_write(protocol) + ", set its cycles to " + std::to_string(whole) +
-             ", and give it to decid fit --protocol, or to decid train --stream for a model of these";
+    problem += ", and has only " + std::to_string(whole) + " of its " + std::to_string(cycles) + " whole cycles";
+    remedy = to_write(protocol) + ", set its cycles to " + std::to_string(whole) + ", and give it as " +
+             setting("protocol") + " to a fit, or to a training with " + setting("stream") + " for a model";
   } else {
-    remedy =
-        "give decid fit its own --protocol, or train a model for it (decid train --stream --protocol mine.json), then "
-        "identify --model; or give --rate if the time column is wrong";
+    remedy = "fit it with its own " + setting("protocol") + ", or train a model for that protocol (" +
+             setting("stream") + ") and give it as " + setting("model") + "; or give " + setting("rate") +
+             " if the time column is wrong";
   }
   throw Error(where(recording), problem, remedy);
 }
 
-/// Throws Error for a rate at which the response to the platform is lost, and warns of one at which much of it is.
+/// Throws Error for a rate that loses the response to the platform, and warns of a rate that loses much of it.
 void check_rate(Recording& recording, double protocol_hz) {
   const std::string rate = six_digits(recording.rate_hz) + " Hz";
   if (recording.rate_hz < slowest_hz)
@@ -120,7 +122,7 @@ void check_rate(Recording& recording, double protocol_hz) {
   if (recording.rate_hz < (1.0 - slow_margin) * slow_hz)
     add_caution(recording.warnings, "slow_rate",
                 "the recording has only " + rate +
-                    ": below 25 Hz the parameters err by up to 40% more than those of faster recordings");
+                    ": below 25 Hz the errors of the parameters are up to 40% larger than for faster recordings");
 }
 
 std::vector<double> prescribed_tilt(const sim::Protocol& protocol) {
@@ -132,22 +134,22 @@ std::vector<double> prescribed_tilt(const sim::Protocol& protocol) {
   return tilt;
 }
 
-/// How many of a protocol's samples may lie beyond a measured tilt's ends: more than may be missing, so that what is
-/// missing is reported, not overlooked.
+/// Returns the number of a protocol's samples that may lie beyond the ends of a measured tilt. It exceeds the allowed
+/// number, so that missing samples are reported instead of overlooked.
 std::size_t overhang_of(std::size_t samples) {
   return samples / 4;
 }
 
-/// The platform played something else.
+/// Thrown if the platform played another stimulus.
 class OtherStimulus : public Error {
   using Error::Error;
 };
 
-/// Where the sequence of `short` begins in the published COMTEST stimulus, examples/comtest.json.
+/// The place of `short`'s sequence in the published COMTEST stimulus, examples/comtest.json.
 constexpr double comtest_offset_s = 9.12;
 
 /// Throws OtherStimulus for a tilt that follows COMTEST's stimulus better than the protocol `short`, whose sequence is
-/// the same from another place: `short` upside down and 0.88 s later is nearly COMTEST's (correlation 0.9988).
+/// the same from another place: `short` inverted and 0.88 s later is nearly COMTEST's (correlation 0.9988).
 void refuse_comtest(const Signal<double>& tilt, const std::vector<double>& measured, const sim::Protocol& protocol,
                     double correlation, const Recording& recording) {
   if (!plays(protocol, sim::short_protocol())) return;
@@ -156,17 +158,17 @@ void refuse_comtest(const Signal<double>& tilt, const std::vector<double>& measu
   const std::vector<double> expected = prescribed_tilt(comtest);
   const Match match = TiltMatcher(expected, static_cast<int>(overhang_of(expected.size()))).match(measured);
   if (match.correlation < good_correlation || match.correlation < std::abs(correlation)) return;
-  throw OtherStimulus(where(recording),
-                      "the tilt " + tilt.column + " follows the published COMTEST stimulus (correlation " +
-                          six_digits(std::round(1e4 * match.correlation) / 1e4) + " from " +
-                          three_digits(match.delay_samples / protocol.experiment.sample_rate_hz) +
-                          " s on), not the protocol '" + protocol.name +
-                          "', which begins elsewhere in the same sequence",
-                      either(recording, "use a model for examples/comtest.json",
-                             "give decid fit --protocol comtest.json (from decid's examples), or a model for it"));
+  throw OtherStimulus(
+      where(recording),
+      "the tilt " + tilt.column + " follows the published COMTEST stimulus (correlation " +
+          six_digits(std::round(1e4 * match.correlation) / 1e4) + " from " +
+          three_digits(match.delay_samples / protocol.experiment.sample_rate_hz) + " s), not the protocol '" +
+          protocol.name + "', which begins elsewhere in the same sequence",
+      either(recording, "use a model for examples/comtest.json",
+             "give comtest.json of decid's examples as " + setting("protocol") + " to a fit, or give a model for it"));
 }
 
-/// Finds the protocol's tilt in the recording's. Throws OtherStimulus if it is not there.
+/// Finds the protocol's tilt in the recording's. Throws OtherStimulus if it is missing.
 TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, double from_hz, Recording& recording) {
   const sim::Protocol& protocol = plan.protocol();
   const double rate = protocol.experiment.sample_rate_hz;
@@ -182,42 +184,45 @@ TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, doubl
         where(recording),
         "the tilt " + tilt.column + " does not follow the protocol '" + protocol.name + "' (" + figures + " at best)",
         either(recording, "give another tilt, or a model for the protocol that was played",
-               "name another --tilt-column, or a model for the protocol that was played"));
+               "name another " + setting("tilt_column") + ", or a model for the protocol that was played"));
   }
   if (match.correlation < 0.0) {
     throw OtherStimulus(
         where(recording), "the tilt " + tilt.column + " follows the protocol with the other sign (" + figures + ")",
-        either(recording, "invert it if only its sensor is mounted the other way round, else the sway too",
-               "give --invert tilt if only its sensor is mounted the other way round, --invert both if the "
-               "sway is positive in that direction too"));
+        either(recording, "invert it if only its sensor is mounted in reverse, else invert the sway too",
+               "give " + setting("invert") + " tilt if only its sensor is mounted in reverse, or " + setting("invert") +
+                   " both if the "
+                   "sway is positive in that direction too"));
   }
   if (match.correlation < good_correlation) {
     add_caution(recording.warnings, "tilt_follows_roughly",
                 "the tilt " + tilt.column + " follows the protocol only roughly (" + figures +
-                    "): its delay may be wrong, or the platform played something else");
+                    "): its delay may be wrong, or the platform played another stimulus");
   }
   if (std::abs(match.gain - 1.0) > good_gain) {
     result.is_other_size = true;
-    add_caution(recording.warnings, "tilt_of_other_size",
-                "the platform tilted " + six_digits(std::round(1e3 * match.gain) / 1e3) +
-                    " times as far as the protocol says; the model knows its amplitude only: train one "
-                    "for yours, or check " +
-                    either(recording, "the tilt's unit", "--tilt-unit") +
-                    (std::abs(match.gain / sim::rad_per_deg - 1.0) < good_gain ? ", as these may be radians" : ""));
+    add_caution(
+        recording.warnings, "tilt_of_other_size",
+        "the platform tilted " + six_digits(std::round(1e3 * match.gain) / 1e3) +
+            " times as far as the protocol prescribes, and the model was trained on that amplitude only: train a model "
+            "for your amplitude, or check " +
+            either(recording, "the tilt's unit", setting("tilt_unit")) +
+            (std::abs(match.gain / sim::rad_per_deg - 1.0) < good_gain ? ", because these may be radians" : ""));
   }
   const std::vector<double> expected = prescribed_tilt(protocol);
   const TiltBefore before = tilt_before(measured, match.delay_samples, expected, match.gain, rate);
   if (before == TiltBefore::at_rest || before == TiltBefore::cycle_end)
     result.moved_before = before == TiltBefore::cycle_end;
   if (before == TiltBefore::another_tilt)
-    add_caution(recording.warnings, "moved_before",
-                "the platform moved before the protocol's start, otherwise than its cycle ends: the first seconds hold "
-                "the response to that");
+    add_caution(
+        recording.warnings, "moved_before",
+        "before the protocol's start the platform moved differently from the end of a cycle: the first seconds contain "
+        "the response to that movement");
   return result;
 }
 
-/// Warns of a measured tilt that follows the protocol with one delay in a part and with another in the next, as it does
-/// where a stretch of the recording is missing. tilt: at the protocol's samples.
+/// Warns if a measured tilt follows the protocol with different delays in consecutive parts, as after a missing
+/// stretch. `tilt`: at the protocol's samples.
 void look_for_tilt_slips(const std::vector<double>& tilt, const ProtocolPlan& plan, Warnings& warnings) {
   constexpr int parts = 8;
   constexpr double max_slip_s = 0.1, shortest_part_s = 5.0;
@@ -226,7 +231,7 @@ void look_for_tilt_slips(const std::vector<double>& tilt, const ProtocolPlan& pl
   const std::size_t length = tilt.size() / parts, around = std::min(length / 4, static_cast<std::size_t>(3.0 * rate));
   if (static_cast<double>(length) < shortest_part_s * rate) return;
   for (std::size_t part = 0; part < parts; ++part) {
-    // The part of the recording within what was prescribed about it.
+    // The part of the recording around this part of the prescribed tilt.
     const std::size_t begin = part * length, from = begin > around ? begin - around : 0;
     const std::size_t to = std::min(begin + length + around, expected.size());
     const std::vector<double> played(tilt.begin() + static_cast<std::ptrdiff_t>(begin),
@@ -238,38 +243,39 @@ void look_for_tilt_slips(const std::vector<double>& tilt, const ProtocolPlan& pl
     if (match.correlation < good_correlation || std::abs(slip_s) <= max_slip_s) continue;
     add_caution(
         warnings, "time_slips",
-        "from " + three_digits(static_cast<double>(begin) / rate) +
-            " s after the protocol's start on the measured tilt is " + three_digits(std::abs(slip_s)) + " s " +
+        "after " + three_digits(static_cast<double>(begin) / rate) + " s of the protocol the measured tilt is " +
+            three_digits(std::abs(slip_s)) + " s " +
             (slip_s > 0.0 ? "early: a stretch of the recording is missing" : "late: a stretch was recorded twice"));
     return;
   }
 }
 
-/// The same of a tilt that was found by its name alone: if it does not follow the protocol, nothing else is known of
-/// the stimulus.
+/// Tries a tilt that was found by its name only. If it does not follow the protocol, nothing else is known about the
+/// stimulus.
 std::optional<TiltMatch> try_start(const ProtocolPlan& plan, double from_hz, Recording& recording) {
   const Signal<double>& tilt = *recording.signals.find(platform_tilt);
   try {
     const TiltMatch match = find_start(tilt, plan, from_hz, recording);
     add_info(recording.warnings, "tilt_found",
-             "the column " + tilt.column + " is taken as the platform's tilt and says where the protocol starts");
+             "the column " + tilt.column + " is assumed to be the platform's tilt and gives the protocol's start");
     return match;
   } catch (const OtherStimulus& error) {
     add_invalid(recording.warnings, "tilt_not_used",
-                "another stimulus was played, if its column is the platform's: " + error.problem() + "; " +
+                "the platform played another stimulus, if this column is its tilt: " + error.problem() + "; " +
                     error.remedy() +
-                    either(recording, ", or leave it out", ", or --tilt-column none if it is no tilt"));
+                    either(recording, ", or leave it out",
+                           ", or give " + setting("tilt_column") + " none if it is not the tilt"));
     recording.signals.remove(platform_tilt);
     return {};
   } catch (const Error& error) {
     add_caution(recording.warnings, "tilt_not_used",
-                "a column that may be the platform's tilt is not used: " + error.problem() + "; " + error.remedy());
+                "decid ignores a column that may be the platform's tilt: " + error.problem() + "; " + error.remedy());
     recording.signals.remove(platform_tilt);
     return {};
   }
 }
 
-/// Looks for faults in the samples that the trial is made of.
+/// Looks for faults in the samples that form the trial.
 void look_for_faults_within(Recording& recording, double from_hz, const Place& place, const sim::Protocol& protocol) {
   const std::vector<double>& sway = recording.signals.at(com_sway).rad;
   const auto sample_at = [&](long long k) {
@@ -283,8 +289,8 @@ void look_for_faults_within(Recording& recording, double from_hz, const Place& p
                   static_cast<double>(begin) / from_hz, sequence != nullptr ? sequence->state_s : 0.0);
 }
 
-/// Warns of what is not used of a longer recording and what is made up of a shorter one.
-void tell_length(Recording& recording, const sim::Protocol& protocol, const Place& place, bool start_was_told) {
+/// Warns of ignored samples of a longer recording and of invented samples of a shorter one.
+void warn_of_length(Recording& recording, const sim::Protocol& protocol, const Place& place, bool start_was_given) {
   const double recorded_s = static_cast<double>(recording.signals.samples()) / recording.rate_hz;
   const double rate = protocol.experiment.sample_rate_hz, before_s = std::max(place.start_s, 0.0);
   const double after_s = recorded_s - place.start_s - protocol.duration_s();
@@ -296,11 +302,12 @@ void tell_length(Recording& recording, const sim::Protocol& protocol, const Plac
       text += "the first " + six_digits(before_s) + " s" + (after_s > 0.5 * sample_s ? " and " : " are not used");
     }
     if (after_s > 0.5 * sample_s) text += "the last " + six_digits(after_s) + " s are not used";
-    if (start_was_told) {
+    if (start_was_given) {
       add_info(recording.warnings, "part_not_used", text);
     } else {
-      text += either(recording, "; a start chooses others", "; --begin SECONDS chooses others") +
-              ". Was this the protocol that was played?";
+      text += either(recording, "; another start selects other samples",
+                     "; " + setting("begin") + " SECONDS selects other samples") +
+              ". Check that the platform played this protocol.";
       add_caution(recording.warnings, "part_not_used", text);
     }
   }
@@ -312,11 +319,11 @@ void tell_length(Recording& recording, const sim::Protocol& protocol, const Plac
                     (place.first == 0                       ? "end"
                      : place.last == protocol.samples() - 1 ? "start"
                                                             : "ends") +
-                    "; its mirror image stands in for them");
+                    "; decid replaced them by the mirror image of their neighbours");
   }
 }
 
-/// Mean of samples begin .. end - 1.
+/// Returns the mean of samples begin .. end - 1.
 double mean(const std::vector<double>& signal, std::size_t begin, std::size_t end) {
   double sum = 0.0;
   for (std::size_t k = begin; k < end; ++k) sum += signal[k];
@@ -333,9 +340,9 @@ void detrend(std::vector<double>& sway, const sim::Protocol& protocol, Detrend k
     return std::min(static_cast<std::size_t>(at), sway.size());
   };
   const std::size_t begin = sample_at(0), end = sample_at(cycles);
-  double slope = 0.0;  // a sample
+  double slope = 0.0;  // per sample
   if (kind == Detrend::linear) {
-    // Least squares: of the cycles' means over their places, or of the samples over theirs.
+    // Least squares: over the means of the cycles, or over the samples.
     const bool by_cycle = cycles > 1;
     const std::size_t count = by_cycle ? static_cast<std::size_t>(cycles) : end - begin;
     const double middle = 0.5 * (static_cast<double>(count) - 1.0), whole = mean(sway, begin, end);
@@ -367,8 +374,8 @@ ProtocolPlan::ProtocolPlan(const sim::Protocol& protocol) : protocol_(protocol) 
 ProtocolPlan::~ProtocolPlan() = default;
 
 const TiltMatcher& ProtocolPlan::tilt() const {
-  // Not std::call_once: what is thrown in there passes through a function of the C library, which ends a program that
-  // has gcc's unwinder within, and hangs with glibc before 2.34.
+  // std::call_once would pass exceptions through a function of the C library. A program that contains gcc's unwinder
+  // then ends, or hangs with glibc before 2.34.
   const std::lock_guard lock(making_);
   if (!tilt_) {
     const std::size_t overhang = overhang_of(static_cast<std::size_t>(protocol_.samples()));
@@ -399,15 +406,16 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   if (options.start_s && recording.tilt_was_found) recording.signals.remove(platform_tilt);
   const Signal<double>* tilt = recording.signals.find(platform_tilt);
   if (options.start_s && tilt) {
-    throw Error(where(recording), "both a start and the tilt say where the protocol starts",
-                either(recording, "give one of them", "give --begin or --tilt-column, not both"));
+    throw Error(where(recording), "a start and a tilt column both define the protocol's start",
+                either(recording, "give one of them",
+                       "give " + setting("begin") + " or " + setting("tilt_column") + ", not both"));
   }
   if (options.start_s && !(*options.start_s >= 0.0 && *options.start_s < recorded_s)) {
     throw Error(where(recording),
-                "the start, " + six_digits(*options.start_s) + " s after the first sample, is not within its " +
+                "the start, " + six_digits(*options.start_s) + " s after the first sample, lies outside of its " +
                     six_digits(recorded_s) + " s",
                 either(recording, "give it in seconds after the first sample",
-                       "give --begin in seconds after the recording's first sample"));
+                       "give " + setting("begin") + " in seconds after the recording's first sample"));
   }
   Trial trial;
   trial.is_large = recording.is_large;
@@ -419,7 +427,7 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   }
   if (trial.tilt) place.start_s = trial.tilt->delay_s;
   if (same_rate) place.start_s = std::round(place.start_s * rate) / rate;
-  // The length is settled before any work is done: samples k with 0 <= start + k / rate, and before the end.
+  // Fixes the length before any other work: samples k with 0 <= start + k / rate, and before the end.
   place.first = std::max(0LL, static_cast<long long>(std::ceil(-place.start_s * rate - rounding)));
   place.last =
       std::min(needed - 1, static_cast<long long>(std::ceil((recorded_s - place.start_s) * rate - rounding)) - 1);
@@ -432,7 +440,7 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   if (!same_rate)
     add_info(recording.warnings, "resampled",
              "resampled from " + six_digits(recording.rate_hz) + " Hz to " + six_digits(rate) + " Hz");
-  tell_length(recording, protocol, place, options.start_s || trial.tilt);
+  warn_of_length(recording, protocol, place, options.start_s || trial.tilt);
   for (const Signal<double>& signal : recording.signals) {
     std::vector<double> values = cut(signal.rad, from_hz, rate, place, samples);
     if (signal.name == com_sway) look_for_changes(plan.response(), values, recording.warnings);

@@ -12,47 +12,47 @@
 
 namespace decid::recording {
 
-/// What is subtracted from a trial. `offset`: its mean. `linear`: a straight line too. Both are those of the protocol's
-/// whole cycles, about whose mean simulated trials swing. The line's slope is that of the cycles' means: the response
-/// to the stimulus is the same in each cycle and leaves it alone; with one cycle it is the line of least squares.
+/// The part to subtract from a trial. `offset`: its mean. `linear`: a straight line too. Both use the protocol's whole
+/// cycles, about whose mean simulated trials sway. The slope is that of the cycles' means, which the response to the
+/// stimulus does not affect because it is the same in each cycle. With one cycle it is the least-squares line.
 enum class Detrend { none, offset, linear };
 
 struct TrialOptions {
-  std::optional<double> start_s = {};  ///< where in the recording the protocol starts; empty: at its first sample, or
-                                       ///< where the tilt says
+  std::optional<double> start_s =
+      {};  ///< the protocol's start in the recording; empty: the first sample, or as the tilt shows
   Detrend detrend = Detrend::none;
 };
 
-/// How the measured tilt lies over the tilt that the protocol prescribes.
+/// The relation of the measured tilt to the protocol's.
 struct TiltMatch {
-  double delay_s = 0.0;      ///< the protocol starts so long after the recording's first sample
+  double delay_s = 0.0;      ///< from the recording's first sample to the protocol's start
   double correlation = 0.0;  ///< over the trial, at that delay
   double gain = 0.0;         ///< measured over prescribed tilt, by least squares
-  /// Whether the platform played the end of the protocol's last cycle before the start, or rested; empty: unknown, or
-  /// it moved otherwise.
+  /// True if the platform played the end of the protocol's last cycle before the start, false if it rested; empty:
+  /// unknown, or it moved differently.
   std::optional<bool> moved_before = {};
   bool is_other_size = false;  ///< the gain is off by more than 10%, which has been warned of
 };
 
 /// A recording brought to a protocol.
 struct Trial {
-  Signals<float> signals;         ///< the recording's, at the protocol's samples
+  Signals<float> signals;         ///< the recording's signals at the protocol's samples
   std::optional<TiltMatch> tilt;  ///< if the recording has one
-  bool is_large = false;          ///< as the recording's, which has been warned of
+  bool is_large = false;          ///< as the recording's, which has a warning
 
-  /// That of com_sway. Throws Error if there is none.
+  /// Returns the samples of com_sway. Throws Error without them.
   std::vector<float>& sway_rad() & { return signals.at(com_sway).rad; }
   const std::vector<float>& sway_rad() const& { return signals.at(com_sway).rad; }
   std::vector<float> sway_rad() && { return std::move(signals.at(com_sway).rad); }
 };
-/// A trial of the protocol's samples of sway alone.
+/// Makes a trial that has only sway, at the protocol's samples.
 Trial trial_of(std::vector<float> sway_rad);
 
 class TiltMatcher;
 class ResponseCheck;
 
-/// A protocol that many recordings are brought to: what is looked for in their tilts and sways is made once, with the
-/// first that needs it. One serves all threads. The protocol must outlive it.
+/// A protocol for many recordings: the first that needs a search table for tilts or sways makes it. All threads may
+/// share one plan. The protocol must outlive it.
 class ProtocolPlan {
  public:
   explicit ProtocolPlan(const sim::Protocol& protocol);
@@ -69,19 +69,21 @@ class ProtocolPlan {
   mutable std::unique_ptr<const ResponseCheck> response_;
 };
 
-/// The recording at the protocol's rate (resampled if the rates differ by more than 0.01%) and length. A recording of
-/// less than 25 Hz and than the protocol's rate gets a caution; of less than 5 Hz, an Error.
-/// A longer recording is cut: from start_s, or from where its tilt follows the protocol's best, else from its first
-/// sample, with a warning that says what was left out. One that lacks up to 1% of the trial at either end is
-/// continued by its mirror image, with a warning: that keeps its noise, where holding a value would show as silence.
-/// At equal rates a start is rounded to a sample: filtering would change the noise that a model has learned.
-/// Throws Error if more is missing, naming both lengths and rates, how many whole cycles there are and how to get a
-/// model for them: none are made up, since what changes from cycle to cycle is what the noise is read from. Throws too
-/// if start_s is not within the recording, or a tilt does not follow the protocol (correlation below 0.5) or follows it
-/// with the other sign; a tilt that was found by its name alone is left out then, and beside start_s, with a warning.
-/// Warns of what is cut, made up or resampled, of a correlation below 0.95, of a gain that is off by more than 10%, and
-/// of what sensors and programs leave in the samples that are used: frozen stretches, coarse steps, single wrong
-/// samples, smoothing (quality.hpp). These warnings are appended to the recording's.
+/// Returns the recording at the protocol's rate and length.
+/// - Resamples if the rates differ by more than 0.01%. A recording below 25 Hz and below the protocol's rate gets a
+/// caution, below 5 Hz an Error.
+/// - Cuts a longer recording: from start_s, else from where its tilt follows the protocol best, else from its first
+/// sample. A warning names the ignored samples.
+/// - Continues a recording that lacks up to 1% of the trial at either end by its mirror image, with a warning. The
+/// mirror image keeps the noise; a held value would be silent.
+/// - At equal rates a start is rounded to a sample: filtering would change the noise that a model has learned.
+/// Throws Error if more is missing, with both lengths and rates, the number of whole cycles and a way to a model for
+/// them. decid invents no cycles, because the noise is estimated from changes between cycles. Throws Error if start_s
+/// lies outside of the recording, or if a tilt does not follow the protocol (correlation below 0.5) or follows it with
+/// the other sign. A tilt found by its name only is then ignored with a warning, as it is if start_s is given.
+/// Warns of cut, invented or resampled samples, of a correlation below 0.95, of a gain that is off by more than 10%,
+/// and of faults in the used samples: frozen stretches, coarse steps, single wrong samples, smoothing (quality.hpp).
+/// Appends these warnings to the recording's.
 Trial bring_to_protocol(Recording& recording, const sim::Protocol& protocol, const TrialOptions& options = {});
 Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const TrialOptions& options = {});
 

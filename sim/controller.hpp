@@ -1,4 +1,4 @@
-// What the controllers of the single and the double pendulum share: the dead band, the delay line and the bounds of the
+// Shared parts of the single and the double pendulum's controllers: the dead band, the delay line and the bounds of the
 // parameters. Not installed.
 #pragma once
 
@@ -13,19 +13,19 @@
 
 namespace decid::sim {
 
-/// x without its part within [-theta, theta]: the definition of f_theta in one subtraction.
+/// Returns x without its part within [-theta, theta]: f_theta by a single subtraction.
 template <class Real>
 Real dead_band_of(Real x, Real theta) {
   const Real within = x < -theta ? -theta : (x > theta ? theta : x);
   return x - within;
 }
 
-/// A delay in steps: whole ones, the fraction beyond, and the first step that is not before it.
+/// A delay in steps: whole steps, the fraction beyond, and the first step at or after it.
 struct Lag {
-  /// 0 <= delay_s <= longest_delay_s.
+  /// Requires 0 <= delay_s <= longest_delay_s.
   explicit Lag(double delay_s) {
     double steps = delay_s * steps_per_second;
-    // A delay of whole milliseconds is one, whatever the rounding of its product.
+    // A delay of whole milliseconds stays whole in spite of rounding.
     const double nearest = std::floor(steps + 0.5);
     if (std::abs(steps - nearest) < 1e-9) steps = nearest;
     whole = static_cast<int>(steps);
@@ -36,13 +36,13 @@ struct Lag {
   double fraction;
 };
 
-/// What was commanded a delay ago: linear between the two neighbouring steps, zero while the trial is younger.
+/// The command from one delay ago: linear between the two neighbouring steps, zero before the trial's start.
 class DelayLine {
  public:
-  /// 0 <= delay_s <= longest_delay_s.
+  /// Requires 0 <= delay_s <= longest_delay_s.
   explicit DelayLine(double delay_s) : lag_(delay_s) {}
 
-  /// Takes the command of this step, which is the one returned if there is no delay.
+  /// Stores the command of this step, and returns the delayed one; without delay they are the same.
   double pass(int step, double value) {
     const auto now = static_cast<unsigned>(step);
     ring_[now % slots] = value;
@@ -60,19 +60,20 @@ class DelayLine {
   Lag lag_;
 };
 
-/// The protocol, if it is valid and asks for the single pendulum's parameters. Throws Error.
+/// Returns the protocol if it is valid and uses the single pendulum's parameters. Throws Error.
 inline Protocol checked(Protocol protocol) {
   protocol.validate();
   if (protocol.experiment.body_model == &single_pendulum()) return protocol;
   throw Error("protocol " + protocol.name, "its body model is '" + protocol.experiment.body_model->name + "'",
-              "use the simulator of that; this one has the parameters of the single pendulum");
+              "use that model's simulator; this one has the parameters of the single pendulum");
 }
 
-/// Throws Error, where = whose + "parameter Kp", unless all are finite, 0 or above, and the delay is in its bound.
+/// Throws Error, where = whose + "parameter Kp", unless all values are finite, 0 or above, and the delay is within its
+/// bound.
 inline void check_parameters(const Parameters& parameters, const std::string& whose = {}) {
   const ParameterTable& table = single_pendulum().parameters;
   if (parameters.size() != table.size()) {
-    throw Error(whose + "parameters", std::to_string(parameters.size()) + " values are given",
+    throw Error(whose + "parameters", "has " + std::to_string(parameters.size()) + " values",
                 "give all " + std::to_string(table.size()));
   }
   for (std::size_t i = 0; i < table.size(); ++i) {

@@ -14,8 +14,8 @@
 namespace decid::sim {
 namespace {
 
-// One DEC module with its delay. The body and its support are those of the servo; the passive part acts on the joint,
-// whose angle may differ from theirs.
+// One DEC module with its delay. Body and support are the servo's; the passive part acts on the joint, whose angle may
+// differ from theirs.
 class Module {
  public:
   explicit Module(const Parameters& parameters) : p_(parameters), delay_line_(parameters[Delay]) {}
@@ -23,8 +23,8 @@ class Module {
   struct Angle {
     double angle, rate;
   };
-  /// The joint's torque on what is above it, from the state at the start of a step; integrates the tilt estimate over
-  /// it.
+  /// Returns the joint's torque on the part above it, from the state at the start of a step; integrates the tilt
+  /// estimate over the step.
   double torque(int step, Angle body, Angle support, Angle joint, double noise_rate) {
     const double estimate_rate = dead_band_of(support.rate + noise_rate, p_[Theta]);
     const double angle = 2.0 * body.angle + (tilt_estimate_ - support.angle);
@@ -49,8 +49,8 @@ DoubleBody::DoubleBody(const Segments& s)
       coupling_(s.trunk_mass_kg * s.leg_length_m * s.trunk_com_m),
       leg_gravity_(gravity * (s.leg_mass_kg * s.leg_com_m + s.trunk_mass_kg * s.leg_length_m)),
       trunk_gravity_(s.trunk_mgh()),
-      leg_share_(leg_gravity_ / (leg_gravity_ + trunk_gravity_)),
-      trunk_share_(trunk_gravity_ / (leg_gravity_ + trunk_gravity_)) {}
+      leg_weight_(leg_gravity_ / (leg_gravity_ + trunk_gravity_)),
+      trunk_weight_(trunk_gravity_ / (leg_gravity_ + trunk_gravity_)) {}
 
 DoubleBody::Accelerations DoubleBody::accelerations(const DoubleState& state, double ankle_torque,
                                                     double hip_torque) const {
@@ -107,12 +107,12 @@ Outcome DoubleSimulator::run(const DoubleParameters& parameters, const Random& n
   const auto samples = static_cast<std::size_t>(samples_);
   for (const std::span<double>& out : {sway.com_rad, sway.leg_rad, sway.trunk_rad}) {
     if (out.size() == samples) continue;
-    throw Error("simulation", "an output holds " + std::to_string(out.size()) + " samples",
-                "make room for " + std::to_string(samples));
+    throw Error("simulation", "an output has space for " + std::to_string(out.size()) + " samples",
+                "give space for " + std::to_string(samples));
   }
   const double ankle_nv = parameters.ankle[Nv], hip_nv = parameters.hip[Nv];
   const auto all = static_cast<std::size_t>(whole_.samples()), standing = all - samples;
-  std::vector<double> noise_rate(all + 1, 0.0);  // at Nv = 1
+  std::vector<double> noise_rate(all + 1, 0.0);  // for Nv = 1
   if (ankle_nv > 0.0 || hip_nv > 0.0) noise_maker_.velocity(1.0, noise, noise_rate);
 
   const DoubleBody body(segments_);

@@ -20,8 +20,9 @@
 
 namespace decid::sim {
 
-/// A trial is valid while the centre of mass stays within sway_limit_rad and both segments within this bound, about 29
-/// degrees, over every step. (Leg and trunk may lean against each other while the centre of mass is upright.)
+/// The bound of both segments, about 29 degrees. A trial is valid while, over every step, the segments stay within it
+/// and the centre of mass within sway_limit_rad. (Leg and trunk may lean against each other while the centre of mass is
+/// upright.)
 inline constexpr double segment_limit_rad = 0.5;
 
 struct DoubleState {
@@ -29,7 +30,7 @@ struct DoubleState {
   double leg_rate = 0.0, trunk_rate = 0.0;  ///< rad/s
 };
 
-/// The mechanics alone.
+/// The mechanics without controllers.
 class DoubleBody {
  public:
   explicit DoubleBody(const Segments& segments);
@@ -37,41 +38,42 @@ class DoubleBody {
   struct Accelerations {
     double leg, trunk;  ///< rad/s^2
   };
-  /// Torques in N m, positive towards positive angles: the ankle's on the leg, the hip's on the trunk (and its opposite
-  /// on the leg). Angles within segment_limit_rad.
+  /// Returns the accelerations. Torques in N m are positive towards positive angles: the ankle's on the leg, the hip's
+  /// on the trunk (and its opposite on the leg). Angles must be within segment_limit_rad.
   Accelerations accelerations(const DoubleState& state, double ankle_torque, double hip_torque) const;
-  /// One semi-implicit Euler step: accelerations from the state at its start, velocities first.
+  /// Makes one semi-implicit Euler step: accelerations from the state at its start, velocities first.
   void step(DoubleState& state, double ankle_torque, double hip_torque, double step_s) const;
-  /// Kinetic and potential energy in J; 0 at rest, upright.
+  /// Returns kinetic plus potential energy in J; 0 at rest, upright.
   double energy(const DoubleState& state) const;
-  /// Of the centre of mass: a, from p1 and p2; or a', from p1' and p2'.
-  double centre_of_mass(double leg, double trunk) const { return leg_share_ * leg + trunk_share_ * trunk; }
+  /// Returns the centre of mass's a from p1 and p2, or its a' from p1' and p2'.
+  double centre_of_mass(double leg, double trunk) const { return leg_weight_ * leg + trunk_weight_ * trunk; }
 
  private:
   double leg_inertia_, trunk_inertia_, coupling_;  // A1, A2, B
   double leg_gravity_, trunk_gravity_;             // g times m_L h_L + m_T l_L, and m_T h_T
-  double leg_share_, trunk_share_;                 // of the centre of mass
+  double leg_weight_, trunk_weight_;               // weights of the centre of mass
 };
 
-/// Seven parameters a joint, as in sim/parameters.hpp.
+/// Seven parameters per joint, as in sim/parameters.hpp.
 struct DoubleParameters {
   Parameters ankle, hip;
 };
-/// Gains as parts of the stiffness of gravity, m g h of the whole body at the ankle and m_T g h_T at the hip. Ankle: Kp
-/// .9, Kd .275, Kp_pass .15, Kd_pass .15, Nv .5, theta .0026, delay .16 s; hip: Kp .8, Kd .175, Kp_pass .5, Kd_pass
-/// .15, Nv 0, theta .0026, delay .07 s. Ours, near those of the DEC literature.
+/// Returns default gains as fractions of the gravitational stiffness: m g h of the whole body at the ankle and m_T g
+/// h_T at the hip. Ankle: Kp .9, Kd .275, Kp_pass .15, Kd_pass .15, Nv .5, theta .0026, delay .16 s; hip: Kp .8, Kd
+/// .175, Kp_pass .5, Kd_pass .15, Nv 0, theta .0026, delay .07 s. The values are decid's own, near those of the DEC
+/// literature.
 DoubleParameters default_double_parameters(const Segments& segments);
 
-/// Where the samples of a trial go; samples() values each.
+/// The output of a trial; samples() values each.
 struct DoubleSway {
   std::span<double> com_rad, leg_rad, trunk_rad;
 };
 
-/// Simulates trials of one protocol. Immutable: one serves all threads.
+/// Simulates trials of one protocol. Immutable: all threads may share it.
 class DoubleSimulator {
  public:
-  /// The segments are those of the protocol's body (subject_of). Throws Error if the protocol is not valid, or if its
-  /// body is not made of Winter's segments.
+  /// Takes the segments from the protocol's body (subject_of). Throws Error if the protocol is invalid, or if its body
+  /// does not consist of Winter's segments.
   explicit DoubleSimulator(Protocol protocol);
 
   const Protocol& protocol() const noexcept { return protocol_; }
@@ -79,10 +81,10 @@ class DoubleSimulator {
   const Stimulus& stimulus() const noexcept { return stimulus_; }
   int samples() const noexcept { return samples_; }
 
-  /// One trial from rest, upright, or after the protocol's standing, as Simulator::run; max_sway_rad is the centre
-  /// of mass's. If a bound is left, end_s is the end of that step, not of its sample period. The hip's vestibular noise
-  /// is the ankle's realisation with its own Nv, as one head senses both. Throws Error for a non-finite or negative
-  /// parameter, a delay above longest_delay_s, or spans of another length.
+  /// Simulates one trial from rest, upright, or after the protocol's standing, as Simulator::run does; max_sway_rad is
+  /// the centre of mass's. If the trial exceeds a bound, end_s is the end of that step, not of its sample period. The
+  /// hip's vestibular noise is the ankle's realisation with its own Nv, because one head senses both. Throws Error for
+  /// a non-finite or negative parameter, a delay above longest_delay_s, or spans of another length.
   Outcome run(const DoubleParameters& parameters, const Random& noise, const DoubleSway& sway) const;
 
  private:
@@ -90,7 +92,7 @@ class DoubleSimulator {
   Segments segments_;
   Stimulus stimulus_;
   int samples_;
-  Protocol whole_;  // with the standing
+  Protocol whole_;  // including the standing
   Stimulus whole_stimulus_;
   VestibularNoiseMaker noise_maker_;
 };

@@ -20,8 +20,8 @@ Complex root_of_unity(long long n, long long d) {
 
 void check_length(std::size_t given, int needed, const char* name, int lanes = 1) {
   if (given < static_cast<std::size_t>(needed) * static_cast<std::size_t>(lanes)) {
-    throw Error("FFT", std::string(name) + " holds " + std::to_string(given) + " values",
-                "make room for " + std::to_string(static_cast<long long>(needed) * lanes));
+    throw Error("FFT", std::string(name) + " has space for " + std::to_string(given) + " values",
+                "give space for " + std::to_string(static_cast<long long>(needed) * lanes));
   }
 }
 
@@ -69,7 +69,7 @@ std::vector<int> fft_radices(int length) {
     throw Error(
         "FFT",
         "a length of " + std::to_string(length) + " has the prime factor " + std::to_string(max_prime_factor(length)),
-        "change the length a little, to one whose prime factors are below " + std::to_string(max_fft_prime) +
+        "change the length slightly, to one with prime factors below " + std::to_string(max_fft_prime) +
             "; best are 2, 3 and 5");
   }
   return radices;
@@ -100,8 +100,8 @@ void Fft::run(const FftKernels& kernels, int lanes, const double* in, double* ou
     std::copy_n(in, values, out);
     return;
   }
-  // The passes alternate between work and out so that the last one ends in out. An odd number of them would start by
-  // overwriting an input that is out itself: it starts from a copy in work.
+  // The passes alternate between work and out so that the last one ends in out. An odd number of passes would start by
+  // overwriting an input that is out itself, so it starts from a copy in work.
   const double* source = in;
   if (passes_.size() % 2 == 1 && in == out) {
     std::copy_n(in, values, work);
@@ -144,7 +144,7 @@ void RealFft::run_forward(const FftKernels& kernels, int lanes, const double* in
     std::copy_n(work, 2 * bins() * lanes, out);
     return;
   }
-  // Even samples are the real parts, odd ones the imaginary parts, as they lie in memory.
+  // In memory, even samples are the real parts and odd ones the imaginary parts.
   fft_.run(kernels, lanes, in, out, work);
   kernels.join_halves(length_ / 2, parts(roots_.data()), out);
 }

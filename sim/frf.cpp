@@ -14,12 +14,12 @@ namespace decid::sim {
 
 namespace {
 
-constexpr double min_amplitude = 3e-3;     // of an excited harmonic, of the largest
+constexpr double min_amplitude = 3e-3;     // of an excited harmonic, relative to the largest
 constexpr double max_amplitude = 1e-6;     // of a line that is not excited
-constexpr double highest_frequency = 0.4;  // of the sample rate
+constexpr double highest_frequency = 0.4;  // as a fraction of the sample rate
 constexpr int lines_a_side = 3, farthest_line = 8;
 
-/// 95% quantile of F(2, nu), whose distribution function is 1 - (1 + 2 x / nu)^(-nu / 2).
+/// Returns the 95% quantile of F(2, nu), whose distribution function is 1 - (1 + 2 x / nu)^(-nu / 2).
 double quantile_95(double nu) {
   return 0.5 * nu * (std::pow(0.05, -2.0 / nu) - 1.0);
 }
@@ -31,7 +31,7 @@ int whole_samples(const Experiment& experiment, int cycles) {
   }
   if (std::abs(samples - std::round(samples)) > 1e-6) {
     throw Error("frequency response", "the stimulus' cycles are " + std::to_string(samples) + " samples long",
-                "choose a sample rate at which they are a whole number");
+                "choose a sample rate that makes them whole");
   }
   return static_cast<int>(std::round(samples));
 }
@@ -61,7 +61,7 @@ FrequencyResponse::FrequencyResponse(const Experiment& experiment, int skipped_c
   double largest = 0.0;
   for (int line = 1; line <= lines; ++line) largest = std::max(largest, std::abs(x[static_cast<std::size_t>(line)]));
   const auto amplitude = [&](int line) { return std::abs(x[static_cast<std::size_t>(line)]); };
-  // Between harmonics there is only what rounding to float leaves.
+  // Between harmonics, rounding to float leaves the only power.
   const auto is_noise = [&](int line) {
     return line >= 1 && line <= lines && (line % cycles_ != 0 || amplitude(line) <= max_amplitude * largest);
   };
@@ -75,7 +75,7 @@ FrequencyResponse::FrequencyResponse(const Experiment& experiment, int skipped_c
       if (below.size() < lines_a_side && is_noise(line - d)) below.push_back(line - d);
       if (above.size() < lines_a_side && is_noise(line + d)) above.push_back(line + d);
     }
-    // As many on either side, so that a slope of the noise does not matter.
+    // Takes equal numbers on either side, so that a slope of the noise does not matter.
     const std::size_t sides = std::max<std::size_t>(1, std::min(below.size(), above.size()));
     for (auto* side : {&below, &above}) {
       side->resize(std::min(side->size(), sides));
@@ -93,7 +93,7 @@ std::vector<Complex> FrequencyResponse::transform(std::span<const float> signal)
   const auto length = static_cast<std::size_t>(fft_.length());
   if (signal.size() < first_ + length) {
     throw Error("frequency response",
-                "a trial of " + std::to_string(signal.size()) + " samples; its cycles end at sample " +
+                "a trial has " + std::to_string(signal.size()) + " samples, and its cycles end at sample " +
                     std::to_string(first_ + length),
                 "give whole trials of the protocol");
   }

@@ -14,8 +14,8 @@
 namespace decid::sim {
 namespace {
 
-// (sin a - a) / a^3 for |a| <= 5 degrees as a polynomial in a^2: the one of its degree with the least relative error of
-// the sine, 8.5e-17 (Remez exchange in 50 digits). Rounding adds at most half a unit in the last place of a; beyond the
+// (sin a - a) / a^3 for |a| <= 5 degrees as a polynomial in a^2 with the smallest relative error of the sine for its
+// degree, 8.5e-17 (Remez exchange in 50 digits). Rounding adds at most half a unit in the last place of a. Beyond the
 // bound, where a trial is over, the error grows slowly.
 constexpr double sine_coefficients[] = {-0.16666666666644338547, 0.0083333331554029862068, -0.00019837239079875674672};
 
@@ -34,7 +34,7 @@ StepConstants make_step_constants(const Experiment& experiment, const Stimulus& 
   return step_constants;
 }
 
-std::array<double, 3> sine_of(const Body& body) {
+std::array<double, 3> sine_coefficients_for(const Body& body) {
   std::array<double, 3> all{};
   for (std::size_t i = 0; i < all.size(); ++i)
     all[i] = integration_step_s / body.inertia_kgm2 * body.mgh() * sine_coefficients[i];
@@ -69,7 +69,7 @@ Lanes::Lanes(const Setup& setup)
 void Lanes::run(const std::function<int()>& next, const Simulator::TrialOf& trial_of,
                 const Simulator::Finished& finished) {
   for (;;) {
-    int busy = 0, samples = setup_.samples;  // busy: up to the last one that is
+    int busy = 0, samples = setup_.samples;  // busy: the number of lanes up to the last busy one
     for (int lane = 0; lane < Pendulums::count; ++lane) {
       Work& work = works_[static_cast<std::size_t>(lane)];
       if (work.index < 0) {
@@ -101,8 +101,8 @@ void Lanes::prepare(const std::function<int()>& next, const Simulator::TrialOf& 
     const TrialInput trial = trial_of(index);
     check_parameters(trial.parameters);
     if (!(trial.height >= 0.1 && trial.height <= 10.0))
-      throw Error("trial", "has a body of " + given_text(trial.height) + " times the protocol's height",
-                  "give 0.1 to 10");
+      throw Error("trial", "has a body height of " + given_text(trial.height) + " times the protocol's",
+                  "give 0.1 to 10 times");
     waiting_.push_back(
         {index, trial.parameters, setup_.protocol.experiment.body.of_height(trial.height), nullptr, silence_.data()});
     nv.push_back(trial.parameters[Nv]);
@@ -114,7 +114,7 @@ void Lanes::prepare(const std::function<int()>& next, const Simulator::TrialOf& 
     waiting_.back().noise_rate = noise->rate.data() + column;
   }
   if (noise != nullptr) setup_.noise_maker.velocity_lanes(nv, random, noise->rate, setup_.isa);
-  std::reverse(waiting_.begin(), waiting_.end());  // they are taken from its end
+  std::reverse(waiting_.begin(), waiting_.end());  // trials are taken from its end
 }
 
 Lanes::NoiseBlock* Lanes::free_noise() {
@@ -142,7 +142,7 @@ void Lanes::begin(int lane, const Prepared& trial, double* sway) {
   p.damping[lane] = c * parameters[Kd_pass];
   p.k1[lane] = c * (trial.body.mgh() - parameters[Kp_pass]);
   p.k2[lane] = 1.0 - p.damping[lane];
-  const std::array<double, 3> sine = sine_of(trial.body);
+  const std::array<double, 3> sine = sine_coefficients_for(trial.body);
   for (std::size_t i = 0; i < sine.size(); ++i) p.sine[i][lane] = sine[i];
   p.theta[lane] = 0.5 * parameters[Theta];
   p.minus_theta[lane] = -p.theta[lane];

@@ -1,5 +1,5 @@
-// One thread's lanes and the trials that pass through them: a trial that ends, or falls, gives its lane to the next.
-// The steps themselves are kernels (kernels/generic_pendulums.hpp). Not installed.
+// One thread's lanes and the trials in them: a trial that ends or falls gives its lane to the next.
+// kernels/generic_pendulums.hpp computes the steps. Not installed.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace decid::sim {
 
-/// A protocol as the kernels need it.
+/// A protocol in the kernels' form.
 struct Setup {
   Setup(Protocol valid_protocol, Isa isa);
 
@@ -21,25 +21,25 @@ struct Setup {
   Stimulus stimulus;
   VestibularNoiseMaker noise_maker;
   int samples;
-  std::vector<double> tilt_and_rate;  ///< of each interval of the stimulus
+  std::vector<double> tilt_and_rate;  ///< per interval of the stimulus
 };
 
-/// What a step computes with that does not change from trial to trial.
+/// Returns the constants of a step that all trials share.
 StepConstants make_step_constants(const Experiment& experiment, const Stimulus& stimulus);
-/// step / J m g h times the coefficients of the polynomial for (sin a - a) / a^3, lowest first.
-std::array<double, 3> sine_of(const Body& body);
+/// Returns step / J m g h times the coefficients of the polynomial for (sin a - a) / a^3, lowest first.
+std::array<double, 3> sine_coefficients_for(const Body& body);
 
 class Lanes {
  public:
   /// The setup must outlive the lanes.
   explicit Lanes(const Setup& setup);
 
-  /// Runs the trials that `next` names, until it returns a negative index and all lanes are free; it is asked again
-  /// whenever a lane is free. After an exception the lanes cannot be used again.
+  /// Runs the trials that `next` names, until it returns a negative index and all lanes are free. Calls it whenever a
+  /// lane is free. The lanes must not be used after an exception.
   void run(const std::function<int()>& next, const Simulator::TrialOf& trial_of, const Simulator::Finished& finished);
 
  private:
-  /// The noises of fft_lanes trials, side by side, and how many of those are not over.
+  /// The interleaved noises of fft_lanes trials, and the number of these trials that still run.
   struct NoiseBlock {
     std::vector<double> rate;
     int users = 0;
@@ -48,37 +48,37 @@ class Lanes {
     int index;
     Parameters parameters;
     Body body;
-    NoiseBlock* noise;  // null: none
+    NoiseBlock* noise;  // null: no noise
     const double* noise_rate;
   };
   /// The trial in a lane.
   struct Work {
-    int index = -1;  // negative: none
+    int index = -1;  // negative: no trial
     int samples_left = 0;
     int lag = 0;
     NoiseBlock* noise = nullptr;
   };
 
   double* sway_of(int lane) { return sways_.get() + static_cast<std::size_t>(lane) * samples_; }
-  /// Fetches as many trials as have their noise made at once; none when `next` has no more.
+  /// Fetches as many trials as one noise transform serves; none when `next` has no more.
   void prepare(const std::function<int()>& next, const Simulator::TrialOf& trial_of);
   NoiseBlock* free_noise();
-  /// Leaves a lane without a trial: it stays at zero.
+  /// Empties a lane: it stays at zero.
   void rest(int lane);
   void begin(int lane, const Prepared& trial, double* sway);
   void advance(int samples);
-  /// Moves the commands that a lane can still ask for to where there is room behind them.
+  /// Moves the commands that a lane may still need, to make space after them.
   void move_commands_back();
   void end_if_over(int lane, const Simulator::Finished& finished);
 
   const Setup& setup_;
   AdvancePendulums advance_;
-  std::size_t samples_, intervals_;  // intervals: of the stimulus, a sample
+  std::size_t samples_, intervals_;  // intervals: of the stimulus, per sample
   StepConstants step_constants_{};
   std::unique_ptr<Pendulums> lanes_;
   std::array<Work, Pendulums::count> works_{};
   std::vector<double> silence_;
-  std::unique_ptr<double[]> sways_;  // a row for each lane, and one for those at rest
+  std::unique_ptr<double[]> sways_;  // a row per lane, and one for lanes at rest
   std::vector<std::unique_ptr<NoiseBlock>> noises_;
   std::vector<Prepared> waiting_;
 };

@@ -1,6 +1,6 @@
 // The noises of a trial: see noise.hpp.
-// Vestibular: Gaussian harmonics with the power PSD(f) df each, df = 1 / T (Rice, Bell System Tech. J. 23, 1944).
-// Sensor: white and Gaussian, its level log-uniform over the trials.
+// Vestibular noise: Gaussian harmonics with the power PSD(f) df each, df = 1 / T (Rice, Bell System Tech. J. 23, 1944).
+// Measurement noise: white and Gaussian, with a level that is log-uniform over the trials.
 #include "sim/noise.hpp"
 
 #include <algorithm>
@@ -22,8 +22,8 @@ double power_of(double base, double exponent) {
 
 constexpr double slack = 1e-9;  // of a harmonic's number
 
-/// Of a harmonic's cosine and of its sine at Nv = 1, rad.
-double angle_deviation(const VestibularNoise& noise, double frequency_hz, double period_s) {
+/// Returns the standard deviation of a harmonic's cosine and sine at Nv = 1, rad.
+double angle_stddev(const VestibularNoise& noise, double frequency_hz, double period_s) {
   const double scale = noise.scale_deg * rad_per_deg;
   const double density = scale * scale / power_of(frequency_hz, noise.exponent);
   return std::sqrt(density / period_s);
@@ -39,7 +39,7 @@ NoiseBand noise_band(const Protocol& protocol) {
   if (band.first <= band.last || noise.scale_deg == 0.0) return band;
   throw Error("protocol " + protocol.name + ", vestibular_noise",
               "no harmonic of the noise's period lies between low_hz and high_hz",
-              "widen the band to hold a multiple of " + setting_text(1.0 / period_s) + " Hz, 1 / " +
+              "widen the band to contain a multiple of " + setting_text(1.0 / period_s) + " Hz, 1 / " +
                   setting_text(period_s) + " s");
 }
 
@@ -49,8 +49,7 @@ double noise_velocity_deviation(const Protocol& protocol) {
   double variance = 0.0;
   for (int k = band.first; k <= band.last; ++k) {
     const double frequency_hz = k / period_s;
-    const double deviation =
-        2.0 * pi * frequency_hz * angle_deviation(protocol.noise.vestibular, frequency_hz, period_s);
+    const double deviation = 2.0 * pi * frequency_hz * angle_stddev(protocol.noise.vestibular, frequency_hz, period_s);
     variance += deviation * deviation;
   }
   return std::sqrt(variance);
@@ -75,7 +74,7 @@ VestibularNoiseMaker::VestibularNoiseMaker(const Protocol& protocol)
   if (noise.scale_deg == 0.0) return;
   for (int k = first_; k <= last; ++k) {
     const double frequency_hz = k / period_s;
-    const double deviation = angle_deviation(noise, frequency_hz, period_s);
+    const double deviation = angle_stddev(noise, frequency_hz, period_s);
     const double phase = pi * frequency_hz / protocol.experiment.sample_rate_hz;  // at most 0.1 pi
     const double sinc = sin_small(phase) / phase;
     harmonics_.push_back({deviation, deviation * (2.0 * pi * frequency_hz) / (sinc * sinc)});
@@ -97,7 +96,7 @@ void VestibularNoiseMaker::draw(Quantity quantity, double nv, const Random& rand
   const bool is_angle = quantity == Quantity::angle;
   const auto apart = static_cast<std::size_t>(lanes);
   for (std::size_t i = 0; i < harmonics_.size(); ++i) {
-    const double deviation = gain * (is_angle ? harmonics_[i].angle_deviation : harmonics_[i].rate_deviation);
+    const double deviation = gain * (is_angle ? harmonics_[i].angle_stddev : harmonics_[i].rate_stddev);
     const double a = deviation * normals[2 * i];
     const double b = deviation * normals[2 * i + 1];
     coefficients[2 * i * apart] = is_angle ? a : b;
@@ -116,8 +115,8 @@ void VestibularNoiseMaker::angle(double nv, const Random& random, std::span<doub
 void VestibularNoiseMaker::synthesize(Quantity quantity, double nv, const Random& random, std::span<double> out) const {
   const auto samples = static_cast<std::size_t>(samples_);
   if (out.size() != samples + 1) {
-    throw Error("vestibular noise", "the output holds " + std::to_string(out.size()) + " values",
-                "make room for the trial's samples and one more, " + std::to_string(samples + 1));
+    throw Error("vestibular noise", "the output has space for " + std::to_string(out.size()) + " values",
+                "give space for the trial's samples and one more, " + std::to_string(samples + 1));
   }
   const auto length = static_cast<std::size_t>(fft_.length()), phases = static_cast<std::size_t>(phases_);
   std::vector<double> coefficients(2 * harmonics_.size()), signal(length);
@@ -140,8 +139,9 @@ void VestibularNoiseMaker::velocity_lanes(std::span<const double> nv, std::span<
   constexpr std::size_t lanes = fft_lanes;
   const auto samples = static_cast<std::size_t>(samples_);
   if (nv.size() > lanes || random.size() != nv.size() || rate.size() != (samples + 1) * lanes) {
-    throw Error("vestibular noise", std::to_string(nv.size()) + " trials and room for " + std::to_string(rate.size()),
-                "give 8 trials at most, and room for " + std::to_string((samples + 1) * lanes));
+    throw Error("vestibular noise",
+                "got " + std::to_string(nv.size()) + " trials and space for " + std::to_string(rate.size()) + " values",
+                "give at most 8 trials, and space for " + std::to_string((samples + 1) * lanes));
   }
   const auto length = static_cast<std::size_t>(fft_.length()), phases = static_cast<std::size_t>(phases_);
   const FftKernels& kernels = simulator_kernels(isa).fft;

@@ -11,7 +11,7 @@
 namespace decid::sim {
 namespace {
 
-/// "seven"; numbers above twelve in digits.
+/// Returns "seven"; numbers above twelve in digits.
 std::string in_words(std::size_t count) {
   constexpr const char* words[] = {"no",    "one",   "two",  "three", "four",   "five",  "six",
                                    "seven", "eight", "nine", "ten",   "eleven", "twelve"};
@@ -22,15 +22,15 @@ std::string in_words(std::size_t count) {
 
 ParameterTable::ParameterTable(std::vector<ParameterInfo> parameters) : all_(std::move(parameters)) {
   if (all_.empty() || all_.size() > Parameters::most)
-    throw Error("parameters", "a table of " + std::to_string(all_.size()),
+    throw Error("parameters", "a table has " + std::to_string(all_.size()) + " rows",
                 "give 1 to " + std::to_string(Parameters::most));
   std::set<std::string> names;
   for (const ParameterInfo& info : all_) {
     if (!names.insert(info.name).second || (info.option != info.name && !names.insert(info.option).second))
-      throw Error("parameters", "a table with two parameters called " + info.name, "give each a name of its own");
+      throw Error("parameters", "a table has two parameters called " + info.name, "give each its own name");
     if (!(info.low < info.high && info.low >= info.least && info.high <= info.most))
-      throw Error("parameters", "a range of " + info.name + " that is empty or cannot be simulated",
-                  "let it grow from low to high, within what can be");
+      throw Error("parameters", "the range of " + info.name + " is empty or cannot be simulated",
+                  "give a low end below the high end, both within the allowed values");
   }
 }
 
@@ -72,7 +72,7 @@ Parameters ParameterTable::from_text(const std::string& text, const std::string&
   Parameters parameters(size());
   std::set<std::size_t> given;
   std::istringstream stream(text);
-  stream.exceptions(std::ios::badbit);  // or what is left out for want of memory would pass for the end
+  stream.exceptions(std::ios::badbit);  // otherwise truncation by lack of memory would look like the end
   for (std::string part; std::getline(stream, part, ',');) {
     const std::size_t equals = part.find('=');
     if (equals == std::string::npos) fail("'" + part + "' is not NAME=VALUE");

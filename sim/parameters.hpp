@@ -1,5 +1,5 @@
-// Parameters of a model of body and controller: a table says how many there are, their names, units and ranges; a set
-// of values stands in the table's order. Models are in body_model.hpp.
+// Parameters of a model of body and controller. A table defines their number, names, units and ranges; a set of values
+// has the table's order. Models are in body_model.hpp.
 #pragma once
 
 #include <algorithm>
@@ -15,13 +15,13 @@
 
 namespace decid::sim {
 
-/// One set of parameters, in SI units: as many as its model has, in the order of the model's table.
+/// One set of parameters in SI units: all of its model's, in the order of the model's table.
 class Parameters {
  public:
-  static constexpr std::size_t most = 32;  ///< kept in place, as simulations copy them
+  static constexpr std::size_t most = 32;  ///< stored in place, because simulations copy them
 
   constexpr Parameters() = default;
-  /// At most `most`, like the values below.
+  /// At most `most` values.
   constexpr explicit Parameters(std::size_t size) : size_(size) { assert(size <= most); }
   constexpr Parameters(std::initializer_list<double> values) : size_(values.size()) {
     assert(size_ <= most);
@@ -61,30 +61,30 @@ static_assert(std::is_trivially_copyable_v<Parameters>);
 struct ParameterInfo {
   std::string name;         ///< as in files: "Kp_pass"
   std::string option;       ///< as on the command line: "kp-pass"
-  std::string description;  ///< for people: "Passive stiffness"
+  std::string description;  ///< for users: "Passive stiffness"
   std::string unit;         ///< "1": a plain number
   double low, high;         ///< range of the uniform distribution of the data set
-  bool per_mgh;             ///< value / (m g h) has a meaning
-  /// What can be simulated.
+  bool per_mgh;             ///< value / (m g h) is meaningful
+  /// The values that can be simulated.
   double least = 0.0, most = std::numeric_limits<double>::infinity();
 
   double middle() const { return 0.5 * (low + high); }
   double range() const { return high - low; }
-  /// Outside of its range by more than a twentieth of it, which estimates stray.
+  /// Returns true outside of the range by more than a twentieth of it; estimates scatter that far.
   bool is_beyond(double value) const {
     const double margin = 0.05 * range();
-    return !(value >= low - margin && value <= high + margin);  // NaN is
+    return !(value >= low - margin && value <= high + margin);  // true for NaN
   }
-  /// For people, to whom a plain number has none.
+  /// Returns the unit for users; empty for a plain number.
   std::string shown_unit() const { return unit == "1" ? "" : unit; }
-  /// " N m/rad", to stand behind a number; nothing for a parameter that is a plain number.
+  /// Returns " N m/rad", to follow a number; empty for a plain number.
   std::string unit_after() const { return unit == "1" ? "" : " " + unit; }
 };
 
 class ParameterTable {
  public:
-  /// Throws Error for none or more than Parameters::most, a name that stands twice, or a range that is empty or cannot
-  /// be simulated.
+  /// Throws Error for no parameters or more than Parameters::most, for a repeated name, and for a range that is empty
+  /// or cannot be simulated.
   explicit ParameterTable(std::vector<ParameterInfo> parameters);
 
   std::size_t size() const noexcept { return all_.size(); }
@@ -93,16 +93,16 @@ class ParameterTable {
   auto end() const noexcept { return all_.end(); }
   std::vector<std::string> names() const;
 
-  /// The middle of every range.
+  /// Returns the middle of every range.
   Parameters middle() const;
-  /// The nearest values that can be simulated.
+  /// Returns the nearest values that can be simulated.
   Parameters simulable(Parameters values) const;
-  /// Where in its range each value lies, 0 .. 1; those outside of their ranges lie outside of these.
+  /// Returns each value's position in its range, 0 .. 1; values outside of their ranges lie outside of 0 .. 1.
   std::vector<double> to_unit(const Parameters& values) const;
   Parameters from_unit(std::span<const double> unit) const;
 
-  /// "Kp=900,Kd=250,...": all of them, by name ("Kp_pass") or option name ("kp-pass"), in any order. Throws Error;
-  /// `where` names the text.
+  /// Reads "Kp=900,Kd=250,...": all parameters, by name ("Kp_pass") or option name ("kp-pass"), in any order. Throws
+  /// Error; `where` names the text.
   Parameters from_text(const std::string& text, const std::string& where) const;
 
  private:

@@ -9,12 +9,13 @@
 namespace decid::sim {
 namespace {
 
-// Parts of the body's mass: 2 shanks of .0465 and 2 thighs of .100; head, arms and trunk. The feet's .029 are left out.
+// Fractions of the body's mass: 2 shanks of .0465 and 2 thighs of .100; head, arms and trunk. The feet's .029 are
+// excluded.
 constexpr double leg_mass = 0.293, trunk_mass = 0.678;
-// Parts of the body's height: ankle to hip (.530 - .039), hip to shoulder. The trunk's radius of gyration is given of
-// .34: with it the body of 88.86 kg and 1.80 m has the inertia of 101.895 kg m2.
+// Fractions of the body's height: ankle to hip (.530 - .039), hip to shoulder. The trunk's radius of gyration refers to
+// .34, which gives the body of 88.86 kg and 1.80 m its inertia of 101.895 kg m2.
 constexpr double leg_length = 0.491, trunk_length = 0.288, gyration_length = 0.34;
-// Parts of these lengths: centres of mass above the lower joint, radii of gyration about the centre of mass.
+// Fractions of these lengths: centres of mass above the lower joint, radii of gyration about the centre of mass.
 constexpr double leg_com = 0.553, leg_gyration = 0.326, trunk_com = 0.626, trunk_gyration = 0.496;
 
 constexpr double square(double x) {
@@ -58,12 +59,12 @@ Body body_of_person(const Subject& person) {
   const double index = person.mass_kg / square(person.height_m);
   const std::string given = given_text(person.mass_kg) + " kg and " + given_text(person.height_m) + " m";
   if (person.mass_kg > max_kg)
-    throw Error("mass and height", given + " are beyond a person's 250 kg", "give the weight in kg");
+    throw Error("mass and height", given + " exceed the maximum of 250 kg for a person", "give the weight in kg");
   if (!(index >= min_index && index <= max_index))
     throw Error(
         "mass and height",
-        given + " are a body mass index of " + given_text(std::round(10.0 * index) / 10.0) + ", not from 12 to 60",
-        "give the weight in kg and the height in m; a robot's body belongs in a protocol");
+        given + " give a body mass index of " + given_text(std::round(10.0 * index) / 10.0) + ", not from 12 to 60",
+        "give the weight in kg and the height in m; describe a robot's body in a protocol");
   return body;
 }
 
@@ -73,15 +74,15 @@ Body body_of(const Segments& segments) {
 }
 
 Subject subject_of(const Body& body) {
-  // Both are proportional to the figures sought.
+  // Both are proportional to the unknown values.
   const Subject unit{.mass_kg = 1.0, .height_m = 1.0};
   const Body model = body_of(segments_of(unit));
   const Subject subject{.mass_kg = body.mass_kg / model.mass_kg, .height_m = body.com_height_m / model.com_height_m};
   const double inertia = body_of(segments_of(subject)).inertia_kgm2;
   if (std::abs(body.inertia_kgm2 - inertia) <= 1e-3 * inertia) return subject;
   throw Error("body",
-              "its inertia of " + setting_text(body.inertia_kgm2) + " kg m2 is not that of Winter's segments, " +
-                  setting_text(inertia) + ", so leg and trunk are not known",
+              "its inertia of " + setting_text(body.inertia_kgm2) + " kg m2 differs from that of Winter's segments, " +
+                  setting_text(inertia) + ", so leg and trunk are unknown",
               "give the body as {\"subject\": {\"mass_kg\": .., \"height_m\": ..}}");
 }
 

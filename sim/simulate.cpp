@@ -1,4 +1,4 @@
-// A trial: see simulate.hpp for the equations and the choices made where the paper is silent.
+// A trial: see simulate.hpp for the equations and the choices made where the paper is ambiguous.
 #include "sim/simulate.hpp"
 
 #include <algorithm>
@@ -19,7 +19,7 @@
 
 namespace decid::sim {
 
-/// Lanes kept for the next call: their memory is large and takes longer to get than a trial.
+/// Lanes kept for the next call: their memory is large, and allocating it takes longer than a trial.
 struct Simulator::Core {
   Core(Protocol of_trial, Isa isa)
       : protocol(checked(std::move(of_trial))),
@@ -31,7 +31,7 @@ struct Simulator::Core {
 
   const Stimulus& stimulus() const { return own_stimulus ? *own_stimulus : setup.stimulus; }
 
-  /// Calls `finished` with what of a simulated trial comes after the standing.
+  /// Wraps `finished` to receive only the part of a trial after the standing.
   Finished after_standing(const Finished& finished) const {
     return [this, &finished](int index, Outcome outcome, std::span<double> sway_rad) {
       const double rate_hz = protocol.experiment.sample_rate_hz;
@@ -41,7 +41,7 @@ struct Simulator::Core {
     };
   }
 
-  /// Runs on lanes that no other thread has.
+  /// Runs on lanes that no other thread uses.
   void run(const std::function<int()>& next, const TrialOf& trial_of, const Finished& finished) {
     std::unique_ptr<Lanes> lanes;
     {
@@ -61,9 +61,9 @@ struct Simulator::Core {
   }
 
   Protocol protocol;
-  Setup setup;  // of all that is simulated
+  Setup setup;  // of everything that is simulated
   int samples;
-  int standing;  // samples before those of the trial
+  int standing;  // samples before the trial's first
   std::optional<Stimulus> own_stimulus;
   std::mutex mutex;
   std::vector<std::unique_ptr<Lanes>> idle;
@@ -83,8 +83,8 @@ int Simulator::samples() const noexcept {
 
 Outcome Simulator::run(const Parameters& parameters, const Random& noise, std::span<double> sway_rad) const {
   if (sway_rad.size() != static_cast<std::size_t>(samples())) {
-    throw Error("simulation", "the output holds " + std::to_string(sway_rad.size()) + " samples",
-                "make room for " + std::to_string(samples()));
+    throw Error("simulation", "the output has space for " + std::to_string(sway_rad.size()) + " samples",
+                "give space for " + std::to_string(samples()));
   }
   Outcome result{};
   bool taken = false;
@@ -104,7 +104,7 @@ Outcome Simulator::run(const Parameters& parameters, const Random& noise, std::s
 
 namespace {
 
-/// Hands out indices 0 .. count - 1 to many threads; a negative one when there are no more.
+/// Distributes indices 0 .. count - 1 to many threads; returns a negative index when none is left.
 class Indices {
  public:
   explicit Indices(int count) : count_(count) {}
@@ -113,7 +113,7 @@ class Indices {
     const int index = first_.fetch_add(1);
     return index < count_ ? index : -1;
   }
-  /// A trial goes to any thread that has a free lane; a thread is worth starting for a few of them.
+  /// Any thread with a free lane takes a trial; a thread is worth starting for a few of them.
   int threads() const { return std::min(thread_count(), (count_ + 7) / 8); }
 
  private:
@@ -133,7 +133,7 @@ void Simulator::run_until_valid(int count, int attempts, const AttemptOf& trial_
   std::vector<int> attempt(static_cast<std::size_t>(count), 0);
   std::vector<std::optional<TrialInput>> trials(static_cast<std::size_t>(count));
   parallel_for(indices.threads(), [&](int) {
-    std::vector<int> again;  // trials that fell in this thread's lanes stay with it
+    std::vector<int> again;  // trials that fell in this thread's lanes stay in this thread
     const auto next = [&] {
       if (again.empty()) return indices.next();
       const int index = again.back();
@@ -151,7 +151,8 @@ void Simulator::run_until_valid(int count, int attempts, const AttemptOf& trial_
           const auto i = static_cast<std::size_t>(index);
           if (outcome.valid) return finished(index, *trials[i], sway);
           if (attempt[i] == attempts) {
-            throw Error("protocol " + protocol().name, std::to_string(attempts) + " trials in a row leave 5 degrees",
+            throw Error("protocol " + protocol().name,
+                        std::to_string(attempts) + " consecutive trials exceed 5 degrees",
                         "reduce the tilt's amplitude or the noise");
           }
           again.push_back(index);
@@ -160,7 +161,7 @@ void Simulator::run_until_valid(int count, int attempts, const AttemptOf& trial_
 }
 
 Complex closed_loop(const Parameters& parameters, const Body& body, double frequency_hz) {
-  // exp(-s delay) turns by frequency * delay; whole turns drop out.
+  // exp(-s delay) has the phase frequency * delay, in turns; whole turns cancel.
   constexpr long long parts = 1LL << 52;
   const double turns = frequency_hz * parameters[Delay];
   const double part = (turns - std::floor(turns)) * static_cast<double>(parts);

@@ -3,9 +3,9 @@
 //   e' = f_theta(f' + nu')                              dead band, eq. 2 and 3 of the paper
 //   u  = Kp (2a + e - f) + Kd (2a' + e' - f')           servo signal e + a - f, plus gravity estimate 1 * a
 //   J a'' = m g h sin(a) - u(t - delay) - Kp_pass (a - f) - Kd_pass (a' - f')
-// The paper's printed sum (eq. 7) loses the servo term and its signs of the ankle angle disagree; its text is followed
-// here, with the ankle angle = body - platform throughout.
-// A body that has stood before the trial (Protocol::standing_s) begins at rest so much earlier, its platform at rest.
+// The paper's printed sum (eq. 7) omits the servo term, and its signs of the ankle angle are inconsistent. This code
+// follows the paper's text, with the ankle angle = body - platform throughout. A body that has stood before the trial
+// (Protocol::standing_s) begins at rest that much earlier, on a resting platform.
 #pragma once
 
 #include <functional>
@@ -25,59 +25,60 @@ inline constexpr double sway_limit_rad = 5.0 * rad_per_deg;
 inline constexpr double longest_delay_s = 1.0;
 
 struct Outcome {
-  bool valid;           ///< stayed within sway_limit_rad; of two segments, each within segment_limit_rad too
-  double max_sway_rad;  ///< max |a| over the steps up to then, standing included; infinite if it is not finite
-  double end_s;         ///< its length, or the end of the sample period (DoubleSimulator: of the step) in which
-                        ///< the body left the bound; 0 if it fell while it stood before the trial
+  bool valid;           ///< stayed within sway_limit_rad; for two segments, each also within segment_limit_rad
+  double max_sway_rad;  ///< max |a| over these steps, standing included; infinite if not finite
+  double end_s;  ///< its length, or the end of the sample period (DoubleSimulator: of the step) in which the body left
+                 ///< the bound; 0 if it fell while it stood before the trial
 };
 
-/// What a trial depends on besides the protocol. `noise` gives the vestibular noise's normals.
+/// The inputs of a trial in addition to the protocol. `noise` gives the vestibular noise's normals.
 struct TrialInput {
   Parameters parameters;
   Random noise;
-  double height = 1.0;  ///< of the body over that of the protocol's (Body::of_height), 0.1 to 10
+  double height = 1.0;  ///< body height relative to the protocol's (Body::of_height), 0.1 to 10
 };
 
-/// Simulates trials of one protocol. Immutable: one serves all threads. Trials are computed many at a time, in the
-/// lanes of vector registers; one that ends gives its lane to the next. Each lane is one chain of fused multiply-adds
-/// in one order, so a trial has the same bits alone or in any company, with any instruction set and number of threads.
+/// Simulates trials of one protocol. Immutable: all threads may share it. Many trials run in parallel in the lanes of
+/// vector registers; a trial that ends gives its lane to the next. Each lane is one chain of fused multiply-adds in a
+/// fixed order. A trial therefore has the same bits with any other trials, instruction set and number of threads.
 class Simulator {
  public:
-  /// Throws Error if the protocol is not valid. isa: tests and benchmarks may ask for another.
+  /// Throws Error if the protocol is invalid. isa: tests and benchmarks may choose another.
   explicit Simulator(Protocol protocol, Isa isa = chosen_isa());
 
   const Protocol& protocol() const noexcept;
   const Stimulus& stimulus() const noexcept;
   int samples() const noexcept;
 
-  /// One trial, from rest, upright, or after the protocol's standing. sway_rad: samples() values, sample k at
-  /// t = k / rate; if the body leaves the bound the rest of them is not written. `noise` gives the vestibular noise's
-  /// normals. No sensor noise is added. Throws Error for a non-finite or negative parameter, a delay above
+  /// Simulates one trial, from rest, upright, or after the protocol's standing. sway_rad: samples() values, sample k at
+  /// t = k / rate; values after the body leaves the bound are not written. `noise` gives the vestibular noise's
+  /// normals. Adds no measurement noise. Throws Error for a non-finite or negative parameter, a delay above
   /// longest_delay_s, or a span of another length.
   Outcome run(const Parameters& parameters, const Random& noise, std::span<double> sway_rad) const;
 
-  /// Makes trial `index`; called from any thread.
+  /// Makes trial `index`; any thread may call it.
   using TrialOf = std::function<TrialInput(int index)>;
-  /// Called once a trial, in any order and from any thread; sway_rad may be changed and is valid only within the call.
+  /// Receives each trial once, in any order and from any thread; sway_rad may be changed and is valid only during the
+  /// call.
   using Finished = std::function<void(int index, const Outcome& outcome, std::span<double> sway_rad)>;
-  /// Simulates trial_of(0) .. trial_of(count - 1) on OpenMP's threads, with the bits that run() gives each of them.
-  /// The more trials a call has, the fuller its lanes: give it hundreds. Throws what run(), trial_of or finished throw.
+  /// Simulates trial_of(0) .. trial_of(count - 1) on OpenMP's threads, with the bits of run(). Larger calls fill the
+  /// lanes better: give hundreds of trials. Throws the errors of run(), trial_of and finished.
   void run_all(int count, const TrialOf& trial_of, const Finished& finished) const;
 
   /// Makes an attempt at trial `index`: 0, 1, ...
   using AttemptOf = std::function<TrialInput(int index, int attempt)>;
-  /// As Finished, for the attempt that was valid.
+  /// Receives the valid attempt, as Finished does.
   using Valid = std::function<void(int index, const TrialInput& trial, std::span<double> sway_rad)>;
-  /// As run_all(), trying each index until its trial is valid; finished is called for that one only. Also throws Error
-  /// if `attempts` in a row are not valid.
+  /// Simulates like run_all(), repeating each index until its trial is valid; calls finished only for that one. Also
+  /// throws Error if `attempts` consecutive trials are invalid.
   void run_until_valid(int count, int attempts, const AttemptOf& trial_of, const Valid& finished) const;
 
  private:
   struct Core;
-  std::shared_ptr<Core> core_;  // copies share it
+  std::shared_ptr<Core> core_;  // shared by copies
 };
 
-/// The closed loop's transfer function from platform tilt to body sway at theta = 0, no noise, small angles:
+/// Returns the closed loop's transfer function from platform tilt to body sway at theta = 0, no noise, small angles:
 ///   H(s) = (Kp_pass + s Kd_pass) / (J s^2 - m g h + 2 (Kp + s Kd) exp(-s delay) + Kp_pass + s Kd_pass), s = 2 pi i f.
 Complex closed_loop(const Parameters& parameters, const Body& body, double frequency_hz);
 

@@ -1,5 +1,5 @@
-// Reading and writing at positions: see disk_file.hpp.
-// The system may return short counts and be interrupted by signals; every loop here goes on after either.
+// Reads and writes at positions: see disk_file.hpp. The system may return short counts or be interrupted by signals;
+// every loop here continues after either.
 #include "base/files/disk_file.hpp"
 
 #include <fcntl.h>
@@ -58,7 +58,7 @@ DiskFile::DiskFile(DiskFile&& other) noexcept
 std::uint64_t DiskFile::size() const {
   struct stat status {};
   if (::fstat(descriptor_, &status) != 0) {
-    throw Error(path_.string(), "its size is unknown: " + errno_text(errno), "check the disk and its mount");
+    throw Error(path_.string(), "its size cannot be read: " + errno_text(errno), "check the disk and its mount");
   }
   return static_cast<std::uint64_t>(status.st_size);
 }
@@ -81,14 +81,14 @@ void DiskFile::write(std::uint64_t position, std::span<const std::byte> bytes) {
 }
 
 void DiskFile::write(std::uint64_t position, std::span<const std::span<const std::byte>> pieces) {
-  constexpr std::size_t most = 256;  // pieces a call; Linux takes 1024
+  constexpr std::size_t max_pieces = 256;  // pieces per call; Linux allows 1024
   std::size_t next = 0, done_of_next = 0;
   std::vector<iovec> vectors;
   while (next < pieces.size()) {
     vectors.clear();
-    for (std::size_t i = next; i < std::min(next + most, pieces.size()); ++i) {
+    for (std::size_t i = next; i < std::min(next + max_pieces, pieces.size()); ++i) {
       const auto piece = i == next ? pieces[i].subspan(done_of_next) : pieces[i];
-      // The system only reads them, but its structure serves reading into them too.
+      // The system only reads them, but its structure also serves for reading into them.
       vectors.push_back({const_cast<std::byte*>(piece.data()), piece.size()});
     }
     const ssize_t count =
@@ -127,7 +127,7 @@ void DiskFile::sync() {
 bool DiskFile::try_lock() {
   while (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
     if (errno == EWOULDBLOCK) return false;
-    if (errno != EINTR) break;  // a file system without locks: two runs at once are the user's affair
+    if (errno != EINTR) break;  // a file system without locks: two runs at once are the user's responsibility
   }
   return true;
 }

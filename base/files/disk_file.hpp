@@ -1,5 +1,5 @@
-// A file that is read and written at positions: for what is too large for memory or grows over a long run.
-// POSIX: pread, pwritev, ftruncate, fsync, flock.
+// A file that is read and written at positions, for data that are too large for memory or grow over a long run. POSIX:
+// pread, pwritev, ftruncate, fsync, flock.
 #pragma once
 
 #include <cstddef>
@@ -10,12 +10,12 @@
 
 namespace decid {
 
-/// All functions throw Error when the system refuses. Reading is safe from many threads at once.
+/// A file on disk. All functions throw Error if the system refuses. Many threads may read at once.
 class DiskFile {
  public:
   enum class Access {
     read,   ///< an existing file
-    write,  ///< read and write; an empty file is made if there is none
+    write,  ///< read and write; creates a missing file
   };
   DiskFile(std::filesystem::path path, Access access);
   ~DiskFile();
@@ -26,21 +26,22 @@ class DiskFile {
   const std::filesystem::path& path() const noexcept { return path_; }
   std::uint64_t size() const;
 
-  /// Returns how many bytes there were, less than asked for only at the end of the file.
+  /// Reads bytes. Returns their number, which is smaller than requested only at the end of the file.
   std::size_t read(std::uint64_t position, std::span<std::byte> bytes) const;
   void write(std::uint64_t position, std::span<const std::byte> bytes);
   void write(std::uint64_t position, std::string_view bytes) { write(position, std::as_bytes(std::span(bytes))); }
-  /// The pieces one after the other.
+  /// Writes the pieces in order.
   void write(std::uint64_t position, std::span<const std::span<const std::byte>> pieces);
   void truncate(std::uint64_t size);
 
-  /// Asks the system to begin writing these bytes to the disk, without waiting: a later sync() has less to do.
+  /// Asks the system to start writing these bytes to the disk, without waiting: a later sync() has less to do.
   void start_writeback(std::uint64_t position, std::uint64_t bytes) noexcept;
-  /// Waits until everything is on the disk.
+  /// Waits until all data are on the disk.
   void sync();
-  /// False if another process holds it. Held until the file is closed, by a kill too.
+  /// Locks the file. Returns false if another process has locked it. The lock lasts until the file is closed, also by a
+  /// kill.
   bool try_lock();
-  /// False if the name now stands for another file, or none. Throws Error if the system does not tell.
+  /// Returns false if the path now refers to another file, or none. Throws Error if the system cannot tell.
   bool is_still_at_its_path() const;
 
  private:

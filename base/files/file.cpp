@@ -1,6 +1,6 @@
-// Files, whole or not at all: see file.hpp.
-// Method: an exclusively created temporary file in the target's folder, fsync, rename(2), fsync of the folder.
-// Devices, pipes and what /dev/stdout names cannot be renamed over; they are written directly.
+// Writes files completely or not at all: see file.hpp. Method: an exclusively created temporary file in the target's
+// folder, fsync, rename(2), fsync of the folder. Devices, pipes and the target of /dev/stdout cannot be replaced; they
+// are written directly.
 #include "base/files/file.hpp"
 
 #include <fcntl.h>
@@ -33,7 +33,7 @@ class Descriptor {
 
   bool is_open() const { return number_ >= 0; }
   int number() const { return number_; }
-  /// Closes it and returns false on an error, which may be the first news of a failed write.
+  /// Closes it. Returns false on an error, which may be the first sign of a failed write.
   bool close() { return ::close(std::exchange(number_, -1)) == 0; }
 
  private:
@@ -46,18 +46,18 @@ class Descriptor {
                                                       : "check the disk and its mount");
 }
 
-// What a path stands for, symbolic links followed.
+// The target of a path, after following symbolic links.
 struct Target {
   fs::path path;
-  bool direct;  // not a file that can be replaced by another
+  bool direct;  // true for files that cannot be replaced
 };
 
 Target resolve(const fs::path& path) {
-  constexpr int max_links = 40;  // as Linux allows
+  constexpr int max_links = 40;  // the limit of Linux
   fs::path current = path;
   std::error_code error;
   for (int i = 0; i < max_links && fs::is_symlink(current, error); ++i) {
-    // A link in /proc (/dev/stdout leads to one) stands for an open file, and what it reads as need not be its name.
+    // A link in /proc (/dev/stdout leads to one) refers to an open file, and its text need not be that file's name.
     const fs::path folder = fs::canonical(current.parent_path().empty() ? "." : current.parent_path(), error);
     if (!error && folder.native().starts_with("/proc/")) return {path, true};
     const fs::path link = fs::read_symlink(current, error);
@@ -73,7 +73,7 @@ Target resolve(const fs::path& path) {
 
 void write_all(int descriptor, std::string_view content, const fs::path& path) {
   while (!content.empty()) {
-    // Linux writes at most 2^31 - 4096 bytes in one call.
+    // Linux writes at most 2^31 - 4096 bytes per call.
     const ssize_t written = ::write(descriptor, content.data(), std::min(content.size(), std::size_t{1} << 30));
     if (written < 0) {
       if (errno == EINTR) continue;
@@ -83,7 +83,7 @@ void write_all(int descriptor, std::string_view content, const fs::path& path) {
   }
 }
 
-// Creates a new file beside `target`, with the permissions of the file it is going to replace.
+// Creates a new file next to `target`, with the permissions of the file that it will replace.
 fs::path create_temporary(const fs::path& target) {
   static std::atomic<unsigned> counter{0};
   const fs::path folder = target.parent_path().empty() ? fs::path(".") : target.parent_path();
@@ -92,7 +92,7 @@ fs::path create_temporary(const fs::path& target) {
     Descriptor file(::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
     if (file.is_open()) {
       struct stat old {};
-      // On a file system without permissions this fails, and nothing is lost.
+      // Fails harmlessly on a file system without permissions.
       if (::stat(target.c_str(), &old) == 0 && ::fchmod(file.number(), old.st_mode & 0777) != 0) errno = 0;
       return name;
     }
@@ -120,8 +120,8 @@ std::string read_file(const fs::path& path, std::uint64_t limit_bytes) {
   if (::fstat(file.number(), &status) == 0 && S_ISDIR(status.st_mode)) {
     throw Error(path.string(), "is a folder", "give the name of a file");
   }
-  // A file's size may be unknown (a pipe) or change meanwhile: it only sets the first size of the buffer, one byte
-  // more than expected so that the end shows itself.
+  // A file's size may be unknown (a pipe) or change during reading. It only sets the initial size of the buffer, plus
+  // one byte to detect the end.
   constexpr std::size_t piece = std::size_t{1} << 16;
   const auto expected = static_cast<std::size_t>(std::max<off_t>(status.st_size, 0));
   const std::uint64_t first =
@@ -137,7 +137,7 @@ std::string read_file(const fs::path& path, std::uint64_t limit_bytes) {
     length += static_cast<std::size_t>(count);
     if (length > limit_bytes) {
       throw Error(path.string(), "is larger than " + std::to_string(limit_bytes) + " bytes",
-                  "check that it is the file you mean");
+                  "check that it is the right file");
     }
   }
   content.resize(length);
@@ -171,14 +171,14 @@ PendingFile::~PendingFile() {
 void PendingFile::commit() {
   if (committed_) return;
   Descriptor file(::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC));
-  // The content must be on the disk before the name is, or a crash could leave an empty file.
+  // The content must reach the disk before the name, or a crash could leave an empty file.
   if (!file.is_open() || ::fsync(file.number()) != 0) fail_to_write(target_, errno);
   if (!file.close()) fail_to_write(target_, errno);
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) {
     throw Error(target_.string(), "cannot be replaced: " + errno_text(errno), "check the permissions of its folder");
   }
   committed_ = true;
-  // Makes the rename last through a crash. Some file systems cannot; the file is whole either way.
+  // Makes the rename survive a crash. Some file systems cannot; the file is complete either way.
   const Descriptor folder(::open(temporary_.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (folder.is_open()) static_cast<void>(::fsync(folder.number()));
 }

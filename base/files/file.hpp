@@ -1,4 +1,4 @@
-// Files, whole or not at all: an output is written beside its target and renamed when it is complete.
+// Files that are written completely or not at all: an output is written next to its target and renamed when complete.
 #pragma once
 
 #include <cstdint>
@@ -8,14 +8,14 @@
 
 namespace decid {
 
-/// The whole file. Throws Error if it cannot be opened or read, or is larger than `limit_bytes`.
+/// Returns the whole file. Throws Error if it cannot be opened or read, or is larger than `limit_bytes`.
 std::string read_file(const std::filesystem::path& path, std::uint64_t limit_bytes = std::uint64_t{1} << 32);
 
 /// Replaces `path` by `content` in one step: after a failure or a kill the old file, or none, is there.
 void write_file(const std::filesystem::path& path, std::string_view content);
 
-/// A file being made by someone who needs a path (a library, a long run). Removes its temporary file unless
-/// commit() was called.
+/// A file in preparation by code that needs a path (a library, a long run). Removes its temporary file unless commit()
+/// was called.
 class PendingFile {
  public:
   /// Throws Error at once if the folder of `target` does not exist or cannot be written.
@@ -24,7 +24,7 @@ class PendingFile {
   PendingFile(const PendingFile&) = delete;
   PendingFile& operator=(const PendingFile&) = delete;
 
-  /// Where to write meanwhile: in the target's folder, so that the rename is atomic.
+  /// Returns the temporary path: in the target's folder, so that the rename is atomic.
   const std::filesystem::path& path() const noexcept { return temporary_; }
   /// Renames the temporary file to the target.
   void commit();

@@ -1,4 +1,4 @@
-// The type of JSON values, by name only; json_object.hpp reads and prints them.
+// The type of JSON values, declared only; json_object.hpp reads and prints them.
 // Not installed.
 #pragma once
 
@@ -10,11 +10,11 @@
 
 namespace decid {
 
-/// The library's own, under a name of decid's: Json is no type of anyone else's.
+/// The library's own type under a name of decid's, so that Json differs from every other library's type.
 template <class T, class = void>
 struct JsonSerializer : nlohmann::adl_serializer<T, void> {};
 
-/// Keeps the keys in the order in which they were written. No deeper than deepest_json (json_object.hpp).
+/// Keeps the keys in written order. Nested no deeper than deepest_json (json_object.hpp).
 using Json = nlohmann::basic_json<nlohmann::ordered_map, std::vector, std::string, bool, std::int64_t, std::uint64_t,
                                   double, std::allocator, JsonSerializer>;
 

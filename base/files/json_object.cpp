@@ -1,6 +1,5 @@
-// JSON objects read key by key: types are checked strictly, unknown keys are refused (a misspelt setting would
-// otherwise be silently left at its default).
-// Format: RFC 8259, parsed by nlohmann's library.
+// JSON objects read key by key. Types are checked strictly, and unknown keys are refused: a misspelt setting would
+// otherwise silently keep its default. Format: RFC 8259, parsed by nlohmann's library.
 #include "base/files/json_object.hpp"
 
 #include <algorithm>
@@ -16,15 +15,15 @@ namespace {
 
 constexpr std::size_t max_shown = 40;  // of a key or a value, in an error
 
-/// At most `most` bytes, "..." for the rest; no character of UTF-8 is cut.
-std::string shortened(std::string text, std::size_t most) {
-  if (text.size() <= most) return text;
-  std::size_t end = most - 3;
+/// Returns at most `max_bytes` bytes, with "..." for the rest; never cuts a UTF-8 character.
+std::string shortened(std::string text, std::size_t max_bytes) {
+  if (text.size() <= max_bytes) return text;
+  std::size_t end = max_bytes - 3;
   while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
   return text.substr(0, end) + "...";
 }
 
-/// Counts the brackets outside of texts: what is nested too deeply is refused before it takes any memory. Gives the
+/// Counts the brackets outside of texts, so that deeply nested text is refused before it takes memory. Returns the
 /// commas of each list and object, in the order in which they begin.
 std::vector<std::uint32_t> check_depth(std::string_view text, const std::string& where) {
   std::vector<std::uint32_t> commas, open;
@@ -71,11 +70,11 @@ void print_beginning(const Json& json, std::string& text) {
   }
 }
 
-/// Takes what the library's parser reads. Its own builder looks for each key among those before it, which takes minutes
-/// for an object of 10 MB; this one appends them, and looks for one that stands twice when the object is complete.
+/// Builds values from the library's parser. The library's own builder compares each key with all before it, which takes
+/// minutes for an object of 10 MB. This one appends keys, and looks for repeated ones when the object is complete.
 class Builder {
  public:
-  /// commas: of each list and object, so that none has to grow.
+  /// commas: per list and object, so that none has to grow.
   Builder(const std::string& where, std::vector<std::uint32_t> commas) : where_(where), commas_(std::move(commas)) {}
 
   bool null() { return put(nullptr); }
@@ -84,7 +83,7 @@ class Builder {
   bool number_unsigned(std::uint64_t value) { return put(value); }
   bool number_float(double value, const std::string&) { return put(value); }
   bool string(std::string& value) { return put(std::move(value)); }
-  bool binary(Json::binary_t&) { return false; }  // no text has it
+  bool binary(Json::binary_t&) { return false; }  // text never contains binary values
   bool start_object(std::size_t) { return open(Json::object()); }
   bool start_array(std::size_t) { return open(Json::array()); }
   bool end_array() { return close(); }
@@ -97,7 +96,7 @@ class Builder {
     return true;
   }
   bool parse_error(std::size_t, const std::string&, const Json::exception& exception) {
-    // The library's text opens with its own tag, "[json.exception.parse_error.101] ", which says nothing to a reader.
+    // The library's text begins with its own tag, "[json.exception.parse_error.101] ", which does not help the user.
     std::string problem = exception.what();
     if (const std::size_t tag = problem.find("] "); tag != std::string::npos) problem.erase(0, tag + 2);
     throw Error(where_, "is not valid JSON: " + shortened(std::move(problem), 200), "correct the file there");
@@ -106,7 +105,7 @@ class Builder {
   Json take() { return std::move(root_); }
 
  private:
-  /// Where the value stands until something is put behind it.
+  /// Stores a value; the pointer is valid until another value follows.
   Json* place(Json value) {
     if (open_.empty()) {
       root_ = std::move(value);
@@ -142,14 +141,14 @@ class Builder {
     for (const auto& [name, value] : object) keys.push_back(name);
     std::ranges::sort(keys);
     if (const auto twice = std::ranges::adjacent_find(keys); twice != keys.end())
-      throw Error(where_, "the key '" + shortened(std::string(*twice), max_shown) + "' stands twice in one object",
+      throw Error(where_, "the key '" + shortened(std::string(*twice), max_shown) + "' is repeated in one object",
                   "keep one of them");
   }
 
   const std::string& where_;
   Json root_;
   std::vector<Json*> open_;  // lists and objects around the next value
-  std::string key_;          // of it
+  std::string key_;          // of the next value
   std::vector<std::uint32_t> commas_;
   std::size_t next_ = 0;
 };
@@ -169,7 +168,7 @@ std::string print_json(const Json& json) {
 namespace {
 
 bool is_int(const Json& json) {
-  // Widest types first: a number above the range of int would wrap around in get<int>().
+  // Widest types first: a number above int's range would wrap around in get<int>().
   if (json.is_number_unsigned()) return json.get<std::uint64_t>() <= std::uint64_t{std::numeric_limits<int>::max()};
   return json.is_number_integer() && json.get<std::int64_t>() >= std::numeric_limits<int>::min();
 }

@@ -1,6 +1,5 @@
-// JSON objects read key by key, so that every defect of a file is an Error that names the file and the key.
-// Not installed. The only header of base that shows nlohmann's library.
-// Format: RFC 8259.
+// JSON objects read key by key, so that every defect of a file is an Error that names the file and the key. Not
+// installed. The only header of base that includes nlohmann's library. Format: RFC 8259.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +11,9 @@
 
 #include "base/files/json.hpp"
 
-/// The library's own moves all that is within a value onto a list first, against a stack that overflows where values
-/// are nested deeply. That list takes memory, and a destructor that finds none ends the process. Json is never nested
-/// deeply, so that its children's destructors do.
+/// The library's own destructor first moves all nested values onto a list, because deep nesting would overflow the
+/// stack. The list needs memory, and a destructor without memory ends the process. Json is never nested deeply, so its
+/// children's destructors suffice.
 template <>
 inline void decid::Json::json_value::destroy(nlohmann::detail::value_t type) {
   const auto remove = [](auto* value) {
@@ -30,28 +29,29 @@ inline void decid::Json::json_value::destroy(nlohmann::detail::value_t type) {
 
 namespace decid {
 
-/// Lists and objects within each other: no file of decid's has more than 6, and the library prints them recursively.
+/// The maximum depth of lists and objects: decid's files have at most 6, and the library prints them recursively.
 inline constexpr int deepest_json = 32;
 
-/// What others wrote is read by this alone, not by Json::parse. Throws Error with line and column if `text` is not JSON
-/// or nested deeper than deepest_json, and for a key that stands twice in one object (the last would win silently).
-/// `where` names the source.
+/// Parses JSON from other programs; use it instead of Json::parse. Throws Error with line and column if `text` is not
+/// JSON or nested deeper than deepest_json, and for a repeated key in one object (the last would win silently). `where`
+/// names the source.
 Json parse_json(std::string_view text, const std::string& where);
 
-/// Two spaces of indentation; doubles read back to the same bits; text that is not UTF-8 is replaced, not refused.
+/// Prints with two spaces of indentation. Doubles restore the same bits; text that is not UTF-8 is replaced, not
+/// refused.
 std::string print_json(const Json& json);
 
-/// One object of a JSON file. Each read() takes the value of a key if the key is there and leaves `value` alone if
-/// not; finish() takes every key that was not asked for as unknown.
+/// One object of a JSON file. Each read() sets `value` if the key exists, and otherwise leaves it; finish() treats
+/// every key that was not requested as unknown.
 class JsonObject {
  public:
-  /// `path` is where in the file the object is ("sequence"), empty for the outermost. Throws Error if `json` is not
-  /// an object. `json` must outlive this.
+  /// `path` is the object's place in the file ("sequence"), empty for the outermost. Throws Error if `json` is not an
+  /// object. `json` must outlive this object.
   JsonObject(const Json& json, std::string where, std::string path = {});
 
-  /// The value of `key`, or null if it was left out.
+  /// Returns the value of `key`, or null if it is missing.
   const Json* find(const char* key);
-  /// The value of `key`; throws Error if it was left out.
+  /// Returns the value of `key`; throws Error if it is missing.
   const Json& require(const char* key);
 
   void read(const char* key, double& value);
@@ -63,7 +63,7 @@ class JsonObject {
   void read(const char* key, std::vector<double>& value);
   void read(const char* key, std::vector<std::string>& value);
 
-  /// Throws Error naming the first key that was not asked for.
+  /// Throws Error naming the first key that was not requested.
   void finish() const;
 
   /// Throws Error: `key` should have been `expected` ("a number").

@@ -1,4 +1,4 @@
-// SHA-256 (FIPS 180-4), for naming weights and data sets by their content.
+// SHA-256 (FIPS 180-4), to identify weights and data sets by their content.
 #pragma once
 
 #include <array>
@@ -8,12 +8,12 @@
 
 namespace decid {
 
-/// Feed any number of pieces, then read the digest once.
+/// Computes a digest: call update any number of times, then hex once.
 class Sha256 {
  public:
   Sha256() noexcept;
   void update(const void* data, std::size_t bytes) noexcept;
-  /// 64 hexadecimal digits. The object cannot be fed afterwards.
+  /// Returns 64 hexadecimal digits. The object must not be used afterwards.
   std::string hex();
 
  private:

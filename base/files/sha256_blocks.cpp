@@ -66,15 +66,15 @@ void sha256_blocks_plain(Sha256State& state, const std::uint8_t* block, std::siz
 
 namespace {
 
-/// Whether the processor has the SHA extensions, and SSSE3 and SSE4.1, which their use needs.
+/// Returns true if the processor has the SHA extensions, and SSSE3 and SSE4.1, which their use needs.
 bool has_sha_extensions() noexcept {
   unsigned a = 0, b = 0, c = 0, d = 0;
   if (__get_cpuid(1, &a, &b, &c, &d) == 0 || (c & bit_SSSE3) == 0 || (c & bit_SSE4_1) == 0) return false;
   return __get_cpuid_count(7, 0, &a, &b, &c, &d) != 0 && (b & bit_SHA) != 0;
 }
 
-/// The words lie as sha256rnds2 takes them: from the lowest lane f, e, b, a and h, g, d, c. It computes two rounds: the
-/// new f, e, b, a; the old ones are the new h, g, d, c.
+/// The words have sha256rnds2's order: from the lowest lane f, e, b, a and h, g, d, c. It computes two rounds: the new
+/// f, e, b, a; the old ones become the new h, g, d, c.
 [[gnu::target("sha,ssse3,sse4.1")]] void blocks_by_extensions(Sha256State& state, const std::uint8_t* block,
                                                               std::size_t count) {
   auto* words = reinterpret_cast<__m128i*>(state.data());

@@ -1,4 +1,4 @@
-// The kernels of an instruction set, and the plain ones: a number at a time.
+// Selects the kernels of an instruction set; the plain kernels process one number at a time.
 #include "base/kernels/generic.hpp"
 #include "base/kernels/table_of.hpp"
 

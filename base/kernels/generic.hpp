@@ -10,9 +10,9 @@ namespace {
 /// The chunk of uniform numbers that becomes normal deviates at once.
 constexpr int chunk_blocks = 256, chunk_values = 2 * chunk_blocks;
 
-/// out[i] is the normal deviate of uniform[i]; both have room for a whole register behind `count`. One value in seven
-/// lies in a tail, whose logarithm and square root cost more than all the rest: those are gathered, so that few lanes
-/// compute one in vain.
+/// Computes out[i], the normal deviate of uniform[i]; both need space for a whole register after `count`. One value in
+/// seven is in a tail, whose logarithm and square root cost more than everything else. Tail values are gathered, so
+/// that few lanes compute in vain.
 template <class V>
 void to_normals(const double* uniform, int count, double* out) {
   int tails[chunk_values + V::width] = {}, found = 0;
@@ -41,7 +41,7 @@ void normals(const NormalsRequest& request, std::int64_t blocks, double* out) {
     const int here = static_cast<int>(blocks - done < chunk_blocks ? blocks - done : chunk_blocks);
     for (int block = 0; block < here; block += V::width) {
       const I number = lane_numbers + V::set_bits(static_cast<std::int64_t>(request.first_block) + done + block);
-      // The stream fills 8 bits, so the block's number has 56.
+      // The stream occupies 8 bits, which leaves 56 for the block's number.
       const I words3 = V::set_bits(request.stream) | (((number >> 32) & low) << 8);
       const PhiloxWords<V> words =
           philox_lanes<V>({{number & low, V::set_bits(static_cast<std::int64_t>(request.item & 0xffffffff)),

@@ -1,4 +1,4 @@
-// The kernels of random numbers, one table an instruction set. All compute the same bits.
+// The kernels of random numbers, one table per instruction set. All compute the same bits.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace decid {
 
-/// Where a stream of random numbers stands: the key and the counter of Philox, see random.cpp.
+/// The position in a stream of random numbers: the key and the counter of Philox, see random.cpp.
 struct NormalsRequest {
   std::uint32_t key[2];
   std::uint32_t stream;
@@ -16,13 +16,13 @@ struct NormalsRequest {
 };
 
 struct RandomKernels {
-  /// out[2 i] and out[2 i + 1] are the normal deviates of block first_block + i.
+  /// Computes out[2 i] and out[2 i + 1], the normal deviates of block first_block + i.
   void (*normals)(const NormalsRequest& request, std::int64_t blocks, double* out);
 };
 
 const RandomKernels& random_kernels(Isa isa);
 
-/// For table_of.
+/// Gives table_of access to the tables.
 struct RandomTables {
   static const RandomKernels& reference();
   static const RandomKernels& baseline();

@@ -1,13 +1,13 @@
-// Which of the tables that a component has compiled, one an instruction set, is an instruction set's. Not installed.
+// Selects a component's table for an instruction set. Not installed.
 #pragma once
 
 #include "base/isa.hpp"
 
 namespace decid {
 
-/// Tables has a static function reference(), and one for each instruction set of this processor's family, each defined
-/// by the folder's kernels/target.cpp, compiled for it: baseline(), avx2() and avx512(), or neon(), or wasm() and
-/// relaxed().
+/// Returns a table. Tables has a static function reference(), and one for each instruction set of this processor's
+/// family, each defined by the folder's kernels/target.cpp, compiled for it: baseline(), avx2() and avx512(), or
+/// neon(), or wasm() and relaxed().
 template <class Tables>
 const auto& table_of(Isa isa) {
   switch (isa) {

@@ -1,8 +1,8 @@
 // Vectors of doubles for code that is compiled once per instruction set: `One` is a plain double, `Native` the widest
-// register that the translation unit is compiled for. Arithmetic and comparisons are the compilers' vector extensions;
-// what they have no operator for is here. Every operation is that of IEEE 754 in each lane, so all widths agree in
-// every bit.
-// All in an unnamed namespace: every function is internal to its translation unit, so the linker cannot pick a copy
+// register of the translation unit. Arithmetic and comparisons use the compilers' vector extensions; this header adds
+// the missing operations. Every operation follows IEEE 754 in each lane, so all widths agree in every bit.
+// Everything is in an unnamed namespace. Functions are then internal to their translation unit, and the linker cannot
+// give a lesser machine a copy compiled for AVX-512.
 // compiled for AVX-512 for a caller on a lesser machine.
 #pragma once
 
@@ -32,29 +32,29 @@ struct One {
   [[gnu::always_inline]] static D load(const double* p) { return *p; }
   [[gnu::always_inline]] static void store(double* p, D v) { *p = v; }
   [[gnu::always_inline]] static D fma(D a, D b, D c) { return __builtin_fma(a, b, c); }
-  /// a < b ? a : b, so b if either is NaN.
+  /// Returns a < b ? a : b, so b if either is NaN.
   [[gnu::always_inline]] static D min(D a, D b) { return a < b ? a : b; }
   [[gnu::always_inline]] static D max(D a, D b) { return a > b ? a : b; }
   [[gnu::always_inline]] static D abs(D a) { return __builtin_fabs(a); }
   [[gnu::always_inline]] static D sqrt(D a) { return __builtin_sqrt(a); }
-  /// Whether every lane is <= limit; false if one is NaN.
+  /// Returns true if every lane is <= limit; false if one is NaN.
   [[gnu::always_inline]] static bool all_within(D a, double limit) { return a <= limit; }
   [[gnu::always_inline]] static I bits(D a) { return std::bit_cast<I>(a); }
   [[gnu::always_inline]] static D from_bits(I a) { return std::bit_cast<D>(a); }
   [[gnu::always_inline]] static I set_bits(std::int64_t a) { return a; }
-  /// The product of the lower 32 bits, unsigned.
+  /// Returns the product of the lower 32 bits, unsigned.
   [[gnu::always_inline]] static I multiply_low(I a, I b) {
     const auto low = [](I x) { return static_cast<std::uint64_t>(x) & 0xffffffffU; };
     return static_cast<I>(low(a) * low(b));
   }
-  /// The lanes as float, rounded to nearest.
+  /// Stores the lanes as float, rounded to nearest.
   [[gnu::always_inline]] static void store_floats(float* p, D v) { *p = static_cast<float>(v); }
-  /// a0 b0 a1 b1 ...
+  /// Stores a0 b0 a1 b1 ...
   [[gnu::always_inline]] static void store_pairs(double* p, D a, D b) {
     p[0] = a;
     p[1] = b;
   }
-  /// Lane i is p[i][offset].
+  /// Returns lanes p[i][offset].
   [[gnu::always_inline]] static D gather(const double* const* p, std::ptrdiff_t offset) { return p[0][offset]; }
   [[gnu::always_inline]] static void scatter(double* const* p, std::ptrdiff_t offset, D v) { p[0][offset] = v; }
 };
@@ -151,7 +151,7 @@ struct Native {
   [[gnu::always_inline]] static D set(double a) { return _mm_set1_pd(a); }
   [[gnu::always_inline]] static D load(const double* p) { return _mm_loadu_pd(p); }
   [[gnu::always_inline]] static void store(double* p, D v) { _mm_storeu_pd(p, v); }
-  /// SSE2 has none: the C library's, exactly rounded as IEEE 754 has it.
+  /// SSE2 lacks it: the C library's, exactly rounded as in IEEE 754.
   [[gnu::always_inline]] static D fma(D a, D b, D c) {
     return D{__builtin_fma(a[0], b[0], c[0]), __builtin_fma(a[1], b[1], c[1])};
   }

@@ -1,7 +1,7 @@
-// The fused multiply-add of doubles where the machine has none, two lanes at a time (WebAssembly's vectors): from sums
-// and products alone, rounded once. Scalars are computed alike (bindings/web/runtime/fma.cpp). Method: the exact
-// product as a sum of two doubles (Dekker, Numerische Mathematik 18, 1971), then rounding to odd: Boldo and Melquiond,
-// "Emulation of FMA and correctly rounded sums", IEEE Trans. Computers 57 (2008), figure 5.
+// The fused multiply-add of doubles for machines without one, two lanes at a time (WebAssembly's vectors): made of sums
+// and products, rounded once. Scalars use the same method (bindings/web/runtime/fma.cpp). Method: the exact product as
+// a sum of two doubles (Dekker, Numerische Mathematik 18, 1971), then rounding to odd: Boldo and Melquiond, "Emulation
+// of FMA and correctly rounded sums", IEEE Trans. Computers 57 (2008), figure 5.
 #pragma once
 
 #include <wasm_simd128.h>
@@ -10,7 +10,7 @@
 
 namespace decid {
 
-/// The C library's, for what is not computed here (bindings/web/runtime/fma.cpp).
+/// The C library's function, for values outside of this method's range (bindings/web/runtime/fma.cpp).
 double slow_fma(double a, double b, double c);
 
 namespace {
@@ -27,19 +27,19 @@ struct ExactSum {
   return {sum, (a - (sum - from_b)) + (b - from_b)};
 }
 
-/// a + b rounded to odd: an exact sum stays, another becomes the neighbour whose last bit is 1.
+/// Returns a + b rounded to odd: an exact sum stays, another becomes the neighbour whose last bit is 1.
 [[gnu::always_inline]] inline ExactLanes sum_to_odd(ExactLanes a, ExactLanes b) {
   const ExactSum found = two_sum(a, b);
   const ExactBits bits = (ExactBits)found.sum, one = ExactBits{} + 1;
   // With infinities the error is NaN, which is neither below nor above zero.
   const ExactBits inexact = (ExactBits)((found.error < ExactLanes{}) | (found.error > ExactLanes{}));
   const ExactBits even = ~bits & one & inexact;
-  // Of an even sum the odd neighbour lies towards the error: away from zero if the signs agree, else towards it.
+  // The odd neighbour of an even sum lies in the error's direction: away from zero if the signs agree, else towards it.
   const ExactBits opposed = (bits ^ (ExactBits)found.error) < 0;
   return (ExactLanes)(bits + ((even ^ opposed) - opposed));
 }
 
-/// The upper 26 bits of each; what is left of x has 26 too.
+/// Returns the upper 26 bits of each lane; the rest of x also has 26 bits.
 [[gnu::always_inline]] inline ExactLanes upper_half(ExactLanes x) {
   const ExactLanes scaled = x * 134217729.0;  // 2^27 + 1
   return scaled - (scaled - x);
@@ -47,7 +47,7 @@ struct ExactSum {
 
 [[gnu::always_inline]] inline ExactLanes exact_fma(ExactLanes a, ExactLanes b, ExactLanes c) {
   const ExactLanes product = a * b, zero{};
-  // Nothing below can overflow, nor the product's error underflow. Not so: infinities, NaN, and what is next to them.
+  // Excludes overflow below, and underflow of the product's error: infinities, NaN, and values near the limits.
   const v128_t within = wasm_v128_and(
       wasm_v128_and(wasm_f64x2_le(wasm_f64x2_abs((v128_t)a), wasm_f64x2_splat(0x1p500)),
                     wasm_f64x2_le(wasm_f64x2_abs((v128_t)b), wasm_f64x2_splat(0x1p500))),
@@ -61,7 +61,7 @@ struct ExactSum {
   const ExactSum low = two_sum(c, product_error);
   const ExactSum high = two_sum(product, low.sum);
   const ExactLanes sum = high.sum + sum_to_odd(low.error, high.error);
-  return product == zero ? product + c : sum;  // has the sign that a zero must have
+  return product == zero ? product + c : sum;  // the sign of a zero result must be right
 }
 
 }  // namespace

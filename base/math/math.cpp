@@ -1,6 +1,6 @@
-// Elementary functions with promised bits: see math.hpp.
-// Those that are also needed in vector lanes are in math_lanes.hpp. Reduction of exp as in fdlibm (Sun, 1993); Taylor
-// polynomials. Pairs (hi, lo) are a constant's nearest double and the double nearest to what is left.
+// Elementary functions with reproducible bits: see math.hpp. math_lanes.hpp has the functions that vector lanes need
+// too. Reduction of exp as in fdlibm (Sun, 1993); Taylor polynomials. Pairs (hi, lo) are a constant's nearest double
+// and the double nearest to the remainder.
 #include "base/math/math.hpp"
 
 #include <bit>
@@ -15,9 +15,8 @@ namespace {
 
 constexpr double log2_e = 1.4426950408889634;
 
-// Where the processor has a fused multiply-add, that in place of a call of fma(), which gives the same bits. Which one
-// is chosen as the program starts, when sanitizers are not ready yet.
-// clang before 18 makes no such choice, or one that others do not find.
+// A processor's fused multiply-add replaces the call of fma(), with the same bits. The choice happens at program start,
+// before sanitizers are ready. clang before 18 makes no such choice, or one that other compilers do not find.
 #if defined(__x86_64__) && defined(__GLIBC__) && !defined(DECID_SANITIZED) && \
     (!defined(__clang__) || __clang_major__ >= 18)
 #define DECID_WITH_FMA [[gnu::target_clones("default", "fma")]]
@@ -25,7 +24,7 @@ constexpr double log2_e = 1.4426950408889634;
 #define DECID_WITH_FMA
 #endif
 
-// sin and cos of hi + lo, |hi| <= pi / 4, |lo| below half a unit in hi's last place.
+// Returns sin and cos of hi + lo, |hi| <= pi / 4, |lo| below half a unit in hi's last place.
 [[gnu::always_inline]] inline SinCos sincos_octant(double hi, double lo) {
   const double z = hi * hi;
   double s = 1.0 / 355687428096000;  // 1 / 17!
@@ -43,7 +42,7 @@ constexpr double log2_e = 1.4426950408889634;
   c = std::fma(c, z, 1.0 / 40320);
   c = std::fma(c, z, -1.0 / 720);
   c = std::fma(c, z, 1.0 / 24);
-  // 1 - z / 2 is rounded; what it lost is added back with the small terms.
+  // 1 - z / 2 is rounded; its rounding error joins the small terms.
   const double half = 0.5 * z;
   const double top = 1.0 - half;
   const double cos = top + (((1.0 - top) - half) + std::fma(z * z, c, -hi * lo));
@@ -133,7 +132,7 @@ double ratio_of(const double (&numerator)[count], const double (&denominator)[co
   return above / below;
 }
 
-/// exp(-x^2), x >= 0: the square's upper part is exact.
+/// Returns exp(-x^2), x >= 0: the square's upper part is exact.
 double gauss(double x) {
   const double high = std::floor(x * 16.0) / 16.0;
   return exp(-high * high) * exp(-(x - high) * (x + high));

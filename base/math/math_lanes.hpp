@@ -1,9 +1,9 @@
 // Elementary functions on a vector type V (base/math/doubles.hpp): see math.hpp for their bounds. With one lane they
-// are the functions there. Both sides of every choice are computed, so the bits of a lane do not depend on its
-// neighbours; they do depend on how the code is compiled (cmake/DecidTargets.cmake), so this header is not installed.
-// Reductions: log as in fdlibm (Sun, 1993); atan by the difference of angles at an eighth of a turn. Polynomials:
-// Taylor for log, the best of its degree (Remez exchange in 60 digits) for atan.
-// Normal deviates: Wichura, algorithm AS 241 (PPND16), Applied Statistics 37, 1988; coefficients as printed there.
+// equal the functions there. Both sides of every choice are computed, so a lane's bits do not depend on its neighbours.
+// They depend on compiler options (cmake/DecidTargets.cmake), so this header is not installed. Reductions: log as in
+// fdlibm (Sun, 1993); atan by the difference of angles at an eighth of a turn. Polynomials: Taylor for log, the best of
+// its degree (Remez exchange in 60 digits) for atan. Normal deviates: Wichura, algorithm AS 241 (PPND16), Applied
+// Statistics 37, 1988; coefficients as printed there.
 #pragma once
 
 #include "base/math/doubles.hpp"
@@ -16,7 +16,7 @@ constexpr double three_quarters_hi = 0x1.2d97c7f3321d2p+1, three_quarters_lo = 0
 // ln2_hi ends in 21 zero bits: its product with an exponent is exact.
 constexpr double ln2_hi = 6.93147180369123816490e-01, ln2_lo = 1.90821492927058770002e-10;
 
-/// sin(x) for |x| <= 0.5: Taylor to x^15 in two halves, whose chain of dependent operations is half as long as
+/// Returns sin(x) for |x| <= 0.5: Taylor to x^15 in two halves, whose chain of dependent operations is half as long as
 /// Horner's.
 template <class D>
 [[gnu::always_inline]] inline D sin_small_lanes(D x) {
@@ -27,14 +27,14 @@ template <class D>
   return x + x * z * (low + z2 * z2 * high);
 }
 
-/// cos(x), likewise: Taylor to x^14.
+/// Returns cos(x) for |x| <= 0.5: Taylor to x^14.
 template <class D>
 [[gnu::always_inline]] inline D cos_small_lanes(D x) {
   const D z = x * x;
   const D z2 = z * z;
   const D low = (1.0 / 24 - z * (1.0 / 720)) + z2 * (1.0 / 40320 - z * (1.0 / 3628800));
   const D high = 1.0 / 479001600 - z * (1.0 / 87178291200);
-  // 1 - z / 2 is rounded; what it lost is added back with the small terms.
+  // 1 - z / 2 is rounded; its rounding error joins the small terms.
   const D half = 0.5 * z;
   const D top = 1.0 - half;
   return top + (((1.0 - top) - half) + z2 * (low + z2 * z2 * high));
@@ -44,7 +44,7 @@ template <class V, class D = typename V::D>
 [[gnu::always_inline]] inline D log_lanes(D x) {
   constexpr double sqrt_2 = 1.4142135623730951;
   const auto bits = V::bits(x);
-  // The exponent's 11 bits in the lower end of a double that is 2^52 more.
+  // The exponent's 11 bits at the lower end of a double that is larger by 2^52.
   D exponent = V::from_bits(((bits >> 52) & V::set_bits(0x7ff)) | V::set_bits(0x4330000000000000)) - (0x1p52 + 1023.0);
   D mantissa = V::from_bits((bits & V::set_bits(0x000fffffffffffff)) | V::set_bits(0x3ff0000000000000));
   const auto large = mantissa > V::set(sqrt_2);
@@ -74,7 +74,7 @@ template <class V, class D = typename V::D>
   constexpr double largest = 0x1.fffffffffffffp1023;
   const D a = V::abs(x);
   // Above 2^28, x^2 + 1 = x^2 and asinh = log(2 a). Below, log(1 + y) = log(u) + log((1 + y) / u), u = 1 + y rounded,
-  // where (1 + y) / u differs from 1 by the rounding error only.
+  // where (1 + y) / u differs from 1 only by the rounding error.
   const auto big = a > V::set(0x1p28);
   const D y = a + a * a / (1.0 + V::sqrt(a * a + 1.0));
   const D u = 1.0 + y;
@@ -90,11 +90,11 @@ template <class V, class D = typename V::D>
   const D width = V::abs(x), height = V::abs(y);
   const auto steep = height > width;
   D small = steep ? width : height, large = steep ? height : width;
-  // Both infinite is 1 / 1, one is 0 / 1; 0 / 0 is 0 / 1.
+  // Two infinities give 1 / 1, one gives 0 / 1; 0 / 0 gives 0 / 1.
   small = large == infinity ? (small == infinity ? V::set(1.0) : zero) : small;
   large = large == infinity ? V::set(1.0) : large;
   large = large == zero ? V::set(1.0) : large;
-  // Powers of two, so exact; sums of the two can neither overflow nor lose bits to underflow.
+  // Powers of two are exact; sums of the two can neither overflow nor lose bits to underflow.
   const D scale =
       large > V::set(0x1p1000) ? V::set(0x1p-100) : (large < V::set(0x1p-900) ? V::set(0x1p200) : V::set(1.0));
   small = small * scale;
@@ -119,13 +119,13 @@ template <class V, class D = typename V::D>
   const D base_hi = steep ? V::set(pi_hi / 2) : (left ? V::set(pi_hi) : zero);
   const D base_lo = steep ? V::set(pi_lo / 2) : (left ? V::set(pi_lo) : zero);
   const D sign = steep ? (left ? V::set(1.0) : V::set(-1.0)) : (left ? V::set(-1.0) : V::set(1.0));
-  // Multiples of pi_hi / 4 are exact but for three of them.
+  // Multiples of pi_hi / 4 are exact except for three of them.
   D hi = base_hi + (turned ? sign * (pi_hi / 4) : zero);
   D lo = base_lo + (turned ? sign * (pi_lo / 4) : zero);
   hi = left ? (turned ? V::set(three_quarters_hi) : hi) : hi;
   lo = left ? (turned ? V::set(three_quarters_lo) : lo) : lo;
   const D part = sign * r;
-  // hi + part is rounded; what it lost goes to the small terms. |hi| >= |part| or hi = 0.
+  // hi + part is rounded; its rounding error joins the small terms. |hi| >= |part| or hi = 0.
   const D top = hi + part;
   const D angle = top + ((part - (top - hi)) + (lo + sign * tail));
   const D result = y < zero ? -angle : angle;
@@ -202,15 +202,15 @@ template <class V, class D = typename V::D>
   return q < zero ? -z : z;
 }
 
-/// The middle of one of 2^52 equal cells of (0, 1), so that neither 0 nor 1 occurs and 1 - u is exact: (k + 1/2) /
-/// 2^52, k the upper 52 bits.
+/// Returns the middle of one of 2^52 equal cells of (0, 1), so that neither 0 nor 1 occurs and 1 - u is exact: (k +
+/// 1/2) / 2^52, k the upper 52 bits.
 template <class V>
 [[gnu::always_inline]] inline typename V::D to_unit_interval(typename V::I bits) {
   const auto fraction = (bits >> 12) & V::set_bits(0x000fffffffffffff);
   return (V::from_bits(fraction | V::set_bits(0x3ff0000000000000)) - 1.0) + 0x1p-53;
 }
 
-/// Four 32-bit words in each 64-bit lane's lower half: Philox4x32-10 (Salmon et al., SC 2011).
+/// Computes Philox4x32-10 (Salmon et al., SC 2011) with four 32-bit words in each 64-bit lane's lower half.
 template <class V>
 struct PhiloxWords {
   typename V::I word[4];

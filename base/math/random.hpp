@@ -1,7 +1,7 @@
-// Counter-based random numbers: every number is a pure function of (seed, stream, item, index), so that results
-// depend neither on threads nor on the order of calls.
-// Generator: Philox4x32-10, Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC 2011.
-// Normal deviates: inverse normal distribution, Wichura, algorithm AS 241 (PPND16), Applied Statistics 37, 1988.
+// Counter-based random numbers: every number is a pure function of (seed, stream, item, index), so that results depend
+// neither on threads nor on the order of calls. Generator: Philox4x32-10, Salmon et al., "Parallel random numbers: as
+// easy as 1, 2, 3", SC 2011. Normal deviates: inverse normal distribution, Wichura, algorithm AS 241 (PPND16), Applied
+// Statistics 37, 1988.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace decid {
 
-/// What a random number is for. Each purpose has numbers of its own; the values are part of the bits we promise.
+/// The purpose of a random number. Each purpose has its own numbers; the values determine the bits of results.
 enum class Stream : std::uint32_t {
   base_parameters = 1,   ///< item: attempt of the base set
   child_parameters = 2,  ///< item: attempt of the enrichment
@@ -24,17 +24,17 @@ enum class Stream : std::uint32_t {
   fit_search = 8,        ///< item: search
   fit_noise = 9,         ///< item: realisation of the vestibular noise that a fit simulates
   posterior = 10,        ///< item: group of chains; its starts, momenta and choices
-  particles = 11,        ///< item: walker; its start, jumps and choices
+  particles = 11,        ///< item: particle; its start, jumps and choices
   predictive = 12,       ///< item: trial simulated from a posterior's draws (its sensor noise: with bit 63 set)
-  recording = 13,        ///< item: trial; how it is recorded (sim/protocol/conditions.cpp)
+  recording = 13,        ///< item: trial; its recording artefacts (sim/protocol/conditions.cpp)
   body = 14,             ///< item: attempt; index 0: height
 };
 
-/// One block of Philox4x32-10: four 32-bit words from a 128-bit counter and a 64-bit key.
+/// Returns one block of Philox4x32-10: four 32-bit words from a 128-bit counter and a 64-bit key.
 std::array<std::uint32_t, 4> philox4x32(std::array<std::uint32_t, 4> counter,
                                         std::array<std::uint32_t, 2> key) noexcept;
 
-/// The inverse of the standard normal distribution function for 0 < p < 1, relative error below 1e-15.
+/// Returns the inverse of the standard normal distribution function for 0 < p < 1, relative error below 1e-15.
 double inverse_normal(double p) noexcept;
 
 /// The random numbers of one (seed, stream, item), addressed by index below 2^57. Copies are cheap.
@@ -43,19 +43,19 @@ class Random {
   Random(std::uint64_t seed, Stream stream, std::uint64_t item) noexcept;
 
   std::uint64_t bits(std::uint64_t index) const noexcept;
-  /// Uniform on the open interval (0, 1): (k + 1/2) / 2^52.
+  /// Returns a uniform number on the open interval (0, 1): (k + 1/2) / 2^52.
   double uniform(std::uint64_t index) const noexcept;
-  /// Uniform on (low, high).
+  /// Returns a uniform number on (low, high).
   double uniform(std::uint64_t index, double low, double high) const noexcept;
-  /// Standard normal deviate.
+  /// Returns a standard normal deviate.
   double normal(std::uint64_t index) const noexcept;
-  /// values[i] = normal(first + i), several at once. isa: tests may ask for another.
+  /// Sets values[i] = normal(first + i), several at once. isa: tests may choose another.
   void fill_normal(std::span<double> values, std::uint64_t first = 0, Isa isa = chosen_isa()) const;
-  /// Uniform integer in [0, bound), bound > 0; the bias, bound / 2^64, is beyond any test.
+  /// Returns a uniform integer in [0, bound), bound > 0; the bias, bound / 2^64, is undetectable.
   std::uint64_t below(std::uint64_t index, std::uint64_t bound) const noexcept;
 
  private:
-  /// Block `number` of the generator, as the numbers of index 2 * number and 2 * number + 1.
+  /// Returns block `number` of the generator, as the numbers of index 2 * number and 2 * number + 1.
   std::array<std::uint64_t, 2> block(std::uint64_t number) const noexcept;
 
   std::array<std::uint32_t, 2> key_;

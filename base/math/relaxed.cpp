@@ -1,4 +1,4 @@
-// Relaxed vectors' multiply-add, asked: see relaxed.hpp.
+// Tests the relaxed vectors' multiply-add at run time: see relaxed.hpp.
 #include "base/math/relaxed.hpp"
 
 #include <wasm_simd128.h>
@@ -6,7 +6,7 @@
 namespace decid {
 namespace {
 
-/// (1 + e)(1 - e) - 1 is -e^2, and 0 if the product is rounded. volatile: the machine answers, not the compiler.
+/// (1 + e)(1 - e) - 1 is -e^2, and 0 if the product is rounded. volatile: the machine computes it, not the compiler.
 bool fuses_doubles() {
   volatile double e = 0x1p-30;
   const v128_t found = wasm_f64x2_relaxed_madd(wasm_f64x2_make(1.0 + e, 1.0 - e), wasm_f64x2_make(1.0 - e, 1.0 + e),

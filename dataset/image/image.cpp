@@ -1,8 +1,8 @@
-// Images of trials: the FFT of each window, drawn as the settings say, eight windows at a time (kernels/generic.hpp).
-// The spectrum of a real signal is its own mirror image, so only the lower half is computed: bin (window - k) is the
-// conjugate of bin k.
-// Row statistics: mean and squares of each image exactly in two passes, joined by the update of Chan, Golub and
-// LeVeque, "Updating formulae and a pairwise algorithm for computing sample variances", 1979.
+// Network inputs from trials: the FFT of each window, drawn as the settings say, eight windows at a time
+// (kernels/generic.hpp). A real signal's spectrum is its own mirror image, so only the lower half is computed: bin
+// (window - k) is the conjugate of bin k. Row statistics: exact mean and squares of each input in two passes, joined by
+// the update of Chan, Golub and LeVeque, "Updating formulae and a pairwise algorithm for computing sample variances",
+// 1979.
 #include "dataset/image/image.hpp"
 
 #include <algorithm>
@@ -54,7 +54,7 @@ const char* name(Channel channel) {
   for (const auto& [known, text] : channel_names) {
     if (known == channel) return text;
   }
-  throw Error("image", "there is no channel " + std::to_string(static_cast<int>(channel)),
+  throw Error("image", "channel " + std::to_string(static_cast<int>(channel)) + " is unknown",
               "use one of " + list_of_channels());
 }
 
@@ -62,38 +62,39 @@ Channel channel_from_name(const std::string& name) {
   for (const auto& [channel, known] : channel_names) {
     if (name == known) return channel;
   }
-  throw Error("image", "there is no channel '" + name + "'", "use one of " + list_of_channels());
+  throw Error("image", "channel '" + name + "' is unknown", "use one of " + list_of_channels());
 }
 
 void ImageSettings::validate() const {
   if (window < 2 || window > max_window) {
-    throw Error("image", "a window of " + std::to_string(window) + " samples",
-                "choose 2 to " + std::to_string(max_window));
+    throw Error("image", "the window has " + std::to_string(window) + " samples",
+                "give 2 to " + std::to_string(max_window));
   }
   if (rows < 0 || rows > window / 2 + 1 || (rows > 0 && !half_spectrum)) {
-    throw Error("image", std::to_string(rows) + " rows of a window of " + std::to_string(window) + " samples",
-                "with half_spectrum choose up to window / 2 + 1; else, or for all, 0");
+    throw Error("image", "a window of " + std::to_string(window) + " samples has " + std::to_string(rows) + " rows",
+                "with half_spectrum give at most window / 2 + 1; else, or for all rows, give 0");
   }
   if (channels.empty() || channels.size() > 16) {
-    throw Error("image", std::to_string(channels.size()) + " channels", "choose 1 to 16");
+    throw Error("image", "has " + std::to_string(channels.size()) + " channels", "give 1 to 16");
   }
   if (block < 0 || block > max_window)
-    throw Error("image", "a block of " + std::to_string(block) + " samples",
-                "choose up to " + std::to_string(max_window) + ", or 0 for spectra");
+    throw Error("image", "the block has " + std::to_string(block) + " samples",
+                "give at most " + std::to_string(max_window) + ", or 0 for spectra");
   for (const Channel channel : channels)
     if (is_of_series(channel) != (block > 0))
-      throw Error("image",
-                  std::string("a channel '") + name(channel) + "' of " + (block > 0 ? "time series" : "spectra"),
-                  block > 0 ? "use sway, sway_change, sway_bend, torque, height, tilt or tilt_velocity"
-                            : "set block to use channels of time series");
+      throw Error(
+          "image",
+          std::string("channel '") + name(channel) + "' does not belong to " + (block > 0 ? "time series" : "spectra"),
+          block > 0 ? "use sway, sway_change, sway_bend, torque, height, tilt or tilt_velocity"
+                    : "set block to use channels of time series");
   if (block > 0 && (half_spectrum || rows != 0 || (fold == 1 && window != ImageSettings{}.window)))
-    throw Error("image", "time series with half_spectrum, rows, or a window that is not folded",
-                "leave these out, they are of spectra");
+    throw Error("image", "time series do not go with half_spectrum, rows, or a window without cycle averaging",
+                "leave these out; they apply to spectra");
   if (first_sample < 0 || first_sample > 1'000'000'000) {
-    throw Error("image", "a first_sample of " + std::to_string(first_sample), "choose 0 or more");
+    throw Error("image", "first_sample is " + std::to_string(first_sample), "give 0 or more");
   }
   if (fold < 1 || fold > max_fold)
-    throw Error("image", "a fold of " + std::to_string(fold), "choose 1 to " + std::to_string(max_fold) + " cycles");
+    throw Error("image", "fold is " + std::to_string(fold), "give 1 to " + std::to_string(max_fold) + " cycles");
 }
 
 Json json_of(const ImageSettings& settings) {
@@ -162,16 +163,16 @@ ImageMaker::ImageMaker(ImageSettings settings, int samples, const sim::Experimen
                                       : settings_.window) {
   if (settings_.block > 0 && rows_ < 1) {
     throw Error("image",
-                "not one block of " + std::to_string(settings_.block) + " samples, times a fold of " +
-                    std::to_string(settings_.fold) + ", fits into a trial of " + std::to_string(samples) +
-                    " from sample " + std::to_string(settings_.first_sample) + " on",
+                "a block of " + std::to_string(settings_.block) + " samples, times a fold of " +
+                    std::to_string(settings_.fold) + ", does not fit into a trial of " + std::to_string(samples) +
+                    " samples from sample " + std::to_string(settings_.first_sample),
                 "choose a shorter block or a longer trial");
   }
   if (shape().columns < 1) {
     throw Error("image",
-                "not one window of " + std::to_string(settings_.window) + " samples, times a fold of " +
-                    std::to_string(settings_.fold) + ", fits into a trial of " + std::to_string(samples) +
-                    " from sample " + std::to_string(settings_.first_sample) + " on",
+                "a window of " + std::to_string(settings_.window) + " samples, times a fold of " +
+                    std::to_string(settings_.fold) + ", does not fit into a trial of " + std::to_string(samples) +
+                    " samples from sample " + std::to_string(settings_.first_sample),
                 "choose a shorter window or a longer trial");
   }
   if (experiment != nullptr) {
@@ -181,7 +182,7 @@ ImageMaker::ImageMaker(ImageSettings settings, int samples, const sim::Experimen
   }
   for (const Channel channel : settings_.channels)
     if (channel == Channel::tilt || channel == Channel::tilt_velocity || channel == Channel::torque)
-      throw Error("image", std::string("there is no tilt or body for the channel '") + name(channel) + "'",
+      throw Error("image", std::string("channel '") + name(channel) + "' needs a tilt and a body",
                   "give the experiment of the trials");
 }
 
@@ -200,7 +201,7 @@ ImageShape ImageMaker::shape() const noexcept {
   return {static_cast<int>(settings_.channels.size()), rows_, samples / settings_.window / settings_.fold};
 }
 
-// A single window by itself has the same bits, without seven idle lanes, in an eighth of the memory.
+// A single window has the same bits, without seven idle lanes, in an eighth of the memory.
 void ImageMaker::transform_alone(std::span<const float> window, std::span<double> spectrum) const {
   struct Scratch {
     std::vector<double> signal;
@@ -231,17 +232,16 @@ void ImageMaker::make_all(std::span<const Sway> sways, std::span<float> images, 
   const auto image_size = static_cast<std::size_t>(size.size());
   for (const Sway& sway : sways) {
     if (sway.rad.size() != static_cast<std::size_t>(samples_)) {
-      throw Error(
-          "image",
-          "a trial of " + std::to_string(sway.rad.size()) + " samples for images of " + std::to_string(samples_),
-          "make images of trials of one length");
+      throw Error("image",
+                  "a trial has " + std::to_string(sway.rad.size()) + " samples instead of " + std::to_string(samples_),
+                  "give trials of equal length");
     }
   }
   if (images.size() != sways.size() * image_size) {
     throw Error("image",
-                "room for " + std::to_string(images.size()) + " values for " + std::to_string(sways.size()) +
+                "got space for " + std::to_string(images.size()) + " values for " + std::to_string(sways.size()) +
                     " images of " + std::to_string(image_size),
-                "make room for all of them");
+                "give space for all of them");
   }
   if (settings_.block > 0) {
     for (std::size_t i = 0; i < sways.size(); ++i)
@@ -254,7 +254,7 @@ void ImageMaker::make_all(std::span<const Sway> sways, std::span<float> images, 
   const auto fold = static_cast<std::size_t>(settings_.fold), columns = static_cast<std::size_t>(size.columns);
   const int shown = std::min(fft_.bins(), rows_);
   constexpr std::size_t lanes = image_lanes;
-  // Kept from call to call: 2.5 MB if the window is a whole cycle.
+  // Kept between calls: 2.5 MB if the window is a whole cycle.
   struct Scratch {
     std::vector<double> signal, spectra, work, mean, residual;
   };
@@ -286,7 +286,7 @@ void ImageMaker::make_all(std::span<const Sway> sways, std::span<float> images, 
       fft_.forward_lanes(std::span(signal).first(window * lanes), spectrum,
                          std::span(work).first(2 * static_cast<std::size_t>(fft_.work_length()) * lanes), isa);
     }
-    kernels.fold_spectra(settings_.fold, fft_.bins(), shown, spectra.data(), mean.data(), residual.data());
+    kernels.average_cycles(settings_.fold, fft_.bins(), shown, spectra.data(), mean.data(), residual.data());
     std::array<float*, lanes> planes{};
     for (std::size_t lane = 0; lane < here; ++lane)
       planes[lane] = images.data() + (first + lane) / columns * image_size + (first + lane) % columns;
@@ -302,7 +302,7 @@ void RowScaling::apply(std::span<float> image, int columns) const {
   if (columns < 1 || deviation.size() != mean.size() ||
       image.size() != mean.size() * static_cast<std::size_t>(columns)) {
     throw Error("image",
-                "an image of " + std::to_string(image.size()) + " values for row statistics of " +
+                "an image has " + std::to_string(image.size()) + " values, and the row statistics are for " +
                     std::to_string(mean.size()) + " rows of " + std::to_string(columns),
                 "use the statistics made with these image settings");
   }
@@ -318,9 +318,9 @@ RowStatistics::RowStatistics(ImageShape shape)
 void RowStatistics::add(std::span<const float> image) {
   if (image.size() != static_cast<std::size_t>(shape_.size())) {
     throw Error("image",
-                "an image of " + std::to_string(image.size()) + " values where " + std::to_string(shape_.size()) +
-                    " are expected",
-                "add images of one shape");
+                "an image has " + std::to_string(image.size()) + " values instead of " + std::to_string(shape_.size()),
+
+                "add images of equal shape");
   }
   const auto columns = static_cast<std::size_t>(shape_.columns);
   const double count = shape_.columns, before = static_cast<double>(images_) * count, after = before + count;
@@ -338,12 +338,12 @@ void RowStatistics::add(std::span<const float> image) {
 }
 
 RowScaling RowStatistics::finish() const {
-  if (images_ == 0) throw Error("image", "row statistics of no images", "add the training set's images first");
+  if (images_ == 0) throw Error("image", "row statistics have no images", "add the training set's images first");
   const double count = static_cast<double>(images_) * shape_.columns;
   RowScaling scaling;
   for (std::size_t row = 0; row < mean_.size(); ++row) {
     const double deviation = std::sqrt(squares_[row] / count);
-    // A deviation below the resolution of float is rounding, not signal.
+    // A standard deviation below float's resolution is rounding, not signal.
     const bool constant = deviation <= 1e-7 * std::abs(mean_[row]);
     scaling.mean.push_back(static_cast<float>(mean_[row]));
     scaling.deviation.push_back(constant ? 1.0f : static_cast<float>(deviation));

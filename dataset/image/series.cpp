@@ -1,4 +1,4 @@
-// Time series as images: means of blocks, and how they change.
+// Time series as network inputs: block means and their changes.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -10,7 +10,7 @@
 
 namespace decid::dataset {
 
-// Means over blocks of the tilt at the samples, and how fast these change.
+// Computes block means of the tilt at the samples, and their rate of change.
 void ImageMaker::show_tilt(const sim::Experiment& experiment) {
   if (settings_.block == 0) return;
   const sim::Stimulus stimulus = sim::make_stimulus(experiment);
@@ -31,13 +31,13 @@ void ImageMaker::show_tilt(const sim::Experiment& experiment) {
 
 namespace {
 
-/// The difference from the value before, 0 for the first `known`.
+/// Replaces values by their differences from the previous value, 0 for the first `known`.
 void take_differences(std::vector<double>& of, std::size_t rows, std::size_t known) {
   for (std::size_t row = rows; row-- > 0;) of[row] = row < known ? 0.0 : of[row] - of[row - 1];
 }
 
-/// The mean of the cycles and, from the second on, each less the mean of those before, times sqrt(k / (k + 1)): in
-/// place.
+/// Replaces the cycles by their mean, and each cycle from the second by its difference from the mean of the earlier
+/// ones, times sqrt(k / (k + 1)).
 void contrast(std::vector<std::vector<double>>& cycles, std::size_t rows) {
   const auto fold = static_cast<double>(cycles.size());
   for (std::size_t row = 0; row < rows; ++row) {
@@ -103,7 +103,7 @@ void ImageMaker::make_series(const Sway& sway, std::span<float> image, Isa isa) 
           draw(sway_bend_knee_rad, plane);
           break;
         case Channel::torque:
-          // J a'' = m g h a - torque, about the block before.
+          // J a'' = m g h a - torque, for the previous block.
           take_differences(work, rows, 1);
           take_differences(work, rows, 2);
           for (std::size_t row = rows; row-- > 0;)

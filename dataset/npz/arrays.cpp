@@ -16,10 +16,10 @@ struct ArrayWriter::Parts {
   bool begun = false;
 
  private:
-  // A device is written to directly, and the writer could not go back in it for the checksums.
+  // The writer must seek back for the checksums, which a device does not allow.
   const std::filesystem::path& regular(const std::filesystem::path& path) const {
     if (!std::filesystem::is_regular_file(pending.path()))
-      throw Error(path.string(), "is not a regular file, and arrays cannot be streamed", "name a file on a disk");
+      throw Error(path.string(), "is not a regular file, and arrays cannot be streamed", "give a file on a disk");
     return pending.path();
   }
 };
@@ -63,7 +63,7 @@ void write_arrays(const std::filesystem::path& path, std::span<const NamedArray>
   for (const NamedArray& array : arrays) {
     if (value_count(array.shape) != array.values.size())
       throw Error(path.string(), "array " + array.name + " has " + std::to_string(array.values.size()) + " values",
-                  "give it the shape of so many");
+                  "give it a shape of this size");
   }
   ArrayWriter writer(path);
   for (const NamedArray& array : arrays) {

@@ -11,20 +11,20 @@
 namespace decid::dataset {
 
 struct NamedArray {
-  std::string name;                ///< ASCII; of the file's member, without ".npy"
+  std::string name;                ///< ASCII; the name of the file's member, without ".npy"
   std::vector<std::size_t> shape;  ///< its product is the number of values
-  std::span<const double> values;  ///< the last index runs fastest
+  std::span<const double> values;  ///< the last index varies fastest
 };
 
-/// Writes them as float64, whole or not at all. Throws Error if the file cannot be written, or a shape is not that of
-/// its values.
+/// Writes float64 arrays, completely or not at all. Throws Error if the file cannot be written, or a shape does not
+/// match its values.
 void write_arrays(const std::filesystem::path& path, std::span<const NamedArray> arrays);
 
-/// The same for arrays too large for memory, of other types too: one after the other, each in pieces. The file is there
-/// after commit(), and nothing without it.
+/// Writes arrays that are too large for memory, of other types too: one after the other, each in pieces. The file
+/// exists only after commit().
 class ArrayWriter {
  public:
-  /// Throws Error if the file cannot be written, or is no regular one.
+  /// Throws Error if the file cannot be written, or is not a regular file.
   explicit ArrayWriter(const std::filesystem::path& path);
   ~ArrayWriter();
   ArrayWriter(const ArrayWriter&) = delete;
@@ -33,12 +33,12 @@ class ArrayWriter {
   /// Begins an array of Value: float, double or std::uint8_t. name: ASCII.
   template <class Value>
   void begin(const std::string& name, const std::vector<std::size_t>& shape);
-  /// The next values of the array. As many as its shape says in all, then begin(), add_text() or commit().
+  /// Appends the array's next values. After all values of its shape, call begin(), add_text() or commit().
   template <class Value>
   void write(std::span<const Value> values) {
     write_bytes(std::as_bytes(values));
   }
-  /// An array of one text.
+  /// Adds an array of one text.
   void add_text(const std::string& name, const std::string& text);
   void commit();
 

@@ -26,7 +26,7 @@ struct EntryFront {
 };
 static_assert(sizeof(EntryFront) == 40);
 
-// A trial: its parameters, peak_to_peak_rad, group as int32 and four bytes of 0.
+// A trial: its parameters, peak_to_peak_rad, group as int32 and four zero bytes.
 
 template <class T>
 bool read_value(const DiskFile& file, std::uint64_t position, T& value) {

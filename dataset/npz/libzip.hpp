@@ -1,5 +1,5 @@
-// libzip, loaded with the first data set that is read: it brings libcrypto, in which every other start would write
-// 17,000 addresses.
+// libzip, loaded with the first data set that is read. It loads libcrypto, whose 17,000 relocations would slow down
+// every other start.
 #pragma once
 
 #include <zip.h>
@@ -8,8 +8,8 @@
 
 namespace decid::dataset {
 
-/// The functions of libzip that are called here. DECID_LIBZIP_SONAME: the name of the library that its header was found
-/// with, major version included.
+/// The functions of libzip used here. DECID_LIBZIP_SONAME: the name of the library that belongs to its header, with the
+/// major version.
 class Libzip {
   SharedLibrary library_{DECID_LIBZIP_SONAME, "data sets", "need libzip", "install it (Debian: libzip4)"};
 
@@ -32,7 +32,7 @@ class Libzip {
   decltype(&zip_error_fini) error_fini = library_.find<decltype(&zip_error_fini)>("zip_error_fini");
 };
 
-/// Loaded once; throws Error, at each call, if it cannot be.
+/// Returns the functions, loaded once. Throws Error at each call if loading fails.
 inline const Libzip& libzip() {
   static const Libzip loaded;
   return loaded;

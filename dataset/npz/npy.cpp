@@ -1,5 +1,5 @@
-// The header of a NumPy array file: its dictionary is Python text, of which exactly the form that NumPy writes is read.
-// Format: numpy.lib.format, versions 1.0 and 2.0.
+// The header of a NumPy array file: its dictionary is Python text, of which only NumPy's own form is read. Format:
+// numpy.lib.format, versions 1.0 and 2.0.
 #include "dataset/npz/npy.hpp"
 
 #include <charconv>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view npy_magic = "\x93NUMPY";
 
-/// SmcResult the dictionary; every step either takes what it expects or throws.
+/// Parses the dictionary; every step either takes the expected text or throws.
 class Dictionary {
  public:
   Dictionary(std::string_view text, const std::string& where) : text_(text), where_(where) {}
@@ -49,7 +49,7 @@ class Dictionary {
  private:
   [[noreturn]] void fail() const {
     throw Error(where_, "its NumPy header is not of the form {'descr': '<f4', 'fortran_order': False, 'shape': (3, 4)}",
-                "write the array with numpy.savez; arrays of records or objects cannot be read");
+                "write the array with numpy.savez, without records or objects");
   }
 
   void skip_blanks() {
@@ -136,7 +136,7 @@ NpyHeader parse_npy_header(std::string_view content, const std::string& where) {
   const std::size_t major = byte(6), minor = byte(7);
   if ((major != 1 && major != 2) || minor != 0) {
     throw Error(where, "is of NumPy format " + std::to_string(major) + "." + std::to_string(minor),
-                "only formats 1.0 and 2.0 can be read");
+                "write it in format 1.0 or 2.0");
   }
   const std::size_t length_bytes = major == 1 ? 2 : 4, fixed = 8 + length_bytes;
   if (content.size() < fixed) throw cut_off();

@@ -14,17 +14,17 @@ struct NpyHeader {
   std::string type;                ///< '<f4', '|S12', ...
   std::vector<std::size_t> shape;  ///< empty: a single value
   bool fortran_order = false;
-  std::size_t bytes = 0;  ///< length of the header in the file; the values follow
+  std::size_t bytes = 0;  ///< length of the header in the file, before the values
 };
 
-/// Header of version 1.0, its length a multiple of 64 as NumPy aligns it.
+/// Returns a header of version 1.0 whose length is a multiple of 64, as NumPy aligns it.
 std::string npy_header(const std::string& type, const std::vector<std::size_t>& shape);
 
-/// Reads the header at the front of `content`. `where` names file and array in errors. Throws Error if it is none, is
+/// Reads the header at the front of `content`. `where` names file and array in errors. Throws Error if it is missing,
 /// cut off, or of a version other than 1.0 and 2.0.
 NpyHeader parse_npy_header(std::string_view content, const std::string& where);
 
-/// Number of values, or one more than any memory holds if the product overflows.
+/// Returns the number of values, or a number larger than any memory if the product overflows.
 std::size_t value_count(const std::vector<std::size_t>& shape);
 
 }  // namespace decid::dataset

@@ -1,5 +1,5 @@
-// Reading data sets: see npz.hpp. Writing refuses what reading would refuse.
-// Formats: numpy.lib.format (npy.hpp), zip by libzip.
+// Reads data sets: see npz.hpp. Writing refuses whatever reading would refuse. Formats: numpy.lib.format (npy.hpp), zip
+// by libzip.
 #include "dataset/npz/npz.hpp"
 
 #include <algorithm>
@@ -26,7 +26,7 @@ constexpr const char* regenerate = "make the data set again with decid dataset";
 /// Deflate cannot expand data by more than this factor (zlib's technical details), so a larger claim is wrong.
 constexpr std::uint64_t deflate_limit = 1032;
 
-constexpr std::uint64_t max_text_bytes = std::uint64_t{1} << 24;  // as a journal's request
+constexpr std::uint64_t max_text_bytes = std::uint64_t{1} << 24;  // the limit of a journal's request
 
 struct Discard {
   void operator()(zip_t* archive) const { libzip().discard(archive); }
@@ -48,7 +48,7 @@ Archive open_archive(const std::string& path, int flags, const std::string& wher
   const std::string problem = libzip().text_of(&error);
   libzip().error_fini(&error);
   throw Error(where, "cannot be opened as an .npz file: " + problem,
-              "name a data set made by decid dataset; a download or copy may have been cut short");
+              "give a data set made by decid dataset; a download or copy may be truncated");
 }
 
 void require(bool condition, const std::string& where, const std::string& problem) {
@@ -66,26 +66,26 @@ void check_sway(std::span<const float> sway, std::size_t trial, const std::strin
   }
 }
 
-/// Everything but the sway. `trials`: of the sway.
+/// Checks everything except the sway. `sway_trials`: the number of trials in the sway.
 void check_labels(const Dataset& data, std::size_t sway_trials, const std::string& where) {
   const std::size_t trials = data.parameters.size();
-  require(trials > 0, where, "holds no trials");
-  require(trials <= std::size_t{std::numeric_limits<int>::max()}, where, "holds more than 2^31 - 1 trials");
+  require(trials > 0, where, "contains no trials");
+  require(trials <= std::size_t{std::numeric_limits<int>::max()}, where, "contains more than 2^31 - 1 trials");
   require(data.samples > 0 && sway_trials == trials, where, "sway and parameters disagree about the number of trials");
-  require(data.group.size() == trials, where, "group does not have one value a trial");
-  require(data.split.size() == trials, where, "split does not have one value a trial");
+  require(data.group.size() == trials, where, "group does not have one value per trial");
+  require(data.split.size() == trials, where, "split does not have one value per trial");
   require(data.samples == data.protocol.samples(), where,
           "its trials have " + std::to_string(data.samples) + " samples, its protocol '" + data.protocol.name +
               "' makes " + std::to_string(data.protocol.samples()));
   for (std::size_t i = 0; i < trials; ++i) {
     const std::string trial = " of trial " + std::to_string(i);
     require(data.parameters[i].size() == data.protocol.parameters().size(), where,
-            "the parameters" + trial + " are not those of its body model");
+            "the parameters" + trial + " do not match its body model");
     require(all_finite(data.parameters[i]), where, "the parameters" + trial + " are not finite");
     const std::int32_t parent = data.group[i];
     require(parent >= 0 && static_cast<std::size_t>(parent) < trials &&
                 data.group[static_cast<std::size_t>(parent)] == parent,
-            where, "the group" + trial + ", " + std::to_string(parent) + ", is not a base trial's");
+            where, "the group" + trial + ", " + std::to_string(parent) + ", is not a base trial");
     require(data.split[i] <= 1, where, "the split" + trial + " is " + std::to_string(data.split[i]) + ", not 0 or 1");
   }
 }
@@ -96,7 +96,7 @@ std::string text_of(const std::vector<std::size_t>& shape) {
   return text.empty() ? "a single value" : text;
 }
 
-/// An archive opened for reading. Its members' claimed sizes are held against the size of the file.
+/// An archive opened for reading. Its members' claimed sizes are checked against the size of the file.
 struct Source {
   explicit Source(const std::filesystem::path& path)
       : where(path.string()),
@@ -106,7 +106,7 @@ struct Source {
   std::string where;
   Archive archive;
   std::uint64_t bytes;
-  /// Of all members that are still to be read: what decid writes is not compressed.
+  /// Limit for all members still to be read: decid does not compress.
   mutable std::uint64_t inflated_left = std::max(std::uint64_t{1} << 26, 8 * bytes);
 };
 
@@ -119,14 +119,14 @@ class Reader {
     zip_stat_t stat;
     libzip().stat_init(&stat);
     if (libzip().stat(archive, member.c_str(), 0, &stat) < 0) {
-      throw Error(source.where, "has no array '" + name + "'", "name a data set made by decid dataset");
+      throw Error(source.where, "has no array '" + name + "'", "give a data set made by decid dataset");
     }
     if (!(stat.valid & ZIP_STAT_SIZE) || !(stat.valid & ZIP_STAT_COMP_SIZE) || stat.comp_size > source.bytes ||
         stat.size / deflate_limit > stat.comp_size) {
-      throw Error(where_, "claims more values than the file can hold", regenerate);
+      throw Error(where_, "claims more values than the file can contain", regenerate);
     }
     if (stat.size > source.inflated_left)
-      throw Error(where_, "inflates to far more than the file has",
+      throw Error(where_, "is compressed too strongly for a data set",
                   "write it with numpy.savez, which does not compress");
     source.inflated_left -= stat.size;
     size_ = stat.size;
@@ -140,9 +140,9 @@ class Reader {
 
   const NpyHeader& header() const { return header_; }
   bool is_stored() const { return stored_; }
-  std::uint32_t crc32() const { return crc32_; }  ///< of the member, its header included
+  std::uint32_t crc32() const { return crc32_; }  ///< of the member, including its header
 
-  /// All values of an array of type T: one dimension if `columns` is 1, else two, of any width if it is 0.
+  /// Returns all values of an array of type T: one dimension if `columns` is 1, else two, of any width if it is 0.
   template <class T>
   std::vector<T> values(std::size_t columns) {
     check<T>(columns);
@@ -157,23 +157,23 @@ class Reader {
     }
   }
 
-  /// Throws Error unless the array has such values, in this shape, as many as it says.
+  /// Throws Error unless the array has values of type T in this shape.
   template <class T>
   void check(std::size_t columns) const {
     const std::size_t dimensions = columns == 1 ? 1 : 2;
     if (header_.type != npy_type<T>()) refuse("of type " + header_.type, std::string("type ") + npy_type<T>());
     if (header_.shape.size() != dimensions || (dimensions == 2 && columns != 0 && header_.shape[1] != columns)) {
       refuse(text_of(header_.shape), columns == 0   ? "trials x samples"
-                                     : columns == 1 ? "one value a trial"
+                                     : columns == 1 ? "one value per trial"
                                                     : "trials x " + std::to_string(columns));
     }
     const std::size_t count = value_count(header_.shape);
     if ((size_ - header_.bytes) % sizeof(T) != 0 || (size_ - header_.bytes) / sizeof(T) != count) {
-      throw Error(where_, "does not hold as many values as its shape says, " + text_of(header_.shape), regenerate);
+      throw Error(where_, "has a number of values that differs from its shape, " + text_of(header_.shape), regenerate);
     }
   }
 
-  /// The bytes of a single value of type S, without the zeros that pad it.
+  /// Returns the bytes of a single value of type S, without its zero padding.
   std::string bytes() {
     if (!header_.type.starts_with("|S") || !header_.shape.empty()) {
       refuse("of type " + header_.type + ", " + text_of(header_.shape), "a single value of bytes (type |S)");
@@ -187,7 +187,7 @@ class Reader {
 
  private:
   void read_header() {
-    // A header of format 2.0 can be longer than 64 KiB, but only arrays of records need that: refused as cut off.
+    // A header of format 2.0 may exceed 64 KiB, but only arrays of records need that: it counts as cut off.
     std::string front(static_cast<std::size_t>(std::min<std::uint64_t>(size_, 10)), '\0');
     read_bytes(front.data(), front.size());
     if (front.size() == 10 && front.starts_with("\x93NUMPY")) {
@@ -213,12 +213,12 @@ class Reader {
 
   void read_rest(void* target, std::size_t bytes) {
     read_bytes(target, bytes);
-    char beyond;  // reading past the end makes libzip compare the checksum
+    char beyond;  // reading past the end makes libzip check the checksum
     if (libzip().read(member_.get(), &beyond, 1) != 0) damaged();
   }
 
   [[noreturn]] void refuse(const std::string& found, const std::string& expected) const {
-    throw Error(where_, "the array is " + found, "it must be " + expected);
+    throw Error(where_, "the array is " + found, "give " + expected);
   }
 
   [[noreturn]] void damaged() const {
@@ -242,7 +242,7 @@ void read_description(const std::string& text, const std::string& where, const s
   int format = 0;
   object.read("format", format);
   if (format != npz_format_version) {
-    throw Error(where, "is of data set format " + std::to_string(format) + ", but this program reads format 1",
+    throw Error(where, "is of data set format " + std::to_string(format) + ", and this program reads format 1",
                 "use the decid that wrote it, or make it again");
   }
   object.require("seed");
@@ -261,7 +261,7 @@ void read_description(const std::string& text, const std::string& where, const s
   object.finish();
 }
 
-/// All but the values of the sway.
+/// Reads everything except the values of the sway.
 Dataset read_labels(const Source& source, const Reader& sway, const sim::BodyModel& body_model) {
   Dataset data;
   read_description(Reader(source, "decid.json").bytes(), source.where + ": decid.json", body_model, data);
@@ -288,7 +288,7 @@ Dataset read_all(const Source& source, Reader& sway, const sim::BodyModel& body_
   return data;
 }
 
-/// Where the content of the archive's first member begins, if that is `name`, stored; 0 if not.
+/// Returns the offset of the first member's content, if it is `name` and stored; else 0.
 std::uint64_t first_member(const DiskFile& file, const std::string& name) {
   std::array<unsigned char, 30> header{};  // zip.cpp: zip_local_header
   std::string found(name.size(), '\0');
@@ -354,11 +354,11 @@ StoredDataset::StoredDataset(const std::filesystem::path& path, const sim::BodyM
 void StoredDataset::read(int index, std::span<float> sway_rad) const {
   if (index < 0 || index >= trials()) {
     throw Error("data set", "has no trial " + std::to_string(index),
-                "ask for trials 0 to " + std::to_string(trials() - 1));
+                "request trials 0 to " + std::to_string(trials() - 1));
   }
   if (sway_rad.size() != static_cast<std::size_t>(data_.samples)) {
-    throw Error("data set", "the output holds " + std::to_string(sway_rad.size()) + " samples",
-                "make room for " + std::to_string(data_.samples));
+    throw Error("data set", "the output has space for " + std::to_string(sway_rad.size()) + " samples",
+                "give space for " + std::to_string(data_.samples));
   }
   if (!file_) {
     std::ranges::copy(data_.trial(index), sway_rad.begin());
@@ -366,7 +366,7 @@ void StoredDataset::read(int index, std::span<float> sway_rad) const {
   }
   const auto bytes = std::as_writable_bytes(sway_rad);
   if (file_->file.read(file_->start + static_cast<std::uint64_t>(index) * bytes.size(), bytes) != bytes.size()) {
-    throw Error(file_->file.path().string(), "is shorter than it was", regenerate);
+    throw Error(file_->file.path().string(), "became shorter while in use", regenerate);
   }
 }
 

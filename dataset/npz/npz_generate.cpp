@@ -1,5 +1,5 @@
-// A data set made straight into its file: see npz.hpp, and journal.hpp for how an interrupted one is resumed.
-// The unfinished file is the finished one's beginning, so resuming means passing over what is there and sound.
+// Generates a data set directly into its file: see npz.hpp, and journal.hpp for resuming. The unfinished file is the
+// beginning of the finished one, so resuming means skipping the existing sound part.
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -23,19 +23,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The file that the name stands for, symbolic links followed.
+/// Returns the file that the name refers to, following symbolic links.
 fs::path target_of(const fs::path& path) {
   std::error_code error;
   const fs::path target = fs::weakly_canonical(path, error);
   const fs::file_status status = fs::status(error ? path : target, error);
   if (fs::is_directory(status)) throw Error(path.string(), "is a folder", "give the name of a file");
   if (fs::exists(status) && !fs::is_regular_file(status)) {
-    throw Error(path.string(), "is not a regular file, and a data set cannot be streamed", "name a file on a disk");
+    throw Error(path.string(), "is not a regular file, and a data set cannot be streamed", "give a file on a disk");
   }
   return target.empty() ? path : target;
 }
 
-/// Everything that determines the bits of the file.
+/// Returns a text of everything that determines the file's bits.
 std::string request_text(const DatasetRequest& request, const std::string& program) {
   return print_json({{"format", npz_format_version},
                      {"program", program},
@@ -45,7 +45,7 @@ std::string request_text(const DatasetRequest& request, const std::string& progr
                      {"protocol", sim::json_of(request.protocol)}});
 }
 
-/// "seed 1, not 2": how the request of a partial file differs from this one.
+/// Returns "seed 1, not 2": the difference between a partial file's request and this one.
 std::string difference(const std::string& found, const std::string& wanted) {
   const Json theirs = parse_json(found, "journal"), ours = parse_json(wanted, "request");
   std::string text;
@@ -61,19 +61,19 @@ std::string difference(const std::string& found, const std::string& wanted) {
   return text;
 }
 
-/// The unfinished file and its journal, opened by one process at a time.
+/// The unfinished file and its journal, which one process at a time may open.
 class Partial {
  public:
-  /// parameters: of a trial.
+  /// parameters: per trial.
   Partial(const NpzPartial& paths, std::size_t parameters)
       : paths_(paths), file_(paths.file, DiskFile::Access::write), journal_(open(file_, paths, parameters)) {}
-  /// Another process's, which has opened it: `identity` is what its identity() says.
+  /// Opens files that another process has opened; `identity` is that process's identity().
   Partial(const NpzPartial& paths, std::size_t parameters, const std::string& identity)
       : paths_(paths), file_(paths.file, DiskFile::Access::write), journal_(paths.journal, parameters) {
     if (this->identity() != identity)
       throw Error(paths.file.string(), "is not the file that rank 0 writes", "name a folder that all hosts share");
   }
-  /// Of the file, wherever it is mounted.
+  /// Returns an identity of the file that is independent of its mount.
   std::string identity() const {
     struct stat status {};
     if (::stat(paths_.file.c_str(), &status) != 0) return {};
@@ -83,12 +83,12 @@ class Partial {
   DiskFile& file() { return file_; }
   Journal& journal() { return journal_; }
 
-  /// Leaves the journal ready to be read, or begins it; refuses the file of another request.
+  /// Prepares the journal for reading, or begins it; refuses the file of another request.
   void take(const std::string& request) {
     const std::optional<std::string> found = journal_.request();
-    // The journal's beginning is on the disk before anything is in the file, which is worthless without it.
+    // The journal's beginning reaches the disk before anything reaches the file, which is worthless without it.
     if (file_.size() == 0) return journal_.start(request);
-    const std::string remedy = "delete " + paths_.file.string() + " and " + paths_.journal.string() + " to begin anew";
+    const std::string remedy = "delete " + paths_.file.string() + " and " + paths_.journal.string() + " to start again";
     if (!found) throw Error(paths_.file.string(), "is an unfinished data set whose journal is lost", remedy);
     if (*found != request) {
       throw Error(paths_.file.string(),
@@ -103,7 +103,7 @@ class Partial {
     fs::remove(paths_.journal, ignored);
   }
 
-  /// Gives the finished file its name. The content is on the disk before the name is.
+  /// Gives the finished file its name, after its content is on the disk.
   void commit(const fs::path& target) {
     std::error_code ignored;
     const fs::file_status old = fs::status(target, ignored);
@@ -142,7 +142,7 @@ std::vector<std::span<const std::byte>> bytes_of(const std::vector<std::span<con
   return pieces;
 }
 
-/// CRC-32 of `trials` trials of the file, or nothing if it ends before.
+/// Returns the CRC-32 of `trials` trials of the file, or nothing if the file ends earlier.
 std::optional<std::uint32_t> crc32_of(const DiskFile& file, std::uint64_t position, std::size_t trials,
                                       std::size_t trial_bytes) {
   if (position + trials * trial_bytes > file.size()) return std::nullopt;
@@ -176,8 +176,8 @@ class Run {
         {static_cast<std::size_t>(generator.request().count), static_cast<std::size_t>(generator.samples())});
   }
 
-  /// Passes over what is there, up to the first chunk that is not as the journal says; trials: or up to so many, which
-  /// another process has found to be so.
+  /// Skips the existing chunks up to the first that differs from the journal; trials: the number that another process
+  /// has verified.
   void take_up(std::optional<int> trials_there = {}) {
     Journal& journal = partial_.journal();
     while (generator_.trials() != trials_there) {
@@ -193,7 +193,7 @@ class Run {
     }
   }
 
-  /// A chunk is written while the next one is simulated.
+  /// Writes a chunk while the next one is simulated.
   void make_the_rest() {
     std::future<std::vector<std::uint32_t>> writing;
     const Chunk* written = nullptr;
@@ -234,7 +234,8 @@ class Run {
       journal.pass(*entry);
     }
     if (trials != request.count) {
-      throw Error(partial_.file().path().string(), "its journal was damaged meanwhile", "run the same command again");
+      throw Error(partial_.file().path().string(), "its journal was damaged during the run",
+                  "run the same command again");
     }
     zip_.end();
     finish_archive(zip_, generator_.group(), split_by_group(generator_.group()),
@@ -242,7 +243,7 @@ class Run {
   }
 
  private:
-  /// Leaves nothing behind if the request cannot be met.
+  /// Leaves no files if the request is impossible.
   const Chunk& next_chunk() {
     try {
       return generator_.next();
@@ -252,7 +253,7 @@ class Run {
     }
   }
 
-  /// Writes this process's trials where they belong; the CRC-32 of each.
+  /// Writes this process's trials at their places; returns the CRC-32 of each.
   std::vector<std::uint32_t> write(const Chunk& chunk) {
     std::uint64_t place = zip_.position();
     for (int rank = 0; ranks_ != nullptr && rank < ranks_->rank(); ++rank)
@@ -266,7 +267,7 @@ class Run {
     return sums;
   }
 
-  /// Once all processes have written, the journal says so. True: one of them is to stop.
+  /// Records the chunk in the journal after all processes have written. Returns true if one of them must stop.
   bool note(const Chunk& chunk, int trials_before, std::vector<std::uint32_t> sums, bool stop) {
     if (ranks_ != nullptr) {
       sums.push_back(asked_ ? 1 : 0);
@@ -291,7 +292,7 @@ class Run {
     return stop;
   }
 
-  /// Of everything but its trials' sway.
+  /// Returns true for the process that writes everything except other processes' sway.
   bool is_writer() const { return ranks_ == nullptr || ranks_->is_root(); }
 
   bool go_on() const { return !progress_ || progress_(generator_.trials(), generator_.request().count); }
@@ -300,7 +301,7 @@ class Run {
     return Error(partial_.file().path().string(),
                  "stopped after " + std::to_string(generator_.trials()) + " of " +
                      std::to_string(generator_.request().count) + " trials",
-                 "the same command goes on from there");
+                 "run the same command to continue");
   }
 
   Partial& partial_;
@@ -308,7 +309,7 @@ class Run {
   const Progress& progress_;
   Communicator* ranks_;
   ZipWriter zip_;
-  bool asked_ = false;  // this process, to stop
+  bool asked_ = false;  // this process was asked to stop
   std::size_t trial_bytes_;
 };
 
@@ -339,7 +340,7 @@ DatasetReport generate_npz(const fs::path& path, const DatasetRequest& request, 
       partial.emplace(npz_partial(path), parameters, identity);
       static_cast<void>(partial->journal().request());
     }
-    static_cast<void>(gather_texts(*ranks, {}));  // nothing is written before all have looked
+    static_cast<void>(gather_texts(*ranks, {}));  // all processes check before any writes
   }
   Run run(*partial, generator, progress, ranks);
   if (is_writer) run.take_up();
@@ -354,7 +355,7 @@ DatasetReport generate_npz(const fs::path& path, const DatasetRequest& request, 
     run.finish();
     partial->commit(target_of(path));
   }
-  if (ranks != nullptr) static_cast<void>(broadcast_text(*ranks, {}));  // the file is there
+  if (ranks != nullptr) static_cast<void>(broadcast_text(*ranks, {}));  // the file exists
   return generator.report();
 }
 

@@ -1,5 +1,5 @@
-// What the two writers of .npz files share: writing the arrays one after the other, and the text that describes them.
-// Private to npz_write.cpp and npz_generate.cpp.
+// Shared parts of the two writers of .npz files: writing arrays in order, and the text that describes them. Private to
+// npz_write.cpp and npz_generate.cpp.
 #pragma once
 
 #include <concepts>
@@ -14,10 +14,10 @@
 
 namespace decid::dataset {
 
-/// The content of decid.json, see npz.hpp.
+/// Returns the content of decid.json, see npz.hpp.
 std::string describe(const sim::Protocol& protocol, std::uint64_t seed);
 
-/// The NumPy type of values of type T.
+/// Returns the NumPy type of values of type T.
 template <class T>
 constexpr const char* npy_type() {
   if constexpr (std::same_as<T, float>) return "<f4";
@@ -34,7 +34,7 @@ void begin_array(ZipWriter& zip, const char* name, const std::vector<std::size_t
   begin_array(zip, name, npy_type<T>(), shape, value_count(shape) * sizeof(T));
 }
 
-/// Of each set of parameters, its values.
+/// Returns the bytes of each set of parameters.
 std::vector<std::span<const std::byte>> parameter_bytes(std::span<const sim::Parameters> parameters);
 
 /// Writes the arrays after sway and parameters, and ends the archive.

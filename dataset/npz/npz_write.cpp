@@ -1,4 +1,4 @@
-// Writing data sets: see npz.hpp for the form of the file.
+// Writes data sets: see npz.hpp for the file's form.
 #include <bit>
 
 #include "base/error.hpp"
@@ -10,7 +10,7 @@
 
 namespace decid::dataset {
 
-static_assert(std::endian::native == std::endian::little, "arrays are written as they lie in memory");
+static_assert(std::endian::native == std::endian::little, "arrays are written as they are in memory");
 
 std::string describe(const sim::Protocol& protocol, std::uint64_t seed) {
   return print_json({{"format", npz_format_version},
@@ -56,9 +56,9 @@ void write_npz(const std::filesystem::path& path, const Dataset& data) {
   check_dataset(data, path.string());
   const std::size_t trials = data.parameters.size();
   PendingFile pending(path);
-  // A device is written to directly, and the writer could not go back in it for the checksums.
+  // The writer must seek back for the checksums, which a device does not allow.
   if (!std::filesystem::is_regular_file(pending.path())) {
-    throw Error(path.string(), "is not a regular file, and a data set cannot be streamed", "name a file on a disk");
+    throw Error(path.string(), "is not a regular file, and a data set cannot be streamed", "give a file on a disk");
   }
   {
     DiskFile file(pending.path(), DiskFile::Access::write);

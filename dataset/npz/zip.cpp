@@ -10,19 +10,19 @@ namespace decid::dataset {
 namespace {
 
 constexpr std::uint64_t alignment = 64;
-/// This value in a field of 32 bits means that the true one is in the ZIP64 extra field.
+/// This value in a field of 32 bits refers to the ZIP64 extra field.
 constexpr std::uint32_t in_zip64 = 0xffffffff;
 constexpr std::uint16_t plain_version = 20, zip64_version = 45;
-/// 1 January 1980, the format's earliest: equal data sets are equal files.
+/// 1 January 1980, the format's earliest date: equal data sets are equal files.
 constexpr std::uint16_t midnight = 0, first_day = (1 << 5) | 1;
 
-/// Numbers as the format has them: little endian, one after the other.
+/// Numbers in the format's form: little endian, one after the other.
 class Fields {
  public:
   Fields& u16(std::uint64_t value) { return number(value, 2); }
   Fields& u32(std::uint64_t value) { return number(value, 4); }
   Fields& u64(std::uint64_t value) { return number(value, 8); }
-  /// u32, or the mark if the value is elsewhere.
+  /// Writes u32, or the mark if the value is in the ZIP64 field.
   Fields& u32_or_mark(std::uint64_t value) { return u32(value < in_zip64 ? value : in_zip64); }
   Fields& text(const std::string& value) {
     bytes_ += value;
@@ -43,7 +43,7 @@ bool is_large(std::uint64_t value) {
   return value >= in_zip64;
 }
 
-/// Version, flags, method, time, date, CRC and sizes: what local header and directory have in common.
+/// Writes the common fields of local header and directory: version, flags, method, time, date, CRC and sizes.
 Fields& common(Fields& fields, const ZipMember& member, bool zip64) {
   return fields.u16(zip64 ? zip64_version : plain_version)
       .u16(0)
@@ -69,7 +69,7 @@ std::uint32_t crc32_joined(std::uint32_t a, std::uint32_t b, std::uint64_t b_byt
 std::uint32_t crc32(std::span<const std::span<const std::byte>> pieces) {
   uLong sum = 0;
   for (const auto& piece : pieces) {
-    // zlib takes a null pointer, which an empty piece may have, as a request to begin anew.
+    // zlib treats a null pointer, which an empty piece may have, as a request to start again.
     if (!piece.empty()) sum = ::crc32_z(sum, reinterpret_cast<const Bytef*>(piece.data()), piece.size());
   }
   return static_cast<std::uint32_t>(sum);

@@ -1,4 +1,4 @@
-// Data sets in memory, their halves, and the scaling of their targets. The trials are made in generator.cpp.
+// Data sets in memory, their halves, and the scaling of their targets. generator.cpp makes the trials.
 #include "dataset/sets/dataset.hpp"
 
 #include <cmath>
@@ -40,7 +40,7 @@ Dataset generate(const DatasetRequest& request, DatasetReport* report, const Pro
     throw Error(where,
                 std::to_string(request.count) + " trials need " + std::to_string(values * sizeof(float) / 1'000'000) +
                     " MB of memory",
-                "ask for fewer trials");
+                "request fewer trials");
   }
   while (!generator.done()) {
     const Chunk& chunk = generator.next();
@@ -49,7 +49,7 @@ Dataset generate(const DatasetRequest& request, DatasetReport* report, const Pro
     if (progress && !progress(data.trials(), request.count)) {
       throw Error(where,
                   "stopped after " + std::to_string(data.trials()) + " of " + std::to_string(request.count) + " trials",
-                  "run it again to make it whole");
+                  "run it again to complete it");
     }
   }
   data.group = generator.group();
@@ -62,18 +62,19 @@ std::vector<std::uint8_t> split_by_group(const std::vector<std::int32_t>& group)
   std::vector<int> size(group.size(), 0);
   for (const std::int32_t index : group) {
     if (index < 0 || static_cast<std::size_t>(index) >= group.size()) {
-      throw Error(where, "group " + std::to_string(index) + " of " + std::to_string(group.size()) + " trials",
-                  "a group is named by the index of one of its trials");
+      throw Error(where,
+                  "group " + std::to_string(index) + " is not one of the " + std::to_string(group.size()) + " trials",
+                  "give the index of one of the group's trials");
     }
     ++size[static_cast<std::size_t>(index)];
   }
   long long filled[2] = {0, 0};
-  std::vector<std::uint8_t> half(group.size(), 0);  // of each group
+  std::vector<std::uint8_t> half(group.size(), 0);  // per group
   const auto place = [&](std::size_t index) {
     half[index] = filled[1] < filled[0] ? 1 : 0;
     filled[half[index]] += size[index];
   };
-  // Large groups first: single trials then even out what those left.
+  // Large groups first: single trials then balance the remainder.
   for (std::size_t index = 0; index < size.size(); ++index) {
     if (size[index] > 1) place(index);
   }
@@ -95,8 +96,9 @@ std::vector<float> TargetScaling::scale(const sim::Parameters& parameters) const
 
 sim::Parameters TargetScaling::unscale(std::span<const float> target) const {
   if (target.size() != mean.size()) {
-    throw Error("targets", std::to_string(target.size()) + " values for " + std::to_string(mean.size()) + " parameters",
-                "give one value a parameter");
+    throw Error("targets",
+                "got " + std::to_string(target.size()) + " values for " + std::to_string(mean.size()) + " parameters",
+                "give one value per parameter");
   }
   sim::Parameters parameters(mean.size());
   for (std::size_t i = 0; i < parameters.size(); ++i) {
@@ -106,7 +108,7 @@ sim::Parameters TargetScaling::unscale(std::span<const float> target) const {
 }
 
 TargetScaling target_scaling(const sim::ParameterTable& table, std::span<const sim::Parameters> parameters) {
-  if (parameters.empty()) throw Error("targets", "no trials to scale by", "choose the training half");
+  if (parameters.empty()) throw Error("targets", "has no trials for scaling", "give the training half");
   const auto count = static_cast<double>(parameters.size());
   TargetScaling scaling{sim::Parameters(table.size()), sim::Parameters(table.size())};
   for (std::size_t i = 0; i < table.size(); ++i) {
@@ -118,7 +120,7 @@ TargetScaling target_scaling(const sim::ParameterTable& table, std::span<const s
       squares += difference * difference;
     }
     const double deviation = std::sqrt(squares / count);
-    // One trial, or the same value in all, has no spread to divide by.
+    // A single trial, or equal values, has no spread to divide by.
     scaling.deviation[i] = deviation > 1e-12 * table[i].range() ? deviation : 1.0;
   }
   return scaling;

@@ -1,5 +1,5 @@
-// How values are distributed: mean, deviation, extremes and a histogram of bins chosen beforehand.
-// Mean and deviation: Welford, Technometrics 4, 1962. The figures depend on the values and their order alone.
+// Distributions of values: mean, standard deviation, extremes and a histogram with predefined bins. Method: Welford,
+// Technometrics 4, 1962. The results depend only on the values and their order.
 #pragma once
 
 #include <span>
@@ -11,20 +11,20 @@ namespace decid::dataset {
 
 class Distribution {
  public:
-  /// `bins` equal bins from low to high; low < high, bins >= 1.
+  /// Makes `bins` equal bins from low to high; low < high, bins >= 1.
   Distribution(double low, double high, int bins);
 
   void add(double value);
 
   long long count() const noexcept { return count_; }
-  double mean() const noexcept { return mean_; }  ///< 0 if there are no values, like the three below
+  double mean() const noexcept { return mean_; }  ///< 0 without values, like the three below
   double deviation() const noexcept;              ///< over N
   double least() const noexcept { return least_; }
   double most() const noexcept { return most_; }
 
   double low() const noexcept { return low_; }
   double high() const noexcept { return high_; }
-  /// Values in each bin; `high` itself counts for the last one.
+  /// Returns the number of values in each bin; `high` itself counts for the last one.
   std::span<const long long> bins() const noexcept { return bins_; }
   long long below() const noexcept { return below_; }  ///< low
   long long above() const noexcept { return above_; }  ///< high
@@ -37,9 +37,9 @@ class Distribution {
   double least_ = 0.0, most_ = 0.0;
 };
 
-/// Of a set of trials: each parameter over its range, and the exact sway's peak-to-peak value.
+/// Distributions over a set of trials: each parameter over its range, and the noise-free sway's peak-to-peak value.
 struct TrialDistributions {
-  TrialDistributions() = default;  ///< of no parameters
+  TrialDistributions() = default;  ///< without parameters
   explicit TrialDistributions(const sim::ParameterTable& table);
   void add(const sim::Parameters& values, double peak_to_peak_rad);
 

@@ -1,6 +1,6 @@
-// Generation of data sets. Attempts are simulated in parallel, a chunk at a time, and accepted in their order: which
-// trials there are depends neither on threads nor on the size of the chunks.
-// Source: section 2.3 of the paper, see dataset.hpp for what it leaves open.
+// Generates data sets. Attempts are simulated in parallel, a chunk at a time, and accepted in order. The accepted
+// trials depend neither on threads nor on the size of the chunks. Source: section 2.3 of the paper; dataset.hpp lists
+// the choices that it leaves open.
 #include "dataset/sets/generator.hpp"
 
 #include <algorithm>
@@ -16,30 +16,31 @@ namespace {
 
 constexpr const char* generation = "data set";
 /// Attempts simulated at once: enough to keep lanes and threads busy, 50 MB of sway at 121 s and 100 Hz.
-constexpr std::size_t max_attempts = 1024, fewest_attempts = 16;
+constexpr std::size_t max_attempts = 1024, min_attempts = 16;
 constexpr std::size_t max_bytes = std::size_t{1} << 26;
-/// How many attempts are made before a lack of valid trials is an error.
+/// The number of attempts before a lack of valid trials is an error.
 constexpr long long patience = 10'000;
 constexpr long long attempts_per_valid_trial = 1000;
-/// Sensor noise of children: base trials and children count their attempts from 0 each.
+/// Measurement noise of children: base trials and children count their attempts from 0 each.
 constexpr std::uint64_t child_sensor_noise = std::uint64_t{1} << 63;
 
 DatasetRequest checked(DatasetRequest request) {
   if (request.count < 1) {
-    throw Error(generation, std::to_string(request.count) + " trials are asked for", "ask for at least 1");
+    throw Error(generation, std::to_string(request.count) + " trials are requested", "request at least 1");
   }
   if (request.base < 0 || request.base > request.count) {
-    throw Error(generation,
-                std::to_string(request.base) + " base trials of " + std::to_string(request.count) + " trials in all",
-                "choose from 1 to all trials as base trials, or 0 for all");
+    throw Error(
+        generation,
+        std::to_string(request.base) + " base trials of " + std::to_string(request.count) + " trials are requested",
+        "request from 1 to all trials as base trials, or 0 for all");
   }
   if (request.protocol.heights.vary())
-    throw Error(generation, "a protocol with body_heights, while the bodies of a data set are one",
-                "leave out body_heights; a training on fresh trials draws them");
+    throw Error(generation, "the protocol has body_heights, and a data set has one body",
+                "leave out body_heights, or train on a stream, which draws heights");
   return request;
 }
 
-/// Eight chains of comparisons: one would wait for the last at every step.
+/// Eight chains of comparisons: a single chain would wait for its last result at every step.
 double peak_to_peak(std::span<const double> sway) {
   std::array<double, 8> least, most;
   least.fill(sway.front());
@@ -68,12 +69,12 @@ Generator::Generator(DatasetRequest request, Communicator* ranks)
       simulator_(request_.protocol) {
   report_.base = report_.all = TrialDistributions(ranges_);
   const std::size_t trial_bytes = static_cast<std::size_t>(samples()) * sizeof(float);
-  max_chunk_ = static_cast<int>(std::clamp(max_bytes / trial_bytes, fewest_attempts, max_attempts));
+  max_chunk_ = static_cast<int>(std::clamp(max_bytes / trial_bytes, min_attempts, max_attempts));
   if (ranks_ != nullptr) max_chunk_ *= ranks_->size();
 }
 
 int Generator::attempts_worth_making(int missing) const {
-  // A few more than the rate so far calls for: a second, small chunk would leave lanes empty.
+  // Slightly more than the rate so far requires: a second, small chunk would leave lanes empty.
   const double attempts = static_cast<double>(making_children() ? report_.child_attempts : report_.base_attempts);
   const double valid = making_children() ? trials() - base_ : trials();
   const double rate = valid > 0.0 ? valid / attempts : 0.8;
@@ -98,7 +99,7 @@ sim::TrialInput Generator::trial_of(long long attempt) const {
   return {parameters, Random(request_.seed, Stream::child_noise, item)};
 }
 
-/// Parents are found on the exact sway; what is stored is what is recorded of it.
+/// Parents are chosen by the noise-free sway; the recorded sway is stored.
 Generator::Result Generator::finish(long long attempt, std::span<double> sway_rad, std::span<float> stored) const {
   const double width = peak_to_peak(sway_rad);
   const std::uint64_t item = static_cast<std::uint64_t>(attempt) | (making_children() ? child_sensor_noise : 0);
@@ -111,11 +112,11 @@ Generator::Result Generator::finish(long long attempt, std::span<double> sway_ra
 RankRange Generator::own_attempts(int attempts, int rank) const {
   const auto count = static_cast<std::size_t>(attempts);
   if (ranks_ == nullptr) return {0, count};
-  const RankRange groups = range_of((count + fewest_attempts - 1) / fewest_attempts, rank, ranks_->size());
-  return {std::min(groups.first * fewest_attempts, count), std::min(groups.last * fewest_attempts, count)};
+  const RankRange groups = range_of((count + min_attempts - 1) / min_attempts, rank, ranks_->size());
+  return {std::min(groups.first * min_attempts, count), std::min(groups.last * min_attempts, count)};
 }
 
-/// Each rank's own, to all.
+/// Sends each rank's own results to all.
 void Generator::gather(std::vector<Result>& results) const {
   const int attempts = static_cast<int>(results.size());
   std::vector<std::size_t> sizes;
@@ -130,10 +131,10 @@ void Generator::gather(std::vector<Result>& results) const {
 const Chunk& Generator::next() {
   const bool children = making_children();
   if (children && parents_.empty()) {
-    throw Error(generation,
-                "none of the " + std::to_string(base_) +
-                    " base trials sways more than 0.05 rad, so none can be the parent of more",
-                "ask for more base trials, or only for base trials");
+    throw Error(
+        generation,
+        "none of the " + std::to_string(base_) + " base trials sways more than 0.05 rad, so none can be a parent",
+        "request more base trials, or only base trials");
   }
   const int missing = (children ? request_.count : base_) - trials();
   const int attempts = attempts_worth_making(missing);

@@ -1,5 +1,4 @@
-// The trials of a data set as they come, a chunk at a time: for data sets that are larger than memory, and for going on
-// with one that was interrupted.
+// The trials of a data set, a chunk at a time: for data sets larger than memory, and for resuming interrupted ones.
 #pragma once
 
 #include <array>
@@ -16,23 +15,23 @@ namespace decid::dataset {
 /// A trial without its sway.
 struct TrialRecord {
   sim::Parameters parameters;  ///< SI units
-  double peak_to_peak_rad;     ///< of the exact sway, which decides who is a parent
+  double peak_to_peak_rad;     ///< of the noise-free sway, which decides who is a parent
   std::int32_t group;          ///< index of its parent; a base trial's own index
 };
 
-/// Valid trials in their order, and how many attempts have been made in all, up to the last of them.
+/// Valid trials in order, and the number of attempts up to the last of them.
 struct Chunk {
   std::vector<TrialRecord> trials;
-  std::vector<std::span<const float>> sway;  ///< one a trial of this process, rad, with sensor noise
+  std::vector<std::span<const float>> sway;  ///< one per trial of this process, rad, with measurement noise
   long long base_attempts = 0, child_attempts = 0;
-  std::vector<std::size_t> trials_of = {};  ///< of each of several processes, in their order; empty: there is one
+  std::vector<std::size_t> trials_of = {};  ///< per process, in order; empty: a single process
 };
 
-/// Base trials first, then children. Memory: two chunks (some 50 MB each) and a few bytes a trial.
+/// Generates base trials first, then children. Memory: two chunks (some 50 MB each) and a few bytes per trial.
 class Generator {
  public:
-  /// ranks, unless null: processes that share the attempts, all of which make the same calls; each has the sway of its
-  /// own trials. Throws Error if the request cannot be met, see generate().
+  /// ranks, unless null: processes that share the attempts. All make the same calls; each has the sway of its own
+  /// trials. Throws Error for impossible requests, see generate().
   explicit Generator(DatasetRequest request, Communicator* ranks = nullptr);
 
   const DatasetRequest& request() const noexcept { return request_; }
@@ -42,13 +41,12 @@ class Generator {
   const std::vector<std::int32_t>& group() const noexcept { return group_; }
   const DatasetReport& report() const noexcept { return report_; }
 
-  /// A chunk stays valid until the call after the next: one may be written while the other is simulated.
-  /// Simulates some hundred attempts on OpenMP's threads; the chunk may hold no trial. Neither the size of the chunks
-  /// nor threads change which trials come. Throws Error if there is no parent, or too few attempts are
-  /// valid.
+  /// Returns the next chunk, which stays valid until the call after the next: one may be written while another is
+  /// simulated. Simulates some hundred attempts on OpenMP's threads; the chunk may be empty. Neither the size of the
+  /// chunks nor threads change the trials. Throws Error if there is no parent, or too few attempts are valid.
   const Chunk& next();
 
-  /// Goes on after trials that an earlier run made: its chunks, in order, without their sway.
+  /// Continues after trials of an earlier run: its chunks, in order, without their sway.
   void restore(const Chunk& chunk);
 
  private:
@@ -77,7 +75,7 @@ class Generator {
     Chunk chunk;
   };
   std::array<Buffer, 2> buffers_;
-  bool second_ = false;  // which of them is next
+  bool second_ = false;  // selects the next one
 
   std::vector<std::int32_t> group_;
   std::vector<std::int32_t> parents_;

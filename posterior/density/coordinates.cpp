@@ -1,5 +1,5 @@
 // Converts between coordinates, which are standard normal under the priors, and the quantities of a state: parameters,
-// noises, start and gain, with the derivatives that gradients need.
+// noises, start and gain. Also computes the derivatives for gradients.
 #include <algorithm>
 #include <cmath>
 
@@ -14,9 +14,9 @@ namespace {
 constexpr double nv_scale = 0.05;           // kappa: below it the noise's coefficients are non-centred
 constexpr double model_error_deg = 0.0005;  // of a block's mean (the test compares with the simulator)
 
-// Slow noise forgets within these: its corner frequency is 0.4 Hz to 0.005 Hz.
+// The range of the slow noise's memory: its corner frequency is 0.4 Hz to 0.005 Hz.
 constexpr double shortest_memory_s = 0.4, longest_memory_s = 30.0;
-constexpr double min_slow_ratio = 1e-2;  // over the prior's median: far below what is seen
+constexpr double min_slow_ratio = 1e-2;  // relative to the prior's median: far below any observed value
 const double log_memory_range = decid::log(longest_memory_s / shortest_memory_s);
 
 }  // namespace
@@ -129,7 +129,7 @@ void Density::set_noise(Chains& c, std::size_t l, double white, double slow, dou
   // The power of an Ornstein-Uhlenbeck process in the cosine transform of its blocks, below its corner.
   c.levels.slow[l] = fixed_noise_deg ? 0.0 : slow_rad * slow_rad * 2.0 * memory_s / block_s();
   c.levels.memory[l] = memory_s * memory_s;
-  // Derivatives of the logarithms: white by its coordinate, slow by both of its own, memory by its own.
+  // Derivatives of the logarithms: of white by its coordinate, of slow by both of its own, of memory by its own.
   c.d_white[l] = fixed_noise_deg ? 0.0 : 2.0 * spread * (1.0 - of_model * of_model);
   c.d_slow_white[l] = fixed_noise_deg ? 0.0 : 2.0 * spread;
   c.d_slow[l] = fixed_noise_deg ? 0.0 : 2.0 * slow_spread;

@@ -19,18 +19,18 @@ namespace {
 
 using sim::Complex;
 
-constexpr double evidence_hz = 2.5;  // of the coefficients that are looked at
+constexpr double evidence_hz = 2.5;  // of the coefficients that the likelihood uses
 constexpr double full_hz = 2.6, top_hz = 4.4, block_ms = 100.0, bin_ms = 50.0;
-constexpr double whole_damping = 10.0;  // c times the transforms' length: what wraps around is e^-10 of itself
-constexpr int spare_blocks = 40;        // of the transforms, beside the trial: more than the latest start
+constexpr double whole_damping = 10.0;  // c times the transforms' length: wrapped values decay by e^-10
+constexpr int spare_blocks = 40;        // of the transforms, in addition to the trial: more than the latest start
 constexpr int fewest_blocks = 20;
 
-/// Samples in a block, for blocks of about 100 ms.
+/// Returns the samples per block, for blocks of about 100 ms.
 int samples_per_block(const sim::Experiment& experiment) {
   return std::max(1, static_cast<int>(std::floor(block_ms / experiment.steps_per_sample() + 0.5)));
 }
 
-/// Steps in a bin: the divisor of a block that is nearest to bin_ms.
+/// Returns the steps per bin: the divisor of a block that is nearest to bin_ms.
 int steps_per_bin(int block_steps) {
   int best = block_steps;
   for (int steps = 1; steps <= block_steps; ++steps) {
@@ -39,8 +39,8 @@ int steps_per_bin(int block_steps) {
   return best;
 }
 
-/// Where a bin begins, -bin_steps < step <= 0, so that the platform's velocity steps between bins; 0 if it steps
-/// elsewhere too.
+/// Returns the begin of a bin, -bin_steps < step <= 0, such that the platform's velocity changes between bins; 0 if it
+/// changes elsewhere too.
 int first_step_of(const sim::Stimulus& stimulus, int bin_steps) {
   int place = -1;
   for (std::size_t i = 1; i < stimulus.rate_rad_s.size(); ++i) {
@@ -52,16 +52,16 @@ int first_step_of(const sim::Stimulus& stimulus, int bin_steps) {
   return place <= 0 ? 0 : place - bin_steps;
 }
 
-/// z = exp(s T) at frequency k, T one step.
+/// Returns z = exp(s T) at frequency k, T one step.
 Complex step_turn(double damping, long long k, long long steps) {
   const auto [sin, cos] = sincos_of_turn(k, steps);
   const double size = decid::exp(damping * sim::integration_step_s);
   return {size * cos, size * sin};
 }
 
-/// The share of a frequency that is looked at: 1, then down to 0 with all derivatives. A sharp edge rings through the
-/// whole trial, and undoing the damping raises that.
-double kept(double hz) {
+/// Returns the weight of a frequency: 1, then down to 0 with all derivatives. A sharp edge would ring through the whole
+/// trial, and undoing the damping would amplify the ringing.
+double frequency_weight(double hz) {
   const double u = (hz - full_hz) / (top_hz - full_hz);
   if (u <= 0.0) return 1.0;
   if (u >= 1.0) return 0.0;
@@ -106,11 +106,11 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
     quantiles_[i] = quantile_of(priors, ranges_[i].name, ranges_[i].low, ranges_[i].range());
   if (blocks_ < fewest_blocks) {
     throw Error("protocol " + protocol.name, format("lasts %g s", protocol.duration_s()),
-                "the posterior needs 2 s at least");
+                "give a protocol of at least 2 s");
   }
   if (noise_.size() == 0 && protocol.noise.vestibular.scale_deg > 0.0) {
     throw Error("protocol " + protocol.name + ", vestibular_noise", "has a single frequency",
-                "widen low_hz to high_hz; the posterior takes the noise for a band");
+                "give low_hz below high_hz; the posterior models the noise as a band");
   }
   const sim::Experiment& experiment = protocol.experiment;
   const int block_steps = block_samples_ * experiment.steps_per_sample();
@@ -122,7 +122,7 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
   frequencies_ = std::min(static_cast<int>(top_hz * padded_s), padded_blocks_ / 2);
 
   const sim::Stimulus stimulus = sim::make_stimulus(experiment);
-  // Steps are counted from the begin of the standing.
+  // Steps count from the begin of the standing.
   const int steps = lead_steps_ + experiment.steps();
   first_step_ = first_step_of(stimulus, bin_steps_);
   bins_ = (steps - first_step_ + bin_steps_ - 1) / bin_steps_ + 5;
@@ -136,10 +136,10 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
     return stimulus.rate_at(std::min(step, last_step));
   };
   for (int half = 0; half < 2 * bins_; ++half) {
-    // The line of least squares through the half's steps.
+    // The least-squares line through the half's steps.
     const int bin_from = first_step_ + half / 2 * bin_steps_, first = bin_steps_ / 2;
     const int from = bin_from + half % 2 * first, count = half % 2 == 0 ? first : bin_steps_ - first;
-    const int length = std::max(1, count);  // a bin of one step has itself for both halves
+    const int length = std::max(1, count);  // a bin of one step serves as both halves
     double mean = 0.0, slope = 0.0, squares = 0.0;
     for (int j = 0; j < length; ++j) {
       const double place = j - 0.5 * (length - 1);
@@ -178,7 +178,7 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
     Complex sample = 1.0, mean = 0.0, turn = 1.0;
     for (int j = 0; j < experiment.steps_per_sample(); ++j) turn *= z;
     for (int j = 0; j < block_samples_; ++j, sample *= turn) mean += sample;
-    put(observe_, mean * (kept(k / padded_s) / block_samples_));
+    put(observe_, mean * (frequency_weight(k / padded_s) / block_samples_));
     put(platform_, spectrum[static_cast<std::size_t>(k)]);
   }
   for (int block = lead_blocks_; block < lead_blocks_ + blocks_; ++block)
@@ -235,8 +235,8 @@ void Density::check(const Observation& observation, std::span<const double> x, s
   if (x.size() == all && results == expected && observation.sway.size() == static_cast<std::size_t>(blocks_) &&
       observation.torque.size() == s_.size())
     return;
-  throw Error("posterior", format("%zu coordinates and room for %zu results", x.size(), results),
-              format("give %zu and %zu, and what observe() of this density made", all, expected));
+  throw Error("posterior", format("got %zu coordinates and space for %zu results", x.size(), results),
+              format("give %zu and %zu, and an observation of this density", all, expected));
 }
 
 void Density::to_blocks(Workspace& work) const {
@@ -304,7 +304,7 @@ void Density::evaluate(const Observation& observation, std::span<const double> x
       global(i) = coordinate(i);
     }
     potential[l] = value;
-    // By the modelled blocks, with the residual's sign.
+    // Derivatives by the modelled blocks, with the residual's sign.
     const auto add = [&](std::size_t i, double derivative) {
       global(i) = std::fma(-derivative, c.d_coordinate[i][l], global(i));
     };

@@ -10,13 +10,13 @@
 
 namespace decid::posterior {
 
-/// a / b. The operator's bits are those of the compiler's library, which fuses where it likes.
+/// Returns a / b. The operator's bits depend on the compiler's library, which may fuse operations.
 inline std::complex<double> quotient(std::complex<double> a, std::complex<double> b) {
   const double square = b.real() * b.real() + b.imag() * b.imag();
   return a * std::complex<double>(b.real() / square, -(b.imag() / square));
 }
 
-/// exp(2 pi i turns), |turns| below 2^12.
+/// Returns exp(2 pi i turns), |turns| below 2^12.
 inline std::complex<double> turned(double turns) {
   constexpr long long parts = 1LL << 50;
   const auto [sin, cos] = sincos_of_turn(std::llround(turns * static_cast<double>(parts)), parts);

@@ -1,4 +1,4 @@
-// Signals that nobody recorded: see inferred.hpp.
+// Unrecorded signals: see inferred.hpp.
 #include "posterior/density/inferred.hpp"
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace decid::posterior {
 namespace {
 
-/// Some of the values of each chain, lanes side by side, as values of one draw after the other.
+/// Appends values of each chain, stored lane by lane, as values of one draw after the other.
 void append(std::span<const double> side_by_side, int chains, std::vector<double>& draws) {
   for (std::size_t chain = 0; chain < static_cast<std::size_t>(chains); ++chain)
     for (std::size_t i = chain; i < side_by_side.size(); i += lanes) draws.push_back(side_by_side[i]);
@@ -23,7 +23,8 @@ void append(std::span<const double> side_by_side, int chains, std::vector<double
 Band band_of(std::span<const double> values, int times) {
   const auto count = static_cast<std::size_t>(std::max(times, 0));
   if (count == 0 || values.empty() || values.size() % count != 0)
-    throw Error("band of draws", format("%zu values at %d times", values.size(), times), "give each time as many");
+    throw Error("band of draws", format("%zu values at %d times", values.size(), times),
+                "give the same number of values per time");
   Band band;
   std::vector<double> here(values.size() / count);
   for (std::size_t time = 0; time < count; ++time) {
@@ -44,7 +45,7 @@ Inferred infer(const Density& density, const Observation& observation, const Pos
   Density::Workspace work(density);
   for (int first = 0; first < found.points(); first += lanes) {
     const int here = std::min(lanes, found.points() - first);
-    for (int chain = 0; chain < lanes; ++chain) {  // places that are left over repeat the last point
+    for (int chain = 0; chain < lanes; ++chain) {  // unused lanes repeat the last point
       const std::span<const double> point = found.point(first + std::min(chain, here - 1));
       if (point.size() * lanes != size)
         throw Error("posterior", format("has points of %zu coordinates", point.size()),

@@ -1,6 +1,6 @@
-// The information about all coordinates at the chains' points: see Density::information.
-// Column i of J is the change of the blocks, over their noise, with coordinate i; changes of the loop and of the dead
-// band go through the same transforms as the sway itself.
+// The information about all coordinates at the chains' points: see Density::information. Column i of J is the change of
+// the blocks with coordinate i, divided by their noise. Changes of the loop and of the dead band use the sway's own
+// transforms.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -18,12 +18,12 @@ using sim::Complex;
 /// One frequency of one chain: see LoopConstants and LoopState.
 struct Place {
   Complex s, sum, rate, platform;
-  Complex error;  // of the platform's velocity: what the dead band keeps back
+  Complex error;  // of the platform's velocity: the part that the dead band blocks
   Complex sway, delayed, inverse;
   double kp, kd, gain;
 };
 
-/// How the sway's transform changes with a quantity of the loop.
+/// The change of the sway's transform with a quantity of the loop.
 struct LoopChange {
   std::size_t global;
   Complex (*change)(const Place& p);
@@ -64,11 +64,12 @@ void Density::add_noise_information(const Chains& c, const Workspace& work, std:
   for (std::size_t l = 0; l < lanes; ++l) {
     std::array<std::array<double, 3>, 3> sums{};
     for (std::size_t k = 0; k < rows; ++k) {
-      const double precision = work.noise.precision[k * lanes + l], share = work.noise.share[k * lanes + l];
-      const double slow = precision * c.levels.slow[l] * share;
+      const double precision = work.noise.precision[k * lanes + l],
+                   slow_fraction = work.noise.slow_fraction[k * lanes + l];
+      const double slow = precision * c.levels.slow[l] * slow_fraction;
       const std::array<double, 3> change{
           precision * spectrum_.white(k) * c.levels.white[l] * c.d_white[l] + slow * c.d_slow_white[l],
-          slow * c.d_slow[l], slow * (1.0 - 2.0 * (1.0 - share)) * c.d_memory[l]};
+          slow * c.d_slow[l], slow * (1.0 - 2.0 * (1.0 - slow_fraction)) * c.d_memory[l]};
       for (std::size_t a = 0; a < 3; ++a)
         for (std::size_t b = 0; b <= a; ++b) sums[a][b] = std::fma(0.5 * change[a], change[b], sums[a][b]);
     }
@@ -89,12 +90,12 @@ void Density::information(const Observation& observation, std::span<const double
   const auto rows = static_cast<std::size_t>(spectrum_.rows());
   const std::size_t blocks_of_columns = (count + 3) / 4, strips = (rows + strip_rows - 1) / strip_rows;
   constexpr std::size_t strip_size = std::size_t{strip_rows} * lanes;     // of a column
-  work.columns.resize(strips * 4 * blocks_of_columns * strip_size, 0.0);  // what pads rows and columns stays 0
+  work.columns.resize(strips * 4 * blocks_of_columns * strip_size, 0.0);  // the padding of rows and columns stays 0
   work.products.assign(blocks_of_columns * (blocks_of_columns + 1) / 2 * 16 * lanes, 0.0);
   work.noise_column.resize(static_cast<std::size_t>(noise_.edges()));
 
   const std::vector<double> silence(static_cast<std::size_t>(blocks_), 0.0);
-  // The column of the change of the observed sway whose transform is in work.sway_spectrum.
+  // Writes the column of the observed sway's change, whose transform is in work.sway_spectrum.
   const auto write_column = [&](std::size_t column, const std::array<double, lanes>& factors) {
     to_blocks(work);
     run.unfold(blocks_, silence.data(), trial_of(work.modelled), undamp_.data(), work.unfolded.data());
@@ -107,7 +108,7 @@ void Density::information(const Observation& observation, std::span<const double
     }
   };
 
-  // Those of the loop, from the state that the way there left; then of what the dead band passes.
+  // Columns of the loop, from the forward pass's state; then columns of the passed velocity.
   const auto frequencies = static_cast<std::size_t>(frequencies_);
   for (const auto& [global, change] : loop_changes) {
     for (std::size_t k = 0; k < frequencies; ++k) {
@@ -154,7 +155,7 @@ void Density::information(const Observation& observation, std::span<const double
   const DeadBandValues values = dead_band_values(c, work);
   const auto bins = static_cast<std::size_t>(bins_);
   work.fine_column.resize(2 * bins + 1);
-  // As Kernels::refine has it.
+  // As in Kernels::refine.
   const auto fine = [&](std::size_t half) {
     const double* at = work.noise_column.data() + half / 2;
     if (half % 2 == 0) return at[0];

@@ -1,4 +1,4 @@
-// Vestibular noise as unknowns: see noise_basis.hpp.
+// The basis of the vestibular noise: see noise_basis.hpp.
 #include "posterior/density/noise_basis.hpp"
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr double period_over_trial = 1.2;
 
-/// The shortest even divisor of `points` that resolves harmonic `last`.
+/// Returns the shortest even divisor of `points` that resolves harmonic `last`.
 int shortest_transform(int points, int last) {
   for (int length = 2 * last + 2; length < points; ++length) {
     if (length % 2 == 0 && points % length == 0) return length;
@@ -21,7 +21,7 @@ int shortest_transform(int points, int last) {
   return points;
 }
 
-/// The integral of f^-exponent from low to high.
+/// Returns the integral of f^-exponent from low to high.
 double power(double low, double high, double exponent) {
   if (exponent == 1.0) return decid::log(high / low);
   const double order = 1.0 - exponent;
@@ -36,7 +36,7 @@ int last_harmonic(const sim::VestibularNoise& noise, double period_s, double hig
   return static_cast<int>(std::floor(std::min(noise.high_hz, highest_hz) * period_s + 0.5));
 }
 
-/// Of a size that the compiler knows: no call.
+/// The size is a compile-time constant, which avoids a call.
 void copy_lanes(const double* from, double* to) {
   std::memcpy(to, from, lanes * sizeof(double));
 }
@@ -60,10 +60,10 @@ NoiseBasis::NoiseBasis(const sim::Protocol& protocol, int bin_steps, int edges, 
     const double to = k == last ? high : std::min(high, (k + 0.5) / period_s_);
     if (!(to > from)) continue;
     const double frequency_hz = k / period_s_;
-    deviations_.push_back(scale * std::sqrt(power(from, to, noise.exponent)) * 2.0 * sim::pi * frequency_hz);
+    stddevs_.push_back(scale * std::sqrt(power(from, to, noise.exponent)) * 2.0 * sim::pi * frequency_hz);
   }
   for (int r = 0; r < phases_; ++r) {
-    for (std::size_t i = 0; i < deviations_.size(); ++i) {
+    for (std::size_t i = 0; i < stddevs_.size(); ++i) {
       const auto [sin, cos] = sincos_of_turn(static_cast<long long>(first_ + static_cast<int>(i)) * r, points_);
       turns_.push_back(cos);
       turns_.push_back(sin);
@@ -88,14 +88,14 @@ std::size_t NoiseBasis::work_size() const {
   return static_cast<std::size_t>(size() + 2 * fft_.bins() + fft_.length() + 2 * fft_.work_length()) * lanes;
 }
 
-// Harmonic k with coefficients a, b has the velocity deviation (b cos - a sin) of 2 pi k t / period, the real part of
-// (b + i a) exp(2 pi i k t / period).
+// Harmonic k with coefficients a, b has the velocity sd (b cos - a sin) of 2 pi k t / period, the real part of (b + i
+// a) exp(2 pi i k t / period).
 void NoiseBasis::synthesize(const double* coefficients, double* velocity, double* work, Isa isa) const {
-  const std::size_t harmonics = deviations_.size(), apart = lanes;
+  const std::size_t harmonics = stddevs_.size(), apart = lanes;
   const auto phases = static_cast<std::size_t>(phases_);
   const auto [scaled, spectrum, signal, rest] = parts(work);
   for (std::size_t i = 0; i < harmonics; ++i) {
-    const double factor = 0.5 * fft_.length() * deviations_[i];
+    const double factor = 0.5 * fft_.length() * stddevs_[i];
     for (std::size_t l = 0; l < apart; ++l) {
       scaled[2 * i * apart + l] = factor * coefficients[(2 * i + 1) * apart + l];
       scaled[(2 * i + 1) * apart + l] = factor * coefficients[2 * i * apart + l];
@@ -112,7 +112,7 @@ void NoiseBasis::synthesize(const double* coefficients, double* velocity, double
 }
 
 void NoiseBasis::gradient(const double* by_velocity, double* by_coefficient, double* work, Isa isa) const {
-  const std::size_t harmonics = deviations_.size(), apart = lanes;
+  const std::size_t harmonics = stddevs_.size(), apart = lanes;
   const auto phases = static_cast<std::size_t>(phases_);
   const auto [sums, spectrum, signal, rest] = parts(work);
   std::ranges::fill(sums, 0.0);
@@ -122,14 +122,15 @@ void NoiseBasis::gradient(const double* by_velocity, double* by_coefficient, dou
       copy_lanes(by_velocity + edge * apart, signal.data() + m * apart);
     std::ranges::fill(signal.subspan(m * apart), 0.0);
     fft_.forward_lanes(signal, spectrum, rest, isa);
-    // sum of g exp(-i w t): its real part belongs to b, its imaginary part is that of -sum g sin, which belongs to a.
-    kernels(isa).turn_back(static_cast<int>(harmonics), spectrum.data() + 2 * static_cast<std::size_t>(first_) * apart,
-                           turns_.data() + 2 * r * harmonics, sums.data());
+    // The sum of g exp(-i w t): its real part belongs to b, its imaginary part, -sum g sin, to a.
+    kernels(isa).add_conjugate_product(static_cast<int>(harmonics),
+                                       spectrum.data() + 2 * static_cast<std::size_t>(first_) * apart,
+                                       turns_.data() + 2 * r * harmonics, sums.data());
   }
   for (std::size_t i = 0; i < harmonics; ++i) {
     for (std::size_t l = 0; l < apart; ++l) {
-      by_coefficient[2 * i * apart + l] = deviations_[i] * sums[(2 * i + 1) * apart + l];
-      by_coefficient[(2 * i + 1) * apart + l] = deviations_[i] * sums[2 * i * apart + l];
+      by_coefficient[2 * i * apart + l] = stddevs_[i] * sums[(2 * i + 1) * apart + l];
+      by_coefficient[(2 * i + 1) * apart + l] = stddevs_[i] * sums[2 * i * apart + l];
     }
   }
 }
@@ -139,7 +140,7 @@ void NoiseBasis::column(int coefficient, std::span<double> velocity) const {
   const auto points = static_cast<std::size_t>(points_), k = static_cast<std::size_t>(first_) + i;
   std::size_t place = 0;
   for (std::size_t edge = 0; edge < static_cast<std::size_t>(edges_); ++edge) {
-    velocity[edge] = deviations_[i] * (coefficient % 2 == 1 ? turn_[place].cos : -turn_[place].sin);
+    velocity[edge] = stddevs_[i] * (coefficient % 2 == 1 ? turn_[place].cos : -turn_[place].sin);
     place = (place + k) % points;
   }
 }

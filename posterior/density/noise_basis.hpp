@@ -1,5 +1,5 @@
-// Vestibular noise as unknowns: a stationary Gaussian process with the protocol's spectrum, written as harmonics of a
-// period longer than the trial, each with two standard normal coefficients.
+// A basis of the vestibular noise: a stationary Gaussian process with the protocol's spectrum, written as harmonics of
+// a period longer than the trial, each with two standard normal coefficients.
 #pragma once
 
 #include <span>
@@ -11,34 +11,34 @@
 
 namespace decid::posterior {
 
-/// The noise's velocity at the edges of bins of `bin_s` seconds. Harmonic k of the period stands for the band from
-/// (k - 1/2) / period to (k + 1/2) / period: its variance is the power that the spectrum has there. The period is at
-/// least 1.2 times the trial, so that the noise at its start and at its end are as independent as those of a process
-/// without a period (correlation of the velocity below 2 % for 20 s and 1 Hz), and at least as long as all edges.
+/// The noise's velocity at the edges of bins of `bin_s` seconds. Harmonic k of the period represents the band from (k -
+/// 1/2) / period to (k + 1/2) / period; its variance is the spectrum's power in this band. The period is at least as
+/// long as all edges, and at least 1.2 times the trial. The noise at the trial's start and end is then nearly
+/// independent (correlation of the velocity below 2 % for 20 s and 1 Hz).
 class NoiseBasis {
  public:
-  /// edges: how many; trial_edges: of the trial at their end. Harmonics above highest_hz are left out.
+  /// edges: their number; trial_edges: the trial's, at their end. Harmonics above highest_hz are omitted.
   NoiseBasis(const sim::Protocol& protocol, int bin_steps, int edges, int trial_edges, double highest_hz);
 
-  int size() const noexcept { return static_cast<int>(2 * deviations_.size()); }
+  int size() const noexcept { return static_cast<int>(2 * stddevs_.size()); }
   int edges() const noexcept { return edges_; }
   double period_s() const noexcept { return period_s_; }
 
-  /// A synthesis has so many Fourier transforms, of this length.
+  /// Returns the number of Fourier transforms in a synthesis.
   int transforms() const noexcept { return phases_; }
   int transform_length() const noexcept { return fft_.length(); }
 
-  /// Doubles that `work` of the functions below must hold.
+  /// Returns the number of doubles that `work` must hold in the functions below.
   std::size_t work_size() const;
-  /// coefficients: size() values a chain; velocity: a value an edge and chain, rad/s, of noise with Nv = 1.
+  /// Computes the velocity, rad/s, one value per edge and chain, for Nv = 1; coefficients: size() values per chain.
   void synthesize(const double* coefficients, double* velocity, double* work, Isa isa) const;
-  /// by_coefficient: from derivatives by the velocity at each edge.
+  /// Computes derivatives by the coefficients from derivatives by the velocity at each edge.
   void gradient(const double* by_velocity, double* by_coefficient, double* work, Isa isa) const;
-  /// The velocity that belongs to one coefficient, at all edges.
+  /// Returns the velocity of one coefficient, at all edges.
   void column(int coefficient, std::span<double> velocity) const;
 
  private:
-  /// Of `work`: scaled coefficients or their sums, then what a transform needs.
+  /// Parts of `work`: scaled coefficients or their sums, then the transform's work space.
   struct Parts {
     std::span<double> coefficients, spectrum, signal, rest;
   };
@@ -46,8 +46,8 @@ class NoiseBasis {
 
   int edges_, points_, first_;  // of the period's `points_` bins; first_: number of the first harmonic
   double period_s_;
-  std::vector<double> deviations_;  // of each harmonic, rad/s
-  sim::RealFft fft_;                // of the points that are `phases_` apart
+  std::vector<double> stddevs_;  // of each harmonic, rad/s
+  sim::RealFft fft_;             // of points that are `phases_` apart
   int phases_;
   std::vector<double> turns_;  // complex, of phase r and harmonic i at r * harmonics + i
   std::vector<SinCos> turn_;   // in `points_` parts

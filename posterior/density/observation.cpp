@@ -1,5 +1,5 @@
-// Makes an observation of a recording: means of its blocks without their line, the torque that a sine adds, and a first
-// estimate of the measurement noise.
+// Prepares a recording for the density: block means without their line, the torque of the sine, and a first estimate of
+// the measurement noise.
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -16,7 +16,7 @@ using sim::Complex;
 
 namespace {
 
-/// Subtracts the line of least squares from the blocks.
+/// Subtracts the least-squares line from the blocks.
 void subtract_line(Observation& observation) {
   const auto count = static_cast<double>(observation.sway.size());
   const double middle = 0.5 * (count - 1.0);
@@ -31,7 +31,7 @@ void subtract_line(Observation& observation) {
     observation.sway[m] -= observation.level_rad + observation.slope_rad * (static_cast<double>(m) - middle);
 }
 
-/// (sin a - a), by its series: |a| stays below 0.1.
+/// Returns sin a - a by its series: |a| stays below 0.1.
 double sine_excess(double a) {
   const double z = a * a;
   return a * z * (-1.0 / 6 + z * (1.0 / 120 - z * (1.0 / 5040)));

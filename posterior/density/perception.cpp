@@ -1,4 +1,5 @@
-// What a chain's controller perceives of the platform: its vestibular noise, and what passes the dead band, integrated.
+// The controller's perception of the platform in each chain: its vestibular noise, and the integral of the passed
+// velocity.
 #include <array>
 
 #include "base/error.hpp"
@@ -12,7 +13,7 @@ void Density::perceive(std::span<const double> x, std::span<double> noise_rad_s,
                        Workspace& work) const {
   const auto all = static_cast<std::size_t>(size()) * lanes, results = static_cast<std::size_t>(edges()) * lanes;
   if (x.size() != all || noise_rad_s.size() != results || tilt_rad.size() != results)
-    throw Error("posterior", format("%zu coordinates and room for %zu results", x.size(), noise_rad_s.size()),
+    throw Error("posterior", format("got %zu coordinates and space for %zu results", x.size(), noise_rad_s.size()),
                 format("give %zu and twice %zu", all, results));
   const Chains c = chains(x, {});
   noise_.synthesize(x.data(), work.velocity.data(), work.noise_work.data(), isa_);
@@ -22,7 +23,7 @@ void Density::perceive(std::span<const double> x, std::span<double> noise_rad_s,
   const auto lead = static_cast<std::size_t>(lead_steps_ / bin_steps_);
   for (std::size_t edge = 0; edge < static_cast<std::size_t>(edges()); ++edge) {
     const std::size_t bin = lead + edge;
-    // Without the damping of the transforms.
+    // Removes the damping of the transforms.
     const double begin_s = first_step_ * sim::integration_step_s + static_cast<double>(bin) * bin_s();
     const double undamp_s = bin_s() * decid::exp(damping_ * begin_s);
     for (std::size_t l = 0; l < lanes; ++l) {

@@ -12,10 +12,10 @@
 namespace decid::posterior {
 namespace {
 
-constexpr double latest_start_s = 1.0, max_gain = 0.9;  // so that the loop's turns are small
+constexpr double latest_start_s = 1.0, max_gain = 0.9;  // so that the loop's phase factors stay small
 constexpr double longest_standing_s = 60.0;
 constexpr double edge = 0.01, tiny_probability = 1e-6;
-constexpr double max_range_factor = 100.0;  // of a high end, over that of the table
+constexpr double max_range_factor = 100.0;  // of a range's upper end, relative to the table's
 
 }  // namespace
 
@@ -68,7 +68,7 @@ sim::ParameterTable ranges_of(const Priors& priors, const sim::ParameterTable& t
     if (info == all.end()) {
       std::string names;
       for (const sim::ParameterInfo& one : all) names += (names.empty() ? "" : ", ") + std::string(one.name);
-      throw Error("prior of " + prior.name, "is of a parameter that the model does not have", "name one of " + names);
+      throw Error("prior of " + prior.name, "names a parameter that the model does not have", "give one of " + names);
     }
     if (std::ranges::find(named, prior.name) != named.end())
       throw Error("prior of " + prior.name, "is given twice", "give it once");

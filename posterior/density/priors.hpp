@@ -23,40 +23,41 @@ struct ParameterPrior {
 };
 
 struct Priors {
-  double sensor_noise_deg = 0.02;   ///< white measurement noise: median of a log-normal distribution
-  double sensor_noise_factor = 20;  ///< two thirds of it lie within this factor of the median
-  double slow_ratio = 0.25;         ///< standard deviation of slow over white measurement noise: median, log-normal too
+  double sensor_noise_deg = 0.02;   ///< median of the white measurement noise, which is log-normal
+  double sensor_noise_factor = 20;  ///< two thirds of the distribution lie within this factor of the median
+  double slow_ratio = 0.25;         ///< sd of slow over white measurement noise: median, also log-normal
   double slow_ratio_factor = 10;
-  double start_s = 0.1;       ///< the recording starts so long after the protocol, uniform in +-, to 1; 0: known
-  double gain = 0.06;         ///< recorded over true sway is log-normal about 1 with this standard deviation of
-                              ///< the logarithm, to 0.9; 0: known
-  double drift_hz = 0.03;     ///< below this the white noise rises
-  double standing_s = 10.0;   ///< the body has stood and swayed so long before the protocol's start, to 60; 0: it
-                              ///< begins at rest
+  double start_s =
+      0.1;  ///< the recording starts up to this much before or after the protocol, uniform; at most 1; 0: at its start
+  double gain =
+      0.06;  ///< sd of the logarithm of recorded over true sway, which is log-normal about 1; at most 0.9; 0: known
+  double drift_hz = 0.03;  ///< the white noise rises below this
+  double standing_s =
+      10.0;  ///< the body has stood and swayed this long before the protocol's start; at most 60; 0: it begins at rest
   bool moved_before = false;  ///< the platform played the cycle's end before the protocol's start; else it rested
   std::vector<ParameterPrior> parameters = {};
 };
 
 /// A parameter as a function of a standard normal coordinate: the quantile of its prior.
 struct Quantile {
-  double low, range;            ///< where it may lie
+  double low, range;            ///< its range
   double mean = 0.0, sd = 0.0;  ///< sd 0: uniform
   double probability_low = 0.0,
          probability_range = 1.0;  ///< of the normal distribution: below low, and within the range
 
   double value(double x) const;
-  /// The derivative of value().
+  /// Returns the derivative of value().
   double slope(double x) const;
-  /// The coordinate of a value; one outside of the range, or within a hundredth of probability of its ends, has the
-  /// hundredth's.
+  /// Returns the coordinate of a value. Values outside of the range, or within a hundredth of probability of its ends,
+  /// have the hundredth's coordinate.
   double coordinate(double value) const;
 };
 
-/// Throws Error for priors out of their bounds.
+/// Returns the priors. Throws Error for priors out of their bounds.
 const Priors& checked(const Priors& priors);
-/// The table with the priors' ranges. Throws Error for a name that it does not have or that stands twice, a range that
-/// is empty, negative, not finite or ends above 100 times the table's end, or a normal prior that has less than a
-/// millionth of its probability in the range.
+/// Returns the table with the priors' ranges. Throws Error for an unknown or repeated name, and for a range that is
+/// empty, negative, not finite or ends above 100 times the table's end. Throws Error for a normal prior with less than
+/// a millionth of its probability in the range.
 sim::ParameterTable ranges_of(const Priors& priors, const sim::ParameterTable& table);
 /// Returns the quantile function of parameter `name`, which lies in [low, low + range].
 Quantile quantile_of(const Priors& priors, const std::string& name, double low, double range);

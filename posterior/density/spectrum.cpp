@@ -10,18 +10,18 @@
 namespace decid::posterior {
 namespace {
 
-// Wider than any recording's, so that they say nothing.
+// Wider than any recording's, so they have no influence.
 constexpr double offset_sd_rad = 10.0 * sim::rad_per_deg, line_sd_rad = 10.0 * sim::rad_per_deg;
 constexpr int max_fast_prime = 13;
 
 NoiseState state_of(NoiseWorkspace& work) {
-  return {work.coefficient.data(), work.precision.data(), work.share.data()};
+  return {work.coefficient.data(), work.precision.data(), work.slow_fraction.data()};
 }
 
 }  // namespace
 
-int NoiseSpectrum::fast_blocks(int most) {
-  int blocks = most - most % 2;
+int NoiseSpectrum::fast_blocks(int max_blocks) {
+  int blocks = max_blocks - max_blocks % 2;
   while (blocks > 2 && sim::max_prime_factor(blocks) > max_fast_prime) blocks -= 2;
   return blocks;
 }
@@ -30,7 +30,7 @@ NoiseSpectrum::NoiseSpectrum(int blocks, double block_s, double highest_hz, doub
     : fft_(blocks),
       offset_variance_(offset_sd_rad * offset_sd_rad * blocks),
       line_variance_(line_sd_rad * line_sd_rad) {
-  // Up to half of the coefficients: those are in the half of a real transform's bins that is kept.
+  // At most half of the coefficients: they are in the stored half of a real transform's bins.
   const double length_s = blocks * block_s;
   const int count = std::clamp(static_cast<int>(2.0 * length_s * highest_hz) + 1, 2, std::max(2, blocks / 2));
   for (int k = 0; k < count; ++k) {
@@ -38,7 +38,7 @@ NoiseSpectrum::NoiseSpectrum(int blocks, double block_s, double highest_hz, doub
     const double norm = std::sqrt((k == 0 ? 1.0 : 2.0) / blocks);
     turn_.push_back(norm * cos);
     turn_.push_back(-norm * sin);
-    // The inverse divides by the length, and each bin but the first stands for two.
+    // The inverse divides by the length, and each bin except the first represents two.
     const double of_inverse = k == 0 ? blocks : 0.5 * blocks;
     back_.push_back(of_inverse * norm * cos);
     back_.push_back(of_inverse * norm * sin);
@@ -62,7 +62,7 @@ NoiseWorkspace NoiseSpectrum::workspace() const {
   NoiseWorkspace work;
   const auto of = [](int count) { return static_cast<std::size_t>(count) * lanes; };
   work.spectrum.assign(of(2 * fft_.bins()), 0.0);
-  for (auto* values : {&work.coefficient, &work.precision, &work.share, &work.root, &work.line_row})
+  for (auto* values : {&work.coefficient, &work.precision, &work.slow_fraction, &work.root, &work.line_row})
     values->assign(of(rows()), 0.0);
   work.unfolded.assign(of(blocks()), 0.0);
   work.fft_work.assign(of(2 * fft_.work_length()), 0.0);
@@ -118,7 +118,7 @@ void NoiseSpectrum::begin_whitening(NoiseWorkspace& work) const {
     }
   }
   for (std::size_t l = 0; l < lanes; ++l) {
-    const double left = 1.0 / (line_variance_ * work.line_precision[l]);  // of 1 - |w|^2 / d
+    const double left = 1.0 / (line_variance_ * work.line_precision[l]);  // the remainder of 1 - |w|^2 / d
     const double square = work.line_precision[l] * (1.0 - left);
     work.line_shrinkage[l] = square > 0.0 ? (1.0 - std::sqrt(left)) / square : 0.0;
   }

@@ -1,11 +1,11 @@
-// Measurement noise by its spectrum, for `lanes` chains side by side: white noise, slow noise, an offset and a straight
-// line. The cosine transform (DCT-II, orthonormal) of M blocks of T seconds makes stationary noise independent from
-// coefficient to coefficient, each with the power that the spectrum has at its frequency k / (2 M T):
+// Measurement noise by its spectrum, for `lanes` chains in parallel: white noise, slow noise, an offset and a straight
+// line. The cosine transform (DCT-II, orthonormal) of M blocks of T seconds makes stationary noise independent between
+// coefficients. Each coefficient has the power of the spectrum at its frequency k / (2 M T):
 //
-//   P_k = white (1 + (drift / f_k)^2) + slow / (1 + (2 pi f_k memory)^2), and P_0 has the offset's prior besides.
+//   P_k = white (1 + (drift / f_k)^2) + slow / (1 + (2 pi f_k memory)^2), and P_0 also has the offset's prior.
 //
-// The straight line with its prior is a matrix of rank one more (Woodbury's identity). The transform is a real FFT of
-// the reordered blocks: Makhoul, IEEE Trans. Acoust. Speech Signal Process. 28, 1980.
+// The straight line with its prior adds a matrix of rank one (Woodbury's identity). The transform is a real FFT of the
+// reordered blocks: Makhoul, IEEE Trans. Acoust. Speech Signal Process. 28, 1980.
 #pragma once
 
 #include <array>
@@ -18,48 +18,48 @@
 
 namespace decid::posterior {
 
-/// A value a chain: variances of a block's mean in rad^2; the square of the slow noise's memory in s^2.
+/// One value per chain: variances of a block's mean in rad^2; the square of the slow noise's memory in s^2.
 struct NoiseLevels {
   std::array<double, lanes> white, slow, memory;
 };
 
-/// Serves one thread.
+/// Work space for one thread.
 struct NoiseWorkspace {
-  AlignedVector<double> spectrum, coefficient, precision, share, root, line_row, unfolded, fft_work;
-  std::array<double, lanes> line;            ///< the straight line's most probable rise from end to end, rad
-  std::array<double, lanes> line_precision;  ///< how well that is known, with the prior
+  AlignedVector<double> spectrum, coefficient, precision, slow_fraction, root, line_row, unfolded, fft_work;
+  std::array<double, lanes> line;            ///< the straight line's max_blocks probable rise from end to end, rad
+  std::array<double, lanes> line_precision;  ///< the precision of that rise, with the prior
   std::array<double, lanes> line_shrinkage;
 };
 
 class NoiseSpectrum {
  public:
-  /// blocks: a number without prime factors above 13 is fast. highest_hz: coefficients above are left out. drift_hz:
-  /// below it the white noise rises.
+  /// blocks: a number without prime factors above 13 is fast. highest_hz: coefficients above are ignored. drift_hz: the
+  /// white noise rises below it.
   NoiseSpectrum(int blocks, double block_s, double highest_hz, double drift_hz);
-  /// The largest number of blocks, up to `most`, that is fast.
-  static int fast_blocks(int most);
+  /// Returns the largest fast number of blocks, up to `max_blocks`.
+  static int fast_blocks(int max_blocks);
 
   int blocks() const noexcept { return fft_.length(); }
   int rows() const noexcept { return static_cast<int>(line_.size()); }
   double white(std::size_t row) const { return white_[row]; }
   NoiseWorkspace workspace() const;
 
-  // unfolded: a value a block and chain, reordered by Kernels::unfold; blocks() * lanes.
+  // unfolded: one value per block and chain, reordered by Kernels::unfold; blocks() * lanes.
 
-  /// Minus the logarithm of the residual's density, up to a constant. The functions below follow a call of this one.
+  /// Returns minus the logarithm of the residual's density, up to a constant. Call it before the functions below.
   std::array<double, lanes> misfit(const NoiseLevels& levels, std::span<const double> unfolded, NoiseWorkspace& work,
                                    Isa isa) const;
   struct LevelGradient {
     std::array<double, lanes> white, slow, memory;  ///< memory: by the logarithm of its square
   };
-  /// Derivatives of misfit() by the levels, and by the residual, unfolded.
+  /// Returns the derivatives of misfit() by the levels, and by the unfolded residual.
   LevelGradient gradient(const NoiseLevels& levels, std::span<double> by_unfolded, NoiseWorkspace& work, Isa isa) const;
   /// Prepares whiten().
   void begin_whitening(NoiseWorkspace& work) const;
-  /// A change of the blocks, unfolded, as rows() values a chain in work.coefficient: the products of two such columns
-  /// are those that the inverse covariance has.
+  /// Whitens a change of the unfolded blocks into work.coefficient, rows() values per chain. Products of two such
+  /// columns equal products with the inverse covariance.
   void whiten(std::span<const double> unfolded, NoiseWorkspace& work, Isa isa) const;
-  /// log p of each block of the residual given all others, for blocks in rad; blocks() values a chain.
+  /// Computes log p of each block of the residual given all others, for blocks in rad; blocks() values per chain.
   void leave_block_out(std::span<double> log_density, NoiseWorkspace& work, Isa isa) const;
 
  private:

@@ -1,4 +1,4 @@
-// Nv and theta by what passes: see dead_band_prior.hpp.
+// Coordinates for Nv and theta: see dead_band_prior.hpp.
 #include "posterior/frf/dead_band_prior.hpp"
 
 #include <algorithm>
@@ -10,7 +10,7 @@ namespace decid::frf {
 namespace {
 
 constexpr std::size_t side = 512;   // cells; blocks, and cells in each
-constexpr std::size_t nodes = 129;  // a side, where what passes is computed; it is straight between them
+constexpr std::size_t nodes = 129;  // per side, where the passing gain is computed; it is linear between them
 
 }  // namespace
 
@@ -62,7 +62,8 @@ DeadBandPrior::Point DeadBandPrior::at(double passing_rank, double nv_rank) cons
   const double rise = edges_[block + 1] - edges_[block];
   const double passing = edges_[block] + (place - static_cast<double>(block)) * rise;
   const Cell& cell = cells_[block * side + below(nv_rank * side)];
-  // Theta gives way, so that what passes depends on its rank alone. Where it cannot, hardly anything depends on it.
+  // Theta is adjusted, so that the passing gain depends only on its rank. Where that is impossible, hardly anything
+  // depends on it.
   const double max_shift = (max_theta_ - min_theta_) / 64;
   const double shift = cell.by_theta < 0.0 ? (passing - cell.passing) / cell.by_theta : 0.0;
   const double theta = cell.theta + std::clamp(shift, -max_shift, max_shift);

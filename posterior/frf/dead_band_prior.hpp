@@ -1,7 +1,7 @@
-// Nv and theta in coordinates that a frequency response tells apart. All that it shows of the two is how much passes
-// the dead band, hardly any of it which of them lets it pass: a ridge, thin and bent, that chains in Nv and theta
-// cannot walk along. Here one coordinate is what passes, by its rank in the prior, and the other Nv, by its rank among
-// those with which as much passes; both are uniform beforehand as Nv and theta are.
+// Coordinates for Nv and theta that a frequency response can distinguish. A response shows how much passes the dead
+// band, but hardly which of the two lets it pass: a thin, bent ridge that chains in Nv and theta cannot follow. One
+// coordinate is the passing gain's rank in the prior. The other is Nv's rank among points of equal gain. Both are
+// uniform under the prior, as Nv and theta are.
 #pragma once
 
 #include <functional>
@@ -15,23 +15,23 @@ class DeadBandPrior {
  public:
   struct Point {
     double nv, theta;
-    double by_rank;  ///< how fast what passes rises with its rank
+    double by_rank;  ///< derivative of the passing gain by its rank
   };
 
-  /// passes(nv, theta): how much does; Nv and theta are uniform in their ranges in `table`.
+  /// passes(nv, theta): returns the passing gain. Nv and theta are uniform in their ranges in `table`.
   DeadBandPrior(const sim::ParameterTable& table, const std::function<double(double nv, double theta)>& passes);
 
-  /// Ranks from 0 to 1: of what passes, and of Nv.
+  /// Returns the point at two ranks from 0 to 1: of the passing gain, and of Nv.
   Point at(double passing_rank, double nv_rank) const;
 
  private:
   struct Cell {
     double nv, theta;
-    double passing, by_theta;  // what passes, and how fast it rises with theta
+    double passing, by_theta;  // the passing gain, and its derivative by theta
   };
   double min_theta_, max_theta_;
-  std::vector<Cell> cells_;    // of a grid, in blocks by what passes, in each by Nv
-  std::vector<double> edges_;  // what passes between the blocks
+  std::vector<Cell> cells_;    // of a grid, in blocks by passing gain, in each by Nv
+  std::vector<double> edges_;  // passing gains between the blocks
 };
 
 }  // namespace decid::frf

@@ -41,8 +41,8 @@ Priors filled(Priors priors, const Table& table) {
   check(priors.error_factor > 1.0 && std::isfinite(priors.error_factor), "error_factor", priors.error_factor,
         "give a factor above 1");
   if (*priors.error == 0.0 && !table.has_confidence())
-    throw Error(table.file, "has no confidence, and its error was said to be 0",
-                "add a column of confidence, or give " + setting("prior_error") + " above 0");
+    throw Error(table.file, "has no confidence, and the prior error is 0",
+                "add a confidence column, or give " + setting("prior_error") + " above 0");
   return priors;
 }
 
@@ -53,7 +53,7 @@ Density::Density(const sim::Protocol& protocol, Table table, const Priors& prior
       priors_(filled(priors, table_)),
       ranges_(protocol.ranges()),
       model_(protocol, table_),
-      dead_band_(ranges_, [&](double nv, double theta) { return model_.passed_share(nv, theta); }) {}
+      dead_band_(ranges_, [&](double nv, double theta) { return model_.passing_gain(nv, theta); }) {}
 
 State Density::state(std::span<const double> x) const {
   State state;
@@ -117,7 +117,7 @@ void Density::evaluate(std::span<const double> x, Local& local) const {
     for (const auto& [quantity, derivative] : derivative_of)
       by[quantity] = here.gain * scale[quantity] * derived[row * ResponseModel::derivatives + derivative];
     by[gain] = scale[gain] * responses[row];
-    std::array<double, quantities> by_log{};  // of the variance
+    std::array<double, quantities> by_log{};  // by the logarithm of the variance
     for (std::size_t i = 0; i < quantities; ++i) by_log[i] = 2.0 * relative * precision * real_product(response, by[i]);
     by_log[error] = 2.0 * relative * precision * std::norm(response) * spread;
     const double excess = 1.0 - 0.5 * std::norm(rest) * precision;

@@ -16,17 +16,17 @@ namespace {
 using sim::Complex;
 
 constexpr double agreeing_rhat = 1.05, agreeing_draws = 100.0, unlikely = 0.01;
-// No controller of the model explains a table that is as far as that from all of them.
+// No controller of the model explains a table that is this far from all of them.
 constexpr double impossible = 1e-6, max_left = 0.2;
 constexpr std::size_t prior_draws = 4096;
-constexpr std::uint64_t of_prior = std::uint64_t{1} << 32;  // number of the walker whose random numbers these are
+constexpr std::uint64_t of_prior = std::uint64_t{1} << 32;  // the particle number of these random numbers
 
 double phase_deg(Complex response) {
   return decid::atan2(response.imag(), response.real()) / sim::rad_per_deg;
 }
 
-/// Deviations of the quantities beforehand, over stable loops.
-std::vector<double> deviations_of_prior(const Density& density, std::uint64_t seed) {
+/// Returns the standard deviations of the quantities under the prior, over stable loops.
+std::vector<double> prior_stddevs(const Density& density, std::uint64_t seed) {
   const Random random(seed, Stream::particles, of_prior);
   std::vector<std::vector<double>> values(Density::quantities);
   std::vector<double> x(Density::size());
@@ -61,19 +61,19 @@ double Fit::deviation(int quantity) const {
   return decid::stddev(draws_of(quantity));
 }
 
-double Fit::quantile(int quantity, double share) const {
-  return decid::quantile(draws_of(quantity), share);
+double Fit::quantile(int quantity, double probability) const {
+  return decid::quantile(draws_of(quantity), probability);
 }
 
 double Fit::correlation(int a, int b) const {
   return decid::correlation(draws_of(a), draws_of(b));
 }
 
-double Fit::told(int quantity) const {
-  const double before = prior_deviation(quantity);
+double Fit::contraction(int quantity) const {
+  const double before = prior_stddev(quantity);
   if (before == 0.0) return 0.0;
-  const double share = deviation(quantity) / before;
-  return std::max(0.0, 1.0 - share * share);
+  const double remaining = deviation(quantity) / before;
+  return std::max(0.0, 1.0 - remaining * remaining);
 }
 
 bool Fit::agreed() const {
@@ -128,10 +128,11 @@ bool Fit::explained() const {
 
 void Fit::warn(const Density& density) {
   if (left(density) > max_left && !(misfit_.p_value >= impossible))
-    add_invalid(warnings_, "no_controller",
-                format("no controller of this model explains the table: the nearest ones leave %.0f%% of the response "
-                       "(root mean square of the relative error), so their parameters are no answer",
-                       100.0 * left(density)));
+    add_invalid(
+        warnings_, "no_controller",
+        format("no controller of this model explains the table: the best ones leave %.0f%% of the response unexplained "
+               "(root mean square of the relative error), so do not use their parameters",
+               100.0 * left(density)));
   if (!agreed()) {
     const auto worst = std::ranges::max_element(rhat_);
     add_caution(warnings_, "chains_disagree",
@@ -146,7 +147,7 @@ void Fit::warn(const Density& density) {
             "the model does not explain the table: chi-square is %.3g at %d degrees of freedom by its %s (p = %.2g)%s",
             misfit_.chi_square, misfit_.degrees_of_freedom, density.table().confidence.c_str(), misfit_.p_value,
             *priors.error > 0.0
-                ? format("; the intervals take the rest, %.2g %% of the response, for errors of the table", percent)
+                ? format("; the intervals attribute the rest, %.2g %% of the response, to errors of the table", percent)
                       .c_str()
                 : "; the intervals are too narrow"));
   }
@@ -155,30 +156,30 @@ void Fit::warn(const Density& density) {
         warnings_, "response_unexplained",
         format(
             "the model leaves %.2g %% of the response unexplained, far more than the %.2g %% expected: the intervals "
-            "take it for errors of the table",
+            "attribute it to errors of the table",
             percent, 100.0 * *priors.error));
   }
 }
 
 Fit fit(const Density& density, const SmcSettings& settings) {
-  const SmcResult walks = walk(
+  const SmcResult result = sample_smc(
       Density::size(), Density::uniform(), [&](std::span<const double> x, Local& local) { density.evaluate(x, local); },
       settings);
   Fit found;
   found.chains_ = settings.chains;
   found.draws_.resize(Density::quantities);
   std::vector<State> states;
-  for (const std::vector<double>& chain : walks.chains) {
+  for (const std::vector<double>& chain : result.chains) {
     for (std::size_t at = 0; at < chain.size(); at += Density::size())
       states.push_back(density.state(std::span(chain).subspan(at, Density::size())));
   }
   for (int q = 0; q < Density::quantities; ++q)
     for (const State& state : states) found.draws_[static_cast<std::size_t>(q)].push_back(Density::value(state, q));
-  found.prior_deviations_ = deviations_of_prior(density, settings.seed);
-  found.rhat_ = walks.rhat;
-  found.effective_ = walks.effective;
-  found.acceptance_ = walks.acceptance;
-  found.evaluations_ = walks.evaluations;
+  found.prior_stddevs_ = prior_stddevs(density, settings.seed);
+  found.rhat_ = result.rhat;
+  found.effective_ = result.effective;
+  found.acceptance_ = result.acceptance;
+  found.evaluations_ = result.evaluations;
   found.predict(density, states);
   found.warn(density);
   return found;

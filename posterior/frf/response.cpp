@@ -22,12 +22,12 @@ namespace {
 using posterior::quotient;
 using sim::Complex;
 
-constexpr int velocity_levels = 64;     // straight lines between them
+constexpr int velocity_levels = 64;     // linear interpolation between them
 constexpr double level_in_use = 1e-9;   // of the cycle's intervals
-constexpr double each_harmonic = 1e12;  // bands a decade: no two harmonics in one
+constexpr double each_harmonic = 1e12;  // bands per decade: no two harmonics fraction one
 constexpr double min_deviation = 1e-12;
 
-/// Steady cycle of the platform's velocity, seen through its harmonics.
+/// The steady cycle of the platform's velocity, by its harmonics.
 class Cycle {
  public:
   explicit Cycle(const sim::Experiment& experiment) : cycle_s_(experiment.cycle_s()) {
@@ -54,7 +54,7 @@ class Cycle {
   double frequency_hz(std::size_t harmonic) const { return static_cast<double>(harmonics_[harmonic]) / cycle_s_; }
   std::size_t harmonics() const { return harmonics_.size(); }
 
-  /// The harmonic nearest to a frequency.
+  /// Returns the harmonic nearest to a frequency.
   std::size_t nearest(double frequency_hz) const {
     std::size_t best = 0;
     for (std::size_t i = 1; i < harmonics_.size(); ++i)
@@ -62,7 +62,7 @@ class Cycle {
     return best;
   }
 
-  /// Levels from 0 to the highest speed.
+  /// Returns levels from 0 to the highest speed.
   std::vector<double> levels_rad_s() const {
     double highest = 0.0;
     for (const double rate : rates_) highest = std::max(highest, std::abs(rate));
@@ -71,29 +71,29 @@ class Cycle {
     return levels;
   }
 
-  /// How the velocity's transform at a harmonic is made of an odd function of it, known at the levels and straight
-  /// between: the coefficient of each of them.
+  /// Returns the coefficient of each level in the velocity's transform at a harmonic, for an odd function that is
+  /// linear between the levels.
   std::vector<Complex> coefficients(std::size_t harmonic, const std::vector<double>& levels) const {
     std::vector<Complex> made(levels.size(), 0.0);
     const std::size_t count = rates_.size();
     const auto step = static_cast<std::size_t>(harmonics_[harmonic]) % count;
     for (std::size_t j = 0, place = 0; j < count; ++j, place = (place + step) % count) {
       if (rates_[j] == 0.0) continue;
-      const auto [below, share] = between(std::abs(rates_[j]), levels);
+      const auto [below, fraction] = between(std::abs(rates_[j]), levels);
       const Complex turn = rates_[j] < 0.0 ? -turns_[place] : turns_[place];
-      made[below] += (1.0 - share) * turn;
-      made[below + 1] += share * turn;
+      made[below] += (1.0 - fraction) * turn;
+      made[below + 1] += fraction * turn;
     }
     return made;
   }
 
-  /// How much of the cycle is at each level, whichever way; what is between two counts for both.
-  std::vector<double> shares(const std::vector<double>& levels) const {
+  /// Returns the fraction of the cycle at each speed level; a speed between two levels counts for both.
+  std::vector<double> fractions(const std::vector<double>& levels) const {
     std::vector<double> made(levels.size(), 0.0);
     for (const double rate : rates_) {
-      const auto [below, share] = between(std::abs(rate), levels);
-      made[below] += (1.0 - share) / static_cast<double>(rates_.size());
-      made[below + 1] += share / static_cast<double>(rates_.size());
+      const auto [below, fraction] = between(std::abs(rate), levels);
+      made[below] += (1.0 - fraction) / static_cast<double>(rates_.size());
+      made[below + 1] += fraction / static_cast<double>(rates_.size());
     }
     return made;
   }
@@ -101,7 +101,7 @@ class Cycle {
  private:
   struct Between {
     std::size_t below;
-    double share;  // of the level above
+    double fraction;  // of the level above
   };
   static Between between(double rate, const std::vector<double>& levels) {
     const double place = rate / levels.back() * velocity_levels;
@@ -110,7 +110,7 @@ class Cycle {
   }
 
   double cycle_s_;
-  std::vector<long long> harmonics_;  // excited ones, of the cycle
+  std::vector<long long> harmonics_;  // excited harmonics of the cycle
   std::vector<double> rates_;         // rad/s
   std::vector<Complex> turns_;        // exp(-2 pi i j / intervals)
 };
@@ -120,20 +120,20 @@ struct Neighbours {
   std::size_t first, last;
 };
 
-/// Those that a row of a table is the mean of or, if it does not say of how many, those beside it.
+/// Returns the harmonics that a row averages or, without their number, the harmonics next to it.
 Neighbours neighbours_of(const Cycle& cycle, const std::vector<double>& power, const Row& row,
                          const std::string& where) {
   const std::size_t nearest = cycle.nearest(row.frequency_hz);
   const double away_hz = std::abs(cycle.frequency_hz(nearest) - row.frequency_hz);
   if (away_hz > 1.001 / cycle.cycle_s())
     throw Error(where,
-                format("the stimulus has nothing at %g Hz; nearest to it is %.4g Hz", row.frequency_hz,
+                format("the stimulus has no power at %g Hz; its nearest frequency is %.4g Hz", row.frequency_hz,
                        cycle.frequency_hz(nearest)),
-                "give the protocol that was played with " + setting("protocol") + ", or leave such rows out");
+                "give the played protocol with " + setting("protocol") + ", or leave such rows out");
   const auto count = static_cast<std::size_t>(row.harmonics);
   if (count > cycle.harmonics())
-    throw Error(where, format("a row is the mean of %zu harmonics, the stimulus has %zu", count, cycle.harmonics()),
-                "give the protocol that was played with " + setting("protocol"));
+    throw Error(where, format("a row is the mean of %zu harmonics; the stimulus has %zu", count, cycle.harmonics()),
+                "give the played protocol with " + setting("protocol"));
   if (count == 0) {
     const bool is_below = cycle.frequency_hz(nearest) < row.frequency_hz;
     const std::size_t other =
@@ -178,8 +178,8 @@ ResponseModel::ResponseModel(const sim::Protocol& protocol, const Table& table)
     : protocol_(posterior::of_single_pendulum(protocol)), noise_rad_s_(sim::noise_velocity_deviation(protocol)) {
   const Cycle cycle(protocol.experiment);
   const std::vector<double> levels = cycle.levels_rad_s();
-  const std::vector<double> shares = cycle.shares(levels);
-  const auto used = [&](std::size_t l) { return l > 0 && shares[l] > level_in_use; };
+  const std::vector<double> fractions = cycle.fractions(levels);
+  const auto used = [&](std::size_t l) { return l > 0 && fractions[l] > level_in_use; };
   std::vector<std::vector<Complex>> coefficients;
   std::vector<Complex> platform;
   std::vector<double> power;  // of the tilt
@@ -191,7 +191,7 @@ ResponseModel::ResponseModel(const sim::Protocol& protocol, const Table& table)
     power.push_back(std::norm(quotient(sum, line_at(cycle.frequency_hz(i), 1.0).forward)));
   }
   for (std::size_t l = 0; l < levels.size(); ++l)
-    if (used(l)) levels_.push_back({levels[l], shares[l]});
+    if (used(l)) levels_.push_back({levels[l], fractions[l]});
   for (const Row& row : table.rows) {
     const auto [first, last] = neighbours_of(cycle, power, row, table.file);
     Band band;
@@ -212,8 +212,8 @@ ResponseModel::ResponseModel(const sim::Protocol& protocol, const Table& table)
 void ResponseModel::respond(const sim::Parameters& p, std::span<Complex> responses, std::span<Complex> derived) const {
   if (responses.size() != bands_.size() || (!derived.empty() && derived.size() != bands_.size() * derivatives))
     throw Error("frequency response",
-                format("room for %zu responses and %zu derivatives", responses.size(), derived.size()),
-                format("give room for %zu, and none or %zu", bands_.size(), bands_.size() * derivatives));
+                format("got space for %zu responses and %zu derivatives", responses.size(), derived.size()),
+                format("give space for %zu, and for none or %zu", bands_.size(), bands_.size() * derivatives));
   std::array<double, velocity_levels> passed;
   for (std::size_t l = 0; l < levels_.size(); ++l)
     passed[l] = mean_passed(levels_[l].rate_rad_s, p[sim::Nv] * noise_rad_s_, p[sim::Theta]);
@@ -244,10 +244,10 @@ void ResponseModel::respond(const sim::Parameters& p, std::span<Complex> respons
   }
 }
 
-double ResponseModel::passed_share(double nv, double theta) const {
+double ResponseModel::passing_gain(double nv, double theta) const {
   double passed = 0.0, all = 0.0;
   for (const Level& level : levels_) {
-    const double weight = level.share * level.rate_rad_s;
+    const double weight = level.fraction * level.rate_rad_s;
     passed += weight * mean_passed(level.rate_rad_s, nv * noise_rad_s_, theta);
     all += weight * level.rate_rad_s;
   }
@@ -255,9 +255,8 @@ double ResponseModel::passed_share(double nv, double theta) const {
 }
 
 bool ResponseModel::is_stable(const sim::Parameters& p) const {
-  // On the imaginary axis |J s^2 - k + Kd_pass s| = |2 (Kp + Kd s)| has one solution, s = i w, if it has any at all
-  // that counts: without delay the loop is stable, and the first delay that puts a root there makes it unstable for
-  // good.
+  // On the imaginary axis |J s^2 - k + Kd_pass s| = |2 (Kp + Kd s)| has at most one relevant solution, s = i w. The
+  // loop is stable without delay, and the first delay that puts a root there makes it permanently unstable.
   const sim::Body& body = protocol_.experiment.body;
   const double j = body.inertia_kgm2, lean = body.mgh() - p[sim::Kp_pass], kp = p[sim::Kp], kd = p[sim::Kd];
   const double kd_pass = p[sim::Kd_pass];

@@ -1,12 +1,12 @@
-// The frequency response that a controller has on average over its vestibular noise, at a table's frequencies: the
-// closed loop of the simulator's own 1 ms steps, its dead band replaced by what it passes of the stimulus.
+// The mean frequency response of a controller over its vestibular noise, at a table's frequencies: the closed loop of
+// the simulator's own 1 ms steps, with the dead band replaced by its mean output.
 //
 // The dead band acts on the platform's velocity r plus the noise's velocity n, Gaussian and independent of r, and has
-// no memory. So the mean of what passes is a function of r alone, at Nv, theta and the noise's standard deviation:
+// no memory. Its mean output is a function of r only, at Nv, theta and the noise's standard deviation d:
 //   m(r) = E f_theta(r + n) = d [G((r - theta) / d) - G((-r - theta) / d)],   G(u) = u Phi(u) + phi(u),
-// and behind it all is linear but for sin(a). Over the steady cycle its transform at the stimulus' harmonics, over that
-// of r, is the gain g: no approximation, unlike a describing function for a sine. A ternary sequence has one velocity
-// v, forth and back, so its g = m(v) / v at all frequencies. With s = d/dt of the steps, forwards and backwards,
+// and the rest is linear except sin(a). Over the steady cycle, the transform of m at the stimulus' harmonics over that
+// of r is the gain g. This is exact, unlike a describing function for a sine. A ternary sequence has one speed v in
+// both directions, so its g = m(v) / v at all frequencies. With s = d/dt of the steps, forwards and backwards,
 //   H = (Kp_pass + Kd_pass s_f + exp(-s delay) (Kp + Kd s_f) (1 - g)) /
 //       (J s_f s_b - m g h + Kp_pass + Kd_pass s_b + 2 exp(-s delay) (Kp + Kd s_b)).
 #pragma once
@@ -19,41 +19,41 @@
 
 namespace decid::frf {
 
-/// Immutable: one serves all threads.
+/// The model of a table's responses. Immutable: all threads may share it.
 class ResponseModel {
  public:
-  /// A row's frequency stands for itself, with the g of the harmonics beside it; where its harmonics are known, for so
-  /// many neighbouring ones, averaged as sim::FrequencyResponse does, of those the ones whose mean is nearest to it.
-  /// Throws Error if the protocol is not valid or of another body model than the single pendulum, if its stimulus has
-  /// no frequency response (sim::FrequencyResponse), for a frequency farther than 1 / cycle from each of the stimulus'
-  /// harmonics, and for more harmonics than it has.
+  /// A row without a number of harmonics uses its own frequency, with the g of the adjacent harmonics. A row of n
+  /// harmonics averages n neighbouring ones as sim::FrequencyResponse does, with the mean nearest to the row's
+  /// frequency. Throws Error if the protocol is invalid or has another body model than the single pendulum, and if its
+  /// stimulus has no frequency response (sim::FrequencyResponse). Throws Error for a frequency farther than 1 / cycle
+  /// from each of the stimulus' harmonics, and for more harmonics than the stimulus has.
   ResponseModel(const sim::Protocol& protocol, const Table& table);
 
   const sim::Protocol& protocol() const noexcept { return protocol_; }
   std::size_t rows() const noexcept { return bands_.size(); }
 
-  /// What a response is derived by, besides the parameters' own names: g is what passes the dead band.
+  /// The variables of derivatives; g is the passing gain.
   enum Derivative { by_kp, by_kd, by_kp_pass, by_kd_pass, by_delay, by_passed, derivatives };
 
-  /// The response at each row, and its derivatives where there is room for them: rows() values, and `derivatives` a
-  /// row. They mean something if the loop is stable.
+  /// Computes the response at each row, rows() values, and its derivatives, `derivatives` per row, if the span is not
+  /// empty. They are meaningful only if the loop is stable.
   void respond(const sim::Parameters& parameters, std::span<sim::Complex> responses,
                std::span<sim::Complex> derived = {}) const;
-  /// How much of the platform's velocity passes the dead band on average over the cycle, as its best multiple; the g of
-  /// a ternary sequence.
-  double passed_share(double nv, double theta) const;
-  /// Whether the closed loop is stable, theta and noise apart: by the one delay at which it oscillates.
+  /// Returns the mean gain of the dead band for the platform's velocity over the cycle, by least squares; the g of a
+  /// ternary sequence.
+  double passing_gain(double nv, double theta) const;
+  /// Returns whether the closed loop is stable without theta and noise, by the one delay at which it oscillates.
   bool is_stable(const sim::Parameters& parameters) const;
 
  private:
   struct Level {
-    double rate_rad_s, share;  // above 0; of the cycle's intervals
+    double rate_rad_s, fraction;  // above 0; of the cycle's intervals
   };
   struct Line {  // one frequency
     double frequency_hz, weight;
     sim::Complex forward, backward, body;  // s_f, s_b, J s_f s_b - m g h
   };
-  struct Band {  // a row's
+  struct Band {  // of a row
     std::vector<Line> lines;
     std::vector<sim::Complex> passing;  // g is the sum of these times m at the levels
   };
@@ -65,7 +65,8 @@ class ResponseModel {
   std::vector<Band> bands_;
 };
 
-/// What passes a dead band of threshold theta on average, of a signal and Gaussian noise of this standard deviation.
-double mean_passed(double signal, double deviation, double theta);
+/// Returns the mean output of a dead band of threshold theta, for a signal and Gaussian noise of this standard
+/// deviation.
+double mean_passed(double signal, double stddev, double theta);
 
 }  // namespace decid::frf

@@ -1,4 +1,4 @@
-// Walkers that jump by their place's information: see walkers.hpp.
+// Sequential Monte Carlo whose jumps use the local information: see smc.hpp.
 #include "posterior/frf/smc.hpp"
 
 #include <algorithm>
@@ -17,20 +17,20 @@ namespace {
 
 using posterior::triangle;
 
-constexpr int attempts = 1000;                   // at a possible draw from the prior
-constexpr double kept_share = 0.5;               // of the population's effective number, from one power to the next
+constexpr int attempts = 1000;                   // to draw a possible point from the prior
+constexpr double kept_fraction = 0.5;            // of the population's effective number, between powers
 constexpr int bisections = 50;                   // of the next power
-constexpr double shortest = 0.2, longest = 1.4;  // jumps, in standard deviations by the information
-// Jumps with drift decorrelate faster; those without it serve where the information misleads.
-constexpr double drifting = 0.75;    // share of the jumps
-constexpr double of_uniform = 12.0;  // one over the variance between 0 and 1
+constexpr double shortest = 0.2, longest = 1.4;  // jump lengths, in standard deviations by the information
+// Jumps with drift decorrelate faster; jumps without drift help where the information misleads.
+constexpr double drifting = 0.75;    // fraction of the jumps
+constexpr double of_uniform = 12.0;  // one over the variance of a uniform distribution between 0 and 1
 constexpr std::size_t max_coordinates = 28;
 constexpr std::uint64_t numbers_a_move = 32;  // random numbers
 
 void check(std::size_t size, const SmcSettings& settings) {
   const auto at_least = [](const char* setting, int value, int least) {
     if (value < least)
-      throw Error(std::string("walkers, ") + setting, "is " + std::to_string(value),
+      throw Error(std::string("particles, ") + setting, "is " + std::to_string(value),
                   "give " + std::to_string(least) + " or more");
   };
   at_least("population", settings.population, settings.chains);
@@ -40,10 +40,11 @@ void check(std::size_t size, const SmcSettings& settings) {
   at_least("thinning", settings.thinning, 1);
   at_least("min_draws", settings.min_draws, 4);
   at_least("max_draws", settings.max_draws, settings.min_draws);
-  if (size < 1 || size > max_coordinates) throw Error("walkers", std::to_string(size) + " coordinates", "give 1 to 28");
+  if (size < 1 || size > max_coordinates)
+    throw Error("particles", "got " + std::to_string(size) + " coordinates", "give 1 to 28");
 }
 
-/// A place, and what is known there of the density at a power of the likelihood.
+/// A point, and the density's values there at a power of the likelihood.
 struct Place {
   std::vector<double> x;
   Local local;
@@ -67,7 +68,7 @@ void look_around(Place& place, std::size_t uniform, double power) {
                                                                                           : is_normal ? 1.0
                                                                                                       : of_uniform);
   }
-  if (!posterior::factorize(size, place.factor)) {  // it is the information of nothing: jumps of the prior's size
+  if (!posterior::factorize(size, place.factor)) {  // no information: jumps of the prior's size
     std::fill(place.factor.begin(), place.factor.end(), 0.0);
     for (std::size_t i = 0; i < size; ++i) place.factor[triangle(i) + i] = 1.0;
   }
@@ -75,7 +76,7 @@ void look_around(Place& place, std::size_t uniform, double power) {
   for (std::size_t i = 0; i < size; ++i) place.log_determinant += decid::log(place.factor[triangle(i) + i]);
 }
 
-/// y becomes L^-1 y.
+/// Replaces y by L^-1 y.
 void solve_lower(std::size_t size, const std::vector<double>& factor, std::vector<double>& y) {
   for (std::size_t i = 0; i < size; ++i) {
     for (std::size_t k = 0; k < i; ++k) y[i] -= factor[triangle(i) + k] * y[k];
@@ -83,7 +84,7 @@ void solve_lower(std::size_t size, const std::vector<double>& factor, std::vecto
   }
 }
 
-/// y becomes L^-t y.
+/// Replaces y by L^-t y.
 void solve_upper(std::size_t size, const std::vector<double>& factor, std::vector<double>& y) {
   for (std::size_t i = size; i-- > 0;) {
     y[i] /= factor[triangle(i) + i];
@@ -96,8 +97,8 @@ struct Jump {
   double drift;  // length^2 / 2, or none
 };
 
-/// Where jumps from a place lead on average.
-std::vector<double> target_of(const Place& place, const Jump& jump) {
+/// Returns the mean target of jumps from a point.
+std::vector<double> jump_target(const Place& place, const Jump& jump) {
   std::vector<double> x = place.x;
   if (jump.drift == 0.0) return x;
   std::vector<double> step = place.gradient;
@@ -107,9 +108,9 @@ std::vector<double> target_of(const Place& place, const Jump& jump) {
   return x;
 }
 
-/// Logarithm of the density of a jump from one place to another, up to what both directions share.
+/// Returns the logarithm of the density of a jump, without the terms that both directions share.
 double log_density(const Place& from, const std::vector<double>& to, const Jump& jump) {
-  const std::vector<double> target = target_of(from, jump);
+  const std::vector<double> target = jump_target(from, jump);
   double squares = 0.0;
   for (std::size_t i = 0; i < to.size(); ++i) {  // of L^t (to - target)
     double sum = 0.0;
@@ -130,7 +131,7 @@ class Run {
 
   SmcResult operator()() {
     start();
-    for (double power = 0.0; power < 1.0; ++walks_.stages) {
+    for (double power = 0.0; power < 1.0; ++result_.stages) {
       const double next = next_power(power);
       resample(next - power);
       power = next;
@@ -138,17 +139,17 @@ class Run {
     }
     move_population(settings_.settling_transitions, 1.0);
     draw();
-    return std::move(walks_);
+    return std::move(result_);
   }
 
  private:
-  /// Random numbers of one walker; those of the chains that go on come behind those of the population.
-  Random random_of(std::size_t particle) const { return {settings_.seed, Stream::particles, particle}; }
+  /// Returns the random numbers of a particle; chains have numbers after the population's.
+  Random random_numbers(std::size_t particle) const { return {settings_.seed, Stream::particles, particle}; }
 
   void start() {
     parallel_for(settings_.population, [&](int i) {
       const auto particle = static_cast<std::size_t>(i);
-      const Random random = random_of(particle);
+      const Random random = random_numbers(particle);
       Place& place = population_[particle];
       place.x.resize(size_);
       place.local.gradient.resize(size_);
@@ -160,13 +161,13 @@ class Run {
         evaluate_(place.x, place.local);
         if (std::isfinite(place.local.misfit)) return;
       }
-      throw Error("walkers", "what the prior allows is impossible", "widen the prior");
+      throw Error("particles", "the likelihood is 0 at all draws from the prior", "widen the prior");
     });
     moved_ = attempts;
-    walks_.evaluations += settings_.population;
+    result_.evaluations += settings_.population;
   }
 
-  /// What a step of the power makes of the population's weights, the largest 1.
+  /// Returns the population's weights after a step of the power; the largest is 1.
   std::vector<double> weights(double step) const {
     double least = population_.front().local.misfit;
     for (const Place& place : population_) least = std::min(least, place.local.misfit);
@@ -184,31 +185,31 @@ class Run {
       }
       return sum * sum / squares / static_cast<double>(population_.size());
     };
-    if (effective_share(1.0 - power) >= kept_share) return 1.0;
+    if (effective_share(1.0 - power) >= kept_fraction) return 1.0;
     double low = 0.0, high = 1.0 - power;
     for (int i = 0; i < bisections; ++i) {
       const double middle = 0.5 * (low + high);
-      (effective_share(middle) >= kept_share ? low : high) = middle;
+      (effective_share(middle) >= kept_fraction ? low : high) = middle;
     }
     return power + high;
   }
 
-  /// Systematic: walkers stay in proportion to their weights.
+  /// Resamples systematically: particles stay in proportion to their weights.
   void resample(double step) {
     const std::vector<double> weight = weights(step);
     double total = 0.0;
     for (const double value : weight) total += value;
-    const Random random = random_of(population_.size() + static_cast<std::size_t>(settings_.chains));
-    const double place = random.uniform(static_cast<std::uint64_t>(walks_.stages));
+    const Random random = random_numbers(population_.size() + static_cast<std::size_t>(settings_.chains));
+    const double place = random.uniform(static_cast<std::uint64_t>(result_.stages));
     std::vector<Place> chosen;
     double sum = 0.0;
     for (std::size_t i = 0; i < population_.size(); ++i) {
       sum += weight[i];
-      const double share = sum / total * static_cast<double>(population_.size());
-      while (chosen.size() < population_.size() && place + static_cast<double>(chosen.size()) < share)
+      const double expected = sum / total * static_cast<double>(population_.size());
+      while (chosen.size() < population_.size() && place + static_cast<double>(chosen.size()) < expected)
         chosen.push_back(population_[i]);
     }
-    while (chosen.size() < population_.size()) chosen.push_back(population_.back());  // what rounding left
+    while (chosen.size() < population_.size()) chosen.push_back(population_.back());  // rounding may leave some out
     population_ = std::move(chosen);
   }
 
@@ -217,10 +218,11 @@ class Run {
       Place& place = population_[static_cast<std::size_t>(i)];
       look_around(place, uniform_, power);
       for (int move = 0; move < moves; ++move)
-        this->move(place, random_of(static_cast<std::size_t>(i)), moved_ + static_cast<std::uint64_t>(move), power);
+        this->move(place, random_numbers(static_cast<std::size_t>(i)), moved_ + static_cast<std::uint64_t>(move),
+                   power);
     });
     moved_ += static_cast<std::uint64_t>(moves);
-    walks_.evaluations += static_cast<long long>(moves) * settings_.population;
+    result_.evaluations += static_cast<long long>(moves) * settings_.population;
   }
 
   bool move(Place& place, const Random& random, std::uint64_t number, double power) const {
@@ -233,7 +235,7 @@ class Run {
     random.fill_normal(step, first);
     solve_upper(size_, place.factor, step);
     Place other;
-    other.x = target_of(place, jump);
+    other.x = jump_target(place, jump);
     for (std::size_t i = 0; i < size_; ++i) other.x[i] += length * step[i];
     const auto is_inside = [](double value) { return value > 0.0 && value < 1.0; };
     if (!std::all_of(other.x.begin(), other.x.begin() + static_cast<std::ptrdiff_t>(uniform_), is_inside)) return false;
@@ -253,19 +255,19 @@ class Run {
     const auto chains = static_cast<std::size_t>(settings_.chains);
     std::vector<Place> places;
     for (std::size_t c = 0; c < chains; ++c) places.push_back(population_[c * population_.size() / chains]);
-    walks_.chains.resize(chains);
+    result_.chains.resize(chains);
     std::vector<long long> accepted(chains, 0);
     int draws = 0;
     while (draws < settings_.max_draws) {
       const int more = std::min(std::max(settings_.min_draws, draws), settings_.max_draws - draws);
       parallel_for(settings_.chains, [&](int i) {
         const auto c = static_cast<std::size_t>(i);
-        const Random random = random_of(population_.size() + c);
+        const Random random = random_numbers(population_.size() + c);
         auto number = static_cast<std::uint64_t>(draws) * static_cast<std::uint64_t>(settings_.thinning);
         for (int kept = 0; kept < more; ++kept) {
           for (int move = 0; move < settings_.thinning; ++move)
             accepted[c] += this->move(places[c], random, number++, 1.0) ? 1 : 0;
-          walks_.chains[c].insert(walks_.chains[c].end(), places[c].x.begin(), places[c].x.end());
+          result_.chains[c].insert(result_.chains[c].end(), places[c].x.begin(), places[c].x.end());
         }
       });
       draws += more;
@@ -274,37 +276,37 @@ class Run {
     const long long moves = static_cast<long long>(draws) * settings_.thinning * settings_.chains;
     long long sum = 0;
     for (const long long count : accepted) sum += count;
-    walks_.acceptance = static_cast<double>(sum) / static_cast<double>(moves);
-    walks_.evaluations += moves;
+    result_.acceptance = static_cast<double>(sum) / static_cast<double>(moves);
+    result_.evaluations += moves;
   }
 
   bool enough(int draws) {
-    walks_.rhat.clear();
-    walks_.effective.clear();
+    result_.rhat.clear();
+    result_.effective.clear();
     for (std::size_t i = 0; i < size_; ++i) {
       posterior::ChainDraws values;
-      for (const std::vector<double>& chain : walks_.chains) {
+      for (const std::vector<double>& chain : result_.chains) {
         std::vector<double>& column = values.emplace_back();
         for (std::size_t k = 0; k < static_cast<std::size_t>(draws); ++k) column.push_back(chain[k * size_ + i]);
       }
-      walks_.rhat.push_back(posterior::rhat(values));
-      walks_.effective.push_back(posterior::effective_draws(values));
+      result_.rhat.push_back(posterior::rhat(values));
+      result_.effective.push_back(posterior::effective_draws(values));
     }
-    return std::ranges::all_of(walks_.rhat, [&](double value) { return value <= settings_.max_rhat; }) &&
-           std::ranges::all_of(walks_.effective, [&](double value) { return value >= settings_.effective_draws; });
+    return std::ranges::all_of(result_.rhat, [&](double value) { return value <= settings_.max_rhat; }) &&
+           std::ranges::all_of(result_.effective, [&](double value) { return value >= settings_.effective_draws; });
   }
 
   std::size_t size_, uniform_;
   const Evaluate& evaluate_;
   const SmcSettings& settings_;
   std::vector<Place> population_;
-  std::uint64_t moved_ = 0;  // moves of each of the population
-  SmcResult walks_;
+  std::uint64_t moved_ = 0;  // moves of each particle
+  SmcResult result_;
 };
 
 }  // namespace
 
-SmcResult walk(std::size_t size, std::size_t uniform, const Evaluate& evaluate, const SmcSettings& settings) {
+SmcResult sample_smc(std::size_t size, std::size_t uniform, const Evaluate& evaluate, const SmcSettings& settings) {
   check(size, settings);
   return Run(size, uniform, evaluate, settings)();
 }

@@ -18,10 +18,10 @@ namespace decid::frf {
 namespace {
 
 constexpr std::size_t max_harmonics = 1000, max_table_rows = 1000;
-constexpr double per_interval = 1.959963984540054;  // of a normal distribution, half its 95 % interval over its sd
-constexpr double per_circle = 2.447746830680816;    // sqrt(-2 log 0.05): of two, the radius that holds 95 %
+constexpr double per_interval = 1.959963984540054;  // of a normal distribution: half its 95 % interval over its sd
+constexpr double per_circle = 2.447746830680816;  // sqrt(-2 log 0.05), in two dimensions: the radius that contains 95 %
 
-/// A column, and its numbers.
+/// A column and its numbers.
 struct Column {
   std::string name;
   std::vector<double> values;
@@ -49,10 +49,10 @@ class Reader {
     throw Error(
         file_,
         "has no column called " + std::string(*names.begin()) + "; its columns are " + recording::list_of(table_, -1),
-        "name them frequency_hz, gain and phase_deg, or leave " + setting("frf") + " out if it is a recording");
+        "name them frequency_hz, gain and phase_deg, or leave " + setting("frf") + " out for a recording");
   }
 
-  /// Throws Error for the first value of which `right` is false.
+  /// Throws Error for the first value for which `right` is false.
   template <class Right>
   void check(const Column& column, const Right& right, const char* problem, const char* remedy) const {
     for (std::size_t i = 0; i < column.values.size(); ++i)
@@ -71,15 +71,16 @@ class Reader {
     Column made{name_of(column), table_.numbers(column)};
     if (!rows_) rows_ = made.values.size();
     if (made.values.size() != *rows_)
-      throw Error(file_,
-                  format("%s has %zu values, the frequencies %zu", made.name.c_str(), made.values.size(), *rows_),
-                  "give as many of each");
+      throw Error(
+          file_,
+          format("%s has %zu values, and there are %zu frequencies", made.name.c_str(), made.values.size(), *rows_),
+          "give equal numbers");
     return made;
   }
 
   const recording::Table& table_;
   std::string file_;
-  std::optional<std::size_t> rows_;  // of the column that was read first
+  std::optional<std::size_t> rows_;  // of the first column read
 };
 
 bool is_positive(double value) {
@@ -95,7 +96,7 @@ Column read_frequencies(Reader& reader) {
   for (std::size_t i = 1; i < column.values.size(); ++i) {
     const double here = column.values[i], before = column.values[i - 1];
     if (here == before)
-      throw Error(reader.file(), format("%s: %g Hz is there twice", reader.place(i).c_str(), here),
+      throw Error(reader.file(), format("%s: %g Hz is repeated", reader.place(i).c_str(), here),
                   "give each frequency once");
     if (here < before)
       throw Error(reader.file(), format("%s: %g Hz comes after %g Hz", reader.place(i).c_str(), here, before),
@@ -112,7 +113,7 @@ Column read_gains(Reader& reader) {
   return column;
 }
 
-/// In degrees.
+/// Returns the phases in degrees.
 Column read_phases(Reader& reader) {
   Column column = reader.need({"phase", "phases"});
   const std::optional<recording::Unit> unit = recording::unit_in(column.name);
@@ -122,8 +123,8 @@ Column read_phases(Reader& reader) {
   }
   const auto is_small = [](double value) { return std::abs(value) <= 2.0 * sim::pi; };
   if (std::ranges::all_of(column.values, is_small))
-    throw Error(reader.file(), "all phases are within 6.3 degrees: are they radians?",
-                "name the column phase_rad, with phases in radians");
+    throw Error(reader.file(), "has phases within 6.3 degrees only, which may be radians",
+                "name the column phase_rad if they are radians");
   return column;
 }
 
@@ -135,7 +136,7 @@ sim::Complex response_of(double gain, double phase_deg) {
 void read_harmonics(Reader& reader, Table& table) {
   const auto column = reader.find({"harmonics"});
   if (!column) return;
-  reader.check(*column, is_count, "is no number of harmonics", "give how many harmonics a row is the mean of");
+  reader.check(*column, is_count, "is not a number of harmonics", "give the number of harmonics that a row averages");
   for (std::size_t i = 0; i < table.rows.size(); ++i) table.rows[i].harmonics = static_cast<int>(column->values[i]);
 }
 
@@ -144,11 +145,11 @@ void take_coherence(const Reader& reader, const Column& coherence, const Column&
   reader.check(
       coherence, [](double value) { return value > 0.0 && value < 1.0; }, "is not between 0 and 1",
       "give the squared coherence");
-  reader.check(cycles, is_count, "is no number of cycles", "give how many cycles were averaged");
+  reader.check(cycles, is_count, "is not a number of cycles", "give the number of averaged cycles");
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const double averages = cycles.values[i] * std::max(1, table.rows[i].harmonics);
-    const double share = coherence.values[i];
-    table.rows[i].deviation = gains.values[i] * std::sqrt((1.0 - share) / (2.0 * share * averages));
+    const double squared = coherence.values[i];
+    table.rows[i].deviation = gains.values[i] * std::sqrt((1.0 - squared) / (2.0 * squared * averages));
   }
 }
 
@@ -159,14 +160,14 @@ void read_confidence(Reader& reader, const Column& gains, Table& table) {
   const auto circle = reader.find({"radius95", "radius_95", "radius"});
   const auto coherence = reader.find({"coherence"}), cycles = reader.find({"cycles"});
   if (coherence && !cycles)
-    throw Error(reader.file(), "has coherence but no column called cycles",
-                "add one that says how many cycles were averaged, or leave the coherence out");
+    throw Error(reader.file(), "has coherence, and no column called cycles",
+                "add a column with the number of averaged cycles, or leave the coherence out");
   std::vector<std::string> kinds;
   for (const auto* column : {&deviation, &interval, &circle, &coherence})
     if (*column) kinds.push_back((*column)->name);
   if (kinds.empty()) return;
   if (kinds.size() > 1)
-    throw Error(reader.file(), "has two kinds of confidence, " + kinds[0] + " and " + kinds[1], "leave one of them");
+    throw Error(reader.file(), "has two kinds of confidence, " + kinds[0] + " and " + kinds[1], "remove one of them");
   table.confidence = kinds.front();
   if (coherence) return take_coherence(reader, *coherence, *cycles, gains, table);
   const Column& given = deviation ? *deviation : interval ? *interval : *circle;

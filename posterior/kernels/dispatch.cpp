@@ -1,4 +1,4 @@
-// The kernels of an instruction set, and the plain ones: a lane at a time.
+// Selects the kernels of an instruction set; the plain kernels process one lane at a time.
 #include "base/kernels/table_of.hpp"
 #include "posterior/kernels/generic.hpp"
 

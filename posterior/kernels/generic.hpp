@@ -1,5 +1,5 @@
 // The kernels of the posterior density, written once on a vector type V (base/math/doubles.hpp) and compiled once per
-// instruction set. What each computes is in kernels.hpp.
+// instruction set. kernels.hpp documents them.
 #pragma once
 
 #include "base/math/doubles.hpp"
@@ -24,7 +24,7 @@ struct Value {
     V::store(p, re);
     V::store(p + lanes, im);
   }
-  /// The same number in all lanes.
+  /// Returns the same number in all lanes.
   [[gnu::always_inline]] static Value same(const double* number) { return {V::set(number[0]), V::set(number[1])}; }
   [[gnu::always_inline]] friend Value operator+(Value a, Value b) { return {a.re + b.re, a.im + b.im}; }
   [[gnu::always_inline]] friend Value operator-(Value a, Value b) { return {a.re - b.re, a.im - b.im}; }
@@ -32,11 +32,11 @@ struct Value {
     return {V::fma(a.re, b.re, -(a.im * b.im)), V::fma(a.re, b.im, a.im * b.re)};
   }
   [[gnu::always_inline]] friend Value operator*(Value a, D factor) { return {a.re * factor, a.im * factor}; }
-  /// a + b * factor.
+  /// Returns a + b * factor.
   [[gnu::always_inline]] static Value sum(Value a, Value b, D factor) {
     return {V::fma(b.re, factor, a.re), V::fma(b.im, factor, a.im)};
   }
-  /// Re(a b).
+  /// Returns Re(a b).
   [[gnu::always_inline]] static D real_product(Value a, Value b) { return V::fma(a.re, b.re, -(a.im * b.im)); }
 };
 
@@ -45,8 +45,8 @@ template <class V>
   return x - V::max(V::min(x, theta), -theta);
 }
 
-/// A velocity that runs from a to b: the mean of f_theta is (f(b)^2 - f(a)^2) / (2 (b - a)) = share (f(a) + f(b)) / 2
-/// with share = (f(b) - f(a)) / (b - a), what part of the bin lies outside of the dead band.
+/// A velocity runs from a to b. The mean of f_theta is (f(b)^2 - f(a)^2) / (2 (b - a)) = fraction (f(a) + f(b)) / 2
+/// with fraction = (f(b) - f(a)) / (b - a), the part of the bin outside of the dead band.
 template <class V>
 void dead_band(const DeadBandBins& bins, const DeadBandValues& values) {
   using D = typename V::D;
@@ -65,8 +65,8 @@ void dead_band(const DeadBandBins& bins, const DeadBandValues& values) {
       const auto flat = V::abs(run) < tiny;
       const D outside = (f_low == zero) ? zero : one;
       const D inverse = one / (flat ? one : run);
-      const D share = flat ? outside : (f_high - f_low) * inverse;
-      const D mean = half * (f_low + f_high) * share;
+      const D fraction = flat ? outside : (f_high - f_low) * inverse;
+      const D mean = half * (f_low + f_high) * fraction;
       const D by_low = flat ? half * outside : (mean - f_low) * inverse;
       const D by_high = flat ? half * outside : (f_high - mean) * inverse;
       const D sign = f_low < zero ? -one : one;
@@ -106,7 +106,8 @@ void refine_gradient(int count, const double* by_fine, double* by_coarse) {
   for (int v = 0; v < vectors<V>; ++v) {
     const double* in = by_fine + v * V::width;
     double* out = by_coarse + v * V::width;
-    // Of the point behind value i, what goes to a value beside it and to one farther away; nothing before and behind.
+    // The contributions of the point after value i to an adjacent value and to a farther one; zero before and after the
+    // range.
     const auto between = [in](std::ptrdiff_t i) { return V::load(in + (2 * i + 1) * lanes); };
     const auto inner = [count](std::ptrdiff_t i) { return i > 0 && i + 2 < count; };
     const auto beside = [&](std::ptrdiff_t i, D sum) {
@@ -187,7 +188,7 @@ void dead_band_gradient(const DeadBandBins& bins, const DeadBandValues& values, 
   }
 }
 
-/// With V the platform's velocity and F what passes the dead band, C = Kp sum + Kd, E = Kp + Kd rate:
+/// With V the platform's velocity and F the passed velocity, C = Kp sum + Kd, E = Kp + Kd rate:
 ///   sway = (delayed C (V - F) + (Kp_pass sum + Kd_pass) V + torque) / D,
 ///   D = body + Kp_pass + Kd_pass rate + 2 delayed E.
 template <class V>
@@ -257,7 +258,7 @@ void loop_gradient(const LoopConstants& constants, const LoopParameters& paramet
       const C platform = C::same(constants.platform + 2 * k), s = C::same(constants.s + 2 * k);
       const C delayed = C::load(state.delayed, k, v), sway = C::load(state.sway, k, v);
       const C error = platform - C::load(state.passed, k, v);
-      // All frequencies but 0 stand for two, above and below it.
+      // All frequencies except 0 represent two, above and below it.
       const D back = V::set(k == 0 ? 0.5 * constants.back : constants.back);
       C by_observed = C::load(gradient.by_observed, k, v);
       by_observed = {by_observed.re * back, -(by_observed.im * back)};
@@ -291,7 +292,7 @@ void turn(int count, const double* in, const double* factors, double* out) {
 }
 
 template <class V>
-void turn_back(int count, const double* in, const double* factors, double* out) {
+void add_conjugate_product(int count, const double* in, const double* factors, double* out) {
   for (std::ptrdiff_t i = 0; i < count; ++i) {
     for (int v = 0; v < vectors<V>; ++v) {
       const double* factor = factors + 2 * i;
@@ -313,7 +314,7 @@ void scale(int count, const double* in, const double* factors, double* out) {
   }
 }
 
-/// Where block m of `count` stands in the cosine transform's order.
+/// Returns the place of block m of `count` in the cosine transform's order.
 inline std::ptrdiff_t unfolded_place(std::ptrdiff_t m, std::ptrdiff_t count) {
   return m % 2 == 0 ? m / 2 : count - 1 - m / 2;
 }
@@ -342,7 +343,7 @@ template <class V>
 void noise_rows(const NoiseRows& rows, const NoiseVariances& variances, const double* spectrum, const NoiseState& state,
                 double* sums) {
   using D = typename V::D;
-  // So many powers, of rad^2, have a product that is a number: their logarithm is one.
+  // The product of this many powers, in rad^2, is representable, so one logarithm suffices.
   constexpr std::ptrdiff_t at_once = 16;
   const D one = V::set(1.0);
   for (int v = 0; v < vectors<V>; ++v) {
@@ -352,8 +353,8 @@ void noise_rows(const NoiseRows& rows, const NoiseVariances& variances, const do
     D squares = V::set(0.0), along = squares, of_line = squares, logarithm = squares, product = one;
     for (std::ptrdiff_t k = 0; k < rows.count; ++k) {
       const D value = Value<V>::real_product(Value<V>::load(spectrum, k, v), Value<V>::same(rows.turn + 2 * k));
-      const D share = one / V::fma(V::set(rows.square[k]), memory, one);
-      D power = V::fma(slow, share, white * V::set(rows.white[k]));
+      const D slow_fraction = one / V::fma(V::set(rows.square[k]), memory, one);
+      D power = V::fma(slow, slow_fraction, white * V::set(rows.white[k]));
       if (k == 0) power = power + V::set(rows.first);
       const D precision = one / power, line = V::set(rows.line[k]);
       const D weighed = value * precision;
@@ -368,7 +369,7 @@ void noise_rows(const NoiseRows& rows, const NoiseVariances& variances, const do
       const std::ptrdiff_t to = k * lanes + at;
       V::store(state.coefficient + to, value);
       V::store(state.precision + to, precision);
-      V::store(state.share + to, share);
+      V::store(state.slow_fraction + to, slow_fraction);
     }
     V::store(sums + at, squares);
     V::store(sums + lanes + at, along);
@@ -388,13 +389,13 @@ void noise_rows_gradient(const NoiseRows& rows, const NoiseVariances& variances,
     D by_white = V::set(0.0), by_slow = by_white, by_memory = by_white;
     for (std::ptrdiff_t k = 0; k < rows.count; ++k) {
       const std::ptrdiff_t from = k * lanes + at;
-      const D precision = V::load(state.precision + from), share = V::load(state.share + from);
+      const D precision = V::load(state.precision + from), slow_fraction = V::load(state.slow_fraction + from);
       const D line = V::set(rows.line[k]), error = V::fma(-line, height, V::load(state.coefficient + from));
       const D by_value = error * precision, line_weight = line * precision;
       const D by_power = half * (V::fma(-by_value, by_value, precision) - line_weight * (line_weight * variance));
       by_white = V::fma(by_power, V::set(rows.white[k]), by_white);
-      by_slow = V::fma(by_power, share, by_slow);
-      by_memory = V::fma(-by_power * slow, share * (one - share), by_memory);
+      by_slow = V::fma(by_power, slow_fraction, by_slow);
+      by_memory = V::fma(-by_power * slow, slow_fraction * (one - slow_fraction), by_memory);
       (Value<V>::same(rows.back + 2 * k) * by_value).store(spectrum, k, v);
     }
     V::store(sums + at, by_white);
@@ -457,7 +458,7 @@ constexpr Kernels kernel_table{.dead_band = dead_band<V>,
                                .loop_gradient = loop_gradient<V>,
                                .product = product<V>,
                                .turn = turn<V>,
-                               .turn_back = turn_back<V>,
+                               .add_conjugate_product = add_conjugate_product<V>,
                                .scale = scale<V>,
                                .unfold = unfold<V>,
                                .fold = fold<V>,

@@ -1,5 +1,5 @@
 // Vectors, triangles and products of columns, chain by chain, written once on a vector type V (base/math/doubles.hpp).
-// What each computes is in kernels.hpp.
+// kernels.hpp documents them.
 #pragma once
 
 #include "base/math/doubles.hpp"
@@ -11,7 +11,7 @@ namespace {
 template <class V>
 constexpr int vectors = lanes / V::width;
 
-/// Four rows at a time share what they load.
+/// Four rows at a time share their loads.
 template <class V>
 void lower_times(int size, const double* lower, const double* in, double* out) {
   using D = typename V::D;
@@ -47,7 +47,7 @@ void lower_times(int size, const double* lower, const double* in, double* out) {
   }
 }
 
-/// Rows from the last to the first are added to what comes out; four rows at a time.
+/// Adds rows from last to first to the output, four at a time.
 template <class V>
 void upper_times(int size, const double* lower, const double* in, double* out) {
   using D = typename V::D;
@@ -80,7 +80,7 @@ void upper_times(int size, const double* lower, const double* in, double* out) {
   }
 }
 
-/// Four rows at a time share what they load.
+/// Four rows at a time share their loads.
 template <class V>
 void add_matrix_times(int rows, int columns, const double* matrix, const double* in, double* out) {
   using D = typename V::D;
@@ -113,7 +113,7 @@ void add_matrix_times(int rows, int columns, const double* matrix, const double*
   }
 }
 
-/// Rows from the top; four rows at a time share the rows above that they read.
+/// Processes rows from the top; four rows at a time share the rows above.
 template <class V>
 void factorize(int size, double* matrix) {
   using D = typename V::D;
@@ -156,7 +156,7 @@ void factorize(int size, double* matrix) {
   }
 }
 
-/// Rows from the last: each is taken off what is left.
+/// Processes rows from the last: subtracts each from the remainder.
 template <class V>
 void solve_transposed(int size, const double* lower, double* x) {
   using D = typename V::D;
@@ -262,8 +262,8 @@ void squares(int size, const double* values, double* sums) {
   }
 }
 
-/// A block of 4 x 4 sums stays in registers while a strip of 4 and 4 columns passes by, which fit into the first cache;
-/// a strip of all columns fits into the second.
+/// Keeps a block of 4 x 4 sums in registers while a strip of 4 and 4 columns passes, which fits into the first-level
+/// cache. A strip of all columns fits into the second-level cache.
 template <class V>
 void add_products(int strips, int blocks, const double* columns, double* products) {
   using D = typename V::D;
@@ -297,8 +297,8 @@ void add_products(int strips, int blocks, const double* columns, double* product
   }
 }
 
-/// Rows first, ..., first + lanes - 1 of the Cholesky factor of a matrix, from the rows above, side by side in `panel`:
-/// value k of row first + l at [k * lanes + l]. False if a diagonal is not positive or not finite.
+/// Computes rows first, ..., first + lanes - 1 of the Cholesky factor of a matrix from the rows above, interleaved in
+/// `panel`: value k of row first + l at [k * lanes + l]. Returns false if a diagonal is not positive or not finite.
 template <class V>
 bool factorize_panel(std::ptrdiff_t first, std::ptrdiff_t last, const double* factor, double* panel) {
   using D = typename V::D;
@@ -349,7 +349,8 @@ bool factorize_panel(std::ptrdiff_t first, std::ptrdiff_t last, const double* fa
   return true;
 }
 
-/// The inverse of a factor in a square of rows that are `stride` apart, zeros right of the diagonal; then back.
+/// Computes the inverse of a factor in a square with rows `stride` apart and zeros right of the diagonal; then packs it
+/// again.
 template <class V>
 void invert_factor(std::ptrdiff_t size, std::ptrdiff_t stride, double* factor, double* inverse) {
   using D = typename V::D;

@@ -1,5 +1,5 @@
-// The posterior density's kernels of one instruction set, DECID_TARGET: compiled once for each with its flags (decid_kernels in
-// cmake/DecidTargets.cmake).
+// The posterior density's kernels of one instruction set, DECID_TARGET: compiled once for each with its flags
+// (decid_kernels in cmake/DecidTargets.cmake).
 #include "posterior/kernels/generic.hpp"
 
 namespace decid::posterior {

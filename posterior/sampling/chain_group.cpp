@@ -12,22 +12,23 @@ namespace {
 
 constexpr double min_noise_deg = 3.2e-3;  // in the mean of a block twice the model's own error
 
-// Chosen on trials of a seed that no figure is quoted for.
+// Chosen on trials of a seed that is used for no published figure.
 constexpr double lowering = 1.4, highest_noise_deg = 3.0;
 constexpr int annealing_leapfrog_steps = 30;
 constexpr int windows = 3, window_informations = 3, first_window_leapfrog_steps = 48, max_window_leapfrog_steps = 96;
 constexpr int settling_transitions = 12, min_leapfrog_steps = 16;
-constexpr double leapfrog_steps_per_width = 1.4;  // steps that cross the widest direction's deviation so often
+constexpr double leapfrog_steps_per_width =
+    1.4;  // steps that cross the standard deviation of the widest direction once
 constexpr double target_acceptance = 0.8;
 constexpr double stuck_nats = 25.0;
 constexpr double stranded_log_noise = 0.1;
 constexpr double first_slow_noise = 0.02;  // over the white noise of a block
 
-// Random numbers besides those of the groups' samplers.
+// Streams of random numbers in addition to the samplers'.
 constexpr std::uint64_t starting = std::uint64_t{1} << 32, restarting = std::uint64_t{2} << 32;
 constexpr std::uint64_t max_windows = 64;  // of a group
 
-/// Adds the mean over the chains, a tree of fixed shape.
+/// Adds the mean over the chains, by a tree of fixed shape.
 void add_mean(std::span<const double> matrices, std::span<double> mean) {
   for (std::size_t i = 0; i < mean.size(); ++i) {
     const double* p = matrices.data() + i * lanes;
@@ -72,7 +73,7 @@ void ChainGroup::place(std::span<const State> starts) {
   std::transform(noise.begin(), noise.end(), x.begin(), [](double normal) { return 0.01 * normal; });
 }
 
-/// What each chain leaves unexplained of the blocks, root mean square.
+/// Returns the root mean square of the blocks that each chain leaves unexplained.
 Sampler::Lanes ChainGroup::unexplained_deg() const {
   const auto size = static_cast<std::size_t>(density_.blocks()) * lanes;
   std::vector<double> sway(size), residual(size);
@@ -85,7 +86,7 @@ Sampler::Lanes ChainGroup::unexplained_deg() const {
   return found;
 }
 
-/// The sensor's noise that the annealing begins with: three times what the chains leave unexplained.
+/// Returns the measurement noise at which the annealing begins: three times the unexplained part.
 double ChainGroup::first_noise_deg() const {
   double squares = 0.0;
   for (const double deg : unexplained_deg()) squares += deg * deg / lanes;
@@ -135,7 +136,7 @@ void ChainGroup::warm_up(std::span<const State> starts, const Report& report) {
   }
 }
 
-/// last: of a round; the slow noise is held from here on.
+/// last: of a round; the slow noise is fixed from here.
 void ChainGroup::learn_in_window(int leapfrog_steps, bool last) {
   sampler_.begin_adapting(sampler_.middle_step());
   begin_window();
@@ -150,7 +151,7 @@ void ChainGroup::learn_in_window(int leapfrog_steps, bool last) {
   end_window();
 }
 
-/// The slow noise becomes the median of what the window's chains have on average: one of them may be elsewhere.
+/// Sets the slow noise to the median of the means of the window's chains: one of them may be elsewhere.
 void ChainGroup::hold_slow_noise() {
   const std::span<double> x = sampler_.coordinates();
   for (std::size_t global = 0; global < Density::globals; ++global) {
@@ -172,8 +173,8 @@ void ChainGroup::begin_window() {
   places_.clear();
 }
 
-/// After move 1, 2, ... of a window of so many: in the first third chains are on their way, then every move is a point
-/// of the chart's fit. Where the last moves of three parts of the window end, the information is asked for too.
+/// Learns from move 1, 2, ... of a window of `moves`. Chains travel in the first third; then every move is a point of
+/// the reparameterisation's fit. The last moves of three parts of the window also compute the information.
 void ChainGroup::learn(int move, int moves) {
   if (move > moves) return;
   const std::span<const double> x = sampler_.coordinates();
@@ -189,7 +190,7 @@ void ChainGroup::learn(int move, int moves) {
   if (informed) places_.emplace_back(x.begin(), x.end());
 }
 
-/// A chart and a metric from the window, and the length of transitions.
+/// Makes a reparameterisation and a metric from the window, and the length of transitions.
 void ChainGroup::end_window() {
   const std::size_t size = triangle(static_cast<std::size_t>(density_.size()));
   Sampler::Lanes log_mass{};
@@ -200,15 +201,15 @@ void ChainGroup::end_window() {
     fit_.add(places_[i], factors);
     add_log_mass(places_[i], factors, log_mass);
   }
-  const Reparameterisation chart = fit_.fit();
+  const Reparameterisation reparameterisation = fit_.fit();
   Reparameterisation::Workspace work;
   std::vector<double> metric(size, 0.0);
   for (std::size_t i = 0; i < places_.size(); ++i) {
-    chart.change_information(places_[i], informations[i], work, density_.isa());
+    reparameterisation.change_information(places_[i], informations[i], work, density_.isa());
     add_mean(informations[i], metric);
   }
   for (double& value : metric) value /= static_cast<double>(places_.size());
-  if (sampler_.set_metric(metric)) sampler_.set_chart(chart);
+  if (sampler_.set_metric(metric)) sampler_.set_reparameterisation(reparameterisation);
   for (double& sum : log_mass) sum = -sum / static_cast<double>(places_.size());
   restart(log_mass, stuck_nats);
   const double leapfrog_steps = leapfrog_steps_per_width * sampler_.widest(globals_) / sampler_.middle_step();
@@ -218,7 +219,7 @@ void ChainGroup::end_window() {
   ++windows_;
 }
 
-/// Chains that are worse than the best by more than the limit go on from where one of the others is.
+/// Moves chains that are worse than the best by more than the limit to the place of another chain.
 void ChainGroup::restart(const Sampler::Lanes& badness, double limit) {
   const double highest = *std::ranges::min_element(badness) + limit;
   std::vector<std::size_t> good;
@@ -235,8 +236,8 @@ void ChainGroup::restart(const Sampler::Lanes& badness, double limit) {
   }
 }
 
-/// The annealing's end: the measurement noise, which said nothing so far, becomes what each chain leaves unexplained;
-/// chains that explain less than others do are elsewhere.
+/// Ends the annealing: the measurement noise, fixed so far, becomes the part that each chain leaves unexplained. Chains
+/// that explain less than others are elsewhere.
 void ChainGroup::release_noise() {
   const double of_sensor = sim::rad_per_deg / density_.block_noise_rad(1.0);
   const Sampler::Lanes unexplained = unexplained_deg();
@@ -251,8 +252,8 @@ void ChainGroup::release_noise() {
   ++windows_;
 }
 
-/// Adds the logarithm of the probability about each chain's place, as Laplace has it: of a Gaussian with the density
-/// and the information there. From point to point it varies by the square root of half the dimensions, 12 nats.
+/// Adds Laplace's logarithm of the probability near each chain's place: that of a Gaussian with the local density and
+/// information. It varies between points by the square root of half the dimensions, 12 nats.
 void ChainGroup::add_log_mass(std::span<const double> x, std::span<const double> factors, Sampler::Lanes& log_mass) {
   const Sampler::Lanes potential = sampler_.potential(x);
   const auto size = static_cast<std::size_t>(density_.size());
@@ -300,7 +301,7 @@ void ChainGroup::draw(int count) {
   }
 }
 
-/// The points where the chains stand. Where those of a chain become too many, every other one goes.
+/// Keeps the chains' current points. If a chain has too many, every second one is dropped.
 void ChainGroup::keep() {
   const std::span<const double> x = sampler_.coordinates();
   for (std::size_t l = 0; l < lanes; ++l) {

@@ -1,4 +1,4 @@
-// `lanes` chains that warm up and draw together, with one chart and one metric. Not installed.
+// `lanes` chains that warm up and draw together, with one reparameterisation and one metric. Not installed.
 #pragma once
 
 #include <array>
@@ -15,24 +15,24 @@ namespace decid::posterior {
 
 class ChainGroup {
  public:
-  /// number: of the group, of settings.groups. Everything must outlive it; stopped: no transition begins once it is
+  /// number: of the group, of settings.groups. All arguments must outlive it; stopped: no transition begins once it is
   /// set.
   ChainGroup(const Density& density, const Observation& observation, const Settings& settings, int number,
              const std::atomic<bool>& stopped);
 
   using Report = std::function<void(const char* stage, double done)>;
-  /// From anywhere to where draws are worth something: see posterior.hpp. done: of the warming up.
+  /// Warms up from any start: see posterior.hpp. done: fraction of the warm-up.
   void warm_up(std::span<const State> starts, const Report& report);
-  /// Forgets what was drawn, and adapts the steps. last: nothing will be learned from the round.
+  /// Drops the draws, and adapts the steps. last: nothing will be learned from the round.
   void begin_round(bool last);
   void draw(int count);
-  /// The draws on trial become one more window of warming up.
+  /// Uses the trial draws as another window of the warm-up.
   void learn_from_round();
 
   const std::vector<State>& states(int chain) const { return states_[static_cast<std::size_t>(chain)]; }
   const std::vector<double>& energy(int chain) const { return energy_[static_cast<std::size_t>(chain)]; }
   int draws() const noexcept { return static_cast<int>(states_.front().size()); }
-  /// Draws apart() - 1, 2 apart() - 1, ... of a chain, all their coordinates.
+  /// Returns the draws apart() - 1, 2 apart() - 1, ... of a chain, with all coordinates.
   const std::vector<std::vector<double>>& points(int chain) const { return points_[static_cast<std::size_t>(chain)]; }
   int apart() const noexcept { return apart_; }
   double acceptance() const noexcept { return acceptance_; }
@@ -66,16 +66,16 @@ class ChainGroup {
   const std::uint64_t number_;
   const std::atomic<bool>& stopped_;
   Sampler sampler_;
-  int leapfrog_steps_ = 0;  // of a transition
+  int leapfrog_steps_ = 0;  // per transition
   int windows_ = 0;         // and annealings
   int restarts_ = 0;
 
-  // Of the window that runs.
+  // The current window:
   ReparameterisationFit fit_;
   std::vector<Globals> globals_;
   std::vector<AlignedVector<double>> places_;  // where the information is needed
 
-  // Of the round that runs.
+  // The current round:
   std::array<std::vector<State>, lanes> states_;
   std::array<std::vector<double>, lanes> energy_;
   std::array<std::vector<std::vector<double>>, lanes> points_;

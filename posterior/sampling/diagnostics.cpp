@@ -22,7 +22,7 @@ ChainDraws split(const ChainDraws& chains) {
   return halves;
 }
 
-/// Each value's normal score by its rank among all; equal values share the mean of their ranks.
+/// Returns each value's normal score by its rank among all; equal values share the mean of their ranks.
 ChainDraws normal_scores(const ChainDraws& chains) {
   std::vector<double> sorted;
   for (const std::vector<double>& chain : chains) sorted.insert(sorted.end(), chain.begin(), chain.end());

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t fewest_draws = 25;
 
-/// log(sum exp(values)).
+/// Returns log(sum exp(values)).
 double log_sum(std::span<const double> values) {
   const double largest = *std::ranges::max_element(values);
   double sum = 0.0;
@@ -27,8 +27,8 @@ double log_sum(std::span<const double> values) {
 struct GeneralizedPareto {
   double shape, scale;
 
-  double quantile(double share) const {
-    const double power = -decid::log(1.0 - share);
+  double quantile(double probability) const {
+    const double power = -decid::log(1.0 - probability);
     return std::abs(shape) < 1e-9 ? scale * power : scale * (decid::exp(shape * power) - 1.0) / shape;
   }
 };
@@ -39,8 +39,8 @@ double mean_log(double theta, std::span<const double> x) {
   return sum / static_cast<double>(x.size());
 }
 
-/// To x > 0, ascending. theta = -shape / scale is averaged over its profile likelihood; the shape is drawn towards 1/2
-/// as by ten more values.
+/// Fits to x > 0, ascending. Averages theta = -shape / scale over its profile likelihood; shrinks the shape towards
+/// 1/2, with the weight of ten values.
 GeneralizedPareto fit(std::span<const double> x) {
   const auto count = static_cast<double>(x.size());
   const double quarter = x[(2 * x.size() + 4) / 8 - 1];
@@ -59,8 +59,7 @@ GeneralizedPareto fit(std::span<const double> x) {
   return {(count * shape + 5.0) / (count + 10.0), -shape / middle};
 }
 
-/// The largest of the logarithms of weights become quantiles of the distribution that fits them, none above the
-/// largest. Returns its shape.
+/// Replaces the largest log weights by quantiles of the fitted distribution, limited to the largest. Returns its shape.
 double smooth(std::vector<double>& log_weights) {
   const double largest = *std::ranges::max_element(log_weights);
   for (double& weight : log_weights) weight -= largest;
@@ -73,11 +72,11 @@ double smooth(std::vector<double>& log_weights) {
   const double cut = decid::exp(log_weights[order[order.size() - tail - 1]]);
   std::vector<double> beyond;
   for (const std::size_t i : last) beyond.push_back(decid::exp(log_weights[i]) - cut);
-  if (!(beyond.front() > 1e-12 * beyond.back())) return 0.0;  // ties: there is nothing to fit
+  if (!(beyond.front() > 1e-12 * beyond.back())) return 0.0;  // ties: no tail to fit
   const GeneralizedPareto found = fit(beyond);
   for (std::size_t j = 0; j < tail; ++j) {
-    const double share = (static_cast<double>(j) + 0.5) / static_cast<double>(tail);
-    log_weights[last[j]] = std::min(0.0, decid::log(cut + found.quantile(share)));
+    const double probability = (static_cast<double>(j) + 0.5) / static_cast<double>(tail);
+    log_weights[last[j]] = std::min(0.0, decid::log(cut + found.quantile(probability)));
   }
   return found.shape;
 }
@@ -89,7 +88,7 @@ LeaveOneOut leave_one_out(std::span<const double> log_likelihood, int observatio
   const std::size_t draws = count > 0 ? log_likelihood.size() / count : 0;
   if (draws < fewest_draws || log_likelihood.size() != draws * count)
     throw Error("leave_one_out", format("%zu values for %d observations", log_likelihood.size(), observations),
-                format("give 2 observations or more, and %zu draws or more of each", fewest_draws));
+                format("give at least 2 observations, and at least %zu draws of each", fewest_draws));
   if (!std::ranges::all_of(log_likelihood, [](double value) { return std::isfinite(value); }))
     throw Error("leave_one_out", "has values that are not finite", "give logarithms of likelihoods");
   const double limit = std::min(1.0 - decid::log(10.0) / decid::log(static_cast<double>(draws)), 0.7);

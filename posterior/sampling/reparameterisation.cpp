@@ -1,4 +1,4 @@
-// Coordinates in which the posterior is nearly Gaussian: see chart.hpp.
+// Coordinates in which the posterior is nearly Gaussian: see reparameterisation.hpp.
 #include "posterior/sampling/reparameterisation.hpp"
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace decid::posterior {
 
-// The scaled value of a variable is its share of its range, less `middle`, over `scale`.
+// The scaled value of a variable is its fraction of its range, minus `middle`, over `scale`.
 void Reparameterisation::scale(std::span<const double> x, Workspace& work) const {
   work.z.resize(variables());
   work.slope.resize(variables());

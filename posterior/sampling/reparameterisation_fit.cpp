@@ -1,4 +1,4 @@
-// The fit of a Reparameterisation to points that chains visit: see chart.hpp.
+// The fit of a Reparameterisation to points that chains visit: see reparameterisation.hpp.
 #include <algorithm>
 #include <cmath>
 
@@ -10,16 +10,16 @@
 namespace decid::posterior {
 namespace {
 
-// Chosen on trials of a seed that no figure is quoted for.
-constexpr double value_weight = 0.1;  // of a point's noise, beside its slopes
-constexpr double min_scale = 1e-3;    // of a variable, in shares of its range
+// Chosen on trials of a seed that is used for no published figure.
+constexpr double value_weight = 0.1;  // of a point's noise, in addition to its slopes
+constexpr double min_scale = 1e-3;    // of a variable, as a fraction of its range
 constexpr double typical_density = 0.3;
-constexpr double shrinkage = 5e-3;  // of squares, a point with slopes; of widths, a point
+constexpr double shrinkage = 5e-3;  // of squares, per point with slopes; of widths, per point
 constexpr std::size_t fewest_points = 16;
 
 }  // namespace
 
-/// Rows of features with a target for each noise coefficient, all coefficients at once.
+/// Rows of features with a target for each noise coefficient; solves all coefficients at once.
 struct ReparameterisationFit::LeastSquares {
   LeastSquares(std::size_t feature_count, std::size_t target_count)
       : features(feature_count), groups((target_count + lanes - 1) / lanes), targets(target_count) {}
@@ -30,7 +30,8 @@ struct ReparameterisationFit::LeastSquares {
       right.push_back(k < targets ? target[k] * factor * root_weight : 0.0);
   }
 
-  /// A row a feature; empty if there is no solution. damping: added to the sum of squares of each feature.
+  /// Solves for one row per feature; returns nothing without a solution. damping: added to the sum of squares of each
+  /// feature.
   std::vector<double> solve(std::span<const double> damping, Isa isa) const {
     const std::size_t rows = matrix.size() / features;
     const Kernels& run = kernels(isa);
@@ -119,7 +120,7 @@ std::vector<const ReparameterisationFit::Point*> ReparameterisationFit::points()
   return all;
 }
 
-void ReparameterisationFit::scale(Reparameterisation& chart) const {
+void ReparameterisationFit::scale(Reparameterisation& fit) const {
   const std::vector<const Point*> all = points();
   const auto count = static_cast<double>(all.size());
   for (std::size_t a = 0; a < variable_.size(); ++a) {
@@ -129,18 +130,18 @@ void ReparameterisationFit::scale(Reparameterisation& chart) const {
       const double off = normal_distribution(point->variables[a]) - sum / count;
       squares = std::fma(off, off, squares);
     }
-    chart.middle_.push_back(sum / count);
-    chart.scale_.push_back(std::max(min_scale, std::sqrt(squares / count)));
+    fit.middle_.push_back(sum / count);
+    fit.scale_.push_back(std::max(min_scale, std::sqrt(squares / count)));
   }
 }
 
-ReparameterisationFit::LeastSquares ReparameterisationFit::shifts(const Reparameterisation& chart) const {
-  const std::size_t noises = chart.noises_, count = variable_.size();
-  LeastSquares squares(chart.features(), noises);
-  std::vector<double> z(count), row(chart.features());
+ReparameterisationFit::LeastSquares ReparameterisationFit::shifts(const Reparameterisation& fit) const {
+  const std::size_t noises = fit.noises_, count = variable_.size();
+  LeastSquares squares(fit.features(), noises);
+  std::vector<double> z(count), row(fit.features());
   for (const Point* point : points()) {
     for (std::size_t a = 0; a < count; ++a)
-      z[a] = (normal_distribution(point->variables[a]) - chart.middle_[a]) / chart.scale_[a];
+      z[a] = (normal_distribution(point->variables[a]) - fit.middle_[a]) / fit.scale_[a];
     row[0] = 1.0;
     std::copy(z.begin(), z.end(), row.begin() + 1);
     std::size_t feature = 1 + count;
@@ -149,8 +150,8 @@ ReparameterisationFit::LeastSquares ReparameterisationFit::shifts(const Reparame
     squares.add(row, point->noise, std::sqrt(value_weight));
     if (point->slopes.empty()) continue;
     for (std::size_t a = 0; a < count; ++a) {
-      // By the coordinate, times a width that makes the derivative about that by z.
-      const double width = chart.scale_[a] / typical_density;
+      // The derivative by the coordinate, times a width that makes it about the derivative by z.
+      const double width = fit.scale_[a] / typical_density;
       const double steepness = normal_density(point->variables[a]) / typical_density;
       std::fill(row.begin(), row.end(), 0.0);
       row[1 + a] = steepness;
@@ -164,14 +165,14 @@ ReparameterisationFit::LeastSquares ReparameterisationFit::shifts(const Reparame
   return squares;
 }
 
-ReparameterisationFit::LeastSquares ReparameterisationFit::log_widths(const Reparameterisation& chart) const {
+ReparameterisationFit::LeastSquares ReparameterisationFit::log_widths(const Reparameterisation& fit) const {
   const std::size_t count = variable_.size();
-  LeastSquares squares(1 + count, chart.noises_);
+  LeastSquares squares(1 + count, fit.noises_);
   std::vector<double> row(1 + count, 1.0);
   for (const Point* point : points()) {
     if (point->log_widths.empty()) continue;
     for (std::size_t a = 0; a < count; ++a)
-      row[1 + a] = (normal_distribution(point->variables[a]) - chart.middle_[a]) / chart.scale_[a];
+      row[1 + a] = (normal_distribution(point->variables[a]) - fit.middle_[a]) / fit.scale_[a];
     squares.add(row, point->log_widths, 1.0);
   }
   return squares;
@@ -181,29 +182,30 @@ Reparameterisation ReparameterisationFit::fit() const {
   const auto with_slopes = static_cast<std::size_t>(
       std::ranges::count_if(points(), [](const Point* point) { return !point->slopes.empty(); }));
   if (with_slopes < fewest_points) return {};
-  Reparameterisation chart;
+  Reparameterisation fit;
   const auto noises = static_cast<std::size_t>(density_.noise_size());
   const std::size_t count = variable_.size();
-  chart.noises_ = noises;
-  chart.variable_ = variable_;
-  scale(chart);
-  std::vector<double> damping(chart.features(), shrinkage * static_cast<double>(with_slopes));
+  fit.noises_ = noises;
+  fit.variable_ = variable_;
+  scale(fit);
+  std::vector<double> damping(fit.features(), shrinkage * static_cast<double>(with_slopes));
   std::fill_n(damping.begin(), 1 + count, 1e-9);
-  std::vector<double> shift = shifts(chart).solve(damping, density_.isa());
+  std::vector<double> shift = shifts(fit).solve(damping, density_.isa());
   const std::vector<double> width_damping(1 + count, shrinkage * static_cast<double>(with_slopes));
-  std::vector<double> width = log_widths(chart).solve(width_damping, density_.isa());
+  std::vector<double> width = log_widths(fit).solve(width_damping, density_.isa());
   if (shift.empty() || width.empty()) return {};
-  width.erase(width.begin(), width.begin() + static_cast<std::ptrdiff_t>(noises));  // the constant is the metric's
+  width.erase(width.begin(),
+              width.begin() + static_cast<std::ptrdiff_t>(noises));  // the constant belongs to the metric
   const auto transposed = [noises](const std::vector<double>& rows) {
     std::vector<double> columns(rows.size());
     for (std::size_t i = 0; i < rows.size(); ++i) columns[i % noises * (rows.size() / noises) + i / noises] = rows[i];
     return columns;
   };
-  chart.shift_by_coefficient_ = transposed(shift);
-  chart.width_by_coefficient_ = transposed(width);
-  chart.shift_by_feature_ = std::move(shift);
-  chart.width_by_variable_ = std::move(width);
-  return chart;
+  fit.shift_by_coefficient_ = transposed(shift);
+  fit.width_by_coefficient_ = transposed(width);
+  fit.shift_by_feature_ = std::move(shift);
+  fit.width_by_variable_ = std::move(width);
+  return fit;
 }
 
 }  // namespace decid::posterior

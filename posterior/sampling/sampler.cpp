@@ -82,8 +82,8 @@ double Sampler::middle_step() const {
   return sorted[lanes / 2];
 }
 
-// The covariance that the metric stands for is T^t T, T its inverse factor; that of the globals is of T's last rows,
-// which are the inverse factor of the globals alone. So points y = T^-t x are round where the metric is right.
+// The metric represents the covariance T^t T, with T its inverse factor. The covariance of the globals comes from T's
+// last rows, which are the inverse factor of the globals alone. Points y = T^-t x are round where the metric is right.
 double Sampler::widest(std::span<const std::array<double, Density::globals>> points) const {
   constexpr std::size_t count = Density::globals;
   using Vector = std::array<double, count>;
@@ -97,7 +97,7 @@ double Sampler::widest(std::span<const std::array<double, Density::globals>> poi
     for (std::size_t i = 0; i < count; ++i) mean[i] += point[i] / static_cast<double>(points.size());
   for (const Vector& point : points) {
     Vector y;
-    for (std::size_t i = count; i-- > 0;) {  // T^t y = x, from the last row
+    for (std::size_t i = count; i-- > 0;) {  // solves T^t y = x, from the last row
       double value = Density::is_held(i) ? 0.0 : point[i] - mean[i];
       for (std::size_t k = i + 1; k < count; ++k) value = std::fma(-lower(k, i), y[k], value);
       y[i] = value / lower(i, i);
@@ -127,19 +127,19 @@ void Sampler::clear_held(std::span<double> values) const {
   if (holds_) std::ranges::fill(values.last(std::size_t{Density::held} * lanes), 0.0);
 }
 
-// At y_, coordinates of the chart; x_ follows.
+// Evaluates at y_, coordinates of the reparameterisation; sets x_.
 void Sampler::evaluate() {
   Lanes log_volume;
-  chart_.to_density(y_, x_, log_volume, chart_work_, density_.isa());
+  reparameterisation_.to_density(y_, x_, log_volume, reparameterisation_work_, density_.isa());
   density_.evaluate(observation_, x_, gradient_, potential_, work_, fixed_noise_deg_);
-  chart_.pull_back(y_, gradient_, chart_work_, density_.isa());
+  reparameterisation_.pull_back(y_, gradient_, reparameterisation_work_, density_.isa());
   for (std::size_t l = 0; l < lanes; ++l) potential_[l] -= log_volume[l];
   clear_held(gradient_);
   kernels(density_.isa()).lower_times(static_cast<int>(size_), metric_.data(), gradient_.data(), force_.data());
   ++leapfrog_steps_;
 }
 
-// In coordinates that the metric makes round: x = T^t y for its inverse factor T, so the force is T gradient.
+// Moves in coordinates that the metric makes round: x = T^t y for its inverse factor T, so the force is T gradient.
 void Sampler::move(int leapfrog_steps) {
   const Kernels& run = kernels(density_.isa());
   random_.fill_normal(momentum_, drawn_);
@@ -153,7 +153,7 @@ void Sampler::move(int leapfrog_steps) {
   }
   drawn_ += 2 * lanes;
   start_ = x_;
-  chart_.from_density(x_, y_, chart_work_, density_.isa());
+  reparameterisation_.from_density(x_, y_, reparameterisation_work_, density_.isa());
   evaluate();
   const Lanes before = potential_;
   Lanes squares;

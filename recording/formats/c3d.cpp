@@ -1,4 +1,4 @@
-// C3D files: see c3d.hpp. Where header and parameters contradict each other about where numbers lie, nothing is read.
+// C3D files: see c3d.hpp. The reader refuses files whose header and parameters disagree on where numbers lie.
 #include "recording/formats/c3d.hpp"
 
 #include <algorithm>
@@ -17,34 +17,34 @@ namespace decid::recording {
 namespace {
 
 constexpr char format_key = '\x50';
-/// Where the header has what: 16-bit words, counted in bytes.
+/// Byte offsets of the header's 16-bit words.
 constexpr std::size_t points_at = 2, analog_at = 4, first_frame_at = 6, last_frame_at = 8, scale_at = 12, data_at = 16,
                       samples_at = 18, rate_at = 20;
 constexpr std::size_t max_c3d_columns = 10'000;
-constexpr std::uint16_t max_short_frames = 65535;  ///< what 16 bits count
+constexpr std::uint16_t max_short_frames = 65535;  ///< the largest 16-bit count
 
-/// The byte behind the section's second one: how many blocks it has, then the processor.
+/// Reads the byte after the parameter section's block count: the processor.
 C3dBytes open_file(std::string_view bytes, const std::string& where) {
   if (bytes.size() < c3d_block_bytes || bytes[1] != format_key || bytes[0] == 0)
     throw Error(where, "is not a C3D file, or is damaged", "export it again from the motion capture program");
   const C3dBytes raw(bytes, C3dBytes::Processor::intel, where);
   const unsigned processor = raw.byte((raw.byte(0) - 1U) * c3d_block_bytes + 3);
   if (processor < 84 || processor > 86)
-    refuse_damaged_c3d(where, "its parameters are of processor " + std::to_string(processor) +
+    refuse_damaged_c3d(where, "its parameters have the processor code " + std::to_string(processor) +
                                   ", not 84 (Intel), 85 (DEC) or 86 (MIPS)");
   return {bytes, static_cast<C3dBytes::Processor>(processor), where};
 }
 
-/// A count of the parameters, which has to be the header's.
+/// Returns a count of the parameters. Throws Error unless it equals the header's.
 std::size_t agreed(const C3dParameters& parameters, const std::string& name, std::size_t in_header,
                    const std::string& where) {
   const double count = parameters.count(name, static_cast<double>(in_header));
   if (count != static_cast<double>(in_header))
-    refuse_damaged_c3d(where, name + " is not the header's " + std::to_string(in_header));
+    refuse_damaged_c3d(where, name + " differs from the header's " + std::to_string(in_header));
   return in_header;
 }
 
-/// The words of a 32-bit frame number.
+/// Returns a 32-bit frame number from its two words.
 std::optional<double> frame_number(const C3dParameters& parameters, const std::string& name) {
   const std::vector<double> words = parameters.numbers(name);
   double number = 0.0, unit = 1.0;
@@ -59,7 +59,7 @@ std::string column_name(const std::string& name, const std::string& unit) {
   return unit.empty() ? name : name + " (" + unit + ")";
 }
 
-/// Takes the subject's name off labels, if they name one subject at most.
+/// Removes the subject's name from labels, if they name at most one subject.
 void remove_subject(std::vector<std::string>& labels) {
   std::optional<std::string> subject;
   for (const std::string& label : labels) {
@@ -73,7 +73,8 @@ void remove_subject(std::vector<std::string>& labels) {
     if (label.starts_with(*subject + ":")) label.erase(0, subject->size() + 1);
 }
 
-/// Units of the points that are no positions: angles, forces, ... by their labels, with and without the subject's name.
+/// Returns the units of points that are not positions (angles, forces, ...) by their labels, with and without the
+/// subject's name.
 std::map<std::string, std::string> units_of_kinds(const C3dParameters& parameters) {
   std::map<std::string, std::string> units;
   for (const auto& [kind, unit] : {std::pair{"ANGLES", "ANGLE_UNITS"},
@@ -93,14 +94,14 @@ std::map<std::string, std::string> units_of_kinds(const C3dParameters& parameter
 }  // namespace
 
 bool is_c3d(std::string_view bytes, std::string_view end) {
-  // The first byte says where the parameters are; text starts with a digit or a letter.
+  // The first byte gives the block of the parameters; text starts with a digit or a letter.
   return end == ".c3d" || (bytes.size() >= c3d_block_bytes && bytes[1] == format_key && bytes[0] >= 1 && bytes[0] <= 8);
 }
 
 C3dTable::C3dTable(std::string bytes, std::string where)
     : bytes_(std::move(bytes)), where_(std::move(where)), file_(open_file(bytes_, where_)) {
   const std::size_t section = (file_.byte(0) - 1U) * c3d_block_bytes, block = file_.word(data_at);
-  if (block == 0) refuse_damaged_c3d(where_, "the header does not say where its data are");
+  if (block == 0) refuse_damaged_c3d(where_, "its header has no block number of the data");
   data_ = (block - 1) * c3d_block_bytes;
   const C3dParameters parameters(data_ > section ? file_.first(std::min(data_, file_.size())) : file_, section);
   read_layout(parameters);
@@ -117,30 +118,30 @@ void C3dTable::read_layout(const C3dParameters& parameters) {
     samples_ = std::max<std::size_t>(samples, 1);
     channels_ = analog / samples_;
     if (channels_ * samples_ != analog)
-      refuse_damaged_c3d(where_, std::to_string(analog) + " analog values a frame are no multiple of " +
-                                     std::to_string(samples_) + " samples a channel");
+      refuse_damaged_c3d(where_, std::to_string(analog) + " analog values per frame are not a multiple of " +
+                                     std::to_string(samples_) + " samples per channel");
     agreed(parameters, "ANALOG:USED", channels_, where_);
   }
   if (points_ + channels_ == 0)
-    throw Error(where_, "is a C3D file without points and analog channels", "name a file that holds the trial");
+    throw Error(where_, "is a C3D file without points and analog channels", "give a file that holds the trial");
   if (3 * points_ + channels_ > max_c3d_columns)
-    throw Error(where_, "has " + std::to_string(3 * points_ + channels_) + " columns", "at most 10,000 can be read");
+    throw Error(where_, "has " + std::to_string(3 * points_ + channels_) + " columns", "give a file of at most 10,000");
   scale_ = parameters.number("POINT:SCALE", file_.real(scale_at));
   is_real_ = scale_ < 0.0;
   if (!is_real_ && points_ > 0 && !(scale_ > 0.0 && std::isfinite(scale_)))
-    refuse_damaged_c3d(where_, "POINT:SCALE is no scale of its integers");
+    refuse_damaged_c3d(where_, "POINT:SCALE is not a scale for its integers");
   if (is_real_ != (file_.real(scale_at) < 0.0))
-    refuse_damaged_c3d(where_, "its data are reals by POINT:SCALE or by its header, and integers by the other");
+    refuse_damaged_c3d(where_, "POINT:SCALE and the header disagree on whether its data are integers or reals");
   is_unsigned_ = parameters.text("ANALOG:FORMAT") == "UNSIGNED";
   const std::size_t section = (file_.byte(0) - 1U) * c3d_block_bytes, end = section > data_ ? section : file_.size();
   const std::size_t there = end - std::min(data_, end);
   frames_ = count_frames(parameters, there);
   if (frames_ > there / frame_bytes())
-    refuse_damaged_c3d(where_, "of its " + std::to_string(frames_) + " frames " +
-                                   std::to_string(there / frame_bytes()) + " are there");
+    refuse_damaged_c3d(where_, "it should have " + std::to_string(frames_) + " frames and has " +
+                                   std::to_string(there / frame_bytes()));
   look_for_more_frames(there);
   rows_ = points_ > 0 ? frames_ : frames_ * samples_;
-  if (rows_ > max_rows) throw Error(where_, "has more than 10 million rows", "cut it to the trial to be identified");
+  if (rows_ > max_rows) throw Error(where_, "has more than 10 million rows", "cut it to one trial");
 }
 
 std::size_t C3dTable::count_frames(const C3dParameters& parameters, std::size_t data_bytes) const {
@@ -155,17 +156,16 @@ std::size_t C3dTable::count_frames(const C3dParameters& parameters, std::size_t 
   if (begin && end) add(*end - *begin + 1.0);
   if (parameters.find("POINT:LONG_FRAMES") != nullptr) add(parameters.number("POINT:LONG_FRAMES", 0.0));
   if (stated != double{max_short_frames} || counts.empty()) add(stated);
-  // If the counts differ, keep the one whose frames end in the last block of the file.
+  // If the counts differ, keep the count whose frames end in the last block of the file.
   if (counts.size() > 1)
     std::erase_if(counts, [&](double count) {
       const double used = count * static_cast<double>(frame_bytes());
       return !(used <= static_cast<double>(data_bytes) &&
                used + static_cast<double>(c3d_block_bytes) > static_cast<double>(data_bytes));
     });
-  if (counts.size() != 1)
-    refuse_damaged_c3d(where_, "its counts of frames contradict each other, and none fills its data");
+  if (counts.size() != 1) refuse_damaged_c3d(where_, "its frame counts contradict each other, and none fills its data");
   if (!(counts[0] >= 1.0 && counts[0] < 4294967296.0 && counts[0] == std::floor(counts[0])))
-    refuse_damaged_c3d(where_, "it has no count of frames");
+    refuse_damaged_c3d(where_, "it has no frame count");
   return static_cast<std::size_t>(counts[0]);
 }
 
@@ -181,9 +181,9 @@ void C3dTable::look_for_more_frames(std::size_t data_bytes) {
   if (frames_ == max_short_frames)
     frames_ = stored;
   else
-    add_caution(
-        warnings_, "frames_left_out",
-        "by its counts " + std::to_string(frames_) + " frames are read; " + std::to_string(stored) + " are stored");
+    add_caution(warnings_, "frames_left_out",
+                "decid read " + std::to_string(frames_) + " frames, the file's count; the file stores " +
+                    std::to_string(stored));
 }
 
 void C3dTable::name_points(const C3dParameters& parameters) {
@@ -224,15 +224,15 @@ void C3dTable::name_channels(const C3dParameters& parameters) {
   }
 }
 
-/// Rates of the rows. The header's counts where the parameters have none.
+/// Reads the sample rates of the rows. The header's counts serve where the parameters have none.
 void C3dTable::read_rates(const C3dParameters& parameters) {
   const double samples = static_cast<double>(samples_), point = parameters.number("POINT:RATE", 0.0),
                analog = channels_ > 0 ? parameters.number("ANALOG:RATE", 0.0) : 0.0;
   const double rows_a_frame = points_ > 0 ? 1.0 : samples;
   if (point != 0.0) rates_.push_back({point * rows_a_frame, "POINT:RATE", true});
-  const std::string share =
-      points_ > 0 && samples_ > 1 ? " over its " + std::to_string(samples_) + " samples a frame" : "";
-  if (analog != 0.0) rates_.push_back({analog * rows_a_frame / samples, "ANALOG:RATE" + share, true});
+  const std::string per_frame =
+      points_ > 0 && samples_ > 1 ? " over its " + std::to_string(samples_) + " samples per frame" : "";
+  if (analog != 0.0) rates_.push_back({analog * rows_a_frame / samples, "ANALOG:RATE" + per_frame, true});
   if (rates_.empty()) rates_.push_back({file_.real(rate_at) * rows_a_frame, "the header", true});
 }
 
@@ -243,7 +243,7 @@ bool C3dTable::is_faster(int column) const {
 std::string C3dTable::change_of(int column) const {
   if (!is_faster(column)) return {};
   return names_[static_cast<std::size_t>(column)] + " has " + std::to_string(samples_) +
-         " samples a frame: it is brought to the points' rate";
+         " samples per frame: decid resampled it to the points' rate";
 }
 
 std::string C3dTable::place_of(std::size_t row) const {
@@ -257,15 +257,15 @@ std::vector<double> C3dTable::coordinates(std::size_t point, std::size_t axis) c
     const auto value = [&](std::size_t k) {
       return is_real_ ? file_.real(at + k * value_bytes()) : scale_ * file_.integer(at + k * value_bytes());
     };
-    values[frame] = value(3) < 0.0 ? std::numeric_limits<double>::quiet_NaN() : value(axis);  // its residual
+    values[frame] = value(3) < 0.0 ? std::numeric_limits<double>::quiet_NaN()
+                                   : value(axis);  // a negative residual marks a missing point
   }
   return values;
 }
 
 std::vector<double> C3dTable::samples(std::size_t channel) const {
   if (frames_ * samples_ > max_rows)
-    throw Error(where_, names_[3 * points_ + channel] + " has more than 10 million samples",
-                "cut it to the trial to be identified");
+    throw Error(where_, names_[3 * points_ + channel] + " has more than 10 million samples", "cut it to one trial");
   std::vector<double> values;
   values.reserve(frames_ * samples_);
   for (std::size_t frame = 0; frame < frames_; ++frame) {

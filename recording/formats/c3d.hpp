@@ -1,4 +1,4 @@
-// C3D files of motion capture as tables. The format is that of c3d.org's manual.
+// C3D files of motion capture as tables. Format: the manual of c3d.org.
 // Not installed.
 #pragma once
 
@@ -15,18 +15,22 @@ namespace decid::recording {
 /// Returns true for the first bytes of a C3D file. `end`: the file's extension in lower case.
 bool is_c3d(std::string_view bytes, std::string_view end);
 
-/// Three columns a point, "LASI_x (mm)", "LASI_y (mm)", "LASI_z (mm)", in the laboratory's axes, then one an analog
-/// channel, "Tilt (deg)". Units are the file's: POINT:UNITS, or ANGLE_UNITS and the like for what POINT:ANGLES and the
-/// like list, and ANALOG:UNITS. A subject's name before the labels ("Ann:LASI") is left out if all that have one have
-/// the same. What has no label is called by its number: "point 3_x", "analog 2". A row is a frame: analog channels that
-/// are sampled faster are brought to the points' rate by a low-pass without delay (resample.hpp). In a file without
-/// points a row is an analog sample. A negative residual is a missing value (NaN). No column is taken for the time.
-/// Counts of 65,535 frames, as far as 16 bits go, stand for all that are stored; where other counts leave out frames, a
-/// caution says so.
+/// A C3D file as a table. Each point has three columns, "LASI_x (mm)", "LASI_y (mm)" and "LASI_z (mm)", in the
+/// laboratory's axes; one column per analog channel follows, "Tilt (deg)".
+/// - Units are the file's: POINT:UNITS or ANALOG:UNITS. Labels that POINT:ANGLES and similar parameters list have
+/// ANGLE_UNITS and so on.
+/// - A subject's name before the labels ("Ann:LASI") is removed if all labels with a subject have the same one.
+/// - Columns without a label are named by their number: "point 3_x", "analog 2".
+/// - A row is a frame. Analog channels sampled faster are resampled to the points' rate without delay (resample.hpp).
+/// In a file without points a row is an analog sample.
+/// - A negative residual is a missing value (NaN). No column is the time.
+/// - A count of 65,535 frames, the most that 16 bits hold, stands for all stored frames. If other counts leave out
+/// frames, the table has a caution.
 class C3dTable final : public Table {
  public:
-  /// bytes: the whole file. Throws Error for bytes that are not of a C3D file or end too early, counts that contradict
-  /// each other, more than 10 million rows or 10,000 columns, and a file without points and analog channels.
+  /// Reads a file from all of its bytes. Throws Error for bytes that are not a C3D file or end too early, and for
+  /// contradicting counts. Throws Error for more than 10 million rows or 10,000 columns, and for a file without points
+  /// and analog channels.
   C3dTable(std::string bytes, std::string where);
 
   std::size_t rows(int) const override { return rows_; }
@@ -43,7 +47,7 @@ class C3dTable final : public Table {
  private:
   void read_layout(const C3dParameters& parameters);
   std::size_t count_frames(const C3dParameters& parameters, std::size_t data_bytes) const;
-  /// Frames behind the last one that is counted, but for the padding of a block.
+  /// Looks for frames after the last one counted, apart from the padding of a block.
   void look_for_more_frames(std::size_t data_bytes);
   void name_points(const C3dParameters& parameters);
   void name_channels(const C3dParameters& parameters);
@@ -58,11 +62,11 @@ class C3dTable final : public Table {
   C3dBytes file_;
   bool is_real_ = false, is_unsigned_ = false;
   std::size_t points_ = 0, channels_ = 0;
-  std::size_t samples_ = 1;  ///< of a channel in a frame
-  std::size_t data_ = 0;     ///< the first frame's first byte
+  std::size_t samples_ = 1;  ///< per channel and frame
+  std::size_t data_ = 0;     ///< offset of the first frame
   std::size_t frames_ = 0, rows_ = 0, first_frame_ = 1;
   double scale_ = 1.0;                   ///< of integer coordinates
-  std::vector<double> gains_, offsets_;  ///< of the channels
+  std::vector<double> gains_, offsets_;  ///< per channel
   std::vector<std::string> names_;
   std::vector<StatedRate> rates_;
   Warnings warnings_;

@@ -1,5 +1,5 @@
-// Parameters of C3D files: see c3d_parameters.hpp. The format is that of c3d.org's manual. A file may claim anything:
-// every record is checked against the bytes that are there.
+// Parameters of C3D files: see c3d_parameters.hpp. A file may claim anything, so every record is checked against the
+// bytes present. Format: the manual of c3d.org.
 #include "recording/formats/c3d_parameters.hpp"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::size_t section_header_bytes = 4;
 
-/// DEC's F_floating: a sign, an exponent from 128, and a mantissa of 0.1 binary and above.
+/// Returns the value of DEC's F_floating: a sign, an exponent biased by 128, and a mantissa of at least 0.1 binary.
 double dec_real(std::uint32_t bits) {
   const std::uint32_t exponent = (bits >> 23U) & 0xFFU;
   const bool negative = (bits >> 31U) != 0;
@@ -34,7 +34,7 @@ std::string capitals(std::string_view text) {
   return result;
 }
 
-/// A text without what fills it up: nulls and blanks.
+/// Returns a text without its padding of nulls and blanks.
 std::string plain_text(std::string_view text, const std::string& where) {
   text = text.substr(0, text.find('\0'));
   const auto is_blank = [](char c) { return static_cast<unsigned char>(c) <= ' '; };
@@ -43,13 +43,13 @@ std::string plain_text(std::string_view text, const std::string& where) {
   return to_utf8(std::string(text), where);
 }
 
-/// A parameter's values, from its type's byte on. `end`: the first byte behind them.
+/// Reads a parameter's values, beginning at its type byte. `end`: the first byte after them.
 C3dParameter read_parameter(const C3dBytes& bytes, std::size_t at, std::size_t& end) {
   const int type = bytes.signed_byte(at);
   const std::size_t dimensions = bytes.byte(at + 1), size = type < 0 ? 1 : static_cast<std::size_t>(type);
   at += 2;
   if (type != -1 && type != 1 && type != 2 && type != 4)
-    refuse_damaged_c3d(bytes.where(), "a parameter is of type " + std::to_string(type));
+    refuse_damaged_c3d(bytes.where(), "a parameter has the unknown type " + std::to_string(type));
   std::size_t values = 1, length = 1;
   for (std::size_t d = 0; d < dimensions; ++d) {
     const std::size_t extent = bytes.byte(at++);
@@ -79,7 +79,7 @@ void refuse_damaged_c3d(const std::string& where, const std::string& what) {
 
 std::string_view C3dBytes::text(std::size_t at, std::size_t count) const {
   if (at > bytes_.size() || count > bytes_.size() - at)
-    refuse_damaged_c3d(*where_, "it ends at byte " + std::to_string(bytes_.size()) + ", within what it should hold");
+    refuse_damaged_c3d(*where_, "it ends at byte " + std::to_string(bytes_.size()) + ", before its content does");
   return bytes_.substr(at, count);
 }
 
@@ -103,10 +103,10 @@ C3dParameters::C3dParameters(const C3dBytes& bytes, std::size_t begin) {
     C3dParameter parameter;
   };
   std::map<int, std::string> groups;
-  std::vector<Found> found;  // A group may be named behind its parameters.
-  // A record: the name's length, its group, the name, how far the next record is from here, and what it holds.
+  std::vector<Found> found;  // The file may name a group after its parameters.
+  // A record holds the name's length, its group, the name, the distance to the next record, and the content.
   for (std::size_t at = begin + section_header_bytes; at + 2 <= bytes.size();) {
-    const auto length = static_cast<std::size_t>(std::abs(bytes.signed_byte(at)));  // locked: < 0
+    const auto length = static_cast<std::size_t>(std::abs(bytes.signed_byte(at)));  // negative: locked
     const int group = bytes.signed_byte(at + 1);
     if (length == 0 || group == 0) break;
     const std::string name = capitals(bytes.text(at + 2, length));
@@ -120,7 +120,7 @@ C3dParameters::C3dParameters(const C3dBytes& bytes, std::size_t begin) {
       found.push_back({group, name, std::move(parameter)});
     }
     if (next == 0) break;
-    if (at + next < end) refuse_damaged_c3d(bytes.where(), "the parameter " + name + " reaches into the next one");
+    if (at + next < end) refuse_damaged_c3d(bytes.where(), "the parameter " + name + " overlaps the next one");
     at += next;
   }
   for (Found& one : found) {

@@ -1,4 +1,4 @@
-// The parameter section of C3D files, and numbers as the three processors of the format write them. Not installed.
+// The parameter section of C3D files, and number formats of the format's three processors. Not installed.
 #pragma once
 
 #include <cstddef>
@@ -10,15 +10,15 @@
 
 namespace decid::recording {
 
-/// The size of a block, the unit in which a C3D file states where its parameters and data begin.
+/// The size of a block in bytes, the unit of a C3D file's offsets.
 inline constexpr std::size_t c3d_block_bytes = 512;
 
-/// Bytes of a C3D file with its processor's order and reals. Every read throws Error beyond the last byte.
+/// Bytes of a C3D file with its processor's byte order and reals. Every read throws Error beyond the last byte.
 class C3dBytes {
  public:
   enum class Processor : std::uint8_t { intel = 84, dec = 85, mips = 86 };
 
-  /// `where` names the file and must outlive the bytes, as what they are a view of.
+  /// `where` names the file. It and the viewed bytes must outlive this object.
   C3dBytes(std::string_view bytes, Processor processor, const std::string& where)
       : bytes_(bytes), processor_(processor), where_(&where) {}
 
@@ -30,9 +30,9 @@ class C3dBytes {
   std::uint8_t byte(std::size_t at) const { return static_cast<std::uint8_t>(text(at, 1)[0]); }
   int signed_byte(std::size_t at) const { return byte(at) < 128 ? byte(at) : byte(at) - 256; }
   std::uint16_t word(std::size_t at) const;
-  /// A word as a signed number.
+  /// Returns a word as a signed number.
   std::int16_t integer(std::size_t at) const { return static_cast<std::int16_t>(word(at)); }
-  /// Four bytes: IEEE 754, or DEC's F_floating, whose reserved operand becomes NaN.
+  /// Returns a real from four bytes: IEEE 754, or DEC's F_floating, whose reserved operand becomes NaN.
   double real(std::size_t at) const;
 
  private:
@@ -41,29 +41,29 @@ class C3dBytes {
   const std::string* where_;
 };
 
-/// Throws the Error of a file that is not complete. `what`: a sentence's end.
+/// Throws the Error for a damaged file. `what`: the end of its sentence.
 [[noreturn]] void refuse_damaged_c3d(const std::string& where, const std::string& what);
 
 struct C3dParameter {
-  std::vector<double> numbers;     ///< of bytes, integers (signed) and reals
-  std::vector<std::string> texts;  ///< of characters: UTF-8, without the blanks that fill them
+  std::vector<double> numbers;     ///< from bytes, signed integers and reals
+  std::vector<std::string> texts;  ///< from characters: UTF-8, without padding blanks
 };
 
-/// Parameters by group and name, in capitals: "POINT:LABELS".
+/// The parameters of a file by group and name, in capitals: "POINT:LABELS".
 class C3dParameters {
  public:
-  /// Reads the section that begins at byte `begin`. Throws Error for a record that reaches beyond the last byte.
+  /// Reads the section that begins at byte `begin`. Throws Error for a record that extends beyond the last byte.
   C3dParameters(const C3dBytes& bytes, std::size_t begin);
 
-  /// nullptr if there is none.
+  /// Returns nullptr if the file has no such parameter.
   const C3dParameter* find(const std::string& name) const;
-  /// The first number, or `otherwise` if there is none.
+  /// Returns the first number, or `otherwise` without one.
   double number(const std::string& name, double otherwise) const;
-  /// The first number as a count. A negative integer stands for the unsigned one of its bits.
+  /// Returns the first number as a count. A negative integer stands for the unsigned integer of its bits.
   double count(const std::string& name, double otherwise) const;
-  /// The first text, or nothing.
+  /// Returns the first text, empty without one.
   std::string text(const std::string& name) const;
-  /// All numbers, or texts, of a parameter and of its continuations: SCALE, SCALE2, SCALE3, ...
+  /// Returns all numbers, or texts, of a parameter and of its continuations: SCALE, SCALE2, SCALE3, ...
   std::vector<double> numbers(const std::string& name) const;
   std::vector<std::string> texts(const std::string& name) const;
 

@@ -1,5 +1,5 @@
-// A process for untrusted work: see child.hpp. Its answer comes through a pipe, behind its length, so that half an
-// answer is none, and nothing depends on an exit code that whoever waits for all children may have taken.
+// A child process for untrusted work: see child.hpp. The answer comes through a pipe after its length, so an incomplete
+// answer is rejected. Exit codes are not used, because a parent that waits for all its children may have taken them.
 #include "recording/formats/child.hpp"
 
 #include <fcntl.h>
@@ -31,7 +31,7 @@ extern "C" void __gcov_dump(void);
 namespace decid::recording {
 namespace {
 
-/// The process's address space.
+/// Returns the size of the process's address space.
 std::size_t address_bytes() {
   unsigned long long pages = 0;
   if (std::FILE* file = std::fopen("/proc/self/statm", "re")) {
@@ -41,10 +41,10 @@ std::size_t address_bytes() {
   return static_cast<std::size_t>(pages) * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
 }
 
-void limit(int resource, std::size_t most) {
+void limit(int resource, std::size_t max) {
   rlimit now{};
   if (::getrlimit(static_cast<__rlimit_resource>(resource), &now) != 0) return;
-  now.rlim_cur = now.rlim_max = now.rlim_max < most ? now.rlim_max : most;
+  now.rlim_cur = now.rlim_max = now.rlim_max < max ? now.rlim_max : max;
   ::setrlimit(static_cast<__rlimit_resource>(resource), &now);
 }
 
@@ -66,7 +66,8 @@ bool write_whole(int descriptor, const char* from, std::size_t bytes) {
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_CPU, seconds);
 #ifndef DECID_COVERAGE
-  limit(RLIMIT_FSIZE, 0);  // it answers through a pipe and writes no file, but for counters of what tests run
+  limit(RLIMIT_FSIZE,
+        0);  // the child answers through a pipe and writes no files, except the counters of coverage builds
 #endif
 #ifndef DECID_SHADOW_MEMORY
   limit(RLIMIT_AS, max_bytes);
@@ -83,7 +84,7 @@ bool write_whole(int descriptor, const char* from, std::size_t bytes) {
     const std::uint64_t length = text.size();
     if (write_whole(answer, reinterpret_cast<const char*>(&length), sizeof length))
       write_whole(answer, text.data(), text.size());
-  } catch (...) {  // no answer is the answer
+  } catch (...) {  // an exception gives no answer
   }
 #ifdef DECID_COVERAGE
   __gcov_dump();
@@ -91,8 +92,9 @@ bool write_whole(int descriptor, const char* from, std::size_t bytes) {
   ::_exit(0);
 }
 
-/// All that comes through a pipe; nothing unless it is as long as it says, and no longer than `most`.
-std::optional<std::string> read_answer(int descriptor, std::size_t most) {
+/// Returns everything that comes through a pipe; nothing if its length differs from the stated one or exceeds
+/// `max_bytes`.
+std::optional<std::string> read_answer(int descriptor, std::size_t max_bytes) {
   std::string text(sizeof(std::uint64_t), '\0');
   std::size_t done = 0;
   for (bool has_length = false; done < text.size();) {
@@ -103,7 +105,7 @@ std::optional<std::string> read_answer(int descriptor, std::size_t most) {
     if (!has_length && done == text.size()) {
       std::uint64_t length = 0;
       std::memcpy(&length, text.data(), sizeof length);
-      if (length > most) return {};
+      if (length > max_bytes) return {};
       text.assign(static_cast<std::size_t>(length), '\0');
       has_length = true;
       done = 0;
@@ -116,7 +118,7 @@ std::optional<std::string> read_answer(int descriptor, std::size_t most) {
 
 std::optional<std::string> in_child(const std::function<std::string()>& work, const ChildLimits& limits) {
   const auto no_child = [] {
-    return Error("a process to read the file in", "cannot be started: " + errno_text(errno),
+    return Error("the process that reads the file", "cannot be started: " + errno_text(errno),
                  "end other programs, or save the file as another kind");
   };
   int ends[2];

@@ -1,4 +1,4 @@
-// Work on untrusted input in a process of its own, which may crash, hang or run out of memory alone.
+// Runs work on untrusted input in a child process, so that a crash, hang or lack of memory stays there.
 // POSIX: fork, setrlimit, waitpid.
 // Not installed.
 #pragma once
@@ -11,13 +11,13 @@
 namespace decid::recording {
 
 struct ChildLimits {
-  std::size_t memory_bytes;  ///< beyond what this process has; not held with sanitizers, whose own are larger
-  unsigned seconds;          ///< of a processor
+  std::size_t memory_bytes;  ///< beyond this process's memory; not enforced with sanitizers, which need more
+  unsigned seconds;          ///< of processor time
 };
 
-/// What `work` returns, called in a child of this process; nothing if the child ended in any other way: by a crash, an
-/// exception, or a limit. work must not need other threads, locks that these may hold, or OpenMP. The child's standard
-/// output and error lead nowhere. Throws Error if there can be no child.
+/// Returns the result of `work`, called in a child process. Returns nothing if the child crashed, threw or exceeded a
+/// limit. `work` must not need other threads, locks that they may hold, or OpenMP. The child's standard output and
+/// error are discarded. Throws Error if no child can be started.
 std::optional<std::string> in_child(const std::function<std::string()>& work, const ChildLimits& limits);
 
 }  // namespace decid::recording

@@ -1,5 +1,5 @@
-// Tables of numbers as text. One pass over the text finds its rows and checks their length, one over these for each
-// column parses its numbers: memory is the text, where its rows are, and the columns asked for.
+// Tables of numbers as text. One pass over the text finds its rows and checks their lengths; another pass per column
+// parses its numbers. Memory holds the text, the row positions and the requested columns.
 #include "recording/formats/csv.hpp"
 
 #include <algorithm>
@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/setting.hpp"
 #include "base/text.hpp"
 #include "recording/formats/encoding.hpp"
 #include "recording/table/cells.hpp"
@@ -27,7 +28,7 @@ std::string shown(std::string_view cell) {
   return "'" + std::string(cell) + "' is not a finite number";
 }
 
-/// Far longer than those of a table of 1000 columns.
+/// Far longer than a line of 1000 columns.
 constexpr std::size_t max_bytes = std::size_t{1} << 17;
 
 bool has_long_line(std::string_view text) {
@@ -39,19 +40,19 @@ bool has_long_line(std::string_view text) {
   return false;
 }
 
-/// Refuses long lines, but for comments.
+/// Returns the text. Throws Error for long lines that are not comments.
 std::string with_short_lines(std::string text, const std::string& where) {
   if (!has_long_line(text)) return text;
   for_each_line(text, [&](std::string_view line, std::size_t line_number) {
     if (line.size() > max_bytes)
       throw Error(where, "line " + std::to_string(line_number) + " has more than 131,072 bytes",
-                  "at most 1000 columns can be read, and no line that long");
+                  "give a text file of at most 1000 columns");
     return true;
   });
   return text;
 }
 
-/// Replaces the minus sign of Unicode by a hyphen, as numbers have it.
+/// Replaces Unicode's minus sign by a hyphen, which number parsers expect.
 std::string with_plain_minus(std::string text) {
   constexpr std::string_view minus = "\xE2\x88\x92";
   std::size_t at = text.find(minus);
@@ -64,7 +65,7 @@ std::string with_plain_minus(std::string text) {
   return plain + text.substr(text.rfind(minus) + minus.size());
 }
 
-/// Without lines of separators alone at its end, as spreadsheets leave them.
+/// Removes lines that hold only separators from the end, as spreadsheets write them.
 std::string without_empty_end(std::string text) {
   const std::size_t last = text.find_last_not_of(" \t\r\n;,");
   const std::size_t end = last == std::string::npos ? 0 : text.find_first_of("\r\n", last);
@@ -88,8 +89,9 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
     preamble_ = find_preamble(text_);
     if (!preamble_.misfit.problem.empty())
       throw Error(where_, preamble_.misfit.problem,
-                  preamble_.misfit.remedy + "; or give --skip-lines " + std::to_string(preamble_.lines) +
-                      ": the columns then have numbers alone, and --column and --unit say what they are");
+                  preamble_.misfit.remedy + "; or give " + setting("skip_lines") + " " +
+                      std::to_string(preamble_.lines) + ": the columns then have only numbers, which " +
+                      setting("column") + " and " + setting("unit") + " refer to");
   }
   names_ = preamble_.names;
   check_columns(names_.size());
@@ -122,7 +124,7 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
     const bool is_last = line.data() + line.size() == text_.data() + text_.size();
     if (is_last && ends_in_line_ && is_cut(line)) {
       add_info(warnings_, "last_line_cut",
-               "the file ends in the middle of line " + std::to_string(line_number) + ": this line is left out");
+               "the file ends in the middle of line " + std::to_string(line_number) + ": decid ignores this line");
       return false;
     }
     const bool fits =
@@ -136,7 +138,7 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
       check_row(cells, line_number);
     }
     if (rows_.empty()) {
-      // Names are often quoted where the numbers are not. Rows are about as long as the first one.
+      // Names are often quoted when numbers are not. Rows are about as long as the first one.
       const std::string_view rest =
           std::string_view(text_).substr(static_cast<std::size_t>(line.data() - text_.data()));
       is_plain_ = is_plain(rest, separator_);
@@ -144,14 +146,14 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
     }
     rows_.push_back(line);
     if (rows_.size() > max_rows) {
-      throw Error(where_, "has more than 10 million rows", "cut it to the trial to be identified");
+      throw Error(where_, "has more than 10 million rows", "cut it to one trial");
     }
     return true;
   });
   if (rows_.empty()) throw Error(where_, "holds no lines of data", "give a CSV file with lines of numbers");
 }
 
-/// Returns true for a line after a blank one that is not a row of the table: a section's name or a footer.
+/// Returns true for a line after a blank line that is not a row of the table: a section's name or a footer.
 bool CsvTable::begins_another(std::string_view line) const {
   constexpr std::size_t rows_of_a_table = 3;
   if (rows_.size() < rows_of_a_table) return false;
@@ -165,17 +167,19 @@ void CsvTable::refuse_sections(std::string_view line, std::size_t line_number) c
   const std::vector<Section> sections = find_sections(text_);
   if (sections.size() > 1)
     throw Error(where_, "holds several tables: " + list_of(sections),
-                "choose one with --section, by its name or number; join them in one table if they are one recording");
+                "choose one with " + setting("section") +
+                    ", by its name or number; or join them in one table if they are one recording");
   const bool is_left_out =
       sections.size() == 1 && sections[0].end <= static_cast<std::size_t>(line.data() - text_.data());
   throw Error(where_,
               "other lines follow the table, from line " + std::to_string(line_number) + " on: '" +
                   std::string(line.substr(0, 40)) + "'",
-              is_left_out ? "--section 1 reads the table only; or delete these lines"
-                          : "delete these lines, put # before them, or give --skip-lines N if the table begins below");
+              is_left_out ? setting("section") + " 1 reads only the table; or delete these lines"
+                          : "delete these lines, put # before them, or give " + setting("skip_lines") +
+                                " N if the table begins below");
 }
 
-/// Returns true if the last line of the file lacks cells, or the end of its last number.
+/// Returns true if the last line of the file lacks cells, or part of its last number.
 bool CsvTable::is_cut(std::string_view line) const {
   constexpr std::size_t some = 20, rows_of_a_table = 3;
   std::vector<std::string_view> cells;
@@ -183,7 +187,7 @@ bool CsvTable::is_cut(std::string_view line) const {
   if (rows_.size() < rows_of_a_table || !(parse_number(cells[0]).is_number || clock_time(cells[0]))) return false;
   if (cells.size() != names_.size()) return cells.size() < names_.size();
   const std::string_view last = cells.back();
-  // Programs that write a fixed number of decimals write as many in each row.
+  // Programs that write a fixed number of decimals write the same number in each row.
   const auto decimals = [](std::string_view cell) {
     return cell.size() - std::min(cell.find_first_of(".,"), cell.size());
   };
@@ -193,24 +197,25 @@ bool CsvTable::is_cut(std::string_view line) const {
     if (!parse_number(cell).is_number || (usual != 0 && decimals(cell) != usual)) return false;
     usual = decimals(cell);
   }
-  if (is_missing(last) && !last.empty() && last != "-") return false;  // a whole word
+  if (is_missing(last) && !last.empty() && last != "-") return false;  // a complete word
   return decimals(last) < usual || !parse_number(last).is_number;
 }
 
-/// Throws Error unless the row has as many cells as the table, or one more, an empty one.
+/// Throws Error unless the row has as many cells as the table, or one more that is empty.
 void CsvTable::check_row(const std::vector<std::string_view>& cells, std::size_t line_number) const {
   const bool ends_in_separator = cells.size() == names_.size() + 1 && cells.back().empty();
   if (cells.size() == names_.size() || ends_in_separator) return;
-  throw Error(
-      where_,
-      "line " + std::to_string(line_number) + " has " + counted(std::ssize(cells), "column") +
-          ", the lines before it " + std::to_string(names_.size()) + " (between " + separators_called(separator_) +
-          ", as in its first lines)",
-      "correct the line, put # before lines that are not data, or give --skip-lines N if the table begins below");
+  throw Error(where_,
+              "line " + std::to_string(line_number) + " has " + counted(std::ssize(cells), "column") +
+                  "; the lines before it have " + std::to_string(names_.size()) + " (between " +
+                  separators_called(separator_) + ", as in its first lines)",
+              "correct the line, put # before lines that are not data, or give " + setting("skip_lines") +
+                  " N if the table begins below");
 }
 
 void CsvTable::check_columns(std::size_t count) const {
-  if (count > max_columns) throw Error(where_, "has " + std::to_string(count) + " columns", "at most 1000 can be read");
+  if (count > max_columns)
+    throw Error(where_, "has " + std::to_string(count) + " columns", "give a file of at most 1000");
 }
 
 /// Calls visit(line, number) for the lines of the table, its header first, until it returns false.
@@ -222,7 +227,7 @@ void CsvTable::visit_lines(const Visit& visit) const {
 }
 
 char CsvTable::find_separator() const {
-  // The second line is the better witness: the first may be a header with anything in its names.
+  // The second line decides: the first may be a header with any characters in its names.
   std::string_view first, last;
   int lines = 0;
   visit_lines([&](std::string_view candidate, std::size_t) {
@@ -247,7 +252,7 @@ void CsvTable::read_header(std::string_view line) {
   }
 }
 
-/// Appends the cells to the names and returns true if the cells are units (are_units).
+/// Returns true and appends the cells to the names if the cells are units (are_units).
 bool CsvTable::read_units(const std::vector<std::string_view>& cells) {
   if (cells.size() < names_.size() || !are_units(cells)) return false;
   for (std::size_t i = 0; i < names_.size(); ++i) names_[i] = with_unit(names_[i], cells[i]);
@@ -262,7 +267,7 @@ double CsvTable::finite(const Parsed& parsed, std::string_view cell, int column,
               is_missing(cell) ? remedy_for(missing) : "correct the cell, or put # before lines that are not data");
 }
 
-/// Returns true if another column has decimal points in the first rows.
+/// Returns true if another column has decimal points in its first rows.
 bool CsvTable::has_points_beside(int column) const {
   constexpr std::size_t some = 20;
   std::vector<std::string_view> cells;
@@ -274,7 +279,7 @@ bool CsvTable::has_points_beside(int column) const {
   return false;
 }
 
-/// Returns the meaning of commas within the column's cells. Throws Error if they may be both.
+/// Returns the meaning of commas within the column's cells. Throws Error if they are ambiguous.
 Commas CsvTable::commas_in(int column) const {
   if ((is_plain_ && separator_ == ',') || text_.find(',') == text_.npos) return Commas::none;
   CommaFinder finder;
@@ -286,7 +291,7 @@ Commas CsvTable::commas_in(int column) const {
   if (found == Commas::unclear)
     throw Error(where_,
                 names_[static_cast<std::size_t>(column)] + ": '" + std::string(finder.example()) +
-                    "' has a decimal comma, or one between thousands",
+                    "' has a comma that may be a decimal one or one between thousands",
                 "save it without separators between thousands, or with semicolons between cells");
   return found;
 }
@@ -308,7 +313,7 @@ std::vector<double> CsvTable::times(int column) const {
   std::vector<double> values;
   values.reserve(rows_.size());
   std::optional<double> first_day;
-  double midnights = 0.0;  // passed so far, of times without a date
+  double midnights = 0.0;  // midnights passed by times without a date
   for (std::size_t row = 0; row < rows_.size(); ++row) {
     const std::string_view cell = cell_at(rows_[row], separator_, static_cast<std::size_t>(column), is_plain_);
     const Parsed parsed = parse_number(cell, commas);

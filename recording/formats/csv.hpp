@@ -1,5 +1,5 @@
 // Tables of numbers as text: separated by commas, semicolons, tabs or blanks, with or without a header line.
-// Not installed. Format: RFC 4180 and what spreadsheets, MATLAB and NumPy make of it; see CsvTable.
+// Not installed. Format: RFC 4180 and the variants of spreadsheets, MATLAB and NumPy; see CsvTable.
 #pragma once
 
 #include <optional>
@@ -13,29 +13,30 @@
 
 namespace decid::recording {
 
-/// A table over its text; numbers are parsed only for the columns asked for, so others may hold anything.
+/// A table over its text. Numbers are parsed only for requested columns, so other columns may hold anything.
 ///
-/// Accepted: UTF-8, UTF-16 and Windows-1252, line ends \n, \r\n and \r, blank lines, comment lines (# or %), blanks
-/// around cells, quoted cells (on one line), a separator at the end of the lines, a decimal comma where it cannot be a
-/// separator ("1,5;2,7", "1,5 2,7", a single column), lines above the table (preamble.hpp), and a line of units below
-/// the header ("s,deg", "[s];[Grad]"), which become part of the names: "time (s)". A last line that ends in the middle
-/// is left out, with a warning.
+/// Accepted: UTF-8, UTF-16 and Windows-1252; line ends
+/// , \r
+///  and \r; blank lines; comment lines (# or %); blanks around cells; quoted cells (on one line); a separator at the
+/// end of the lines; a decimal comma that cannot be a separator ("1,5;2,7", "1,5 2,7", a single column); lines above
+/// the table (preamble.hpp). A line of units below the header ("s,deg", "[s];[Grad]") becomes part of the names: "time
+/// (s)". A last line that ends in the middle is left out, with a warning.
 class CsvTable final : public Table {
  public:
-  /// Throws Error if there are no lines of data, rows differ in length, or there are too many rows or columns.
-  /// `where` names the file. `skip_lines`: how many lines stand above the table; empty: they are found. `section`:
-  /// which of several tables (sections.hpp); empty: the only one. `warnings`: what was left out before.
+  /// Reads a table. `where` names the file. `skip_lines`: the number of lines above the table; empty: decid finds it.
+  /// `section`: one of several tables (sections.hpp); empty: the only one. `warnings`: warnings of earlier steps.
+  /// Throws Error without lines of data, for rows of different length, and for too many rows or columns.
   CsvTable(std::string text, std::string where, std::optional<int> skip_lines = {}, const std::string& section = {},
            Warnings warnings = {});
 
   std::size_t rows(int) const override { return rows_.size(); }
   bool has_header() const override { return has_header_; }
-  /// From the header, else "column 1", "column 2", ...
+  /// Returns the header's names, else "column 1", "column 2", ...
   const std::vector<std::string>& names() const override { return names_; }
   std::vector<double> numbers(int column, Missing missing = Missing::refused) const override;
-  /// Clock times, with or without a date, are seconds since the midnight before the first.
+  /// Returns times; clock times, with or without a date, become seconds since the midnight before the first.
   std::vector<double> times(int column) const override;
-  /// The line of the file, from 1.
+  /// Returns the line of the file, from 1.
   std::string place_of(std::size_t row) const override;
   const std::vector<StatedRate>& stated_rates() const override { return preamble_.rates; }
   std::optional<Unit> unit() const override { return preamble_.unit; }
@@ -60,17 +61,17 @@ class CsvTable final : public Table {
   double finite(const Parsed& parsed, std::string_view cell, int column, std::size_t row, Missing missing) const;
 
   std::string text_, where_;
-  bool ends_in_line_ = false;  ///< the text has no line end at its end
+  bool ends_in_line_ = false;  ///< the text lacks a line end at its end
   Warnings warnings_;
   Preamble preamble_;
   char separator_;
-  bool is_plain_ = false;  ///< the text, for its separator
+  bool is_plain_ = false;  ///< is_plain() of the text and its separator
   bool has_header_ = false;
-  int header_lines_ = 0;          ///< of names and of units, that are not in the preamble
-  std::string_view header_line_;  ///< of names, if it is not in the preamble
+  int header_lines_ = 0;          ///< lines of names and units outside the preamble
+  std::string_view header_line_;  ///< the line of names, if it is outside the preamble
   std::vector<std::string> names_;
   std::vector<std::string_view> rows_;
-  std::vector<std::size_t> kept_;  ///< rows of the file that are kept; empty: all
+  std::vector<std::size_t> kept_;  ///< kept rows of the file; empty: all
 };
 
 }  // namespace decid::recording

@@ -1,5 +1,5 @@
-// Encodings of text: see encoding.hpp. Sources: RFC 3629 (UTF-8), RFC 2781 (UTF-16), the WHATWG Encoding Standard's
-// index of windows-1252.
+// Text encodings: see encoding.hpp. Sources: RFC 3629 (UTF-8), RFC 2781 (UTF-16), the WHATWG Encoding Standard's index
+// of windows-1252.
 #include "recording/formats/encoding.hpp"
 
 #include <array>
@@ -46,14 +46,14 @@ std::string from_utf16(std::string_view bytes, bool little_endian) {
       point = 0x10000U + ((point - 0xD800U) << 10U) + (unit(at + 2) - 0xDC00U);
       at += 2;
     } else if (point >= 0xD800U && point < 0xE000U) {
-      point = 0xFFFDU;  // half of a pair
+      point = 0xFFFDU;  // an unpaired surrogate
     }
     if (point != 0xFEFFU) append(text, point);
   }
   return text;
 }
 
-/// How many bytes the character has that starts here; 0 if it is none of UTF-8.
+/// Returns the bytes of the UTF-8 character that starts here; 0 if it is not UTF-8.
 std::size_t character(std::string_view text) {
   const auto first = static_cast<unsigned char>(text.front());
   const std::size_t length = first < 0x80   ? 1
@@ -70,7 +70,7 @@ std::size_t character(std::string_view text) {
 
 bool is_utf8(std::string_view text) {
   while (!text.empty()) {
-    std::uint64_t eight = 0;  // at a time, as long as they are ASCII
+    std::uint64_t eight = 0;  // eight ASCII bytes at a time
     if (text.size() >= sizeof eight) {
       std::memcpy(&eight, text.data(), sizeof eight);
       if ((eight & 0x8080808080808080U) == 0) {
@@ -86,7 +86,7 @@ bool is_utf8(std::string_view text) {
 }
 
 std::string from_windows_1252(std::string_view bytes) {
-  // Those of 0x80 to 0x9F; the others are their own code points.
+  // The characters 0x80 to 0x9F; other bytes are their own code points.
   constexpr std::array<std::uint16_t, 32> high = {0x20AC, 0x0081, 0x201A, 0x0192, 0x201E, 0x2026, 0x2020, 0x2021,
                                                   0x02C6, 0x2030, 0x0160, 0x2039, 0x0152, 0x008D, 0x017D, 0x008F,
                                                   0x0090, 0x2018, 0x2019, 0x201C, 0x201D, 0x2022, 0x2013, 0x2014,
@@ -100,8 +100,8 @@ std::string from_windows_1252(std::string_view bytes) {
   return text;
 }
 
-/// A null in every other one of the first bytes, and nowhere else: digits and letters in UTF-16 without a mark.
-/// `odd`: the second byte of each pair, as in little endian.
+/// Returns true if every second one of the first bytes, and no other, is null: digits and letters in UTF-16 without a
+/// mark. `odd`: the second byte of each pair, as in little endian.
 bool has_nulls_at(std::string_view bytes, bool odd) {
   const std::string_view start = bytes.substr(0, 64);
   if (start.size() < 8) return false;
@@ -121,9 +121,9 @@ std::string to_utf8(std::string bytes, const std::string& where) {
     bytes = from_utf16(view, false);
   }
   if (bytes.starts_with("\xEF\xBB\xBF")) bytes.erase(0, 3);
-  bytes.resize(bytes.find_last_not_of('\0') + 1);  // as programs leave that set a file's size beforehand
+  bytes.resize(bytes.find_last_not_of('\0') + 1);  // padding of programs that set a file's size beforehand
   if (bytes.find('\0') != std::string::npos)
-    throw Error(where, "is no text file", "save it as CSV, in UTF-8, UTF-16 or Windows-1252");
+    throw Error(where, "is not a text file", "save it as CSV, in UTF-8, UTF-16 or Windows-1252");
   if (is_utf8(bytes)) return bytes;
   return from_windows_1252(bytes);
 }

@@ -1,13 +1,13 @@
-// The encodings in which programs save tables, brought to UTF-8. Not installed.
+// Converts the encodings in which programs save tables to UTF-8. Not installed.
 #pragma once
 
 #include <string>
 
 namespace decid::recording {
 
-/// The text in UTF-8, without a byte order mark. UTF-16 is known by its mark, or by a null in every other one of the
-/// first bytes; what is not UTF-8 is read as Windows-1252, of which ISO 8859-1 is a part. `where` names the file.
-/// Throws Error for bytes that are no text.
+/// Returns the text in UTF-8, without a byte order mark. Recognises UTF-16 by its mark, or by a null in every second
+/// one of the first bytes. Reads other bytes that are not UTF-8 as Windows-1252, which contains ISO 8859-1. `where`
+/// names the file. Throws Error for bytes that are not text.
 std::string to_utf8(std::string bytes, const std::string& where);
 
 }  // namespace decid::recording

@@ -1,10 +1,11 @@
-// Recognises other formats: see foreign.hpp. The first bytes come from the formats' own specifications.
+// Recognises other file formats: see foreign.hpp. The first bytes come from the formats' specifications.
 #include "recording/formats/foreign.hpp"
 
 #include <algorithm>
 #include <array>
 
 #include "base/error.hpp"
+#include "base/setting.hpp"
 
 namespace decid::recording {
 
@@ -60,7 +61,8 @@ bool has(std::string_view bytes, std::string_view part) {
 [[noreturn]] void refuse_zip(std::string_view bytes, const std::string& where, std::string_view end) {
   const auto holds = [&](std::string_view member) { return bytes.find(member) != bytes.npos; };
   if (holds("sway.npy") && holds("parameters.npy"))
-    throw Error(where, "is a data set, not a recording", "give a recording, or the data set to decid evaluate --data");
+    throw Error(where, "is a data set, not a recording",
+                "give a recording; an evaluation takes the data set as " + setting("data"));
   if (end == ".npz" || holds(".npy"))
     throw Error(
         where, "is an archive of NumPy arrays (.npz)",
@@ -79,11 +81,11 @@ void refuse_markup(std::string_view text, const std::string& where) {
   text.remove_prefix(first);
   if (text.front() == '{' || text.starts_with("[{") || text.starts_with("[["))
     throw Error(where, "is JSON, not a table of numbers",
-                "give the recording itself, a CSV, MAT, C3D or .xlsx file; results of decid are none");
+                "give the recording itself, a CSV, MAT, C3D or .xlsx file, instead of decid's results");
   if (text.front() != '<') return;
   if (has(text, "<mvnx")) throw Error(where, "is a recording of Xsens MVN (.mvnx)", std::string(as_csv));
   if (has(text, "<html") || has(text, "<HTML") || has(text, "<table"))
-    throw Error(where, "is a web page (HTML), whatever its name says", "save the table as CSV");
+    throw Error(where, "is a web page (HTML)", "save the table as CSV");
   throw Error(where, "is XML, not a table of numbers", std::string(as_csv));
 }
 

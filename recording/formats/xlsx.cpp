@@ -1,4 +1,4 @@
-// Workbooks as text: see xlsx.hpp. csv.hpp has the rules for what the text holds.
+// Workbooks as text: see xlsx.hpp. csv.hpp has the rules for the text.
 #include "recording/formats/xlsx.hpp"
 
 #include <algorithm>
@@ -24,10 +24,10 @@ constexpr std::size_t max_sheet_rows = 1'048'576, max_text = std::size_t{1} << 2
 constexpr const char* workbook_part = "xl/workbook.xml";
 
 [[noreturn]] void refuse_workbook(const std::string& where, const std::string& what) {
-  throw Error(where, "is a workbook that is damaged: " + what, "save it again, or save the sheet as CSV");
+  throw Error(where, "is a damaged workbook: " + what, "save it again, or save the sheet as CSV");
 }
 
-/// Where the parts of a workbook are, by their identifiers, and the part of its texts.
+/// The paths of a workbook's parts by their identifiers, and the path of its shared texts.
 struct Parts {
   std::map<std::string, std::string> by_id;
   std::string shared_strings;
@@ -47,7 +47,7 @@ Parts read_parts(ZipMembers& members, const std::string& where) {
   return parts;
 }
 
-/// The sheets that are not hidden: names and identifiers.
+/// Returns the names and identifiers of the sheets that are not hidden.
 std::vector<std::pair<std::string, std::string>> visible_sheets(ZipMembers& members, const std::string& where) {
   std::vector<std::pair<std::string, std::string>> sheets;
   const std::string text = members.read(workbook_part);
@@ -60,7 +60,7 @@ std::vector<std::pair<std::string, std::string>> visible_sheets(ZipMembers& memb
   return sheets;
 }
 
-/// The text of an element that may be in pieces ("is", "si"), without the pronunciation of Asian texts.
+/// Returns the text of an element that may be in pieces ("is", "si"), without the pronunciation of Asian texts.
 std::string read_text(XmlScanner& xml, std::string_view element) {
   std::string text;
   int pronunciations = 0;
@@ -86,14 +86,14 @@ std::vector<std::string> read_shared_strings(ZipMembers& members, const std::str
   return strings;
 }
 
-/// A number of an attribute, or `otherwise`.
+/// Returns the number in an attribute, or `otherwise`.
 std::size_t number_in(std::string_view text, std::size_t otherwise) {
   std::size_t number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   return error == std::errc() && end == text.data() + text.size() ? number : otherwise;
 }
 
-/// The column of a cell's reference, from 0: 27 of "AB12".
+/// Returns the column of a cell's reference, from 0: 27 for "AB12".
 std::size_t column_in(std::string_view reference, std::size_t otherwise) {
   std::size_t column = 0;
   for (const char c : reference) {
@@ -103,7 +103,7 @@ std::size_t column_in(std::string_view reference, std::size_t otherwise) {
   return column == 0 ? otherwise : column - 1;
 }
 
-/// What stands in a cell, on one line and without what separates cells.
+/// Returns a cell's content on one line, without separators of cells.
 std::string plain(std::string text) {
   for (char& c : text) {
     if (c == '\t' || c == '\n' || c == '\r') c = ' ';
@@ -112,7 +112,7 @@ std::string plain(std::string text) {
   return text;
 }
 
-/// Goes through a sheet's cells.
+/// Reads a sheet's cells.
 class SheetReader {
  public:
   SheetReader(std::string_view text, const std::vector<std::string>& shared, const std::string& where)
@@ -128,7 +128,7 @@ class SheetReader {
   }
 
  private:
-  /// A row as text, and how many cells it has.
+  /// A row as text, and its number of cells.
   struct Row {
     std::string text;
     std::size_t cells = 0;
@@ -136,19 +136,19 @@ class SheetReader {
 
   void begin_row() {
     const std::size_t row = number_in(xml_.attribute("r"), rows_.size() + 1);
-    if (row <= rows_.size() || row > max_sheet_rows) refuse_workbook(where_, "its rows are in no order");
+    if (row <= rows_.size() || row > max_sheet_rows) refuse_workbook(where_, "its rows are out of order");
     rows_.resize(row);
     next_column_ = 0;
   }
 
   void read_cell() {
-    if (rows_.empty()) refuse_workbook(where_, "a cell is in no row");
+    if (rows_.empty()) refuse_workbook(where_, "a cell lies outside of all rows");
     const std::size_t column = column_in(xml_.attribute("r"), next_column_);
     next_column_ = column + 1;
-    if (column < rows_.back().cells) refuse_workbook(where_, "its cells are in no order");
+    if (column < rows_.back().cells) refuse_workbook(where_, "its cells are out of order");
     const std::string value = read_value(xml_.attribute("t"));
-    if (value.empty()) return;  // a cell may have a format alone
-    if (column >= max_columns) throw Error(where_, "has more than 1000 columns", "at most 1000 can be read");
+    if (value.empty()) return;  // a cell with only a format
+    if (column >= max_columns) throw Error(where_, "has more than 1000 columns", "give a sheet of at most 1000");
     append(rows_.back(), column, plain(value));
   }
 
@@ -176,7 +176,7 @@ class SheetReader {
     width_ = std::max(width_, row.cells);
   }
 
-  /// All rows, those with cells equally long.
+  /// Returns all rows; rows with cells get equal lengths.
   std::string joined() {
     std::string text;
     for (const Row& row : rows_) {
@@ -189,8 +189,7 @@ class SheetReader {
 
   void count(std::size_t bytes) {
     bytes_ += bytes;
-    if (bytes_ > max_text)
-      throw Error(where_, "is larger than 64 MiB as text", "save the trial to be identified alone");
+    if (bytes_ > max_text) throw Error(where_, "is larger than 64 MiB as text", "save only one trial");
   }
 
   XmlScanner xml_;
@@ -200,7 +199,7 @@ class SheetReader {
   std::size_t next_column_ = 0, width_ = 0, bytes_ = 0;
 };
 
-/// Throws Error if sheets behind the first one hold tables.
+/// Throws Error if a sheet after the first one holds a table.
 void refuse_without_table(const std::vector<std::pair<std::string, std::string>>& sheets, const Parts& parts,
                           const std::function<std::string(const std::string&)>& read, const std::string& where) {
   std::string list;
@@ -208,14 +207,14 @@ void refuse_without_table(const std::vector<std::pair<std::string, std::string>>
     const auto part = parts.by_id.find(sheets[i].second);
     try {
       if (part == parts.by_id.end() || find_sections(read(part->second)).empty()) continue;
-    } catch (const Error&) {  // a chart, or one that is damaged
+    } catch (const Error&) {  // a chart, or a damaged sheet
       continue;
     }
     list += (list.empty() ? "'" : ", '") + sheets[i].first + "'";
   }
   if (!list.empty())
-    throw Error(where, "has no table in its first sheet '" + sheets[0].first + "', but in " + list,
-                "move the sheet of the recording to the first place, or save it as CSV");
+    throw Error(where, "has no table in its first sheet '" + sheets[0].first + "'; tables are in " + list,
+                "move the recording's sheet to the front, or save it as CSV");
 }
 
 }  // namespace

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::string_view blanks = " \t\r\n";
 
-/// The name behind its prefix.
+/// Returns the name after its prefix.
 std::string_view local_name(std::string_view name) {
   const std::size_t colon = name.find(':');
   return colon == name.npos ? name : name.substr(colon + 1);
@@ -38,7 +38,7 @@ void append_utf8(std::string& text, std::uint32_t code) {
 }  // namespace
 
 void XmlScanner::refuse(const char* what) const {
-  throw Error(where_, std::string("is a workbook that is damaged: ") + what, "save it again, or save the sheet as CSV");
+  throw Error(where_, std::string("is a damaged workbook: ") + what, "save it again, or save the sheet as CSV");
 }
 
 std::string_view XmlScanner::until(std::string_view mark) {
@@ -92,7 +92,7 @@ XmlScanner::Tag XmlScanner::next() {
     } else if (rest_.starts_with("?")) {
       until("?>");
     } else if (rest_.starts_with("!")) {
-      refuse("it declares a type of document");
+      refuse("it declares a document type");
     } else {
       break;
     }

@@ -1,5 +1,5 @@
 // Scans the XML of office programs: elements, attributes, text. Not installed.
-// Format: XML 1.0 in UTF-8 without declarations of a document type, of which there are none in workbooks.
+// Format: XML 1.0 in UTF-8 without document type declarations, which workbooks do not have.
 #pragma once
 
 #include <cstddef>
@@ -8,20 +8,20 @@
 
 namespace decid::recording {
 
-/// Goes through a text from tag to tag. Names are those behind a prefix: "row" of "x:row".
+/// Scans a text from tag to tag. Names omit their prefix: "row" for "x:row".
 class XmlScanner {
  public:
   enum class Tag { open, close, end };
 
-  /// `where` names the file and must outlive this, as the text must.
+  /// `where` names the file. It and the text must outlive this object.
   XmlScanner(std::string_view text, const std::string& where) : rest_(text), where_(where) {}
 
-  /// The next tag; an element without content opens, then closes. Throws Error for what is no XML.
+  /// Returns the next tag; an empty element opens, then closes. Throws Error for text that is not XML.
   Tag next();
   std::string_view name() const { return name_; }
-  /// An attribute of the tag that opened last; empty if there is none.
+  /// Returns an attribute of the last opened tag; empty without such an attribute.
   std::string attribute(std::string_view name) const;
-  /// The characters between the last tag and the one before.
+  /// Returns the characters between the last two tags.
   const std::string& text() const { return text_; }
 
  private:
@@ -31,7 +31,7 @@ class XmlScanner {
 
   std::string_view rest_, name_, attributes_;
   std::string text_;
-  bool closes_ = false;  ///< the element that was opened last has no content
+  bool closes_ = false;  ///< the last opened element has no content
   const std::string& where_;
 };
 

@@ -11,12 +11,12 @@ namespace decid::recording {
 
 class ZipMembers {
  public:
-  /// `bytes`: the whole archive, which must outlive this as `where` must, which names it. Throws Error for a directory
-  /// that is damaged.
+  /// Opens an archive from all of its bytes. These and `where`, which names the file, must outlive this object. Throws
+  /// Error for a damaged directory.
   ZipMembers(std::string_view bytes, const std::string& where);
 
-  /// A member's content. Throws Error if there is none of that name, it is damaged, encrypted or compressed in a way
-  /// other than deflate, or if all that was read of this archive is more than 128 MiB.
+  /// Returns a member's content. Throws Error if the member is missing, damaged, encrypted or compressed otherwise than
+  /// by deflate. Throws Error if the content read from this archive exceeds 128 MiB in total.
   std::string read(const std::string& name);
 
  private:

@@ -7,7 +7,7 @@
 
 namespace decid::recording {
 
-/// Returns the mean of each block of `block` neighbouring values; values behind the last whole block are left out.
+/// Returns the mean of each block of `block` neighbouring values; ignores values after the last whole block.
 inline std::vector<double> block_means(std::span<const double> values, std::size_t block) {
   std::vector<double> means(values.size() / block);
   for (std::size_t i = 0; i < means.size(); ++i) {

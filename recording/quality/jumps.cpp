@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/math/statistics.hpp"
+#include "base/setting.hpp"
 #include "recording/table/columns.hpp"
 #include "sim/protocol/protocol.hpp"
 
@@ -21,8 +22,8 @@ constexpr double min_deg = 0.1, min_medians = 12.0, min_steps = 3.0;
 constexpr double still_s = 0.1;
 constexpr std::size_t still_samples = 5;
 
-/// Returns means of `block` samples, of which each was first replaced by the median of itself and its neighbours (the
-/// first and the last one: the two nearest). Single wrong samples leave no trace.
+/// Returns means of `block` samples, after replacing each sample by the median of itself and its two nearest
+/// neighbours. Single wrong samples leave no trace.
 std::vector<double> smoothed(std::span<const double> sway, std::size_t block) {
   std::vector<double> medians(sway.begin(), sway.end());
   const auto clamp = [&](std::size_t k, std::size_t a, std::size_t b) {
@@ -63,14 +64,14 @@ std::vector<double> jumps_of(const std::vector<double>& sway) {
   return jumps;
 }
 
-/// Sets jumps to 0 around a frozen sensor, which continues at another level, unless it froze at a level of its own.
-void take_out_frozen(std::span<const double> sway, double rate_hz, std::size_t block, double least,
+/// Sets jumps to 0 around a frozen sensor that continues at another level, unless it froze at a level of its own.
+void take_out_frozen(std::span<const double> sway, double rate_hz, std::size_t block, double min_jump,
                      std::vector<double>& jumps) {
   for (std::size_t begin = 0, end = 1; end <= sway.size(); ++end) {
     if (end < sway.size() && sway[end] == sway[begin]) continue;
     const std::size_t run = end - begin;
     const bool is_frozen = run >= still_samples && static_cast<double>(run) >= still_s * rate_hz && begin > 0 &&
-                           std::abs(sway[begin] - sway[begin - 1]) <= least;
+                           std::abs(sway[begin] - sway[begin - 1]) <= min_jump;
     const std::size_t first = begin / block > side_samples ? begin / block - side_samples : 0;
     for (std::size_t i = first; is_frozen && i < std::min(end / block + side_samples, jumps.size()); ++i)
       jumps[i] = 0.0;
@@ -87,14 +88,14 @@ void look_for_jumps(std::span<const double> sway_rad, double rate_hz, double ste
   if (jumps.size() < 4 * side_samples) return;
   std::vector<double> sizes(jumps.size());
   std::ranges::transform(jumps, sizes.begin(), [](double jump) { return std::abs(jump); });
-  const double least =
+  const double min_jump =
       std::max({min_deg * sim::rad_per_deg, min_medians * median(std::move(sizes)), min_steps * step_rad});
-  take_out_frozen(sway_rad, rate_hz, block, least, jumps);
+  take_out_frozen(sway_rad, rate_hz, block, min_jump, jumps);
   std::size_t count = 0, first = 0;
   double largest = 0.0;
   for (std::size_t k = 0; k < jumps.size(); ++k) {
-    if (std::abs(jumps[k]) <= least) continue;
-    // The largest nearby is the jump.
+    if (std::abs(jumps[k]) <= min_jump) continue;
+    // The largest jump nearby counts.
     std::size_t at = k, end = k;
     for (; end < std::min(jumps.size(), at + side_samples + 1); ++end)
       if (std::abs(jumps[end]) > std::abs(jumps[at])) at = end;
@@ -107,8 +108,9 @@ void look_for_jumps(std::span<const double> sway_rad, double rate_hz, double ste
               "the sway jumps in " + std::to_string(count) + (count == 1 ? " place" : " places") + ", by up to " +
                   three_digits(largest / sim::rad_per_deg) + " degrees, the first after " +
                   three_digits(begin_s + static_cast<double>(first * block) / rate_hz) +
-                  " s: a body does not; leave wrong stretches empty (occluded markers are often written as 0) and give "
-                  "--fill-gaps, or cut the recording");
+                  " s, which a body cannot do: leave wrong stretches empty (occluded markers are often written as 0) "
+                  "and give " +
+                  setting("fill_gaps") + ", or cut the recording");
 }
 
 }  // namespace decid::recording

@@ -1,4 +1,4 @@
-// Moving averages in a sway: see moving_average.hpp. A mean over T has the response sin(pi f T) / (pi f T).
+// Finds moving averages in a sway: see moving_average.hpp. A mean over T has the response sin(pi f T) / (pi f T).
 #include "recording/quality/moving_average.hpp"
 
 #include <algorithm>
@@ -15,21 +15,20 @@ namespace decid::recording {
 
 namespace {
 
-/// Below 4 Hz a body's sway falls so steeply that the power at a multiple differs from that around it by itself.
+/// Below 4 Hz a body's sway falls so steeply that the power at a multiple differs from the power around it anyway.
 constexpr double lowest_hz = 4.0, highest_hz = 60.0, longest_s = 2.0, shortest_step_s = 1e-3;
-/// Half the width of a stretch of the spectrum, in distances of the zeros.
+/// Half the width of a stretch of the spectrum, in distances between zeros.
 constexpr double half_width = 0.1;
-/// The sway is looked at in parts, of which most have to agree: a rectangular pulse, as of an occluded marker, has such
-/// a spectrum too.
+/// The sway is analysed in parts, most of which must agree: a rectangular pulse, as of an occluded marker, has such a
+/// spectrum too.
 constexpr std::size_t spectrum_parts = 3;
-/// Longest length that is looked for, in shares of a part: each stretch of the spectrum then holds six bins.
-constexpr double most_of_part = 1.0 / 30.0;
-/// White noise gives 0, a moving average -4.3: the mean of
-/// log(sin(pi x)^2) over |x| < 0.1.
+/// The longest length searched for, as a fraction of a part: each stretch of the spectrum then holds six bins.
+constexpr double max_part_fraction = 1.0 / 30.0;
+/// White noise gives 0, a moving average -4.3: the mean of log(sin(pi x)^2) over |x| < 0.1.
 constexpr double min_fall = -1.5;
 
-/// Sums of the logarithms of (power times frequency squared) over the bins of a sway's spectrum. The factor undoes the
-/// fall of a moving average's response with frequency.
+/// Sums of the logarithms of (power times frequency squared) over the bins of a sway's spectrum. The frequency factor
+/// compensates the decay of a moving average's response.
 class LogSpectrum {
  public:
   LogSpectrum(std::vector<double> sway, double rate_hz)
@@ -50,7 +49,7 @@ class LogSpectrum {
     }
   }
 
-  /// The mean over the frequencies up to `half_hz` from `at_hz`.
+  /// Returns the mean over the frequencies up to `half_hz` from `at_hz`.
   double mean(double at_hz, double half_hz) const {
     const auto first = static_cast<std::size_t>(std::ceil((at_hz - half_hz) / step_hz_));
     const auto last = std::min(static_cast<std::size_t>(std::floor((at_hz + half_hz) / step_hz_)), sums_.size() - 2);
@@ -64,13 +63,13 @@ class LogSpectrum {
 };
 
 /// Returns the depth of the zeros of a moving average over `length_s`: the mean logarithm of the power at the zeros
-/// less the lower one of those halfway to the neighbouring zeros. Returns 0 for fewer than two zeros. Zeros of the
-/// tilt's own spectrum, at the multiples of 1 / held_s, are left out.
+/// minus the lower mean halfway to the neighbouring zeros. Returns 0 for fewer than two zeros. Skips zeros of the
+/// tilt's own spectrum, at the multiples of 1 / held_s.
 double fall_at_zeros(const LogSpectrum& spectrum, double length_s, double max_hz, double held_s) {
   const double apart_hz = 1.0 / length_s, half_hz = half_width * apart_hz;
   double fall = 0.0;
   int zeros = 0;
-  // A filter's spectrum that falls steeply does not rise behind a zero.
+  // The spectrum of a filter that falls steeply does not rise after a zero.
   for (double k = std::ceil(lowest_hz * length_s); (k + 0.5) * apart_hz <= max_hz; k += 1.0) {
     const double of_tilt = k * apart_hz * held_s, nearest = std::floor(of_tilt + 0.5);
     if (nearest > 0.0 && std::abs(of_tilt - nearest) < half_hz * held_s) continue;
@@ -99,7 +98,8 @@ double moving_average_s(std::span<const double> sway_rad, double rate_hz, double
   }
   double found_s = 0.0, least = min_fall;
   const double step_s = std::max(1.0 / rate_hz, shortest_step_s);
-  for (double length_s = 2.0 * step_s; length_s <= std::min(longest_s, most_of_part * part_s); length_s += step_s) {
+  for (double length_s = 2.0 * step_s; length_s <= std::min(longest_s, max_part_fraction * part_s);
+       length_s += step_s) {
     std::array<double, spectrum_parts> falls{};
     for (std::size_t part = 0; part < spectrum_parts; ++part)
       falls[part] = fall_at_zeros(spectra[part], length_s, max_hz, held_s);

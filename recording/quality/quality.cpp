@@ -1,4 +1,4 @@
-// Faults in the samples of sway: see quality.hpp.
+// Finds faults in the samples of sway: see quality.hpp.
 #include "recording/quality/quality.hpp"
 
 #include <algorithm>
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/math/statistics.hpp"
+#include "base/setting.hpp"
 #include "recording/quality/block_means.hpp"
 #include "recording/quality/jumps.hpp"
 #include "recording/quality/moving_average.hpp"
@@ -35,7 +36,7 @@ void look_for_frozen(std::span<const double> sway, double rate_hz, double begin_
     runs.push_back(k - begin);
     begin = k;
   }
-  // Median length of a run, weighted by its samples; the longest run does not count. It is 1 for most recordings.
+  // The median length of a run, weighted by its samples; the longest run does not count. It is 1 for most recordings.
   std::size_t usual = 1;
   const std::size_t others = sway.size() - std::ranges::max(runs);
   if (2 * static_cast<std::size_t>(std::ranges::count(runs, std::size_t{1})) < others) {
@@ -43,12 +44,12 @@ void look_for_frozen(std::span<const double> sway, double rate_hz, double begin_
     std::ranges::sort(sorted);
     for (std::size_t i = 0, samples = 0; 2 * samples < others; samples += usual) usual = sorted[i++];
   }
-  const double least =
+  const double min_distance =
       std::max({static_cast<double>(frozen_samples), frozen_s * rate_hz, frozen_runs * static_cast<double>(usual - 1)});
   std::size_t stretches = 0, frozen = 0, longest = 0, at = 0, first = 0;
   for (const std::size_t run : runs) {
-    const bool at_rest = at == 0 && sway[0] == 0.0;  // as simulated bodies are at their start
-    if (static_cast<double>(run) >= least && !at_rest) {
+    const bool at_rest = at == 0 && sway[0] == 0.0;  // simulated bodies start at rest
+    if (static_cast<double>(run) >= min_distance && !at_rest) {
       if (stretches++ == 0) first = at;
       frozen += run;
       longest = std::max(longest, run);
@@ -56,25 +57,26 @@ void look_for_frozen(std::span<const double> sway, double rate_hz, double begin_
     at += run;
   }
   if (stretches == 0) return;
-  const double share = static_cast<double>(frozen) / static_cast<double>(sway.size());
+  const double fraction = static_cast<double>(frozen) / static_cast<double>(sway.size());
   const std::string text =
       "the sway stands still in " + std::to_string(stretches) + (stretches == 1 ? " stretch" : " stretches") +
       ", the longest " + seconds(longest, rate_hz) + ", the first from " + seconds(first, rate_hz, begin_s) + " on, " +
-      three_digits(100.0 * share) + "% of the recording: the sensor froze, or samples were repeated";
-  if (share >= frozen_share) {
+      three_digits(100.0 * fraction) + "% of the recording: the sensor froze, or samples were repeated";
+  if (fraction >= frozen_share) {
     add_caution(warnings, "frozen", text);
   } else {
     add_info(warnings, "frozen", text);
   }
 }
 
-/// The step in rad; 0 if there is none.
+/// Returns the step in rad; 0 if there is none.
 double look_for_steps(std::span<const double> sway, Warnings& warnings) {
   const auto [lowest, highest] = std::ranges::minmax(sway);
   double step = highest - lowest;
   const double same = 1e-9 * step;
-  // Most sensors are so fine that two samples in a row say so, and nothing need be sorted: of the values between them,
-  // fewer than there are samples, two are farther apart than `same` and nearer to each other than these two.
+  // Most sensors are fine enough that two consecutive samples show it, and sorting is unnecessary. There are fewer
+  // values between the two samples than samples. So two of the values are farther apart than `same` and nearer to each
+  // other than the two samples.
   const double some = 2.0 * static_cast<double>(sway.size()) * same, fine = 0.9 * step_deg * sim::rad_per_deg;
   const auto is_fine = [&](double a, double b) { return std::abs(a - b) > some && std::abs(a - b) < fine; };
   if (std::ranges::adjacent_find(sway, is_fine) != sway.end()) return 0.0;
@@ -99,14 +101,14 @@ double look_for_steps(std::span<const double> sway, Warnings& warnings) {
   return step;
 }
 
-/// `step`: of a coarse sensor, whose values flicker.
+/// `step`: the step of a coarse sensor, whose values flicker.
 void look_for_spikes(std::span<const double> sway, double rate_hz, double step, double begin_s, Warnings& warnings) {
-  // off[k]: sample k + 1 against the middle of its neighbours.
+  // off[k]: the distance of sample k + 1 from the middle of its neighbours.
   std::vector<double> off(sway.size() - 2);
   for (std::size_t k = 0; k < off.size(); ++k) off[k] = sway[k + 1] - 0.5 * (sway[k] + sway[k + 2]);
   std::vector<double> sizes(off.size());
   std::ranges::transform(off, sizes.begin(), [](double value) { return std::abs(value); });
-  const double least =
+  const double min_distance =
       std::max({spike_deg * sim::rad_per_deg, spike_medians * median(std::move(sizes)), spike_steps * step});
   std::size_t spikes = 0, first = 0;
   double largest = 0.0;
@@ -114,12 +116,13 @@ void look_for_spikes(std::span<const double> sway, double rate_hz, double step, 
     if (spikes++ == 0) first = sample;
     largest = std::max(largest, std::abs(size));
   };
-  // Off the line through the next two: twice what the second sample is off the middle; the third one is on it.
-  if (2.0 * std::abs(off[0]) > least && 4.0 * std::abs(off[1]) < std::abs(off[0])) found(0, 2.0 * off[0]);
+  // The first sample's distance from the line through the next two is twice the second sample's distance from the
+  // middle; the third sample lies on it.
+  if (2.0 * std::abs(off[0]) > min_distance && 4.0 * std::abs(off[1]) < std::abs(off[0])) found(0, 2.0 * off[0]);
   for (std::size_t k = 1; k + 1 < off.size(); ++k) {
-    // A jump to another level is as far off on both of its sides, a single sample twice as far as its neighbours.
+    // A jump to another level is equally far off on both sides; a single sample is twice as far off as its neighbours.
     const double beside = std::max(std::abs(off[k - 1]), std::abs(off[k + 1]));
-    if (std::abs(off[k]) > least && std::abs(off[k]) > 1.5 * beside) found(k + 1, off[k]);
+    if (std::abs(off[k]) > min_distance && std::abs(off[k]) > 1.5 * beside) found(k + 1, off[k]);
   }
   if (spikes == 0) return;
   add_caution(warnings, "spikes",
@@ -128,38 +131,38 @@ void look_for_spikes(std::span<const double> sway, double rate_hz, double step, 
                                          : std::to_string(spikes) + " single samples are") +
                   std::string(" off by ") + (spikes == 1 ? "" : "up to ") + three_digits(largest / sim::rad_per_deg) +
                   " degrees" + (first == 0 && spikes == 1 ? "" : ", the first at " + seconds(first, rate_hz, begin_s)) +
-                  ": leave them empty and give --fill-gaps, or cut the recording");
+                  ": leave them empty and give " + setting("fill_gaps") + ", or cut the recording");
 }
 
 /// Returns the standard deviation of the noise between 12 and 25 Hz, in degrees.
-double sensor_noise_deg(std::span<const double> sway, double rate_hz) {
+double measurement_noise_deg(std::span<const double> sway, double rate_hz) {
   const auto block = static_cast<std::size_t>(rate_hz / noise_rate_hz);
   const std::vector<double> mean = block_means(sway, block);
-  // White noise of variance 1 has fourth differences of variance 1 + 16 + 36 + 16 + 1; their median, unlike their mean
-  // square, is that of the sensor whatever single samples do.
-  constexpr double medians_per_deviation = 0.6745;
+  // White noise of variance 1 has fourth differences of variance 1 + 16 + 36 + 16 + 1. Unlike their mean square, their
+  // median is the sensor's in spite of single wrong samples.
+  constexpr double medians_per_stddev = 0.6745;
   std::vector<double> fourth;
   fourth.reserve(mean.size());
   for (std::size_t i = 4; i < mean.size(); ++i)
     fourth.push_back(std::abs(mean[i] - 4.0 * mean[i - 1] + 6.0 * mean[i - 2] - 4.0 * mean[i - 3] + mean[i - 4]));
-  return median(std::move(fourth)) / medians_per_deviation / std::sqrt(70.0) / sim::rad_per_deg;
+  return median(std::move(fourth)) / medians_per_stddev / std::sqrt(70.0) / sim::rad_per_deg;
 }
 
 void look_for_smoothing(std::span<const double> sway, double rate_hz, double held_s, Warnings& warnings) {
   if (const double length_s = moving_average_s(sway, rate_hz, held_s); length_s > 0.0) {
-    const std::string text = "the sway was smoothed by a moving average of " + three_digits(length_s) +
-                             " s, or each value was held as long: that takes away what tells the controller, and may "
-                             "add to the delay; give recordings without";
+    const std::string text =
+        "the sway was smoothed by a moving average of " + three_digits(length_s) +
+        " s, or each value was held for this time: this removes information about the controller, and may "
+        "add to the delay; give unfiltered recordings";
     if (length_s > trained_average_s * (1.0 + 1e-6)) {
       add_caution(warnings, "smooth", text);
     } else {
       add_info(warnings, "smooth", text);
     }
-  } else if (rate_hz >= noise_rate_hz && sensor_noise_deg(sway, rate_hz) < smooth_deg) {
-    add_info(
-        warnings, "smooth",
-        "the sway holds no sensor noise above 12 Hz: it was simulated, or smoothed; filters that smooth add to the "
-        "delay, so give recordings without");
+  } else if (rate_hz >= noise_rate_hz && measurement_noise_deg(sway, rate_hz) < smooth_deg) {
+    add_info(warnings, "smooth",
+             "the sway has no measurement noise above 12 Hz: it was simulated, or smoothed; smoothing adds to the "
+             "delay, so give unfiltered recordings");
   }
 }
 

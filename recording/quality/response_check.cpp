@@ -1,4 +1,4 @@
-// Checks a sway: see response_check.hpp. Running sums of the tilt's products make each place and size of a slip cost
+// Checks a sway: see response_check.hpp. Running sums of the tilt's products reduce each place and size of a slip to
 // one small system of equations.
 #include "recording/quality/response_check.hpp"
 
@@ -26,7 +26,7 @@ constexpr int rounds = 3;
 constexpr double off_deg = 0.3, off_medians = 14.0, slip_gain = 50.0;
 
 using Row = std::array<double, unknowns>;
-using Square = std::array<Row, unknowns>;  // its lower triangle
+using Square = std::array<Row, unknowns>;  // lower triangle
 
 /// Replaces a by its Cholesky factor L and b by L^-1 b; skips unknowns that the equations do not determine. Returns
 /// |L^-1 b|^2, the sum of squares that the fit explains.
@@ -34,7 +34,7 @@ template <std::size_t N>
 double eliminate(std::array<std::array<double, N>, N>& a, std::array<double, N>& b) {
   double explained = 0.0;
   for (std::size_t i = 0; i < N; ++i) {
-    const double least = 1e-9 * a[i][i];
+    const double min_pivot = 1e-9 * a[i][i];
     for (std::size_t j = 0; j < i; ++j) {
       double sum = a[i][j];
       for (std::size_t k = 0; k < j; ++k) sum -= a[i][k] * a[j][k];
@@ -42,7 +42,7 @@ double eliminate(std::array<std::array<double, N>, N>& a, std::array<double, N>&
     }
     double sum = a[i][i];
     for (std::size_t k = 0; k < i; ++k) sum -= a[i][k] * a[i][k];
-    a[i][i] = sum > least ? 1.0 / std::sqrt(sum) : 0.0;  // its inverse
+    a[i][i] = sum > min_pivot ? 1.0 / std::sqrt(sum) : 0.0;  // its inverse
     for (std::size_t k = 0; k < i; ++k) b[i] -= a[i][k] * b[k];
     b[i] *= a[i][i];
     explained += b[i] * b[i];
@@ -109,7 +109,7 @@ double constant_of(const Filter& a) {
   return constant;
 }
 
-/// The sway minus its response, and the autoregression of that.
+/// The sway minus its response, and the autoregression of this residual.
 struct Rest {
   std::vector<double> noise;
   Filter a;
@@ -137,7 +137,7 @@ Rest fit_response(const std::vector<double>& sway, const std::vector<double>& ti
   return found;
 }
 
-/// Fits in which the tilt is read later from some block on. y, u: whitened sway and tilt.
+/// Fits in which the tilt is read later from a certain block. y, u: whitened sway and tilt.
 class Slips {
  public:
   Slips(std::vector<double> y, std::vector<double> u, double constant)
@@ -155,8 +155,8 @@ class Slips {
 
   double without() const { return residual(y_.size(), rest, {}); }
 
-  /// Calls visit(block, residual) for each place, the last first. `shifted`: `rest` plus the blocks by which the tilt
-  /// is read later.
+  /// Calls visit(block, residual) for each place, from last to first. `shifted`: `rest` plus the blocks by which the
+  /// tilt is read later.
   template <class Visit>
   void visit(std::size_t shifted, const Visit& visit) const {
     Row behind{};
@@ -243,10 +243,9 @@ void look_for_changes(const ResponseCheck& check, std::span<const double> sway_r
                     three_digits(found.medians) + " times as far as it usually does: check the sensor there");
   if (found.slip_gain > slip_gain)
     add_caution(warnings, "time_slips",
-                "from " + three_digits(found.slip_at_s) +
-                    " s after the protocol's start on the sway follows the tilt " +
+                "after " + three_digits(found.slip_at_s) + " s of the protocol the sway follows the tilt " +
                     three_digits(std::abs(found.slip_s)) + " s " + (found.slip_s > 0.0 ? "earlier" : "later") +
-                    " than before it: " +
+                    " than before: " +
                     (found.slip_s > 0.0 ? "a stretch of the recording is probably missing"
                                         : "a stretch was probably recorded twice"));
 }

@@ -1,7 +1,7 @@
 // Checks whether a sway continues as it began, by its linear response to the platform's tilt. Not installed. At about
 // 10 Hz, with the prescribed tilt u:
-//   y(t) = c + sum_j h_j u(t - j) + n(t),  n(t) = sum_i a_i n(t - i) + e(t),  fitted in turn by least squares (D.
-//   Cochrane and G. H. Orcutt, J. Am. Stat. Assoc. 44, 1949).
+//   y(t) = c + sum_j h_j u(t - j) + n(t),  n(t) = sum_i a_i n(t - i) + e(t),
+// fitted alternately by least squares (D. Cochrane and G. H. Orcutt, J. Am. Stat. Assoc. 44, 1949).
 #pragma once
 
 #include <span>
@@ -20,11 +20,11 @@ class ResponseCheck {
   struct Found {
     double innovation_rad = 0.0, medians = 0.0;  ///< the largest |e|, and its ratio to the median of |e|
     double innovation_at_s = 0.0;
-    /// The improvement if the sway from slip_at_s on is slip_s earlier than before (positive: a stretch is missing).
+    /// The improvement if the sway from slip_at_s is slip_s earlier than before (positive: a stretch is missing).
     /// slip_gain is the number of samples times the relative decrease of the residual, or 0.
     double slip_gain = 0.0, slip_s = 0.0, slip_at_s = 0.0;
   };
-  /// Checks a sway that has the tilt's samples. Returns zeros for trials under 40 s.
+  /// Checks a sway that has the tilt's number of samples. Returns zeros for trials under 40 s.
   Found check(std::span<const double> sway_rad) const;
 
  private:
@@ -34,8 +34,8 @@ class ResponseCheck {
   std::size_t blocks_;        // of the trial
 };
 
-/// Adds the cautions `stretch_off` (an unexplained movement of 0.3 degrees and 14 medians) and `time_slips`. Adds no
-/// `stretch_off` if the warnings already hold jumps, spikes or a frozen sensor.
+/// Adds the cautions `stretch_off` (an unexplained movement of 0.3 degrees and 14 medians) and `time_slips`. Skips
+/// `stretch_off` if the warnings already contain jumps, spikes or a frozen sensor.
 void look_for_changes(const ResponseCheck& check, std::span<const double> sway_rad, Warnings& warnings);
 
 }  // namespace decid::recording

@@ -1,4 +1,4 @@
-// Columns that may be the sway: see candidates.hpp.
+// Candidates for the sway column: see candidates.hpp.
 #include "recording/table/candidates.hpp"
 
 #include <algorithm>
@@ -28,7 +28,7 @@ bool is_quaternion(const std::string& name) {
   return joined.find("quat") != std::string::npos || one_of(joined, {"q0", "q1", "q2", "q3", "qw", "qx", "qy", "qz"});
 }
 
-/// 1, 2, 3 ... under no name.
+/// Returns true for an unnamed column of 1, 2, 3 ...
 bool is_unnamed_counter(const Table& table, int column) {
   const std::string& name = table.names()[static_cast<std::size_t>(column)];
   if (!table.has_header() || name != "column " + std::to_string(column + 1)) return false;

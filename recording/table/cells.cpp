@@ -1,4 +1,4 @@
-// Cells of a table: see cells.hpp. Numbers by std::from_chars: the same in every locale.
+// Cells of a table: see cells.hpp. std::from_chars reads numbers the same way in every locale.
 #include "recording/table/cells.hpp"
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace decid::recording {
 
 namespace {
 
-/// "1,5 2,7": every word is a number, and a digit follows each comma.
+/// Returns true for "1,5 2,7": every word is a number, and a digit follows each comma.
 bool commas_are_decimal(std::string_view line) {
   bool any = false;
   for (std::size_t i = 0; i < line.size(); ++i) {
@@ -28,7 +28,7 @@ bool commas_are_decimal(std::string_view line) {
          std::all_of(cells.begin(), cells.end(), [](std::string_view cell) { return parse_number(cell).is_number; });
 }
 
-/// A line without what stands between quotes.
+/// Returns a line without quoted text.
 std::string outside_quotes(std::string_view line) {
   std::string outside;
   bool quoted = false;
@@ -95,8 +95,8 @@ Parsed parse_with_point(std::string_view cell) {
   return {true, error == std::errc() ? value : std::numeric_limits<double>::infinity()};
 }
 
-/// Returns "1.0e-03" for "1.0D-03", which Fortran writes in double precision. Empty for other text: a mantissa of
-/// Fortran has a point, so "3D" and "2d1" stay words.
+/// Returns "1.0e-03" for "1.0D-03", Fortran's double precision. Empty for other text: a Fortran mantissa has a point,
+/// so "3D" and "2d1" stay words.
 std::string with_c_exponent(std::string_view cell) {
   const std::size_t letter = cell.find_first_of("Dd");
   if (letter == cell.npos || cell.substr(0, letter).find('.') == cell.npos) return {};
@@ -193,7 +193,7 @@ char separator_of(std::string_view line_before, std::string_view data) {
   }
   const bool blanks = line.find(' ') != std::string_view::npos;
   if (line.find(',') == std::string_view::npos) return blanks && !clock_time(line) ? ' ' : ',';
-  // One number with a decimal comma below a header of one name, or several of them between blanks.
+  // One number with a decimal comma below a header of one name, or several numbers between blanks.
   const bool one_column = !first.empty() && first.find_first_of(", ") == std::string_view::npos &&
                           !parse_number(first).is_number && std::count(line.begin(), line.end(), ',') == 1;
   return (blanks || one_column) && commas_are_decimal(trim(data)) ? ' ' : ',';
@@ -201,7 +201,7 @@ char separator_of(std::string_view line_before, std::string_view data) {
 
 namespace {
 
-/// The whole numbers between `separator`, as many as `into` has: "12:03" into two. False for anything else.
+/// Reads as many whole numbers between separators as `into` has: "12:03" into two. Returns false for other text.
 template <std::size_t N>
 bool whole_numbers(std::string_view text, char separator, std::array<int, N>& into) {
   for (std::size_t i = 0; i < N; ++i) {
@@ -215,14 +215,14 @@ bool whole_numbers(std::string_view text, char separator, std::array<int, N>& in
   return true;
 }
 
-/// The number of a month's first three letters in English, as MATLAB writes it; 0 for other text.
+/// Returns the number of a month by its first three letters in English, as MATLAB writes it; 0 for other text.
 int month_of(std::string_view name) {
   constexpr std::string_view names = "JanFebMarAprMayJunJulAugSepOctNovDec";
   const std::size_t at = name.size() == 3 ? names.find(name) : names.npos;
   return at == names.npos || at % 3 != 0 ? 0 : static_cast<int>(at / 3) + 1;
 }
 
-/// Replaces the month's letters of "01-May-2023" by its number and puts the year first; other text stays.
+/// Replaces the month's letters in "01-May-2023" by its number and puts the year first; keeps other text.
 std::string with_number_of_month(std::string_view date) {
   const std::size_t first = date.find('-'), last = date.rfind('-');
   const int month = first == date.npos || first == last ? 0 : month_of(date.substr(first + 1, last - first - 1));
@@ -240,8 +240,8 @@ std::optional<ClockTime> duration(std::string_view cell) {
   return {};
 }
 
-/// Days since the first of March of year 0 of the Gregorian calendar. Source: the usual count of years from March,
-/// whose months have 153 days in five.
+/// Returns the days since the first of March of year 0 of the Gregorian calendar. Years count from March, so that their
+/// months have 153 days in five.
 std::optional<double> days(std::string_view date) {
   std::array<int, 3> parts{};  // year, month, day
   if (whole_numbers(date, '.', parts)) {
@@ -294,7 +294,7 @@ std::optional<ClockTime> clock_time(std::string_view cell) {
   }
   take_offset(cell);
   double fraction = 0.0;
-  // "12:03:04:250", as some programs write milliseconds
+  // "12:03:04:250": some programs write milliseconds this way
   const std::size_t last = cell.rfind(':');
   const bool has_milliseconds = std::count(cell.begin(), cell.end(), ':') == 3 && cell.size() - last == 4;
   const std::size_t point = has_milliseconds ? last : cell.find_first_of(".,");
@@ -307,7 +307,7 @@ std::optional<ClockTime> clock_time(std::string_view cell) {
     cell = cell.substr(0, point);
   }
   std::array<int, 3> parts{};  // hours, minutes, seconds
-  // "03:04.5" are minutes and seconds, "03:04" may be anything.
+  // "03:04.5" is minutes and seconds; "03:04" is ambiguous.
   if (std::array<int, 2> two{}; point != std::string_view::npos && whole_numbers(cell, ':', two) && two[1] <= 59)
     return ClockTime{day, 60.0 * two[0] + two[1] + fraction};
   if (!whole_numbers(cell, ':', parts) || parts[0] > 24 || parts[1] > 59 || parts[2] > 60) return {};

@@ -1,4 +1,4 @@
-// Cells of a table written as text: split, read as numbers, as clock times, as units.
+// Cells of a text table: split, read as numbers, clock times and units.
 // Not installed.
 #pragma once
 
@@ -11,15 +11,17 @@
 
 namespace decid::recording {
 
-/// Without blanks and tabs around it.
+/// Returns the text without surrounding blanks and tabs.
 std::string_view trim(std::string_view text);
 
 /// Calls visit(line, number) for every line that is neither blank nor a comment (# or %), until it returns false. Lines
-/// end in \n, \r\n or \r and are counted from 1, all of them.
+/// end in
+/// , \r
+///  or \r; all lines count, from 1.
 template <class Visit>
 void for_each_line(std::string_view text, const Visit& visit) {
   std::size_t line_number = 0;
-  std::size_t newline = text.find('\n');  // the first one from `begin` on
+  std::size_t newline = text.find('\n');  // the first one at or after `begin`
   for (std::size_t begin = 0; begin < text.size();) {
     if (newline < begin) newline = text.find('\n', begin);
     std::string_view line = text.substr(begin, newline - begin);
@@ -33,24 +35,24 @@ void for_each_line(std::string_view text, const Visit& visit) {
   }
 }
 
-/// The cells of a line, without blanks and quotes around them. A separator between quotes separates nothing; a run of
-/// blanks separates once.
+/// Splits a line into cells, without surrounding blanks and quotes. Quoted separators do not count; a run of blanks
+/// separates once.
 void split(std::string_view line, char separator, std::vector<std::string_view>& cells);
 
-/// Each separator ends a cell: neither quotes nor runs of blanks are to be thought of.
+/// Returns true if each separator ends a cell: the text has neither quotes nor runs of blanks.
 bool is_plain(std::string_view text, char separator);
 
-/// The cell that split() puts at `column`, which the line must have. plain: is_plain() of the line.
+/// Returns the cell that split() puts at `column`, which the line must have. `plain`: is_plain() of the line.
 std::string_view cell_at(std::string_view line, char separator, std::size_t column, bool plain);
 
 struct Parsed {
-  bool is_number;  ///< also if it is not finite, or too large for a double
+  bool is_number;  ///< true also for infinite numbers and numbers too large for a double
   double value;
 };
-/// A comma in a cell is a decimal one, as a separator would have ended the cell, but where digits are plainly in groups
-/// of three (thousands.hpp). Fortran's exponents ("1.0D-03") are read too.
+/// Reads a number. A comma in a cell is decimal, because a separator would have ended the cell, unless digits are
+/// clearly in groups of three (thousands.hpp). Reads Fortran's exponents ("1.0D-03"), too.
 Parsed parse_number(std::string_view cell);
-/// In a column whose commas have this meaning.
+/// Reads a number of a column whose commas have this meaning.
 Parsed parse_number(std::string_view cell, Commas commas);
 
 /// Returns true for a cell without a value: empty, nan, NA, null, None, missing, ? or -.
@@ -66,16 +68,16 @@ struct ClockTime {
 /// 00:00:01.5"; and durations, "1.5 sec" or "0.025 min". Returns nothing for other text. Ignores the time zone.
 std::optional<ClockTime> clock_time(std::string_view cell);
 
-/// "deg" of "[deg]" and "(deg)", if it is a unit; empty otherwise. Brackets must close.
+/// Returns "deg" for "[deg]" and "(deg)", if it is a unit; empty otherwise. Brackets must close.
 std::optional<std::string> unit_of_cell(std::string_view cell);
 
 /// Returns true for a line of units: at least half of its cells are known units or empty, the others are short words,
-/// and one known unit is not a number.
+/// and at least one known unit is not a number.
 bool are_units(const std::vector<std::string_view>& cells);
-/// Returns "sway (deg)" for "sway" and "[deg]", or only the name if the unit says nothing.
+/// Returns "sway (deg)" for "sway" and "[deg]", or only the name if the unit is meaningless.
 std::string with_unit(std::string name, std::string_view unit);
 
-/// Which of ; tab | , blank separates the cells of a line of data, of which the line before it may be the header.
+/// Returns the separator (; tab | , blank) of a line of data, whose header may be the line before.
 char separator_of(std::string_view line_before, std::string_view line);
 
 }  // namespace decid::recording

@@ -1,5 +1,5 @@
-// Columns of a table: see columns.hpp. The rules for finding them are ours, made for EUROBENCH files (time,COM_x),
-// exports of motion capture and decid's own.
+// Columns of a table: see columns.hpp. The search rules are made for EUROBENCH files (time,COM_x), motion capture
+// exports and decid's own files.
 #include "recording/table/columns.hpp"
 
 #include <algorithm>
@@ -9,13 +9,14 @@
 #include <cstdio>
 
 #include "base/error.hpp"
+#include "base/setting.hpp"
 #include "sim/protocol/protocol.hpp"
 
 namespace decid::recording {
 
 namespace {
 
-/// How much a step of a column without a name may differ from the mean step, for it to be a time.
+/// The allowed deviation of a step from the mean step, if an unnamed column is to be the time.
 constexpr double step_tolerance = 0.01;
 
 std::optional<Unit> angle_unit_of(std::string_view word) {
@@ -41,7 +42,7 @@ std::string lower(std::string text) {
   return text;
 }
 
-/// "V" of "sway (V)" and "sway [V]"; empty if there is none.
+/// Returns "V" for "sway (V)" and "sway [V]"; empty without a unit.
 std::string_view unit_behind(std::string_view name) {
   if (name.empty() || (name.back() != ')' && name.back() != ']')) return {};
   const std::size_t open = name.find_last_of(name.back() == ')' ? '(' : '[');
@@ -49,7 +50,7 @@ std::string_view unit_behind(std::string_view name) {
 }
 
 /// Returns the quantity that a unit measures ("mV": "a voltage"). Returns nullptr for units of angles, for mm, cm and
-/// m, and for text that is no unit ("AP", "left").
+/// m, and for text that is not a unit ("AP", "left").
 const char* quantity_of_unit(std::string_view text) {
   std::string unit = "|";
   for (const char c : lower(std::string(text)))
@@ -65,7 +66,7 @@ const char* quantity_of_unit(std::string_view text) {
         {"a velocity", "|m/s|mm/s|cm/s|"},
         {"an acceleration", "|m/s^2|m/s2|g|"},
         {"a mass", "|kg|"},
-        {"a share", "|%|%bw|percent|pct|prozent|"},
+        {"a fraction", "|%|%bw|percent|pct|prozent|"},
         {"a temperature", "|\u00B0c|degc|celsius|\u00B0f|degf|"},
         {"a frequency", "|hz|khz|"},
         {"a length in neither mm, cm nor m", "|in|inch|inches|ft|feet|um|\xC2\xB5m|\xCE\xBCm|km|"},
@@ -77,7 +78,7 @@ const char* quantity_of_unit(std::string_view text) {
   return nullptr;
 }
 
-/// "sway_deg" of "sway_deg(:,2)", "sway_deg(2,:,1)" and "sway_deg{2}".
+/// Returns "sway_deg" for "sway_deg(:,2)", "sway_deg(2,:,1)" and "sway_deg{2}".
 std::string_view without_index(std::string_view name) {
   while (name.size() > 2 && (name.back() == ')' || name.back() == '}')) {
     const std::size_t open = name.find_last_of(name.back() == ')' ? '(' : '{');
@@ -99,7 +100,7 @@ const char* other_quantity(std::string_view name) {
   for (const std::string& word : all)
     if (one_of(word, {"cop", "copx", "copy", "copap", "copml"})) return centre_of_pressure;
   if (const char* quantity = quantity_of_unit(unit_behind(name))) return quantity;
-  // Without brackets these letters often mean something else: "sway_PA" is a direction, "sway_ma" a moving average.
+  // Without brackets these letters often have other meanings: "sway_PA" is a direction, "sway_ma" a moving average.
   if (parts.size() > 1 && last.size() > 1 && !one_of(last, {"in", "pa", "ma", "kn", "feet"}))
     if (const char* quantity = quantity_of_unit(last)) return quantity;
   if (parts.size() > 1 && metres_of(last)) return "a length";
@@ -185,7 +186,7 @@ std::vector<std::string> words_in(std::string_view name) {
   const auto is_upper = [](char c) { return c >= 'A' && c <= 'Z'; };
   const auto is_lower = [](char c) { return c >= 'a' && c <= 'z'; };
   std::string text(name), spaced;
-  for (const char* centre : {"CoM", "CoG", "CoP"})  // a word each
+  for (const char* centre : {"CoM", "CoG", "CoP"})  // one word each
     for (std::size_t at = text.find(centre); at != text.npos; at = text.find(centre, at + 1)) text[at + 1] = 'O';
   for (std::size_t i = 0; i < text.size(); ++i) {
     const bool is_after_lower = i > 0 && is_lower(text[i - 1]);
@@ -207,34 +208,34 @@ std::optional<Unit> unit_in(std::string_view name) {
 }
 
 std::optional<Unit> unit_of(const std::string& name, std::optional<Unit> given, const std::string& where,
-                            const std::string& setting) {
+                            const std::string& setting_name) {
   if (given) return given;
   if (one_of(words(name).back(), {"gon", "arcmin", "arcsec", "mdeg", "millideg", "millidegrees", "cdeg", "turn",
                                   "turns", "rev", "revolutions"}))
     throw Error(where, name + " is neither in degrees nor in radians by its name", "convert it to one of them");
   if (const char* quantity = other_quantity(name)) {
-    throw Error(
-        where, name + " is " + quantity + " by its name, not an angle",
-        std::string_view(quantity) == "a length" && setting == "--unit"
-            ? "give the height of the centre of mass above the ankles as --com-height, or --unit if it is an angle"
-        : quantity == centre_of_pressure
-            ? "estimate the centre of mass first: a force plate's centre of pressure moves farther and faster"
-            : "name a column of angles, or give " + setting + " if it is one");
+    throw Error(where, name + " is " + quantity + " by its name, not an angle",
+                std::string_view(quantity) == "a length" && setting_name == setting("unit")
+                    ? "give the height of the centre of mass above the ankles as " + setting("com_height") + ", or " +
+                          setting("unit") + " if it is an angle"
+                : quantity == centre_of_pressure
+                    ? "estimate the centre of mass first: a force plate's centre of pressure moves farther and faster"
+                    : "name a column of angles, or give " + setting_name + " if it is one");
   }
   return unit_in(name);
 }
 
-Unit angle_unit(const Table& table, int column, std::optional<Unit> given, const std::string& setting,
+Unit angle_unit(const Table& table, int column, std::optional<Unit> given, const std::string& setting_name,
                 Recording& recording) {
   const std::string& name = table.names()[static_cast<std::size_t>(column)];
   const std::optional<Unit> named = unit_in(name);
   const char* const quantity = other_quantity(name);
   if (given && (quantity != nullptr || (named && *named != *given)))
     add_caution(recording.warnings, "unit_differs",
-                name + " has another unit by its name than the one given as " + setting + ", which is used");
-  if (const std::optional<Unit> unit = unit_of(name, given, recording.file, setting)) return *unit;
+                name + " has a unit in its name that differs from " + setting_name + "; decid uses " + setting_name);
+  if (const std::optional<Unit> unit = unit_of(name, given, recording.file, setting_name)) return *unit;
   if (const std::optional<Unit> unit = table.unit()) return *unit;
-  add_info(recording.warnings, "unit_assumed", "no unit in the name of " + name + ": degrees are assumed");
+  add_info(recording.warnings, "unit_assumed", "the name of " + name + " has no unit: decid assumes degrees");
   return Unit::degree;
 }
 
@@ -276,7 +277,7 @@ std::string list_of(const Table& table, int without) {
 }
 
 void refuse_several(const Table& table, const std::vector<int>& columns, const std::string& name,
-                    const std::string& where, const std::string& setting) {
+                    const std::string& where, const std::string& setting_name) {
   const auto& names = table.names();
   std::string numbers, list;
   for (std::size_t i = 0; i < columns.size(); ++i) {
@@ -288,22 +289,22 @@ void refuse_several(const Table& table, const std::vector<int>& columns, const s
   };
   if (std::ranges::none_of(columns, has_path))
     throw Error(where, std::to_string(columns.size()) + " columns are called '" + name + "', numbers " + numbers,
-                "give the column's number, from 1, as " + setting);
+                "give the column's number, from 1, as " + setting_name);
   throw Error(where, "has several columns called '" + std::string(without_index(name)) + "': " + list,
-              "name one with " + setting + trial_advice(table));
+              "name one with " + setting_name + trial_advice(table));
 }
 
 std::string trial_advice(const Table& table) {
   for (const bool is_matrix : {false, true})
     for (const TableArray& array : table.arrays())
       if (array.is_matrix == is_matrix && array.elements > 1)
-        return "; --trial " + array.name + " makes each of its " + std::to_string(array.elements) +
-               (is_matrix ? " columns" : " elements") + " a recording";
+        return "; " + setting("trial_column") + " " + array.name + " makes each of its " +
+               std::to_string(array.elements) + (is_matrix ? " columns" : " elements") + " a recording";
   return "";
 }
 
 int find_named(const Table& table, int without, std::initializer_list<const char*> names, const std::string& where,
-               const std::string& setting) {
+               const std::string& setting_name) {
   for (const char* name : names) {
     std::vector<int> found;
     for (int i = 0; i < table.columns(); ++i) {
@@ -311,14 +312,15 @@ int find_named(const Table& table, int without, std::initializer_list<const char
       if (i == without || name_without_unit(here) != name) continue;
       if (found.empty() || without_index(here) == without_index(table.own_name(found.front()))) found.push_back(i);
     }
-    if (found.size() > 1) refuse_several(table, found, table.own_name(found.front()), where, setting);
+    if (found.size() > 1) refuse_several(table, found, table.own_name(found.front()), where, setting_name);
     if (!found.empty()) return found.front();
   }
   return -1;
 }
 
-int named_column(const Table& table, const std::string& column, const std::string& where, const std::string& setting) {
-  // As it stands there; in other case; without its unit: "KSP" of "KSP (deg)".
+int named_column(const Table& table, const std::string& column, const std::string& where,
+                 const std::string& setting_name) {
+  // In this order: the exact name; another case; without its unit: "KSP" for "KSP (deg)".
   std::vector<int> exact, paths, alike, plain;
   for (int i = 0; i < table.columns(); ++i) {
     const std::string& name = table.names()[static_cast<std::size_t>(i)];
@@ -329,7 +331,7 @@ int named_column(const Table& table, const std::string& column, const std::strin
   }
   for (const std::vector<int>& found : {exact, paths, alike, plain}) {
     if (found.size() == 1) return found.front();
-    if (found.size() > 1) refuse_several(table, found, column, where, setting);
+    if (found.size() > 1) refuse_several(table, found, column, where, setting_name);
   }
   int number = 0;
   const auto [end, error] = std::from_chars(column.data(), column.data() + column.size(), number);
@@ -337,17 +339,17 @@ int named_column(const Table& table, const std::string& column, const std::strin
     return number - 1;
   }
   throw Error(where, "has no column '" + column + "'; its columns are " + list_of(table, -1),
-              "give one of them, or its number from 1, as " + setting);
+              "give one of them, or its number from 1, as " + setting_name);
 }
 
-std::optional<StatedRate> stated_rate(const Table& table, const std::string& where, const std::string& setting) {
+std::optional<StatedRate> stated_rate(const Table& table, const std::string& where, const std::string& setting_name) {
   const std::vector<StatedRate> rates = candidates(table.stated_rates());
   if (rates.empty()) return {};
   if (rates.size() > 1)
-    throw Error(where, "states several rates: " + list_of(rates), "give the samples per second as " + setting);
+    throw Error(where, "states several rates: " + list_of(rates), "give the samples per second as " + setting_name);
   if (!is_sample_rate(rates.front().hz))
     throw Error(where, "its own rate is " + six_digits(rates.front().hz) + " Hz, not from 1 to 100,000",
-                "give the samples per second as " + setting);
+                "give the samples per second as " + setting_name);
   return rates.front();
 }
 
@@ -367,7 +369,7 @@ int find_time(const Table& table) {
   if (table.columns() < 2 || table.rows(column) < 3) return -1;
   const std::vector<double> first = table.times(column);
   const double step = (first.back() - first.front()) / static_cast<double>(first.size() - 1);
-  for (const StatedRate& rate : table.stated_rates())  // which a counter of samples has not
+  for (const StatedRate& rate : table.stated_rates())  // a counter of samples has no rate
     if (std::abs(step * rate.hz - 1.0) > step_tolerance) return -1;
   for (std::size_t i = 1; i < first.size(); ++i) {
     const double found = first[i] - first[i - 1];
@@ -376,7 +378,7 @@ int find_time(const Table& table) {
   return column;
 }
 
-int find_tilt_column(const Table& table, int without, const std::string& where, const std::string& setting) {
+int find_tilt_column(const Table& table, int without, const std::string& where, const std::string& setting_name) {
   return find_named(table, without,
                     {"tilt",
                      "platform_tilt",
@@ -402,7 +404,7 @@ int find_tilt_column(const Table& table, int without, const std::string& where, 
                      "stimulus_angle",
                      "ss",
                      "ss_angle"},
-                    where, setting);
+                    where, setting_name);
 }
 
 double time_unit_s(std::string_view name) {

@@ -1,4 +1,4 @@
-// Headers behind # or %: see commented_header.hpp.
+// Headers after # or %: see commented_header.hpp.
 #include "recording/table/commented_header.hpp"
 
 #include <algorithm>
@@ -10,7 +10,7 @@ namespace decid::recording {
 
 namespace {
 
-/// The comments and blank lines at the end of a text, the last one first.
+/// Returns the comments and blank lines at the end of a text, the last one first.
 std::vector<std::string_view> comments_of(std::string_view above) {
   constexpr std::size_t max_comments = 100;
   std::vector<std::string_view> comments;
@@ -27,7 +27,7 @@ std::vector<std::string_view> comments_of(std::string_view above) {
   return comments;
 }
 
-/// As the rows are separated, else as programs separate names: savetxt with a header of blanks above commas.
+/// Splits like the rows, else as programs separate names: savetxt writes a header of blanks above commas.
 std::vector<std::string_view> cells_of(std::string_view comment, char separator, std::size_t columns) {
   std::vector<std::string_view> cells;
   for (const char each : {separator, ',', ';', '\t', ' '}) {

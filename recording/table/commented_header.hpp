@@ -1,4 +1,4 @@
-// Headers behind # or %, as NumPy, MATLAB and ROS write them: "# time,COM_x_cm". Not installed.
+// Headers after # or %, as NumPy, MATLAB and ROS write them: "# time,COM_x_cm". Not installed.
 #pragma once
 
 #include <string>
@@ -9,12 +9,12 @@
 
 namespace decid::recording {
 
-/// Returns the names of the columns in the comments just above a table, with the units of a line below them: the last
-/// comment of as many cells of which one names a time, a unit, a part of the body or the like, so that remarks are
-/// none. Empty if there is none. `above`: the text up to the first row.
+/// Returns the names of the columns in the comments just above a table, with the units of a line below them. The header
+/// is the last comment with as many cells as the table has columns, at least one of which names a time, a unit, a part
+/// of the body or similar; remarks have no such name. Empty without a header. `above`: the text up to the first row.
 std::vector<std::string> commented_names(std::string_view above, char separator, std::size_t columns);
 
-/// Returns true for a name that tells what a column is: a time, a unit, another quantity, sway, tilt, an angle.
+/// Returns true for a name that identifies a column: a time, a unit, another quantity, sway, tilt, an angle.
 bool is_known_name(std::string_view cell);
 
 /// Adds the sample rates that the comments state.

@@ -24,7 +24,7 @@ bool half_are_numbers(const Cells& cells) {
   return 2 * static_cast<std::size_t>(numbers) >= filled(cells);
 }
 
-/// Returns true if all columns have the same word ("CAL", "ORIGINAL"), which cannot tell them apart.
+/// Returns true if all columns have the same word ("CAL", "ORIGINAL"), which cannot distinguish them.
 bool is_one_word(const Cells& cells) {
   std::set<std::string_view> different(cells.begin(), cells.end());
   different.erase("");

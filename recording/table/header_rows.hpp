@@ -9,14 +9,14 @@
 
 namespace decid::recording {
 
-/// The lines above the first row of numbers, from top to bottom, each with its cells.
+/// The lines above the first row of numbers, from top to bottom, split into cells.
 using HeaderRows = std::vector<std::vector<std::string_view>>;
 
 /// Returns a name for each column, made from the rows just above the numbers. The lowest row that does not hold units
-/// gives the names; while they are not unique, the row above goes before them ("HIP" and "X": "HIP X"). The units
-/// follow. This rule reads Motive, Vicon Nexus, Visual3D and Shimmer. Qualisys (MARKER_NAMES), LabChart
-/// (ChannelTitle=), LabVIEW (X_Value) and AcqKnowledge have rules of their own. Returns nothing if the lowest row is
-/// enough, or there is no row.
+/// gives the names; while they are not unique, the row above is prefixed ("HIP" and "X": "HIP X"). The units follow.
+/// This rule reads Motive, Vicon Nexus, Visual3D and Shimmer. Qualisys (MARKER_NAMES), LabChart (ChannelTitle=),
+/// LabVIEW (X_Value) and AcqKnowledge have rules of their own. Returns nothing if the lowest row is sufficient, or
+/// there is no row.
 std::vector<std::string> names_of_rows(const HeaderRows& rows, std::size_t columns);
 
 /// Adds the rate that Vicon Nexus writes below the name of a section ("Trajectories").

@@ -1,4 +1,4 @@
-// Headers that are not the table's: see misfit_header.hpp.
+// Headers that do not fit their table: see misfit_header.hpp.
 #include "recording/table/misfit_header.hpp"
 
 #include <algorithm>
@@ -22,14 +22,14 @@ char separator_of_names(std::string_view line, char of_table) {
   return ' ';
 }
 
-/// "cm", "(cm)", "[deg]"; single letters may be other than units.
+/// Returns true for "cm", "(cm)" and "[deg]"; single letters may have other meanings.
 bool is_unit_alone(std::string_view name) {
   const std::string unit = unit_of_cell(name).value_or("");
   return unit.size() > 1 || (!unit.empty() && unit != name);
 }
 
 /// Returns true for the name of a time, and for a name with a unit or a quantity, which decides how numbers are read.
-bool is_telling(std::string_view name) {
+bool is_distinctive(std::string_view name) {
   return is_time_name(name) || unit_in(name) || metres_in_unit_of(name) || other_quantity(name) != nullptr ||
          is_unit_alone(name);
 }
@@ -50,9 +50,9 @@ bool is_header(const NameViews& names, char separator) {
   const auto is_number = [](std::string_view name) { return parse_number(name).is_number || clock_time(name); };
   if (is_key(names.front()) || std::ranges::any_of(names, is_number)) return false;
   if (names.size() == 1)
-    return is_telling(names[0]) && !is_time_name(names[0]) && names[0].find(' ') == std::string_view::npos;
+    return is_distinctive(names[0]) && !is_time_name(names[0]) && names[0].find(' ') == std::string_view::npos;
   if (separator == ' ' && (std::ranges::any_of(names, is_key) || std::ranges::any_of(names, is_prose))) return false;
-  if (std::ranges::none_of(names, [](std::string_view name) { return is_telling(name) && !is_prose(name); }))
+  if (std::ranges::none_of(names, [](std::string_view name) { return is_distinctive(name) && !is_prose(name); }))
     return false;
   if (separator != ' ' && is_time_name(names.front()) && !is_prose(names.front())) return true;
   const auto known = std::ranges::count_if(names, [](std::string_view name) {
@@ -89,7 +89,7 @@ Misfit misfit_header(std::string_view line, std::size_t line_number, char separa
   if (!is_header(names, of_names)) return {};
   problem += "looks like the table's header, but has " + counted(std::ssize(names), "name");
   if (names.size() > 1) problem += std::string(" between ") + separators_called(of_names);
-  problem += ", the lines below it " + counted(static_cast<std::ptrdiff_t>(columns), "column");
+  problem += "; the lines below it have " + counted(static_cast<std::ptrdiff_t>(columns), "column");
   if (columns > 1) problem += std::string(" between ") + separators_called(separator);
   const bool decimal_commas = separator == ',' && columns == 2 * names.size();
   return {problem, decimal_commas ? "save the file with semicolons between columns if its numbers have decimal commas, "

@@ -1,4 +1,4 @@
-// What stands above a table: see preamble.hpp.
+// Text above a table: see preamble.hpp.
 #include "recording/table/preamble.hpp"
 
 #include <algorithm>
@@ -15,9 +15,9 @@ namespace decid::recording {
 
 namespace {
 
-/// How far down a table may begin.
+/// The last line at which a table may begin.
 constexpr std::size_t max_lines = 300;
-/// Lines of numbers that make a table; fewer at the end of the file.
+/// The number of lines that make a table; fewer at the end of the file.
 constexpr std::size_t lines_of_a_table = 3;
 
 struct Line {
@@ -35,13 +35,14 @@ std::vector<std::string_view> cells_of(std::string_view line, char separator) {
   return cells;
 }
 
-/// As many cells, or one more, an empty one after a separator at the line's end.
+/// Returns true for as many cells, or one more that is empty, after a separator at the line's end.
 bool are_alike(const std::vector<std::string_view>& a, const std::vector<std::string_view>& b) {
   return a.size() == b.size() || (a.size() == b.size() + 1 && a.back().empty()) ||
          (b.size() == a.size() + 1 && b.back().empty());
 }
 
-/// Half of its cells at least hold values, among them one of the first two; of two, both: "Subject,12" is none.
+/// Returns true if at least half of the cells hold values, including one of the first two; of two cells, both:
+/// "Subject,12" is not data.
 bool is_data(const std::vector<std::string_view>& cells) {
   const auto values = std::ranges::count_if(cells, is_value);
   if (cells.size() == 2)
@@ -49,14 +50,14 @@ bool is_data(const std::vector<std::string_view>& cells) {
   return 2 * values >= std::ssize(cells) && (is_value(cells[0]) || (cells.size() > 1 && is_value(cells[1])));
 }
 
-/// Returns true for a header of R's write.table, above rows that begin with their numbers, which it does not name.
+/// Returns true for a header of R's write.table, above rows that begin with unnamed row numbers.
 bool names_all_but_rows(const std::vector<std::string_view>& header, const std::vector<std::string_view>& first,
                         const std::vector<std::string_view>& second) {
   return header.size() + 1 == first.size() && !header.back().empty() && std::ranges::none_of(header, is_value) &&
          first[0] == "1" && second[0] == "2";
 }
 
-/// "inDegrees=no", as OpenSim writes it.
+/// Returns the unit of "inDegrees=no", as OpenSim writes it.
 std::optional<Unit> stated_unit(std::string_view line) {
   std::string text;
   for (const char c : line)
@@ -66,7 +67,8 @@ std::optional<Unit> stated_unit(std::string_view line) {
   return {};
 }
 
-/// TRC: a line of what the file is, one of names of figures, one of these, one of markers, one of coordinates.
+/// Reads TRC: a line of the file's kind, a line of names of figures, the figures, a line of markers, a line of
+/// coordinates.
 Preamble of_trc(const std::vector<Line>& lines) {
   constexpr std::size_t header_lines = 5;
   if (lines.size() < header_lines) return {};
@@ -112,7 +114,7 @@ Preamble preamble_behind(std::string_view text, std::size_t lines) {
   Preamble found = preamble_of(text, lines);
   Preamble rows = find_preamble(text.substr(begin));
   if (rows.names.empty()) return found;
-  // Lines of comments and blank ones before `begin` count too.
+  // Comment lines and blank lines before `begin` count too.
   const auto line_ends = [](std::string_view part) {
     return static_cast<std::size_t>(std::ranges::count(part, part.find('\n') == part.npos ? '\r' : '\n'));
   };
@@ -169,11 +171,11 @@ Preamble find_preamble(std::string_view text) {
       return found;
     }
     if (first == 0 || (fits(0) && (first == 1 || has_time(0)))) return {};
-    // A damaged row below the header is no header.
+    // A damaged row below the header is not a header.
     if (fits(0) && std::ranges::any_of(cells_of(lines[first - 1].text, separator), is_value)) return {};
-    // Which line names a single column is plain only if it names an angle's unit.
+    // A single name above one column is clear only if it has an angle's unit.
     if (row.size() == 1 && !unit_in(lines[first - 1].text)) return {};
-    // The header: the lowest line above that is none of units; one with a time is a better one.
+    // The header is the lowest line above that does not hold units; a line with a time is preferred.
     std::size_t header = first;
     if (fits(first - 1)) header = first - 1;
     if (header > 0 && header < first && are_units(cells_of(lines[header].text, separator)) && fits(header - 1))

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "base/error.hpp"
+#include "base/setting.hpp"
 #include "recording/table/cells.hpp"
 #include "recording/table/table.hpp"
 
@@ -14,7 +15,7 @@ namespace decid::recording {
 
 namespace {
 
-/// Lines of a header may be a word and a number, too.
+/// Lines of a header may also consist of a word and a number.
 constexpr std::size_t rows_of_a_table = 3, rows_that_begin_with_words = 20;
 
 std::string lower(std::string text) {
@@ -129,7 +130,7 @@ std::string only_section(std::string_view text, const std::string& section, cons
     found = sections.begin() + static_cast<std::ptrdiff_t>(*number - 1);
   if (found == sections.end())
     throw Error(where, "has no section " + section,
-                sections.empty() ? "leave out --section" : "its sections are " + list_of(sections));
+                sections.empty() ? "leave out " + setting("section") : "its sections are " + list_of(sections));
   if (std::ranges::count_if(sections, is_asked) > 1)
     throw Error(where, "has several sections '" + section + "'", "give the number of one: " + list_of(sections));
   return std::string(line_ends(text.substr(0, found->begin)), '\n') +

@@ -1,4 +1,4 @@
-// Which kind of file a table is read from: see table.hpp.
+// Opens a table by its kind of file: see table.hpp.
 #include "recording/table/table.hpp"
 
 #include <algorithm>
@@ -9,6 +9,7 @@
 
 #include "base/error.hpp"
 #include "base/files/file.hpp"
+#include "base/setting.hpp"
 #include "base/text.hpp"
 #include "recording/formats/c3d.hpp"
 #include "recording/formats/csv.hpp"
@@ -27,39 +28,40 @@ std::string read_standard_input() {
   std::vector<char> block(std::size_t{1} << 16);
   while (std::cin.read(block.data(), std::ssize(block)) || std::cin.gcount() > 0) {
     text.append(block.data(), static_cast<std::size_t>(std::cin.gcount()));
-    if (text.size() > file_limit_bytes)
-      throw Error("standard input", "is larger than 1 GiB", "give the trial to be identified alone");
+    if (text.size() > file_limit_bytes) throw Error("standard input", "is larger than 1 GiB", "give only one trial");
   }
   return text;
 }
 
-/// Refuses options that say where the table of a text begins, for files of another format.
+/// Throws Error for options on a table's position in a text, for files of another format.
 void refuse_text_options(const std::string& where, const std::string& is, std::optional<int> skip_lines,
                          const std::string& section) {
-  if (skip_lines) throw Error(where, "is a " + is + ", which has no lines above a table", "leave out --skip-lines");
-  if (!section.empty()) throw Error(where, "is a " + is + ", which has no sections", "leave out --section");
+  if (skip_lines)
+    throw Error(where, "is a " + is + ", which has no lines above a table", "leave out " + setting("skip_lines"));
+  if (!section.empty()) throw Error(where, "is a " + is + ", which has no sections", "leave out " + setting("section"));
 }
 
-/// The first sheet of a workbook, with the rules for text.
+/// Reads the first sheet of a workbook with the rules for text.
 std::unique_ptr<Table> read_sheet(const std::string& bytes, const std::string& where, std::optional<int> skip_lines,
                                   const std::string& section) {
   Sheet first = read_xlsx(bytes, where);
   const std::vector<std::string>& names = first.sheets;
   if (!section.empty() && std::find(names.begin(), names.end(), section) != names.end())
-    throw Error(where, "is a workbook, of which only the first sheet that is not hidden is read: '" + names[0] + "'",
-                "leave out --section, or save the sheet '" + section + "' as CSV");
+    throw Error(where, "is a workbook; decid reads only the first sheet that is not hidden: '" + names[0] + "'",
+                "leave out " + setting("section") + ", or save the sheet '" + section + "' as CSV");
   Warnings warnings;
   if (names.size() > 1)
-    add_info(warnings, "sheet_assumed",
-             "the sheet '" + names[0] + "' is read, the first of " + std::to_string(names.size()) + " of the workbook");
+    add_info(
+        warnings, "sheet_assumed",
+        "decid reads the sheet '" + names[0] + "', the first of " + std::to_string(names.size()) + " of the workbook");
   return std::make_unique<CsvTable>(std::move(first.text), where, skip_lines, section, std::move(warnings));
 }
 
 }  // namespace
 
-const char* remedy_for(Missing missing) {
+std::string remedy_for(Missing missing) {
   return missing == Missing::fillable
-             ? "give a value; short gaps of a recording are interpolated with --fill-gaps SECONDS"
+             ? "give a value, or interpolate short gaps of a recording with " + setting("fill_gaps") + " SECONDS"
              : "give a value";
 }
 
@@ -91,7 +93,7 @@ std::unique_ptr<Table> read_table(const std::filesystem::path& path, std::option
   std::string end = path.extension().string();
   std::transform(end.begin(), end.end(), end.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  // Reading it first gives the reason if a file cannot be read or is too large.
+  // Reading first gives the reason if a file cannot be read or is too large.
   std::string text = is_stdin ? read_standard_input() : read_file(path, file_limit_bytes);
   if (is_xlsx(text)) return read_sheet(text, where, skip_lines, section);
   refuse_foreign(text, where, end);
@@ -105,7 +107,7 @@ std::unique_ptr<Table> read_table(const std::filesystem::path& path, std::option
     return std::make_unique<MatTable>(text, path);
   }
   if (text.starts_with("\x89HDF\r\n")) {
-    throw Error(where, "is an HDF5 file, but not MATLAB's",
+    throw Error(where, "is an HDF5 file that is not MATLAB's",
                 "save the signals as a MAT-file (SciPy's savemat) or as CSV");
   }
   return std::make_unique<CsvTable>(std::move(text), where, skip_lines, section);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/setting.hpp"
 #include "recording/clock.hpp"
 #include "recording/table/columns.hpp"
 
@@ -22,7 +23,7 @@ const TableArray* array_called(const Table& table, const std::string& name) {
   return found == table.arrays().end() ? nullptr : &*found;
 }
 
-/// Rows have the same label if they have the same in both.
+/// Joins two labels: rows have the same label if both labels are equal.
 RowLabels joined(const RowLabels& a, const RowLabels& b) {
   RowLabels both;
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> known;
@@ -38,7 +39,7 @@ RowLabels joined(const RowLabels& a, const RowLabels& b) {
   return both;
 }
 
-bool tell_apart(const RowLabels& labels) {
+bool distinguishes(const RowLabels& labels) {
   return labels.values.size() <= max_trials && 2 * labels.values.size() <= labels.of_row.size();
 }
 
@@ -47,18 +48,19 @@ RowLabels labels_by(const Table& table, const std::vector<int>& columns, const s
   RowLabels labels = table.labels(columns.front());
   for (std::size_t i = 1; i < columns.size(); ++i) {
     if (table.rows(columns[i]) != table.rows(columns[0]))
-      throw Error(where, "the columns of --trial " + by + " differ in length", "name columns of one table");
+      throw Error(where, "the columns of " + setting("trial_column") + " " + by + " differ in length",
+                  "name columns of equal length");
     labels = joined(labels, table.labels(columns[i]));
   }
-  if (!tell_apart(labels))
+  if (!distinguishes(labels))
     throw Error(where,
                 "'" + by + "' has " + std::to_string(labels.values.size()) + " values in " +
-                    std::to_string(labels.of_row.size()) + " rows, and does not tell recordings apart",
-                "name as --trial a column with one value for each recording");
+                    std::to_string(labels.of_row.size()) + " rows, and does not distinguish recordings",
+                "give as " + setting("trial_column") + " a column with one value per recording");
   return labels;
 }
 
-/// The element that a trial's name is, from 0; nothing if there is none.
+/// Returns the index of the element that a trial's name denotes, from 0; nothing without one.
 std::optional<std::size_t> element_of(const TableArray& array, const std::string& trial) {
   std::size_t number = 0;
   const auto [end, error] = std::from_chars(trial.data(), trial.data() + trial.size(), number);
@@ -67,7 +69,8 @@ std::optional<std::size_t> element_of(const TableArray& array, const std::string
 }
 
 [[noreturn]] void refuse_unknown(const std::string& trial, const std::string& by, const std::string& where) {
-  throw Error(where, "has no recording '" + trial + "' by --trial " + by, "name one that the file has");
+  throw Error(where, "has no recording '" + trial + "' by " + setting("trial_column") + " " + by,
+              "name a recording of the file");
 }
 
 bool is_named_trial(const Table& table, int column) {
@@ -78,13 +81,14 @@ bool is_named_trial(const Table& table, int column) {
                         "participantid", "session", "repetition"});
 }
 
-/// A column whose values may tell recordings apart.
+/// A column whose values may distinguish recordings.
 struct Divider {
   int column;
   RowLabels labels;
 };
 
-/// The columns as long as the sway's, beside sway and time, that tell_apart; those called trial or the like first.
+/// Returns the columns as long as the sway, except sway and time, that may distinguish recordings; columns called trial
+/// or similar come first.
 std::vector<Divider> dividers(const Table& table, int sway, int time, bool named_only) {
   std::vector<Divider> found, others;
   for (int column = 0; column < table.columns(); ++column) {
@@ -93,15 +97,15 @@ std::vector<Divider> dividers(const Table& table, int sway, int time, bool named
       continue;
     try {
       RowLabels labels = table.labels(column);
-      if (tell_apart(labels)) (is_named ? found : others).push_back({column, std::move(labels)});
-    } catch (const Error&) {  // an infinite number is no label
+      if (distinguishes(labels)) (is_named ? found : others).push_back({column, std::move(labels)});
+    } catch (const Error&) {  // an infinite number is not a label
     }
   }
   std::ranges::move(others, std::back_inserter(found));
   return found;
 }
 
-/// The columns as --trial takes them: by their names, or by their numbers where a name has a comma or is not unique.
+/// Lists the columns as --trial takes them: by name, or by number where a name has a comma or is not unique.
 std::string listed(const Table& table, const std::vector<int>& columns) {
   std::string list;
   for (const int column : columns) {
@@ -112,8 +116,8 @@ std::string listed(const Table& table, const std::vector<int>& columns) {
   return list;
 }
 
-/// Adds the columns that tell more of the rows apart than those before them, until there are `wanted` groups. Returns
-/// nothing if there are fewer in the end.
+/// Adds columns that distinguish more rows than those before them, until there are `wanted` groups. Returns nothing if
+/// there are fewer in the end.
 std::vector<int> fewest_columns(std::vector<Divider> all, std::size_t wanted) {
   const auto groups = [](const RowLabels& labels) {
     return labels.values.size() - static_cast<std::size_t>(std::ranges::count(labels.values, ""));
@@ -132,7 +136,7 @@ std::vector<int> fewest_columns(std::vector<Divider> all, std::size_t wanted) {
   return groups(labels) >= wanted ? columns : std::vector<int>();
 }
 
-/// Labels of the stretches that begin at the rows of `begins`; nothing if a stretch has several.
+/// Returns labels of the stretches that begin at the rows `begins`; nothing if a stretch has several.
 std::optional<RowLabels> of_stretches(const RowLabels& labels, const std::vector<std::size_t>& begins) {
   RowLabels made{labels.values, {}};
   for (std::size_t i = 0; i < begins.size(); ++i) {
@@ -144,7 +148,7 @@ std::optional<RowLabels> of_stretches(const RowLabels& labels, const std::vector
   return made;
 }
 
-/// All rows can be one recording: there are no times, or they can be read as those of one.
+/// Returns true if all rows can be one recording: there are no times, or the times can be one recording's.
 bool is_one_clock(const Table& table, int time) {
   try {
     return time < 0 || read_clock(table, time, "", "").rate_hz > 0.0;
@@ -154,20 +158,20 @@ bool is_one_clock(const Table& table, int time) {
 }
 
 std::string remedy_by(const std::string& by) {
-  return "--trial '" + by + "' makes each of them one";
+  return setting("trial_column") + " '" + by + "' separates them";
 }
 
 }  // namespace
 
 std::vector<int> trial_columns(const Table& table, const std::string& by, const std::string& where) {
   if (const std::string format = table.format_of_one(); !format.empty())
-    throw Error(where, "is a " + format + ", which holds one recording", "leave out --trial");
+    throw Error(where, "is a " + format + ", which holds one recording", "leave out " + setting("trial_column"));
   if (array_called(table, by) != nullptr) return {};
   const bool is_one = std::ranges::find(table.names(), by) != table.names().end();
   std::vector<int> columns;
   for (std::size_t begin = 0; begin <= by.size();) {
     const std::size_t end = is_one ? by.size() : std::min(by.find(',', begin), by.size());
-    columns.push_back(named_column(table, by.substr(begin, end - begin), where, "--trial"));
+    columns.push_back(named_column(table, by.substr(begin, end - begin), where, setting("trial_column")));
     begin = end + 1;
   }
   return columns;
@@ -181,7 +185,8 @@ std::vector<std::string> trials_in(const Table& table, const std::string& by, co
   }
   names = labels_by(table, trial_columns(table, by, where), by, where).values;
   std::erase(names, "");
-  if (names.empty()) throw Error(where, "'" + by + "' is empty in all rows", "name another column as --trial");
+  if (names.empty())
+    throw Error(where, "'" + by + "' is empty in all rows", "give another column as " + setting("trial_column"));
   return names;
 }
 
@@ -213,7 +218,8 @@ std::string remedy_for_several(const Table& table, int sway, int time, const std
         constant.push_back({one.column, std::move(*labels)});
   const std::vector<int> columns = fewest_columns(std::move(constant), begins.size());
   if (!columns.empty()) return remedy_by(by.empty() ? listed(table, columns) : by + "," + listed(table, columns));
-  return "give each of them as a file of its own, or add a column that numbers them and name it as --trial";
+  return "save each recording as its own file, or add a column that numbers them and give it as " +
+         setting("trial_column");
 }
 
 void refuse_several_trials(const Table& table, int sway, int time, const std::string& where) {
@@ -236,7 +242,9 @@ void refuse_several_trials(const Table& table, int sway, int time, const std::st
   const std::vector<std::size_t> starts = time < 0 ? std::vector<std::size_t>() : restarts(table, time);
   if (!starts.empty()) throw Error(where, problem, remedy_for_several(table, sway, time, starts, ""));
   const std::string advice = remedy_by(listed(table, fewest_columns(std::move(changing), 0)));
-  throw Error(where, problem, advice + (is_one_clock(table, time) ? "; --trial none reads all rows as one" : ""));
+  throw Error(
+      where, problem,
+      advice + (is_one_clock(table, time) ? "; " + setting("trial_column") + " none reads all rows as one" : ""));
 }
 
 std::string exchanged_with_time(const Table& table, int sway, int time) {

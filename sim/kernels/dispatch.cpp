@@ -1,4 +1,4 @@
-// The simulator's kernels of an instruction set, and the plain ones: a lane at a time.
+// Selects the simulator's kernels of an instruction set; the plain kernels process one lane at a time.
 #include "base/kernels/table_of.hpp"
 #include "sim/kernels/generic.hpp"
 

@@ -1,4 +1,4 @@
-// What the kernels of the Fourier transforms are given: see generic_fft.hpp for the layout and the method.
+// Arguments of the Fourier transform kernels: see generic_fft.hpp for the layout and the method.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@ struct FftPass {
   int radix;
   int groups;              ///< butterflies with different twiddles
   int stride;              ///< butterflies that share them
-  const double* twiddles;  ///< complex, (radix - 1) * groups of them
+  const double* twiddles;  ///< complex, (radix - 1) * groups values
   const double* roots;     ///< complex, the `radix` roots of unity, for radices above 5
 };
 

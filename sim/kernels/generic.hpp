@@ -8,7 +8,7 @@
 namespace decid::sim {
 namespace {
 
-/// vectors: how many registers of trials advance in turn.
+/// vectors: the number of registers of trials that advance alternately.
 template <class V, int vectors>
 constexpr SimulatorKernels kernel_table{advance_pendulums<V, vectors>, fft_kernels<V, 8>};
 

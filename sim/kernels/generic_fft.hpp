@@ -1,8 +1,8 @@
-// The passes of the Fourier transforms, written once on a vector type V (base/math/doubles.hpp) for `lanes` signals
-// side by side: part p (0 real, 1 imaginary) of value n of lane l is at [(2 n + p) lanes + l]. One lane is the plain
-// transform. Only multiplications and additions, in one order: the bits are the same for any V and any number of lanes.
-// Method: Stockham's autosort, decimation in frequency (Van Loan, Computational Frameworks for the FFT, 1992, 1.7);
-// a general odd radix folds x[j] and x[p - j], which share their cosines and sines.
+// The passes of the Fourier transforms, written once on a vector type V (base/math/doubles.hpp) for `lanes` parallel
+// signals: part p (0 real, 1 imaginary) of value n of lane l is at [(2 n + p) lanes + l]. One lane is the plain
+// transform. Uses only multiplications and additions, in one order: the bits are the same for any V and any number of
+// lanes. Method: Stockham's autosort, decimation in frequency (Van Loan, Computational Frameworks for the FFT, 1992,
+// 1.7). A general odd radix adds and subtracts x[j] and x[p - j], which share their cosines and sines.
 #pragma once
 
 #include "base/math/doubles.hpp"
@@ -28,7 +28,7 @@ template <class V>
 [[gnu::always_inline]] inline Value<V> conjugate(Value<V> a) {
   return {a.re, -a.im};
 }
-/// a times the complex number at `factor`.
+/// Returns a times the complex number at `factor`.
 template <class V>
 [[gnu::always_inline]] inline Value<V> product(Value<V> a, const double* factor) {
   return {a.re * factor[0] - a.im * factor[1], a.re * factor[1] + a.im * factor[0]};
@@ -38,7 +38,7 @@ template <class V>
   return {a.re * factor[0] + a.im * factor[1], a.im * factor[0] - a.re * factor[1]};
 }
 
-/// Values of a signal of `lanes` lanes; v: which register of them.
+/// Values of a signal of `lanes` lanes; v: the register's index.
 template <class V, int lanes>
 [[gnu::always_inline]] inline Value<V> load(const double* signal, std::ptrdiff_t n, int v) {
   const double* p = signal + 2 * n * lanes + v * V::width;
@@ -66,7 +66,7 @@ struct Butterfly3 {
   static constexpr int radix = 3;
   template <class V>
   [[gnu::always_inline]] static void apply(Value<V>* x) {
-    constexpr double sin_third = 0.86602540378443865;  // of a third of a turn; the cosine is -1/2
+    constexpr double sin_third = 0.86602540378443865;  // sine of a third of a turn; the cosine is -1/2
     const Value<V> sum = x[1] + x[2];
     const Value<V> side = times_minus_i((x[1] - x[2]) * sin_third);
     const Value<V> middle = x[0] - sum * 0.5;
@@ -93,7 +93,7 @@ struct Butterfly5 {
   static constexpr int radix = 5;
   template <class V>
   [[gnu::always_inline]] static void apply(Value<V>* x) {
-    constexpr double cos1 = 0.30901699437494742, cos2 = -0.80901699437494742;  // of 1/5 and 2/5 of a turn
+    constexpr double cos1 = 0.30901699437494742, cos2 = -0.80901699437494742;  // cosines of 1/5 and 2/5 of a turn
     constexpr double sin1 = 0.95105651629515357, sin2 = 0.58778525229247313;
     const Value<V> sum1 = x[1] + x[4], sum2 = x[2] + x[3];
     const Value<V> difference1 = x[1] - x[4], difference2 = x[2] - x[3];
@@ -131,14 +131,14 @@ void run_butterflies(const FftPass& pass, const double* in, double* out) {
   }
 }
 
-/// Values in memory that need not be aligned.
+/// Values in memory without alignment.
 template <class V>
 struct FoldMemory {
   double* memory;
   [[gnu::always_inline]] Value<V> get(int i) const { return load<V, V::width>(memory, i, 0); }
   [[gnu::always_inline]] void set(int i, Value<V> value) const { store<V, V::width>(memory, i, 0, value); }
 };
-/// Values in registers, as far as there are enough.
+/// Values in registers, if there are enough.
 template <class V, int count>
 struct FoldRegisters {
   Value<V> values[count];
@@ -146,7 +146,8 @@ struct FoldRegisters {
   [[gnu::always_inline]] void set(int i, Value<V> value) { values[i] = value; }
 };
 
-// The same for any odd radix: `fixed` if that is not 0, else pass.radix. sums, differences: radix / 2 values each.
+// Computes the same for any odd radix: `fixed` if that is not 0, else pass.radix. sums, differences: radix / 2 values
+// each.
 template <class V, int lanes, int fixed, class Fold>
 [[gnu::always_inline]] inline void run_folded(const FftPass& pass, const double* in, double* out, Fold sums,
                                               Fold differences) {
@@ -216,8 +217,8 @@ void fft_pass(const FftPass& pass, const double* in, double* out, double* fold) 
   }
 }
 
-/// From the spectrum z of (even samples) + i (odd samples), `half` values, to that of the real signal, half + 1 values,
-/// in place. roots[k] = exp(-2 pi i k / (2 half)), k = 0 .. half / 2.
+/// Converts the spectrum z of (even samples) + i (odd samples), `half` values, to that of the real signal, half + 1
+/// values, in place. roots[k] = exp(-2 pi i k / (2 half)), k = 0 .. half / 2.
 template <class V, int lanes>
 void join_halves(int half, const double* roots, double* z) {
   for (int v = 0; v < lanes / V::width; ++v) {
@@ -233,7 +234,7 @@ void join_halves(int half, const double* roots, double* z) {
   }
 }
 
-/// The way back: from half + 1 values to `half`. The imaginary parts of the first and the last are taken as zero.
+/// Inverts this: from half + 1 values to `half`. Takes the imaginary parts of the first and the last as zero.
 template <class V, int lanes>
 void split_halves(int half, const double* roots, const double* spectrum, double* z) {
   for (int v = 0; v < lanes / V::width; ++v) {
@@ -249,7 +250,7 @@ void split_halves(int half, const double* roots, const double* spectrum, double*
   }
 }
 
-/// x[n] = forward(X)[-n mod length] * factor, in place: makes an inverse transform of a forward one.
+/// Computes x[n] = forward(X)[-n mod length] * factor, in place: turns a forward transform into an inverse one.
 template <class V, int lanes>
 void reverse_and_scale(int length, double factor, double* z) {
   for (int v = 0; v < lanes / V::width; ++v) {
@@ -262,7 +263,7 @@ void reverse_and_scale(int length, double factor, double* z) {
   }
 }
 
-/// out[i] = in[i] * factors[i], where the factors are the same for all lanes.
+/// Computes out[i] = in[i] * factors[i], with the same factors for all lanes.
 template <class V, int lanes>
 void turn(int count, const double* in, const double* factors, double* out) {
   for (int i = 0; i < count; ++i) {

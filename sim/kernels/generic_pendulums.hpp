@@ -1,5 +1,5 @@
 // The pendulums' steps, written once on a vector type V (base/math/doubles.hpp) and compiled once per instruction set.
-// In an unnamed namespace and without the standard library, as all that is compiled for more than the baseline.
+// In an unnamed namespace and without the standard library, like all code compiled for more than the baseline.
 #pragma once
 
 #include "base/math/doubles.hpp"
@@ -8,7 +8,7 @@
 namespace decid::sim {
 namespace {
 
-/// `vectors` registers of trials that advance in turn, so that one's latency is the others' time.
+/// `vectors` registers of trials that advance alternately, so that one computes during the others' latency.
 template <class V, int vectors>
 class Group {
   using D = typename V::D;
@@ -26,12 +26,13 @@ class Group {
     }
   }
 
-  /// One sample; true if all lanes are within the bound. starting: for some the delay has not passed yet.
+  /// Computes one sample; returns true if all lanes are within the bound. starting: the delay has not passed for some
+  /// lanes.
   template <bool starting>
   [[gnu::always_inline]] bool advance(int sample, int row) {
     D next[vectors];
-    // Each lane walks through its noise on its own, a line of the cache a sample: too many streams for the hardware to
-    // foresee. Reading ahead of the end is harmless.
+    // Each lane reads its own noise, one cache line per sample: too many streams for the hardware's prefetcher. Reading
+    // beyond the end is harmless.
     for (int l = first_; l < first_ + vectors * V::width; ++l) {
       __builtin_prefetch(p_.noise_rate[l] + (sample + std::ptrdiff_t{6}) * Pendulums::noise_apart);
     }
@@ -88,7 +89,7 @@ class Group {
           V::fma(V::load(p_.kp + lane(v)), sway_[v] + error_[v], V::load(p_.kd + lane(v)) * (rate_[v] + q));
       error_[v] = V::fma(q, step_s_, error_[v]);
       V::store(p_.commands + offset + lane(v), command);
-      // A whole delay of 0 reads what has just been written.
+      // A whole delay of 0 reads the value just written.
       const D newer = V::gather(p_.delayed + lane(v), offset);
       D active = V::fma(V::load(p_.fraction + lane(v)), newer_[v] - newer, newer);
       if constexpr (starting) active = V::load(p_.first_row + lane(v)) > V::set(row) ? D{} : active;
@@ -103,7 +104,7 @@ class Group {
       next = V::fma(sway_[v] * z, sine, next);
       rate_[v] = next;
       sway_[v] = V::fma(next, step_s_, sway_[v]);
-      // NaN comes last, so it stays until the sample's end.
+      // NaN comes last, so it persists to the sample's end.
       largest_[v] = V::max(largest_[v], V::abs(sway_[v]));
     }
   }

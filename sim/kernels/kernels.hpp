@@ -1,4 +1,4 @@
-// The simulator's kernels, one table an instruction set. All compute the same bits.
+// The simulator's kernels, one table per instruction set. All compute the same bits.
 #pragma once
 
 #include "base/isa.hpp"
@@ -9,12 +9,12 @@ namespace decid::sim {
 
 struct SimulatorKernels {
   AdvancePendulums advance_pendulums;
-  FftKernels fft;  ///< of fft_lanes signals
+  FftKernels fft;  ///< for fft_lanes signals
 };
 
 const SimulatorKernels& simulator_kernels(Isa isa);
 
-/// For table_of.
+/// Gives table_of access to the tables.
 struct SimulatorTables {
   static const SimulatorKernels& reference();
   static const SimulatorKernels& baseline();

@@ -1,5 +1,5 @@
-// Bounds of a protocol's settings. Not installed.
-// Every failure is an Error that names the protocol and the setting as its file does.
+// Bounds of a protocol's settings. Not installed. Every failure is an Error that names the protocol and the setting as
+// its file does.
 #pragma once
 
 #include <string>
@@ -8,12 +8,12 @@ namespace decid::sim {
 
 struct Experiment;
 
-/// Ten significant digits, for computed values: "0.25", "121.0000001".
+/// Formats computed values with ten significant digits: "0.25", "121.0000001".
 std::string setting_text(double value);
-/// As many digits as give the value back, for values that were given: "1.00000000001".
+/// Formats given values with all digits needed to restore them: "1.00000000001".
 std::string given_text(double value);
 
-/// The whole milliseconds nearest to a time.
+/// Returns the whole milliseconds nearest to a time.
 int milliseconds(double seconds);
 
 class Checker {
@@ -30,7 +30,8 @@ class Checker {
   std::string prefix_;
 };
 
-/// The stimulus alone; the sample rate is valid. Lengths are held to the bound of a trial, so that all of them fit int.
+/// Checks only the stimulus; the sample rate must be valid. Lengths must be within a trial's bound, so that all of them
+/// fit int.
 void check_stimulus(const Checker& check, const Experiment& experiment);
 
 inline constexpr double longest_trial_s = 3600.0;

@@ -1,6 +1,5 @@
-// How trials are recorded: see conditions.hpp.
-// Filters: bilinear transform of Butterworth's, in second-order sections; Oppenheim and Schafer, Discrete-Time Signal
-// Processing, chapter 7.
+// Recording artefacts of trials: see conditions.hpp. Filters: bilinear transform of Butterworth filters, in
+// second-order sections; Oppenheim and Schafer, Discrete-Time Signal Processing, chapter 7.
 #include "sim/protocol/conditions.hpp"
 
 #include <algorithm>
@@ -15,7 +14,7 @@
 namespace decid::sim {
 namespace {
 
-// Random numbers of a trial, all of Stream::recording: its sizes come first, so that calibrations keep their trials.
+// Random numbers of a trial, all of Stream::recording. Sizes come first, so that calibrations keep their trials.
 constexpr std::uint64_t of_size = 0, of_presence = 16, of_sign = 32, of_kind = 48;
 constexpr std::uint64_t of_places = 4096, of_noise = 1 << 20;
 
@@ -28,16 +27,16 @@ std::uint64_t number(Condition condition) {
   return static_cast<std::uint64_t>(condition);
 }
 
-/// Ornstein and Uhlenbeck's noise.
-void add_slow_noise(std::span<double> sway, double deviation, const Random& random, double rate_hz) {
+/// Adds Ornstein-Uhlenbeck noise.
+void add_slow_noise(std::span<double> sway, double stddev, const Random& random, double rate_hz) {
   const double memory_s = shortest_memory_s * decid::exp(random.uniform(of_kind + number(Condition::slow_noise)) *
                                                          decid::log(longest_memory_s / shortest_memory_s));
   const auto apart = static_cast<std::size_t>(std::max(1.0, std::floor(knots_s * rate_hz + 0.5)));
   const double kept = decid::exp(-static_cast<double>(apart) / rate_hz / memory_s);
-  const double fresh = std::sqrt(1.0 - kept * kept) * deviation;
+  const double fresh = std::sqrt(1.0 - kept * kept) * stddev;
   std::vector<double> normals(sway.size() / apart + 2);
   random.fill_normal(normals, of_noise);
-  double knot = deviation * normals[0];
+  double knot = stddev * normals[0];
   for (std::size_t first = 0, k = 1; first < sway.size(); first += apart, ++k) {
     const double next = kept * knot + fresh * normals[k], slope = (next - knot) / static_cast<double>(apart);
     const std::size_t end = std::min(sway.size(), first + apart);
@@ -49,9 +48,9 @@ void add_slow_noise(std::span<double> sway, double deviation, const Random& rand
 struct Gap {
   std::size_t first, end;
 };
-/// One of so many samples in each stretch, with a sample between them, and one at either end.
-std::vector<Gap> gaps_of(std::size_t samples, std::size_t length, const Random& random, Condition condition,
-                         double rate_hz) {
+/// Returns one gap of `length` samples in each stretch, with at least one sample between gaps and at either end.
+std::vector<Gap> draw_gaps(std::size_t samples, std::size_t length, const Random& random, Condition condition,
+                           double rate_hz) {
   const auto stretch = static_cast<std::size_t>(stretch_s * rate_hz);
   std::vector<Gap> gaps;
   for (std::size_t first = 1, k = 0; first + length < samples; first += stretch, ++k) {
@@ -68,7 +67,7 @@ std::vector<Gap> gaps_of(std::size_t samples, std::size_t length, const Random& 
 struct Section {
   double b0, b1, b2, a1, a2;
 
-  /// In place, as if the first value had stood forever.
+  /// Filters in place, as if the first value had lasted forever.
   void filter(std::span<double> x) const {
     double older = (b2 - a2) * x[0], newer = (b1 - a1) * x[0] + older;
     for (double& value : x) {
@@ -80,7 +79,7 @@ struct Section {
   }
 };
 
-/// A Butterworth low-pass of order 1, 2 or 4. `warped`: tan(pi cutoff / rate).
+/// Returns a Butterworth low-pass of order 1, 2 or 4. `warped`: tan(pi cutoff / rate).
 std::vector<Section> butterworth(int order, double warped) {
   if (order == 1) {
     const double scale = 1.0 / (1.0 + warped);
@@ -102,7 +101,7 @@ void low_pass(std::span<double> sway, double cutoff_hz, const Random& random, do
   const std::uint64_t kind = random.below(of_kind + number(Condition::low_pass), 6);
   constexpr int orders[] = {1, 2, 4};
   constexpr long long parts = 1LL << 40;
-  // Half a turn is the rate.
+  // Half a turn is the sample rate.
   const double turns = std::min(0.5 * cutoff_hz / rate_hz, 0.24);
   const auto [sin, cos] = sincos_of_turn(static_cast<long long>(turns * static_cast<double>(parts)), parts);
   const std::vector<Section> sections = butterworth(orders[kind / 2], sin / cos);
@@ -113,7 +112,7 @@ void low_pass(std::span<double> sway, double cutoff_hz, const Random& random, do
   std::ranges::reverse(sway);
 }
 
-/// Over so many samples; over fewer at the ends.
+/// Averages over `length` samples; over fewer at the ends.
 void average(std::span<double> sway, std::size_t length, bool causal) {
   std::vector<double> sums(sway.size() + 1, 0.0);
   for (std::size_t i = 0; i < sway.size(); ++i) sums[i + 1] = sums[i] + sway[i];
@@ -191,7 +190,7 @@ void record(const Protocol& protocol, std::uint64_t seed, std::uint64_t item, st
   };
   const auto gaps = [&](Condition condition) {
     const std::size_t length = samples_in(size(condition));
-    return length == 0 ? std::vector<Gap>{} : gaps_of(sway_rad.size(), length, random, condition, rate_hz);
+    return length == 0 ? std::vector<Gap>{} : draw_gaps(sway_rad.size(), length, random, condition, rate_hz);
   };
 
   if (const double start_s = size(Condition::start); start_s != 0.0)
@@ -203,8 +202,8 @@ void record(const Protocol& protocol, std::uint64_t seed, std::uint64_t item, st
   if (const double drift = size(Condition::drift) * rad_per_deg; drift != 0.0)
     for (std::size_t i = 0; i < sway_rad.size(); ++i)
       sway_rad[i] += drift * static_cast<double>(i) / static_cast<double>(sway_rad.size() - 1);
-  if (const double deviation = size(Condition::slow_noise) * rad_per_deg; deviation != 0.0)
-    add_slow_noise(sway_rad, deviation, random, rate_hz);
+  if (const double stddev = size(Condition::slow_noise) * rad_per_deg; stddev != 0.0)
+    add_slow_noise(sway_rad, stddev, random, rate_hz);
   add_sensor_noise(protocol.noise.sensor, seed, item, sway_rad);
   for (const Gap& gap : gaps(Condition::frozen))
     for (std::size_t i = gap.first; i < gap.end; ++i) sway_rad[i] = sway_rad[gap.first - 1];

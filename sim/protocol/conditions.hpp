@@ -1,5 +1,5 @@
-// How trials are recorded: what laboratories do to a sway, drawn anew for each trial. A condition is a line of the
-// table in conditions.cpp, and a step of record().
+// Recording artefacts: changes of a sway by laboratories, drawn for each trial. A condition is a line of the table in
+// conditions.cpp, and a step of record().
 #pragma once
 
 #include <array>
@@ -11,24 +11,24 @@ namespace decid::sim {
 
 struct Protocol;
 
-/// In the order in which they act.
+/// The artefacts in the order in which they act.
 enum class Condition : std::size_t {
-  start,       ///< s: the recording begins so much later than the protocol, or earlier
-  gain,        ///< the sway is so much too large, as a part of itself, or too small: a wrong lever arm
-  offset,      ///< degrees: a constant is added, or subtracted
-  drift,       ///< degrees: so is a straight line, from 0 to that at the end
-  slow_noise,  ///< degrees: deviation of noise that forgets within 1 to 30 s
-  frozen,      ///< s: in every 10 s, at a random place, the last value stands for so long
-  lost,        ///< s: in every 10 s so long a stretch is lost, and bridged by a straight line
-  average,     ///< s: moving average over so long, of what was, in half of the trials; else about the sample
+  start,       ///< s: the recording begins this much later than the protocol, or earlier
+  gain,        ///< relative error of the sway's scale, positive or negative: a wrong lever arm
+  offset,      ///< degrees: a constant is added or subtracted
+  drift,       ///< degrees: a straight line is added or subtracted, from 0 to this at the end
+  slow_noise,  ///< degrees: sd of noise with a memory of 1 to 30 s
+  frozen,      ///< s: in every 10 s, at a random place, the last value lasts this long
+  lost,        ///< s: in every 10 s a stretch of this length is lost, and bridged by a straight line
+  average,     ///< s: moving average over this time: causal in half of the trials, else centred
   low_pass,    ///< Hz: Butterworth filter of order 1, 2 or 4; causal, or forward and backward, half of the trials each
-  quantisation,  ///< degrees: rounded to multiples of that
+  quantisation,  ///< degrees: rounded to multiples of this
 };
 inline constexpr std::size_t condition_count = 10;
 
-/// Which trials a condition is of, and how much of it they have.
+/// The fraction of trials with a condition, and the condition's size.
 struct Severity {
-  double share = 0.0;            ///< of the trials, 0 to 1; the others have none
+  double share = 0.0;            ///< of the trials, 0 to 1; the others do not have the condition
   double low = 0.0, high = 0.0;  ///< drawn log-uniform between them, uniform if low is 0
 };
 
@@ -42,23 +42,23 @@ struct Conditions {
 struct ConditionInfo {
   const char* key;  ///< as in protocol files
   double most;      ///< the largest value
-  bool has_sign;    ///< it is as often negative
+  bool has_sign;    ///< equally often negative
 };
 const ConditionInfo& info(Condition condition);
 
 /// Motion of the body before a recording begins.
 enum class Before { at_rest, moving };
 
-/// Shifts a recording, of 3 samples at least, to begin `samples` later, with cubics between samples. at_rest: the first
-/// sample holds before the recording, and a line through the last two goes on behind it. moving: at both ends the
-/// parabola through the outermost three samples goes on.
+/// Shifts a recording of at least 3 samples to begin `samples` later, with cubics between samples. at_rest: holds the
+/// first sample before the recording, and continues the line through the last two after it. moving: continues the
+/// parabola through the outermost three samples at both ends.
 void begin_later(std::span<double> values, double samples, Before before = Before::at_rest);
 
-/// How much of a condition trial `item` has; 0: none.
+/// Returns the size of a condition in trial `item`; 0: none.
 double drawn(const Conditions& conditions, Condition condition, std::uint64_t seed, std::uint64_t item);
 
-/// Makes of the sway of trial `item` what a laboratory records of it: all of its protocol's conditions, and between
-/// lost samples and slow noise the sensor's white noise. sway_rad: at the protocol's rate, from its start.
+/// Applies all of the protocol's recording artefacts to the sway of trial `item`, and its white measurement noise
+/// between lost samples and slow noise. sway_rad: at the protocol's rate, from its start.
 void record(const Protocol& protocol, std::uint64_t seed, std::uint64_t item, std::span<double> sway_rad);
 
 }  // namespace decid::sim

@@ -1,4 +1,4 @@
-// Experiments: see experiment.hpp. Their stimulus is sim/protocol/stimulus.cpp's part.
+// Experiments: see experiment.hpp. sim/protocol/stimulus.cpp checks the stimulus.
 #include "sim/protocol/experiment.hpp"
 
 #include <cmath>
@@ -10,7 +10,7 @@
 namespace decid::sim {
 namespace {
 
-/// Noise and spectra are made by transforms of the trial's length.
+/// Transforms of the trial's length make noise and spectra.
 void validate_length(const Checker& check, const Experiment& experiment) {
   const int samples = experiment.samples(), largest = max_prime_factor(samples);
   if (largest <= max_fft_prime) return;
@@ -18,7 +18,7 @@ void validate_length(const Checker& check, const Experiment& experiment) {
   while (max_prime_factor(samples + more) > max_fft_prime) ++more;
   check.fail("the trial",
              "has " + std::to_string(samples) + " samples, a multiple of the prime " + std::to_string(largest) +
-                 "; primes up to " + std::to_string(max_fft_prime) + " can be transformed",
+                 "; transforms allow primes up to " + std::to_string(max_fft_prime),
              "lengthen lead_out_s by " + setting_text(more / experiment.sample_rate_hz) + " s");
 }
 
@@ -43,11 +43,11 @@ void Experiment::validate(const std::string& protocol) const {
 
 void Experiment::refuse_implausible(const std::string& protocol) const {
   const Checker check(protocol);
-  const double least = body.mass_kg * body.com_height_m * body.com_height_m;
-  if (!(body.inertia_kgm2 >= least * (1.0 - 1e-6))) {
+  const double min_inertia = body.mass_kg * body.com_height_m * body.com_height_m;
+  if (!(body.inertia_kgm2 >= min_inertia * (1.0 - 1e-6))) {
     check.fail("body inertia_kgm2",
-               "is " + given_text(body.inertia_kgm2) + ", below mass_kg * com_height_m^2 = " + setting_text(least) +
-                   ", the least that a body can have about the ankles",
+               "is " + given_text(body.inertia_kgm2) + ", below mass_kg * com_height_m^2 = " +
+                   setting_text(min_inertia) + ", the minimum for a body about the ankles",
                "give the inertia about the ankles: that about the centre of mass plus mass_kg * com_height_m^2; or a "
                "subject");
   }

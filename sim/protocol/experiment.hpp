@@ -1,5 +1,5 @@
-// An experiment is data: what the platform plays, how the sway is sampled, whose body stands on the platform.
-// Body: Winter, Biomechanics and Motor Control of Human Movement, table of anthropometric data.
+// An experiment is data: the platform's motion, the sampling of the sway, and the body on the platform. Body: Winter,
+// Biomechanics and Motor Control of Human Movement, table of anthropometric data.
 #pragma once
 
 #include <string>
@@ -21,54 +21,54 @@ struct Body {
   double com_height_m = 0.99119;
   double inertia_kgm2 = 101.895;  ///< about the ankle
 
-  /// Gravitational stiffness m g h in N m/rad; 838.98 by default.
+  /// Returns the gravitational stiffness m g h in N m/rad; 838.98 by default.
   double mgh() const { return mass_kg * gravity * com_height_m; }
-  /// A body of the same build so many times as tall, and lighter or heavier, so that m g h is the same: what parameters
-  /// over m g h do to it differs by its inertia alone.
+  /// Returns a body of the same build with the height scaled by `factor`, and a mass that keeps m g h: for given
+  /// parameters over m g h only its inertia differs.
   Body of_height(double factor) const { return {mass_kg / factor, com_height_m * factor, inertia_kgm2 * factor}; }
-  /// So many times as tall as the other, if both are of one build: the ratio of J / (m g h).
+  /// Returns the height ratio to `other`, for bodies of the same build: the ratio of J / (m g h).
   double height_over(const Body& other) const { return inertia_kgm2 / mgh() / (other.inertia_kgm2 / other.mgh()); }
 
   friend bool operator==(const Body&, const Body&) = default;
 };
 
-/// Two trials of equal experiments can be compared: they differ in controller and noise alone.
+/// Trials of equal experiments are comparable: they differ only in controller and noise.
 struct Experiment {
   StimulusKind stimulus = Sequence{};
   double sample_rate_hz = 100.0;  ///< of the sway; divides 1000
   Body body;
-  const BodyModel* body_model = &single_pendulum();  ///< of body and controller; outlives the experiment
+  const BodyModel* body_model = &single_pendulum();  ///< of body and controller; must outlive the experiment
 
   const ParameterTable& parameters() const { return body_model->parameters; }
 
   /// Throws Error naming the protocol and the setting if any is out of its bounds, or if the number of samples has a
-  /// prime factor above max_fft_prime (sim/fft.hpp); all that follows assumes a valid experiment.
+  /// prime factor above max_fft_prime (sim/fft.hpp). All other functions assume a valid experiment.
   void validate(const std::string& protocol) const;
-  /// Throws Error likewise for what can be simulated but is no experiment: a body that has less inertia about the
-  /// ankles than its mass at its centre (parallel axis theorem; 1e-6 of it are rounding), a measured tilt whose cycles
-  /// do not join.
+  /// Throws Error for settings that can be simulated but are not an experiment: a body with less inertia about the
+  /// ankles than its mass at its centre (parallel axis theorem; 1e-6 of it is rounding), and a measured tilt whose
+  /// cycles do not join.
   void refuse_implausible(const std::string& protocol) const;
 
-  // What all kinds of stimulus have. Of a sequence the lengths are counted anew at each call: keep them out of inner
+  // Functions for all kinds of stimulus. For a sequence they compute the lengths at each call: keep them out of inner
   // loops.
 
   int cycles() const;
   double lead_in_s() const;
-  /// Length of one cycle of the stimulus in s.
+  /// Returns the length of one cycle of the stimulus in s.
   double cycle_s() const;
-  /// Length of a trial in 1 ms steps.
+  /// Returns the length of a trial in 1 ms steps.
   int steps() const;
   int steps_per_sample() const;
-  /// Samples of a trial: sample k at t = k / sample_rate_hz, k = 0 .. samples() - 1.
+  /// Returns the samples of a trial: sample k at t = k / sample_rate_hz, k = 0 .. samples() - 1.
   int samples() const;
   double duration_s() const;
 
   friend bool operator==(const Experiment&, const Experiment&) = default;
 };
 
-/// The tilt of a valid experiment. A ternary sequence's is a whole number of states times one factor, so that it does
-/// not drift; its grid is the widest with a point at every change of the velocity. The grid of all other kinds is that
-/// of the samples.
+/// Returns the tilt of a valid experiment. A ternary sequence's tilt is a whole number of states times one factor, so
+/// it does not drift. Its grid is the widest with a point at every change of the velocity. All other kinds use the
+/// samples' grid.
 Stimulus make_stimulus(const Experiment& experiment);
 
 }  // namespace decid::sim

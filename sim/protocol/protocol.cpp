@@ -28,8 +28,8 @@ void validate_noise(const Checker& check, const Protocol& protocol) {
   check.within("sensor_noise_deg high", sensor.high_deg, 0.0, 90.0);
   check.within("sensor_noise_deg low", sensor.low_deg, 0.0, sensor.high_deg);
   if (sensor.high_deg > 0.0 && sensor.low_deg == 0.0) {
-    check.fail("sensor_noise_deg low", "is 0 though high is not",
-               "give a value above 0, as the level is drawn from a log-uniform distribution; or 0 for both");
+    check.fail("sensor_noise_deg low", "is 0, and high is not",
+               "give a value above 0, because the level is log-uniform; or give 0 for both");
   }
   const double period_s = vestibular.period_s, rate_hz = protocol.experiment.sample_rate_hz;
   if (period_s != 0.0) {
@@ -46,13 +46,13 @@ void validate_noise(const Checker& check, const Protocol& protocol) {
     const int largest = max_prime_factor(protocol.noise_period_samples());
     if (largest > max_fft_prime) {
       check.fail("vestibular_noise period_s", "has a multiple of the prime " + std::to_string(largest) + " of samples",
-                 "give another; primes up to " + std::to_string(max_fft_prime) + " can be transformed");
+                 "give another period; transforms allow primes up to " + std::to_string(max_fft_prime));
     }
   }
   static_cast<void>(noise_band(protocol));
 }
 
-/// Noise is needed for the standing too.
+/// The standing needs noise too.
 void validate_standing(const Checker& check, const Protocol& protocol) {
   const double rate_hz = protocol.experiment.sample_rate_hz;
   check.within("standing_s", protocol.standing_s, 0.0, longest_standing_s);
@@ -68,7 +68,7 @@ void validate_standing(const Checker& check, const Protocol& protocol) {
   if (largest > max_fft_prime) {
     check.fail("standing_s",
                "makes the vestibular noise's period a multiple of the prime " + std::to_string(largest) + " of samples",
-               "give another; primes up to " + std::to_string(max_fft_prime) + " can be transformed");
+               "give another standing_s; transforms allow primes up to " + std::to_string(max_fft_prime));
   }
 }
 
@@ -116,7 +116,7 @@ Protocol Protocol::with_standing() const {
 }
 
 void Protocol::refuse_implausible() const {
-  // Those of ASCII, and those of Unicode from U+0080 to U+009F, which terminals obey too.
+  // Control characters of ASCII, and Unicode's from U+0080 to U+009F, which terminals obey too.
   for (std::size_t i = 0; i < name.size(); ++i) {
     const auto byte = static_cast<unsigned char>(name[i]);
     const bool second = i + 1 < name.size() && byte == 0xC2 && static_cast<unsigned char>(name[i + 1]) < 0xA0;
@@ -140,12 +140,12 @@ double Protocol::noise_period_s() const {
 
 Sequence& Protocol::sequence() {
   if (Sequence* found = std::get_if<Sequence>(&experiment.stimulus)) return *found;
-  throw Error("protocol " + name, "plays another stimulus than a ternary sequence", "use one that plays a sequence");
+  throw Error("protocol " + name, "does not play a ternary sequence", "use a protocol that plays a sequence");
 }
 
 const Sequence& Protocol::sequence() const {
   if (const Sequence* found = std::get_if<Sequence>(&experiment.stimulus)) return *found;
-  throw Error("protocol " + name, "plays another stimulus than a ternary sequence", "use one that plays a sequence");
+  throw Error("protocol " + name, "does not play a ternary sequence", "use a protocol that plays a sequence");
 }
 
 Protocol default_protocol() {

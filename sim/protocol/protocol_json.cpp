@@ -1,5 +1,5 @@
-// Protocols to JSON and back. Doubles are printed with as many digits as bring back their bits.
-// Source of the keys: the doc in protocol_json.hpp.
+// Protocols to JSON and back. Doubles are printed with enough digits to restore their bits. protocol_json.hpp documents
+// the keys.
 #include "sim/protocol/protocol_json.hpp"
 
 #include <array>
@@ -14,7 +14,7 @@ namespace decid::sim {
 
 namespace {
 
-/// A value, or the two that it is drawn between.
+/// Returns a value, or the range that it is drawn from.
 Json range_json(double low, double high) {
   if (low == high) return low;
   return {low, high};
@@ -33,7 +33,7 @@ void read_range(const JsonObject& parent, const char* key, const Json& json, dou
 
 constexpr std::array<const char*, 3> body_keys{"mass_kg", "com_height_m", "inertia_kgm2"};
 
-/// Throws Error for some of the three without the others: with those of the default body it would be nobody's.
+/// Throws Error if some of the three are missing: completed from the default body they would describe no body.
 void refuse_part_of_body(JsonObject& object, const std::string& where) {
   std::string given, missing;
   for (const char* key : body_keys) {
@@ -50,7 +50,7 @@ void read_body(const Json& json, const std::string& where, Body& body) {
   if (const Json* part = object.find("subject")) {
     for (const char* key : body_keys) {
       if (!object.find(key)) continue;
-      throw Error(where, std::string("'body.") + key + "' stands beside 'body.subject', which decides it",
+      throw Error(where, std::string("'body.") + key + "' contradicts 'body.subject', which defines it",
                   "keep one of them; body.mass_kg is the mass above the ankles");
     }
     Subject subject;
@@ -73,7 +73,7 @@ void read_body(const Json& json, const std::string& where, Body& body) {
   object.finish();
 }
 
-/// `repeats_with_trial`: whether the period is the trial's length; as it is if the object does not say.
+/// `repeats_with_trial`: true if the period is the trial's length; unchanged if the object has no period.
 void read_vestibular_noise(const Json& json, const std::string& where, VestibularNoise& noise,
                            bool& repeats_with_trial) {
   JsonObject object(json, where, "vestibular_noise");
@@ -159,7 +159,7 @@ Protocol parse_protocol(const std::string& text, const ProtocolText& source) {
   object.read("sample_rate_hz", protocol.experiment.sample_rate_hz);
   read_stimulus(object, source, protocol.experiment.sample_rate_hz, protocol.experiment.stimulus);
   if (const Json* part = object.find("body")) read_body(*part, where, protocol.experiment.body);
-  // Data sets and models that do not say a period are from before there was another.
+  // Data sets and models without a period are older than this setting.
   bool repeats_with_trial = !is_written_by_people;
   if (const Json* part = object.find("vestibular_noise"))
     read_vestibular_noise(*part, where, protocol.noise.vestibular, repeats_with_trial);
@@ -178,7 +178,7 @@ Protocol parse_protocol(const std::string& text, const ProtocolText& source) {
     protocol.validate();
     if (is_written_by_people) protocol.refuse_implausible();
   } catch (const Error& error) {
-    // validate() knows the setting, not the file.
+    // validate() does not have the file's name.
     throw Error(where, error.where() + ": " + error.problem(), error.remedy());
   }
   return protocol;

@@ -1,6 +1,5 @@
-// Kinds of stimulus: their bounds, lengths and tilt; see stimulus.hpp. A new kind needs an overload in each family
-// of functions below.
-// All times are counted in whole milliseconds; doubles come in only at the end.
+// Kinds of stimulus: their bounds, lengths and tilt; see stimulus.hpp. A new kind needs an overload in each family of
+// functions below. All times are whole milliseconds; doubles appear only at the end.
 #include "sim/protocol/stimulus.hpp"
 
 #include <algorithm>
@@ -20,13 +19,12 @@ namespace {
 constexpr double max_tilt_deg = 45.0;
 constexpr int max_cycles = 100'000;
 constexpr std::size_t max_samples = 1'000'000, max_components = 100, max_moves = 10'000;
-/// Lines between samples follow a sine of this many samples a period to 3%.
+/// Linear interpolation between samples follows a sine of this many samples per period to 3%.
 constexpr int fewest_samples_a_period = 10;
 /// Bounds of broken_joint.
 constexpr double max_joint_steps = 5.0, min_joint_deg = 0.01;
 
 // ---- bounds: check_kind(check, kind, steps_per_sample)
-// ---------------------------------------------------------------
 
 template <class Kind>
 void check_common(const Checker& check, const std::string& prefix, const Kind& kind) {
@@ -104,7 +102,7 @@ void check_kind(const Checker& check, const MeasuredTilt& measured, int steps_pe
     const double tilt = measured.tilt_deg[k] - measured.tilt_deg.front();
     if (std::abs(tilt) <= max_tilt_deg) continue;  // false for NaN
     check.fail("measured tilt_deg", "sample " + std::to_string(k) + " is " + setting_text(tilt) + " from the first",
-               "stay within 45 degrees of it; is the unit right?");
+               "stay within 45 degrees of it, and check the unit");
   }
   check_sampled(check, "measured ", measured, steps_per_sample);
 }
@@ -141,7 +139,7 @@ void check_kind(const Checker& check, const RaisedCosines& cosines, int steps_pe
   check_given_cycle(check, "raised_cosines ", cosines, steps_per_sample);
   const double shortest_s = static_cast<double>(steps_per_sample * fewest_samples_a_period) / steps_per_second;
   double level = 0.0;
-  int end = 0;  // of the move before, ms
+  int end = 0;  // of the previous move, ms
   for (std::size_t i = 0; i < cosines.moves.size(); ++i) {
     const Move& move = cosines.moves[i];
     const std::string prefix = "raised_cosines moves[" + std::to_string(i) + "] ";
@@ -152,13 +150,13 @@ void check_kind(const Checker& check, const RaisedCosines& cosines, int steps_pe
     check.within(prefix + "amplitude_deg", move.amplitude_deg, -max_tilt_deg, max_tilt_deg);
     if (move.amplitude_deg == 0.0) check.fail(prefix + "amplitude_deg", "is 0", "leave the move out");
     if (milliseconds(move.start_s) < end) {
-      check.fail(prefix + "start_s", "is " + given_text(move.start_s) + ", before the move before it has ended",
-                 "write the moves in the order of time, each after the one before");
+      check.fail(prefix + "start_s", "is " + given_text(move.start_s) + ", before the previous move ends",
+                 "give moves in time order, without overlap");
     }
     end = milliseconds(move.start_s) + milliseconds(move.duration_s);
     if (end > milliseconds(cosines.cycle_s)) {
-      check.fail(prefix + "duration_s", "lets it end after the cycle's " + setting_text(cosines.cycle_s) + " s",
-                 "let every move end within cycle_s");
+      check.fail(prefix + "duration_s", "ends the move after the cycle's " + setting_text(cosines.cycle_s) + " s",
+                 "end every move within cycle_s");
     }
     const double farthest = level + move.amplitude_deg;
     if (std::abs(farthest) > max_tilt_deg) {
@@ -169,12 +167,11 @@ void check_kind(const Checker& check, const RaisedCosines& cosines, int steps_pe
   }
   if (cosines.cycles > 1 && std::abs(level) > 1e-9) {
     check.fail("raised_cosines moves", "end a cycle at " + setting_text(level) + " degrees, so cycles do not join",
-               "let the steps add up to 0, or give cycles 1");
+               "give steps that add up to 0, or give cycles 1");
   }
 }
 
 // ---- lengths: cycle_of(kind, steps_per_sample), in ms
-// ----------------------------------------------------------------
 
 long long cycle_of(const Sequence& sequence, int) {
   return static_cast<long long>(ternary_sequence(sequence).size()) * milliseconds(sequence.state_s);
@@ -193,7 +190,6 @@ long long cycle_of(const RaisedCosines& cosines, int) {
 }
 
 // ---- one cycle of the sampled kinds: cycle_deg(kind, steps_per_sample), samples and the end, the first value 0
-// -------
 
 std::vector<double> cycle_deg(const MeasuredTilt& measured, int) {
   std::vector<double> tilt;
@@ -203,8 +199,8 @@ std::vector<double> cycle_deg(const MeasuredTilt& measured, int) {
   return tilt;
 }
 
-// sin of an angle given in turns: whole turns drop out, the rest is counted in 2^-52 of a turn.
-double sin_of_turns(double turns) {
+// Returns the sine of an angle given in turns: removes whole turns, and rounds the rest to 2^-52 of a turn.
+double sin_2pi(double turns) {
   constexpr long long parts = 1LL << 52;
   return sincos_of_turn(static_cast<long long>((turns - std::floor(turns)) * static_cast<double>(parts)), parts).sin;
 }
@@ -213,10 +209,10 @@ std::vector<double> cycle_deg(const Sines& sines, int steps_per_sample) {
   std::vector<double> tilt(static_cast<std::size_t>(milliseconds(sines.cycle_s) / steps_per_sample) + 1, 0.0);
   const double rate_hz = static_cast<double>(steps_per_second) / steps_per_sample;
   for (const Sine& sine : sines.components) {
-    const double phase = sine.phase_deg / 360.0, first = sin_of_turns(phase);
+    const double phase = sine.phase_deg / 360.0, first = sin_2pi(phase);
     for (std::size_t k = 0; k < tilt.size(); ++k) {
       const double turns = sine.frequency_hz * (static_cast<double>(k) / rate_hz) + phase;
-      tilt[k] += sine.amplitude_deg * (sin_of_turns(turns) - first);
+      tilt[k] += sine.amplitude_deg * (sin_2pi(turns) - first);
     }
   }
   return tilt;
@@ -242,9 +238,8 @@ std::vector<double> cycle_deg(const RaisedCosines& cosines, int steps_per_sample
 }
 
 // ---- the tilt of a trial: play(kind, experiment)
-// -----------------------------------------------------------------------
 
-// Highest minus lowest accumulated value of a sequence that sums to zero.
+// Returns the highest minus lowest accumulated value of a sequence that sums to zero.
 int peak_to_peak(const std::vector<int>& values) {
   int sum = 0, lowest = 0, highest = 0;
   for (const int value : values) {
@@ -282,7 +277,7 @@ Stimulus play(const Sequence& sequence, const Experiment& experiment) {
   return stimulus;
 }
 
-// Any kind that has a cycle_deg.
+// Plays any kind that has a cycle_deg.
 template <class Kind>
 Stimulus play(const Kind& kind, const Experiment& experiment) {
   const int steps_per_sample = experiment.steps_per_sample();
@@ -329,7 +324,7 @@ std::vector<int> ternary_sequence(const Sequence& sequence) {
                 "feedback has " + std::to_string(stages) + " stages, start " + std::to_string(sequence.start.size()),
                 "give both the same number of stages, 2 to 12");
   }
-  std::size_t longest = 1;  // the number of contents a register can have
+  std::size_t longest = 1;  // the number of possible register contents
   for (std::size_t stage = 0; stage < stages; ++stage) longest *= 3;
   std::vector<int> reg = sequence.start;
   std::vector<int> values;
@@ -342,7 +337,7 @@ std::vector<int> ternary_sequence(const Sequence& sequence) {
     values.push_back(value == 2 ? -1 : value);
     if (values.size() > longest) {
       throw Error("sequence", "the register never returns to its start",
-                  "let the last coefficient of feedback be 1, 2, -1 or -2");
+                  "give feedback a last coefficient of 1, 2, -1 or -2");
     }
   } while (reg != sequence.start);
   return values;
@@ -356,9 +351,8 @@ std::string broken_joint(const std::vector<double>& tilt_deg) {
   }
   const double joint = std::abs(tilt_deg.front() - tilt_deg.back());
   if (joint <= std::max(max_joint_steps * largest, min_joint_deg)) return {};
-  return "jumps by " + setting_text(joint) +
-         " degrees from its last sample to its first, where the next cycle follows; " + "within a cycle by " +
-         setting_text(largest) + " at most";
+  return "jumps by " + setting_text(joint) + " degrees from its last sample to the next cycle's first; " +
+         "within a cycle by at most " + setting_text(largest);
 }
 
 double Stimulus::tilt_at(int step) const {

@@ -1,7 +1,7 @@
-// What the platform plays: kinds of stimulus as data, and the tilt made of them.
-// Every kind describes one cycle, which is played `cycles` times between a lead-in and a lead-out at rest; the tilt at
-// the start of the trial is called 0. A new kind is a struct here, in StimulusKind, with its functions in
-// sim/protocol/stimulus.cpp and its keys in sim/protocol/stimulus_json.cpp.
+// The platform's motion: kinds of stimulus as data, and the tilt made from them. Every kind describes one cycle, which
+// is played `cycles` times between a lead-in and a lead-out at rest; the tilt at the start of the trial is 0. A new
+// kind is a struct here, in StimulusKind, with functions in sim/protocol/stimulus.cpp and keys in
+// sim/protocol/stimulus_json.cpp.
 #pragma once
 
 #include <cstddef>
@@ -11,26 +11,27 @@
 
 namespace decid::sim {
 
-/// Shift register of a pseudo-random ternary sequence (Peterka, J Neurophysiol 88, 2002, as the Freiburg platform plays
-/// it): each step computes v = (feedback . register) mod 3, shifts it in at the front and plays it; 2 counts as -1.
+/// The shift register of a pseudo-random ternary sequence (Peterka, J Neurophysiol 88, 2002, as on the Freiburg
+/// platform). Each step computes v = (feedback . register) mod 3, shifts it in at the front and plays it; 2 counts as
+/// -1.
 struct Sequence {
-  std::vector<int> feedback{0, 0, 1, -1, -1};  ///< one coefficient a stage
-  std::vector<int> start{2, 0, 2, 0, 2};       ///< first content of the register, values 0..2
-  double state_s = 0.25;                       ///< how long a state lasts; a multiple of 1 ms
+  std::vector<int> feedback{0, 0, 1, -1, -1};  ///< one coefficient per stage
+  std::vector<int> start{2, 0, 2, 0, 2};       ///< initial content of the register, values 0..2
+  double state_s = 0.25;                       ///< duration of a state; a multiple of 1 ms
   double amplitude_deg = 1.0;                  ///< peak to peak of the tilt
-  double offset_s = 25.63;                     ///< where in the sequence the trial starts; the tilt there is called 0
-  int cycles = 2;                              ///< how often the whole sequence is played
+  double offset_s = 25.63;                     ///< the trial's start in the sequence; the tilt there is 0
+  int cycles = 2;                              ///< repetitions of the whole sequence
   double lead_in_s = 0.0;                      ///< level platform before the first cycle
   double lead_out_s = 0.0;                     ///< platform at rest after the last cycle
 
   friend bool operator==(const Sequence&, const Sequence&) = default;
 };
 
-// The kinds below are given at the instants of the sway's samples and linear between them; lead-in, cycle and lead-out
-// are whole sample periods.
+// The kinds below are given at the samples of the sway and are linear between them; lead-in, cycle and lead-out are
+// whole sample periods.
 
-/// A recorded tilt: sample k at k / sample_rate. Its first value is called 0. With several cycles the first sample
-/// follows the last; at the end of the trial the last one is held.
+/// A recorded tilt: sample k at k / sample_rate. Its first value counts as 0. With several cycles the first sample
+/// follows the last; at the end of the trial the last sample is held.
 struct MeasuredTilt {
   std::vector<double> tilt_deg;  ///< 2 to 1,000,000 samples at the protocol's sample rate
   int cycles = 1;
@@ -41,8 +42,8 @@ struct MeasuredTilt {
 };
 
 struct Sine {
-  double frequency_hz = 0.0;   ///< up to a tenth of the sample rate: lines between samples lower its peak by 3% there
-  double amplitude_deg = 0.0;  ///< half its peak to peak
+  double frequency_hz = 0.0;   ///< up to a tenth of the sample rate, where linear interpolation lowers its peak by 3%
+  double amplitude_deg = 0.0;  ///< half of its peak-to-peak tilt
   double phase_deg = 0.0;      ///< 0 starts with the highest velocity, 90 at the peak
 
   friend bool operator==(const Sine&, const Sine&) = default;
@@ -51,7 +52,7 @@ struct Sine {
 /// A sum of sines, sum of A (sin(2 pi f t + phase) - sin(phase)), t from the start of the cycle.
 struct Sines {
   std::vector<Sine> components;  ///< 1 to 100
-  double cycle_s = 0.0;          ///< with several cycles every component has a whole number of periods in it
+  double cycle_s = 0.0;          ///< with several cycles it must be a whole number of every component's periods
   int cycles = 1;
   double lead_in_s = 0.0;
   double lead_out_s = 0.0;
@@ -62,21 +63,21 @@ struct Sines {
 /// One movement of the platform, at rest before and after it.
 struct Move {
   enum class Shape {
-    pulse,  ///< there and back: A/2 (1 - cos(2 pi t / duration))
-    step,   ///< to stay: A/2 (1 - cos(pi t / duration))
+    pulse,  ///< out and back: A/2 (1 - cos(2 pi t / duration))
+    step,   ///< to a new tilt: A/2 (1 - cos(pi t / duration))
   };
   Shape shape = Shape::pulse;
   double start_s = 0.0;        ///< from the start of the cycle; a multiple of 1 ms
   double duration_s = 0.0;     ///< at least 10 sample periods, a multiple of 1 ms
-  double amplitude_deg = 0.0;  ///< its farthest; may be negative
+  double amplitude_deg = 0.0;  ///< maximum tilt; may be negative
 
   friend bool operator==(const Move&, const Move&) = default;
 };
 
 /// Raised cosines, one after the other.
 struct RaisedCosines {
-  std::vector<Move> moves;  ///< 1 to 10,000, in the order of time, not overlapping, ending within the cycle
-  double cycle_s = 0.0;     ///< with several cycles the steps add up to 0
+  std::vector<Move> moves;  ///< 1 to 10,000, in time order, without overlap, ending within the cycle
+  double cycle_s = 0.0;     ///< with several cycles the steps must add up to 0
   int cycles = 1;
   double lead_in_s = 0.0;
   double lead_out_s = 0.0;
@@ -93,25 +94,25 @@ struct Stimulus {
   std::vector<double> tilt_rad;    ///< platform in space at point k, t = k * interval, k = 0 .. intervals
   std::vector<double> rate_rad_s;  ///< its velocity between points k and k + 1, k = 0 .. intervals - 1
 
-  /// The tilt at t = step ms, 0 <= step <= steps.
+  /// Returns the tilt at t = step ms, 0 <= step <= steps.
   double tilt_at(int step) const;
-  /// The velocity in [step, step + 1) ms, 0 <= step < steps.
+  /// Returns the velocity in [step, step + 1) ms, 0 <= step < steps.
   double rate_at(int step) const { return rate_rad_s[static_cast<std::size_t>(step / interval_steps)]; }
-  /// Highest minus lowest tilt.
+  /// Returns the highest minus lowest tilt.
   double peak_to_peak_rad() const;
 };
 
-/// The whole sequence, values -1, 0, 1; 3^stages - 1 states if the feedback is primitive. Throws Error unless feedback
-/// and start have the same number of stages, 2 to 12, and if the register never returns to its start.
+/// Returns the whole sequence, values -1, 0, 1; 3^stages - 1 states if the feedback is primitive. Throws Error unless
+/// feedback and start have the same number of stages, 2 to 12, and if the register never returns to its start.
 std::vector<int> ternary_sequence(const Sequence& sequence);
 
-/// Why the last of these samples cannot be followed by the first, at a measured tilt's joint between two cycles; empty
-/// if it can. The step there may be 5 times the largest one within - a recording that was cut a few samples short, or
-/// noise at its ends - or 0.01 degrees, but not more.
+/// Returns the reason why the first sample cannot follow the last, at a measured tilt's joint between two cycles; empty
+/// if it can. The step there may be 5 times the largest one within the cycle, or 0.01 degrees. This allows for a
+/// recording that was cut a few samples short, and for noise at its ends.
 std::string broken_joint(const std::vector<double>& tilt_deg);
 
-/// Length of one cycle in 1 ms steps. It may exceed the bounds of a trial; the length of a stimulus that is
-/// not valid means nothing.
+/// Returns the length of one cycle in 1 ms steps. It may exceed the bounds of a trial; it is meaningless for an invalid
+/// stimulus.
 long long cycle_steps(const StimulusKind& kind, int steps_per_sample);
 
 }  // namespace decid::sim

@@ -29,7 +29,7 @@ void read_rests(JsonObject& object, Kind& kind) {
   object.read("lead_out_s", kind.lead_out_s);
 }
 
-/// Calls read(object, entry) for every entry of the list that stands at `key`.
+/// Calls read(object, entry) for every entry of the list at `key`.
 template <class Entry, class Read>
 void read_list(JsonObject& object, const char* key, const std::string& path, const Context& context,
                std::vector<Entry>& entries, const Read& read) {
@@ -66,7 +66,7 @@ Json json_of(const Sequence& sequence) {
 void read_kind(JsonObject& object, const Context&, Sequence& sequence) {
   object.read("feedback", sequence.feedback);
   object.read("start", sequence.start);
-  // Another sequence starts at its start: the default's offset is not meant for it.
+  // A custom sequence starts at its beginning: the default's offset does not fit it.
   if (object.find("feedback") || object.find("start")) sequence.offset_s = 0.0;
   object.read("state_s", sequence.state_s);
   object.read("amplitude_deg", sequence.amplitude_deg);
@@ -98,8 +98,8 @@ void read_kind(JsonObject& object, const Context& context, MeasuredTilt& measure
   if (object.find("tilt_deg")) {
     for (const char* key : {"file", "column", "unit", "rate_hz"}) {
       if (object.find(key)) {
-        throw Error(where, std::string("'measured.") + key + "' stands beside 'measured.tilt_deg'",
-                    "give the samples, or a file, not both");
+        throw Error(where, std::string("'measured.") + key + "' contradicts 'measured.tilt_deg'",
+                    "give either the samples or a file");
       }
     }
     object.read("tilt_deg", measured.tilt_deg);
@@ -109,8 +109,8 @@ void read_kind(JsonObject& object, const Context& context, MeasuredTilt& measure
     throw Error(where, "'measured' has neither 'file' nor 'tilt_deg'", "add \"file\": \"tilt.csv\"");
   }
   if (!context.source.read_tilt) {
-    throw Error(where, "'measured.file' names a file, where the samples themselves must be",
-                "write the protocol with decid stimulus (" + setting("write_protocol") + "), which puts them in");
+    throw Error(where, "'measured.file' names a file instead of giving the samples",
+                "write the protocol with decid stimulus (" + setting("write_protocol") + "), which inserts them");
   }
   if (object.find("unit")) {
     if (unit != "deg" && unit != "rad") object.wrong_type("unit", "\"deg\" or \"rad\"");
@@ -189,7 +189,7 @@ void read_kind(JsonObject& object, const Context& context, RaisedCosines& cosine
 
 // ---- any ------------------------------------------------------------------------------------------------------------
 
-/// Tries the key of every kind there is.
+/// Tries the key of every kind.
 template <class... Kinds>
 void read_any(JsonObject& protocol, const Context& context, std::variant<Kinds...>& stimulus) {
   std::string found;

@@ -1,6 +1,6 @@
-// A slow-down planted into the AVX2 kernels for the test of tools/bench-gate: forced in front of kernels/target.cpp for AVX2, it
-// puts an instruction that does nothing beside every second broadcast weight, 8% more in all of a forward convolution.
-// Production code knows nothing of it.
+// A slow-down planted into the AVX2 kernels for the test of tools/bench-gate: forced in front of kernels/target.cpp for
+// AVX2, it puts an instruction that does nothing beside every second broadcast weight, 8% more in all of a forward
+// convolution. Production code knows nothing of it.
 #pragma once
 
 #include <immintrin.h>

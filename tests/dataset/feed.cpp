@@ -128,7 +128,7 @@ TEST_CASE("trials that are encoded together have the bits that each has alone") 
           parallel_for(count, [&](int i) { take(static_cast<std::size_t>(i), data.trial(i)); });
         };
         encode_all(encoding, produce, inputs);
-        check_error([&] { encode_all(encoding, produce, std::span(inputs).first(inputs.size() - 1)); }, {"room for"});
+        check_error([&] { encode_all(encoding, produce, std::span(inputs).first(inputs.size() - 1)); }, {"space for"});
         for (int i = 0; i < count; ++i) {
           encoding.encode(data.trial(i), alone);
           CHECK(std::ranges::equal(alone, std::span(inputs).subspan(static_cast<std::size_t>(i) * values, values)));

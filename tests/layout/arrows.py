@@ -34,9 +34,8 @@ FOREIGN = [
 LOOSE = re.compile(r"^(?!\s*//).*\bApprox\b")  # of doctest, however it is named
 # A value of JSON needs its type, not its name alone, or the header compiles behind luckier ones only.
 JSON_VALUE = re.compile(r"^\s+(?:const )?Json \w+(?:, \w+)*(?: = [^;]*)?;")
-# Libraries name settings; the program alone names its options. recording still names some.
+# Libraries name settings; only the program names its options.
 OPTION = re.compile(r'^(?!\s*//)[^"]*(?:"[^"]*"[^"]*)*?"[^"]*--[a-z]')
-NAMES_OPTIONS = ["recording"]
 INCLUDE = re.compile(r'^\s*#\s*include\s*(<[^>]+>|"[^"]+")')
 
 
@@ -81,7 +80,7 @@ def look_at(path, text, allowed, arrows, complaints):
             complaints.append(f"{where}: Approx adds 1 to the scale; use near() of tests/near.hpp")
         if path.endswith(".hpp") and JSON_VALUE.match(line) and '#include "base/files/json_object.hpp"' not in text:
             complaints.append(f"{where}: a value of Json needs base/files/json_object.hpp")
-        if not source_is_test and source in libraries and source not in NAMES_OPTIONS and OPTION.match(line):
+        if not source_is_test and source in libraries and OPTION.match(line):
             complaints.append(f"{where}: a library names a setting with setting(), of base/setting.hpp, and no option")
         match = INCLUDE.match(line)
         if not match:

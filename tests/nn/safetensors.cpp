@@ -286,10 +286,10 @@ TEST_CASE("safetensors: headers that are refused") {
   CHECK(problem_of(pair("[4,8]")) == "none");
   refused(pair("[0,4]"), "has a gap or an overlap at byte 0");
   refused(pair("[2,6]"), "has a gap or an overlap at byte 2");
-  refused(pair("[4,8]", "a"), "'a' stands twice");
-  refused(pair("[4,8]", "\\u0061"), "'a' stands twice");
-  refused(entry(R"({"dtype":"F32","dtype":"F32","shape":[2],"data_offsets":[0,8]})"), "'dtype' stands twice");
-  refused(file_of("{\"__metadata__\":{\"k\":\"1\",\"k\":\"2\"},\"a\":" + good + "}"), "'k' stands twice");
+  refused(pair("[4,8]", "a"), "'a' is repeated");
+  refused(pair("[4,8]", "\\u0061"), "'a' is repeated");
+  refused(entry(R"({"dtype":"F32","dtype":"F32","shape":[2],"data_offsets":[0,8]})"), "'dtype' is repeated");
+  refused(file_of("{\"__metadata__\":{\"k\":\"1\",\"k\":\"2\"},\"a\":" + good + "}"), "'k' is repeated");
   for (const char* metadata : {"3", "[]", "null", "\"x\"", "{\"k\":1}", "{\"k\":null}", "{\"k\":[\"v\"]}"}) {
     CAPTURE(metadata);
     refused(file_of(std::string("{\"__metadata__\":") + metadata + ",\"a\":" + good + "}"), "of another form");

@@ -103,9 +103,9 @@ TEST_CASE("lost samples are gaps: filled when they may be, else refused with the
     if (k != 100 && !(k >= 300 && k < 304)) times.push_back(k / 100.0);
   }
   check_error([&] { read(sine_at(times)); },
-              {"r.csv", "lacks 1 sample (0.01 s) from 1 s", "--fill-gaps 0.04 interpolates all its gaps"});
+              {"r.csv", "lacks 1 sample (0.01 s) from 1 s", "fill_gaps 0.04 interpolates all its gaps"});
   check_error([&] { read(sine_at(times), {.fill_gaps_s = 0.03}); },
-              {"lacks 4 samples (0.04 s) from 3 s", "more than --fill-gaps 0.03"});
+              {"lacks 4 samples (0.04 s) from 3 s", "more than fill_gaps 0.03"});
   const Recording recording = read(sine_at(times), {.fill_gaps_s = 0.04});
   CHECK(recording.rate_hz == 100.0);
   REQUIRE(recording.signals.at(com_sway).rad.size() == 500);
@@ -118,8 +118,8 @@ TEST_CASE("missing cells are gaps, in the middle and at the ends") {
   const auto text = [](const std::string& a, const std::string& b, const std::string& c) {
     return "time,sway_deg\n0," + a + "\n0.01,1\n0.02," + b + "\n0.03,3\n0.04," + c + "\n";
   };
-  check_error([&] { read(text("0", "", "4")); }, {"line 4, sway_deg", "the cell is empty", "--fill-gaps"});
-  check_error([&] { read(text("0", "NaN", "4")); }, {"line 4", "'NaN' is not a finite number", "--fill-gaps"});
+  check_error([&] { read(text("0", "", "4")); }, {"line 4, sway_deg", "the cell is empty", "fill_gaps"});
+  check_error([&] { read(text("0", "NaN", "4")); }, {"line 4", "'NaN' is not a finite number", "fill_gaps"});
   check_error([&] { read(text("0", "inf", "4"), {.fill_gaps_s = 1.0}); }, {"line 4", "'inf' is not a finite number"});
   const Recording recording = read(text("", "n/a", "nan"), {.fill_gaps_s = 0.01});
   const double expected[] = {1.0, 1.0, 2.0, 3.0, 3.0};
@@ -137,7 +137,7 @@ TEST_CASE("no clock's times are refused") {
     check_error([&] { read("time,sway_deg\n0,1\n0.01,2\n0.02,3\n" + std::string(far) + ",4\n", {.fill_gaps_s = 1.0}); },
                 {"line 5", "'time' steps by 1e+"});
   std::vector<double> times{0.0, 0.01, 0.02, 0.0345, 0.04, 0.05};
-  check_error([&] { read(sine_at(times)); }, {"line 5", "steps by 0.0145", "--rate"});
+  check_error([&] { read(sine_at(times)); }, {"line 5", "steps by 0.0145", "rate"});
   times[3] = 0.015;
   check_error([&] { read(sine_at(times)); }, {"line 5", "goes backwards, by 0.005"});
 }
@@ -183,7 +183,7 @@ TEST_CASE("times without a grid, as headsets and webcams have them, are interpol
   // A gap in them is a gap, at the right place: 0.5 s after the 500th sample.
   std::vector<double> stopped = times_of_steps({30, 33, 36}, 1000);
   for (std::size_t k = 500; k < 1000; ++k) stopped[k] += 0.5;
-  check_error([&] { read(sine_at(stopped)); }, {"sway_deg lacks", "--fill-gaps"});
+  check_error([&] { read(sine_at(stopped)); }, {"sway_deg lacks", "fill_gaps"});
   const Recording filled = read(sine_at(stopped), {.fill_gaps_s = 0.6});
   CHECK(near(filled.rate_hz, 999.0 / (stopped.back() - 0.5), 2e-3));
   const auto after = static_cast<std::size_t>(stopped[600] * filled.rate_hz);

@@ -56,7 +56,7 @@ TEST_CASE("text in UTF-8, UTF-16 and Windows-1252 is the same text") {
         "A");  // half of a pair
   CHECK(to_utf8("\x80 \x9F \xFF", "t") == "\xE2\x82\xAC \xC5\xB8 \xC3\xBF");
   CHECK(to_utf8("\xC3\xB6\xF6", "t") == "\xC3\x83\xC2\xB6\xC3\xB6");  // not all of it is UTF-8: none is
-  check_error([] { to_utf8(std::string("ab\0cd\0\0\0efgh", 12), "t.csv"); }, {"t.csv", "no text file"});
+  check_error([] { to_utf8(std::string("ab\0cd\0\0\0efgh", 12), "t.csv"); }, {"t.csv", "not a text file"});
   check_one_two_three("\xFF\xFE" + utf16("time;sway_deg\r\n0;1\r\n0,01;2\r\n0,02;3\r\n", true));
   check_one_two_three("Zeit [s];sway [\xB0]\n0;1\n0,01;2\n0,02;3\n");
 }
@@ -100,7 +100,7 @@ TEST_CASE("a last column that is empty in the first rows takes nothing from the 
   check_one_two_three("time,sway_deg,event\n0,1,\n0.01,2,\n0.02,3,\n");
   check_one_two_three("Zeit;sway_deg;Ereignis\n0;1;\n0,01;2;\n0,02;3;los\n");
   CHECK(read("time,sway_rad,note\n0,0.1,\n0.01,0.2,\n0.02,0.3,\n0.03,0.4,x\n").signals.at(com_sway).rad.size() == 4);
-  check_error(reading("time,ankle_angle,note\n0,1,\n0.01,2,\n0.02,3,\n"), {"'ankle_angle', 'note'", "--column"});
+  check_error(reading("time,ankle_angle,note\n0,1,\n0.01,2,\n0.02,3,\n"), {"'ankle_angle', 'note'", "column"});
   // A last row or two of separators alone, as spreadsheets leave them.
   check_one_two_three("time;sway_deg\n0;1\n0,01;2\n0,02;3\n;\n;\n");
   check_one_two_three("time,sway_deg\n0,1\n0.01,#N/A\n0.02,3\n", {.fill_gaps_s = 0.02});
@@ -114,12 +114,12 @@ TEST_CASE("lines above a table that look like it, and above one column") {
   check_one_two_three("fs=100\nx,sway_deg\n5,1\n5,2\n5,3\n", {.skip_lines = 1});
   check_error(reading("time,sway_deg\n0,x\n0.01,2\n0.02,3\n0.03,4\n"), {"line 2, sway_deg", "'x'"});
   check_error(reading("a,sway_deg\none,1\n2,2\n3,3\n4,4\n", {.column = "a", .rate_hz = 100.0}), {"line 2, a", "'one'"});
-  check_error(reading("Patient: Anna\nx\n1,2\n"), {"--skip-lines"});
+  check_error(reading("Patient: Anna\nx\n1,2\n"), {"skip_lines"});
 }
 
 TEST_CASE("units that are no angle's are refused, a column of tilt alone too; minutes are sixty seconds") {
   for (const char* name : {"sway (V)", "sway [N]", "Torque [Nm]", "sway (m/s)", "load (%)"})
-    check_error(reading("time," + std::string(name) + "\n0,1\n0.01,2\n"), {name, "by its name", "--unit"});
+    check_error(reading("time," + std::string(name) + "\n0,1\n0.01,2\n"), {name, "by its name", "unit"});
   check_error(reading("time,sway\ns,V\n0,1\n0.01,2\n"), {"sway (V) is a voltage"});
   CHECK(read("time,sway (AP)\n0,1\n0.01,2\n").signals.samples() == 2);  // a note is no unit
   check_error(reading("time,tilt_deg\n0,1\n0.01,2\n"), {"the platform's tilt, 'tilt_deg', but none of sway"});
@@ -174,7 +174,7 @@ TEST_CASE("a header with other names than columns is refused, so that no unit is
         std::pair{"time;sway (deg)", "2 names"}, std::pair{"s;cm", "2 names"}, std::pair{"time cop deg", "3 names"},
         std::pair{"COP", "1 name"}, std::pair{"sway_rad,tilt_rad,note", "3 names"}}) {
     const std::string text = header + ("\n" + rows);
-    check_error(reading("Lab 3\n\n" + text), {"line 3, '", found, "2 columns between commas", "--skip-lines 3"});
+    check_error(reading("Lab 3\n\n" + text), {"line 3, '", found, "2 columns between commas", "skip_lines 3"});
     // What the error advises.
     check_one_two_three("Lab 3\n\n" + text, {.unit = Unit::degree, .skip_lines = 3});
     check_one_two_three(text, {.column = "2", .unit = Unit::degree, .skip_lines = 1});
@@ -182,7 +182,7 @@ TEST_CASE("a header with other names than columns is refused, so that no unit is
   check_error(reading("time COM x cm\n" + blanks), {"line 1, 'time COM x cm'", "4 names between blanks", "2 columns"});
   check_error(reading("Time (s) Sway (cm)\n" + blanks), {"4 names between blanks"});
   for (const char* header : {"\"time\n(s)\",\"COM x\n(cm)\"\n", "\"time\n(s)\",\"CoP\n(deg)\"\n"})
-    check_error(reading(header + rows), {"line 3, '(", "names of several lines", "--skip-lines 3"});
+    check_error(reading(header + rows), {"line 3, '(", "names of several lines", "skip_lines 3"});
   for (const char* above :
        {"Subject: time, COM, cm", "fs=100, time, deg", "Trial 3, second day, eyes closed", "Day,1,x", "Anna",
         "Postural sway, subject Anna, first day", "sway of the platform in deg", "Sway angle",
@@ -283,12 +283,13 @@ TEST_CASE("positions are sway at their height above the ankles") {
   CHECK(warning(centred.warnings, "mean_is_upright") != nullptr);
   CHECK(near(sway("time,x\n0,1\n0.01,2\n0.02,3\n", {.com_height_m = 1.0, .metres_per_unit = 1e-3})[2], std::asin(1e-3),
              1e-14));
-  check_error(reading(text), {"COM_x_mm is a length", "--com-height"});
-  check_error(reading("time,x\n0,1\n0.01,2\n", {.com_height_m = 1.0}), {"unit of x", "--unit mm, cm or m"});
-  check_error(reading("time,x_m\n0,1\n0.01,4\n", {.com_height_m = 1.0}), {"from the upright", "--ankle"});
-  check_error(reading("time,sway_deg\n0,1\n0.01,4\n", {.ankle_column = "time"}), {"--ankle", "--com-height"});
-  check_error(reading("time,sway\n0,1\n0.01,4\n", {.metres_per_unit = 1.0}), {"a length", "--com-height"});
-  check_error(reading(text, {.com_height_m = -1.0}), {"--com-height", "-1"});
+  check_error(reading(text), {"COM_x_mm is a length", "com_height"});
+  check_error(reading("time,x\n0,1\n0.01,2\n", {.com_height_m = 1.0}),
+              {"the name of x has no unit", "unit mm, cm or m"});
+  check_error(reading("time,x_m\n0,1\n0.01,4\n", {.com_height_m = 1.0}), {"from the upright", "ankle"});
+  check_error(reading("time,sway_deg\n0,1\n0.01,4\n", {.ankle_column = "time"}), {"ankle", "com_height"});
+  check_error(reading("time,sway\n0,1\n0.01,4\n", {.metres_per_unit = 1.0}), {"a length", "com_height"});
+  check_error(reading(text, {.com_height_m = -1.0}), {"com_height", "-1"});
 }
 
 TEST_CASE("leg and trunk, or hip and shoulder, make the sway of the centre of mass") {
@@ -313,10 +314,10 @@ TEST_CASE("leg and trunk, or hip and shoulder, make the sway of the centre of ma
   CHECK(near(read(text, markers).signals.at(com_sway).rad[1], body.centre_of_mass(leg, trunk), 1e-13));
   RecordingOptions without_height = markers;
   without_height.body_height_m = {};
-  check_error(reading(text, without_height), {"--hip, --shoulder", "--mass and --height"});
-  check_error(reading(text, {.hip_column = "hip_m"}), {"one stands alone"});
-  check_error(reading(text, {.leg_column = "hip_m"}), {"--leg, --trunk", "one stands alone"});
-  check_error(reading(text, {.column = "2", .leg_column = "2", .trunk_column = "3"}), {"several ways"});
+  check_error(reading(text, without_height), {"hip, shoulder", "mass and height"});
+  check_error(reading(text, {.hip_column = "hip_m"}), {"one is missing"});
+  check_error(reading(text, {.leg_column = "hip_m"}), {"leg, trunk", "one is missing"});
+  check_error(reading(text, {.column = "2", .leg_column = "2", .trunk_column = "3"}), {"several sources"});
   check_error(reading(text, {.leg_column = "2", .trunk_column = "2"}), {"hip_m", "two signals"});
   RecordingOptions same = markers;
   same.shoulder_column = "hip_m";
@@ -337,7 +338,7 @@ TEST_CASE("leg and trunk, or hip and shoulder, make the sway of the centre of ma
   CHECK(codes(by_number, "time,HIP_x (m),C7 Z (m),ANK.x (m)").contains("axes_differ"));
   CHECK(codes(by_number, "time,HIP_x (m),C7 X (m),ANK_y_m").contains("axes_differ"));
   CHECK_FALSE(codes(by_number, "time,HIP_x (m),C7 X (m),ANK.x_m").contains("axes_differ"));
-  check_error(reading(text, {.leg_column = "2", .trunk_column = "no"}), {"has no column 'no'", "--trunk"});
+  check_error(reading(text, {.leg_column = "2", .trunk_column = "no"}), {"has no column 'no'", "trunk"});
 }
 
 TEST_CASE("positions without a unit are read as degrees with a caution, angles without one") {
@@ -357,12 +358,12 @@ TEST_CASE("positions without a unit are read as degrees with a caution, angles w
     CAPTURE(std::string(name));
     CHECK(warning(read(text(name)).warnings, "perhaps_a_length") == nullptr);
   }
-  check_error(reading(text("COM_x (centimetres)")), {"is a length", "--com-height"});
+  check_error(reading(text("COM_x (centimetres)")), {"is a length", "com_height"});
   const Recording metres = read(text("COM_x (centimetres)"), {.com_height_m = 1.0});
   CHECK(near(metres.signals.at(com_sway).rad[1], std::asin(0.005), 1e-14));
   for (const char* name : {"COM_x (in)", "sway [counts]", "sway_mV", "sway_percent", "swayvel", "sway_std"}) {
     CAPTURE(std::string(name));
-    check_error(reading(text(name)), {name, "by its name", "--unit"});
+    check_error(reading(text(name)), {name, "by its name", "unit"});
     CHECK(read(text(name), {.unit = Unit::degree}).signals.at(com_sway).rad[1] == 2.0 * sim::rad_per_deg);
   }
 }
@@ -371,7 +372,7 @@ TEST_CASE("names of joints and parts are known between capitals and behind the l
   const auto text = [](const std::string& name) { return "time," + name + "\n0,1\n0.01,2\n"; };
   for (const char* name : {"LAnkleAngles", "AbsAnkleAngle", "AnkleAngle_deg", "RANKLE_deg", "leftAnkleFlexion_deg",
                            "Sprunggelenkwinkel_Grad"})
-    check_error(reading(text(name)), {name, "an angle of the ankle"});
+    check_error(reading(text(name)), {name, "an ankle angle"});
   for (const char* name : {"RKneeAngles", "RPelvisAngles", "LThoraxAngles", "HeadAngles", "SpineAngles_deg",
                            "LHipAngles_deg", "rknee_deg"}) {
     CAPTURE(std::string(name));
@@ -396,13 +397,13 @@ TEST_CASE("another direction, and what is looked at or aimed at, is no sway forw
     CHECK(warning(read(text(name)).warnings, "not_this_sway") == nullptr);
 }
 
-TEST_CASE("an angle of the ankle, and a table of a frequency response, are refused by name") {
+TEST_CASE("an ankle angle, and a table of a frequency response, are refused by name") {
   for (const char* name : {"ankle_angle_deg", "Ankle (deg)", "Sprunggelenk [Grad]"})
     check_error(reading("time," + std::string(name) + "\n0,1\n0.01,2\n"),
-                {name, "against the platform", "add the platform's tilt"});
+                {name, "relative to the platform", "add the platform's tilt"});
   check_error(reading("time,ankle_deg\n0,1\n0.01,2\n", {.column = "ankle_deg", .unit = Unit::degree}),
-              {"an angle of the ankle"});
-  check_error(reading("frequency_hz,gain,phase_deg\n0.1,1,0\n0.2,1,-10\n"), {"frequency response", "decid fit --frf"});
+              {"an ankle angle"});
+  check_error(reading("frequency_hz,gain,phase_deg\n0.1,1,0\n0.2,1,-10\n"), {"frequency response", "fit it with frf"});
 }
 
 TEST_CASE("a column that is plainly the platform's tilt is used, and left out if it does not follow the protocol") {
@@ -446,7 +447,7 @@ TEST_CASE("a column that is plainly the platform's tilt is used, and left out if
   // Its sign can be turned, as that of one that is named; where there is none, that is said.
   Recording turned = read(text("platform_deg", -1.0, 0), {.invert_tilt = true});
   CHECK(bring_to_protocol(turned, protocol).tilt.has_value());
-  check_error(reading("time,sway_deg\n0,1\n0.01,2\n", {.invert_tilt = true}), {"no tilt is read", "--tilt-column"});
+  check_error(reading("time,sway_deg\n0,1\n0.01,2\n", {.invert_tilt = true}), {"no tilt is read", "tilt_column"});
   // A start that was given counts; so does the wish to have none read.
   Recording started = read(text("platform_deg", 1.0, 30));
   CHECK_FALSE(bring_to_protocol(started, protocol, {.start_s = 0.1}).tilt);

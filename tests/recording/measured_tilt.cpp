@@ -86,7 +86,7 @@ TEST_CASE("measured tilts that cannot be read are refused with file and setting"
   check(good, R"("file": "t.csv", "lead_in_s": 0.005)", {"p.json", "measured lead_in_s"});
   check(good, R"("file": "t.csv", "rate_hz": 50)", {"t.csv", "measured.rate_hz is 50, its times say 100 Hz"});
   check("", file, {"p.json", "t.csv", "no lines of data"});
-  check("tilt_deg\n1\n2\n", file, {"t.csv", "no column of time", "measured.rate_hz"});
+  check("tilt_deg\n1\n2\n", file, {"t.csv", "no time column", "measured.rate_hz"});
   check("time,tilt_deg\n0,0\n", file, {"t.csv", "only one sample"});
   check("time,tilt_deg\n0,0\n0.01,nan\n", file, {"t.csv", "line 3", "'nan' is not a finite number"});
   check("time,tilt_deg\n0,0\n0.01,nan\n", file, {"; give a value"});
@@ -98,15 +98,15 @@ TEST_CASE("measured tilts that cannot be read are refused with file and setting"
       load_protocol(write_text(folder / "p.json", R"({"measured": {"file": "t.csv"}})").string());
       FAIL_CHECK("no error");
     } catch (const Error& error) {
-      CHECK(std::string(error.what()).find("--fill-gaps") == std::string::npos);  // which only recordings have
+      CHECK(std::string(error.what()).find("fill_gaps") == std::string::npos);  // which only recordings have
     }
   }
   check("time,tilt_deg\n0,0\n0.01,x\n", file, {"t.csv", "line 3", "'x'"});
   check("time,tilt_deg\n0,0\n0.01,1\n0.03,2\n0.04,3\n0.05,3\n", file, {"t.csv", "line 4", "measured.rate_hz"});
   check("time,a_deg,b_deg\n0,0,0\n0.01,1,1\n", file, {"t.csv", "'a_deg', 'b_deg'", "measured.column"});
-  check("time,tilt\n0,0\n0.01,1\n", file, {"t.csv", "the unit of tilt", "measured.unit"});
+  check("time,tilt\n0,0\n0.01,1\n", file, {"t.csv", "the name of tilt has no unit", "measured.unit"});
   check("time,tilt_deg\n0,0\n0.01,50\n", file, {"p.json", "sample 1 is 50", "unit"});
-  check("time\n0\n0.01\n0.02\n", file, {"t.csv", "a column of time but none of tilt", "measured.column"});
+  check("time\n0\n0.01\n0.02\n", file, {"t.csv", "a time column but no tilt column", "measured.column"});
   // What was left out of the file is told.
   write_text(folder / "t.csv", "time,tilt_deg\n0,0\n0.01,1\n0.02,1\n0.03,0\n0.04,");
   Warnings warnings;

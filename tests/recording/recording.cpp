@@ -69,23 +69,23 @@ TEST_CASE("the sway is found by name, or named") {
   CHECK(read("time,tilt_deg,com_sway_deg\n0,9,1\n1,9,2\n", {}).signals.at(com_sway).column == "com_sway_deg");
   CHECK(read("COM_y,COM_x,time\n9,1,0\n9,2,0.01\n").signals.at(com_sway).column == "COM_x");
   CHECK(read("time,angle\n0,1\n0.01,2\n").signals.at(com_sway).column == "angle");
-  CHECK(warns(read("time,angle\n0,1\n0.01,2\n"), "'angle' is taken as the sway"));
-  CHECK_FALSE(warns(read("time,sway\n0,1\n0.01,2\n"), "is taken as the sway"));
+  CHECK(warns(read("time,angle\n0,1\n0.01,2\n"), "'angle' is assumed to be the sway"));
+  CHECK_FALSE(warns(read("time,sway\n0,1\n0.01,2\n"), "is assumed to be the sway"));
   CHECK(read("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "b"}).signals.at(com_sway).rad[0] == 5.0 * sim::rad_per_deg);
   CHECK(read("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "B"}).signals.at(com_sway).column == "b");
   CHECK(read("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "3"}).signals.at(com_sway).column == "b");
   CHECK(read("time,a,A\n0,1,5\n0.01,2,6\n", {.column = "A"}).signals.at(com_sway).rad[0] == 5.0 * sim::rad_per_deg);
   CHECK(read("0,1,5\n0.01,2,6\n0.02,3,9\n", {.column = "2"}).signals.at(com_sway).column == "column 2");
-  check_error(reading("time,a,b\n0,1,5\n0.01,2,6\n"), {"r.csv", "'a', 'b'", "--column"});
+  check_error(reading("time,a,b\n0,1,5\n0.01,2,6\n"), {"r.csv", "'a', 'b'", "column"});
   check_error(reading("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "c"}), {"no column 'c'", "'time', 'a', 'b'"});
   check_error(reading("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "4"}), {"no column '4'"});
   check_error(reading("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "0"}), {"no column '0'"});
   check_error(reading("time,a,a\n0,1,5\n0.01,2,6\n", {.column = "a"}),
-              {"2 columns are called 'a', numbers 2 and 3", "--column"});
+              {"2 columns are called 'a', numbers 2 and 3", "column"});
   check_error(reading("time,sway,x,sway,sway\n0,1,5,1,1\n0.01,2,6,1,1\n"),
-              {"3 columns are called 'sway', numbers 2, 4 and 5", "--column"});
+              {"3 columns are called 'sway', numbers 2, 4 and 5", "column"});
   CHECK(read("time,sway_deg,sway_rad\n0,1,5\n0.01,2,6\n").signals.at(com_sway).column == "sway_deg");  // two names
-  check_error(reading("time\n0\n0.01\n"), {"none of sway"});
+  check_error(reading("time\n0\n0.01\n"), {"no sway column"});
 }
 
 TEST_CASE("the time is found by name, and other names that begin with a T are not it") {
@@ -94,7 +94,7 @@ TEST_CASE("the time is found by name, and other names that begin with a T are no
   check_one_two_three("t_s,sway_deg\n0,1\n0.01,2\n0.02,3\n");
   check_one_two_three("t_rel,sway_deg\n0,1\n0.01,2\n0.02,3\n");  // there is no other
   check_error(reading("time,a\n0,1\n0.01,2\n", {.column = "time"}),
-              {"the sway that was named, 'time', is its column of time", "--column", "--rate"});
+              {"the named sway, 'time', is the time column", "column", "rate"});
   CHECK(read("time,a\n0,1\n0.01,2\n", {.column = "time", .unit = Unit::degree, .rate_hz = 50.0}).rate_hz == 50.0);
 }
 
@@ -108,7 +108,7 @@ TEST_CASE("the unit is the option's, else the name's, else degrees with a word a
   CHECK(read("sway_deg\n0.1\n0.2\n", {.unit = Unit::radian, .rate_hz = 100.0}).signals.at(com_sway).rad[1] == 0.2);
   CHECK(read("sway_rad\n1\n2\n", {.unit = Unit::degree, .rate_hz = 100.0}).signals.at(com_sway).rad[1] ==
         2.0 * sim::rad_per_deg);
-  CHECK(warns(read("sway\n1\n2\n", at_100), "degrees are assumed"));
+  CHECK(warns(read("sway\n1\n2\n", at_100), "assumes degrees"));
   for (const std::string name : {"sway_mrad", "sway (mrad)", "sway [milliradians]"}) {
     const Recording milli = read(name + "\n100\n200\n", at_100);
     CHECK(near(milli.signals.at(com_sway).rad[1], 0.2, 1e-15));
@@ -121,7 +121,7 @@ TEST_CASE("columns that are no angles by their names are refused, unless the uni
   const RecordingOptions at_100{.rate_hz = 100.0};
   const auto refused = [&](const std::string& name, const char* quantity) {
     CAPTURE(name);
-    check_error(reading(name + "\n1\n2\n", at_100), {name.c_str(), quantity, "by its name", "--unit"});
+    check_error(reading(name + "\n1\n2\n", at_100), {name.c_str(), quantity, "by its name", "unit"});
     CHECK(read(name + "\n1\n2\n", {.unit = Unit::degree, .rate_hz = 100.0}).signals.at(com_sway).rad[0] ==
           sim::rad_per_deg);
   };
@@ -133,7 +133,7 @@ TEST_CASE("columns that are no angles by their names are refused, unless the uni
   for (const char* name : {"sway_deg/s^2", "sway (rad/s2)", "sway_acceleration"}) refused(name, "is an acceleration");
   check_error(reading("time,sway\ns,deg/s\n0,1\n0.01,2\n"), {"sway (deg/s) is a velocity"});
   check_error(reading("time,sway_deg,tilt_deg/s\n0,1,1\n0.01,2,2\n", {.tilt_column = "tilt_deg/s"}),
-              {"tilt_deg/s is a velocity", "--tilt-unit"});
+              {"tilt_deg/s is a velocity", "tilt_unit"});
   CHECK(read("time,sway_deg,tilt_mrad\n0,1,1\n0.01,2,2\n", {.tilt_column = "tilt_mrad"})
             .signals.at(platform_tilt)
             .rad[1] == 2.0 * 1e-3);
@@ -155,19 +155,19 @@ TEST_CASE("the rate comes from the time, or from the user") {
   CHECK(read("time,sway\n0,1\n0.5,2\n1,3\n").rate_advice.find("time_ms") != std::string::npos);
   // Milliseconds taken for seconds, and seconds for milliseconds.
   check_error(reading("time,sway\n0,1\n10,2\n20,3\n"), {"r.csv", "'time' says 0.1 Hz", "milliseconds", "time_ms"});
-  check_error(reading("time_us,sway\n0,1\n1,2\n2,3\n"), {"'time_us' says 1e+06 Hz", "seconds", "--rate"});
+  check_error(reading("time_us,sway\n0,1\n1,2\n2,3\n"), {"'time_us' gives 1e+06 Hz", "seconds", "rate"});
   CHECK(read("time,sway\n0,1\n10,2\n20,3\n", {.rate_hz = 100.0}).rate_hz == 100.0);
-  check_error(reading("sway\n1\n2\n"), {"r.csv", "no column of time", "--rate"});
+  check_error(reading("sway\n1\n2\n"), {"r.csv", "no time column", "rate"});
   check_error(reading("time,sway\n0,1\n0.01,2\n0.02,3\n0.04,4\n"),
-              {"sway lacks 1 sample (0.01 s) from 0.03 s", "--fill-gaps 0.01"});
-  check_error(reading("# c\n\ntime,sway\n0,1\n0.01,2\n0.01,3\n0.02,4\n"), {"line 6: 'time' stands still"});
-  check_error(reading("time,sway\n0.02,1\n0.01,2\n0,3\n"), {"'time' runs backwards", "turn the rows round", "--rate"});
-  check_error(reading("time,sway\n0,1\n0,2\n0,3\n"), {"line 3: 'time' stands still"});
-  check_error(reading("time,sway\n0,1\n0.01,2\n0.01,3\n0.01,4\n"), {"line 4: 'time' stands still"});
+              {"sway lacks 1 sample (0.01 s) from 0.03 s", "fill_gaps 0.01"});
+  check_error(reading("# c\n\ntime,sway\n0,1\n0.01,2\n0.01,3\n0.02,4\n"), {"line 6: 'time' repeats"});
+  check_error(reading("time,sway\n0.02,1\n0.01,2\n0,3\n"), {"'time' runs backwards", "reverse the rows", "rate"});
+  check_error(reading("time,sway\n0,1\n0,2\n0,3\n"), {"line 3: 'time' repeats"});
+  check_error(reading("time,sway\n0,1\n0.01,2\n0.01,3\n0.01,4\n"), {"line 4: 'time' repeats"});
   check_error(reading("time,sway\n0,1\nnoon,2\n0.02,3\n"), {"line 3, time", "'noon' is not a finite number"});
-  CHECK(warns(read("time,sway\n0,1\nnoon,2\n0.02,3\n", {.rate_hz = 100.0}), "time is not used"));
+  CHECK(warns(read("time,sway\n0,1\nnoon,2\n0.02,3\n", {.rate_hz = 100.0}), "ignores the time column"));
   for (const double rate : {0.0, -5.0, 0.99, 100'001.0, std::nan(""), HUGE_VAL}) {
-    check_error(reading("sway\n1\n2\n", {.rate_hz = rate}), {"Hz is not from 1 to 100,000 Hz", "--rate"});
+    check_error(reading("sway\n1\n2\n", {.rate_hz = rate}), {"Hz is not from 1 to 100,000 Hz", "rate"});
     check_error([&] { recording_of(std::vector<double>{0.01, 0.02}, rate); }, {"recording", "Hz", "1 to 100,000"});
   }
   for (const double rate : {1.0, 100'000.0}) {
@@ -182,7 +182,7 @@ TEST_CASE("files that are no recordings are refused") {
   check_error(reading("\n\n# only this\n"), {"no lines of data"});
   check_error(reading("time,sway\n"), {"no lines of data"});
   check_error(reading("time,sway\n0,1\n"), {"only one sample"});
-  check_error(reading(std::string("t\0i\0", 4)), {"no text file", "UTF-8"});
+  check_error(reading(std::string("t\0i\0", 4)), {"not a text file", "UTF-8"});
   check_error(reading("time,sway\n0,1\n0.01,2,3\n0.02,3\n"), {"line 3 has 3 columns", "before it 2"});
   check_error(reading("time,sway\n0,1\n0.01\n0.02,3\n"), {"line 3 has 1 column,", "before it 2"});
   check_error(reading("{\"decid\": \"0.2.0\",\n \"recordings\": []}\n"), {"r.csv", "is JSON", "the recording itself"});
@@ -194,9 +194,8 @@ TEST_CASE("files that are no recordings are refused") {
   check_error(reading("time,sway\n0,1\n0.01,1e999\n"), {"line 3, sway", "'1e999' is not a finite number"});
   check_error(reading("time,sway\nfirst,trial\n0,1\n0.01,2\n"), {"line 2", "'first' is not a finite number", "#"});
   check_error(reading("time,sway\ns,deg\n0,1\n0.01,x\n"), {"line 4, sway (deg)", "'x' is not a finite number"});
-  check_error(reading("time,sway\n0,1\n0.01,1\n0.02,1\n"), {"sway is constant, 1 degrees", "--column"});
-  check_error(reading("time,sway\n0,1\n0.01,91\n"),
-              {"sway reaches 91 degrees", "at sample 2", "--unit", "--fill-gaps"});
+  check_error(reading("time,sway\n0,1\n0.01,1\n0.02,1\n"), {"sway is constant, 1 degrees", "column"});
+  check_error(reading("time,sway\n0,1\n0.01,91\n"), {"sway reaches 91 degrees", "at sample 2", "unit", "fill_gaps"});
   check_error(reading("time,sway\n0,1\n0.01,2\n", {.unit = Unit::radian}), {"sway reaches 115 degrees"});
 }
 
@@ -276,7 +275,7 @@ TEST_CASE("another rate is resampled") {
 TEST_CASE("an angle without a unit that is tiny in degrees is refused, as it may be in radians") {
   const auto text = [](const std::string& name) { return "time," + name + "\n0,0.0001\n0.01,0.0012\n0.02,0.0152\n"; };
   check_error(reading(text("sway")),
-              {"r.csv", "sway has no unit", "0.0151 degrees", "0.865 if in radians", "--unit rad"});
+              {"r.csv", "sway has no unit", "0.0151 degrees", "0.865 if in radians", "unit rad"});
   CHECK(near(read(text("sway"), {.unit = Unit::radian}).signals.at(com_sway).rad[2], 0.0152, 1e-15));
   CHECK(near(read(text("sway_deg")).signals.at(com_sway).rad[2], 0.0152 * sim::rad_per_deg, 1e-15));
   CHECK(near(read(text("sway"), {.unit = Unit::degree}).signals.at(com_sway).rad[2], 0.0152 * sim::rad_per_deg, 1e-15));

@@ -79,11 +79,11 @@ TEST_CASE("a longer recording is cut, from where the option says, and what was c
   REQUIRE(first.size() == 900);
   CHECK(first[0] == 0.0F);
   CHECK(first[899] == static_cast<float>(0.899));
-  CHECK(warns(recording, "lasts 12.5 s, the protocol 'tiny' 9 s: the last 3.5 s are not used; --begin"));
+  CHECK(warns(recording, "lasts 12.5 s, the protocol 'tiny' 9 s: the last 3.5 s are not used; begin"));
   recording.warnings.clear();
   CHECK(bring_to_protocol(recording, protocol, {.start_s = 2.0}).sway_rad()[0] == static_cast<float>(0.2));
   CHECK(warns(recording, "the first 2 s and the last 1.5 s are not used"));
-  CHECK_FALSE(warns(recording, "--begin"));
+  CHECK_FALSE(warns(recording, "begin"));
   recording.warnings.clear();
   bring_to_protocol(recording, protocol, {.start_s = 3.5});
   CHECK(warns(recording, "the first 3.5 s are not used"));
@@ -131,9 +131,9 @@ TEST_CASE("up to 1% that is missing is mirrored, more is refused with the way to
   Recording shorter = ramp(890);
   check_error([&] { bring_to_protocol(shorter, protocol); },
               {"r.csv", "890 samples at 100 Hz (8.9 s)", "'tiny' needs 900 samples at 100 Hz (9 s)",
-               "of its 2 cycles only 1 is whole", "set its cycles to 1", "decid fit", "decid train --stream"});
+               "of its 2 cycles only 1 is whole", "set its cycles to 1", "decid fit", "decid train stream"});
   Recording half = ramp(300);
-  check_error([&] { bring_to_protocol(half, protocol); }, {"300 samples", "decid train", "--rate"});
+  check_error([&] { bring_to_protocol(half, protocol); }, {"300 samples", "decid train", "rate"});
 }
 
 TEST_CASE("an offset and a drift are those of the whole cycles") {
@@ -273,9 +273,9 @@ TEST_CASE("a tilt that is noisy, too large, inverted or another is recognised as
   CHECK(warns(large, "tilted 1.25 times as far"));
   CHECK_FALSE(warns(large, "roughly"));
   Recording inverted = with_tilt(protocol, 1.0, 12.0, 100.0, -1.0);
-  check_error([&] { bring_to_protocol(inverted, protocol); }, {"platform", "other sign", "--invert"});
+  check_error([&] { bring_to_protocol(inverted, protocol); }, {"platform", "other sign", "invert"});
   Recording other = with_tilt(protocol, 1.0, 12.0, 100.0, 0.0, 0.03);
-  check_error([&] { bring_to_protocol(other, protocol); }, {"does not follow the protocol 'tiny'", "--tilt-column"});
+  check_error([&] { bring_to_protocol(other, protocol); }, {"does not follow the protocol 'tiny'", "tilt_column"});
   Recording still = with_tilt(protocol, 1.0, 12.0, 100.0, 0.0);
   check_error([&] { bring_to_protocol(still, protocol); }, {"does not follow"});
   check_error([&] { bring_to_protocol(large, protocol, {.start_s = 1.0}); }, {"not both"});
@@ -334,8 +334,8 @@ TEST_CASE("a rate below 25 Hz is a caution, below 5 Hz an error, unless it is th
   CHECK_FALSE(severity(30.0));
   Recording slow = ramp(36, 4.0);
   check_error([&] { bring_to_protocol(slow, protocol); }, {"r.csv", "has 4 Hz", "100 Hz", "25 Hz"});
-  slow.rate_advice = "call it time_ms";
-  check_error([&] { bring_to_protocol(slow, protocol); }, {"call it time_ms"});
+  slow.rate_advice = "name it time_ms";
+  check_error([&] { bring_to_protocol(slow, protocol); }, {"name it time_ms"});
   sim::Protocol own = protocol;
   own.experiment.sample_rate_hz = 4;
   Recording same = ramp(36, 4.0);
@@ -360,7 +360,7 @@ TEST_CASE("a tilt of COMTEST's published stimulus is called that, where the prot
   CHECK(within(bring_to_protocol(fits, comtest).tilt->delay_s, 0.5, 1e-3));
   // Upside down, the protocol's own tilt stays what it is.
   Recording inverted = with_tilt(short_one, 0.5, 65.0, 100.0, -1.0, 1e-4);
-  check_error([&] { bring_to_protocol(inverted, short_one); }, {"other sign", "--invert"});
+  check_error([&] { bring_to_protocol(inverted, short_one); }, {"other sign", "invert"});
   // Other protocols have nothing to do with it.
   Recording other = with_tilt(comtest, 0.5, 130.0, 100.0);
   check_error([&] { bring_to_protocol(other, sim::default_protocol()); }, {"does not follow the protocol 'default'"});

@@ -104,8 +104,8 @@ TEST_CASE("ParameterTable: values as text, in any order and by either name") {
 
 TEST_CASE("ParameterTable: tables that are none") {
   const auto table = [](std::vector<ParameterInfo> all) { return [all] { ParameterTable{all}; }; };
-  check_error(table({}), {"a table of 0", "1 to 32"});
-  check_error(table(std::vector<ParameterInfo>(Parameters::most + 1, named("a"))), {"a table of 33"});
+  check_error(table({}), {"a table has 0", "1 to 32"});
+  check_error(table(std::vector<ParameterInfo>(Parameters::most + 1, named("a"))), {"a table has 33"});
   std::vector<ParameterInfo> full;
   while (full.size() < Parameters::most) full.push_back(named("p" + std::to_string(full.size())));
   CHECK(ParameterTable(full).names().size() == Parameters::most);

@@ -71,7 +71,7 @@ FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Pro
                         define("DECID_FW_TEST_STEPS", samples * protocol.experiment.steps_per_sample()));
 
   const sim::StepConstants course = sim::make_step_constants(protocol.experiment, stimulus);
-  const std::array<double, 3> sine = sim::sine_of(body);
+  const std::array<double, 3> sine = sim::sine_coefficients_for(body);
   std::string source = "/* " + origin + R"(
    Plain C99, or C++. No library at all, no memory but what the caller gives. All numbers are IEEE 754; gcc outside of
    -std=c99 needs -ffp-contract=off, no compiler may have -ffast-math or -ffinite-math-only. The self-test tells if the

@@ -77,7 +77,7 @@ ColourScale colour_scale(dataset::Channel channel, std::vector<double> finite) {
   }
   const bool logarithmic = channel == Channel::modulus;
   if (logarithmic) {
-    for (double& value : finite) value = std::log10(std::max(value, dataset::modulus_floor_rad));
+    for (double& value : finite) value = std::log10(std::max(value, dataset::min_modulus_rad));
   }
   const double low = quantile(finite, 0.005);
   const double high = quantile(finite, 0.999);
@@ -96,7 +96,7 @@ Json channel_to_json(dataset::Channel channel, std::span<const float> values) {
       levels.push_back(nullptr);
       continue;
     }
-    const double shown = scale.logarithmic ? std::log10(std::max(double{value}, dataset::modulus_floor_rad)) : value;
+    const double shown = scale.logarithmic ? std::log10(std::max(double{value}, dataset::min_modulus_rad)) : value;
     const double place = std::clamp((shown - scale.low) / (scale.high - scale.low), 0.0, 1.0);
     levels.push_back(std::lround(255.0 * place));
   }

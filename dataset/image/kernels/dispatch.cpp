@@ -1,4 +1,4 @@
-// The kernels of images for an instruction set, and the plain ones: a window at a time.
+// Selects the image kernels of an instruction set; the plain kernels process one window at a time.
 #include "base/kernels/table_of.hpp"
 #include "dataset/image/kernels/generic.hpp"
 

@@ -19,7 +19,7 @@ void load_windows(const float* const* windows, int window, int lanes, double* si
 }
 
 template <class V>
-void fold_spectra(int fold, int bins, int used, const double* spectra, double* mean, double* residual) {
+void average_cycles(int fold, int bins, int used, const double* spectra, double* mean, double* residual) {
   using D = typename V::D;
   if (fold == 1) {
     for (std::ptrdiff_t at = 0; at < std::ptrdiff_t{2} * used * image_lanes; at += V::width)
@@ -58,10 +58,10 @@ template <class V, class D = typename V::D>
 }
 template <class V, class D = typename V::D>
 [[gnu::always_inline]] inline D floored_log(D modulus) {
-  return log_lanes<V>(V::max(V::set(modulus_floor_rad), modulus));
+  return log_lanes<V>(V::max(V::set(min_modulus_rad), modulus));
 }
 
-/// What a channel shows of the bin whose mean is `real` + i `imaginary`.
+/// Returns a channel's value of the bin whose mean is `real` + i `imaginary`.
 template <class V, Channel channel, class D = typename V::D>
 [[gnu::always_inline]] inline D shown(D real, D imaginary, D residual) {
   const D zero = V::set(0.0);
@@ -97,18 +97,18 @@ template <class V, Channel channel, class D = typename V::D>
     case Channel::height:
     case Channel::tilt:
     case Channel::tilt_velocity:
-      break;  // not of a bin
+      break;  // not a channel of bins
   }
   return zero;
 }
 
-/// Whether a channel changes its sign from z to its conjugate.
+/// Returns whether a channel changes its sign from z to its conjugate.
 constexpr bool is_odd(Channel channel) {
   return channel == Channel::phase || channel == Channel::sin_phase || channel == Channel::imaginary ||
          channel == Channel::asinh_imaginary;
 }
 
-/// values[l] goes to planes[l][offset] for the lanes that are there.
+/// Stores values[l] to planes[l][offset] for the used lanes.
 [[gnu::always_inline]] inline void spread(const DrawRequest& request, std::ptrdiff_t offset, const float* values) {
   if (request.lanes == image_lanes && request.planes[image_lanes - 1] - request.planes[0] == image_lanes - 1) {
     __builtin_memcpy(request.planes[0] + offset, values, image_lanes * sizeof(float));
@@ -168,7 +168,7 @@ void draw(const DrawRequest& request) {
     case Channel::height:
     case Channel::tilt:
     case Channel::tilt_velocity:
-      return;  // not of spectra
+      return;  // not a channel of spectra
   }
 }
 
@@ -178,7 +178,7 @@ void asinh(int count, const double* values, double knee, float* shown) {
 }
 
 template <class V>
-constexpr ImageKernels image_table{load_windows<V>, fold_spectra<V>, draw<V>, asinh<V>};
+constexpr ImageKernels image_table{load_windows<V>, average_cycles<V>, draw<V>, asinh<V>};
 
 }  // namespace
 }  // namespace decid::dataset

@@ -1,4 +1,4 @@
-// MAT-files: see mat.hpp. What their columns are called, and which of them belong together.
+// MAT-files: see mat.hpp. This file names columns and finds which of them belong together.
 #include "recording/formats/mat/mat.hpp"
 
 #include <algorithm>
@@ -13,13 +13,14 @@ namespace decid::recording {
 
 namespace {
 
-/// What to do about variables that are no columns, by their kinds.
+/// Returns the remedy for variables that are not columns, by their kinds.
 std::string remedy_for(const std::string& unread) {
   const auto has = [&](const char* name) { return unread.find(name) != std::string::npos; };
   if (has("timeseries object"))
     return "save its parts in MATLAB: time = ts.Time; sway = ts.Data; save('file.mat', 'time', 'sway')";
   if (has("table object")) return "write it in MATLAB as text: writetable(T, 'file.csv'), or writetimetable";
-  if (has(" numbers)")) return "put the samples first in MATLAB, say x = permute(x, [3 1 2]), and save it again";
+  if (has(" numbers)"))
+    return "put the samples first in MATLAB, for example x = permute(x, [3 1 2]), and save it again";
   return "save it in MATLAB with save('file.mat', 'time', 'sway'), or as CSV";
 }
 
@@ -28,7 +29,7 @@ std::string remedy_for(const std::string& unread) {
 MatTable::MatTable(std::string_view bytes, const std::filesystem::path& path) : where_(path.string()) {
   const MatVersion version = mat_version(bytes);
   if (version == MatVersion::none)
-    throw Error(where_, "is not a MAT-file that can be read, or is damaged", remedy_for(""));
+    throw Error(where_, "is damaged, or is not a MAT-file that decid reads", remedy_for(""));
   content_ = columns_of(version == MatVersion::v73  ? read_mat_73(path, bytes.size())
                         : version == MatVersion::v5 ? read_mat_5(bytes, where_)
                                                     : read_mat_4(bytes, where_),
@@ -40,13 +41,13 @@ MatTable::MatTable(std::string_view bytes, const std::filesystem::path& path) : 
                 remedy_for(content_.unread));
   }
   const bool all_count = std::ranges::all_of(content_.arrays, &TableArray::is_matrix);
-  const std::size_t most = all_count ? max_columns : max_mat_columns;
-  if (columns.size() > most)
+  const std::size_t limit = all_count ? max_columns : max_mat_columns;
+  if (columns.size() > limit)
     throw Error(where_, "has " + std::to_string(columns.size()) + " columns",
-                "at most " + std::to_string(most) + " can be read");
+                "give a file of at most " + std::to_string(limit));
   for (const MatColumn& column : columns)
     if (column.values.size() > max_rows)
-      throw Error(where_, column.path + " has more than 10 million values", "cut it to the trial to be identified");
+      throw Error(where_, column.path + " has more than 10 million values", "cut it to one trial");
   name_columns();
 }
 
@@ -66,10 +67,11 @@ void MatTable::name_columns() {
     if (column.rate) rates_.push_back(*column.rate);
 }
 
-/// The columns and the rate that share most structures with the chosen one are those that belong to it.
+/// Keeps the columns and the rate that share most structures with the chosen column: they belong together.
 bool MatTable::choose(int chosen) {
   const MatScope& scope = at(chosen).scope;
-  std::map<std::string_view, std::pair<std::size_t, int>> nearest;  // shared levels, and how many columns have them
+  std::map<std::string_view, std::pair<std::size_t, int>>
+      nearest;  // shared levels, and the number of columns that have them
   for (const MatColumn& column : content_.columns) {
     const std::size_t shared = shared_levels(column.scope, scope);
     auto& [levels, count] = nearest[column.name];
@@ -88,7 +90,7 @@ bool MatTable::choose(int chosen) {
     rates_ = {*at(chosen).rate};
     return true;
   }
-  // Among those that share as many, the rate of a structure around the column counts.
+  // The rate of a structure around the column wins among rates that share equally many levels.
   const auto worth = [&](const MatRate& rate) {
     const std::size_t shared = shared_levels(rate.scope, scope);
     return 2 * shared + (shared == rate.scope.size() ? 1 : 0);

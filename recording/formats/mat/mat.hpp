@@ -11,15 +11,15 @@
 
 namespace decid::recording {
 
-/// Columns are the real numeric variables with two values or more, also those within structures, arrays of structures
-/// and cell arrays (to eight levels): mat_columns.hpp. A column is called by its own name ("COM_x"), or by its path
+/// Columns are the real numeric variables with two values or more, including those within structures, arrays of
+/// structures and cell arrays (to eight levels): mat_columns.hpp. A column has its own name ("COM_x"), or its path
 /// ("trial.COM_x", "trials(2).COM_x", "data{1}(:,2)") where its own name is not unique. A scalar called fs, rate,
-/// sample_rate or the like is the sample rate in Hz. Sparse and complex arrays, and MATLAB's own objects (table,
-/// timetable, timeseries) are passed over.
+/// sample_rate or similar is the sample rate in Hz. Sparse and complex arrays and MATLAB's own objects (table,
+/// timetable, timeseries) are skipped.
 class MatTable final : public Table {
  public:
-  /// bytes: of the file at `path`. Throws Error if it is no MAT-file, is damaged or holds no column, naming what it
-  /// holds instead.
+  /// Reads `bytes` of the file at `path`. Throws Error if they are not a MAT-file, are damaged or hold no column; the
+  /// error names the content.
   MatTable(std::string_view bytes, const std::filesystem::path& path);
 
   std::size_t rows(int column) const override { return at(column).values.size(); }
@@ -42,12 +42,12 @@ class MatTable final : public Table {
   void name_columns();
 
   std::string where_;
-  bool named_ = false;  ///< some column is a vector or labelled, with a name of its own
+  bool named_ = false;  ///< a column is a vector or labelled, with its own name
   MatColumns content_;
   std::vector<std::string> names_, own_names_;
   std::vector<StatedRate> rates_;
   int first_ = 0;
-  std::vector<std::size_t> rows_;  ///< of the file, that are kept; empty: all
+  std::vector<std::size_t> rows_;  ///< kept rows of the file; empty: all
 };
 
 }  // namespace decid::recording

@@ -1,4 +1,4 @@
-// MAT-files of version 4: see mat_5.hpp. A file may claim anything: every size is held against what is there.
+// MAT-files of version 4: see mat_5.hpp. A file may claim anything: every size is checked against the bytes present.
 #include <cstdint>
 
 #include "base/error.hpp"
@@ -8,7 +8,8 @@
 namespace decid::recording {
 namespace {
 
-/// The first number of a variable of version 4: a digit each for byte order, 0, type of number and kind of matrix.
+/// Returns true for the first number of a variable of version 4. Its digits are byte order, 0, number type and matrix
+/// kind.
 bool is_type_4(std::uint32_t type) {
   return type / 1000 <= 1 && type / 100 % 10 == 0 && type / 10 % 10 <= 5 && type % 10 <= 2;
 }
@@ -51,7 +52,7 @@ std::vector<MatVariable> read_mat_4(std::string_view bytes, const std::string& w
     const auto name_bytes = from.number<std::uint32_t>();
     if (!is_type_4(type)) refuse_damaged(where, "");
     if (variables.size() == std::size_t{max_mat_variables})
-      throw Error(where, "holds more than 10000 variables", "save the trial to be identified alone");
+      throw Error(where, "holds more than 10000 variables", "save only one trial");
     MatVariable variable;
     if (name_bytes > longest_name) refuse_damaged(where, ", in a name");
     const std::string_view name = from.take(name_bytes);
@@ -59,7 +60,7 @@ std::vector<MatVariable> read_mat_4(std::string_view bytes, const std::string& w
     variable.height = height;
     variable.width = width;
     if (width != 0 && height > values_left / width)
-      throw Error(where, variable.name + " claims too many values", "save the trial to be identified alone");
+      throw Error(where, variable.name + " claims too many values", "save only one trial");
     const std::size_t count = variable.height * width;
     using Kind = MatVariable::Kind;
     variable.kind = type % 10 == 1   ? Kind::text

@@ -1,4 +1,5 @@
-// MAT-files of versions 5 to 7: see mat_5.hpp. A file may claim anything: every size is held against what is there.
+// MAT-files of versions 5 to 7: see mat_5.hpp. A file may claim anything: every size is checked against the bytes
+// present.
 #include "recording/formats/mat/mat_5.hpp"
 
 #include <algorithm>
@@ -16,7 +17,7 @@ namespace {
 
 constexpr std::size_t header_bytes = 128, tag_bytes = 8;
 
-/// The types of data elements that are used here, by the format's numbers.
+/// The format's numbers of the data element types used here.
 enum : std::uint32_t {
   int8 = 1,
   uint8,
@@ -35,7 +36,7 @@ enum : std::uint32_t {
   utf32
 };
 
-/// Of a file of version 5.
+/// Reads files of version 5.
 class Reader5 {
  public:
   Reader5(std::string_view file, const std::string& where)
@@ -65,10 +66,10 @@ class Reader5 {
     std::string_view data;
   };
 
-  /// The element that comes next, without its padding.
+  /// Returns the next element, without its padding.
   Element next(MatBytes& from) const {
     const auto type = from.number<std::uint32_t>();
-    if (type >> 16 != 0) {  // a small one: its size beside its type, its data in the tag
+    if (type >> 16 != 0) {  // a small element: its size follows its type, its data lie in the tag
       const std::string_view data = from.take(4);
       if (type >> 16 > 4) refuse_damaged(where_, "");
       return {type & 0xffff, data.substr(0, type >> 16)};
@@ -82,11 +83,12 @@ class Reader5 {
   void add(const Element& element, std::vector<MatVariable>& variables) {
     if (element.type != matrix) return;
     MatVariable variable = read_matrix(element.data, 0);
-    if (!variable.name.empty()) variables.push_back(std::move(variable));  // MATLAB's own objects lie in one without
+    if (!variable.name.empty())
+      variables.push_back(std::move(variable));  // MATLAB stores its own objects in a nameless one
   }
 
-  /// The matrix that is compressed in `bytes`, its tag in front; empty if it is something else. It takes the memory
-  /// that its tag says, never more.
+  /// Returns the matrix compressed in `bytes`, with its tag in front; empty if it is something else. Takes only the
+  /// memory that the tag states.
   std::string inflated_matrix(std::string_view bytes) {
     Inflation inflation(bytes, MAX_WBITS);
     z_stream& stream = inflation.stream;
@@ -95,7 +97,7 @@ class Reader5 {
       stream.next_out = reinterpret_cast<Bytef*>(inflated.data() + begin);
       stream.avail_out = static_cast<uInt>(inflated.size() - begin);
       const int status = inflate(&stream, Z_SYNC_FLUSH);
-      if (stream.avail_out != 0) refuse_damaged(where_, ", in what is compressed");
+      if (stream.avail_out != 0) refuse_damaged(where_, ", in its compressed data");
       return status;
     };
     int status = fill(0);
@@ -103,31 +105,30 @@ class Reader5 {
     const auto type = tag.number<std::uint32_t>(), size = tag.number<std::uint32_t>();
     if (type != matrix) return {};
     if (size > inflated_left_)
-      throw Error(where_, "is far too large, inflated, for a recording", "save the trial to be identified alone");
+      throw Error(where_, "is far too large, decompressed, for a recording", "save only one trial");
     inflated_left_ -= size;
     inflated.resize(tag_bytes + size);
     if (size > 0) status = fill(tag_bytes);
-    // Some padding may follow, and the checksum.
+    // Padding and the checksum may follow.
     Bytef padding[tag_bytes];
     stream.next_out = padding;
     stream.avail_out = sizeof padding;
     if (status == Z_OK) status = inflate(&stream, Z_FINISH);
-    if (status != Z_STREAM_END) refuse_damaged(where_, ", in what is compressed");
+    if (status != Z_STREAM_END) refuse_damaged(where_, ", in its compressed data");
     return inflated;
   }
 
-  /// depth: of structures around it.
+  /// `depth`: the number of structures around the matrix.
   MatVariable read_matrix(std::string_view bytes, int depth) {
     MatVariable variable;
-    if (--variables_left_ < 0)
-      throw Error(where_, "holds more than 10000 variables", "save the trial to be identified alone");
+    if (--variables_left_ < 0) throw Error(where_, "holds more than 10000 variables", "save only one trial");
     if (bytes.empty()) return variable;  // an empty field
     MatBytes from(bytes, file_.swapped(), where_);
     const Element flags = next(from);
     if (flags.type != uint32 || flags.data.size() < 4) refuse_damaged(where_, "");
     const auto word = MatBytes(flags.data, file_.swapped(), where_).number<std::uint32_t>();
     const std::uint32_t kind = word & 0xff;
-    if (kind == 17) {  // an object of MATLAB's own: its name, its kind, its class; what follows is its affair
+    if (kind == 17) {  // one of MATLAB's own objects: its name, kind and class; the rest is ignored
       variable.name = text(next(from).data);
       variable.kind = MatVariable::Kind::object;
       if (from.left() > 0) next(from);
@@ -160,7 +161,7 @@ class Reader5 {
     }
   }
 
-  /// Whether an array has at most this many elements, in words that cannot overflow.
+  /// Returns whether an array has at most this many elements; the comparison cannot overflow.
   static bool has_at_most(const MatVariable& variable, std::size_t most) {
     const auto& [height, width, pages] = std::tie(variable.height, variable.width, variable.pages);
     if (height == 0 || width == 0 || pages == 0) return true;
@@ -187,7 +188,7 @@ class Reader5 {
     variable.text = text_rows(characters, variable.height, variable.width);
   }
 
-  /// The character of one byte, or of up to four in UTF-8.
+  /// Returns a character of one byte, or of up to four in UTF-8.
   static std::uint32_t character_8(MatBytes& data, bool is_utf8) {
     const std::uint32_t first = data.number<std::uint8_t>();
     if (!is_utf8 || first < 0xC0) return first;
@@ -250,7 +251,7 @@ class Reader5 {
     }
   }
 
-  /// Large arrays of structures or cells (events, texts) are passed over instead of refused.
+  /// Returns false for large arrays of structures or cells (events, texts), which are skipped instead of refused.
   bool may_hold(std::size_t variables) const {
     return variables <= static_cast<std::size_t>(std::max(variables_left_, 0)) / 2;
   }
@@ -258,9 +259,9 @@ class Reader5 {
   void read_values(MatBytes& from, MatVariable& variable) {
     if (variable.height == 0 || variable.width == 0 || variable.pages == 0) return;
     if (!has_at_most(variable, values_left_))
-      throw Error(where_, variable.name + " claims too many values", "save the trial to be identified alone");
+      throw Error(where_, variable.name + " claims too many values", "save only one trial");
     if (std::max({variable.height, variable.width, variable.pages}) > max_rows)
-      throw Error(where_, variable.name + " has more than 10 million values", "cut it to the trial to be identified");
+      throw Error(where_, variable.name + " has more than 10 million values", "cut it to one trial");
     const std::size_t count = variable.count();
     const Element element = next(from);
     MatBytes data(element.data, file_.swapped(), where_);

@@ -12,13 +12,14 @@
 namespace decid::recording {
 
 enum class MatVersion { none, v4, v5, v73 };
-/// Returns true if the first four bytes, which must be there, are the first number of a version 4's.
+/// Returns true if the first four bytes, which must be present, are the first number of a version 4 file.
 bool is_mat_4(std::string_view bytes);
-/// By the header of 128 bytes, or by the first number of a version 4's, which has none.
+/// Returns the version by the header of 128 bytes, or by the first number of version 4, which has no header.
 MatVersion mat_version(std::string_view bytes);
 
-/// All variables of a file of version 4, and of 5 to 7. Those that hold no real numbers have no values. Throws Error
-/// for a file that is cut short or damaged, and one that is larger inflated than any recording: `where` names it.
+/// Returns all variables of a file of version 4, and of versions 5 to 7. Variables without real numbers have no values.
+/// Throws Error for a file that is cut short or damaged, or larger than any recording after decompression. `where`
+/// names the file.
 std::vector<MatVariable> read_mat_4(std::string_view bytes, const std::string& where);
 std::vector<MatVariable> read_mat_5(std::string_view bytes, const std::string& where);
 

@@ -1,6 +1,6 @@
-// Version 7.3 by matio, in a child: see mat_73.hpp. What matio returns is checked before it is used, since a file may
-// claim anything; what the child answers is checked again, since the file may have made the child its own. matio is
-// loaded with the first such file: it brings HDF5 and 30 libraries more, which every other start would wait for.
+// Version 7.3 by matio, in a child process: see mat_73.hpp. Matio's results are checked because a file may claim
+// anything. The child's answer is checked again because the file may have taken over the child. The first such file
+// loads matio, which loads HDF5 and 30 other libraries; loading them at every start would take time.
 #include "recording/formats/mat/mat_73.hpp"
 
 #include <matio.h>
@@ -16,8 +16,8 @@
 namespace decid::recording {
 namespace {
 
-/// The functions of matio that are called here. DECID_MATIO_SONAME: the name of the library that its header was found
-/// with, major version included.
+/// The functions of matio used here. DECID_MATIO_SONAME: the name of the library that belongs to its header, with the
+/// major version.
 class Matio {
   SharedLibrary library_{DECID_MATIO_SONAME, "MAT-files of version 7.3", "need matio",
                          "install it (Debian: libmatio11), or save the file with '-v7', or as CSV"};
@@ -32,7 +32,7 @@ class Matio {
   decltype(&Mat_VarFree) free = library_.find<decltype(&Mat_VarFree)>("Mat_VarFree");
 };
 
-/// Loaded once; throws Error, at each call, if it cannot be.
+/// Returns the functions, loaded once. Throws Error at each call if loading fails.
 const Matio& matio() {
   static const Matio loaded;
   return loaded;
@@ -51,7 +51,7 @@ std::vector<double> as_doubles(const void* data, std::size_t count) {
   return std::vector<double>(from, from + count);
 }
 
-/// Empty if they are not `count` real numbers.
+/// Returns `count` real numbers; nothing if the variable holds other data.
 std::vector<double> numbers_of(const matvar_t& variable, std::size_t count) {
   if (variable.isComplex != 0 || variable.data == nullptr || variable.data_size <= 0) return {};
   if (variable.nbytes / static_cast<std::size_t>(variable.data_size) < count) return {};
@@ -102,7 +102,7 @@ MatVariable::Kind kind_of(const matvar_t& variable) {
   }
 }
 
-/// What a file may still hold.
+/// The remaining limits of a file.
 struct Left {
   std::size_t values, characters = max_mat_characters;
   int variables = max_mat_variables;
@@ -123,7 +123,7 @@ std::vector<std::string> text_of(const matvar_t& from, const MatVariable& made, 
 
 MatVariable converted(const matvar_t& from, int depth, Left& left);
 
-/// `count` of the variables that `from` points to, from `first` on.
+/// Returns `count` of the variables that `from` points to, beginning at `first`.
 std::vector<MatVariable> inner_variables(const matvar_t& from, std::size_t first, std::size_t count, int depth,
                                          Left& left) {
   std::vector<MatVariable> made;
@@ -134,7 +134,7 @@ std::vector<MatVariable> inner_variables(const matvar_t& from, std::size_t first
   return made;
 }
 
-/// Fields of a structure; elements of a larger one, and of a cell array.
+/// Converts the fields of a structure, and the elements of a larger structure or a cell array.
 void convert_inner(const matvar_t& from, int depth, Left& left, MatVariable& made) {
   if (from.data == nullptr || depth >= deepest_structure) return;
   const std::size_t elements = made.count();
@@ -185,7 +185,7 @@ MatVariable converted(const matvar_t& from, int depth, Left& left) {
   return made;
 }
 
-/// In the child.
+/// Runs in the child.
 std::vector<MatVariable> read_by_matio(const std::string& path, std::size_t max_values) {
   Left left{.values = max_values};
   const std::unique_ptr<mat_t, Close> file(matio().open(path.c_str(), MAT_ACC_RDONLY));
@@ -199,8 +199,8 @@ std::vector<MatVariable> read_by_matio(const std::string& path, std::size_t max_
       count = size != 0 && count > left.values / size ? left.values + 1 : count * size;
     }
     if (count > left.values) throw Error(path, "claims too many values", "");
-    // h5py pads the name of the class with nulls where MATLAB ends it with one, or leaves it out; matio then knows no
-    // class. HDF5 itself converts whatever numbers there are.
+    // MATLAB ends the name of a class with a null. h5py pads it with nulls or omits it, so matio finds no class. HDF5
+    // itself converts all kinds of numbers.
     const bool is_guess = variable->class_type == MAT_C_EMPTY && count > 0;
     if (is_guess) {
       variable->class_type = MAT_C_DOUBLE;
@@ -211,7 +211,7 @@ std::vector<MatVariable> read_by_matio(const std::string& path, std::size_t max_
                          (variable->class_type >= MAT_C_DOUBLE && variable->class_type <= MAT_C_UINT64);
     if (is_read && matio().read_data_all(file.get(), variable.get()) != 0) {
       if (!is_guess) throw Error(path, "is damaged", "");
-      variable->class_type = MAT_C_OPAQUE;  // references, say: the others may be read
+      variable->class_type = MAT_C_OPAQUE;  // such as references; other variables may be readable
     }
     variables.push_back(converted(*variable, 0, left));
   }
@@ -275,7 +275,7 @@ bool take_sizes(std::string_view& bytes, MatVariable& made) {
 bool take_values(std::string_view& bytes, MatVariable& made) {
   std::uint64_t values = 0;
   if (!take_number(bytes, values) || values > bytes.size() / sizeof(double)) return false;
-  std::uint64_t left = values;  // of the product of the sizes
+  std::uint64_t left = values;  // the largest allowed product of the remaining sizes
   for (const std::size_t size : {made.pages, made.width}) {
     if (values != 0 && (size == 0 || left % size != 0)) return false;
     if (values != 0) left /= size;
@@ -314,13 +314,13 @@ bool from_bytes(std::string_view bytes, std::vector<MatVariable>& variables) {
 }
 
 std::vector<MatVariable> read_mat_73(const std::filesystem::path& path, std::size_t file_bytes) {
-  constexpr std::size_t besides = std::size_t{1} << 28;  // HDF5's own
+  constexpr std::size_t library_bytes = std::size_t{1} << 28;  // memory of HDF5 itself
   constexpr unsigned max_seconds = 30;
   const std::size_t max_values = max_mat_values(file_bytes);
   const std::string file = path.string();
-  matio();  // here, since a child's errors stay with it
+  matio();  // here, because errors in the child are lost
   const auto answer = in_child([&] { return to_bytes(read_by_matio(file, max_values)); },
-                               {besides + 3 * sizeof(double) * max_values, max_seconds});
+                               {library_bytes + 3 * sizeof(double) * max_values, max_seconds});
   std::vector<MatVariable> variables;
   if (!answer || !from_bytes(*answer, variables))
     throw Error(file, "cannot be read: it is damaged, or far too large for a recording",

@@ -1,4 +1,4 @@
-// The bytes of MAT-files of versions 4 to 7: numbers of either byte order, never beyond the end.
+// The bytes of MAT-files of versions 4 to 7: numbers of either byte order. Reads never pass the end.
 // Not installed.
 #pragma once
 
@@ -13,13 +13,13 @@
 
 namespace decid::recording {
 
-inline constexpr std::size_t longest_name = 1024;  // MATLAB's own have 63 characters
+inline constexpr std::size_t longest_name = 1024;  // MATLAB's names have at most 63 characters
 
 [[noreturn]] inline void refuse_damaged(const std::string& where, const std::string& what) {
   throw Error(where, "is cut short or damaged" + what, "copy or save it again");
 }
 
-/// Numbers as they lie in a file, of either byte order.
+/// Reads numbers of either byte order.
 class MatBytes {
  public:
   MatBytes(std::string_view bytes, bool swapped, const std::string& where)
@@ -41,7 +41,7 @@ class MatBytes {
     return number_at<T>(take(sizeof(T)).data());
   }
 
-  /// `count` numbers of type T.
+  /// Reads `count` numbers of type T.
   template <class T>
   std::vector<double> numbers(std::size_t count) {
     if (count > left() / sizeof(T)) refuse_damaged(where_, "");

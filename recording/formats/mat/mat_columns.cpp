@@ -1,5 +1,5 @@
-// Columns of a MAT-file: see mat_columns.hpp. Forms: ADInstruments' "Export to MATLAB" (LabChart 7 and 8), BIOPAC's
-// AcqKnowledge, Qualisys Track Manager, Simulink's "structure with time", as their manuals describe them.
+// Columns of a MAT-file: see mat_columns.hpp. The forms follow the manuals of ADInstruments' "Export to MATLAB"
+// (LabChart 7 and 8), BIOPAC's AcqKnowledge, Qualisys Track Manager, and Simulink's "structure with time".
 #include "recording/formats/mat/mat_columns.hpp"
 
 #include <algorithm>
@@ -64,7 +64,7 @@ bool is_rate(const std::string& plain) {
                         "sample_frequency"});
 }
 
-// Variables that LabChart and Qualisys write. All others are the user's own and become columns.
+// Variables that LabChart and Qualisys write. All others are the user's and become columns.
 constexpr std::string_view labchart_variables =
     "|data|datastart|dataend|titles|rangemin|rangemax|unittext|unittextmap|samplerate|tickrate|blocktimes|scaleunits|"
     "scaleoffset|firstsampleoffset|com|comtext|";
@@ -75,13 +75,13 @@ MatVariable* find(Variables& variables, std::string_view name) {
   return found == variables.end() ? nullptr : &*found;
 }
 
-/// Its first row of text; empty if it is none.
+/// Returns the variable's first row of text; empty for other data.
 std::string words_of(const MatVariable* variable) {
   return variable == nullptr || variable->text.empty() || variable->kind != Kind::text ? std::string()
                                                                                        : variable->text.front();
 }
 
-/// A list of texts: the rows of a matrix of characters, or a cell array of texts; empty if it is none.
+/// Returns a list of texts: the rows of a character matrix, or a cell array of texts; empty for other data.
 std::vector<std::string> list_of(const MatVariable* variable) {
   if (variable == nullptr) return {};
   if (variable->kind == Kind::text) return variable->text;
@@ -94,23 +94,23 @@ std::vector<std::string> list_of(const MatVariable* variable) {
   return list;
 }
 
-/// The number of 1 x 1; nothing for anything else.
+/// Returns the number of a 1 x 1 variable; nothing for other data.
 std::optional<double> scalar_of(const MatVariable* variable) {
   if (variable == nullptr || variable->values.size() != 1 || !std::isfinite(variable->values[0])) return {};
   return variable->values[0];
 }
 
-/// A label with its unit, unless it ends in one.
+/// Returns a label with its unit, unless the label ends in a unit.
 std::string labelled(const std::string& label, const std::string& unit) {
   return unit.empty() || unit_in(label) || metres_in_unit_of(label) ? label : label + " (" + unit + ")";
 }
 
-/// SmcResult over a file's variables.
+/// Collects the columns of a file's variables.
 class Collector {
  public:
   explicit Collector(const std::string& where) : where_(where) {}
 
-  /// Variables of a file, or fields of a structure.
+  /// Adds variables of a file, or fields of a structure.
   void add_all(Variables& variables, const MatScope& scope) {
     const std::string_view own = add_labchart(variables)         ? labchart_variables
                                  : add_markers(variables, scope) ? marker_variables
@@ -137,7 +137,7 @@ class Collector {
     return outer_.empty() ? name : name.starts_with('(') || name.starts_with('{') ? outer_ + name : outer_ + "." + name;
   }
 
-  /// "trial.x (12 x 2 complex)"
+  /// Returns a description such as "trial.x (12 x 2 complex)".
   std::string described(const MatVariable& variable) const {
     std::string size = std::to_string(variable.height) + " x " + std::to_string(variable.width);
     if (variable.pages != 1) size += " x " + std::to_string(variable.pages);
@@ -150,10 +150,10 @@ class Collector {
     if (!variable.name.empty() && list.size() < 200) list += (list.empty() ? "" : ", ") + described(variable);
   }
 
-  /// A list of names beside a matrix, and one of units.
+  /// Returns the lists of names and of units next to a matrix.
   static Labels labels_in(Variables& variables) {
     Labels labels;
-    // MATLAB's timeseries as a structure; elsewhere a name may be a person's.
+    // A timeseries object as a structure has names; elsewhere a name may be a person's.
     if (find(variables, "Time") != nullptr && find(variables, "Data") != nullptr) {
       labels.names = list_of(find(variables, "Name"));
       if (MatVariable* info = find(variables, "DataInfo")) labels.units = list_of(find(info->fields, "Units"));
@@ -182,10 +182,10 @@ class Collector {
     if (!variable.fields.empty()) return add_inner(variable, scope);
     if (variable.values.size() == 1) return add_scalar(variable, scope);
     if (variable.values.empty()) return;
-    // Elements of arrays hold pairs of numbers too: limits, places of windows.
+    // Elements of arrays also hold pairs of numbers: limits, window positions.
     constexpr std::size_t fewest_samples = 16;
     if (!elements_.empty() && variable.values.size() < fewest_samples) return;
-    // A matrix of one row and many pages is one of that row's columns.
+    // A matrix of one row and many pages is a column of that row.
     if (variable.pages > 1 && variable.height == 1) {
       variable.height = variable.width;
       variable.width = variable.pages;
@@ -229,7 +229,7 @@ class Collector {
       made.rates.push_back({{near_whole(1.0 / value), path, true}, scope});
   }
 
-  /// "isi" and its unit: AcqKnowledge's interval between samples.
+  /// Adds "isi" and its unit, AcqKnowledge's sampling interval.
   void add_interval(Variables& variables, const MatScope& scope) {
     const std::optional<double> interval = scalar_of(find(variables, "isi"));
     const std::string unit = words_of(find(variables, "isi_units"));
@@ -256,7 +256,7 @@ class Collector {
     const std::size_t signals = wide ? height : width, samples = wide ? width : height;
     const bool is_labelled = names == signals;
     const bool is_cell = variable.name.starts_with('{');
-    // One name for several signals is the matrix's, as Simulink has it.
+    // A single name for several signals names the matrix, as in Simulink.
     const std::string shown = names == 1 && !labels.names[0].empty() ? labels.names[0]
                               : is_cell                              ? outer_name(scope) + variable.name
                                                                      : variable.name;
@@ -278,8 +278,8 @@ class Collector {
     variable.values = {};
   }
 
-  /// Samples x channels x trials, or channels x samples x trials. Others are not read: which dimension has the samples
-  /// is not plain.
+  /// Adds samples x channels x trials, or channels x samples x trials. Skips other arrays: which dimension holds the
+  /// samples is ambiguous.
   void add_pages(const MatVariable& variable, const MatScope& scope, const Labels& labels) {
     const std::size_t height = variable.height, width = variable.width, pages = variable.pages;
     const bool wide = width > height;
@@ -307,7 +307,7 @@ class Collector {
     made.arrays.push_back({path, pages});
   }
 
-  /// Simulink: time, and signals with values and a label each. Signals are not trials.
+  /// Adds Simulink's data: time, and signals with values and a label each. Signals are not trials.
   void add_simulink(Variables& variables, const MatScope& scope) {
     MatVariable* signals = find(variables, "signals");
     if (signals == nullptr || signals->fields.empty() || find(variables, "time") == nullptr) return;
@@ -333,7 +333,8 @@ class Collector {
     if (any) signals->fields.clear();
   }
 
-  /// Qualisys: Labels and Data of markers x (X, Y, Z, residual) x frames in mm; Name, Positions and RPYs of bodies.
+  /// Adds Qualisys' data: Labels and Data of markers x (X, Y, Z, residual) x frames in mm; Name, Positions and RPYs of
+  /// bodies.
   bool add_markers(Variables& variables, const MatScope& scope) {
     const std::array positions{" X (mm)", " Y (mm)", " Z (mm)"}, angles{" Roll (deg)", " Pitch (deg)", " Yaw (deg)"};
     bool any = false;
@@ -356,7 +357,7 @@ class Collector {
     return any;
   }
 
-  /// LabChart: all channels of all blocks one behind the other, and where each begins and ends.
+  /// Adds LabChart's data: all channels of all blocks in a row, with the start and end of each.
   bool add_labchart(Variables& variables) {
     const MatVariable* data = find(variables, "data");
     const MatVariable* begin = find(variables, "datastart");
@@ -375,7 +376,7 @@ class Collector {
     std::size_t left = data->values.size();
     for (std::size_t at = 0; at < channels * blocks; ++at) {
       const double first = begin->values[at], last = end->values[at];
-      if (first < 1.0 && last < 1.0) continue;  // -1: the block has nothing of this channel
+      if (first < 1.0 && last < 1.0) continue;  // -1: the block lacks this channel
       if (!(first >= 1.0 && last >= first && last <= static_cast<double>(data->values.size())) ||
           first != std::floor(first) || last != std::floor(last) || last - first + 1.0 > static_cast<double>(left))
         refuse_labchart();
@@ -397,7 +398,7 @@ class Collector {
       const auto from = data->values.begin() + static_cast<std::ptrdiff_t>(first) - 1;
       column.values.assign(from, data->values.begin() + static_cast<std::ptrdiff_t>(last));
       left -= column.values.size();
-      // Whole numbers of 16 bits have a scale and an offset.
+      // 16-bit integers have a scale and an offset.
       const std::optional<double> scale = number_at("scaleunits", at), offset = number_at("scaleoffset", at);
       if (scale && offset)
         for (double& value : column.values) value = (value + *offset) * *scale;
@@ -409,13 +410,13 @@ class Collector {
   }
 
   [[noreturn]] void refuse_labchart() const {
-    throw Error(where_, "is LabChart's, and its datastart and dataend do not fit its data",
+    throw Error(where_, "comes from LabChart, and its datastart and dataend do not fit its data",
                 "export it from LabChart again, or as text");
   }
 
   const std::string& where_;
-  std::string outer_;                                          ///< path of the structure that is walked over
-  std::vector<std::pair<std::string, std::size_t>> elements_;  ///< of arrays around it
+  std::string outer_;                                          ///< path of the current structure
+  std::vector<std::pair<std::string, std::size_t>> elements_;  ///< of the arrays around it
 };
 
 }  // namespace

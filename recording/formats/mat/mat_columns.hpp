@@ -1,4 +1,4 @@
-// Columns of a MAT-file: its variables, named as MATLAB would and as programs that export recordings mean them.
+// Columns of a MAT-file: its variables, named as MATLAB names them and as exporting programs define them.
 // Not installed.
 #pragma once
 
@@ -13,17 +13,18 @@
 
 namespace decid::recording {
 
-/// Names of the structures, arrays and elements around something, outermost first: trials, (2), signals.
+/// Names of the structures, arrays and elements around a variable, outermost first: trials, (2), signals.
 using MatScope = std::vector<std::string>;
 
 struct MatColumn {
-  std::string name;  ///< "com_sway_deg", "data(:,2)", or the label that the file has for it
+  std::string name;  ///< "com_sway_deg", "data(:,2)", or the file's label for it
   std::string path;  ///< "trials(2).com_sway_deg"
   MatScope scope;
-  std::vector<std::pair<std::string, std::size_t>> elements;  ///< path of each array around it, and which element
-  bool is_named = false;                                      ///< a vector, or labelled; else a matrix's column
+  std::vector<std::pair<std::string, std::size_t>>
+      elements;           ///< path of each array around it, and the element's number
+  bool is_named = false;  ///< a vector, or labelled; else a column of a matrix
   std::vector<double> values;
-  std::optional<StatedRate> rate;  ///< its own, where the file has one for each channel
+  std::optional<StatedRate> rate;  ///< the channel's own rate, where the file has one per channel
 };
 
 struct MatRate {
@@ -33,19 +34,19 @@ struct MatRate {
 
 struct MatColumns {
   std::vector<MatColumn> columns;
-  std::vector<TableArray> arrays;  ///< whose elements may be recordings
+  std::vector<TableArray> arrays;  ///< arrays whose elements may be recordings
   std::vector<MatRate> rates;
-  std::string held, unread;  ///< all variables, and those that are no columns by their kind, for an Error
+  std::string held, unread;  ///< all variables, and variables whose kind cannot be a column; for an Error
 };
 
-/// Makes columns of variables. A vector is one, a matrix one for each of its columns, or rows if it is wider than high;
-/// a matrix of samples x channels x trials one for each channel and trial. What programs export has their names:
-/// LabChart (data, datastart, dataend, titles), AcqKnowledge (data, labels, units, isi), Qualisys (Labels and Data),
-/// Simulink (time, signals.values, signals.label), and a matrix with a list of names beside it. Throws Error for a
-/// LabChart file whose parts do not fit together; `where` names the file.
+/// Returns the columns that variables hold. A vector is one column. A matrix has a column per matrix column, or per row
+/// if it is wider than high. A matrix of samples x channels x trials has a column per channel and trial. Exports of
+/// programs keep their names: LabChart (data, datastart, dataend, titles), AcqKnowledge (data, labels, units, isi),
+/// Qualisys (Labels and Data), Simulink (time, signals.values, signals.label), and a matrix next to a list of names.
+/// Throws Error for a LabChart file whose parts do not fit together; `where` names the file.
 MatColumns columns_of(std::vector<MatVariable> variables, const std::string& where);
 
-/// How many levels of two scopes are the same, from the outermost on.
+/// Returns the number of equal levels of two scopes, counted from the outermost.
 std::size_t shared_levels(const MatScope& a, const MatScope& b);
 
 }  // namespace decid::recording

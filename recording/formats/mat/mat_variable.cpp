@@ -5,7 +5,7 @@ namespace decid::recording {
 
 namespace {
 
-/// Appends a character to a text in UTF-8; one that is none becomes a question mark.
+/// Appends a character to a text in UTF-8; an invalid character becomes a question mark.
 void append_character(std::string& text, std::uint32_t character) {
   const bool is_one = character < 0xD800 || (character > 0xDFFF && character < 0x110000);
   if (!is_one) {

@@ -41,15 +41,15 @@ TEST_CASE("nesting is bounded, with its place") {
   check_error([] { parse_json("]]]]", "x.json"); }, {"not valid JSON"});
 }
 
-TEST_CASE("a key that stands twice is refused") {
-  check_error([] { parse_json(R"({"a": 1, "b": 2, "a": 1})", "x.json"); }, {"x.json", "'a' stands twice", "keep one"});
+TEST_CASE("a key that is repeated is refused") {
+  check_error([] { parse_json(R"({"a": 1, "b": 2, "a": 1})", "x.json"); }, {"x.json", "'a' is repeated", "keep one"});
   // In different objects it may.
   CHECK(parse_json(R"([{"a": {"a": 1}, "b": {"a": 1}}, {"a": 1}])", "x.json").size() == 2);
   const std::string length = message_of([] {
     const std::string key(100'000, 'k');
     parse_json("{\"" + key + "\": 1, \"" + key + "\": 1}", "x.json");
   });
-  CHECK(length.find("stands twice") != std::string::npos);
+  CHECK(length.find("is repeated") != std::string::npos);
   CHECK(length.size() < 200);
 }
 
@@ -60,7 +60,7 @@ TEST_CASE("an object of very many keys is read in a time that grows with their n
   CHECK(json.size() == 400'001);
   CHECK(json["399999"] == 399'999);
   CHECK(json.begin().key() == "key");
-  check_error([&] { parse_json(text + ", \"7\": 1}", "x.json"); }, {"x.json", "'7' stands twice"});
+  check_error([&] { parse_json(text + ", \"7\": 1}", "x.json"); }, {"x.json", "'7' is repeated"});
 }
 
 TEST_CASE("values are those that the library's own builder makes") {

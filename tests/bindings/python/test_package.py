@@ -4,6 +4,7 @@ import gc
 import json
 import multiprocessing
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -51,8 +52,11 @@ class WithFolder(unittest.TestCase):
             self.assertEqual(getattr(result, key), expected["fit"][key])
         for key in ("peak_to_peak_deg", "following", "unfamiliarity", "trust"):
             self.assertEqual(getattr(result, key), expected[key])
-        # What the program calls --range is ranges here.
-        texts = [{**warning, "text": warning["text"].replace("(--range)", "(ranges)")} for warning in expected["warnings"]]
+        # Messages name settings: the program's options are other names of them.
+        def setting(option):
+            return {"--range": "ranges", "--trial": "trial_column"}.get(option[0], option[0][2:].replace("-", "_"))
+
+        texts = [{**warning, "text": re.sub(r"--[a-z-]+", setting, warning["text"])} for warning in expected["warnings"]]
         self.assertEqual([vars(notice) for notice in result.warnings], texts)
         size = len(expected["parameters"])
         np.testing.assert_array_equal(result.correlations[:size, :size], expected["correlations"])
@@ -94,7 +98,7 @@ class Identification(WithFolder):
         np.testing.assert_allclose(marker.sway, np.arcsin((10 * leg - np.mean(10 * leg)) / 900), atol=1e-15)
         with self.assertRaises(decid.Error) as refused:
             decid.read(path, hip="hip", shoulder="hip")
-        self.assertIn("--mass and --height", refused.exception.remedy)
+        self.assertIn("mass and height", refused.exception.remedy)
 
     def test_a_number_stands_for_a_missing_value(self):
         path = self.folder / "gap.csv"

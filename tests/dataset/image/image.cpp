@@ -187,23 +187,23 @@ TEST_CASE("samples that fill no window are left out") {
 
 TEST_CASE("image sizes and settings out of bounds are refused") {
   check_error([] { ImageMaker({}, 109); }, {"window of 110", "trial of 109"});
-  check_error([] { ImageSettings{.window = 1}.validate(); }, {"window of 1 ", "2 to 131072"});
-  check_error([] { ImageSettings{.window = 131073}.validate(); }, {"window of 131073 ", "2 to 131072"});
+  check_error([] { ImageSettings{.window = 1}.validate(); }, {"window has 1 ", "2 to 131072"});
+  check_error([] { ImageSettings{.window = 131073}.validate(); }, {"window has 131073 ", "2 to 131072"});
   check_error([] { ImageSettings{.rows = 5}.validate(); }, {"5 rows", "half_spectrum"});
   check_error([] { ImageSettings{.half_spectrum = true, .rows = 57}.validate(); }, {"57 rows", "window / 2 + 1"});
   check_error([] { ImageSettings{.half_spectrum = true, .rows = -1}.validate(); }, {"-1 rows"});
-  check_error([] { ImageMaker({.window = 0}, 100); }, {"window of 0 "});
+  check_error([] { ImageMaker({.window = 0}, 100); }, {"window has 0 "});
   check_error([] { ImageSettings{.channels = {}}.validate(); }, {"0 channels"});
   check_error([] { ImageSettings{.channels = std::vector<Channel>(17)}.validate(); }, {"17 channels"});
   const ImageMaker maker({.window = 10}, 20);
   std::vector<float> sway(20), image(40);
   check_error([&] { maker.make(std::span<const float>(sway).first(19), image); },
-              {"a trial of 19 samples", "images of 20"});
-  check_error([&] { maker.make(sway, std::span(image).first(39)); }, {"room for 39 values for 1 images of 40"});
+              {"19 samples instead of 20"});
+  check_error([&] { maker.make(sway, std::span(image).first(39)); }, {"space for 39 values for 1 images of 40"});
   const std::array<Sway, 2> two{Sway(sway), Sway(std::span<const float>(sway).first(18))};
   std::vector<float> images(80);
-  check_error([&] { maker.make_all(two, images); }, {"a trial of 18 samples", "images of 20"});
-  check_error([&] { maker.make_all(std::span(two).first(1), images); }, {"room for 80 values for 1 images of 40"});
+  check_error([&] { maker.make_all(two, images); }, {"18 samples instead of 20"});
+  check_error([&] { maker.make_all(std::span(two).first(1), images); }, {"space for 80 values for 1 images of 40"});
 }
 
 TEST_CASE("channels have names") {
@@ -221,7 +221,7 @@ TEST_CASE("image settings come back from JSON") {
   check_error(parsing("{\"window\": }"), {"m.json", "line 1, column 12"});
   check_error(parsing(R"({"windows": 110})"), {"m.json", "unknown key 'windows'", "window, half_spectrum"});
   check_error(parsing(R"({"window": "110"})"), {"m.json", "'window'", "a whole number"});
-  check_error(parsing(R"({"window": 1})"), {"m.json", "window of 1 "});
+  check_error(parsing(R"({"window": 1})"), {"m.json", "window has 1 "});
   check_error(parsing(R"({"half_spectrum": 1})"), {"m.json", "'half_spectrum' is 1", "true or false"});
   check_error(parsing(R"({"channels": "phase"})"), {"m.json", "'channels'", "a list of texts"});
   check_error(parsing(R"({"channels": []})"), {"m.json", "0 channels"});
@@ -281,10 +281,10 @@ TEST_CASE("row statistics refuse images of another shape") {
   RowStatistics statistics({1, 2, 3});
   check_error([&] { statistics.finish(); }, {"no images"});
   const std::vector<float> five(5), six{1, 2, 3, 4, 5, 6};
-  check_error([&] { statistics.add(five); }, {"5 values", "6 are expected"});
+  check_error([&] { statistics.add(five); }, {"5 values instead of 6"});
   statistics.add(six);
   std::vector<float> copy = five;
-  check_error([&] { statistics.finish().apply(copy, 3); }, {"an image of 5 values"});
+  check_error([&] { statistics.finish().apply(copy, 3); }, {"an image has 5 values"});
 }
 
 TEST_CASE("folded cycles: the mean, and how the cycles differ from it") {
@@ -315,7 +315,7 @@ TEST_CASE("folded cycles: the mean, and how the cycles differ from it") {
         if (fold > 1)
           CHECK(near(value(2, row, column), 0.5 * std::log(squares), rounding));
         else
-          CHECK(value(2, row, column) == static_cast<double>(static_cast<float>(std::log(modulus_floor_rad))));
+          CHECK(value(2, row, column) == static_cast<double>(static_cast<float>(std::log(min_modulus_rad))));
         const auto check_asinh = [](double shown, double part) {
           // Near 0, what the sum's own roundings leave, in knees.
           const double exact = std::asinh(part / asinh_knee_rad);
@@ -326,7 +326,7 @@ TEST_CASE("folded cycles: the mean, and how the cycles differ from it") {
         CHECK(near(value(5, row, column), std::log(std::abs(mean)), rounding));
       }
   }
-  CHECK_THROWS_WITH_AS(ImageMaker({window, false, channels, false, 95, 1}, 100), doctest::Contains("not one window"),
+  CHECK_THROWS_WITH_AS(ImageMaker({window, false, channels, false, 95, 1}, 100), doctest::Contains("does not fit"),
                        Error);
   CHECK_THROWS_WITH_AS(ImageMaker({window, false, channels, false, 0, 11}, 100), doctest::Contains("fold of 11"),
                        Error);
@@ -479,13 +479,14 @@ TEST_CASE("series: cycles as their mean and contrasts") {
 
 TEST_CASE("series: errors") {
   const ImageSettings sway{.channels = {Channel::sway}, .block = 10}, tilt{.channels = {Channel::tilt}, .block = 10};
-  check_error([&] { ImageMaker(tilt, 100); }, {"no tilt", "'tilt'"});
-  check_error([] { ImageMaker({.channels = {Channel::torque}, .block = 10}, 100); }, {"no tilt or body", "'torque'"});
+  check_error([&] { ImageMaker(tilt, 100); }, {"needs a tilt", "'tilt'"});
+  check_error([] { ImageMaker({.channels = {Channel::torque}, .block = 10}, 100); },
+              {"needs a tilt and a body", "'torque'"});
   check_error([&] { ImageMaker(sway, 9); }, {"block of 10", "trial of 9"});
   check_error([] { ImageMaker({.channels = {Channel::sway}}, 1000); }, {"'sway'", "spectra"});
   check_error([] { ImageMaker({.channels = {Channel::phase}, .block = 10}, 1000); }, {"'phase'", "time series"});
   check_error([] { ImageMaker({.window = 501, .channels = {Channel::sway}, .fold = 2, .block = 10}, 1000); },
               {"fold of 2", "trial of 1000"});
   check_error([] { ImageMaker({.window = 50, .channels = {Channel::sway}, .block = 10}, 1000); }, {"window"});
-  check_error([] { ImageMaker({.channels = {Channel::sway}, .block = -1}, 1000); }, {"block of -1"});
+  check_error([] { ImageMaker({.channels = {Channel::sway}, .block = -1}, 1000); }, {"block has -1"});
 }

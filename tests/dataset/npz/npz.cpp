@@ -145,7 +145,7 @@ TEST_CASE("decid reads what NumPy writes, stored, deflated, or in header format 
   REQUIRE(python(folder / "save.py", folder / "a.npz",
                  "arrays = dict(np.load(path))\narrays['sway'] = np.zeros((250_000, 80), np.float32)\n"
                  "np.savez_compressed(path, **arrays)\n"));
-  check_error([&] { read_npz(folder / "a.npz"); }, {"a.npz: sway", "inflates to far more"});
+  check_error([&] { read_npz(folder / "a.npz"); }, {"a.npz: sway", "compressed too strongly"});
 }
 
 TEST_CASE("a data set from before the noise had a period of its own keeps the trial's length") {
@@ -181,7 +181,7 @@ TEST_CASE("arrays that do not belong into a data set are refused by name") {
       {"arrays['sway'] = arrays['sway'][:, :399]", {"its trials have 399 samples", "'tiny' makes 400"}},
       {"arrays['sway'] = arrays['sway'][:4]", {"sway and parameters disagree"}},
       {"arrays['sway'] = arrays['sway'][:, :0]", {"sway and parameters disagree"}},
-      {"for k in ['sway', 'parameters', 'group', 'split']: arrays[k] = arrays[k][:0]", {"holds no trials"}},
+      {"for k in ['sway', 'parameters', 'group', 'split']: arrays[k] = arrays[k][:0]", {"contains no trials"}},
       {"arrays['sway'][3, 17] = np.nan", {"sway of trial 3", "not finite"}},
       {"arrays['parameters'][2, 6] = np.inf", {"parameters of trial 2", "not finite"}},
       {"arrays['parameters'] = arrays['parameters'][:, :6]", {"parameters", "5 x 6", "trials x 7"}},
@@ -190,9 +190,9 @@ TEST_CASE("arrays that do not belong into a data set are refused by name") {
       {"arrays['group'][0] = 5", {"group of trial 0, 5,"}},
       {"arrays['group'][0] = -1", {"group of trial 0, -1,"}},
       {"arrays['group'][0] = 4", {"group of trial 0, 4,", "not a base trial"}},
-      {"arrays['group'] = arrays['group'][:4]", {"group does not have one value a trial"}},
-      {"arrays['split'] = arrays['split'][:4]", {"split does not have one value a trial"}},
-      {"arrays['split'] = arrays['split'][:, None]", {"split", "5 x 1", "one value a trial"}},
+      {"arrays['group'] = arrays['group'][:4]", {"group does not have one value per trial"}},
+      {"arrays['split'] = arrays['split'][:4]", {"split does not have one value per trial"}},
+      {"arrays['split'] = arrays['split'][:, None]", {"split", "5 x 1", "one value per trial"}},
       {"arrays['split'][4] = 2", {"split of trial 4 is 2"}},
       {"arrays['sway'] = np.zeros(5, 'f4,i4')", {"sway", "not of the form"}},
       {"arrays['decid.json'] = np.array('{}')", {"decid.json", "type <U2", "|S"}},
@@ -242,7 +242,7 @@ TEST_CASE("files that are no archives, or are cut off, are refused") {
                                  whole.size() - 200, whole.size() - 22, whole.size() - 1}) {
     CAPTURE(size);
     write_text(folder / "cut.npz", whole.substr(0, size));
-    check_error([&] { read_npz(folder / "cut.npz"); }, {"cut.npz", "cannot be opened as an .npz file", "cut short"});
+    check_error([&] { read_npz(folder / "cut.npz"); }, {"cut.npz", "cannot be opened as an .npz file", "truncated"});
   }
 }
 
@@ -266,7 +266,7 @@ TEST_CASE("damaged bytes are noticed") {
   // A shape that no file of this size can hold is refused before any memory is asked for.
   const std::size_t shape = whole.find("(5, 400)");
   REQUIRE(shape != std::string::npos);
-  check_error([&] { read_npz(damaged(shape + 1, '9')); }, {"sway", "as many values as its shape says, 9 x 400"});
+  check_error([&] { read_npz(damaged(shape + 1, '9')); }, {"sway", "differs from its shape, 9 x 400"});
   // Sizes in the directory at the archive's end: 2^31 bytes of sway.
   const std::size_t entry = whole.find("PK\x01\x02");
   REQUIRE(entry != std::string::npos);
@@ -336,7 +336,7 @@ TEST_CASE("a data set of a made-up body has its fourteen parameters, by their na
   Dataset data = small_dataset();
   data.protocol.experiment.body_model = &made_up_body();
   check_error([&] { write_npz(folder / "a.npz", data); },
-              {"the parameters of trial 0 are not those of its body model"});
+              {"the parameters of trial 0 do not match its body model"});
   for (std::size_t i = 0; i < data.parameters.size(); ++i)
     data.parameters[i] = base_trial(made_up_body().parameters, 9, i).parameters;
   write_npz(folder / "a.npz", data);

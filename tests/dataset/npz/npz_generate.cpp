@@ -64,7 +64,7 @@ struct Stopped {
             return --reports > 0;
           });
         },
-        {"a.npz.partial", "stopped after", "of 1300 trials", "goes on"});
+        {"a.npz.partial", "stopped after", "of 1300 trials", "to continue"});
     CHECK_FALSE(fs::exists(path));
     CHECK(files_in(folder) == 2);
   }
@@ -340,9 +340,9 @@ TEST_CASE("a stored data set reads its sway from the file") {
   for (const StoredDataset* data_set : {&stored, &in_memory}) {
     for (const int i : {-1, 40}) check_error([&] { data_set->read(i, a); }, {"no trial", "0 to 39"});
     std::vector<float> wrong(399);
-    check_error([&] { data_set->read(0, wrong); }, {"holds 399 samples", "room for 400"});
+    check_error([&] { data_set->read(0, wrong); }, {"space for 399 samples", "space for 400"});
     wrong.resize(401);
-    check_error([&] { data_set->read(0, wrong); }, {"holds 401 samples", "room for 400"});
+    check_error([&] { data_set->read(0, wrong); }, {"space for 401 samples", "space for 400"});
   }
   // The members in another order: into memory.
   const std::string script =
@@ -366,7 +366,7 @@ TEST_CASE("a stored data set reads its sway from the file") {
   write_text(folder / "c.npz", content);
   check_error([&] { StoredDataset(folder / "c.npz"); }, {"sway of trial 0", "not finite"});
   fs::resize_file(folder / "a.npz", 3000);
-  check_error([&] { stored.read(39, a); }, {"a.npz", "shorter than it was"});
+  check_error([&] { stored.read(39, a); }, {"a.npz", "became shorter"});
 }
 
 TEST_CASE("a journal holds as many parameters as a trial has") {

@@ -289,8 +289,8 @@ TEST_CASE("splitting by group") {
   CHECK(split_by_group({0, 0, 0}) == std::vector<std::uint8_t>{0, 0, 0});
   // Groups of several first: {1, 3, 4} to half 0, {2, 5} to half 1, then the single trial 0 to the smaller.
   CHECK(split_by_group({0, 1, 2, 1, 1, 2}) == std::vector<std::uint8_t>{1, 0, 1, 0, 0, 1});
-  check_error([] { split_by_group({0, 2}); }, {"group 2 of 2 trials"});
-  check_error([] { split_by_group({0, -1}); }, {"group -1 of 2 trials"});
+  check_error([] { split_by_group({0, 2}); }, {"group 2 is not one of the 2 trials"});
+  check_error([] { split_by_group({0, -1}); }, {"group -1 is not one of the 2 trials"});
 
   // The paper's numbers: 10,000 base trials and 2,766 children of a few hundred parents make halves of 6,383.
   for (const int parents : {1, 7, 300, 2766}) {

@@ -36,8 +36,8 @@ TEST_CASE("the rows of faults: start and gain are drawn as the priors have them,
 }
 
 // Guards that an offset, which nobody's recording is without, changes no answer. Mean squared errors of 4 trials are
-// 0.10 +- 0.05 of the prior's variance (docs/research/posterior.md): 0.4 is exceeded in fewer than one of a million. Where the offset
-// is taken for sway the error is 1.6. Four fits take half a minute; fewer would not tell.
+// 0.10 +- 0.05 of the prior's variance (docs/research/posterior.md): 0.4 is exceeded in fewer than one of a million.
+// Where the offset is taken for sway the error is 1.6. Four fits take half a minute; fewer would not tell.
 TEST_CASE("fits of recordings with an offset are as good as without" * doctest::test_suite("slow")) {
   sim::Protocol protocol = sim::default_protocol();
   protocol.noise.sensor = {0.02, 0.02};

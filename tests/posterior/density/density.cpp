@@ -366,7 +366,7 @@ TEST_CASE("Density: errors") {
   protocol.experiment.stimulus =
       sim::Sines{.components = {{.frequency_hz = 0.6, .amplitude_deg = 0.7}}, .cycle_s = 1.9};
   protocol.noise.vestibular.low_hz = 0.5;
-  check_error([&] { Density short_one(protocol, {}); }, {"lasts 1.9 s", "2 s at least"});
+  check_error([&] { Density short_one(protocol, {}); }, {"lasts 1.9 s", "at least 2 s"});
   protocol = sines_protocol();
   protocol.noise.vestibular.low_hz = protocol.noise.vestibular.high_hz = 0.1;
   check_error([&] { Density one_line(protocol, {}); }, {"vestibular_noise", "single frequency"});

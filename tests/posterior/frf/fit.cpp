@@ -59,12 +59,12 @@ TEST_CASE("a controller is found again, and what the table does not tell is as i
     CHECK(within(found.mean(q), Density::value(truth, q), 3.5 * found.deviation(q)));
     CHECK(found.quantile(q, 0.05) < found.mean(q));
     CHECK(found.quantile(q, 0.95) > found.mean(q));
-    CHECK(near(found.prior_deviation(q),
+    CHECK(near(found.prior_stddev(q),
                sim::single_pendulum().parameters[static_cast<std::size_t>(q)].range() / std::sqrt(12.0), 0.15));
   }
-  CHECK(found.told(sim::Delay) > 0.9);
-  CHECK(found.told(sim::Kd) > 0.9);
-  CHECK(found.told(sim::Nv) < 0.7);  // as much passes with more noise and a larger threshold
+  CHECK(found.contraction(sim::Delay) > 0.9);
+  CHECK(found.contraction(sim::Kd) > 0.9);
+  CHECK(found.contraction(sim::Nv) < 0.7);  // as much passes with more noise and a larger threshold
   CHECK(found.correlation(sim::Nv, sim::Theta) > 0.5);
   CHECK(near(found.correlation(sim::Nv, sim::Nv), 1.0, 1e-12));
   CHECK(found.misfit().degrees_of_freedom == 22);
@@ -85,7 +85,7 @@ TEST_CASE("what is known stays known") {
   const frf::Fit found = fit_of(0.02, {.gain = 0.0, .error = 0.0});
   CHECK(found.deviation(Density::gain) == 0.0);
   CHECK(found.deviation(Density::error) == 0.0);
-  CHECK(found.told(Density::gain) == 0.0);
+  CHECK(found.contraction(Density::gain) == 0.0);
   CHECK(found.correlation(Density::gain, sim::Kp) == 0.0);
   CHECK(found.warnings().empty());
 }

@@ -24,9 +24,9 @@ void ridge(std::span<const double> x, frf::Local& local) {
   std::fill(local.information.begin(), local.information.end(), 100.0);
 }
 
-double mean_of(const frf::SmcResult& walks, std::size_t size, std::size_t coordinate, int power) {
+double mean_of(const frf::SmcResult& result, std::size_t size, std::size_t coordinate, int power) {
   double sum = 0.0, count = 0.0;
-  for (const auto& chain : walks.chains) {
+  for (const auto& chain : result.chains) {
     for (std::size_t at = coordinate; at < chain.size(); at += size, count += 1.0)
       sum += power == 1 ? chain[at] : chain[at] * chain[at];
   }
@@ -40,11 +40,11 @@ const frf::SmcSettings plain{};
 TEST_CASE("a ridge of a normal density has its moments") {
   // Given a + b = 1 +- 0.1: (a + b) is known to (2 x 0.01 / 2.01)^1/2, a - b stays as it was, so a is 1/2 on average
   // (times 200/201) and has the variance (2 + 0.00995) / 4.
-  const frf::SmcResult walks = frf::walk(2, 0, ridge, plain);
-  CHECK(walks.rhat.size() == 2);
-  const double effective = std::min(walks.effective[0], walks.effective[1]);
+  const frf::SmcResult result = frf::sample_smc(2, 0, ridge, plain);
+  CHECK(result.rhat.size() == 2);
+  const double effective = std::min(result.effective[0], result.effective[1]);
   CHECK(effective >= plain.effective_draws);
-  const double mean = mean_of(walks, 2, 0, 1), square = mean_of(walks, 2, 0, 2);
+  const double mean = mean_of(result, 2, 0, 1), square = mean_of(result, 2, 0, 2);
   const double variance = (2.0 + 2.0 / 201.0) / 4.0;
   // 4.5 standard errors.
   CHECK(within(mean, 0.5 * 200.0 / 201.0, 4.5 * std::sqrt(variance / effective)));
@@ -58,14 +58,14 @@ TEST_CASE("edges of the prior cut the density, impossible places too, whatever g
     local.gradient[0] = -3.0;
     local.information[0] = 2.0;
   };
-  const frf::SmcResult walks = frf::walk(1, 1, slope, plain);
-  for (const auto& chain : walks.chains)
+  const frf::SmcResult result = frf::sample_smc(1, 1, slope, plain);
+  for (const auto& chain : result.chains)
     for (const double x : chain) {
       CHECK(x > 0.0);
       CHECK(x < 0.8);
     }
   const double expected = 0.2 - 0.8 * std::exp(-4.0) / (1.0 - std::exp(-4.0));
-  CHECK(within(mean_of(walks, 1, 0, 1), expected, 4.5 * 0.17 / std::sqrt(walks.effective[0])));
+  CHECK(within(mean_of(result, 1, 0, 1), expected, 4.5 * 0.17 / std::sqrt(result.effective[0])));
 }
 
 TEST_CASE("two places far apart get their shares") {
@@ -80,25 +80,25 @@ TEST_CASE("two places far apart get their shares") {
   settings.population = 1024;
   settings.chains = 64;
   settings.max_draws = settings.min_draws;
-  const frf::SmcResult walks = frf::walk(1, 0, places, settings);
+  const frf::SmcResult result = frf::sample_smc(1, 0, places, settings);
   int right = 0;
-  for (const auto& chain : walks.chains) right += chain.back() > 0.0 ? 1 : 0;
+  for (const auto& chain : result.chains) right += chain.back() > 0.0 ? 1 : 0;
   CHECK(right > 18);  // of 64: +- 3.5 deviations of a coin
   CHECK(right < 46);
-  CHECK(walks.rhat[0] > 1.5);  // and that chains stay where they are is seen
+  CHECK(result.rhat[0] > 1.5);  // and that chains stay where they are is seen
 }
 
 TEST_CASE("the same settings draw the same, on any number of threads") {
   const int threads = omp_get_max_threads();
   omp_set_num_threads(1);
-  const frf::SmcResult one = frf::walk(2, 0, ridge, plain);
+  const frf::SmcResult one = frf::sample_smc(2, 0, ridge, plain);
   omp_set_num_threads(3);
-  const frf::SmcResult three = frf::walk(2, 0, ridge, plain);
+  const frf::SmcResult three = frf::sample_smc(2, 0, ridge, plain);
   omp_set_num_threads(threads);
   CHECK(one.chains == three.chains);
   frf::SmcSettings other;
   other.seed = 2;
-  CHECK(frf::walk(2, 0, ridge, other).chains != one.chains);
+  CHECK(frf::sample_smc(2, 0, ridge, other).chains != one.chains);
 }
 
 TEST_CASE("settings that are too small are errors") {
@@ -106,7 +106,7 @@ TEST_CASE("settings that are too small are errors") {
     return [change] {
       frf::SmcSettings settings;
       change(settings);
-      frf::walk(2, 0, ridge, settings);
+      frf::sample_smc(2, 0, ridge, settings);
     };
   };
   check_error(with([](auto& s) { s.population = 4; }), {"population", "is 4", "16 or more"});
@@ -116,9 +116,9 @@ TEST_CASE("settings that are too small are errors") {
   check_error(with([](auto& s) { s.thinning = 0; }), {"thinning"});
   check_error(with([](auto& s) { s.min_draws = 3; }), {"min_draws", "4 or more"});
   check_error(with([](auto& s) { s.max_draws = 10; }), {"max_draws", "80 or more"});
-  check_error([] { frf::walk(29, 0, ridge, plain); }, {"29 coordinates"});
+  check_error([] { frf::sample_smc(29, 0, ridge, plain); }, {"29 coordinates"});
   const auto never = [](std::span<const double>, frf::Local& local) {
     local.misfit = std::numeric_limits<double>::infinity();
   };
-  check_error([&] { frf::walk(1, 0, never, plain); }, {"impossible"});
+  check_error([&] { frf::sample_smc(1, 0, never, plain); }, {"likelihood is 0"});
 }

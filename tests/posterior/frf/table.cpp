@@ -84,22 +84,22 @@ TEST_CASE("tables that cannot be used are errors") {
   check_refused("frequency,gain,phase\n-0.05,0.9,20\n0.4,1.8,-60\n", {"line 2", "-0.05 is not above 0"});
   check_refused("frequency,gain,phase\n0.4,1.8,-60\n0.05,0.9,20\n1.1,0.8,-150\n",
                 {"line 3", "0.05 Hz comes after 0.4 Hz", "sort"});
-  check_refused("frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n0.4,1.7,-61\n", {"line 4", "0.4 Hz is there twice"});
+  check_refused("frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n0.4,1.7,-61\n", {"line 4", "0.4 Hz is repeated"});
   check_refused("frequency,gain,phase\n0.05,-0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n", {"line 2", "-0.9 is not above 0"});
   check_refused("frequency,gain,phase\n0.05,,20\n0.4,1.8,-60\n1.1,0.8,-150\n", {"line 2", "empty"});
   check_refused("frequency,gain,phase\n0.05,0.9,x\n0.4,1.8,-60\n1.1,0.8,-150\n", {"line 2", "'x'"});
   check_refused("frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n", {"has 2 rows", "3 to 1000"});
-  check_refused("frequency,gain,phase\n0.05,0.9,0.3\n0.4,1.8,-1\n1.1,0.8,-2.6\n", {"radians?", "phase_rad"});
-  check_refused("frequency,gain,phase_deg\n0.05,0.9,0.3\n0.4,1.8,-1\n1.1,0.8,-2.6\n", {"radians?", "phase_rad"});
+  check_refused("frequency,gain,phase\n0.05,0.9,0.3\n0.4,1.8,-1\n1.1,0.8,-2.6\n", {"may be radians", "phase_rad"});
+  check_refused("frequency,gain,phase_deg\n0.05,0.9,0.3\n0.4,1.8,-1\n1.1,0.8,-2.6\n", {"may be radians", "phase_rad"});
   const auto with = [](const std::string& header, const std::string& cells) {
     return "frequency,gain,phase," + header + "\n0.05,0.9,20," + cells + "\n0.4,1.8,-60," + cells + "\n1.1,0.8,-150," +
            cells + "\n";
   };
   check_refused(with("sd", "0"), {"line 2, sd", "0 is not above 0", "leave the column out"});
   check_refused(with("sd,ci95", "0.1,0.2"), {"two kinds of confidence, sd and ci95"});
-  check_refused(with("coherence", "0.5"), {"coherence but no column called cycles"});
+  check_refused(with("coherence", "0.5"), {"coherence, and no column called cycles"});
   check_refused(with("coherence,cycles", "1.5,8"), {"1.5 is not between 0 and 1"});
-  check_refused(with("coherence,cycles", "0.5,0.5"), {"0.5 is no number of cycles"});
-  check_refused(with("harmonics", "1.5"), {"1.5 is no number of harmonics"});
+  check_refused(with("coherence,cycles", "0.5,0.5"), {"0.5 is not a number of cycles"});
+  check_refused(with("harmonics", "1.5"), {"1.5 is not a number of harmonics"});
   check_error([] { frf::read_table("/no/such/table.csv"); }, {"/no/such/table.csv"});
 }

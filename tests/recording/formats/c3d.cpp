@@ -126,13 +126,13 @@ TEST_CASE("C3D: a negative residual is a gap") {
     file.first_frame = 101;
     file.point("COM", signal(900, 40), still(), still(), residual);
     RecordingOptions options{.column = "COM_x", .com_height_m = 0.9};
-    check_error(reading(file.bytes(), options), {"r.c3d", "frame 108", "COM_x (mm)", "--fill-gaps"});
+    check_error(reading(file.bytes(), options), {"r.c3d", "frame 108", "COM_x (mm)", "fill_gaps"});
     options.fill_gaps_s = 0.02;
     const Recording filled = read(file.bytes(), options);
     CHECK(has(filled, "gaps_filled"));
     CHECK(filled.signals.samples() == frames);
     options.fill_gaps_s = 0.01;
-    check_error(reading(file.bytes(), options), {"lacks 2 samples", "--fill-gaps 0.02"});
+    check_error(reading(file.bytes(), options), {"lacks 2 samples", "fill_gaps 0.02"});
   }
   C3dFile file;
   std::vector<double> x = signal(900, 40);
@@ -145,18 +145,18 @@ TEST_CASE("C3D: a negative residual is a gap") {
 TEST_CASE("C3D: positions are lengths: as an angle they are refused, with a height they are sway") {
   C3dFile file;
   file.point("COM", signal(900, 40), still(), still());
-  check_error(reading(file.bytes(), {}), {"COM_x (mm) is a length", "--com-height"});
+  check_error(reading(file.bytes(), {}), {"COM_x (mm) is a length", "com_height"});
   CHECK(read(file.bytes(), {.com_height_m = 0.9}).signals.at(com_sway).column == "COM_x (mm)");
   file.texts("POINT:UNITS", {"m"});
   CHECK(table_of(file).names()[0] == "COM_x (m)");
   file.parameters.erase("POINT:UNITS");
   CHECK(table_of(file).names()[0] == "COM_x");
-  check_error(reading(file.bytes(), {.com_height_m = 0.9}), {"unit of COM_x", "--unit mm, cm or m"});
-  check_error(reading(trial(intel, true).bytes(), {}), {"none of sway"});
+  check_error(reading(file.bytes(), {.com_height_m = 0.9}), {"the name of COM_x", "unit mm, cm or m"});
+  check_error(reading(trial(intel, true).bytes(), {}), {"no sway column"});
   file.point("C7", still(), still(), still());
   file.texts("POINT:LABELS", {"HIP", "C7"});
   file.texts("POINT:UNITS", {"mm"});
-  check_error(reading(file.bytes(), {}), {"several columns", "'HIP_x (mm)', 'HIP_y (mm)'", "--hip"});
+  check_error(reading(file.bytes(), {}), {"several columns", "'HIP_x (mm)', 'HIP_y (mm)'", "hip"});
 }
 
 TEST_CASE("C3D: names of points and channels, and their units") {
@@ -200,10 +200,10 @@ TEST_CASE("C3D: a file is one recording, whatever its channels are called") {
   CHECK(read(file.bytes()).signals.at(com_sway).column == "sway (deg)");
   for (const char* column : {"trial", "none such", "1"}) {
     check_error(reading(file.bytes(), {.trial_column = column, .trial = "1"}),
-                {"r.c3d", "is a C3D file, which holds one recording", "leave out --trial"});
+                {"r.c3d", "is a C3D file, which holds one recording", "leave out trial_column"});
     const TemporaryFolder folder;
     const std::filesystem::path path = write_text(folder / "r.c3d", file.bytes());
-    check_error([&] { trials_of(path, {.trial_column = column}); }, {"r.c3d", "C3D file", "leave out --trial"});
+    check_error([&] { trials_of(path, {.trial_column = column}); }, {"r.c3d", "C3D file", "leave out trial_column"});
   }
 }
 
@@ -267,10 +267,10 @@ TEST_CASE("C3D: channels faster than the points are brought to their rate, witho
 TEST_CASE("C3D: lines above a table and sections are refused") {
   RecordingOptions options = markers;
   options.skip_lines = 1;
-  check_error(reading(trial(intel, true).bytes(), options), {"C3D file", "leave out --skip-lines"});
+  check_error(reading(trial(intel, true).bytes(), options), {"C3D file", "leave out skip_lines"});
   options.skip_lines = {};
   options.section = "1";
-  check_error(reading(trial(intel, true).bytes(), options), {"C3D file", "leave out --section"});
+  check_error(reading(trial(intel, true).bytes(), options), {"C3D file", "leave out section"});
 }
 
 TEST_CASE("C3D: the rate is that of POINT:RATE, else of the header; several and none are refused") {
@@ -281,7 +281,7 @@ TEST_CASE("C3D: the rate is that of POINT:RATE, else of the header; several and 
   };
   C3dFile file = trial(intel, true);
   file.reals("POINT:RATE", {50.0});
-  check_error([&] { rate(file); }, {"several rates", "'POINT:RATE' 50 Hz", "'ANALOG:RATE' 100 Hz", "--rate"});
+  check_error([&] { rate(file); }, {"several rates", "'POINT:RATE' 50 Hz", "'ANALOG:RATE' 100 Hz", "rate"});
   const Recording given = rate(file, 100.0);
   CHECK(given.rate_hz == 100.0);
   CHECK(has(given, "rate_differs"));
@@ -293,7 +293,7 @@ TEST_CASE("C3D: the rate is that of POINT:RATE, else of the header; several and 
     C3dFile other(mips, true, none);
     other.point("COM", signal(900, 40), still(), still());
     const RecordingOptions options{.column = "COM_x", .com_height_m = 0.9};
-    check_error(reading(other.bytes(), options), {"r.c3d", "its own rate", "--rate"});
+    check_error(reading(other.bytes(), options), {"r.c3d", "its own rate", "rate"});
   }
 }
 
@@ -317,7 +317,7 @@ TEST_CASE("C3D: more frames than 16 bits count") {
   both.integers("POINT:FRAMES", {70'000 - 65'536});
   CHECK(rows(both) == many);
   both.integers("TRIAL:ACTUAL_END_FIELD", {5'000, 0});
-  check_error([&] { rows(both); }, {"counts of frames"});
+  check_error([&] { rows(both); }, {"frame counts"});
   both.integers("POINT:FRAMES", {40'000});
   both.parameters.erase("TRIAL:ACTUAL_END_FIELD");
   CHECK(rows(both) == 40'000);
@@ -327,7 +327,7 @@ TEST_CASE("C3D: more frames than 16 bits count") {
   CHECK(rows(both) == 30'000);
   for (const double none : {0.0, 2.5, -1e30}) {
     both.reals("POINT:FRAMES", {none});
-    check_error([&] { rows(both); }, {"no count of frames"});
+    check_error([&] { rows(both); }, {"no frame count"});
   }
 }
 
@@ -343,8 +343,8 @@ TEST_CASE("C3D: frames that are stored and not counted are told, and padding is 
     CHECK(found->severity == Severity::caution);
     return found->text;
   };
-  CHECK(left_out(100, 12'000).find("100 frames are read; 12000 are stored") != std::string::npos);
-  CHECK(left_out(100, 165).find("165 are stored") != std::string::npos);
+  CHECK(left_out(100, 12'000).find("stores 12000") != std::string::npos);
+  CHECK(left_out(100, 165).find("stores 165") != std::string::npos);
   CHECK(left_out(100, 128) == "");  // the block's end
   CHECK(left_out(100, 100) == "");
   // Parameters behind the data are no frames.
@@ -382,14 +382,14 @@ TEST_CASE("C3D: what a file may claim") {
   check_error(reading(header(0, 0x50FF)), {"cut short or damaged"});
   check_error(reading(header(2, 4)), {"POINT:USED"});
   check_error(reading(header(4, 2)), {"ANALOG:USED"});
-  check_error(reading(header(16, 0)), {"where its data are"});
+  check_error(reading(header(16, 0)), {"no block number"});
   check_error(reading(header(16, 99)), {"frames"});
-  check_error(reading(header(18, 2)), {"no multiple of 2 samples"});
-  check_error(reading(header(14, 0x3C00)), {"reals by POINT:SCALE or by its header"});
+  check_error(reading(header(18, 2)), {"not a multiple of 2 samples"});
+  check_error(reading(header(14, 0x3C00)), {"POINT:SCALE and the header"});
   for (const int processor : {0, 83, 87}) {
     std::string changed = bytes;
     changed[C3dFile::block + 3] = static_cast<char>(processor);
-    check_error(reading(changed), {"of processor", "not 84 (Intel)"});
+    check_error(reading(changed), {"processor", "not 84 (Intel)"});
   }
   for (const auto& [name, values, part] : {std::tuple{"POINT:USED", 4, "POINT:USED"},
                                            {"POINT:USED", -1, "POINT:USED"},
@@ -407,7 +407,7 @@ TEST_CASE("C3D: what a file may claim") {
   // Records of the parameters.
   for (const auto& [body, part] : {std::pair{std::string{3, 0}, "of type 3"},
                                    {std::string{2, 7} + std::string(7, '\xff'), "longer than the file"},
-                                   {std::string{2, 1, 20}, "reaches into the next one"},
+                                   {std::string{2, 1, 20}, "overlaps the next one"},
                                    {std::string{2}, "damaged"}}) {
     C3dFile other = trial(intel, true);
     other.parameters["POINT:A"] = body;

@@ -146,7 +146,7 @@ TEST_CASE("csv: missing cells are refused, or kept as gaps; what is wrong is ref
     CHECK(kept[0] == 2);
     CHECK(std::isnan(kept[1]));
     CHECK(kept[2] == 6);
-    check_error(taking(text, 1, Missing::fillable), {"line 3, b", "--fill-gaps"});
+    check_error(taking(text, 1, Missing::fillable), {"line 3, b", "fill_gaps"});
     try {
       CsvTable(text, "t.csv").numbers(1);
       FAIL_CHECK("no Error");
@@ -168,10 +168,10 @@ TEST_CASE("csv: what is no table is refused with its line") {
   check_error(making("a,b\ns,deg\n"), {"no lines of data"});
   check_error(making(std::string("a\0b", 3)), {"t.csv", "UTF-8"});
   check_error(making("a,b\n1,2\n# c\n3,4,5\n"), {"t.csv", "line 4 has 3 columns", "before it 2", "#"});
-  check_error(making("a,b\n1,2\n3\n"), {"line 3 has 1 column,", "before it 2 (between commas"});
+  check_error(making("a,b\n1,2\n3\n"), {"line 3 has 1 column,", "before it have 2 (between commas"});
   // The first lines decide what separates.
   check_error(making("Subject: 7\nRate: 100\nPlace: lab\ntime,sway_deg\n0,1\n"),
-              {"line 4 has 1 column, the lines before it 2 (between blanks, as in its first lines)", "#"});
+              {"line 4 has 1 column; the lines before it have 2 (between blanks, as in its first lines)", "#"});
   check_error(making("a;b\n1;2\n3\n"), {"between semicolons"});
   check_error(making("a\tb\n1\t2\n3\n"), {"between tabs"});
   check_error(making("1,2\n3,4,,\n"), {"line 2 has 4 columns", "before it 2"});

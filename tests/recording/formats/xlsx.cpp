@@ -46,7 +46,7 @@ TEST_CASE("a workbook of openpyxl is the recording of its CSV") {
   for (std::size_t k = 0; k < 20; ++k) CHECK(near(sway[k], static_cast<double>(k + 1) / 8.0 * sim::rad_per_deg, 1e-14));
   CHECK(has(recording, "sheet_assumed"));
   CHECK(has(recording, "gaps_filled"));
-  check_error([&] { read_recording(path, {.column = "sway"}); }, {"openpyxl.xlsx", "line 8", "--fill-gaps"});
+  check_error([&] { read_recording(path, {.column = "sway"}); }, {"openpyxl.xlsx", "line 8", "fill_gaps"});
 }
 
 TEST_CASE("XLSX: cells of every kind, where they say that they are") {
@@ -90,7 +90,7 @@ TEST_CASE("XLSX: --section names tables of the first sheet, and no sheet") {
       R"(<workbook><sheets><sheet name="one" r:id="r1"/><sheet name="Sheet2" r:id="r9"/></sheets></workbook>)";
   for (const char* name : {"Sheet2", "one"})
     check_error([&] { read(zip(parts), {.section = name}); },
-                {"r.xlsx", "only the first sheet", "'one'", "leave out --section", name, "as CSV"});
+                {"r.xlsx", "only the first sheet", "'one'", "leave out section", name, "as CSV"});
 }
 
 TEST_CASE("XLSX: true and false are words; a first sheet without a table names those that have one") {
@@ -109,7 +109,7 @@ TEST_CASE("XLSX: true and false are words; a first sheet without a table names t
       R"(<Relationship Id="r9" Target="worksheets/sheet2.xml" Type="x/worksheet"/></Relationships>)";
   parts["xl/worksheets/sheet2.xml"] = "<worksheet><sheetData>" + rows + "</sheetData></worksheet>";
   check_error([&] { read(zip(parts)); },
-              {"no table in its first sheet 'Notes', but in 'Trial 7'", "move the sheet", "as CSV"});
+              {"no table in its first sheet 'Notes'; tables are in 'Trial 7'", "move the recording", "as CSV"});
 }
 
 TEST_CASE("XLSX: archives that are stored or deflated, and what they may claim") {
@@ -149,23 +149,24 @@ TEST_CASE("XLSX: archives that are stored or deflated, and what they may claim")
   check_error([&] { read_xlsx(locked, where); }, {"password"});
   std::string packed = bytes;
   for (std::size_t at = 0; (at = packed.find("PK\x01\x02", at)) != packed.npos; ++at) packed[at + 10] = 12;
-  check_error([&] { read_xlsx(packed, where); }, {"compressed in a way"});
+  check_error([&] { read_xlsx(packed, where); }, {"uses a compression"});
 }
 
 TEST_CASE("XLSX: sheets that are out of order, too large or no XML") {
-  for (const auto& [rows, part] : {std::pair{"<row r='2'/><row r='2'/>", "rows are in no order"},
-                                   {"<row r='9999999'/>", "rows are in no order"},
-                                   {"<c><v>1</v></c>", "in no row"},
-                                   {"<row><c r='B1'><v>1</v></c><c r='A1'><v>1</v></c></row>", "cells are in no order"},
-                                   {"<row><c r='ALM1'><v>1</v></c></row>", "more than 1000 columns"},
-                                   {"<row><c r='ZZZZZZZZZZZZZZZZZZ1'><v>1</v></c></row>", "more than 1000 columns"},
-                                   {"<row><c t='s'><v>0</v></c></row>", "text is missing"},
-                                   {"<row><c t='s'><v>-1</v></c></row>", "text is missing"},
-                                   {"<row><c/></row>", "without cells"},
-                                   {"", "without cells"},
-                                   {"<!--", "does not end"},
-                                   {"<row><c><v>&amp</v></c></row>", "entity does not end"},
-                                   {"<!DOCTYPE a>", "type of document"}}) {
+  for (const auto& [rows, part] :
+       {std::pair{"<row r='2'/><row r='2'/>", "rows are out of order"},
+        {"<row r='9999999'/>", "rows are out of order"},
+        {"<c><v>1</v></c>", "outside of all rows"},
+        {"<row><c r='B1'><v>1</v></c><c r='A1'><v>1</v></c></row>", "cells are out of order"},
+        {"<row><c r='ALM1'><v>1</v></c></row>", "more than 1000 columns"},
+        {"<row><c r='ZZZZZZZZZZZZZZZZZZ1'><v>1</v></c></row>", "more than 1000 columns"},
+        {"<row><c t='s'><v>0</v></c></row>", "text is missing"},
+        {"<row><c t='s'><v>-1</v></c></row>", "text is missing"},
+        {"<row><c/></row>", "without cells"},
+        {"", "without cells"},
+        {"<!--", "does not end"},
+        {"<row><c><v>&amp</v></c></row>", "entity does not end"},
+        {"<!DOCTYPE a>", "document type"}}) {
     CAPTURE(std::string(rows));
     check_error([sheet = std::string(rows)] { text_of(sheet); }, {"r.xlsx", part});
   }

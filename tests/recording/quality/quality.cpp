@@ -156,7 +156,7 @@ TEST_CASE("zeros of the tilt's spectrum are no moving average") {
 }
 
 TEST_CASE("sway without a sensor's noise was smoothed, or simulated") {
-  check_only(found(sway(0.0)), "smooth", Severity::info, "no sensor noise");
+  check_only(found(sway(0.0)), "smooth", Severity::info, "no measurement noise");
   std::vector<double> values = sway(0.02), smooth = values;
   for (int pass = 0; pass < 4; ++pass)
     for (std::size_t k = 11; k < values.size(); ++k) {

@@ -26,7 +26,7 @@ TEST_CASE("columns: quantities that are no angle are known by their names and un
   CHECK(quantity("COM (mm/s)") == "a velocity");
   CHECK(quantity("trunk (m/s^2)") == "an acceleration");
   CHECK(quantity("subject (kg)") == "a mass");
-  CHECK(quantity("load [%]") == "a share");
+  CHECK(quantity("load [%]") == "a fraction");
   CHECK(quantity("sway_mm") == "a length");
   CHECK(quantity("CoP AP") == centre_of_pressure);
   CHECK(quantity("sway deg per s") == "a velocity");
@@ -59,9 +59,9 @@ TEST_CASE("columns: units that are neither of an angle nor of a length in mm, cm
                                        {"sway (mA)", "a current"},
                                        {"sway (\u00B5A)", "a current"},
                                        {"sway (\u00B0C)", "a temperature"},
-                                       {"sway (%BW)", "a share"},
-                                       {"sway (% BW)", "a share"},
-                                       {"sway_percent", "a share"},
+                                       {"sway (%BW)", "a fraction"},
+                                       {"sway (% BW)", "a fraction"},
+                                       {"sway_percent", "a fraction"},
                                        {"sway (Hz)", "a frequency"},
                                        {"sway_mV", "a voltage"},
                                        {"sway_uV", "a voltage"},
@@ -121,7 +121,7 @@ TEST_CASE("columns: names without their units") {
 
 TEST_CASE("columns: one is named as it stands, in another case, without its unit, or by its number") {
   const CsvTable table("t,Sway (deg),sway,7\n0,1,2,3\n1,1,2,3\n", "t.csv");
-  const auto named = [&](const char* name) { return named_column(table, name, "t.csv", "--column"); };
+  const auto named = [&](const char* name) { return named_column(table, name, "t.csv", "column"); };
   CHECK(named("sway") == 2);
   CHECK(named("SWAY") == 2);
   CHECK(named("Sway (deg)") == 1);
@@ -129,13 +129,13 @@ TEST_CASE("columns: one is named as it stands, in another case, without its unit
   CHECK(named("7") == 3);  // a name before a number
   for (const char* none : {"0", "5", "-1", "2x", "swa", "99999999999", ""}) {
     INFO(none);
-    check_error([&] { named(none); }, {"has no column '", none, "from 1, as --column"});
+    check_error([&] { named(none); }, {"has no column '", none, "from 1, as column"});
   }
   const CsvTable twice("a,A\n1,2\n3,4\n", "t.csv");
-  check_error([&] { named_column(twice, "a (x)", "t.csv", "--column"); }, {"has no column"});
-  CHECK(named_column(twice, "a", "t.csv", "--column") == 0);
+  check_error([&] { named_column(twice, "a (x)", "t.csv", "column"); }, {"has no column"});
+  CHECK(named_column(twice, "a", "t.csv", "column") == 0);
   const CsvTable same("a,a,a\n1,2,3\n3,4,5\n", "t.csv");
-  check_error([&] { named_column(same, "a", "t.csv", "--column"); }, {"3 columns are called 'a', numbers 1, 2 and 3"});
+  check_error([&] { named_column(same, "a", "t.csv", "column"); }, {"3 columns are called 'a', numbers 1, 2 and 3"});
 }
 
 TEST_CASE("columns: a long list of names is cut") {

@@ -44,7 +44,7 @@ TEST_CASE("Vicon Nexus: markers above axes, units below, the rate below the sect
   const std::string devices =
       "Devices\n1000\n,,Force,,\nFrame,Sub Frame,Fx,Fy,Fz\n,,N,N,N\n1,0,1,2,3\n1,1,1,2,3\n1,2,1,2,3\n\n";
   check_error(reading(devices + vicon),
-              {"several tables: 1 'Devices' (from line 1), 2 'Trajectories' (from line 10)", "--section"});
+              {"several tables: 1 'Devices' (from line 1), 2 'Trajectories' (from line 10)", "section"});
   const Recording second = read(devices + vicon, {.column = "S:HIP X", .skip_lines = 9, .com_height_m = 1.0});
   CHECK(second.rate_hz == 100.0);
   CHECK(CsvTable(devices + vicon, "t", 3).rows(0) == 3);

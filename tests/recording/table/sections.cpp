@@ -49,7 +49,7 @@ TEST_CASE("sections are found by their first lines, with their places") {
 }
 
 TEST_CASE("a section is chosen by its name or number, and lines keep their numbers") {
-  check_error(reading(vicon), {"several tables", "2 'Model Outputs' (from line 10)", "--section"});
+  check_error(reading(vicon), {"several tables", "2 'Model Outputs' (from line 10)", "section"});
   for (const char* name : {"Model Outputs", "model outputs", "2"}) {
     CAPTURE(name);
     check_one_two_three(vicon, section(name, "angle"));
@@ -70,7 +70,7 @@ TEST_CASE("a section is chosen by its name or number, and lines keep their numbe
 }
 
 TEST_CASE("blocks of LabChart are sections, each with its rate") {
-  check_error(reading(labchart), {"several tables: 1 (from line 1), 2 (from line 7)", "--section"});
+  check_error(reading(labchart), {"several tables: 1 (from line 1), 2 (from line 7)", "section"});
   check_one_two_three(labchart, section("1", "Sway"));
   const Recording second = read(labchart, section("2", "Sway"));
   CHECK(second.rate_hz == 50.0);
@@ -79,7 +79,7 @@ TEST_CASE("blocks of LabChart are sections, each with its rate") {
 
 TEST_CASE("a footer is no section: --section 1 leaves it out") {
   const std::string text = "time,sway_deg\n0,1\n0.01,2\n0.02,3\n\nMean,2\nSD,1\n";
-  check_error(reading(text), {"other lines follow the table, from line 6 on: 'Mean,2'", "--section 1"});
+  check_error(reading(text), {"other lines follow the table, from line 6 on: 'Mean,2'", "section 1"});
   check_one_two_three(text, section("1"));
 }
 
@@ -100,7 +100,7 @@ TEST_CASE("a table whose first column is text is one table, also behind blank li
   CHECK(read(events).signals.samples() == 40);
   // Their footers are left out as well, and another table is a section.
   for (const std::string& table : {subjects, "time,sway_deg\n" + dates}) {
-    check_error(reading(table + "\nMean,2\n"), {"other lines follow the table", "'Mean,2'", "--section 1"});
+    check_error(reading(table + "\nMean,2\n"), {"other lines follow the table", "'Mean,2'", "section 1"});
     CHECK(read(table + "\nMean,2\n", section("1")).signals.samples() == 40);
   }
   CHECK(find_sections(subjects + "\n" + subjects).size() == 2);
@@ -121,7 +121,7 @@ TEST_CASE("--section 1 is not advised where it would not leave the lines out") {
     FAIL("accepted");
   } catch (const Error& error) {
     CHECK(error.problem().find("from line 6 on: 'Mean,2'") != std::string::npos);
-    CHECK(error.remedy().find("--section") == std::string::npos);
+    CHECK(error.remedy().find("section") == std::string::npos);
   }
   check_one_two_three("id,time,sway_deg\na,0,1\na,0.01,2\na,0.02,3\n\n# Mean,2\n", {.column = "sway_deg"});
 }

@@ -67,7 +67,7 @@ TEST_CASE("a column of trials makes each of its values a recording") {
   check_trial(mixed, "run", "y", 2.0);
   check_error(
       [] { read("trial,time\n3,0\n3,0.01\n3,0.02\n4,0\n4,0.01\n4,0.02\n", {.trial_column = "trial", .trial = "3"}); },
-      {"no column of sway", "'trial'", "--column"});
+      {"no sway column", "'trial'", "column"});
   // A wrong cell is an error of its own recording, at its line in the file.
   const std::string wrong = "time,angle_deg,run\n0,1,x\n0.01,2,x\n0.02,3,x\n0,2,y\n0.01,oops,y\n0.02,6,y\n";
   check_trial(wrong, "run", "x", 1.0);
@@ -75,8 +75,8 @@ TEST_CASE("a column of trials makes each of its values a recording") {
 }
 
 TEST_CASE("columns that do not tell recordings apart, and trials that there are not, are refused") {
-  check_error([] { trials(two, "block"); }, {"no column 'block'", "--trial"});
-  check_error([] { trials(two, "subject,block"); }, {"no column 'block'", "--trial"});
+  check_error([] { trials(two, "block"); }, {"no column 'block'", "trial_column"});
+  check_error([] { trials(two, "subject,block"); }, {"no column 'block'", "trial_column"});
   check_error([] { trials("time,angle_deg,run\n0,1,a\n0.01,2,b\n0.02,3,c\n", "run"); }, {"3 values in 3 rows"});
   check_error([] { trials("time,angle_deg,run\n0,1,\n0.01,2,\n0.02,3,\n", "run"); }, {"'run' is empty"});
   check_error(reading(two, {.trial_column = "trial", .trial = "c"}), {"no recording 'c'"});
@@ -85,22 +85,22 @@ TEST_CASE("columns that do not tell recordings apart, and trials that there are 
 
 TEST_CASE("several recordings below each other are refused without --trial, with a rate too") {
   for (const RecordingOptions& options : {RecordingOptions{}, RecordingOptions{.rate_hz = 100.0}}) {
-    check_error(reading(two, options), {"line 5", "'trial' changes from 'a' to 'b'", "--trial 'trial'"});
-    check_error(reading("block,angle_deg\n1,1\n1,2\n1,3\n2,1\n2,2\n", options), {"line 5", "--trial 'block'"});
+    check_error(reading(two, options), {"line 5", "'trial' changes from 'a' to 'b'", "trial_column 'trial'"});
+    check_error(reading("block,angle_deg\n1,1\n1,2\n1,3\n2,1\n2,2\n", options), {"line 5", "trial_column 'block'"});
     // Times start again, at their beginning or later.
     for (const char* second : {"0", "0.05"}) {
       std::string text = "time,angle_deg\n";
       for (int k = 0; k < 40; ++k) text += std::to_string(k * 0.01) + "," + std::to_string(k % 7) + "\n";
       for (int k = 0; k < 40; ++k)
         text += std::to_string(std::stod(second) + k * 0.01) + "," + std::to_string(k % 7) + "\n";
-      check_error(reading(text, options), {"line 42", "several recordings", "--trial"});
+      check_error(reading(text, options), {"line 42", "several recordings", "trial_column"});
     }
   }
   check_one_two_three("trial,time,angle_deg\n4,0,1\n4,0.01,2\n4,0.02,3\n");
   check_one_two_three("trial,time,angle_deg\n4,0,1\n,0.01,2\n4,0.02,3\n");
   check_one_two_three("block,time,angle_deg\n1,0,1\n1,0.01,2\n2,0.02,3\n", {.is_one_trial = true});
   // A single wrong time is another fault.
-  check_error(reading("time,angle_deg\n0,1\n0.01,2\n50,3\n0.03,1\n0.04,2\n"), {"line 5", "--rate"});
+  check_error(reading("time,angle_deg\n0,1\n0.01,2\n50,3\n0.03,1\n0.04,2\n"), {"line 5", "rate"});
 }
 
 namespace {
@@ -126,9 +126,9 @@ std::string remedy_of(const std::string& csv, const RecordingOptions& options = 
 std::string advised(const std::string& csv, std::size_t recordings) {
   const std::string remedy = remedy_of(csv);
   INFO(remedy);
-  const std::size_t begin = remedy.find("--trial '");
+  const std::size_t begin = remedy.find("trial_column '");
   REQUIRE(begin != std::string::npos);
-  const std::string by = remedy.substr(begin + 9, remedy.find('\'', begin + 9) - begin - 9);
+  const std::string by = remedy.substr(begin + 14, remedy.find('\'', begin + 14) - begin - 14);
   CHECK(trials(csv, by).size() == recordings);
   for (const std::string& trial : trials(csv, by)) {
     const Recording recording = read(csv, {.trial_column = by, .trial = trial});
@@ -160,35 +160,35 @@ TEST_CASE("the advised --trial works, and takes as many columns as tell the reco
   using Labelled = std::pair<std::string, std::vector<std::string>>;
   for (const Labelled& one :
        {Labelled{"subject", {"a", "a", "b", "b"}}, {"trial", {"1", "2", "1", "2"}}, {"subject", {"a", "a"}}}) {
-    CHECK_FALSE(advises(four(one.first, one.second), "--trial '"));
-    CHECK(advises(four(one.first, one.second), "a file of its own"));
+    CHECK_FALSE(advises(four(one.first, one.second), "trial_column '"));
+    CHECK(advises(four(one.first, one.second), "its own file"));
   }
   // The column that was given is not enough.
-  CHECK(
-      advises(four("subject,run", {"a,1", "a,2"}), "--trial 'subject,run'", {.trial_column = "subject", .trial = "a"}));
+  CHECK(advises(four("subject,run", {"a,1", "a,2"}), "trial_column 'subject,run'",
+                {.trial_column = "subject", .trial = "a"}));
 }
 
 TEST_CASE("--trial none is advised where all rows can be read as one recording, and nowhere else") {
   const std::string head = "trial,time,com_sway_deg\n";
   const std::string goes_on = head + rows_behind("1,") + rows_behind("2,", 0.3);
-  CHECK(advises(goes_on, "--trial none"));
+  CHECK(advises(goes_on, "trial_column none"));
   CHECK(read(goes_on, {.is_one_trial = true}).signals.samples() == 60);
   CHECK(advised(goes_on, 2) == "trial");
   for (const std::string& not_one : {rows_behind("1,") + rows_behind("2,"), rows_behind("1,") + "Mean,,3\n"})
-    CHECK_FALSE(advises(head + not_one, "--trial none"));
+    CHECK_FALSE(advises(head + not_one, "trial_column none"));
 }
 
 TEST_CASE("a column called trial that holds the times is exchanged with the column of time") {
   std::string text = "trial,time,com_sway_deg\n";
   for (int k = 0; k < 30; ++k) text += std::to_string(k * 0.01) + ",1," + std::to_string(k % 7) + "\n";
-  check_error(reading(text), {"'time' stands still, and 'trial' holds times", "the two names are exchanged"});
+  check_error(reading(text), {"'time' repeats, and 'trial' contains times", "the two names are swapped"});
   CHECK(read(text, {.rate_hz = 100.0}).signals.samples() == 30);
 }
 
 TEST_CASE("a column of sway that holds the times is exchanged with the column of time") {
   std::string text = "com_sway_deg,time\n";
   for (int k = 0; k < 60; ++k) text += std::to_string(k * 0.01) + "," + std::to_string(k % 30 * 0.01) + "\n";
-  check_error(reading(text), {"'time' ", "'com_sway_deg' holds times", "the two names are exchanged"});
+  check_error(reading(text), {"'time' ", "'com_sway_deg' contains times", "the two names are swapped"});
 }
 
 TEST_CASE("tables of other kinds have labels of numbers, and are not divided") {

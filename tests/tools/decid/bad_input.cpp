@@ -219,7 +219,7 @@ TEST_CASE("recordings that cannot be used") {
   check_recording_refused("time,COM_x_mm\n0,0.1\n0.01,0.2\n0.02,0.1\n", {"COM_x_mm", "length", "height"});
   check_recording_refused("time,sway_deg/s\n0,0.1\n0.01,0.2\n0.02,0.1\n", {"sway_deg/s", "a velocity", "--unit"});
   check_recording_refused("time,sway,sway\n0,0.1,1\n0.01,0.2,2\n", {"numbers 2 and 3", "--column"});
-  check_recording_refused(recording(12100, 100, wave), {"'time'", "its column of time", "--column"}, "--column time");
+  check_recording_refused(recording(12100, 100, wave), {"'time'", "the time column", "--column"}, "--column time");
   check_recording_refused(recording(12100, 0.1, wave), {"0.1 Hz", "milliseconds", "time_ms"});
   check_recording_refused("{\n  \"model\": \"built-in model\"\n}\n", {"r.csv", "is JSON"});
   check_recording_refused(std::string("\x00\x01\x02\xff\xfe binary", 12), {"r.csv"});
@@ -246,7 +246,7 @@ TEST_CASE("what errors advise works when it is done") {
     const std::string fit = "fit --quiet --max-draws 8 " + cut;
     const std::string says =
         std::string("write its protocol (decid stimulus") + protocol + " --write-protocol mine.json)";
-    check_refused(fit + protocol, {says, "set its cycles to ", "decid fit --protocol"});
+    check_refused(fit + protocol, {says, "set its cycles to ", "--protocol"});
     const std::string error = run_decid(fit + protocol).err, cycles = "set its cycles to ";
     const std::string number = error.substr(error.find(cycles) + cycles.size(), 1);
     REQUIRE(run_decid(std::string("stimulus --quiet") + protocol + " --write-protocol " + mine).code == 0);
@@ -261,14 +261,14 @@ TEST_CASE("what errors advise works when it is done") {
   check_refused("fit " + cut + " --protocol " + mine, {"copy its protocol's file, set its cycles to 1"});
   // A table of a frequency response.
   const std::string table = DECID_SOURCE_DIR "/examples/frf.csv";
-  check_refused("fit " + table, {"is a frequency response, not a recording", "decid fit --frf " + table});
-  check_refused("identify " + table, {"decid fit --frf " + table});
+  check_refused("fit " + table, {"is a frequency response, not a recording", "fit it with --frf " + table});
+  check_refused("identify " + table, {"fit it with --frf " + table});
   check_refused("fit --frf " + cut, {"no column called frequency", "leave --frf out if it is a recording"});
 }
 
 TEST_CASE("a gap that is too long for --fill-gaps is not advised to be filled") {
   check_recording_refused(recording(12100, 100, [](int k) { return k > 100 && k < 6200 ? std::string() : wave(k); }),
-                          {"(60.99 s)", "too much to interpolate"}, "--fill-gaps 60");
+                          {"(60.99 s)", "too long to interpolate"}, "--fill-gaps 60");
   check_recording_refused(recording(12100, 100, [](int k) { return k > 100 && k < 5200 ? std::string() : wave(k); }),
                           {"--fill-gaps 50.99 interpolates"}, "--fill-gaps 1");
 }

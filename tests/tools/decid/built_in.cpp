@@ -98,7 +98,8 @@ TEST_CASE("the built-in model knows recordings that it must not be trusted with"
   CHECK(changed([](std::vector<float>& sway) {
           for (float& value : sway) value = -value;  // the sign
         }) >= 0.95);
-  // docs/reference/accuracy.md has the rates over 500 trials: 0.74, 0.90, 0.83 and 0.87, here with three standard errors off.
+  // docs/reference/accuracy.md has the rates over 500 trials: 0.74, 0.90, 0.83 and 0.87, here with three standard
+  // errors off.
   struct Late {
     int samples;
     double least;

@@ -39,7 +39,7 @@ TEST_CASE("identify makes the sway of leg and trunk, and reads standard input") 
   CHECK(values("--skip-lines 2 " + folder / "p.csv") == whole);
   decid::test::check_refused("identify --skip-lines 100000 " + folder / "p.csv", {"p.csv", "no lines of data"});
   decid::test::check_refused("identify --com-height 0.9 --unit mm --leg leg_deg --trunk trunk_deg " + folder / "d.csv",
-                             {"--com-height", "several ways"});
+                             {"--com-height", "several sources"});
   decid::test::check_refused("identify --hip 2 --shoulder 3 " + folder / "d.csv", {"--mass and --height"});
 }
 

@@ -18,7 +18,7 @@ using test::shell;
 std::vector<double> trial_for_harness(const sim::Simulator& simulator, const sim::Parameters& p, const Random& noise) {
   const sim::Protocol& protocol = simulator.protocol();
   const sim::StepConstants course = sim::make_step_constants(protocol.experiment, simulator.stimulus());
-  const std::array<double, 3> sine = sim::sine_of(protocol.experiment.body);
+  const std::array<double, 3> sine = sim::sine_coefficients_for(protocol.experiment.body);
   const auto samples = static_cast<std::size_t>(simulator.samples());
   const std::size_t intervals = simulator.stimulus().rate_rad_s.size() / samples;
   std::vector<double> trial{course.step_s / protocol.experiment.body.inertia_kgm2,

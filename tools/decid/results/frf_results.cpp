@@ -100,8 +100,8 @@ std::string frf_fit_json(const FrfReport& report) {
   for (std::size_t p = 0; p < ranges.size(); ++p) {
     add_found(parameters[p], found, p, ranges[p], mgh);
     parameters[p]["range"] = {ranges[p].low, ranges[p].high};
-    parameters[p]["prior_sd"] = found.prior_deviation(static_cast<int>(p));
-    parameters[p]["told"] = found.told(static_cast<int>(p));
+    parameters[p]["prior_sd"] = found.prior_stddev(static_cast<int>(p));
+    parameters[p]["told"] = found.contraction(static_cast<int>(p));
   }
   const Json json{{"decid", version},
                   {"options", report.options},
@@ -137,7 +137,7 @@ std::string frf_fit_text(const FrfReport& report) {
     const sim::Parameters mean = means(report);
     for (std::size_t p = 0; p < ranges.size(); ++p)
       text += parameter_line(found, p, ranges[p], mean[p], protocol.experiment.body.mgh(), report.truth,
-                             format(" %6.2f", found.told(static_cast<int>(p))));
+                             format(" %6.2f", found.contraction(static_cast<int>(p))));
     text += "  told: share of what was open beforehand that the table settles; at 0 the draws are the prior's\n";
   } else {
     text += "  no parameters are shown, as no controller of the model has this response; the nearest ones have:\n";

@@ -118,7 +118,7 @@ Figure input_image(const Study& study) {
     for (std::size_t i = 0; i < plane; ++i) values.push_back(static_cast<double>(study.sample.image[c * plane + i]));
     std::vector<double> shown = values;
     if (study.image.channels[c] == dataset::Channel::modulus)
-      for (double& v : shown) v = std::log(std::max(v, dataset::modulus_floor_rad));
+      for (double& v : shown) v = std::log(std::max(v, dataset::min_modulus_rad));
     const auto range = usual_range(shown);
     maps.emplace_back(shape.columns, shape.rows, 1);
     for (std::size_t i = 0; i < plane; ++i) {

@@ -43,8 +43,8 @@ TEST_CASE("variables of versions 4 and 5 are columns") {
   REQUIRE(recording.signals.at(platform_tilt).rad.size() == 20);
   CHECK(recording.signals.at(platform_tilt).rad[19] == -5.0 * sim::rad_per_deg);
   check_made(read_recording(made("v5.mat"), {}));
-  check_error(reading(made("v5.mat"), {.skip_lines = 1}), {"MAT-file", "leave out --skip-lines"});
-  check_error(reading(made("v5.mat"), {.section = "1"}), {"MAT-file", "leave out --section"});
+  check_error(reading(made("v5.mat"), {.skip_lines = 1}), {"MAT-file", "leave out skip_lines"});
+  check_error(reading(made("v5.mat"), {.section = "1"}), {"MAT-file", "leave out section"});
   check_made(read_recording(made("v5.mat"), {.column = "k"}), 8.0);  // whole numbers
 }
 
@@ -60,8 +60,7 @@ TEST_CASE("version 7.3 as h5py writes it, with classes that end without a null o
 }
 
 TEST_CASE("fields of structs are columns, and a scalar fs is the rate") {
-  check_error(reading(made("v7_struct.mat")),
-              {"several columns", "'trial.signals.COM_x'", "'other.COM_x'", "--column"});
+  check_error(reading(made("v7_struct.mat")), {"several columns", "'trial.signals.COM_x'", "'other.COM_x'", "column"});
   check_made(read_recording(made("v7_struct.mat"), {.column = "trial.signals.COM_x"}));
   check_made(read_recording(made("v7_struct.mat"), {.column = "other.COM_x"}), 2.0);
   check_made(read_recording(made("v7_struct.mat"), {.column = "tilt"}), -2.0);
@@ -70,13 +69,13 @@ TEST_CASE("fields of structs are columns, and a scalar fs is the rate") {
 TEST_CASE("a matrix has its columns by number, its times are seen") {
   check_made(read_recording(made("matrix.mat"), {.column = "2"}));
   CHECK(read_recording(made("matrix.mat"), {.column = "2"}).signals.at(com_sway).column == "data(:,2)");
-  check_error(reading(made("matrix.mat")), {"'data(:,2)', 'data(:,3)'", "--column"});
+  check_error(reading(made("matrix.mat")), {"'data(:,2)', 'data(:,3)'", "column"});
   check_made(read_recording(made("wide.mat"), {.column = "1"}));  // a signal a row
   check_made(read_recording(made("wide.mat"), {.column = "data(2,:)"}), -2.0);
 }
 
 TEST_CASE("NaN in a MAT-file is a gap, and has a place") {
-  check_error(reading(made("gaps.mat")), {"gaps.mat", "row 7, sway", "NaN", "--fill-gaps"});
+  check_error(reading(made("gaps.mat")), {"gaps.mat", "row 7, sway", "NaN", "fill_gaps"});
   check_made(read_recording(made("gaps.mat"), {.fill_gaps_s = 0.02}));
 }
 
@@ -216,7 +215,7 @@ TEST_CASE("version 7.3: arrays of structures and cells have elements, pages and 
   }
   for (const auto& [trial, factor] : {std::pair{"1", 1.0}, std::pair{"2", 2.0}})
     check_made(read_recording(folder / "array.mat", {.trial_column = "trials", .trial = trial}), factor);
-  check_error(reading(folder / "array.mat"), {"'trials(1).COM_x', 'trials(2).COM_x'", "--trial trials"});
+  check_error(reading(folder / "array.mat"), {"'trials(1).COM_x', 'trials(2).COM_x'", "trial_column trials"});
   {
     Mat73 file(folder / "cell.mat");
     char name[] = "sway";
@@ -303,7 +302,7 @@ TEST_CASE("files without numbers, damaged ones and those that are none are refus
                              14);  // 14, 0, 0, 0, 255, 255, 255, 255
   const std::string tag{15, 0, 0, 0, static_cast<char>(deflated.size()), 0, 0, 0};
   check_error(reading(write_text(folder / "bomb.mat", read_text(made("v5.mat")).substr(0, 128) + tag + deflated)),
-              {"bomb.mat", "far too large, inflated"});
+              {"bomb.mat", "far too large, decompressed"});
   // A name of 2 KB, in version 4.
   std::string named(20, '\0');
   named[4] = 2, named[8] = 1, named[17] = 8;

@@ -343,10 +343,10 @@ TEST_CASE("version 7: what is compressed is a matrix, whole, and as long as it s
   CHECK(only(read_mat_5(mat.file(deflated(whole)), "x")) == std::vector{3.0, 4.0});
   CHECK(read_mat_5(mat.file(deflated(mat.matrix(""))), "x").empty());
   CHECK(read_mat_5(mat.file(deflated(mat.element(9, bytes_of<double>({3, 4}, true)))), "x").empty());
-  check_error(reading_5(deflated("short")), {"damaged, in what is compressed"});
-  check_error(reading_5(deflated(whole.substr(0, whole.size() - 8))), {"damaged, in what is compressed"});
-  check_error(reading_5(deflated(whole + std::string(64, '\0'))), {"damaged, in what is compressed"});
-  check_error(reading_5(mat.tag(15, 16) + std::string(16, 'z')), {"damaged, in what is compressed"});
+  check_error(reading_5(deflated("short")), {"damaged, in its compressed data"});
+  check_error(reading_5(deflated(whole.substr(0, whole.size() - 8))), {"damaged, in its compressed data"});
+  check_error(reading_5(deflated(whole + std::string(64, '\0'))), {"damaged, in its compressed data"});
+  check_error(reading_5(mat.tag(15, 16) + std::string(16, 'z')), {"damaged, in its compressed data"});
 }
 
 TEST_CASE("kinds of variables that are no columns are named; wide and narrow matrices have theirs by number") {

@@ -74,8 +74,8 @@ using Strings = std::vector<std::string>;
 }  // namespace
 
 TEST_CASE("arrays of structures, cells and pages: each element is a recording, with its own time and rate") {
-  check_error(reading("struct_array.mat"), {"'trials(1).com_sway_deg', 'trials(2).com_sway_deg'", "--column",
-                                            "--trial trials makes each of its 2 elements a recording"});
+  check_error(reading("struct_array.mat"), {"'trials(1).com_sway_deg', 'trials(2).com_sway_deg'", "column",
+                                            "trial_column trials makes each of its 2 elements a recording"});
   for (const auto& [trial, factor] : {std::pair{"1", 1.0}, std::pair{"2", 2.0}}) {
     check_made("struct_array.mat", {.trial_column = "trials", .trial = trial}, factor);
     check_made("cell.mat", {.trial_column = "data", .trial = trial}, factor);
@@ -87,22 +87,23 @@ TEST_CASE("arrays of structures, cells and pages: each element is a recording, w
   check_made("pages.mat", {.column = "data(:,1,2)"}, 2.0);
   CHECK(trials_of(made("struct_array.mat"), {.trial_column = "trials"}) == Strings{"1", "2"});
   CHECK(trials_of(made("wide.mat"), {.trial_column = "data"}) == Strings{"1", "2"});
-  check_error(reading("cell.mat"), {"several columns", "data{1}(:,2)", "--trial data makes each of its 2 elements"});
-  check_error(reading("pages.mat"), {"several columns", "--trial data"});
+  check_error(reading("cell.mat"),
+              {"several columns", "data{1}(:,2)", "trial_column data makes each of its 2 elements"});
+  check_error(reading("pages.mat"), {"several columns", "trial_column data"});
   for (const char* none : {"0", "3", "", "1x", "-1"})
     check_error(reading("struct_array.mat", {.trial_column = "trials", .trial = none}), {"has no recording '"});
-  check_error([] { trials_of(made("struct_array.mat"), {.trial_column = "nothing"}); }, {"'nothing'", "--trial"});
+  check_error([] { trials_of(made("struct_array.mat"), {.trial_column = "nothing"}); }, {"'nothing'", "trial_column"});
   check_error([] { trials_of(made("none.mat"), {.trial_column = "trials"}); }, {"none.mat"});
 }
 
 TEST_CASE("structures beside each other: the path says whose sway, its time is taken") {
-  check_error(reading("two_structs.mat"), {"'S01.com_sway_deg', 'S02.com_sway_deg'", "--column"});
+  check_error(reading("two_structs.mat"), {"'S01.com_sway_deg', 'S02.com_sway_deg'", "column"});
   check_made("two_structs.mat", {.column = "S01.com_sway_deg"});
   check_made("two_structs.mat", {.column = "S02.com_sway_deg"}, 2.0, 100.0);
 }
 
 TEST_CASE("a column of trials in a MAT-file: refused, or each a recording") {
-  check_error(reading("trial_column.mat"), {"row 21", "'trial' changes from '3' to '7'", "--trial 'trial'"});
+  check_error(reading("trial_column.mat"), {"row 21", "'trial' changes from '3' to '7'", "trial_column 'trial'"});
   check_error(reading("trial_column.mat", {.rate_hz = 50.0}), {"several recordings"});
   CHECK(trials_of(made("trial_column.mat"), {.trial_column = "trial"}) == Strings{"3", "7"});
   check_made("trial_column.mat", {.trial_column = "trial", .trial = "3"});
@@ -115,7 +116,7 @@ TEST_CASE("what Simulink, LabChart, AcqKnowledge and Qualisys export has their n
   check_tilt(check_made("labelled.mat"));
   CHECK(check_made("acqknowledge.mat").signals.at(com_sway).column == "Sway (deg)");
   check_tilt(check_made("acqknowledge.mat"));
-  check_error(reading("labchart.mat"), {"'block1.Sway (deg)', 'block2.Sway (deg)'", "--trial block"});
+  check_error(reading("labchart.mat"), {"'block1.Sway (deg)', 'block2.Sway (deg)'", "trial_column block"});
   check_tilt(check_made("labchart.mat", {.trial_column = "block", .trial = "1"}));
   check_made("labchart.mat", {.column = "block2.Sway (deg)"}, 2.0, 25.0);
   const RecordingOptions marker{.column = "HIP X", .com_height_m = 0.9, .ankle_column = "ANK X"};
@@ -193,7 +194,7 @@ TEST_CASE("what holds signals and is not read is named with its kind") {
   bytes[at - 20] = 2;  // sparse, by the type of its variable
   bytes.resize(bytes.find("tilt_deg") - 20);
   check_error([&] { read_recording(write_text(folder / "f.mat", bytes), {}); },
-              {"none of sway", "not read: COM_x (1 x 20 sparse)", "vector of real numbers"});
+              {"no sway column", "not read: COM_x (1 x 20 sparse)", "vector of real numbers"});
 }
 
 TEST_CASE("a user's own variables beside LabChart's are columns too, LabChart's own are not") {

@@ -1,0 +1,28 @@
+"""Does source_words.py find the words and openings that it is there to find?"""
+import sys
+import unittest
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+import source_words as words  # noqa: E402
+
+
+def found(source):
+    return [(number, complaint) for number, passage in words.passages(source) for complaint in words.complaints(passage)]
+
+
+class Words(unittest.TestCase):
+    def test_comments_and_messages_are_read(self):
+        for source in ("/// It begins anew.", "int i;  ///< begun anew", 'Error(a, "begin it anew", b);', "// It begins so\n// many times."):
+            self.assertEqual(len(found(source)), 1, source)
+        self.assertEqual(found("\n\n/// Whether it is one.\nint i;")[0][0], 3)
+
+    def test_code_and_single_words_of_json_are_not(self):
+        self.assertEqual(found('told(anew);\njson["told"] = 1;\n#include "a.hpp"\n/// Returns the value.\n'), [])
+
+    def test_an_address_is_no_comment(self):
+        self.assertEqual(found('f("https://example.org/anew");'), [])
+
+
+if __name__ == "__main__":
+    unittest.main()
