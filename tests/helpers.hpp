@@ -1,4 +1,4 @@
-// What tests share: folders that go away, files, and errors held to what they say.
+// Shared fixtures: temporary folders, files, and checks of errors.
 #pragma once
 
 #include <doctest/doctest.h>

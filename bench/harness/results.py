@@ -5,7 +5,7 @@ import re
 
 from harness.project import Failed
 
-# Of no use elsewhere, and nobody's business.
+# Fields without use elsewhere, which may identify the user.
 PRIVATE = ("host_name", "executable")
 
 

@@ -1,4 +1,4 @@
-// What warnings leave of a result.
+// Tests which results warnings make unusable.
 #include "base/warning.hpp"
 
 #include <doctest/doctest.h>

@@ -73,7 +73,7 @@ TEST_CASE("streamed trials depend on their number alone and do not repeat") {
     check_error([&] { source->take(Part::validation, 0, wrong, [](std::size_t, const auto&, const auto&) {}); },
                 {"no trial", "0 to 3"});
   }
-  // What a training has not seen is the next epoch's.
+  // Trials that a training has not seen are the next epoch's.
   source->take(Part::unseen, 2, std::vector<int>{7}, [&](std::size_t, const sim::Parameters& p, const Sway& sway) {
     CHECK(Taken{p, {sway.rad.begin(), sway.rad.end()}} == first);
   });
@@ -183,7 +183,7 @@ TEST_CASE("streamed bodies are as tall as the protocol says, and a lighter body'
                [&](std::size_t place, const sim::Parameters&, const Sway& sway) { heights[place] = sway.height; });
   CHECK(*std::ranges::min_element(heights) >= 0.8);
   CHECK(*std::ranges::max_element(heights) <= 1.1);
-  // Of 200 uniform ones all are above 0.83 or below 1.07 once in 30 million.
+  // All of 200 uniform heights are above 0.83, or all below 1.07, once in 30 million.
   CHECK(*std::ranges::min_element(heights) < 0.83);
   CHECK(*std::ranges::max_element(heights) > 1.07);
   const Taken alone = training_trial(*source, 0, {17});

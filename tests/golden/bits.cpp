@@ -1,5 +1,5 @@
-// A training of two epochs on fresh trials, its log and its weights held by their SHA-256: from every instruction set,
-// number of threads, compiler and processor the same bits.
+// Compares the log and the weights of a two-epoch training on streamed trials with their SHA-256. Every instruction
+// set, number of threads, compiler and processor gives the same bits.
 #include <doctest/doctest.h>
 
 #include <string>

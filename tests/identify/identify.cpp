@@ -72,8 +72,8 @@ void check_same(const Explanation& a, const Explanation& b) {
 }  // namespace
 
 TEST_CASE("identify: ten lines from samples to parameters") {
-  // What the network errs on these trials is what its documentation says: an MSE of 0.25 at this noise. Twenty trials
-  // of seven parameters: a mean above 0.6 would be one in thousands.
+  // The documented MSE at this noise is 0.25. With twenty trials of seven parameters, a mean above 0.6 occurs once in
+  // thousands of runs.
   double squares = 0;
   for (int i = 0; i < data().trials(); ++i) {
     const RecordingResult result = identify(model(), samples(i), 100.0);

@@ -1,4 +1,4 @@
-// What identification says of recordings beyond what a model was trained on: each warning, and that it stays away.
+// Warnings about recordings outside a model's training range: each occurs there, and only there.
 #include "identify/recordings.hpp"
 
 #include <doctest/doctest.h>

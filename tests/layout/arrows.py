@@ -59,7 +59,7 @@ def step_of(path, allowed):
     steps = [folder for folder in allowed if name.startswith(folder + "/")]
     if steps:
         return max(steps, key=len), is_test
-    # What all tests share stands on base alone.
+    # The fixtures of all tests use only base.
     return ("base", True) if is_test and "/" not in name else (None, is_test)
 
 

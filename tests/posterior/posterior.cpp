@@ -154,9 +154,9 @@ TEST_CASE("sample: summaries of the draws") {
   CHECK(found.correlation(Density::gain, sim::Kp) == 0.0);
 }
 
-// Of 21 intervals of 90 % fewer than 14 cover with probability 1e-3 if they are independent. Errors of this size were
-// 0.07 on other trials, guessing the middle of the ranges gives 1.
-// Over 20 s: three fits with the settings that users have are the fewest that tell.
+// Fewer than 14 of 21 independent 90% intervals cover with probability 1e-3. Errors were 0.07 on other trials; the
+// middle of the ranges gives 1.
+// Over 20 s: guards the coverage with users' settings. Fewer than three fits have too high a false-alarm rate.
 TEST_CASE("sample: the truth lies in the intervals, and the errors are as promised" * doctest::test_suite("slow")) {
   sim::Protocol protocol = sim::default_protocol();
   protocol.noise.vestibular.period_s = 242.0;

@@ -175,7 +175,7 @@ TEST_CASE("a header with other names than columns is refused, so that no unit is
         std::pair{"COP", "1 name"}, std::pair{"sway_rad,tilt_rad,note", "3 names"}}) {
     const std::string text = header + ("\n" + rows);
     check_error(reading("Lab 3\n\n" + text), {"line 3, '", found, "2 columns between commas", "--skip-lines 3"});
-    // What the error advises.
+    // The error advises this option.
     check_one_two_three("Lab 3\n\n" + text, {.unit = Unit::degree, .skip_lines = 3});
     check_one_two_three(text, {.column = "2", .unit = Unit::degree, .skip_lines = 1});
   }

@@ -107,7 +107,7 @@ TEST_CASE("measured tilts that cannot be read are refused with file and setting"
   check("time,tilt\n0,0\n0.01,1\n", file, {"t.csv", "the unit of tilt", "measured.unit"});
   check("time,tilt_deg\n0,0\n0.01,50\n", file, {"p.json", "sample 1 is 50", "unit"});
   check("time\n0\n0.01\n0.02\n", file, {"t.csv", "a column of time but none of tilt", "measured.column"});
-  // What was left out of the file is told.
+  // A note reports the part of the file that was left out.
   write_text(folder / "t.csv", "time,tilt_deg\n0,0\n0.01,1\n0.02,1\n0.03,0\n0.04,");
   Warnings warnings;
   CHECK(read_tilt_deg({.path = folder / "t.csv"}, 100.0, &warnings).size() == 4);

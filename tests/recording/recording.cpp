@@ -137,7 +137,7 @@ TEST_CASE("columns that are no angles by their names are refused, unless the uni
   CHECK(read("time,sway_deg,tilt_mrad\n0,1,1\n0.01,2,2\n", {.tilt_column = "tilt_mrad"})
             .signals.at(platform_tilt)
             .rad[1] == 2.0 * 1e-3);
-  // Beside an angle they are of no concern.
+  // They matter only where the file has no angle.
   CHECK(read("time,sway_velocity_deg,sway_deg\n0,1,1\n0.01,2,2\n").signals.at(com_sway).column == "sway_deg");
 }
 

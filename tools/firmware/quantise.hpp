@@ -22,7 +22,7 @@ void quantise(FirmwarePlan& plan, const Model& model);
 /// plan has any. Returns the last layer's outputs.
 std::vector<float> run_plan(const FirmwarePlan& plan, std::span<const float> image);
 
-/// predict() (identify/network/model.hpp) with this network in place of the model's.
+/// Predicts as predict() (identify/network/model.hpp) does, with this network instead of the model's.
 std::vector<float> predict_planned(const FirmwarePlan& plan, const Model& model, int trials, const Sways& sways);
 
 }  // namespace decid::tools

@@ -14,7 +14,7 @@ struct FirmwareFiles {
   std::string header, source;
 };
 
-/// What the self-test expects, computed by this program.
+/// Input and expected results of the self-test, computed by this program.
 struct TestVector {
   std::vector<float> outputs;     ///< of the network
   std::vector<float> parameters;  ///< in their units
@@ -27,7 +27,7 @@ std::vector<float> test_sway(int samples);
 
 /// Throws Error unless `name` is an identifier of C, at most 40 characters long.
 void check_firmware_name(const std::string& name);
-/// Of what tells how familiar a trial is; 0 unless it was asked for.
+/// Returns the size of the out-of-distribution score's tables; 0 if the model is exported without it.
 long long familiarity_bytes(const Model& model, const FirmwarePlan& plan);
 /// For recordings of `body`. `name` begins every public name of the files. `origin`: what they were made from, for
 /// people.

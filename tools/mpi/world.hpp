@@ -19,7 +19,7 @@ class World : public Communicator {
   virtual int end(int code, const std::string& text, void (*say)(const std::string&)) = 0;
 };
 
-/// Whether this process has been started by mpirun or srun, together with others or alone.
+/// Returns true if mpirun or srun started this process, with or without others.
 bool is_launched();
 /// MPI, initialised; once in a process, by the only thread that will use it. It ends with the object, for good.
 std::unique_ptr<World> start();

@@ -57,7 +57,7 @@ Json others_of(const Posterior& found) {
   return list;
 }
 
-/// Every so many-th draw of each chain, as parts of what lies between the lowest and the highest of them.
+/// Returns evenly thinned draws of each chain, scaled to the range between the lowest and the highest.
 Json draws_of(const Posterior& found, std::size_t parameters) {
   const auto each = static_cast<std::size_t>(found.draws_per_chain()),
              chains = static_cast<std::size_t>(found.chains());

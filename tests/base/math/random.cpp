@@ -101,7 +101,7 @@ TEST_CASE("Random: integers below a bound") {
 }
 
 TEST_CASE("inverse_normal: known quantiles") {
-  // Of the doubles written here, by 40-digit arithmetic.
+  // Expected values come from 40-digit arithmetic on the doubles written here.
   CHECK(inverse_normal(0.5) == 0.0);
   struct Known {
     double p, quantile;

@@ -1,4 +1,4 @@
-// What the C interface refuses, and that nothing but a status comes out of it.
+// Errors of the C interface: each call returns only a status, and no exception leaves it.
 #include <sys/wait.h>
 #include <unistd.h>
 

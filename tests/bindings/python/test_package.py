@@ -51,7 +51,7 @@ class WithFolder(unittest.TestCase):
             self.assertEqual(getattr(result, key), expected["fit"][key])
         for key in ("peak_to_peak_deg", "following", "unfamiliarity", "trust"):
             self.assertEqual(getattr(result, key), expected[key])
-        # What the program calls --range is ranges here.
+        # Python's name for --range is ranges.
         texts = [{**warning, "text": warning["text"].replace("(--range)", "(ranges)")} for warning in expected["warnings"]]
         self.assertEqual([vars(notice) for notice in result.warnings], texts)
         size = len(expected["parameters"])

@@ -420,7 +420,7 @@ class Changes(Page):
         self.assertEqual(self.seen(), [True, True, False])
         self.assertIn("An earlier answer: trial3.csv, no settings. Now chosen: trial3.csv, Unit of the sway mm.", self.note())
         self.assertEqual(self.result("html"), before)
-        # What it is an answer to is chosen again.
+        # Resetting the unit shows the choices that depend on it again.
         self.assertEqual(self.changed("at('unit').value = ''"), [True, False, False])
         self.assertEqual(self.problems(), "")
         self.drop(self.read("bad.csv"))

@@ -49,7 +49,7 @@ std::size_t files_in(const TemporaryFolder& folder) {
   return static_cast<std::size_t>(std::distance(begin(files), end(files)));
 }
 
-/// What a run leaves that is stopped after so many reports of progress.
+/// State on disk after a run was stopped at a given number of progress reports.
 struct Stopped {
   TemporaryFolder folder;
   fs::path path = folder / "a.npz";
@@ -189,7 +189,8 @@ TEST_CASE("damaged bytes of an unfinished file are made again") {
     write_text(stopped.partial.file, flipped(file, position));
     write_text(stopped.partial.journal, journal);
     const int resumed = go_on(stopped.path);
-    CHECK((resumed < stopped.trials) == (position >= 64 + 128));  // what stands before the sway is written anew
+    CHECK((resumed < stopped.trials) ==
+          (position >= 64 + 128));  // a resumed run writes the arrays before the sway again
   }
   const std::size_t entry = journal.find("etry"), last = journal.rfind("etry");
   for (const std::size_t position :

@@ -92,8 +92,8 @@ TEST_CASE("fit: what is known beforehand to a hundredth, and agrees with the rec
       sim::single_pendulum().parameters.from_unit(std::vector<double>{0.4, 0.55, 0.3, 0.5, 0.5, 0.8, 0.5});
   const Start start{truth, 0.1, 0.01};
   const Result result = fit(simulator, trial(simulator, truth), std::vector{start}, {small_budget, 1});
-  // A trial says little within a hundredth of a range, so the draws have the prior's deviation, which counts 2.5 times.
-  // Of n effective draws each is known to 1 / sqrt(2 n), the mean of seven to a bit more than a third of that.
+  // A trial says little within a hundredth of a range, so the draws have the prior's sd, which counts 2.5 times. With n
+  // effective draws each sd has an error of 1 / sqrt(2 n); the mean of seven has a bit more than a third of it.
   REQUIRE(result.effective_samples > 20);
   double ratio = 0;
   for (std::size_t p = 0; p < sim::single_pendulum().parameters.size(); ++p) {

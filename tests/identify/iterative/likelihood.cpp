@@ -112,7 +112,7 @@ TEST_CASE("likelihood: the truth is likelier than what lies a quarter of a range
   truth[sim::Nv] = 0.2;
   const Likelihood likelihood(simulator, trial(simulator, truth, 0));
   std::vector<sim::Parameters> candidates{truth};
-  // Those that a trial of 30 s tells something about.
+  // Only parameters that a trial of 30 s informs.
   for (const std::size_t p : {sim::Kp, sim::Kd, sim::Nv, sim::Delay}) {
     candidates.push_back(truth);
     const sim::ParameterInfo& info = sim::single_pendulum().parameters[p];

@@ -1,5 +1,5 @@
-// What a network says of parameters: moments, quantiles and densities against its mixture, with and without
-// recalibration; who gives it, and who does not.
+// The predicted distribution of the parameters: moments, quantiles and densities against the network's mixture, with
+// and without recalibration; which models have one.
 #include "identify/network/distribution.hpp"
 
 #include <cmath>
@@ -106,7 +106,7 @@ TEST_CASE("Mixture: densities are the derivatives of what is below, and joint on
     sum += independent.log_density(p, shares.back());
   }
   CHECK(within(independent.log_density(shares), sum, 1e-12));
-  // Of outputs that are all 0 every coordinate is standard normal: only the ranges are known.
+  // With all outputs 0 every coordinate is standard normal: only the ranges are known.
   const Mixture ignorant(1, parameters, std::vector<double>(mixture_outputs(1, parameters), 0.0));
   CHECK(within(ignorant.log_density(shares), 0.0, 1e-13));
   CHECK(within(ignorant.log_density(2, 0.77), 0.0, 1e-14));

@@ -249,7 +249,7 @@ TEST_CASE("presets of whole cycles fit every protocol, up to their own frequency
     CHECK(Model(protocol, image, preset_named(preset).architecture).network.parameter_count() > 1000);
     return image;
   };
-  // What they are made for stays as it is.
+  // The input settings stay the same for the protocol that they were made for.
   CHECK(fitted("best", sim::default_protocol()) == preset_named("best").image);
   CHECK(fitted("firmware", sim::default_protocol()) == preset_named("firmware").image);
   CHECK(fitted("short", sim::short_protocol()) == preset_named("short").image);

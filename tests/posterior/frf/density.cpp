@@ -76,7 +76,7 @@ TEST_CASE("the gradient is that of finite differences") {
       const double expected = (evaluated(density, above).misfit - evaluated(density, below).misfit) / (2.0 * h);
       CHECK(within(local.gradient[i], expected, 1e-6 * largest));
     }
-    // What passes is straight between the blocks of its ranks: the slope of a block is that of its 1/512.
+    // The passed fraction is linear between the blocks of its ranks: a block's slope is the slope over its 1/512.
     std::vector<double> below = middle, above = middle;
     below[sim::Nv] -= 0.01;
     above[sim::Nv] += 0.01;

@@ -22,7 +22,7 @@ frf::State known() {
   return {{900.0, 260.0, 150.0, 120.0, 0.2, 0.002, 0.12}, 1.0, 0.0};
 }
 
-/// What a known controller says, its gains changed by `spoil` at each row, with that confidence.
+/// Fits the response of a known controller, its gains changed by `spoil` at each row, with that standard deviation.
 frf::Fit fit_of(double deviation, const frf::Priors& priors, double (*spoil)(std::size_t) = nullptr) {
   const sim::Protocol protocol = sim::short_protocol();
   const Density made(protocol, empty_table(short_frequencies_hz, 0.02), {});

@@ -57,7 +57,7 @@ Simulated simulated(const sim::Simulator& simulator, const sim::FrequencyRespons
 }
 
 /// Simulated trials of a protocol against the model, up to 2.5 Hz: without noise within `relative` of the response,
-/// with noise besides within 4.5 of the standard errors, as 1 in 10,000 of the worst of 30 parts is not.
+/// with noise also within 4.5 standard errors, which the worst of 30 parts exceeds in 1 of 10,000 runs.
 void check_against_simulator(const sim::Protocol& protocol, const sim::Parameters& parameters, double relative,
                              int trials) {
   const sim::Simulator simulator(protocol);
@@ -112,7 +112,7 @@ TEST_CASE("what passes the dead band is the mean over the noise") {
   CHECK(near(frf::mean_passed(-0.004, 0.0, 0.001), -0.003, 1e-9));
 }
 
-// What is left without noise is that of samples: the tilt's kinks between them, (pi f / rate)^2 / 3, 0.0016 at 2.2 Hz.
+// The remaining error without noise comes from sampling: kinks between samples, (pi f / rate)^2 / 3, 0.0016 at 2.2 Hz.
 TEST_CASE("the response is the simulator's, without noise") {
   for (const double theta : {0.0, 0.002, 0.005}) {
     sim::Parameters parameters = usual;

@@ -77,7 +77,7 @@ TEST_CASE("leave_one_out: the exact density, and as many parameters as there are
   CHECK((found.standard_error > 9.0 && found.standard_error < 14.0));
 }
 
-// What a posterior keeps whole are 130 to 256 draws: 0.06 a value by chance, 2 in all.
+// A posterior keeps 130 to 256 whole draws: chance errors are 0.06 per value and 2 in all.
 TEST_CASE("leave_one_out: two hundred draws do") {
   const Groups data(40, 5);
   const LeaveOneOut found = leave_one_out(data.log_likelihood(200), 200);

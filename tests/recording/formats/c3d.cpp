@@ -313,7 +313,7 @@ TEST_CASE("C3D: more frames than 16 bits count") {
   CHECK(table_of(both).place_of(0) == "frame 11");
   both.parameters.erase("POINT:LONG_FRAMES");
   CHECK(rows(both) == many);
-  // Of counts that contradict each other, the one that fills the file.
+  // Where two frame counts contradict each other, the one that fills the file is used.
   both.integers("POINT:FRAMES", {70'000 - 65'536});
   CHECK(rows(both) == many);
   both.integers("TRIAL:ACTUAL_END_FIELD", {5'000, 0});

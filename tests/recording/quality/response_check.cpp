@@ -33,7 +33,7 @@ const ResponseCheck& check() {
   return made;
 }
 
-/// Trial i, with a sensor of 0.001 to 0.1 degrees. Of every third body the vestibular noise is small.
+/// Returns trial i with measurement noise of 0.001 to 0.1°. Every third body has small vestibular noise.
 std::vector<double> sway(std::uint64_t i) {
   const sim::ParameterTable& table = simulator().protocol().parameters();
   std::vector<double> values(static_cast<std::size_t>(simulator().samples()));

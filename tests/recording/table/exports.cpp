@@ -1,4 +1,4 @@
-// What programs export around the samples: other formats, clocks, counters, missing values, angles that wrap.
+// Exports of other programs: formats, clocks, counters, missing values, angles that wrap.
 #include <algorithm>
 #include <cstdio>
 #include <string>

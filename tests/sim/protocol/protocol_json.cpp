@@ -47,7 +47,7 @@ auto parsing(const std::string& text) {
   return [text] { sim::protocol_from_json(text, "my.json"); };
 }
 
-// As a file that somebody wrote is read, but for measured tilts.
+// Reads JSON as a user's file, without measured tilts.
 sim::Protocol from_people(const std::string& text) {
   const sim::ReadTilt none = [](const sim::TiltFileReference&, double) { return std::vector<double>(); };
   return sim::protocol_from_text(text, {.where = "mine.json", .read_tilt = none});
@@ -304,7 +304,7 @@ TEST_CASE("stimuli that are not clear are refused by key") {
   check_error(parsing(R"({"measured": {"tilt_deg": [0, 1], "unit": "deg"}})"),
               {"'measured.unit' stands beside 'measured.tilt_deg'"});
   check_error(parsing(R"({"measured": {"tilt_deg": [0]}})"), {"my.json", "measured tilt_deg", "1 entries"});
-  // What a data set or a model carries needs no other file.
+  // A protocol in a data set or a model needs no other file.
   check_error(parsing(R"({"measured": {"file": "tilt.csv"}})"), {"my.json", "'measured.file' names a file"});
 }
 

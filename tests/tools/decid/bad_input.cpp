@@ -144,7 +144,7 @@ TEST_CASE("a full disk is no bad input, and leaves what was there") {
 TEST_CASE("wrong usage") {
   check_refused("", {"--help"});
   check_refused("identfy x.csv", {"identfy", "not a command", "--help"});
-  // What a shell makes of a variable that is not set.
+  // A shell passes an empty argument for a variable that is not set.
   check_refused("simulate --kp '' -o x.csv", {"--kp ''", "is empty"});
   check_refused("simulate --kp= -o x.csv", {"--kp=", "is empty"});
   check_refused("dataset --count 5 --sensor-noise '' -o x.npz", {"--sensor-noise ''", "is empty"});

@@ -188,7 +188,7 @@ TEST_CASE("data set, training, evaluation and identification of a protocol of on
   CHECK(evaluation.at("mse") == summary.at("validation_mse"));
   CHECK(near(evaluation.at("matlab_loss").get<double>(), 3.5 * evaluation.at("mse").get<double>(), 1e-15));
   CHECK(evaluation.at("mse_per_parameter").size() == 7);
-  // Nobody is told a model's error on its own training: without --split the other half is measured, and that is said.
+  // evaluate never measures a model on its training trials: without --split it takes the other half, and says so.
   const auto own = run_decid("evaluate --json" + model + " --data " + folder / "data.npz");
   CHECK(Json::parse(own.out) == evaluation);
   CHECK(own.err.find("was trained on") != std::string::npos);

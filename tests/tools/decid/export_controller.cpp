@@ -37,7 +37,7 @@ sim::Parameters gains(const sim::Body& body) {
   return {0.9 * mgh, 0.3 * mgh, 0.25 * mgh, 0.12 * mgh, 0.15, 0.0016, 0.05};
 }
 
-/// What decid identify would have written of that body.
+/// Writes a result as `decid identify` would for this body.
 void write_result(const std::string& path, const std::optional<sim::Body>& body, const sim::Parameters& values) {
   const sim::ParameterTable& table = sim::single_pendulum().parameters;
   Json parameters = Json::array();
@@ -124,7 +124,7 @@ TEST_CASE("export controller: gains are scaled to another body by m g h, and tha
   CHECK(scaled.has("INERTIA_KGM2", robot.inertia_kgm2));
   CHECK(scaled.has("MGH_NM_RAD", robot.mgh()));
 
-  // Of the result's build, unless an inertia is told.
+  // The inertia is computed from the result's build unless an option gives it.
   const Exported told = exported(folder, result + " --protocol short --mass 7.2 --com-height 0.6");
   check_gains(told, gains(person), ratio);
   const double inertia =
@@ -132,7 +132,7 @@ TEST_CASE("export controller: gains are scaled to another body by m g h, and tha
   const std::string define = "#define C_INERTIA_KGM2 ";
   CHECK(near(std::stod(told.header.substr(told.header.find(define) + define.size())), inertia, rounding));
   CHECK(exported(folder, result + " --mass 7.2 --com-height 0.6 --inertia 3.1").has("INERTIA_KGM2", 3.1));
-  // What is given on the command line is meant for that body.
+  // Gains on the command line are for the body of --scale-to.
   CHECK(exported(folder, result + " --scale-to " + other + " --kp 40").values[0] == 40.0);
 
   sim::Parameters late = gains(person);

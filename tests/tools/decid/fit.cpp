@@ -221,7 +221,7 @@ TEST_CASE("fit: Ctrl-C keeps what was drawn" * doctest::test_suite("slow")) {
   CHECK(read_text(folder / "out").find("Body: ") != std::string::npos);  // its last line, printed before the end
   const Json recordings = Json::parse(read_text(folder / "o.json"))["recordings"];
   CHECK((recordings.size() >= 1 && recordings.size() < 100));
-  // Those that were begun last, one a thread, have some draws, or none.
+  // The last recordings begun, one per thread, have some draws or none.
   std::size_t whole = 0;
   for (const Json& recording : recordings) {
     if (recording.contains("error")) continue;
@@ -478,6 +478,6 @@ TEST_CASE("errors are squared differences over the deviation, averaged") {
   CHECK(figures.mse_per_parameter[1] == 2.5);
   CHECK(figures.mse_per_parameter[0] == 0);
   CHECK(near(figures.mse, 2.5 / 7, 1e-15));
-  // Of the two trials' 4/7 and 1/7: half their difference.
+  // The two trials have 4/7 and 1/7: half their difference.
   CHECK(near(figures.mse_standard_error, 1.5 / 7, 2e-15));
 }

@@ -88,7 +88,7 @@ TEST_CASE("fit --frf takes the body, the tilt's size and known parameters") {
   const auto value = [](const Json& json, std::size_t p) { return json["parameters"][p]["value"].get<double>(); };
   const Json light = fitted(usual + " --mass 60 --height 1.6");
   CHECK(value(light, decid::sim::Kp) < value(first, decid::sim::Kp));
-  // Of a smaller tilt less passes, unless more noise or a smaller threshold lets it.
+  // A smaller tilt passes less, unless the noise is larger or the threshold smaller.
   const Json small = fitted(usual + " --amplitude 0.5");
   CHECK(value(small, decid::sim::Theta) < value(first, decid::sim::Theta));
   const Json sure = fitted(usual + " --prior-gain 0 --prior-error 0");

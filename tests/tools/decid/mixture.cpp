@@ -63,7 +63,7 @@ TEST_CASE("a network that says how sure it is: trained, recalibrated, evaluated,
   CHECK(run_decid("export c " + folder / "m.safetensors" + " --quiet -o " + folder / "out").code == 0);
   CHECK(read_text(folder / "out/m.h").find("int m_deviations(") != std::string::npos);
 
-  // What faults cost has what the network promises beside it.
+  // The study of recording artefacts lists the predicted variance beside the error.
   const auto study = run_decid("study --faults --json --quiet --trials 12 --realisations 1 --seed 77 --model " +
                                folder / "m.safetensors" + " -o " + folder / "study");
   CAPTURE(study.err);

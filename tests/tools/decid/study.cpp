@@ -66,7 +66,7 @@ struct Setting {
   }
 };
 
-/// What holds of the bins of any study: they share out the trials, and their errors weigh up to the whole.
+/// Checks the bins of a study: they partition the trials, and their weighted errors give the whole error.
 void check_bins(const Json& level, const std::string& key, int trials) {
   double count = 0, squares = 0;
   for (const Json& bin : level.at(key)) {

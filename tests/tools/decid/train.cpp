@@ -66,7 +66,7 @@ TEST_CASE("train: an interrupted training goes on, with its own data and setting
     check_refused(folder.train("--epochs 30" + resume, "b.npz"), {".checkpoint", "other settings", "trials", "delete"});
     check_refused(folder.train("--epochs 30 --architecture " + folder / "other.txt" + resume),
                   {".checkpoint", "other settings"});
-    // What differs is said, and nothing else.
+    // The message names only the settings that differ.
     const std::string slower = run_decid(folder.train("--epochs 30 --lr 0.001" + resume)).err;
     CHECK(slower.find("other settings: learning_rate 0.02 there, 0.001 here;") != std::string::npos);
     check_refused(folder.train("--epochs 4" + resume), {"epochs 30 there, 4 here"});
@@ -134,7 +134,7 @@ TEST_CASE("train: while one runs, another one of the same output is refused") {
 TEST_CASE("train: --resume goes on to more epochs, and the origin says so") {
   const TrainingFolder folder(64);
   const std::string model = folder / "m.safetensors";
-  // From a checkpoint, with its velocities: with a constant rate the bits of one training of so many epochs.
+  // From a checkpoint with its momentum buffers: at a constant rate, the bits of one uninterrupted training.
   folder.interrupt(folder.train("--epochs 100000 --schedule constant"));
   std::string log = read_text(model + ".log.csv");
   const auto done = std::count(log.begin(), log.end(), '\n') - 1;
@@ -173,7 +173,7 @@ TEST_CASE("train: what diverges is an error, and leaves nothing") {
                   {"training", "diverged in epoch", "of 3", "lower the learning rate of " + lr + " (--lr)"});
     CHECK(folder.files() == before);
   }
-  // What was there before stays.
+  // The files written before stay.
   REQUIRE(run_decid(folder.train("--epochs 1 --lr 5 --schedule constant --patience 40")).code == 0);
   const std::string model = folder / "m.safetensors", bytes = read_text(model), log = read_text(model + ".log.csv");
   const std::size_t files = folder.files();
@@ -226,7 +226,7 @@ TEST_CASE("train: patience keeps the model of the best epoch") {
   const Json best = Json::parse(run_decid(train + " --epochs 200 --patience 2 -o " + folder / "a.safetensors").out);
   const int kept = best.at("kept_epoch");
   CHECK(best.at("epochs") == kept + 2);
-  // With a constant rate, a training of so many epochs is the beginning of the longer one.
+  // At a constant rate, a shorter training is the beginning of a longer one.
   const Json straight =
       Json::parse(run_decid(train + " --epochs " + std::to_string(kept) + " -o " + folder / "b.safetensors").out);
   CHECK(best.at("weights_sha256") == straight.at("weights_sha256"));

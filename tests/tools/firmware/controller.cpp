@@ -14,7 +14,7 @@ using test::Folder;
 using test::run_decid;
 using test::shell;
 
-/// What controller_harness.c reads.
+/// Returns the input of controller_harness.c.
 std::vector<double> trial_for_harness(const sim::Simulator& simulator, const sim::Parameters& p, const Random& noise) {
   const sim::Protocol& protocol = simulator.protocol();
   const sim::StepConstants course = sim::make_step_constants(protocol.experiment, simulator.stimulus());

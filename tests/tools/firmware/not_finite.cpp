@@ -178,7 +178,7 @@ int main(void) {
 }
 )";
     const std::string compiler = std::string(DECID_C_COMPILER) + " -std=c99 -O2";
-    // What fills no window at the end is left out.
+    // Samples at the end that fill no window are left out.
     const int seen = (pixels - rows) / stride * stride + rows;
     CHECK(run_main(folder, "model", compiler, "#define PIXELS " + std::to_string(pixels) + "\n" + main) ==
           (seen == pixels ? 0 : 2 + seen));

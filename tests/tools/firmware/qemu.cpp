@@ -1,5 +1,5 @@
 // An exported model on emulated processors: examples/firmware built for Cortex-M3, M4F, M7 and M55, run under QEMU on
-// trials, bits compared with identify's. What it costs is printed; docs/guide/firmware.md has it as a table.
+// trials, bits compared with identify's. It prints memory and instructions; docs/guide/firmware.md has them as a table.
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -49,7 +49,7 @@ std::string controller_row(const std::string& what, const std::string& costs) {
   return "| " + what + " | " + text("code_bytes") + " | " + text("constant_bytes") + " | " + text("state_bytes") +
          " | " + text("instructions_a_step") + " |";
 }
-/// What the firmware costs more that can say how familiar a trial is.
+/// Returns a table row: the cost of the out-of-distribution score in a firmware.
 std::string familiarity_row(const std::string& what, const std::string& with, const std::string& without) {
   const auto more = [&](const std::string& name) {
     return format("%.1f", 1e-3 * static_cast<double>(cost(with, name) - cost(without, name)));

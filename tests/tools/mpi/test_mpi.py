@@ -213,7 +213,7 @@ class Processes(unittest.TestCase):
         out, _ = self.run_decid(3, ["info", "--json"])
         self.assertEqual(out, self.run_decid(0, ["info", "--json"])[0])
 
-    # What ends a rank ends all, and what has been made until then is kept.
+    # A rank that ends, ends all ranks; work done until then is kept.
 
     def test_a_rank_is_killed(self):
         self.run_decid(0, [*LONG, "-o", "straight.safetensors"])
@@ -263,7 +263,7 @@ class Processes(unittest.TestCase):
 
     def test_a_full_disk_of_one_rank(self):
         arguments = ["dataset", "--count", "3000", "--protocol", "short", "--quiet", "--threads", "1", "-o"]
-        # Of 512 bytes each; the set has 75 MB.
+        # ulimit counts blocks of 512 bytes; the set has 75 MB.
         before = f"if [ {RANK} = 1 ]; then ulimit -f 60000; fi"
         _, err = self.run_decid(2, [*arguments, "d.npz"], before, fails=True)
         self.assertEqual(len(self.lines_of(err)), 1, err)

@@ -1,5 +1,5 @@
-// decid image, and what others make of it: NumPy computes a model's estimates anew from its file, and models that NumPy
-// wrote are models.
+// decid image with other software: NumPy computes a model's estimates from its file, and decid reads models that NumPy
+// wrote.
 #include <nlohmann/json.hpp>
 
 #include "dataset/npz/npy.hpp"

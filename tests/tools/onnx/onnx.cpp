@@ -57,7 +57,7 @@ TEST_CASE("onnx: the built-in model, as the program writes it") {
   const Model model = built_in_model();
   CHECK(onnx == onnx_bytes(model));
   check_runtime(model, onnx, 4);
-  // What it takes to read the outputs is inside.
+  // The file has everything needed to interpret the outputs.
   for (const char* text : {"decid.head", "mixture 2", "decid.targets", "decid.protocol", "decid.image"}) {
     CAPTURE(text);
     CHECK(onnx.find(text) != std::string::npos);
