@@ -1,4 +1,4 @@
-// POSIX functions that libc++'s file system and decid use and wasi-libc lacks; ../../posix.c defines them.
+// Declares POSIX functions that libc++'s file system and decid use and wasi-libc lacks; posix.c defines them.
 #pragma once
 
 #include_next <stdlib.h>
