@@ -10,6 +10,7 @@
 #include <initializer_list>
 #include <iterator>
 #include <string>
+#include <string_view>
 
 #include "base/error.hpp"
 #include "tests/near.hpp"
@@ -57,6 +58,10 @@ inline std::string read_text(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
+inline bool contains(std::string_view text, std::string_view part) {
+  return text.find(part) != std::string_view::npos;
+}
+
 /// Calls f, which must throw an Error with a remedy whose message has all the parts.
 template <class F>
 void check_error(const F& f, std::initializer_list<const char*> parts) {
@@ -68,7 +73,7 @@ void check_error(const F& f, std::initializer_list<const char*> parts) {
     for (const std::string part : parts) {
       INFO("message: " << message);
       INFO("part: " << part);
-      CHECK(message.find(part) != std::string::npos);
+      CHECK(contains(message, part));
     }
     return;
   }

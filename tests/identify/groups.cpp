@@ -18,8 +18,7 @@ using decid::GroupEffect;
 using decid::GroupSample;
 using decid::independent_effect;
 using decid::paired_effect;
-using decid::test::near;
-using decid::test::within;
+using namespace decid::test;
 
 namespace {
 

@@ -151,7 +151,7 @@ TEST_CASE("identify: another rate, another start, another length") {
   CHECK(std::ranges::any_of(offset.warnings, [](const Warning& w) { return w.code == "sway_off_upright"; }));
   CHECK(std::ranges::none_of(identify(model(), raised, 100.0, {.detrend = recording::Detrend::offset}).warnings,
                              [](const Warning& w) { return w.code == "sway_off_upright"; }));
-  for (const Warning& warning : offset.warnings) CHECK(warning.text.find("--") == std::string::npos);
+  for (const Warning& warning : offset.warnings) CHECK_FALSE(test::contains(warning.text, "--"));
 
   // Two samples a sample, linearly between them: up to 4 Hz, where the network looks, that is the same sway.
   std::vector<double> fast;
@@ -232,16 +232,16 @@ TEST_CASE("identify: where the response cannot be measured, the warning says so 
   const auto unlike = [&] {
     const std::vector<Explanation> explained = identifier.explain(estimates, trials(1));
     for (const Warning& warning : explained.front().warnings) {
-      CHECK(warning.text.find("nan") == std::string::npos);
+      CHECK_FALSE(test::contains(warning.text, "nan"));
       if (warning.code == "unfamiliar") return warning.text;
     }
     return std::string();
   };
-  CHECK(unlike().find("of the response to the tilt that the identified controller would have") != std::string::npos);
+  CHECK(contains(unlike(), "of the response to the tilt that the identified controller would have"));
   sim::Parameters falling = estimates.front().parameters;
   falling[sim::Kp] = falling[sim::Kp_pass] = 0.0;
   estimates.front().parameters = falling;
-  CHECK(unlike().find("is not known, as the identified controller falls)") != std::string::npos);
+  CHECK(contains(unlike(), "is not known, as the identified controller falls)"));
 }
 
 TEST_CASE("a body of the model's height and another weight: the same sway, parameters times its m g h") {

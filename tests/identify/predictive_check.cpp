@@ -125,9 +125,9 @@ TEST_CASE("predictive check: what is not the draws' is odd, and is said so") {
     const PredictiveCheck found = check(recorded(state(1.0), 1));
     CHECK(p_of(found, "level") < PredictiveCheck::odd);
     CHECK(p_of(found, "between cycles") < PredictiveCheck::odd);
-    CHECK(found.warning().find("does not look like the recording") != std::string::npos);
-    CHECK(found.warning().find("level ") != std::string::npos);
-    CHECK(found.warning().find("rms at 0.5 to 1 Hz") != std::string::npos);
+    CHECK(contains(found.warning(), "does not look like the recording"));
+    CHECK(contains(found.warning(), "level "));
+    CHECK(contains(found.warning(), "rms at 0.5 to 1 Hz"));
   }
   SUBCASE("scaled") {
     std::vector<float> scaled = own;
@@ -153,7 +153,7 @@ TEST_CASE("predictive check: what is not the draws' is odd, and is said so") {
     const PredictiveCheck found = check(white);
     CHECK(p_of(found, "1 to 2.5 Hz") < PredictiveCheck::odd);
     CHECK(p_of(found, "0.2 to 0.5 Hz") < PredictiveCheck::odd);
-    CHECK(found.warning().find("rms at 1 to 2.5 Hz") != std::string::npos);
+    CHECK(contains(found.warning(), "rms at 1 to 2.5 Hz"));
   }
   SUBCASE("one cycle unlike the others") {
     std::vector<float> odd = own;
@@ -220,7 +220,7 @@ TEST_CASE("predictive check: stimuli with one cycle, and draws that fall") {
   const PredictiveCheck none = check(recorded(state(), 1), {falling});
   CHECK(none.standing < 100);
   CHECK(none.figures.empty());
-  CHECK(none.warning().find("the body stands in 0") != std::string::npos);
+  CHECK(contains(none.warning(), "the body stands in 0"));
 }
 
 TEST_CASE("predictive check: errors") {

@@ -98,7 +98,7 @@ TEST_CASE("measured tilts that cannot be read are refused with file and setting"
       load_protocol(write_text(folder / "p.json", R"({"measured": {"file": "t.csv"}})").string());
       FAIL_CHECK("no error");
     } catch (const Error& error) {
-      CHECK(std::string(error.what()).find("--fill-gaps") == std::string::npos);  // which only recordings have
+      CHECK_FALSE(contains(std::string(error.what()), "--fill-gaps"));  // which only recordings have
     }
   }
   check("time,tilt_deg\n0,0\n0.01,x\n", file, {"t.csv", "line 3", "'x'"});

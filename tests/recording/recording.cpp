@@ -152,7 +152,7 @@ TEST_CASE("the rate comes from the time, or from the user") {
   CHECK(warns(contradicted, "says 50 Hz"));
   CHECK(warns(contradicted, "given is 100 Hz"));
   CHECK_FALSE(warns(read("time,sway\n0,1\n0.02,2\n", {.rate_hz = 50.0}), "given"));
-  CHECK(read("time,sway\n0,1\n0.5,2\n1,3\n").rate_advice.find("time_ms") != std::string::npos);
+  CHECK(contains(read("time,sway\n0,1\n0.5,2\n1,3\n").rate_advice, "time_ms"));
   // Milliseconds taken for seconds, and seconds for milliseconds.
   check_error(reading("time,sway\n0,1\n10,2\n20,3\n"), {"r.csv", "'time' says 0.1 Hz", "milliseconds", "time_ms"});
   check_error(reading("time_us,sway\n0,1\n1,2\n2,3\n"), {"'time_us' says 1e+06 Hz", "seconds", "--rate"});
@@ -213,7 +213,7 @@ TEST_CASE("odd sizes of sway are remarked on") {
 TEST_CASE("samples in memory: errors and warnings name neither columns nor options") {
   const auto plain = [](const std::string& text) {
     INFO(text);
-    for (const char* part : {"--", "column"}) CHECK(text.find(part) == std::string::npos);
+    for (const char* part : {"--", "column"}) CHECK_FALSE(contains(text, part));
   };
   for (const std::vector<double>& bad : {std::vector<double>{}, {0.1}, {0.1, 0.1}, {0.1, 2.0}, {0.1, std::nan("")}}) {
     try {

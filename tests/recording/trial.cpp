@@ -285,7 +285,7 @@ TEST_CASE("of samples in memory neither errors nor warnings name files, columns 
   const sim::Protocol protocol = two_cycles();
   const auto check_plain = [](const std::string& text) {
     INFO(text);
-    for (const char* part : {"--", "decid ", "column", "r.csv"}) CHECK(text.find(part) == std::string::npos);
+    for (const char* part : {"--", "decid ", "column", "r.csv"}) CHECK_FALSE(contains(text, part));
   };
   const auto refused = [&](Recording recording, const TrialOptions& options = {}) {
     recording.file.clear();

@@ -19,8 +19,7 @@
 using namespace decid::sim;
 using decid::Random;
 using decid::Stream;
-using decid::test::Constants;
-using decid::test::near;
+using namespace decid::test;
 
 namespace {
 

@@ -12,8 +12,7 @@
 
 using namespace decid;
 using namespace decid::sim;
-using decid::test::near;
-using decid::test::within;
+using namespace decid::test;
 
 namespace {
 

@@ -16,10 +16,7 @@
 using namespace decid::sim;
 using decid::Random;
 using decid::Stream;
-using decid::test::near;
-using decid::test::Run;
-using decid::test::simulate;
-using decid::test::some_noise;
+using namespace decid::test;
 
 TEST_CASE("Simulator::run_all: each trial as if alone, whatever falls, with every instruction set" *
           doctest::test_suite("slow")) {

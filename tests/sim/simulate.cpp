@@ -19,10 +19,7 @@
 using namespace decid::sim;
 using decid::Random;
 using decid::Stream;
-using decid::test::near;
-using decid::test::Run;
-using decid::test::simulate;
-using decid::test::some_noise;
+using namespace decid::test;
 
 namespace {
 

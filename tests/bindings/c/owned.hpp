@@ -76,7 +76,7 @@ inline void refused(decid_status status, std::initializer_list<const char*> part
   CHECK_FALSE(std::string(decid_error_remedy()).empty());
   for (const char* part : parts) {
     CAPTURE(std::string(part));
-    CHECK(text.find(part) != std::string::npos);
+    CHECK(contains(text, part));
   }
 }
 

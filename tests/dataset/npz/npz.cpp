@@ -323,8 +323,8 @@ TEST_CASE("a failure to write leaves the old file and nothing else") {
       message = error.what();
     }
     REQUIRE(setrlimit(RLIMIT_FSIZE, &before) == 0);
-    CHECK(message.find("cannot be written: ") != std::string::npos);
-    CHECK(message.find("too large") != std::string::npos);  // as the system says it
+    CHECK(contains(message, "cannot be written: "));
+    CHECK(contains(message, "too large"));  // as the system says it
   }
   std::signal(SIGXFSZ, handler);
   CHECK(read_text(folder / "a.npz") == "old");

@@ -268,9 +268,9 @@ TEST_CASE("a full disk stops the work, and what is done is kept") {
       message = error.what();
     }
     REQUIRE(setrlimit(RLIMIT_FSIZE, &before) == 0);
-    CHECK(message.find("a.npz.partial") != std::string::npos);
-    CHECK(message.find("cannot be written: ") != std::string::npos);
-    CHECK(message.find("same command again") != std::string::npos);
+    CHECK(contains(message, "a.npz.partial"));
+    CHECK(contains(message, "cannot be written: "));
+    CHECK(contains(message, "same command again"));
     CHECK(fs::exists(folder / "a.npz.partial"));
     CHECK_FALSE(fs::exists(folder / "a.npz"));
     CHECK(resumed >= last);

@@ -41,9 +41,9 @@ TEST_CASE("origin: what is written is read back") {
   made.trials = {Kind::stored, 12, "abcdef"};
   made.patience = 20;
   CHECK(origin_from_json(to_json(made), "m") == made);
-  CHECK(to_json(made).find("\"patience\":20") != std::string::npos);
-  CHECK(to_json(origin()).find("patience") == std::string::npos);
-  CHECK(to_json(made).find('\n') == std::string::npos);
+  CHECK(contains(to_json(made), "\"patience\":20"));
+  CHECK_FALSE(contains(to_json(origin()), "patience"));
+  CHECK_FALSE(contains(to_json(made), '\n'));
 }
 
 TEST_CASE("origin: each setting that differs makes another origin, and is named") {
@@ -70,7 +70,7 @@ TEST_CASE("origin: each setting that differs makes another origin, and is named"
     Origin other = origin();
     change.make(other);
     CHECK(other != same);
-    CHECK(difference(same, other).find(change.named) != std::string::npos);
+    CHECK(test::contains(difference(same, other), change.named));
   }
   Origin longer = origin(), tuned = origin();
   longer.extensions = {{1, 2}};
@@ -81,8 +81,8 @@ TEST_CASE("origin: each setting that differs makes another origin, and is named"
 
 TEST_CASE("origin: a fine tuning names what it began with, a longer training where it went on") {
   Origin made = origin();
-  CHECK(to_json(made).find("extensions") == std::string::npos);
-  CHECK(to_json(made).find("from") == std::string::npos);
+  CHECK_FALSE(contains(to_json(made), "extensions"));
+  CHECK_FALSE(contains(to_json(made), "from"));
   made.extensions = {{3, 3}, {5, 9}};
   const Origin::Start start = start_from(origin(), "ab");
   CHECK(start.weights_sha256 == "ab");

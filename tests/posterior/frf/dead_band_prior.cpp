@@ -11,8 +11,7 @@
 #include "tests/near.hpp"
 
 using namespace decid;
-using decid::test::near;
-using decid::test::within;
+using namespace decid::test;
 
 namespace {
 

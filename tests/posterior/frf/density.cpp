@@ -8,11 +8,7 @@
 #include "tests/posterior/frf/made_table.hpp"
 
 using namespace decid;
-using decid::test::check_error;
-using decid::test::empty_table;
-using decid::test::near;
-using decid::test::short_frequencies_hz;
-using decid::test::within;
+using namespace decid::test;
 using frf::Density;
 
 namespace {

@@ -10,10 +10,7 @@
 #include "tests/posterior/frf/made_table.hpp"
 
 using namespace decid;
-using decid::test::empty_table;
-using decid::test::near;
-using decid::test::short_frequencies_hz;
-using decid::test::within;
+using namespace decid::test;
 using frf::Density;
 
 namespace {
@@ -103,7 +100,7 @@ TEST_CASE("a table that no controller explains is said to be one, and widens the
   CHECK(bad.deviation(sim::Delay) > 2.0 * good.deviation(sim::Delay));
   const frf::Fit sure = fit_of(0.02, {.error = 0.0}, zigzag);
   REQUIRE_FALSE(sure.warnings().empty());
-  CHECK(sure.warnings().back().text.find("too narrow") != std::string::npos);
+  CHECK(contains(sure.warnings().back().text, "too narrow"));
 }
 
 TEST_CASE("without confidence the table's errors are inferred, and too large ones said") {

@@ -10,8 +10,7 @@
 #include "tests/helpers.hpp"
 
 using namespace decid;
-using decid::test::check_error;
-using decid::test::within;
+using namespace decid::test;
 using posterior::triangle;
 
 namespace {

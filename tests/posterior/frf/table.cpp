@@ -6,11 +6,7 @@
 #include "tests/helpers.hpp"
 
 using namespace decid;
-using decid::test::check_error;
-using decid::test::near;
-using decid::test::TemporaryFolder;
-using decid::test::within;
-using decid::test::write_text;
+using namespace decid::test;
 
 namespace {
 

@@ -343,8 +343,8 @@ TEST_CASE("C3D: frames that are stored and not counted are told, and padding is 
     CHECK(found->severity == Severity::caution);
     return found->text;
   };
-  CHECK(left_out(100, 12'000).find("100 frames are read; 12000 are stored") != std::string::npos);
-  CHECK(left_out(100, 165).find("165 are stored") != std::string::npos);
+  CHECK(contains(left_out(100, 12'000), "100 frames are read; 12000 are stored"));
+  CHECK(contains(left_out(100, 165), "165 are stored"));
   CHECK(left_out(100, 128) == "");  // the block's end
   CHECK(left_out(100, 100) == "");
   // Parameters behind the data are no frames.

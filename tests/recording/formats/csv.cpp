@@ -194,7 +194,7 @@ TEST_CASE("csv: a last line that is cut short is left out, and said") {
     REQUIRE(table.warnings().size() == 1);
     CHECK(table.warnings().front().code == "last_line_cut");
     CHECK(table.warnings().front().severity == Severity::info);
-    CHECK(table.warnings().front().text.find("line 5") != std::string::npos);
+    CHECK(contains(table.warnings().front().text, "line 5"));
     CHECK(table.numbers(2) == std::vector<double>{0.1, 0.2, 0.3});
   }
   // Whole lines without a line end, and numbers of any length.

@@ -42,7 +42,7 @@ void check_only(const Warnings& warnings, const std::string& code, Severity seve
   CHECK(warnings[0].code == code);
   CHECK(warnings[0].severity == severity);
   INFO(warnings[0].text);
-  CHECK(warnings[0].text.find(part) != std::string::npos);
+  CHECK(decid::test::contains(warnings[0].text, part));
 }
 
 }  // namespace
@@ -89,7 +89,7 @@ TEST_CASE("single wrong samples are found, the first one too") {
   check_only(found(values), "spikes", Severity::caution, "a single sample is off by 3");
   values[2500] += 2.0;
   check_only(found(values), "spikes", Severity::caution, "2 single samples are off by up to 3");
-  CHECK(found(values).front().text.find("the first at 15 s") != std::string::npos);
+  CHECK(contains(found(values).front().text, "the first at 15 s"));
 }
 
 TEST_CASE("jumps to another level are found, at any rate; single samples and frozen sensors are none") {

@@ -19,8 +19,7 @@
 #include "tests/near.hpp"
 
 using namespace decid::sim;
-using decid::test::check_error;
-using decid::test::near;
+using namespace decid::test;
 
 namespace {
 
@@ -263,7 +262,7 @@ TEST_CASE("conditions in protocol files") {
   CHECK(low_pass.high == 5.0);
   CHECK(protocol.conditions[Condition::gain].share == 0.0);
   CHECK(to_json(protocol_from_json(to_json(protocol), "again")) == to_json(protocol));
-  CHECK(to_json(Protocol{}).find("recording") == std::string::npos);
+  CHECK_FALSE(contains(to_json(Protocol{}), "recording"));
   std::set<std::string> keys;
   for (std::size_t c = 0; c < condition_count; ++c) keys.insert(info(static_cast<Condition>(c)).key);
   CHECK(keys.size() == condition_count);

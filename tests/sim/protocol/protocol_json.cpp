@@ -151,7 +151,7 @@ TEST_CASE("bodies of other heights") {
   CHECK(protocol.heights.low == 0.8);
   CHECK(protocol.heights.high == 1.1);
   CHECK(sim::protocol_from_json(to_json(protocol), "again").heights.high == 1.1);
-  CHECK(to_json(sim::Protocol{}).find("body_heights") == std::string::npos);
+  CHECK_FALSE(contains(to_json(sim::Protocol{}), "body_heights"));
   check_error(parsing(R"({"body_heights": [1.1, 0.8]})"), {"my.json", "body_heights low"});
   check_error(parsing(R"({"body_heights": [0.1, 0.8]})"), {"my.json", "body_heights low"});
   check_error(parsing(R"({"body_heights": [1, 3]})"), {"my.json", "body_heights high"});
@@ -172,7 +172,7 @@ TEST_CASE("standing") {
   const std::string text = to_json(protocol);
   CHECK(sim::protocol_from_json(text, "again").standing_s == 12.5);
   CHECK(to_json(sim::protocol_from_json(text, "again")) == text);
-  CHECK(to_json(sim::Protocol{}).find("standing_s") == std::string::npos);
+  CHECK_FALSE(contains(to_json(sim::Protocol{}), "standing_s"));
   check_error(parsing(R"({"standing_s": 61})"), {"my.json", "standing_s: is 61"});
   check_error(parsing(R"({"standing_s": -1})"), {"my.json", "standing_s: is -1"});
   check_error(parsing(R"({"standing_s": 0.005})"), {"my.json", "standing_s", "whole number of samples", "0.01"});

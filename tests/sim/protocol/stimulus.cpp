@@ -17,8 +17,7 @@
 #include "tests/near.hpp"
 
 using namespace decid::sim;
-using decid::test::near;
-using decid::test::within;
+using namespace decid::test;
 
 namespace {
 

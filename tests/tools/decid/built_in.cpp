@@ -18,7 +18,7 @@ TEST_CASE("the built-in model is the one that docs/guide/models.md describes") {
   const std::string hash = nn::weights_sha256(built_in_model().network);
   const std::string page = test::read_text(DECID_SOURCE_DIR "/docs/guide/models.md");
   CAPTURE(hash);
-  CHECK(page.find(hash) != std::string::npos);
+  CHECK(contains(page, hash));
   CHECK(std::filesystem::file_size(DECID_SOURCE_DIR "/models/built_in.safetensors") < 4'000'000);
 }
 
@@ -27,7 +27,7 @@ TEST_CASE("the models beside it are those that docs/guide/models.md describes") 
   for (const std::string name : {"ideal", "spectra"}) {
     CAPTURE(name);
     const Model model = load_model(DECID_SOURCE_DIR "/models/" + name + ".safetensors");
-    CHECK(page.find(nn::weights_sha256(model.network)) != std::string::npos);
+    CHECK(contains(page, nn::weights_sha256(model.network)));
     CHECK(model.protocol.experiment == built_in_model().protocol.experiment);
     CHECK((model.head->name() == "point") == (name == "spectra"));
   }
@@ -126,12 +126,12 @@ TEST_CASE("the built-in model knows recordings that it must not be trusted with"
 
 TEST_CASE("another body: answers times its m g h, trials of it, and heights that the model does not know") {
   const test::Folder folder;
-  REQUIRE(test::run_decid("simulate --seed 5 -o " + folder / "trial.csv").code == 0);
+  test::run_ok("simulate --seed 5 -o " + folder / "trial.csv");
   const std::string identify = "identify " + folder / "trial.csv";
   const auto assumed = test::run_decid(identify),
              told = test::run_decid(identify + " --mass 133.29 --height 1.80 --json");
-  CHECK(assumed.out.find("It is assumed") != std::string::npos);
-  const Json result = Json::parse(told.out), own = Json::parse(test::run_decid(identify + " --json").out);
+  CHECK(contains(assumed.out, "It is assumed"));
+  const Json result = Json::parse(told.out), own = test::run_json(identify + " --json");
   CHECK(own.at("body").at("assumed") == true);
   CHECK(result.at("body").at("assumed") == false);
   CHECK(test::near(result.at("body").at("mass_kg").get<double>(), 1.5 * 86.283, 1e-3));
@@ -148,9 +148,8 @@ TEST_CASE("another body: answers times its m g h, trials of it, and heights that
 
   const auto error_on = [&](const std::string& mass) {
     test::write_text(folder / "p.json", R"({"body": {"subject": {"mass_kg": )" + mass + R"(, "height_m": 1.80}}})");
-    REQUIRE(test::run_decid("dataset --count 60 --seed 8 --protocol " + folder / "p.json" + " -o " + folder / "d.npz")
-                .code == 0);
-    const Json found = Json::parse(test::run_decid("evaluate --json --data " + folder / "d.npz").out);
+    test::run_ok("dataset --count 60 --seed 8 --protocol " + folder / "p.json" + " -o " + folder / "d.npz");
+    const Json found = test::run_json("evaluate --json --data " + folder / "d.npz");
     std::filesystem::remove(folder / "d.npz");
     return found.at("mse").get<double>();
   };
@@ -159,8 +158,8 @@ TEST_CASE("another body: answers times its m g h, trials of it, and heights that
 
 TEST_CASE("the built-in model is not measured on trials of the seed it was trained on") {
   const test::Folder folder;
-  REQUIRE(test::run_decid("dataset --quiet --count 4 --seed 1 -o " + folder / "one.npz").code == 0);
-  REQUIRE(test::run_decid("dataset --quiet --count 4 --seed 2 -o " + folder / "two.npz").code == 0);
+  test::run_ok("dataset --quiet --count 4 --seed 1 -o " + folder / "one.npz");
+  test::run_ok("dataset --quiet --count 4 --seed 2 -o " + folder / "two.npz");
   test::check_refused("evaluate --data " + folder / "one.npz", {"one.npz", "seed 1", "--seed"});
   CHECK(test::run_decid("evaluate --data " + folder / "two.npz").code == 0);
   test::check_refused("compare --quiet --trials 1 --data " + folder / "one.npz", {"one.npz", "seed 1"});

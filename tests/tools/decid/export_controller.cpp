@@ -61,9 +61,7 @@ struct Exported {
   }
 };
 Exported exported(const Folder& folder, const std::string& options) {
-  const auto run = run_decid("export controller --name c --quiet " + options + " -o " + folder / "c");
-  CAPTURE(run.err);
-  REQUIRE(run.code == 0);
+  const auto run = run_ok("export controller --name c --quiet " + options + " -o " + folder / "c");
   Exported found;
   const std::string source = read_text(folder / "c/c.c"), start = "c_identified = {";
   const std::size_t at = source.find(start);
@@ -103,7 +101,7 @@ TEST_CASE("export controller: a protocol of another body than the result's is re
     CHECK(found.has("COM_HEIGHT_M", person.com_height_m));
     CHECK(found.has("INERTIA_KGM2", person.inertia_kgm2));
     CHECK(found.has("MGH_NM_RAD", person.mgh()));
-    CHECK(found.header.find(format("For a body of %.6g kg", person.mass_kg)) != std::string::npos);
+    CHECK(contains(found.header, format("For a body of %.6g kg", person.mass_kg)));
   }
   // To the digits that are printed it is the same body.
   sim::Body rounded = person;
@@ -184,10 +182,10 @@ TEST_CASE("simulate: default gains are the middle of the ranges of the protocol'
   for (const sim::ParameterInfo& info : table)
     options += " --" + info.option +
                format(" %.17g", info.per_mgh ? 0.5 * (ratio * info.low + ratio * info.high) : info.middle());
-  REQUIRE(run_decid("simulate --quiet" + protocol + " -o " + folder / "a.csv").code == 0);
-  REQUIRE(run_decid("simulate --quiet" + protocol + options + " -o " + folder / "b.csv").code == 0);
+  run_ok("simulate --quiet" + protocol + " -o " + folder / "a.csv");
+  run_ok("simulate --quiet" + protocol + options + " -o " + folder / "b.csv");
   CHECK(read_text(folder / "a.csv") == read_text(folder / "b.csv"));
-  REQUIRE(run_decid("simulate --quiet" + options + " -o " + folder / "c.csv").code == 0);
+  run_ok("simulate --quiet" + options + " -o " + folder / "c.csv");
   CHECK(read_text(folder / "a.csv") != read_text(folder / "c.csv"));
   write_protocol(folder / "robot.json", robot);
   CHECK(

@@ -7,12 +7,7 @@
 #include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 
-using decid::test::check_refused;
-using decid::test::Folder;
-using decid::test::near;
-using decid::test::read_text;
-using decid::test::run_decid;
-using decid::test::write_text;
+using namespace decid::test;
 using Json = nlohmann::json;
 
 namespace {
@@ -20,9 +15,7 @@ namespace {
 const std::string example = std::string(DECID_SOURCE_DIR) + "/examples/frf.csv";
 
 Json fitted(const std::string& options) {
-  const auto result = run_decid("fit --frf " + options + " --json");
-  CAPTURE(result.err);
-  REQUIRE(result.code == 0);
+  const auto result = run_ok("fit --frf " + options + " --json");
   return Json::parse(result.out);
 }
 
@@ -40,9 +33,7 @@ TEST_CASE("fit --frf says what fit says, and what the table tells") {
   const Folder folder;
   const std::string command =
       "fit --frf " + example + " --protocol short --json -o " + folder / "o.json" + " --draws " + folder / "d.npz";
-  const auto result = run_decid(command);
-  CAPTURE(result.err);
-  REQUIRE(result.code == 0);
+  const auto result = run_ok(command);
   CHECK(result.out == read_text(folder / "o.json"));
   const Json json = Json::parse(result.out);
   const decid::sim::ParameterTable& table = decid::sim::single_pendulum().parameters;
@@ -75,7 +66,7 @@ TEST_CASE("fit --frf says what fit says, and what the table tells") {
     CHECK(std::abs(frf["model_phase_deg"][i].get<double>() - frf["phase_deg"][i].get<double>()) < 30.0);
   }
   for (const char* array : {"parameters.npy", "gain.npy", "error.npy", "chain.npy"})
-    CHECK(read_text(folder / "d.npz").find(array) != std::string::npos);
+    CHECK(contains(read_text(folder / "d.npz"), array));
 
   Json other = fitted(example + " --protocol short --threads 1"), first = json;
   for (Json* each : {&first, &other}) (*each)["fit"].erase("seconds");
@@ -99,7 +90,7 @@ TEST_CASE("fit --frf takes the body, the tilt's size and known parameters") {
   CHECK(text.code == 0);
   for (const char* words :
        {"11 frequencies, 0.05 to 2.2 Hz", "chi-square", "true", "told", "90 % of the draws", "R-hat"})
-    CHECK(text.out.find(words) != std::string::npos);
+    CHECK(contains(text.out, words));
 }
 
 TEST_CASE("fit --frf warns of what the model does not explain") {
@@ -108,8 +99,8 @@ TEST_CASE("fit --frf warns of what the model does not explain") {
              "frequency_hz,gain,phase_deg,sd\n0.05,4,90,0.1\n0.3,0.2,-60,0.01\n1.1,3,100,0.1\n2.2,1,-150,0.1\n");
   const auto text = run_decid("fit --frf " + folder / "t.csv" + " --protocol short");
   CHECK(text.code == 0);
-  CHECK(text.out.find("no controller of this model explains the table") != std::string::npos);
-  CHECK(text.out.find("Kp_pass") == std::string::npos);  // no parameters that look like an answer
+  CHECK(contains(text.out, "no controller of this model explains the table"));
+  CHECK_FALSE(contains(text.out, "Kp_pass"));  // no parameters that look like an answer
   write_text(folder / "u.csv", "frequency_hz,gain,phase_deg\n0.05,4,90\n0.3,0.2,-60\n1.1,3,100\n2.2,1,-150\n");
   const Json json = fitted(folder / "u.csv" + " --protocol short");
   CHECK(json["confidence"].is_null());

@@ -109,7 +109,7 @@ TEST_CASE("journal: without resume it begins empty, of other settings it is refu
   {
     FitJournal journal(path, settings, false);
     journal.append("k", result);
-    CHECK(refusal(path, settings).find("is being written by another process") != std::string::npos);
+    CHECK(contains(refusal(path, settings), "is being written by another process"));
   }
   CHECK(refusal(path, "{}").find("o.journal: is of other settings") != std::string::npos);
   CHECK(refusal(path, settings).empty());

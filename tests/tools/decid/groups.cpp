@@ -70,11 +70,10 @@ TEST_CASE("groups are read from what spreadsheets write") {
 TEST_CASE("a folder before its name tells two recordings of one name apart") {
   const Names recordings{"x/old/t.csv", "x/young/t.csv"};
   CHECK(read("file,group\nold/t.csv,a\nyoung/t.csv,b\n", recordings) == Names{"a", "b"});
-  CHECK(refusal("file,group\nt.csv,a\nyoung/t.csv,b\n", recordings).find("line 3: x/young/t.csv has the group \"a\"") !=
-        std::string::npos);
+  CHECK(contains(refusal("file,group\nt.csv,a\nyoung/t.csv,b\n", recordings),
+                 "line 3: x/young/t.csv has the group \"a\""));
   // Names end where folders do.
-  CHECK(refusal("file,group\nld/t.csv,a\ng/t.csv,b\n", recordings).find("no line for x/old/t.csv") !=
-        std::string::npos);
+  CHECK(contains(refusal("file,group\nld/t.csv,a\ng/t.csv,b\n", recordings), "no line for x/old/t.csv"));
 }
 
 TEST_CASE("lines of no recording are kept with their places") {
@@ -85,17 +84,15 @@ TEST_CASE("lines of no recording are kept with their places") {
 
 TEST_CASE("groups that cannot be read are refused") {
   const Names recordings{"a.csv", "b.csv"};
-  CHECK(refusal("name,group\na.csv,x\n", recordings).find("g.csv, line 1: has no column \"file\"") !=
-        std::string::npos);
-  CHECK(refusal("", recordings).find("no column") != std::string::npos);
+  CHECK(contains(refusal("name,group\na.csv,x\n", recordings), "g.csv, line 1: has no column \"file\""));
+  CHECK(contains(refusal("", recordings), "no column"));
   for (const char* empty : {"sep=;", "sep=;\n", "\n"})
-    CHECK(refusal(empty, recordings).find("g.csv, line 1: has no column \"file\"") != std::string::npos);
-  CHECK(refusal("file,group\na.csv\n", recordings).find("line 2: is too short") != std::string::npos);
-  CHECK(refusal("file,group\n,x\n", recordings).find("line 2: names no file") != std::string::npos);
-  CHECK(refusal("file,group\na.csv,x\n", recordings).find("no line for b.csv (it lacks 1 recording);") !=
-        std::string::npos);
-  CHECK(refusal("file,group\na.csv,x\nb.csv,x\n", recordings).find("in 1 group;") != std::string::npos);
-  CHECK(refusal("file,group\na.csv,\nb.csv,\n", recordings).find("in 0 groups;") != std::string::npos);
+    CHECK(contains(refusal(empty, recordings), "g.csv, line 1: has no column \"file\""));
+  CHECK(contains(refusal("file,group\na.csv\n", recordings), "line 2: is too short"));
+  CHECK(contains(refusal("file,group\n,x\n", recordings), "line 2: names no file"));
+  CHECK(contains(refusal("file,group\na.csv,x\n", recordings), "no line for b.csv (it lacks 1 recording);"));
+  CHECK(contains(refusal("file,group\na.csv,x\nb.csv,x\n", recordings), "in 1 group;"));
+  CHECK(contains(refusal("file,group\na.csv,\nb.csv,\n", recordings), "in 0 groups;"));
 }
 
 TEST_CASE("a column names the person of each recording") {
@@ -116,13 +113,11 @@ TEST_CASE("a column names the person of each recording") {
 
 TEST_CASE("columns of people that cannot be read are refused") {
   const Names recordings{"a.csv", "b.csv"};
-  CHECK(refusal("file,group,subject\na.csv,x,1\nb.csv,y,\n", recordings).find("line 3: has no subject") !=
-        std::string::npos);
-  CHECK(refusal("file,group,subject\na.csv,x\n", recordings).find("line 2: is too short") != std::string::npos);
-  CHECK(refusal("file,subject,group,participant\na.csv,1,x,1\n", recordings).find("line 1: has two columns") !=
-        std::string::npos);
-  CHECK(refusal("file,group,subject\na.csv,x,1\nb.csv,y,2\na.csv,x,3\n", recordings)
-            .find("line 4: a.csv has the subject \"1\"") != std::string::npos);
+  CHECK(contains(refusal("file,group,subject\na.csv,x,1\nb.csv,y,\n", recordings), "line 3: has no subject"));
+  CHECK(contains(refusal("file,group,subject\na.csv,x\n", recordings), "line 2: is too short"));
+  CHECK(contains(refusal("file,subject,group,participant\na.csv,1,x,1\n", recordings), "line 1: has two columns"));
+  CHECK(contains(refusal("file,group,subject\na.csv,x,1\nb.csv,y,2\na.csv,x,3\n", recordings),
+                 "line 4: a.csv has the subject \"1\""));
 }
 
 namespace {
@@ -145,10 +140,10 @@ TEST_CASE("two groups that share fewer than half of their people are refused") {
   CHECK(refusal_of_shared(20, 0).empty());
   const std::string one = refusal_of_shared(20, 1);
   CAPTURE(one);
-  CHECK(one.find("g.csv: has s0 in both \"controls\" and \"patients\", but 38 of 39 people") != std::string::npos);
-  CHECK(refusal_of_shared(20, 9).find("but 22 of 31 people") != std::string::npos);
+  CHECK(contains(one, "g.csv: has s0 in both \"controls\" and \"patients\", but 38 of 39 people"));
+  CHECK(contains(refusal_of_shared(20, 9), "but 22 of 31 people"));
   CHECK(refusal_of_shared(20, 10).empty());
-  CHECK(refusal_of_shared(3, 1).find("but 4 of 5 people") != std::string::npos);
+  CHECK(contains(refusal_of_shared(3, 1), "but 4 of 5 people"));
   CHECK(refusal_of_shared(1, 1).empty());
   // The smaller group counts: a follow-up of two people out of four.
   CHECK(refusal("file,group,subject\na,x,1\nb,x,2\nc,x,3\nd,x,4\ne,y,1\nf,y,2\n", {"a", "b", "c", "d", "e", "f"})

@@ -64,7 +64,7 @@ class Process {
 
 TEST_CASE("every command ends by Ctrl-C and SIGTERM, at once where nothing has been made") {
   const Folder folder;
-  REQUIRE(test::run_decid("simulate --quiet -o " + folder / "t.csv").code == 0);
+  test::run_ok("simulate --quiet -o " + folder / "t.csv");
   const std::string pipe = folder / "pipe";
   REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
   // Each waits for the pipe's content, which never comes.
@@ -101,8 +101,7 @@ TEST_CASE("SIGTERM, as batch systems send it, leaves a training's checkpoint and
   REQUIRE(process.reaches([&] { return std::filesystem::exists(model + ".checkpoint"); }));
   process.send(SIGTERM);
   CHECK(process.signal_of_end() == SIGTERM);
-  CHECK(read_text(folder / "err").find("stopped; the same command, with --resume or without, goes on") !=
-        std::string::npos);
+  CHECK(contains(read_text(folder / "err"), "stopped; the same command, with --resume or without, goes on"));
   CHECK(std::filesystem::exists(model + ".checkpoint"));
   CHECK_FALSE(std::filesystem::exists(model));
 }

@@ -61,7 +61,7 @@ std::string familiarity_row(const std::string& what, const std::string& with, co
 void check_written(const char* file, const std::string& line) {
   CAPTURE(line);
   const std::string text = test::read_text(std::string(DECID_SOURCE_DIR "/") + file);
-  CHECK(text.find(line) != std::string::npos);
+  CHECK(contains(text, line));
 }
 
 void check_costs(const std::string& costs, int trials) {
