@@ -61,7 +61,7 @@ TEST_CASE("streamed trials depend on their number alone and do not repeat") {
   CHECK(training_trial(*source, 3, {7}).parameters != first.parameters);
   source->take(Part::validation, 0, std::vector<int>{0},
                [&](std::size_t, const sim::Parameters& p, const Sway&) { CHECK(p != first.parameters); });
-  // Another length of the epoch renumbers, but trial 4 + 2 * 10 + 7 stays what it is.
+  // Another epoch length renumbers, but trial 4 + 2 * 10 + 7 stays the same.
   CHECK(training_trial(*stream_source(noisy_protocol(), 3, 27, 4), 1, {0}) == first);
   CHECK(training_trial(*stream_source(noisy_protocol(), 4, 10, 4), 2, {7}).parameters != first.parameters);
   check_error([] { stream_source(noisy_protocol(), 3, 0, 4); }, {"0 training"});
@@ -139,7 +139,7 @@ TEST_CASE("trials that are encoded together have the bits that each has alone") 
   omp_set_num_threads(before);
 }
 
-TEST_CASE("streamed bodies that have stood: trials of the same protocol with a longer lead-in, cut") {
+TEST_CASE("streamed bodies that stood before: trials of the same protocol with a longer lead-in, cut") {
   sim::Protocol protocol = tiny_protocol(), longer = protocol;
   protocol.standing_s = 4.0;
   longer.noise.vestibular.period_s = protocol.with_standing().noise_period_s();
@@ -342,7 +342,7 @@ TEST_CASE("a feed gives every trial of an epoch once, the same for any number of
   CHECK(read_epoch(other) != fed[0]);
 }
 
-TEST_CASE("a feed passes on what its source throws") {
+TEST_CASE("a feed passes on its source's exceptions") {
   class Broken final : public TrialSource {
    public:
     const sim::Protocol& protocol() const override { return protocol_; }

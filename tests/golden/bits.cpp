@@ -1,6 +1,5 @@
 // Compares the log and the weights of a two-epoch training on streamed trials with their SHA-256. Every instruction
 // set, number of threads, compiler and processor gives the same bits.
-#include <doctest/doctest.h>
 
 #include <string>
 

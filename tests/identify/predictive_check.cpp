@@ -15,8 +15,7 @@ namespace decid {
 namespace {
 
 using posterior::State;
-using test::check_error;
-using test::near;
+using namespace test;
 
 const sim::Simulator& simulator() {
   static const sim::Simulator one(test::three_sines());
@@ -104,7 +103,7 @@ TEST_CASE("predictive check: p-values of recordings that are the draws' are unif
   CHECK(warned <= 13);  // 60 * 0.08 expected at most; more with a probability of 1e-3
 }
 
-TEST_CASE("predictive check: what is not the draws' is odd, and is said so") {
+TEST_CASE("predictive check: a recording unlike the draws has small p-values and a warning") {
   const std::vector<float> own = recorded(state(), 1);
   const PredictiveCheck usual = check(own);
   CHECK(usual.warning().empty());

@@ -41,7 +41,7 @@ INCLUDE = re.compile(r'^\s*#\s*include\s*(<[^>]+>|"[^"]+")')
 
 
 def read_ladder(root):
-    """What each folder may include, itself among it: folder -> set of folders."""
+    """Returns the folders that each folder may include, with itself: folder -> set of folders."""
     text = (root / "CMakeLists.txt").read_text()
     folder_of, allowed = {}, {}
     for name, folder, needs in re.findall(r"^decid_component\((\w+) ([\w/]+)([^)]*)\)", text, re.MULTILINE):

@@ -1,4 +1,4 @@
-// Recordings in many dialects, every refusal with what it says, and the fit to a protocol.
+// Recordings in many dialects, every error with its place and problem, and the fit to a protocol.
 #include "recording/recording.hpp"
 
 #include <cmath>
@@ -14,13 +14,6 @@ using namespace decid::recording;
 using namespace decid::test;
 
 namespace {
-
-bool warns(const Recording& recording, const std::string& part) {
-  for (const Warning& warning : recording.warnings) {
-    if (warning.text.find(part) != std::string::npos) return true;
-  }
-  return false;
-}
 
 /// A cosine of 1 degree, 1 Hz, with a column of time.
 std::string cosine(int samples, double rate_hz) {
@@ -216,13 +209,9 @@ TEST_CASE("samples in memory: errors and warnings name neither columns nor optio
     for (const char* part : {"--", "column"}) CHECK_FALSE(contains(text, part));
   };
   for (const std::vector<double>& bad : {std::vector<double>{}, {0.1}, {0.1, 0.1}, {0.1, 2.0}, {0.1, std::nan("")}}) {
-    try {
-      recording_of(bad, 100.0);
-      FAIL_CHECK("no Error");
-    } catch (const Error& error) {
-      CHECK(error.where() == "recording");
-      plain(error.what());
-    }
+    const Error error = error_of([&] { recording_of(bad, 100.0); });
+    CHECK(error.where() == "recording");
+    plain(error.what());
   }
   for (const std::vector<double>& odd : {std::vector<double>{0.1, 0.5}, {0.1, 0.100001}}) {
     const Recording recording = recording_of(odd, 100.0);

@@ -195,7 +195,7 @@ TEST_CASE("FrequencyResponse: the coherence is that of a single cycle") {
   CHECK(compared >= 3);
 }
 
-TEST_CASE("FrequencyResponse: what has no response is refused, what has no noise lines says so") {
+TEST_CASE("FrequencyResponse: no response is an error, no noise lines a flag") {
   Protocol step;
   step.experiment.stimulus = RaisedCosines{{{Move::Shape::step, 1.0, 2.0, 1.0}}, 20.0, 1, 0.0, 0.0};
   CHECK_THROWS_AS(FrequencyResponse{step.experiment}, Error);

@@ -1,5 +1,4 @@
 // Many trials at once: each has the bits of its trial alone, for every instruction set; errors from inside.
-#include <doctest/doctest.h>
 
 #include <algorithm>
 #include <limits>
@@ -10,7 +9,6 @@
 #include "base/isa.hpp"
 #include "sim/simulate.hpp"
 #include "tests/helpers.hpp"
-#include "tests/near.hpp"
 #include "tests/sim/run.hpp"
 
 using namespace decid::sim;

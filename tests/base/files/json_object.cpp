@@ -1,8 +1,6 @@
 // JSON as decid reads it: what is nested too deeply or said twice is refused, and errors stay short.
 #include "base/files/json_object.hpp"
 
-#include <functional>
-
 #include "tests/helpers.hpp"
 
 using namespace decid;
@@ -12,15 +10,6 @@ namespace {
 
 std::string nested(std::size_t levels) {
   return std::string(levels, '[') + std::string(levels, ']');
-}
-
-std::string message_of(const std::function<void()>& f) {
-  try {
-    f();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 }  // namespace

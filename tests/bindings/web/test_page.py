@@ -298,7 +298,7 @@ class Drops(Page):
             self.chromium.evaluate(f"delete DataTransferItem.prototype.{call}, 0")
 
     def refused(self, *paths):
-        """What the page says of a drop of which it takes nothing."""
+        """Returns the page's message for a drop that it rejects."""
         self.drop_paths(*paths)
         self.chromium.wait("document.body.dataset.taken === '0'", 20)
         self.assertTrue(self.chromium.evaluate("at('work').hidden && recordings.length === 0"))
@@ -382,7 +382,7 @@ class Changes(Page):
     """Settings that are changed after an answer."""
 
     def seen(self):
-        """Whether an answer is seen, whether it is marked as an earlier one, and whether the page computes."""
+        """Returns three flags: a result is visible, it is marked as an earlier one, the page computes."""
         return self.chromium.evaluate("[!at('report').hidden && !at('bar').hidden, !at('stale').hidden, !at('work').hidden]")
 
     def changed(self, change):

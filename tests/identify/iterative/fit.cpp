@@ -57,7 +57,7 @@ TEST_CASE("fit: a noise-free trial gives its parameters back, all but the passiv
   CHECK(again.cost > result.cost);  // more simulations, a better fit
 }
 
-TEST_CASE("fit: what is known beforehand holds the estimate, and widens its errors") {
+TEST_CASE("fit: priors hold the estimate, and widen its errors") {
   const sim::Simulator simulator(sim::short_protocol());
   const std::vector<float> sway =
       trial(simulator,
@@ -86,7 +86,7 @@ TEST_CASE("fit: what is known beforehand holds the estimate, and widens its erro
   }
 }
 
-TEST_CASE("fit: what is known beforehand to a hundredth, and agrees with the recording, stays known to that") {
+TEST_CASE("fit: a prior of a hundredth of the range that agrees with the recording keeps its width") {
   const sim::Simulator simulator(sim::short_protocol());
   const sim::Parameters truth =
       sim::single_pendulum().parameters.from_unit(std::vector<double>{0.4, 0.55, 0.3, 0.5, 0.5, 0.8, 0.5});
@@ -118,7 +118,7 @@ TEST_CASE("fit: starts") {
         random_start(sim::single_pendulum().parameters, 2, 0).parameters);
 }
 
-TEST_CASE("fit: what it cannot be asked") {
+TEST_CASE("fit: invalid requests") {
   const sim::Simulator simulator(sim::default_protocol());
   const std::vector<float> sway(static_cast<std::size_t>(simulator.samples()));
   const std::vector<Start> starts{middle_start(sim::single_pendulum().parameters)};

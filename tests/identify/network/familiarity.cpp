@@ -17,8 +17,7 @@
 namespace decid {
 namespace {
 
-using test::near;
-using test::within;
+using namespace test;
 
 constexpr std::size_t features = 3;
 using Vector = std::array<double, features>;
@@ -199,7 +198,7 @@ TEST_CASE("familiarity: eight trials for each feature are needed, of three fifth
   CHECK(learn_familiarity(known, Unseen(40), 5).known());
 }
 
-TEST_CASE("familiarity: what a network's last layer reads, if it is fully connected and reads few") {
+TEST_CASE("familiarity: features are the inputs of the last layer, if it is fully connected and has few") {
   const auto count = [](const std::string& architecture) { return feature_count(model(architecture).network); };
   CHECK(count("fc 3; fc 7") == 3);
   CHECK(count("fc 5; relu; fc 7") == 5);

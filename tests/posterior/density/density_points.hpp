@@ -1,4 +1,4 @@
-// Points of a density, what it says of them, and the same noise as explicit matrices.
+// Points of a density, its values there, and the same noise as explicit matrices.
 #pragma once
 
 #include <algorithm>

@@ -1,7 +1,5 @@
 #include "posterior/frf/density.hpp"
 
-#include <doctest/doctest.h>
-
 #include "posterior/cholesky.hpp"
 #include "sim/body_model.hpp"
 #include "tests/helpers.hpp"
@@ -26,7 +24,7 @@ const std::vector<double> middle = {0.6, 0.5, 0.4, 0.5, 0.63, 0.4, 0.4, 0.55, 0.
 
 }  // namespace
 
-TEST_CASE("a state means what its coordinates say") {
+TEST_CASE("a state's values follow from its coordinates") {
   const Density density(sim::short_protocol(), empty_table(short_frequencies_hz, 0.1), {.gain = 0.2});
   const sim::ParameterTable& ranges = sim::single_pendulum().parameters;
   const frf::State state = density.state(middle);

@@ -1,7 +1,5 @@
 #include "posterior/frf/response.hpp"
 
-#include <doctest/doctest.h>
-
 #include <mutex>
 
 #include "base/math/random.hpp"
@@ -87,7 +85,7 @@ const sim::Parameters usual{800.0, 250.0, 130.0, 120.0, 0.0, 0.002, 0.1};
 
 }  // namespace
 
-TEST_CASE("what passes the dead band is the mean over the noise") {
+TEST_CASE("the passed fraction is the mean over the noise") {
   // Simpson's rule over 10 deviations either way: its error is below 1e-6 with the kinks between its points.
   for (const double theta : {0.0, 0.002, 0.005}) {
     for (const double signal : {0.0, 0.001, 0.0041}) {
@@ -194,7 +192,7 @@ TEST_CASE("the stability is the simulator's") {
       other[sim::Delay] *= factor;
       return model.is_stable(other);
     };
-    // So near to the limit, what grows does not leave 5 degrees within the trial.
+    // This near to the limit, a growing sway stays within 5° during the trial.
     if (is_stable(0.9) != is_stable(1.1)) continue;
     (is_stable(1.0) ? stable : unstable)++;
     CHECK(simulator.run(parameters, random, sway).valid == is_stable(1.0));
@@ -203,7 +201,7 @@ TEST_CASE("the stability is the simulator's") {
   CHECK(unstable > 5);
 }
 
-TEST_CASE("what has no response is an error") {
+TEST_CASE("no response is an error") {
   const auto with = [](const sim::Protocol& protocol, const std::vector<double>& hz, int harmonics) {
     return [=] { frf::ResponseModel(protocol, empty_table(hz, 0.1, harmonics)); };
   };

@@ -1,6 +1,5 @@
 #include "posterior/frf/smc.hpp"
 
-#include <doctest/doctest.h>
 #include <omp.h>
 
 #include <cmath>

@@ -1,7 +1,5 @@
 #include "posterior/frf/table.hpp"
 
-#include <doctest/doctest.h>
-
 #include "sim/protocol/protocol.hpp"
 #include "tests/helpers.hpp"
 

@@ -12,6 +12,7 @@
 
 using namespace decid;
 using namespace decid::recording;
+using namespace decid::test;
 
 namespace {
 

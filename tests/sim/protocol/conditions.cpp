@@ -2,8 +2,6 @@
 // drawn, its JSON and bounds, and the bits of all of them together.
 #include "sim/protocol/conditions.hpp"
 
-#include <doctest/doctest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -16,7 +14,6 @@
 #include "sim/noise.hpp"
 #include "sim/protocol/protocol_json.hpp"
 #include "tests/helpers.hpp"
-#include "tests/near.hpp"
 
 using namespace decid::sim;
 using namespace decid::test;
@@ -185,7 +182,7 @@ TEST_CASE("record: frozen and lost stretches, one in every 10 s") {
   for (int stretch = 0; stretch < 12; ++stretch) CHECK(in_stretch[static_cast<std::size_t>(stretch)] >= 29);
 }
 
-TEST_CASE("record: moving averages, of what was or about each sample") {
+TEST_CASE("record: moving averages, causal and centred") {
   const Protocol protocol = with(Condition::average, 0.11, 0.11);
   std::set<double> lags;
   for (std::uint64_t item = 0; item < 12; ++item) {

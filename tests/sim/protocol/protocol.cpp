@@ -10,10 +10,10 @@
 
 #include "base/error.hpp"
 #include "sim/noise.hpp"
-#include "tests/near.hpp"
+#include "tests/helpers.hpp"
 
 using namespace decid::sim;
-using decid::test::near;
+using namespace decid::test;
 
 namespace {
 
@@ -117,14 +117,9 @@ TEST_CASE("Protocol::validate: every bound") {
     Protocol protocol;
     cases[i].spoil(protocol);
     CAPTURE(i);
-    std::string message = "no error";
-    try {
-      protocol.validate();
-    } catch (const decid::Error& error) {
-      message = error.what();
-    }
+    const std::string message = message_of([&] { protocol.validate(); });
     CAPTURE(message);
-    CHECK(message.find(cases[i].setting) != std::string::npos);
+    CHECK(contains(message, cases[i].setting));
   }
 }
 
@@ -164,14 +159,7 @@ TEST_CASE("Protocol: standing") {
 
   // Twice what is simulated must be a length that can be transformed: 12,109 is a prime.
   protocol.standing_s = 0.09;
-  std::string message;
-  try {
-    protocol.validate();
-  } catch (const decid::Error& error) {
-    message = error.what();
-  }
-  CHECK(message.find("standing_s") != std::string::npos);
-  CHECK(message.find("12109") != std::string::npos);
+  check_error([&] { protocol.validate(); }, {"standing_s", "12109"});
 }
 
 TEST_CASE("Protocol::validate: the noise's band holds a harmonic, unless it is silent") {

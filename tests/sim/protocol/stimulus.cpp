@@ -14,7 +14,7 @@
 #include "base/files/sha256.hpp"
 #include "sim/protocol/protocol.hpp"
 #include "sim/simulate.hpp"
-#include "tests/near.hpp"
+#include "tests/helpers.hpp"
 
 using namespace decid::sim;
 using namespace decid::test;
@@ -268,14 +268,9 @@ TEST_CASE("stimuli: every bound") {
     Protocol protocol;
     cases[i].spoil(protocol);
     CAPTURE(i);
-    std::string message = "no error";
-    try {
-      protocol.validate();
-    } catch (const decid::Error& error) {
-      message = error.what();
-    }
+    const std::string message = message_of([&] { protocol.validate(); });
     CAPTURE(message);
-    CHECK(message.find(cases[i].says) != std::string::npos);
+    CHECK(contains(message, cases[i].says));
   }
 }
 

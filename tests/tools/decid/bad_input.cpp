@@ -1,5 +1,4 @@
 // Bad input: one clear line on standard error, exit code 2, nothing on standard output, and no file half-written.
-#include <doctest/doctest.h>
 
 #include <algorithm>
 #include <sstream>
@@ -35,7 +34,7 @@ std::string wave(int k) {
 
 }  // namespace
 
-TEST_CASE("no output replaces what the call reads") {
+TEST_CASE("no output replaces an input of the call") {
   const Folder folder;
   run_ok("stimulus --quiet -o " + folder / "tilt.csv");
   write_text(folder / "p.json", R"({"name": "p", "measured": {"file": "tilt.csv", "column": "tilt_deg"}})");
@@ -64,11 +63,11 @@ TEST_CASE("no output replaces what the call reads") {
   write_text(folder / "m", "a model");
   check_refused("export sway " + folder / "r.csv" + " --model " + folder / "m" + " -o " + folder / "m",
                 {"m", "read or written already"});
-  // A built-in protocol's name is no file.
+  // A built-in protocol's name is not a file.
   CHECK(run_decid("dataset --count 3 --quiet -o " + folder / "default").code == 0);
 }
 
-TEST_CASE("why a trial falls, and what to do") {
+TEST_CASE("errors name the cause of a fall and a remedy") {
   const Folder folder;
   const std::string o = " --quiet -o " + folder / "t.csv";
   check_refused("simulate --kp 0" + o, {"leaves 5 degrees", "must exceed", "raise --kp"});
@@ -111,7 +110,7 @@ void check_unwritten(const Result& result, std::initializer_list<std::string> fr
 
 }  // namespace
 
-TEST_CASE("a full disk is no bad input, and leaves what was there") {
+TEST_CASE("a full disk is exit code 1, and leaves the old files") {
   const Folder folder;
   const std::string trial = folder / "t.csv";
   run_ok("simulate --quiet -o " + trial);
@@ -229,7 +228,7 @@ TEST_CASE("recordings of another length or rate are refused with both and a way 
   check_recording_refused(recording(20, 100, wave), {"20", "12100"});
 }
 
-TEST_CASE("what errors advise works when it is done") {
+TEST_CASE("an error's advice works") {
   const Folder folder;
   const std::string mine = folder / "mine.json", cut = folder / "cut.csv";
   // A trial that was stopped early: its protocol with fewer cycles, written as the error says.
@@ -294,7 +293,7 @@ TEST_CASE("a wrong unit is suspected, not refused") {
   }
 }
 
-TEST_CASE("outputs that would replace what is read or written") {
+TEST_CASE("outputs that would replace inputs or other outputs") {
   const Folder folder;
   const std::string trial = folder / "trial";
   run_ok("simulate -o " + trial);
@@ -388,10 +387,8 @@ TEST_CASE("outputs that cannot be written") {
 
 TEST_CASE("damaged model files and data sets") {
   const Folder folder;
-  write_text(folder / "quick.json",
-             R"({"sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})");
   const std::string data = folder / "d.npz", model = folder / "m.safetensors", bad = folder / "bad";
-  run_ok("dataset --count 16 --protocol " + folder / "quick.json" + " -o " + data);
+  run_ok("dataset --count 16 --protocol " + quick_protocol(folder) + " -o " + data);
   run_ok("train --preset small --epochs 1 --batch 8 --data " + data + " -o " + model);
   const std::string bytes = read_text(model), archive = read_text(data);
   for (const std::size_t size :

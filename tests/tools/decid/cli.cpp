@@ -1,13 +1,10 @@
 // The command line as users and scripts rely on it: what each command writes, and that it is what it should be.
-#include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "base/text.hpp"
 #include "sim/protocol/protocol.hpp"
-#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 
 using namespace decid::test;
@@ -136,7 +133,7 @@ TEST_CASE("export controller is for the result's body, and says of which recordi
                 {"r.json", "a body without mass, height or inertia"});
 }
 
-TEST_CASE("export controller refuses what is not usable, and says what it takes for 0") {
+TEST_CASE("export controller refuses unusable results, and names values replaced by 0") {
   const Folder folder;
   run_ok("simulate -o " + folder / "t.csv");
   run_ok("identify " + folder / "t.csv" + " -o " + folder / "r.json");
@@ -156,10 +153,7 @@ TEST_CASE("export controller refuses what is not usable, and says what it takes 
 
 TEST_CASE("data set, training, evaluation and identification of a protocol of one's own") {
   const Folder folder;
-  write_text(
-      folder / "quick.json",
-      R"({"name": "quick", "sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})");
-  const std::string protocol = " --protocol " + folder / "quick.json";
+  const std::string protocol = " --protocol " + quick_protocol(folder);
   run_ok("dataset --count 160 --seed 5" + protocol + " -o " + folder / "data.npz");
   const auto trained = run_ok("train --preset small --epochs 3 --json --quiet --data " + folder / "data.npz" + " -o " +
                               folder / "m.safetensors");

@@ -1,17 +1,14 @@
 // decid dataset as a process: killed and interrupted, it goes on to the same bytes; its figures, as JSON and as a page.
-#include <doctest/doctest.h>
 #include <fcntl.h>
 #include <signal.h>
 
 #include <algorithm>
 #include <chrono>
-#include <nlohmann/json.hpp>
 #include <numeric>
 #include <thread>
 
 #include "base/files/sha256.hpp"
 #include "dataset/npz/npz.hpp"
-#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 
 using namespace decid::test;
@@ -20,7 +17,7 @@ using Json = nlohmann::json;
 namespace {
 
 /// 4 s: 0.1 ms a trial.
-const char* const quick_protocol =
+const char* const brief_protocol =
     R"({"sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "state_s": 0.05, "amplitude_deg": 8,
         "offset_s": 0, "cycles": 1}})";
 
@@ -52,7 +49,7 @@ bool ended(pid_t child) {
 
 TEST_CASE("killed at any moment, the same command goes on to the same bytes") {
   const Folder folder;
-  write_text(folder / "p.json", quick_protocol);
+  write_text(folder / "p.json", brief_protocol);
   const auto arguments = [&](const std::string& output) {
     return std::vector<std::string>{"dataset", "--count", "9000",       "--base",          "8000", "--threads",    "2",
                                     "--seed",  "7",       "--protocol", folder / "p.json", "-o",   folder / output};
@@ -101,9 +98,9 @@ TEST_CASE("killed at any moment, the same command goes on to the same bytes") {
   CHECK(resumed >= 2);
 }
 
-TEST_CASE("Ctrl-C says where it stopped and how to go on; other options are refused then") {
+TEST_CASE("Ctrl-C reports progress and how to resume; other options are then refused") {
   const Folder folder;
-  write_text(folder / "p.json", quick_protocol);
+  write_text(folder / "p.json", brief_protocol);
   const std::string command =
       "dataset --count 200000 --seed 7 --protocol " + folder / "p.json" + " -o " + folder / "a.npz";
   const std::string interrupted = std::string(DECID_PROGRAM) + " " + command + " 2>" + folder / "err" +
@@ -135,7 +132,7 @@ TEST_CASE("Ctrl-C says where it stopped and how to go on; other options are refu
 
 TEST_CASE("the figures of a data set: one JSON object, a table, and a page") {
   const Folder folder;
-  write_text(folder / "p.json", quick_protocol);
+  write_text(folder / "p.json", brief_protocol);
   const std::string command = "dataset --count 400 --base 300 --seed 7 --protocol " + folder / "p.json" + " -o " +
                               folder / "a.npz" + " --report " + folder / "a.html --json";
   const auto result = run_ok(command);

@@ -1,25 +1,17 @@
 // decid export controller: whose body the exported gains are for.
-#include <doctest/doctest.h>
 
 #include <array>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
 #include "base/text.hpp"
 #include "sim/protocol/protocol.hpp"
 #include "sim/segments.hpp"
-#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 
 namespace decid {
 namespace {
 
-using test::check_refused;
-using test::Folder;
-using test::near;
-using test::read_text;
-using test::run_decid;
-using test::write_text;
+using namespace test;
 using Json = nlohmann::json;
 
 constexpr double rounding = 1e-12;
@@ -150,7 +142,7 @@ TEST_CASE("export controller: gains are scaled to another body by m g h, and tha
   check_refused("export controller " + result + " --scale-to " + other + " --protocol short" + out, {"--scale-to"});
 }
 
-TEST_CASE("export controller: gains that nobody gave are the middle of the ranges of the protocol's body") {
+TEST_CASE("export controller: default gains are the middle of the ranges of the protocol's body") {
   const Folder folder;
   write_protocol(folder / "person.json", person);
   const sim::Parameters middle = sim::single_pendulum().parameters.middle();

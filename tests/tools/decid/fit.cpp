@@ -1,12 +1,9 @@
 // decid fit and decid compare, as scripts call them.
-#include <doctest/doctest.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "sim/body_model.hpp"
-#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 #include "tools/report/comparison_page.hpp"
 
@@ -19,7 +16,7 @@ constexpr const char* small = " --starts 1 --simulations 6500 --max-draws 8 --se
 
 }  // namespace
 
-TEST_CASE("fit says what identify says, with the posterior" * doctest::test_suite("slow")) {
+TEST_CASE("fit gives identify's keys and the posterior" * doctest::test_suite("slow")) {
   const Folder folder;
   run_ok("simulate --protocol short --nv 0.3 --seed 4 -o " + folder / "t.csv");
   const std::string command = "fit " + folder / "t.csv" + " --protocol short --max-draws 20 --json";
@@ -113,7 +110,7 @@ TEST_CASE("fit: ranges and priors of parameters" * doctest::test_suite("slow")) 
   CHECK(contains(read_text(folder / "d.npz"), "slow_noise_deg.npy"));
 }
 
-TEST_CASE("fit refuses ranges and priors that mean nothing, by the option") {
+TEST_CASE("fit refuses invalid ranges and priors, by the option") {
   const Folder folder;
   run_ok("simulate --seed 4 -o " + folder / "t.csv");
   const auto refused = [&](const std::string& options, std::initializer_list<std::string> parts) {
@@ -137,7 +134,7 @@ TEST_CASE("fit refuses ranges and priors that mean nothing, by the option") {
   check_refused("fit --moved-before" + table, {"--moved-before", "not for --frf"});
 }
 
-TEST_CASE("fit refuses what it cannot use, in one line") {
+TEST_CASE("fit refuses invalid input in one line") {
   const Folder folder;
   run_ok("simulate --seed 4 -o " + folder / "t.csv");
   write_text(folder / "short.csv", "time,com_sway_deg\n0,0\n0.01,0.1\n0.02,0.2\n");
@@ -192,7 +189,7 @@ TEST_CASE("fit: one bad recording of several does not stop the others, and quiet
 }
 
 // Over 20 s: guards that nothing drawn is lost. Draws begin after some seconds of warming up, in each of its fits.
-TEST_CASE("fit: Ctrl-C keeps what was drawn" * doctest::test_suite("slow")) {
+TEST_CASE("fit: Ctrl-C keeps the draws" * doctest::test_suite("slow")) {
   const Folder folder;
   run_ok("simulate --protocol short --seed 4 -o " + folder / "t.csv");
   std::string files;
@@ -241,10 +238,7 @@ TEST_CASE("fit: where chains disagree, the network's values have its intervals; 
           doctest::test_suite("slow")) {
   const Folder folder;
   run_ok("simulate --seed 7 --quiet -o " + folder / "t.csv");
-  const auto first = [](const std::string& command) {
-    const auto result = run_ok(command + " --json");
-    return Json::parse(result.out)["recordings"].at(0);
-  };
+  const auto first = [](const std::string& command) { return first_recording(command + " --json"); };
   const std::string few = "fit --quiet --max-draws 8 " + folder / "t.csv";  // too few to agree
   const Json fitted = first(few), identified = first("identify " + folder / "t.csv"),
              turned = first(few + " --invert sway");

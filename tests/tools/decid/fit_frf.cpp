@@ -1,10 +1,6 @@
 // decid fit --frf, as scripts call it.
-#include <doctest/doctest.h>
-
-#include <nlohmann/json.hpp>
 
 #include "sim/body_model.hpp"
-#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 
 using namespace decid::test;
@@ -29,7 +25,7 @@ void check_table_refused(const std::string& text, std::initializer_list<std::str
 
 }  // namespace
 
-TEST_CASE("fit --frf says what fit says, and what the table tells") {
+TEST_CASE("fit --frf gives fit's keys, and the information of the table") {
   const Folder folder;
   const std::string command =
       "fit --frf " + example + " --protocol short --json -o " + folder / "o.json" + " --draws " + folder / "d.npz";
@@ -93,7 +89,7 @@ TEST_CASE("fit --frf takes the body, the tilt's size and known parameters") {
     CHECK(contains(text.out, words));
 }
 
-TEST_CASE("fit --frf warns of what the model does not explain") {
+TEST_CASE("fit --frf warns of a table that the model does not explain") {
   const Folder folder;
   write_text(folder / "t.csv",
              "frequency_hz,gain,phase_deg,sd\n0.05,4,90,0.1\n0.3,0.2,-60,0.01\n1.1,3,100,0.1\n2.2,1,-150,0.1\n");
@@ -112,7 +108,7 @@ TEST_CASE("fit --frf warns of what the model does not explain") {
   CHECK(json["warnings"][1]["code"] == "response_unexplained");
 }
 
-TEST_CASE("fit --frf refuses what it cannot use, in one line") {
+TEST_CASE("fit --frf refuses invalid input in one line") {
   check_table_refused("gain,phase_deg\n0.9,20\n1.8,-60\n0.8,-150\n", {"t.csv", "no column called frequency_hz"});
   check_table_refused("frequency,gain\n0.05,0.9\n0.4,1.8\n1.1,0.8\n", {"no column called phase"});
   check_table_refused("frequency,gain,phase\n0,0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n", {"line 2", "not above 0"});

@@ -1,12 +1,10 @@
 // Groups of recordings: the table that names them, and what is reported of them.
-#include <doctest/doctest.h>
 
 #include <tuple>
 
 #include "base/error.hpp"
 #include "base/files/json_object.hpp"
 #include "sim/body_model.hpp"
-#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 #include "tools/decid/group_file.hpp"
 #include "tools/decid/results/group_results.hpp"
@@ -46,17 +44,12 @@ Names people(const std::string& table, const Names& recordings) {
 }
 
 std::string refusal(const std::string& table, const Names& recordings) {
-  try {
-    read_table(table, recordings);
-  } catch (const decid::Error& error) {
-    return error.what();
-  }
-  return "";
+  return message_of([&] { read_table(table, recordings); });
 }
 
 }  // namespace
 
-TEST_CASE("groups are read from what spreadsheets write") {
+TEST_CASE("groups are read from a spreadsheet's table") {
   const Names recordings{"in/a.csv", "in/b.csv", "in/c.csv"}, groups{"old", "young, fit", ""};
   CHECK(read("file,group\na.csv,old\nb.csv,\"young, fit\"\nc.csv,\n", recordings) == groups);
   CHECK(read("\xEF\xBB\xBF"

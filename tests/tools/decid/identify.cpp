@@ -1,13 +1,10 @@
 // decid identify as users and scripts rely on it: which recordings it reads, what it writes, and what it notices.
-#include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "sim/body_model.hpp"
 #include "sim/protocol/protocol.hpp"
-#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 
 using namespace decid::test;
@@ -17,16 +14,15 @@ TEST_CASE("identify makes the sway of leg and trunk, and reads standard input") 
   const Folder folder;
   run_ok("simulate --model dip -o " + folder / "d.csv");
   const auto values = [](const std::string& command) {
-    const auto run = run_ok("identify --json " + command);
     std::vector<double> found;
-    const Json json = Json::parse(run.out);
-    for (const Json& parameter : json["recordings"][0]["parameters"]) found.push_back(parameter["value"].get<double>());
+    const Json recording = first_recording("identify --json " + command);
+    for (const Json& parameter : recording["parameters"]) found.push_back(parameter["value"].get<double>());
     return found;
   };
   const auto whole = values(folder / "d.csv"), parts = values("--leg leg_deg --trunk trunk_deg " + folder / "d.csv");
   REQUIRE(whole.size() == decid::sim::single_pendulum().parameters.size());
   for (std::size_t p = 0; p < whole.size(); ++p) CHECK(near(parts[p], whole[p], 1e-4));
-  // The platform's tilt tells when the trial starts; so does the first sample.
+  // The platform's tilt gives the trial's start; without it the first sample does.
   CHECK(values("--tilt-column none " + folder / "d.csv") == whole);
   CHECK(values("- < " + folder / "d.csv") == whole);
   const std::string preamble = "Laboratory 3\nSubject 12\n";
@@ -42,24 +38,20 @@ TEST_CASE("files may be pipes, as the shell's <(command) makes them") {
   const Folder folder;
   run_ok("simulate -o " + folder / "t.csv");
   const auto piped = [&](const std::string& file, const std::string& arguments) {
-    return run_decid(arguments + ")", "cat " + file + " | (exec 3<&0; ");
+    return run_ok(arguments + ")", "cat " + file + " | (exec 3<&0; ");
   };
   const std::string model = std::string(DECID_SOURCE_DIR) + "/models/firmware.safetensors";
-  const auto answer = [](const Result& run) {
-    CAPTURE(run.err);
-    REQUIRE(run.code == 0);
-    return Json::parse(run.out)["recordings"][0]["parameters"];
-  };
-  const Json plain = answer(run_decid("identify --json " + folder / "t.csv"));
+  const auto answer = [](const Result& run) { return Json::parse(run.out)["recordings"].at(0).at("parameters"); };
+  const Json plain = answer(run_ok("identify --json " + folder / "t.csv"));
   CHECK(answer(piped(folder / "t.csv", "identify --json /dev/fd/3 -o " + folder / "o.json")) == plain);
   CHECK(answer(piped(model, "identify --json --model /dev/fd/3 " + folder / "t.csv" + " -o " + folder / "o.json")) ==
-        answer(run_decid("identify --json --model " + model + " " + folder / "t.csv")));
+        answer(run_ok("identify --json --model " + model + " " + folder / "t.csv")));
   write_text(folder / "architecture", "fc 7\n");
   const std::string training =
       "train --stream --stream-trials 32 --validation-trials 16 --batch 16 --epochs 1 --quiet "
       "--preset firmware --architecture ";
   run_ok(training + folder / "architecture" + " -o " + folder / "file.safetensors");
-  CHECK(piped(folder / "architecture", training + "/dev/fd/3 -o " + folder / "pipe.safetensors").code == 0);
+  piped(folder / "architecture", training + "/dev/fd/3 -o " + folder / "pipe.safetensors");
   CHECK(read_text(folder / "pipe.safetensors") == read_text(folder / "file.safetensors"));
 }
 
@@ -68,19 +60,14 @@ TEST_CASE("identify --section chooses among the tables of a file") {
   run_ok("simulate -o " + folder / "t.csv");
   const std::string table = read_text(folder / "t.csv");
   write_text(folder / "two.csv", "Devices\n\ntime,Fz\n0,1\n1,1\n2,1\n\nSway\n" + table);
-  const auto values = [](const Result& run) {
-    CAPTURE(run.err);
-    REQUIRE(run.code == 0);
-    return Json::parse(run.out)["recordings"][0]["parameters"];
-  };
-  const Json whole = values(run_decid("identify --json " + folder / "t.csv"));
-  CHECK(values(run_decid("identify --json --section Sway " + folder / "two.csv")) == whole);
-  CHECK(values(run_decid("identify --json --section 2 " + folder / "two.csv")) == whole);
+  const Json whole = first_recording("identify --json " + folder / "t.csv").at("parameters");
+  for (const std::string section : {"Sway", "2"})
+    CHECK(first_recording("identify --json --section " + section + " " + folder / "two.csv")["parameters"] == whole);
   check_refused("identify " + folder / "two.csv", {"two.csv", "1 'Devices'", "2 'Sway'", "--section"});
   check_refused("identify --section 2 --skip-lines 3 " + folder / "two.csv", {"--section, --skip-lines"});
 }
 
-TEST_CASE("identify says what it leaves out of a folder, unless it is to be quiet") {
+TEST_CASE("identify names files left out of a folder, unless --quiet") {
   const Folder folder;
   std::filesystem::create_directories(folder / "in/day1");
   run_ok("simulate -o " + folder / "in/t.csv");
@@ -175,7 +162,7 @@ TEST_CASE("one bad recording of several does not stop the others") {
 TEST_CASE("the frequency response is in the JSON, and a sway that does not follow the tilt is noticed") {
   const Folder folder;
   run_ok("simulate --nv 0.3 --theta 0 --seed 4 -o " + folder / "a.csv");
-  const Json recording = run_json("identify --json " + folder / "a.csv")["recordings"][0];
+  const Json recording = first_recording("identify --json " + folder / "a.csv");
   const Json& frf = recording.at("frf");
   CHECK(frf.at("cycles") == 2);
   const std::size_t bands = frf.at("frequency_hz").size();
@@ -202,7 +189,7 @@ TEST_CASE("the frequency response is in the JSON, and a sway that does not follo
   // The platform stood still: sway of the vestibular noise alone.
   write_text(folder / "still.json", R"({"sequence": {"amplitude_deg": 1e-6}})");
   run_ok("simulate --seed 3 --protocol " + folder / "still.json" + " -o " + folder / "b.csv");
-  const Json still = run_json("identify " + folder / "b.csv --json").at("recordings").at(0);
+  const Json still = first_recording("identify " + folder / "b.csv --json");
   CHECK(still["following"] < 0.6);
   CHECK(still["trust"] == "not usable");
   CHECK(still["warnings"][0]["code"] == "unfamiliar");
@@ -224,12 +211,12 @@ TEST_CASE("a measured tilt puts a recording that started early in time") {
     early += cells;
   }
   write_text(folder / "early.csv", early);
-  const Json plain = run_json("identify --json " + folder / "a.csv")["recordings"][0];
-  const Json timed = run_json("identify --json --tilt-column tilt_deg " + folder / "early.csv")["recordings"][0];
+  const Json plain = first_recording("identify --json " + folder / "a.csv");
+  const Json timed = first_recording("identify --json --tilt-column tilt_deg " + folder / "early.csv");
   CHECK(near(timed.at("tilt").at("delay_s").get<double>(), 3.0, 1e-9));  // the digits in the file
   CHECK(timed.at("tilt").at("correlation").get<double>() > 0.9999);
   CHECK(near(timed.at("tilt").at("gain").get<double>(), 1.0, 1e-9));
-  const Json told = run_json("identify --json --start 3 " + folder / "early.csv")["recordings"][0];
+  const Json told = first_recording("identify --json --start 3 " + folder / "early.csv");
   CHECK(told.at("parameters") == timed.at("parameters"));
   for (std::size_t p = 0; p < 7; ++p) {  // but for the digits in the file
     const auto& info = decid::sim::single_pendulum().parameters[p];

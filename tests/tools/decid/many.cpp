@@ -1,7 +1,4 @@
 // Many recordings in one call of decid identify or decid fit: folders, tables, groups, and going on after a stop.
-#include <doctest/doctest.h>
-
-#include <nlohmann/json.hpp>
 
 #include "tests/tools/decid/run.hpp"
 
@@ -185,7 +182,7 @@ TEST_CASE("groups: a line of no recording is noted, a recording given twice is r
   check_refused(trials + " " + folder / "./long.csv", {"long.csv#1: is the same recording as "});
 }
 
-TEST_CASE("many recordings: what cannot be is refused before the work") {
+TEST_CASE("many recordings: invalid calls are refused before the work") {
   const Folder folder;
   simulate(folder / "t.csv", "--seed 1");
   write_text(folder / "g.csv", "file,group\nt.csv,a\n");

@@ -1,23 +1,17 @@
 // A network that says how sure it is, from its training to what the program reports.
-#include <doctest/doctest.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
-#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 
 using namespace decid::test;
 using Json = nlohmann::json;
 
-TEST_CASE("a network that says how sure it is: trained, recalibrated, evaluated, identifying") {
+TEST_CASE("a network with predicted uncertainty: trained, recalibrated, evaluated, identifying") {
   const Folder folder;
-  write_text(
-      folder / "quick.json",
-      R"({"name": "quick", "sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})");
   write_text(folder / "image.json", R"({"block": 10, "channels": ["sway", "sway_change"]})");
   write_text(folder / "layers.txt", "conv 8 15x1 stride 4x1\nrelu\nstatspool\nfc 16\nrelu\nfc 36\n");
-  const std::string protocol = " --protocol " + folder / "quick.json", model = " --model " + folder / "m.safetensors";
+  const std::string protocol = " --protocol " + quick_protocol(folder), model = " --model " + folder / "m.safetensors";
   const auto trained = run_ok("train --stream --stream-trials 1000 --validation-trials 16 --epochs 1 --quiet" +
                               protocol + " --image " + folder / "image.json" + " --architecture " +
                               folder / "layers.txt" + " --head 'mixture 1' -o " + folder / "m.safetensors");
@@ -69,7 +63,7 @@ TEST_CASE("a network that says how sure it is: trained, recalibrated, evaluated,
     CHECK(row.at("covered90").get<double>() <= 1.0);
   }
 
-  // Too few trials to learn from: the model says so.
+  // Too few trials to recalibrate: the model records that.
   const auto few = run_decid("train --stream --stream-trials 64 --validation-trials 16 --epochs 1" + protocol +
                              " --image " + folder / "image.json" + " --architecture " + folder / "layers.txt" +
                              " --head 'mixture 1' -o " + folder / "few.safetensors");

@@ -1,8 +1,6 @@
 // Files, folders and patterns that name recordings.
 #include "tools/decid/recording_files.hpp"
 
-#include <doctest/doctest.h>
-
 #include "base/error.hpp"
 #include "tests/tools/decid/run.hpp"
 
@@ -21,12 +19,7 @@ LeftOut left_out(const std::string& argument, bool recursive = false, const Name
 }
 
 std::string refusal(const std::string& argument, const Names& others = {}) {
-  try {
-    recording_files({argument}, others);
-  } catch (const decid::Error& error) {
-    return error.what();
-  }
-  return "";
+  return message_of([&] { recording_files({argument}, others); });
 }
 
 }  // namespace
@@ -46,15 +39,10 @@ TEST_CASE("a folder stands for the recordings in it, in the order of their names
 
 TEST_CASE("standard input is named once") {
   CHECK(recording_files({"-", "a.csv"}) == Names{"-", "a.csv"});
-  try {
-    recording_files({"-", "a.csv", "-"});
-    FAIL("accepted");
-  } catch (const decid::Error& error) {
-    CHECK(contains(error.problem(), "named twice"));
-  }
+  check_error([] { recording_files({"-", "a.csv", "-"}); }, {"named twice"});
 }
 
-TEST_CASE("a pattern stands for what it matches, unless a file has that very name") {
+TEST_CASE("a pattern gives its matches, unless a file has exactly that name") {
   const Folder folder;
   for (const char* name : {"s2.csv", "s1.csv", "s10.csv", "t1.csv", "s[1].csv"}) write_text(folder / name, "");
   std::filesystem::create_directory(folder / "sub");
@@ -92,7 +80,7 @@ TEST_CASE("folders within are read where asked for, and by ** in a pattern") {
   CHECK(contains(refusal(folder / "none/**"), "matches no file"));
 }
 
-TEST_CASE("what is left out of folders and patterns is counted") {
+TEST_CASE("files left out of folders and patterns are counted") {
   const Folder folder;
   std::filesystem::create_directory(folder / "in");
   for (const char* name : {"in/a.csv", "in/participants.tsv", "in/README.txt", "in/readme.csv", "in/s1_channels.tsv",
@@ -116,7 +104,7 @@ TEST_CASE("what is left out of folders and patterns is counted") {
   CHECK(recording_files({folder / "in/participants.tsv"}) == Names{folder / "in/participants.tsv"});  // named itself
 }
 
-TEST_CASE("what is neither stands for itself, whether it is there or not") {
+TEST_CASE("other arguments stand for themselves, existing or not") {
   CHECK(recording_files({"none.csv", "/dev/stdin"}, {}) == Names{"none.csv", "/dev/stdin"});
 }
 

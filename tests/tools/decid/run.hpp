@@ -16,9 +16,6 @@ namespace decid::test {
 class Folder : public TemporaryFolder {
  public:
   std::string operator/(const std::string& name) const { return (path() / name).string(); }
-  std::size_t files() const {
-    return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(path()), {}));
-  }
 };
 
 struct Result {
@@ -37,8 +34,8 @@ inline Result run_decid(const std::string& arguments, const std::string& before 
 }
 
 /// Runs the program, which must succeed.
-inline Result run_ok(const std::string& arguments) {
-  Result result = run_decid(arguments);
+inline Result run_ok(const std::string& arguments, const std::string& before = {}) {
+  Result result = run_decid(arguments, before);
   CAPTURE(arguments);
   CAPTURE(result.err);
   REQUIRE(result.code == 0);
@@ -48,6 +45,11 @@ inline Result run_ok(const std::string& arguments) {
 /// Returns the JSON that the program prints. Its exit code may be an error's.
 inline nlohmann::json run_json(const std::string& arguments) {
   return nlohmann::json::parse(run_decid(arguments).out);
+}
+
+/// Returns the first recording of the JSON that a successful call prints.
+inline nlohmann::json first_recording(const std::string& arguments) {
+  return nlohmann::json::parse(run_ok(arguments).out).at("recordings").at(0);
 }
 
 inline nlohmann::json read_json(const std::string& path) {
@@ -80,6 +82,13 @@ inline std::vector<std::vector<double>> read_csv(const std::string& path, std::s
     for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(std::stod(cell));
   }
   return rows;
+}
+
+/// Writes a protocol of 6 s, which trains and identifies quickly, and returns its path.
+inline std::string quick_protocol(const Folder& folder) {
+  return write_text(folder / "quick.json",
+                    R"({"sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})")
+      .string();
 }
 
 }  // namespace decid::test

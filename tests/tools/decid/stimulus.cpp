@@ -1,14 +1,11 @@
 // decid stimulus and decid simulate with protocols of all kinds, as a user runs them; and protocols that must not be
 // mixed.
-#include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "sim/segments.hpp"
-#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 #include "tools/report/stimulus_page.hpp"
 
@@ -89,7 +86,7 @@ TEST_CASE("stimulus: a long sequence is counted once, not at every sample") {
   CHECK(data_of(read_text(folder / "a.html"))["duration_s"] == 1640.0);
 }
 
-TEST_CASE("stimulus: nothing but what is asked for, and no input overwritten") {
+TEST_CASE("stimulus: only the requested outputs, and no input overwritten") {
   const Folder folder;
   check_refused("stimulus", {"nothing to write", "-o", "--plot", "--write-protocol"});
   write_text(folder / "p.json", R"({"measured": {"file": "tilt.csv", "lead_out_s": 2}})");
@@ -166,7 +163,7 @@ TEST_CASE("amplitude_spectrum: a sine's amplitude stands at its frequency") {
   CHECK(decid::tools::amplitude_spectrum(odd).amplitude_deg.size() == 505);
 }
 
-TEST_CASE("stimulus_html: what it shows, escaped and thinned") {
+TEST_CASE("stimulus_html: its data, escaped and thinned") {
   const std::string page = decid::tools::stimulus_html(sines(), "9.8.7");
   CHECK_FALSE(contains(page, "</script><b>"));
   const Json data = data_of(page);
@@ -310,7 +307,7 @@ TEST_CASE("a stopped training on fresh trials goes on with its own protocol only
   REQUIRE(std::system(command.c_str()) == 0);
   check_refused(train(examples + "raised_cosines.json", "--resume"), {".checkpoint", "another protocol"});
   check_refused(train(examples + "sines.json", "--resume --sensor-noise 0.01"), {".checkpoint", "another protocol"});
-  // Another name is no other protocol: it goes on, until it is stopped again.
+  // A renamed protocol is the same one: training resumes, until it is stopped again.
   Json renamed = read_json(examples + "sines.json");
   renamed["name"] = "another name";
   write_text(folder / "renamed.json", renamed.dump());

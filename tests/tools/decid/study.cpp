@@ -1,14 +1,11 @@
 // decid study: every number it says is one that another command, or its own tables, give too; its files are there.
-#include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 
 #include "sim/body_model.hpp"
-#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 #include "tools/report/figures/svg.hpp"
 
@@ -157,7 +154,7 @@ TEST_CASE("a study of a model with its data set, a recording and a learning curv
     const std::string svg = read_text(out + "/" + id + ".svg");
     CHECK(svg.starts_with("<svg "));
     CHECK(svg.ends_with("</svg>\n"));
-    CHECK(contains(read_text(out + "/" + id + ".csv"), '\n'));
+    CHECK(contains(read_text(out + "/" + id + ".csv"), "\n"));
     CHECK(contains(read_text(out + "/report.html"), "\"id\":\"" + id + "\""));
   }
   const std::string table = read_text(out + "/table.txt");

@@ -1,11 +1,8 @@
 // decid train as a process: stopped, given again, taken to more epochs, begun with another model's weights; what would
 // overwrite another training is refused, and one that diverges leaves nothing.
-#include <doctest/doctest.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
-#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 #include "tools/decid/progress.hpp"
 
@@ -18,11 +15,10 @@ namespace {
 class TrainingFolder : public Folder {
  public:
   explicit TrainingFolder(int count) {
-    write_text(*this / "quick.json",
-               R"({"sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})");
+    const std::string protocol = quick_protocol(*this);
     for (const auto& [name, seed] : {std::pair("a.npz", "5"), {"b.npz", "6"}})
-      run_ok("dataset --quiet --count " + std::to_string(count) + " --seed " + seed + " --protocol " +
-             *this / "quick.json" + " -o " + *this / name);
+      run_ok("dataset --quiet --count " + std::to_string(count) + " --seed " + seed + " --protocol " + protocol +
+             " -o " + *this / name);
   }
   std::string train(const std::string& options, const std::string& data = "a.npz",
                     const std::string& output = "m.safetensors") const {
@@ -155,7 +151,7 @@ TEST_CASE("train: --resume goes on to more epochs, and the origin says so") {
                 {"nothing.safetensors.checkpoint"});
 }
 
-TEST_CASE("train: what diverges is an error, and leaves nothing") {
+TEST_CASE("train: divergence is an error, and leaves nothing") {
   const TrainingFolder folder(64);
   const std::size_t before = folder.files();
   for (const std::string lr : {"1000", "20"}) {
@@ -202,9 +198,7 @@ TEST_CASE("train: fine tuning begins with another model's weights") {
 
 TEST_CASE("train: patience keeps the model of the best epoch") {
   const Folder folder;
-  write_text(folder / "quick.json",
-             R"({"sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})");
-  run_ok("dataset --count 160 --seed 5 --protocol " + folder / "quick.json" + " -o " + folder / "d.npz");
+  run_ok("dataset --count 160 --seed 5 --protocol " + quick_protocol(folder) + " -o " + folder / "d.npz");
   const std::string train = "train --json --quiet --preset small --schedule constant --data " + folder / "d.npz";
   const Json best = run_json(train + " --epochs 200 --patience 2 -o " + folder / "a.safetensors");
   const int kept = best.at("kept_epoch");

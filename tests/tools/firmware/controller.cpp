@@ -10,9 +10,7 @@
 namespace decid::tools {
 namespace {
 
-using test::Folder;
-using test::run_decid;
-using test::shell;
+using namespace test;
 
 /// Returns the input of controller_harness.c.
 std::vector<double> trial_for_harness(const sim::Simulator& simulator, const sim::Parameters& p, const Random& noise) {
@@ -93,7 +91,7 @@ TEST_CASE("an exported controller sways as the simulator's, to the bit") {
   if (test::have("gcc")) check_controller(p, "default", "gcc -std=gnu99 -O0");
 }
 
-TEST_CASE("a controller is exported from what identify wrote") {
+TEST_CASE("a controller is exported from identify's result") {
   const Folder folder;
   run_ok("simulate --quiet --seed 3 -o " + folder / "t.csv");
   run_ok("identify --quiet -o " + folder / "r.json " + folder / "t.csv");

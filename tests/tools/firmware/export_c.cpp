@@ -19,10 +19,7 @@ namespace decid::tools {
 namespace {
 
 using dataset::Channel;
-using test::as_bytes;
-using test::Folder;
-using test::run_decid;
-using test::shell;
+using namespace test;
 
 const std::string warnings = " -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror ";
 const std::string harness = DECID_SOURCE_DIR "/tests/tools/firmware/harness.c";
@@ -252,7 +249,7 @@ TEST_CASE("exported files for processors with _Float16: gcc's GNU modes make the
   }
 }
 
-TEST_CASE("what export c prints as JSON: sizes, and whose parameters the file gives") {
+TEST_CASE("export c --json: sizes, and the body of the parameters") {
   const Folder folder;
   const std::string call = "export c " + test::firmware_model + " --name m --json -o " + folder / "c ";
   const auto own = run_json(call);
@@ -267,7 +264,7 @@ TEST_CASE("what export c prints as JSON: sizes, and whose parameters the file gi
   CHECK(told["familiarity_bytes"] == 4 * (176 + 176 * 177 / 2));
 }
 
-TEST_CASE("what export c says in words, and what a file is called that is given no name") {
+TEST_CASE("export c: text output, and the default file name") {
   const Folder folder;
   const std::string odd = folder / "7 odd-name.safetensors";
   std::filesystem::copy_file(test::firmware_model, odd);
@@ -309,7 +306,7 @@ TEST_CASE("an exported model is small, and needs nothing") {
   CHECK(shell("! nm " + folder / "model.o" + " | grep -E ' [bBdDcC] '") == 0);
 }
 
-TEST_CASE("the firmware model: the hash that is written down, its error, and what 8-bit integers cost") {
+TEST_CASE("the firmware model: the documented hash, its error, and the cost of 8-bit integers") {
   Model model = load_model(test::firmware_model);
   const std::string hash = nn::weights_sha256(model.network);
   CAPTURE(hash);

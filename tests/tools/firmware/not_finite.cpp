@@ -10,9 +10,7 @@
 namespace decid::tools {
 namespace {
 
-using test::Folder;
-using test::run_decid;
-using test::shell;
+using namespace test;
 
 const std::string warnings = " -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror ";
 
@@ -79,7 +77,7 @@ TEST_CASE("exported C is refused by compilers that may take NaN for a number") {
     }
 }
 
-TEST_CASE("an exported controller tells NaN by its bits, and a state that was never begun") {
+TEST_CASE("an exported controller detects NaN by its bits, and a state that was never initialised") {
   const Folder folder;
   run_ok("export controller --name controller --quiet -o " + folder / "c");
   const std::string main = R"(

@@ -11,8 +11,7 @@
 namespace decid::tools {
 namespace {
 
-using test::Folder;
-using test::shell;
+using namespace test;
 
 long long cost(const std::string& text, const std::string& name) {
   std::istringstream lines(text);
@@ -135,7 +134,7 @@ TEST_CASE("Cortex-M55 under QEMU, compiled in a GNU mode: the bits of identify" 
   check_cpu("m55", "Cortex-M55", 20);
 }
 
-TEST_CASE("the example by itself: what it identifies is what decid identify says of its trial") {
+TEST_CASE("the example alone: its estimates are decid identify's") {
   const Folder folder;
   REQUIRE(shell(DECID_SOURCE_DIR "/examples/firmware/run --cpu m7 --decid " DECID_PROGRAM " --out " + folder / "out") ==
           0);

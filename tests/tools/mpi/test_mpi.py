@@ -1,4 +1,4 @@
-"""What several processes make is, byte for byte, what one makes; what ends one of them ends all, and loses nothing.
+"""Several processes write the bytes that one writes; a process that ends, ends all, and loses nothing.
 DECID_PROGRAM: the program; DECID_MPIRUN: the mpirun of its MPI, Open MPI's or MPICH's."""
 import hashlib
 import json
@@ -72,7 +72,7 @@ class Processes(unittest.TestCase):
         return out, err
 
     def lines_of(self, err):
-        """What decid itself says; mpirun adds what it thinks of that."""
+        """Returns decid's own messages, without mpirun's."""
         return [line for line in err.splitlines() if line.startswith("decid: ")]
 
     def wait_for(self, process, condition):

@@ -35,16 +35,9 @@ std::vector<Value> array_in(const std::string& path, const std::string& name, co
 std::vector<std::vector<double>> forward(const Folder& folder, const std::string& model, const std::string& images) {
   REQUIRE(std::system(
               (python + examples + "/forward.py " + model + " " + images + " > " + folder / "estimates").c_str()) == 0);
-  std::istringstream lines(read_text(folder / "estimates"));
-  std::string line;
-  std::getline(lines, line);
-  CHECK(line == "Kp,Kd,Kp_pass,Kd_pass,Nv,theta,delay");
-  std::vector<std::vector<double>> rows;
-  while (std::getline(lines, line)) {
-    std::istringstream cells(line);
-    rows.emplace_back();
-    for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(std::stod(cell));
-  }
+  std::string header;
+  const auto rows = read_csv(folder / "estimates", header);
+  CHECK(header == "Kp,Kd,Kp_pass,Kd_pass,Nv,theta,delay");
   return rows;
 }
 
@@ -71,7 +64,7 @@ void check_forward(const Folder& folder, const std::string& path, const dataset:
 
 }  // namespace
 
-TEST_CASE("image: what a model's network sees of each trial, with its targets") {
+TEST_CASE("image: the network input of each trial, with its targets") {
   const Folder folder;
   const Model model = models_of_every_layer().front();
   write_text(folder / "m.safetensors", to_bytes(model));
