@@ -67,7 +67,7 @@ def misses_of(counts):
 
 
 class Verdict:
-    """What became of each name: (name, limit, instructions), either None where there is none."""
+    """Returns (name, limit, instructions) for each name, with None for a missing one."""
 
     def __init__(self, limits, counts, tolerance=TOLERANCE, slack=0):
         both = [name for name in counts if name in limits]

@@ -78,9 +78,9 @@ struct FirmwarePlan {
   long long whole_map_bytes() const;
 };
 
-/// Plans by rows or by columns, whichever needs the smaller arena; incremental plans go by columns if the image has
-/// several; images of time series, of one column, go by rows, which are times. Throws Error for what a firmware cannot
-/// hold: outputs that are neither parameters nor a mixture, more than 250 layers, an arena above 1 GiB.
+/// Plans by rows or by columns, whichever needs the smaller arena. Incremental plans go by columns if the network input
+/// has several; inputs of time series, of one column, go by rows, which are times. Throws Error for models that do not
+/// fit a firmware: outputs that are neither parameters nor a mixture, more than 250 layers, an arena above 1 GiB.
 FirmwarePlan plan_firmware(const Model& model, const FirmwareOptions& options);
 
 }  // namespace decid::tools

@@ -14,8 +14,8 @@ namespace decid::tools {
 /// Simulated trials that activations are calibrated on: 256, or as many as 10^10 multiply-adds allow, but at least 16.
 int calibration_trials(const FirmwarePlan& plan);
 
-/// Gives the plan its integers: the model's own experiment, trials of a seed that is never trained on. Throws
-/// Error for a layer whose sums may leave 32 bits.
+/// Adds 8-bit integers to the plan, calibrated on the model's own experiment with a seed that is never trained on.
+/// Throws Error for a layer whose sums may leave 32 bits.
 void quantise(FirmwarePlan& plan, const Model& model);
 
 /// The plan's network, a layer at a time, in the order of sums that the firmware has: in float, or in integers if the

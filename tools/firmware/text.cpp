@@ -317,7 +317,7 @@ std::string literal(float value) {
 
 std::string literal(double value, int digits) {
   if (!std::isfinite(value))
-    throw Error("export", "a number of the model is infinite or not a number", "train the model anew");
+    throw Error("export", "a number of the model is infinite or not a number", "train the model again");
   std::string text = format("%.*g", digits, value);
   if (text.find_first_of(".e") == std::string::npos) text += ".0";
   return text;
