@@ -2,8 +2,6 @@
 // Ternary sequences: tests/sim/protocol/protocol.cpp.
 #include "sim/protocol/stimulus.hpp"
 
-#include <doctest/doctest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <functional>

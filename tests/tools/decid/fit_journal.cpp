@@ -9,9 +9,7 @@
 
 using decid::RecordingResult;
 using decid::to_bytes;
-using decid::test::Folder;
-using decid::test::read_text;
-using decid::test::write_text;
+using namespace decid::test;
 using decid::tools::FitJournal;
 
 namespace {
@@ -104,7 +102,7 @@ TEST_CASE("journal: without resume it begins empty, of other settings it is refu
     journal.append("k", result);
     CHECK(contains(refusal(path, settings), "is being written by another process"));
   }
-  CHECK(refusal(path, "{}").find("o.journal: is of other settings") != std::string::npos);
+  CHECK(contains(refusal(path, "{}"), "o.journal: is of other settings"));
   CHECK_NOTHROW(FitJournal(path, settings, true));
   CHECK_FALSE(FitJournal(path, settings, false).find("k"));
   CHECK_FALSE(FitJournal(path, settings, true).find("k"));

@@ -16,9 +16,7 @@ using decid::Json;
 using decid::RecordingResult;
 using decid::Report;
 using decid::Severity;
-using decid::test::Folder;
-using decid::test::near;
-using decid::test::write_text;
+using namespace decid::test;
 using decid::tools::groups_text;
 using decid::tools::read_group_table;
 using Names = std::vector<std::string>;
@@ -229,11 +227,11 @@ TEST_CASE("people are compared by the recordings that can be used, the others ar
 
   const std::string text = groups_text(report);
   CAPTURE(text);
-  CHECK(text.find("a: 5 people, 15 recordings\n    Kp              856.8 +- 63.4\n") != std::string::npos);
-  CHECK(text.find("a less b: 5 people and 4 people") != std::string::npos);
-  CHECK(text.find("7 parameters were compared") != std::string::npos);
-  CHECK(text.find("Left out: 3 recordings") != std::string::npos);
-  CHECK(text.find("twice.csv (a): tilt_of_other_size") != std::string::npos);
+  CHECK(contains(text, "a: 5 people, 15 recordings\n    Kp              856.8 +- 63.4\n"));
+  CHECK(contains(text, "a less b: 5 people and 4 people"));
+  CHECK(contains(text, "7 parameters were compared"));
+  CHECK(contains(text, "Left out: 3 recordings"));
+  CHECK(contains(text, "twice.csv (a): tilt_of_other_size"));
   CHECK(groups_text({}).empty());
 
   const Json page = decid::tools::page_groups(report);
@@ -259,8 +257,8 @@ TEST_CASE("people in two groups are compared in pairs, and the text says so") {
   CHECK(pair["unpaired_people"] == 1);
   CHECK(near(pair["parameters"][0]["difference"].get<double>(), 397.0 / 3.0, 1e-14));
   const std::string text = groups_text(report);
-  CHECK(text.find("paired: 3 people in both groups") != std::string::npos);
-  CHECK(text.find("without 1 person in only one") != std::string::npos);
+  CHECK(contains(text, "paired: 3 people in both groups"));
+  CHECK(contains(text, "without 1 person in only one"));
 }
 
 TEST_CASE("two people in two groups have an interval and no Hedges' g") {
@@ -275,7 +273,7 @@ TEST_CASE("two people in two groups have an interval and no Hedges' g") {
   CHECK(effect["hedges_g"].is_null());
   CHECK(effect["difference"] == 181.0);
   CHECK(effect["interval95"][0].is_number());
-  CHECK(groups_text(report).find("         -\n") != std::string::npos);
+  CHECK(contains(groups_text(report), "         -\n"));
 }
 
 TEST_CASE("a group of one has no interval, and three groups have three comparisons") {
@@ -294,6 +292,6 @@ TEST_CASE("a group of one has no interval, and three groups have three compariso
   CHECK(found["groups"][0]["parameters"][0]["sd"].is_null());
   CHECK_FALSE(decid::tools::recordings_json(report)[0].contains("subject"));
   const std::string text = groups_text(report);
-  CHECK(text.find("each recording counts as a person") != std::string::npos);
-  CHECK(text.find("in 3 pairs of groups") != std::string::npos);
+  CHECK(contains(text, "each recording counts as a person"));
+  CHECK(contains(text, "in 3 pairs of groups"));
 }

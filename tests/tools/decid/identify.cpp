@@ -251,7 +251,7 @@ TEST_CASE("a recording at another rate, in radians, without header, is the same 
     CHECK(std::abs(difference) < 0.02 * (info.high - info.low));
   }
   // The same numbers as milliradians are a thousandth.
-  const Json c = Json::parse(run_decid("identify --json --unit mrad " + folder / "rad.csv").out);
+  const Json c = run_json("identify --json --unit mrad " + folder / "rad.csv");
   CHECK(near(1000 * c["recordings"][0]["peak_to_peak_deg"].get<double>(),
              b["recordings"][0]["peak_to_peak_deg"].get<double>(), 1e-6));  // floats
 }

@@ -220,7 +220,7 @@ TEST_CASE("fit: going on after a stop makes the bytes of a call that was never s
   REQUIRE(json["recordings"].size() == 4);
   CHECK(json["recordings"][0].contains("error"));
   check_table(read_text(folder / "whole.csv"), json);
-  // The journal stays, as one is to be mended. A kill in the midst of the second recording:
+  // The journal stays because one recording failed. A kill within the second recording:
   const std::string journal = read_text(folder / "whole.json.journal");
   write_text(folder / "again.json.journal", journal.substr(0, journal.size() / 2));
   const Result again = run_decid(command + " --resume --threads 1" + outputs("again"));
@@ -235,8 +235,8 @@ TEST_CASE("fit: going on after a stop makes the bytes of a call that was never s
   const Result mended = run_decid(command + " --resume" + outputs("marked"));
   CAPTURE(mended.err);
   CHECK(mended.code == 0);
-  REQUIRE(mended.out.find("R-hat ") != std::string::npos);
-  CHECK(whole.out.find(mended.out) != std::string::npos);
+  REQUIRE(contains(mended.out, "R-hat "));
+  CHECK(contains(whole.out, mended.out));
   CHECK(mended.err.empty());
   CHECK_FALSE(std::filesystem::exists(folder / "marked.json.journal"));
   CHECK(read_json(folder / "marked.json")["recordings"].size() == 3);
