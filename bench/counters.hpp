@@ -1,4 +1,4 @@
-// What a benchmark reports beside its time: rates, and what part they are of the machine's own peak in the same run.
+// Counters that a benchmark reports beside its time: rates, and their fraction of the machine's peak in the same run.
 #pragma once
 
 #include <benchmark/benchmark.h>
@@ -7,14 +7,14 @@
 
 namespace decid::bench {
 
-/// Of multiplications and additions; `peak` in GFLOP/s.
+/// Counts multiplications and additions; `peak` in GFLOP/s.
 inline void count_flops(benchmark::State& state, double peak, double flops, double seconds) {
   state.counters["GFLOP/s"] = flops / seconds * 1e-9;
   state.counters["peak"] = peak;
   state.counters["%peak"] = 100 * flops / seconds * 1e-9 / peak;
 }
 
-/// Of memory read and written.
+/// Counts bytes of memory read and written.
 inline void count_bytes(benchmark::State& state, const Bandwidth& bandwidth, double bytes, double seconds) {
   state.counters["GB/s"] = bytes / seconds * 1e-9;
   state.counters["bandwidth"] = bandwidth.best();

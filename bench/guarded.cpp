@@ -26,7 +26,7 @@
 
 using Work = std::function<void()>;
 
-/// What valgrind's --toggle-collect waits for.
+/// valgrind's --toggle-collect counts within this function.
 extern "C" [[gnu::noinline]] void guarded_work(const Work& work) {
   work();
   asm volatile("");  // no tail call: the way out is seen

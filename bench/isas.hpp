@@ -41,7 +41,7 @@ inline double fft_flops(double length) {
   return 2.5 * length * std::log2(length);
 }
 
-/// Of operations in double, of which a register holds half as many as of the peak's floats.
+/// Counts operations in double: a register holds half as many doubles as floats, which the peak counts.
 inline void count_double_flops(benchmark::State& state, const FmaPeak& peak, double flops, double seconds) {
   count_flops(state, peak.best() / 2, flops, seconds);
 }

@@ -1,5 +1,5 @@
-// What the machine itself can do, measured beside each kernel in the same run: the peak of fused multiply-adds and the
-// bandwidth of memory. One thread unless said otherwise, CPU time.
+// Limits of the machine, measured beside each kernel in the same run: the peak of fused multiply-adds and the bandwidth
+// of memory. One thread unless said otherwise, CPU time.
 #pragma once
 
 #include <omp.h>
@@ -29,8 +29,8 @@ inline double cpu_seconds() {
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-/// `rounds` times step(x) for each of so many independent chains, each in a register: indices that are constants keep
-/// g++ from leaving the array in memory.
+/// Calls step(x) `rounds` times for each independent chain, each in a register. Constant indices keep g++ from leaving
+/// the array in memory.
 template <class Value, class Step, std::size_t... chain>
 [[gnu::always_inline]] inline void run_chains(int rounds, Value first, const Step& step,
                                               std::index_sequence<chain...>) {
@@ -147,7 +147,7 @@ class Bandwidth {
     }
   }
   void measure() {
-    // Four floats at a time: the compiler is told to vectorise nothing on its own, and one at a time memory waits.
+    // Four floats at a time: the build turns automatic vectorisation off, and single floats do not saturate memory.
     using Four [[gnu::vector_size(16), gnu::may_alias]] = float;
     const Four k = {3, 3, 3, 3};
     const auto* const x = reinterpret_cast<const Four*>(x_.data());

@@ -45,7 +45,7 @@ Result read_result(const std::filesystem::path& path) {
   return {path.stem().string(), date, std::move(content)};
 }
 
-/// What Google Benchmark appends says how it is timed, which is not the reader's business.
+/// Returns the name without the suffixes of Google Benchmark, which say how it is timed.
 std::string short_name(const json& entry) {
   std::string name = entry["name"];
   const std::string tail = "/manual_time";
@@ -79,7 +79,7 @@ json peers_of(const Result& result) {
   return peers;
 }
 
-/// Of every benchmark a value a run, null where a run has none.
+/// Returns one value per benchmark and run, null where a run has none.
 json page_data(const std::vector<Result>& results) {
   json runs = json::array();
   std::map<std::string, std::size_t> places;

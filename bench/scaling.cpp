@@ -1,6 +1,6 @@
-// What time and memory cost as the work grows: data sets against their trials, training steps against the batch,
-// convolutions against their channels, each also by threads. tools/bench --scaling runs each point in a process of its
-// own, so that MB, the peak of memory beyond what the process had before, is that point's.
+// Time and memory as the work grows: data sets against their trials, training steps against the batch, convolutions
+// against their channels, each also by threads. tools/bench --scaling runs each point in its own process, because MB is
+// the process's peak memory above its memory at the start.
 #include <benchmark/benchmark.h>
 #include <omp.h>
 

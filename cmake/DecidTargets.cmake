@@ -112,7 +112,7 @@ function(decid_soname result library)
 endfunction()
 
 # decid_glue(target): code that reads options, writes pages and JSON or tests takes half as long to compile with -O1,
-# and nobody waits for what it does; with sanitizers, -O0; in a page it has to be small.
+# where speed does not matter; with sanitizers, -O0; in a page it has to be small.
 function(decid_glue target)
   if(DECID_SANITIZE)
     target_compile_options(${target} PRIVATE -O0)

@@ -10,10 +10,9 @@ if(DECID_SANITIZE OR DECID_COVERAGE OR CMAKE_CROSSCOMPILING)
   math(EXPR DECID_SLOW_TEST_LIMIT_S "2 * ${DECID_SLOW_TEST_LIMIT_S}")
 endif()
 
-# decid_test_headers(target): what nearly every test includes is compiled once, where CMAKE_UNITY_BUILD asks for speed; tests'
-# sources themselves stay apart, as each names its helpers as it likes. That is half of the time clang takes for them; g++
-# 12 reads 100 MB for each source then, gains nothing and warns of what is in the system's headers. A page's few tests define
-# what doctest's header is read with.
+# decid_test_headers(target): precompiles the headers of nearly every test, where CMAKE_UNITY_BUILD asks for speed. Test
+# sources stay apart, as helper names repeat among them. This halves clang's time. g++ 12 then reads 100 MB for each
+# source, gains nothing and warns about system headers. The page's few tests define macros before they include doctest.
 function(decid_test_headers target)
   if(NOT CMAKE_UNITY_BUILD OR NOT CMAKE_CXX_COMPILER_ID STREQUAL Clang OR CMAKE_SYSTEM_PROCESSOR STREQUAL wasm32)
     return()
@@ -39,7 +38,7 @@ function(decid_test_options target)
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O0>)
   endif()
   if(DECID_SANITIZE)
-    # What is tested is in the libraries; in the tests' own sources these checks are two fifths of the time to compile them.
+    # The tested code is in the libraries; in the tests' own sources these checks take two fifths of the compile time.
     target_compile_options(${target} PRIVATE -fno-sanitize=undefined)
   endif()
 endfunction()

@@ -8,7 +8,7 @@ get_filename_component(packages ${CMAKE_CURRENT_LIST_DIR}/../build/aarch64-packa
 set(libraries ${packages}/usr/lib/aarch64-linux-gnu)
 set(CMAKE_CROSSCOMPILING_EMULATOR qemu-aarch64 -L /usr/aarch64-linux-gnu
     -E LD_LIBRARY_PATH=${libraries}:${packages}/lib/aarch64-linux-gnu:${libraries}/hdf5/serial:/usr/aarch64-linux-gnu/lib)
-# What those libraries are linked with themselves is the loader's to find.
+# The loader finds the libraries that those libraries need.
 set(CMAKE_EXE_LINKER_FLAGS_INIT -Wl,--allow-shlib-undefined)
 # Libraries and their headers are the target's; programs the host's, and packages of headers alone may be.
 set(CMAKE_FIND_ROOT_PATH ${packages} /usr/aarch64-linux-gnu)

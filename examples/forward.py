@@ -1,4 +1,4 @@
-"""A model's estimates computed anew with NumPy, from its file and the images that its network sees.
+"""A model's estimates computed with NumPy, from its file and the images that its network sees.
 
     decid image data.npz --model model.safetensors -o images.npz
     python3 examples/forward.py model.safetensors images.npz      prints a line a trial: the parameters in SI units

@@ -26,7 +26,7 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BUILD = ROOT / "build/coverage"
 FOLDERS = ("base", "sim", "nn", "dataset", "identify", "tools")
-# What is no code, then what makes a line one that holds a condition.
+# Text that is not code, then the tokens that make a line conditional.
 NO_CODE = re.compile(r'"(?:\\.|[^"\\])*"|\'(?:\\.|[^\'\\])\'|//.*')
 CONDITION = re.compile(r"\b(?:if|for|while|switch|case)\b|\?|&&|\|\||[=!<>]=| [<>] ")
 

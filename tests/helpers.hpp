@@ -1,17 +1,21 @@
-// What tests share: folders that go away, files, and errors held to what they say.
+// Shared fixtures: temporary folders, files, and checks of errors.
 #pragma once
 
 #include <doctest/doctest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <initializer_list>
 #include <iterator>
+#include <stdexcept>
 #include <string>
+#include <string_view>
 
 #include "base/error.hpp"
+#include "base/warning.hpp"
 #include "tests/near.hpp"
 
 namespace decid::test {
@@ -21,7 +25,7 @@ namespace decid::test {
 class TemporaryFolder {
  public:
   TemporaryFolder() {
-    // A name that nobody has: process numbers come again, and a killed test leaves its folder.
+    // A unique name: process numbers repeat, and a killed test leaves its folder.
     std::string name = std::filesystem::temp_directory_path() / "decid-test-XXXXXX";
     REQUIRE(::mkdtemp(name.data()) != nullptr);
     path_ = name;
@@ -33,7 +37,10 @@ class TemporaryFolder {
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 
-  std::filesystem::path operator/(const char* name) const { return path_ / name; }
+  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+  std::size_t files() const {
+    return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(path_), {}));
+  }
   const std::filesystem::path& path() const { return path_; }
 
  private:
@@ -57,23 +64,48 @@ inline std::string read_text(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// Calls f, which must throw an Error with a remedy whose message has all the parts.
+inline bool contains(std::string_view text, std::string_view part) {
+  return text.find(part) != std::string_view::npos;
+}
+
+/// Returns true if a warning of a recording, or of a result, has the part.
+template <class Warned>
+bool warns(const Warned& warned, std::string_view part) {
+  return std::ranges::any_of(warned.warnings, [&](const auto& warning) { return contains(warning.text, part); });
+}
+
+/// Returns true if a warning has the code.
+inline bool has(const Warnings& warnings, std::string_view code) {
+  return std::ranges::any_of(warnings, [&](const Warning& warning) { return warning.code == code; });
+}
+
+/// Calls f, which must throw an Error, and returns it.
 template <class F>
-void check_error(const F& f, std::initializer_list<const char*> parts) {
+Error error_of(const F& f) {
   try {
     f();
   } catch (const Error& error) {
-    const std::string message = error.what();
-    CHECK_FALSE(error.remedy().empty());
-    for (const std::string part : parts) {
-      INFO("message: " << message);
-      INFO("part: " << part);
-      CHECK(message.find(part) != std::string::npos);
-    }
-    return;
+    return error;
   }
-  const std::string expected = *parts.begin();
-  FAIL_CHECK("no Error was thrown; expected: " << expected);
+  throw std::logic_error("no Error was thrown");
+}
+
+template <class F>
+std::string message_of(const F& f) {
+  return error_of(f).what();
+}
+
+/// Calls f, which must throw an Error with a remedy whose message has all the parts.
+template <class F>
+void check_error(const F& f, std::initializer_list<const char*> parts) {
+  const Error error = error_of(f);
+  const std::string message = error.what();
+  CHECK_FALSE(error.remedy().empty());
+  for (const std::string part : parts) {
+    INFO("message: " << message);
+    INFO("part: " << part);
+    CHECK(contains(message, part));
+  }
 }
 
 }  // namespace decid::test

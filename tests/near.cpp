@@ -6,8 +6,7 @@
 #include <limits>
 #include <string>
 
-using decid::test::near;
-using decid::test::within;
+using namespace decid::test;
 
 TEST_CASE("near is relative to the expected value at every scale, within is absolute") {
   for (const double scale : {1e-300, 1e-9, 1.0, -1e9, 1e300}) {

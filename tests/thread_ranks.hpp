@@ -15,7 +15,7 @@
 
 namespace decid::test {
 
-/// What the ranks share: each one's bytes of every call, and messages on their way.
+/// State shared by the ranks: the bytes of each rank in every call, and messages on their way.
 struct ThreadHub {
   struct Given {
     std::vector<std::byte> bytes;
@@ -95,7 +95,7 @@ class ThreadRanks final : public Communicator {
         std::size_t from = 0;
         for (int r = 0; r < rank_; ++r) from += its.sizes[static_cast<std::size_t>(r)];
         const std::size_t size = its.sizes[static_cast<std::size_t>(rank_)];
-        // What is given and what is expected must agree, as for every communicator.
+        // Sent and expected sizes must agree, as for every communicator.
         if (size != sizes_[from_rank++] || from + size > its.bytes.size() || to + size > in_.size()) std::abort();
         if (size > 0) std::memcpy(in_.data() + to, its.bytes.data() + from, size);
         to += size;
@@ -134,7 +134,7 @@ class ThreadRanks final : public Communicator {
   std::map<int, int> calls_;
 };
 
-/// Calls body for each of so many ranks at once.
+/// Calls body for all ranks at the same time.
 inline void with_ranks(int ranks, const std::function<void(Communicator&)>& body) {
   ThreadHub hub(ranks);
   std::vector<std::thread> threads;

@@ -1,8 +1,7 @@
-// What fresh trials cost a training: steps on batches that lie in memory, the making of as many trials and images, and
-// steps that are fed with them as they are made (dataset/feed.hpp), in turns in one run. Wall time, as the two share
-// the cores; the feed has as many threads as the network, so with one of them on two cores it works beside it. "cost %"
-// is what streaming adds to a step; "overlap" the time of both alone beside that of both together: 1 on busy cores is
-// all there is. Operations are the network's.
+// Cost of streamed trials in a training. One run alternates steps on batches in memory, simulation of as many trials
+// and network inputs, and steps fed by dataset/feed.hpp. Wall time, as network and feed share the cores and have equal
+// numbers of threads. "cost %" is the time that streaming adds to a step. "overlap" is the time of both apart over the
+// time of both together; 1 is the best on busy cores. Operations are the network's.
 #include "dataset/feed.hpp"
 
 #include <benchmark/benchmark.h>

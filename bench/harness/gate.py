@@ -10,7 +10,7 @@ from pathlib import Path
 from harness.project import Failed, run
 
 TOLERANCE = 0.02  # what another patch level of compiler or library may cost
-# Of misses more, and some whatever their number: they depend on where memory lies, which a larger library moves.
+# Misses vary more, and by a fixed number too: they depend on addresses, which a larger library moves.
 MISS_TOLERANCE, MISS_SLACK = 0.1, 500
 MISSES = {"first-level": ("D1mr", "D1mw"), "last-level": ("DLmr", "DLmw")}  # of data, by callgrind's events
 CACHES = ("--cache-sim=yes", "--I1=32768,8,64", "--D1=32768,8,64", "--LL=1048576,16,64")
@@ -67,7 +67,7 @@ def misses_of(counts):
 
 
 class Verdict:
-    """What became of each name: (name, limit, instructions), either None where there is none."""
+    """Returns (name, limit, instructions) for each name, with None for a missing one."""
 
     def __init__(self, limits, counts, tolerance=TOLERANCE, slack=0):
         both = [name for name in counts if name in limits]

@@ -10,11 +10,11 @@ FEWEST = 9  # pairs: one may fall outside on each side, and the interval still h
 
 
 def rank(pairs, confidence=CONFIDENCE):
-    """The largest k for which the k-th smallest and largest of so many values enclose the median with `confidence`; 0
+    """The largest k for which the k-th smallest and largest of `pairs` values enclose the median with `confidence`; 0
     if not even the smallest and the largest do."""
     below, best = 0, 0
     for k in range(1, pairs // 2 + 1):
-        below += comb(pairs, k - 1)  # so many of the 2^pairs patterns have fewer than k on one side
+        below += comb(pairs, k - 1)  # patterns, of 2^pairs, with fewer than k on one side
         if 1 - 2 * below / 2**pairs < confidence:
             break
         best = k
@@ -44,7 +44,7 @@ class Change:
 
 
 def change(name, old, new, minimum):
-    """Of two lists of times, pair by pair in the order they were measured."""
+    """Compares two lists of times, pair by pair in the order of measurement."""
     if len(old) != len(new) or len(old) < FEWEST:
         raise ValueError(f"{name}: needs {FEWEST} pairs or more, has {len(old)} and {len(new)} times")
     ratios = sorted(b / a for a, b in zip(old, new))

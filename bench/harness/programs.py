@@ -48,12 +48,12 @@ def build(source, folder, suites=(*SUITES, "bench_scaling")):
     folder.mkdir(parents=True, exist_ok=True)
     log = folder.with_name(folder.name + ".log")
     try:
-        told = run(["cmake", "-S", source, "-B", folder, "-DCMAKE_BUILD_TYPE=Release", "-DDECID_BENCHMARKS=ON",
-                    "-DDECID_TESTS=OFF"])
+        log_text = run(["cmake", "-S", source, "-B", folder, "-DCMAKE_BUILD_TYPE=Release", "-DDECID_BENCHMARKS=ON",
+                        "-DDECID_TESTS=OFF"])
         known = set(re.findall(r"\w+", run(["cmake", "--build", folder, "--target", "help"])))
         programs = [name for name in suites if name in known]
-        told += run(["cmake", "--build", folder, "-j", os.cpu_count(), "--target", *programs])
-        log.write_text(told, encoding="utf-8")
+        log_text += run(["cmake", "--build", folder, "-j", os.cpu_count(), "--target", *programs])
+        log.write_text(log_text, encoding="utf-8")
     except Failed as error:
         log.write_text(str(error) + "\n", encoding="utf-8")
         raise Failed(f"{source}: does not build; see {log}") from error
@@ -66,7 +66,7 @@ class Benchmark:
 
 
 class Programs:
-    """Those of one build folder, with one instruction set."""
+    """The benchmarks of one build folder, with one instruction set."""
 
     def __init__(self, folder, isa=None, suites=SUITES):
         self.folder = Path(folder) / "bench"
@@ -80,18 +80,18 @@ class Programs:
             raise Failed(f"instruction set '{self.isa}': not among {', '.join(present)}")
 
     def choose(self, pattern):
-        """Those of the instruction set, or of none, whose names the regular expression finds."""
+        """Returns benchmarks of the instruction set, or of none, whose names match the regular expression."""
         others = tuple(name + "/" for name in ISAS if name != self.isa)
         return [b for b in self.listed if not b.name.startswith(others) and (pattern is None or pattern.search(b.name))]
 
     def measure(self, benchmark, seconds):
-        """What Google Benchmark reports of one benchmark, run for so many seconds, threads kept on their cores: its
-        context, and its entry."""
+        """Runs one benchmark for `seconds`, threads kept on their cores. Returns the context and the entry of Google
+        Benchmark's report."""
         escaped = re.sub(r"([.+*?^$(){}|\[\]\\])", r"\\\1", benchmark.name)
-        told = run([self.folder / benchmark.program, f"--benchmark_filter=^{escaped}$", "--benchmark_format=json",
-                    f"--benchmark_min_time={seconds:g}"],
-                   {"DECID_ISA": self.isa, "OMP_PROC_BIND": "true", "OMP_PLACES": "cores"})
-        result = json.loads(told)
+        log_text = run([self.folder / benchmark.program, f"--benchmark_filter=^{escaped}$", "--benchmark_format=json",
+                        f"--benchmark_min_time={seconds:g}"],
+                       {"DECID_ISA": self.isa, "OMP_PROC_BIND": "true", "OMP_PLACES": "cores"})
+        result = json.loads(log_text)
         entry = result["benchmarks"][0]
         if entry.get("error_occurred"):
             raise Failed(f"{benchmark.name}: {entry['error_message']}")

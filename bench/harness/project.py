@@ -1,4 +1,4 @@
-"""What the tools for benchmarks share: where things are, how programs are run and files written, what machine this is."""
+"""Shared code of the benchmark tools: paths, running programs, writing files, the name of the machine."""
 import argparse
 import json
 import os

@@ -5,7 +5,7 @@ import re
 
 from harness.project import Failed
 
-# Of no use elsewhere, and nobody's business.
+# Fields without use elsewhere, which may identify the user.
 PRIVATE = ("host_name", "executable")
 
 
@@ -29,7 +29,7 @@ def join(measured, **context):
 
 
 def of_machine(entry):
-    """What part of the machine's peak a benchmark reaches, and of which: (52.1, "%peak")."""
+    """Returns the percentage of the machine's peak that a benchmark reaches, and which peak: (52.1, "%peak")."""
     for key in ("%peak", "%bandwidth"):
         if key in entry:
             return entry[key], key

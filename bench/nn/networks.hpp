@@ -52,7 +52,7 @@ inline bool multiplies(const nn::Layer<float>& layer) {
   return false;
 }
 
-/// Of one sample, forward.
+/// Returns the operations of the forward pass of one sample.
 inline double forward_flops(const nn::Network<float>& network) {
   double sum = 0;
   for (const nn::Layer<float>& layer : network.layers())

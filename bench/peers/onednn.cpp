@@ -30,7 +30,7 @@ class Theirs {
                        weight = any({s.dst_channels, s.src_channels, s.kernel_rows, s.kernel_columns}),
                        bias = any({s.dst_channels});
     const memory::dims strides{s.stride_rows, s.stride_columns}, pad{s.pad_rows, s.pad_columns},
-        // What is left over at the end of strides is not padded.
+        // Values left over at the end of strides are not padded.
         pad_end{(s.dst_rows - 1) * s.stride_rows + s.kernel_rows - s.src_rows - s.pad_rows,
                 (s.dst_columns - 1) * s.stride_columns + s.kernel_columns - s.src_columns - s.pad_columns};
     const auto algorithm = dnnl::algorithm::convolution_direct;

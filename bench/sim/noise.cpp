@@ -13,8 +13,8 @@ namespace {
 using namespace decid;
 using namespace decid::bench;
 
-/// The noise of a trial: 482 normals, an inverse FFT of a period of 24,200 samples, whose operations count. Of eight
-/// trials at once.
+/// Noise of eight trials at once. Each takes 482 normals and an inverse FFT over a period of 24,200 samples; only
+/// operations of the FFT count.
 void bench_noise(benchmark::State& state, Isa isa) {
   const sim::Protocol protocol = sim::default_protocol();
   const sim::VestibularNoiseMaker maker(protocol);

@@ -1,5 +1,5 @@
-// A trial as one would write it down: one pendulum, one step after the other, in plain double arithmetic. What the
-// lanes of sim/simulate.hpp are measured against; its sway differs from theirs by rounding only.
+// A plain trial: one pendulum, one step after the other, in double arithmetic. It is the baseline for the lanes of
+// sim/simulate.hpp; its sway differs from theirs only by rounding.
 #pragma once
 
 #include <algorithm>

@@ -19,8 +19,8 @@ namespace {
 using namespace decid;
 using namespace decid::bench;
 
-/// Trials of the data set's distribution, 160 at once: ten for each lane. Beside the plain loop, one after the other,
-/// with noise of its own for each as well. Operations are those of the steps alone.
+/// Trials of the data set's distribution, 160 at once: ten for each lane. The plain loop computes them one after the
+/// other, also with noise of its own for each. Only operations of the steps count.
 void bench_trials(benchmark::State& state, bool noise, Isa isa) {
   constexpr int count = 160;
   const sim::Simulator simulator(sim::default_protocol(), isa);

@@ -13,25 +13,25 @@
               found->interval90[1], found->unit);
      }
 
-   Errors. Every function that can fail returns a decid_status; if it is not DECID_OK, nothing was made or changed, and
-   the thread's decid_error_..() say what went wrong, where, and what to do about it. A function that makes something
-   sets its last argument to it, to NULL if it fails. No C++ exception leaves the library, and it never prints, exits or
-   aborts. Where the system has no thread left, the OpenMP runtime beneath it ends the process.
+   Errors. Every function that can fail returns a decid_status. Unless it is DECID_OK, nothing was made or changed, and
+   the thread's decid_error_..() give the place, the problem and the remedy. A function that makes a handle stores it in
+   its last argument, or NULL if it fails. No C++ exception leaves the library, and it never prints, exits or aborts.
+   Where the system has no thread left, the OpenMP runtime ends the process.
 
-   Ownership. What a function makes is freed by the decid_.._free() of its type, in any order; these take NULL. What an
-   accessor returns a pointer to belongs to the handle it was asked of, and lives as long. Accessors give 0 or NULL for
-   a NULL handle and for an index that is too large.
+   Ownership. Free each handle with the decid_.._free() of its type, in any order; these take NULL. A pointer that an
+   accessor returns belongs to the accessor's handle, and lives as long. Accessors give 0 or NULL for a NULL handle and
+   for an index that is too large.
 
    Threads. All functions may be called from many threads at once. A handle that a function takes as const may be used
-   by many threads at once, and no handle changes once it is made. Results do not depend on the number of threads, nor
-   on the machine. In a process that was forked after the first call every function that can fail does, with
-   DECID_BAD_INPUT, unless all calls had one thread: OpenMP's threads are not in it.
+   by many threads at once, and no handle changes once it is made. Results do not depend on the number of threads or the
+   machine. In a process that was forked after the first call every function that can fail returns DECID_BAD_INPUT,
+   unless all calls had one thread: a fork has no OpenMP threads.
 
-   Options. A structure of options is set by its decid_.._defaults(&options, sizeof options), then changed; NULL in its
-   place means all defaults. Structures that the library hands out may grow at their ends, so they are only pointed to.
+   Options. Set a structure of options with its decid_.._defaults(&options, sizeof options), then change it; NULL
+   means all defaults. Structures that the library returns may grow at their ends, so it returns pointers to them.
 
-   Versions. DECID_ABI changes when a function changes its meaning or goes, and with it the library's SONAME; additions
-   leave it alone. decid_abi() is that of the library that is running. */
+   Versions. DECID_ABI and the library's SONAME change when a function is removed or changes its meaning, not when
+   one is added. decid_abi() returns the DECID_ABI of the running library. */
 #ifndef DECID_H
 #define DECID_H
 
@@ -49,13 +49,13 @@ extern "C" {
 
 typedef enum decid_status {
   DECID_OK = 0,
-  DECID_FAILED = 1,    /* anything not below: a mistake in decid */
+  DECID_FAILED = 1,    /* any other failure: a bug in decid */
   DECID_BAD_INPUT = 2, /* an argument, a file or a recording, or a disk that is full; the text names it */
   DECID_NO_MEMORY = 3,
   DECID_STOPPED = 4 /* a callback asked for it */
 } decid_status;
 
-/* Of this thread's last call that failed; "" before any. Valid until the thread's next call that fails.
+/* The error of this thread's last call that failed; "" before any. Valid until the thread's next call that fails.
    text: "where: problem; remedy". */
 DECID_API const char* decid_error_text(void);
 DECID_API const char* decid_error_where(void);
@@ -65,18 +65,18 @@ DECID_API const char* decid_error_remedy(void);
 DECID_API int decid_abi(void);
 DECID_API const char* decid_version(void); /* "0.2.0" */
 
-/* How many threads the calls of this thread work with, 1 or more; all cores unless it is said. */
+/* Sets the number of threads for this thread's calls, 1 or more; the default is all cores. */
 DECID_API decid_status decid_set_threads(int threads);
 
-/* Called during long work with the part that is done, 0 to 1, and what is being done. Any other value than 0 stops the
-   work, which then returns DECID_STOPPED. From one thread at a time, which need not be the caller's; it must return, by
-   no longjmp. */
+/* Called during long work with the fraction done, 0 to 1, and the name of the stage. A return value other than 0 stops
+   the work, which then returns DECID_STOPPED. One thread at a time calls it, perhaps not the caller's; it must return,
+   without longjmp. */
 typedef int (*decid_progress)(void* user, double done, const char* stage);
 
 typedef enum decid_severity {
-  DECID_INFO = 0,    /* what was assumed or done, as it should be */
+  DECID_INFO = 0,    /* an assumption or a correction without harm */
   DECID_CAUTION = 1, /* the result may be off */
-  DECID_INVALID = 2  /* it is not to be used unless somebody has looked into it */
+  DECID_INVALID = 2  /* do not use it unless you have found the cause */
 } decid_severity;
 
 typedef struct decid_warning {
@@ -85,7 +85,7 @@ typedef struct decid_warning {
   const char* text; /* for people */
 } decid_warning;
 
-/* ---- Protocols: what the platform plays, whose body stands on it, and how it is recorded ---- */
+/* ---- Protocols: the platform's movement, the body on it, and the recording ---- */
 
 typedef struct decid_protocol decid_protocol;
 
@@ -94,7 +94,7 @@ typedef struct decid_parameter_info {
   const char* unit;        /* "N m/rad"; "1" for a plain number */
   const char* description; /* "Passive stiffness" */
   double low, high;        /* the range of training, for the protocol's body */
-  int over_mgh;            /* value / (m g h) has a meaning */
+  int over_mgh;            /* 1: value / (m g h) has a meaning */
 } decid_parameter_info;
 
 /* "default", "short", or the path of a JSON file (docs/reference/protocols.md). */
@@ -107,14 +107,14 @@ DECID_API const double* decid_protocol_tilt(const decid_protocol* protocol); /* 
 DECID_API size_t decid_protocol_parameters(const decid_protocol* protocol);
 DECID_API const decid_parameter_info* decid_protocol_parameter(const decid_protocol* protocol, size_t index);
 
-/* Simulates trials of the single pendulum as they are recorded, trial i with the noise of seed + i, the bits that
-   `decid simulate --seed` writes. parameters: trials x decid_protocol_parameters values, in SI units; sway_rad: trials
-   x samples values, NaN from where a body falls. stood: trials values, 1 unless the body fell; NULL: that is
+/* Simulates recorded trials of the single pendulum, trial i with the noise of seed + i: the bits of `decid simulate
+   --seed`. parameters: trials x decid_protocol_parameters values, in SI units; sway_rad: trials
+   x samples values, NaN from where a body falls. stood: trials values, 1 unless the body fell; NULL: a fall is
    DECID_BAD_INPUT. */
 DECID_API decid_status decid_simulate(const decid_protocol* protocol, const double* parameters, size_t trials,
                                       uint64_t seed, double* sway_rad, unsigned char* stood);
 
-/* ---- Models: a trained network with all that identification needs ---- */
+/* ---- Models: a trained network and its settings ---- */
 
 typedef struct decid_model decid_model;
 
@@ -127,7 +127,7 @@ typedef struct decid_tensor {
 } decid_tensor;
 
 typedef struct decid_layer {
-  const char* text;                       /* "conv 64 3x3 stride 1x1 pad 1x1"; lines that are fused are joined by \n */
+  const char* text;                       /* "conv 64 3x3 stride 1x1 pad 1x1"; fused lines are joined by \n */
   size_t input_shape[3], output_shape[3]; /* channels, rows, columns */
   uint64_t flops;                         /* of one sample */
 } decid_layer;
@@ -136,9 +136,10 @@ typedef struct decid_layer {
 DECID_API decid_status decid_model_load(const char* path, decid_model** model);
 DECID_API decid_status decid_model_save(const decid_model* model, const char* path); /* whole or not at all */
 DECID_API void decid_model_free(decid_model* model);
-DECID_API const decid_protocol* decid_model_protocol(const decid_model* model); /* the model's own: not to be freed */
-DECID_API const char* decid_model_head(const decid_model* model);               /* what the outputs mean: "mixture 2" */
-DECID_API const char* decid_model_sha256(const decid_model* model);             /* of the weights */
+DECID_API const decid_protocol* decid_model_protocol(
+    const decid_model* model);                                      /* belongs to the model: do not free it */
+DECID_API const char* decid_model_head(const decid_model* model);   /* the kind of outputs: "mixture 2" */
+DECID_API const char* decid_model_sha256(const decid_model* model); /* of the weights */
 DECID_API size_t decid_model_layers(const decid_model* model);
 DECID_API const decid_layer* decid_model_layer(const decid_model* model, size_t index);
 DECID_API size_t decid_model_tensors(const decid_model* model);
@@ -153,7 +154,7 @@ typedef enum decid_unit {
   DECID_DEGREES = 1,
   DECID_RADIANS = 2,
   DECID_MILLIRADIANS = 3,
-  DECID_MILLIMETRES = 4, /* and the next two: of positions alone */
+  DECID_MILLIMETRES = 4, /* this and the next two: only for positions */
   DECID_CENTIMETRES = 5,
   DECID_METRES = 6
 } decid_unit;
@@ -164,25 +165,25 @@ typedef struct decid_read_options {
   int unit;                /* a decid_unit; DECID_BY_NAME: from the column's name, else degrees */
   double rate_hz;          /* 0: from the column of time */
   double fill_gaps_s;      /* missing values up to this long are interpolated; 0: refused */
-  const char* tilt_column; /* of the platform's measured tilt; NULL: one that is plain by its name; "none": not read */
+  const char* tilt_column; /* of the platform's measured tilt; NULL: found by name; "none": not read */
   int tilt_unit;
-  int invert_sway, invert_tilt; /* positive against the protocol's direction */
+  int invert_sway, invert_tilt; /* 1: positive against the protocol's direction */
   int skip_lines;               /* of a text file, above its table; -1: found */
-  /* The sway's sources where there is no column of it (docs/guide/recordings.md, markers or segments); 0 and NULL: none. */
-  double com_height_m;                      /* `column` is a position so high above the ankles */
+  /* The sway's sources where there is no column of it (docs/guide/recordings.md, markers or segments); 0 and NULL:
+   * none. */
+  double com_height_m;                      /* `column` is a position at this height above the ankles */
   double body_height_m;                     /* of the subject, for hip and shoulder */
   const char *leg_column, *trunk_column;    /* angles in space */
   const char *hip_column, *shoulder_column; /* positions */
-  const char* ankle_column;                 /* that positions count from; NULL: their means are upright */
-  /* Of a text file that holds several tables, the one to read, by its name or its number from 1; not with skip_lines.
-   */
+  const char* ankle_column;                 /* positions count from it; NULL: their means are upright */
+  /* The table to read in a text file of several, by its name or its number from 1; not with skip_lines. */
   const char* section;
-  /* Where a file holds several recordings (docs/guide/recordings.md#several-recordings-in-one-file): the column that tells
-     them apart, several with commas between them, or an array of a MAT-file; "none": all rows are one recording; NULL:
-     files of several are refused. */
+  /* Where a file holds several recordings (docs/guide/recordings.md#several-recordings-in-one-file): the column that
+     distinguishes them, several separated by commas, or an array of a MAT-file; "none": all rows are one recording;
+     NULL: files of several are refused. */
   const char* trial_column;
-  const char* trial; /* which of them: a name of decid_trials_name; needed beside trial_column */
-  const double* missing_value; /* a number that stands for a missing value, besides those that are known; NULL: none */
+  const char* trial;           /* the recording: a name of decid_trials_name; required with trial_column */
+  const double* missing_value; /* a number that marks a missing value, in addition to the usual ones; NULL: none */
 } decid_read_options;
 DECID_API void decid_read_defaults(decid_read_options* options, size_t size);
 
@@ -194,7 +195,7 @@ DECID_API void decid_trials_free(decid_trials* trials);
 DECID_API size_t decid_trials_count(const decid_trials* trials);
 DECID_API const char* decid_trials_name(const decid_trials* trials, size_t index);
 
-/* A CSV, MAT, C3D or .xlsx file (docs/guide/recordings.md). */
+/* Reads a CSV, MAT, C3D or .xlsx file (docs/guide/recordings.md). */
 DECID_API decid_status decid_recording_read(const char* path, const decid_read_options* options,
                                             decid_recording** recording);
 /* Samples in memory, which are copied: sway of the body's centre of mass, 0 upright, positive in the platform's
@@ -220,47 +221,47 @@ typedef struct decid_identify_options {
   size_t size;
   double mass_kg, height_m; /* of the subject, both or none; 0: the protocol's body */
   double begin_s;           /* where in the recording the protocol starts; NaN: at its first sample, or by its tilt */
-  int detrend;              /* a decid_detrend, what is subtracted: the mean of the whole cycles, or a line too */
+  int detrend;              /* a decid_detrend: subtract the mean of the whole cycles, or also a line */
 } decid_identify_options;
 DECID_API void decid_identify_defaults(decid_identify_options* options, size_t size);
 
-/* The model's answer, in milliseconds; `decid identify` gives the same bits. */
+/* Estimates with the model, in milliseconds; `decid identify` gives the same bits. */
 DECID_API decid_status decid_identify(const decid_model* model, const decid_recording* recording,
                                       const decid_identify_options* options, decid_result** result);
 
-/* What is known of a parameter beforehand, in its unit. */
+/* The prior of a parameter, in its unit. */
 typedef struct decid_parameter_prior {
-  const char* name; /* as decid_parameter has it */
-  double low, high; /* where it may lie; both NaN: the model's range */
-  double mean, sd;  /* normal within that; both NaN: uniform */
+  const char* name; /* as in decid_parameter */
+  double low, high; /* its range; both NaN: the model's */
+  double mean, sd;  /* normal within the range; both NaN: uniform */
 } decid_parameter_prior;
 
 typedef struct decid_fit_options {
   size_t size;
   double mass_kg, height_m, begin_s; /* these four as above */
   int detrend;
-  const decid_protocol* protocol; /* what was played; NULL: the model's */
+  const decid_protocol* protocol; /* the protocol played; NULL: the model's */
   double prior_start_s;           /* the recording starts within +- this of the protocol; 0: at it */
   double prior_gain;              /* standard deviation of the logarithm of recorded over true sway; 0: known */
-  double prior_noise_deg;         /* of the sensor, to a factor of 20 */
-  int max_draws;                 /* of each chain, 8 or more; fewer if they are enough */
+  double prior_noise_deg;         /* measurement noise, to a factor of 20 */
+  int max_draws;                  /* of each chain, 8 or more; fewer if they are enough */
   uint64_t seed;
   decid_progress progress;                       /* NULL: none */
   void* user;                                    /* for progress */
   const decid_parameter_prior* parameter_priors; /* NULL: uniform in the ranges */
   size_t parameter_prior_count;
-  int moved_before; /* 1: the platform played the cycle's end before the recording; 0: it rested, or the tilt says */
+  int moved_before; /* 1: the platform played the cycle's end before the recording; 0: it rested, or the tilt decides */
 } decid_fit_options;
 DECID_API void decid_fit_defaults(decid_fit_options* options, size_t size);
 
-/* Draws from the posterior of all that is unknown, in seconds to minutes, as `decid fit`. The model answers where the
-   chains do not agree. */
+/* Draws from the posterior, in seconds to minutes, as `decid fit`. Where the chains do not agree, the result has the
+   model's estimates. */
 DECID_API decid_status decid_fit(const decid_model* model, const decid_recording* recording,
                                  const decid_fit_options* options, decid_result** result);
 
 typedef enum decid_trust { DECID_USABLE = 0, DECID_WITH_CAUTION = 1, DECID_NOT_USABLE = 2 } decid_trust;
 
-/* What is not known is NaN. */
+/* Unknown values are NaN. */
 typedef struct decid_parameter {
   const char* name;
   const char* unit;
@@ -272,40 +273,41 @@ typedef struct decid_parameter {
 } decid_parameter;
 
 typedef struct decid_figures {
-  double rms_residual_deg, variance_accounted_for; /* of the noise-free trial of the answer, against the recording */
+  double rms_residual_deg, variance_accounted_for; /* the estimate's noise-free trial against the recording */
   double peak_to_peak_deg;
-  double following;                                 /* how much of the response to the tilt is there: 1 all, 0 none */
-  double unfamiliarity;                             /* above 1: unlike what the model was trained on */
+  double following;                                 /* stimulus response ratio: 1 the whole response, 0 none */
+  double unfamiliarity;                             /* out-of-distribution score; above 1: unlike the training trials */
   double tilt_delay_s, tilt_correlation, tilt_gain; /* of a measured tilt against the protocol's */
-  double mass_kg, com_height_m, inertia_kgm2;       /* the body that stiffness and damping are of */
-  int body_assumed;                                 /* nobody said whose */
+  double mass_kg, com_height_m, inertia_kgm2;       /* the body of stiffness and damping */
+  int body_assumed;                                 /* 1: no mass and height were given */
 } decid_figures;
 
 typedef struct decid_sampling {
   int chains, draws; /* draws: of all chains */
   int agreed;        /* every R-hat is at most 1.05, and every quantity has 100 effective draws */
-  int from_network;  /* they do not, and the values are the model's */
+  int from_network;  /* 1: the chains do not agree, and the values are the model's */
   int divergences;
-  double samples_noise_deg; /* the sensor's noise by the samples' second differences */
+  double samples_noise_deg; /* measurement noise from the samples' second differences */
   double seconds;
 } decid_sampling;
 
 DECID_API void decid_result_free(decid_result* result);
 DECID_API decid_trust decid_result_trust(const decid_result* result);
 DECID_API size_t decid_result_parameters(const decid_result* result);
-/* Those of a fit are followed by three quantities more: sensor_noise_deg, start_s and gain. */
+/* A fit's parameters are followed by three more quantities: sensor_noise_deg, start_s and gain. */
 DECID_API size_t decid_result_quantities(const decid_result* result);
 DECID_API const decid_parameter* decid_result_parameter(const decid_result* result, size_t index);
-/* NaN if it is not known. */
+/* Returns NaN if it is not known. */
 DECID_API double decid_result_correlation(const decid_result* result, size_t a, size_t b);
 DECID_API const decid_figures* decid_result_figures(const decid_result* result);
 DECID_API size_t decid_result_warnings(const decid_result* result);
-DECID_API const decid_warning* decid_result_warning(const decid_result* result, size_t index); /* the gravest first */
-/* The recording at the protocol's rate and length, and the noise-free trial of the answer, which is shorter if that
-   falls; rad. samples: how many there are; may be NULL. */
+DECID_API const decid_warning* decid_result_warning(const decid_result* result,
+                                                    size_t index); /* the most severe first */
+/* The recording at the protocol's rate and length, and the estimate's noise-free trial, which is shorter if the body
+   falls; rad. samples: their number; may be NULL. */
 DECID_API const float* decid_result_sway(const decid_result* result, size_t* samples);
 DECID_API const float* decid_result_fitted(const decid_result* result, size_t* samples);
-/* NULL unless it is a fit's. */
+/* Returns NULL unless the result is a fit's. */
 DECID_API const decid_sampling* decid_result_sampling(const decid_result* result);
 /* A quantity's draws, chain by chain: decid_sampling.draws values. */
 DECID_API const double* decid_result_draws(const decid_result* result, size_t quantity);
@@ -317,7 +319,7 @@ typedef struct decid_dataset decid_dataset;
 typedef struct decid_dataset_options {
   size_t size;
   int count; /* valid trials in all */
-  int base;  /* of these, how many are drawn anew; the rest are children of large sways. 0: all */
+  int base;  /* number of trials drawn from the ranges; the rest are children of large sways. 0: all */
   uint64_t seed;
   const char* path; /* NULL: in memory; else an .npz file, made as `decid dataset` does and not read into memory */
   decid_progress progress;
@@ -325,14 +327,15 @@ typedef struct decid_dataset_options {
 } decid_dataset_options;
 DECID_API void decid_dataset_defaults(decid_dataset_options* options, size_t size);
 
-/* The bytes depend on protocol, count, base and seed alone. */
+/* The bytes depend only on protocol, count, base and seed. */
 DECID_API decid_status decid_dataset_make(const decid_protocol* protocol, const decid_dataset_options* options,
                                           decid_dataset** dataset);
 DECID_API decid_status decid_dataset_read(const char* path, decid_dataset** dataset);       /* its sway stays on disk */
 DECID_API decid_status decid_dataset_write(const decid_dataset* dataset, const char* path); /* of one in memory */
 DECID_API void decid_dataset_free(decid_dataset* dataset);
 DECID_API size_t decid_dataset_trials(const decid_dataset* dataset);
-DECID_API const decid_protocol* decid_dataset_protocol(const decid_dataset* dataset); /* its own: not to be freed */
+DECID_API const decid_protocol* decid_dataset_protocol(
+    const decid_dataset* dataset); /* belongs to the data set: do not free it */
 DECID_API const double* decid_dataset_parameters(const decid_dataset* dataset); /* trials x parameters, SI units */
 DECID_API const int32_t* decid_dataset_group(const decid_dataset* dataset);     /* the trial's parent, or itself */
 DECID_API const uint8_t* decid_dataset_split(const decid_dataset* dataset);     /* 0 training, 1 validation */
@@ -346,54 +349,53 @@ DECID_API decid_status decid_dataset_copy_sway(const decid_dataset* dataset, siz
 
 #define DECID_MOST_PARAMETERS 32
 
-/* Of z-scored parameters: guessing the mean has an error of 1. NaN where the model gives no distribution. */
+/* Errors of z-scored parameters: guessing the mean has an error of 1. NaN where the model gives no distribution. */
 typedef struct decid_evaluation {
   size_t trials;
   double mse, matlab_loss;
   double mse_per_parameter[DECID_MOST_PARAMETERS];
-  double covered50, covered90; /* share of the truths in the intervals */
-  double log_score;            /* nats a parameter; 0: only the ranges are known */
+  double covered50, covered90; /* fraction of the true values in the intervals */
+  double log_score;            /* nats per parameter; 0: only the ranges are known */
 } decid_evaluation;
 
 typedef enum decid_split { DECID_ALL = 0, DECID_TRAINING = 1, DECID_VALIDATION = 2 } decid_split;
 
-/* The model's error on trials. Those that it was trained on are refused, but of its own data set either half may be
-   asked for. split: a decid_split; size: sizeof(decid_evaluation). */
+/* Measures the model's error on trials. Training trials are refused, except that each half of the model's own data set
+   is allowed. split: a decid_split; size: sizeof(decid_evaluation). */
 DECID_API decid_status decid_evaluate(const decid_model* model, const decid_dataset* dataset, int split,
                                       decid_evaluation* evaluation, size_t size);
 
-/* Where a training stands. */
+/* Progress of a training. */
 typedef struct decid_training {
-  int epoch, epochs; /* epoch: the one at work, from 1 */
+  int epoch, epochs; /* epoch: the current one, from 1 */
   int done, trials;  /* of the epoch's trials */
-  int epoch_is_over; /* then the three below are known, else NaN */
+  int epoch_is_over; /* 1: the three below are known, else NaN */
   double training_mse, validation_mse, learning_rate;
 } decid_training;
-/* After each batch, and after each epoch's validation. As decid_progress, but always from the caller's thread. */
+/* Called after each batch and each epoch's validation. As decid_progress, but always from the caller's thread. */
 typedef int (*decid_training_progress)(void* user, const decid_training* training);
 
-/* NULL, 0 and -1 mean the preset's, unless another meaning stands there. */
+/* NULL, 0 and -1 mean the preset's value, unless a comment gives another meaning. */
 typedef struct decid_train_options {
   size_t size;
-  const char* preset;            /* "best"; docs/guide/models.md lists them */
-  const char* architecture;      /* layers, one a line */
-  const char* head;              /* "point", "mixture 2" */
-  const char* image;             /* JSON of image settings */
-  const char* schedule;          /* "constant", "cosine", "step:EPOCHS:FACTOR" */
-  int epochs, batch;             /* 0 */
-  double learning_rate;          /* 0 */
-  double momentum, weight_decay; /* -1 */
-  uint64_t seed;                 /* of weights, shuffling and a protocol's trials */
-  int patience;                  /* stop after so many epochs without a better one, and keep the best; 0: never */
-  int stream_trials, validation_trials; /* of a protocol: trials an epoch */
+  const char* preset;                   /* "best"; docs/guide/models.md lists them */
+  const char* architecture;             /* layers, one per line */
+  const char* head;                     /* "point", "mixture 2" */
+  const char* image;                    /* JSON of image settings */
+  const char* schedule;                 /* "constant", "cosine", "step:EPOCHS:FACTOR" */
+  int epochs, batch;                    /* 0 */
+  double learning_rate;                 /* 0 */
+  double momentum, weight_decay;        /* -1 */
+  uint64_t seed;                        /* of weights, shuffling and a protocol's trials */
+  int patience;                         /* epochs without improvement before it stops and keeps the best; 0: never */
+  int stream_trials, validation_trials; /* with a protocol: trials per epoch */
   decid_training_progress progress;
   void* user;
 } decid_train_options;
 DECID_API void decid_train_defaults(decid_train_options* options, size_t size);
 
-/* Trains a model on a data set, or on fresh trials of a protocol in every epoch: give one of the two, NULL for the
-   other. The weights are those of `decid train` with these settings, which also leaves checkpoints: long trainings are
-   its work. */
+/* Trains a model on a data set, or on new trials of a protocol in every epoch: give one of the two, NULL for the other.
+   `decid train` with these settings gives the same weights and writes checkpoints; use it for long trainings. */
 DECID_API decid_status decid_train(const decid_dataset* dataset, const decid_protocol* protocol,
                                    const decid_train_options* options, decid_model** model);
 

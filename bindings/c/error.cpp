@@ -70,7 +70,7 @@ void refuse_fork() {
   other = threaded.load();
   if (other != 0 && other != getpid())
     throw Error("decid", "this process was forked after decid's first call, and has none of its threads",
-                "start processes anew (in Python with the method 'spawn'), or set one thread before the fork");
+                "start new processes (in Python with the method 'spawn'), or set one thread before the fork");
 }
 
 std::vector<decid_warning> to_c(const Warnings& warnings) {

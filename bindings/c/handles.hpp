@@ -1,4 +1,4 @@
-// What stands behind the opaque types of decid.h, and what all of its functions share: no exception passes guarded().
+// The opaque types of decid.h, and the code that all of its functions share: no exception passes guarded().
 #pragma once
 
 #include <algorithm>
@@ -109,7 +109,7 @@ decid_status made(Handle** place, const char* where, const Make& make) noexcept 
   });
 }
 
-/// What a pointer must point to. Throws Error if it is null.
+/// Returns the value behind a pointer. Throws Error if it is null.
 template <class T>
 T& given(T* pointer, const char* where, const char* what) {
   if (pointer == nullptr) throw Error(where, std::string(what) + " is NULL", "give one");

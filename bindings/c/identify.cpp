@@ -23,7 +23,7 @@ decid::recording::Detrend detrend_of(int detrend, const char* where) {
   throw decid::Error(where, decid::format("there is no detrending %d", detrend), "give a value of decid_detrend");
 }
 
-/// What identify and fit have in common of their options.
+/// Converts the options that identify and fit share.
 template <class Options>
 decid::recording::TrialOptions trial_options(const Options& asked, const char* where) {
   decid::recording::TrialOptions options;
@@ -78,7 +78,7 @@ std::vector<decid_parameter> parameters_of(const decid::RecordingResult& result,
   return list;
 }
 
-/// What a fit infers besides the parameters.
+/// Adds the quantities that a fit infers in addition to the parameters.
 void add_other_quantities(const decid::posterior::Posterior& found, std::vector<decid_parameter>& list) {
   using decid::posterior::Density;
   const auto add = [&](const char* name, const char* unit, int quantity) {

@@ -34,7 +34,7 @@ decid::TrainingSettings settings_of(const decid_train_options& asked, const deci
   require(preset.sgd.momentum >= 0.0 && preset.sgd.momentum <= 0.9999, "momentum", "give 0 to 0.9999");
   require(preset.sgd.weight_decay >= 0.0 && preset.sgd.weight_decay <= 1.0, "weight_decay", "give 0 to 1");
   require(asked.patience >= 0, "patience", "give 0 for never, or a number of epochs");
-  decid::nn::Schedule(preset.schedule, preset.learning_rate, 1, 1);  // a wrong one is told before the work
+  decid::nn::Schedule(preset.schedule, preset.learning_rate, 1, 1);  // throws for a wrong schedule before the work
   preset.image = asked.image != nullptr ? decid::dataset::image_settings_from_json(asked.image, "image")
                                         : decid::image_for(preset, source.protocol());
   settings.head = &decid::head_named(preset.head, "head");
@@ -44,7 +44,7 @@ decid::TrainingSettings settings_of(const decid_train_options& asked, const deci
   return settings;
 }
 
-/// What a callback is told, and whether it wants to go on.
+/// Reports progress to a callback, and stops the training if the callback asks for it.
 class Teller {
  public:
   Teller(const decid_train_options& asked, int epochs, int trials) : asked_(asked) {

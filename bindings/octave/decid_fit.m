@@ -4,7 +4,7 @@
 % decid_identify, and:
 %
 %   "protocol"              what was played: "default", "short" or a JSON file; otherwise the model's
-%   "prior_start"           the recording starts within so many seconds of the protocol
+%   "prior_start"           largest distance in s between recording's and protocol's start
 %   "prior_gain"            standard deviation of the logarithm of recorded over true sway
 %   "prior_noise"           of the sensor, degrees, to a factor of 20
 %   "ranges"                where parameters may lie: struct ("delay", [0.05 0.2])

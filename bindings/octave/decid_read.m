@@ -5,8 +5,8 @@
 %   "column", "tilt_column"   by name, or a number in quotes from 1; both are found by name; tilt "none": not read
 %   "unit", "tilt_unit"       "deg", "rad" or "mrad"; otherwise from the column's name, else degrees
 %   "rate"                    Hz, instead of the column of time
-%   "fill_gaps"               missing values up to so many seconds are interpolated
-%   "missing"                 a number that stands for a missing value, besides those that are known
+%   "fill_gaps"               longest gap in seconds to interpolate
+%   "missing"                 a number that marks a missing value, in addition to the usual ones
 %   "skip_lines"              lines of a text file above its table; otherwise found
 %   "invert_sway", "invert_tilt"   true: positive against the protocol's direction
 %   "section"                 of a text file that holds several tables, by name, or a number in quotes from 1

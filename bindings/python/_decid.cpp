@@ -1,4 +1,4 @@
-// The C interface as Python sees it. What users call is the Python beside it.
+// The C interface as a Python module. Users call the Python code beside it.
 #include "bindings/python/calls.hpp"
 
 namespace decid::python {

@@ -1,5 +1,5 @@
-// What all of the module's functions share: handles, statuses as exceptions, callbacks, arrays without copies. Every
-// call of libdecid runs without the interpreter's lock.
+// Shared code of the module's functions: handles, statuses as exceptions, callbacks, arrays without copies. Every call
+// of libdecid runs without the interpreter's lock.
 #pragma once
 
 #include <pybind11/numpy.h>
@@ -65,8 +65,8 @@ void run(const Call& call) {
   if (status != DECID_OK) throw std::runtime_error(decid_error_text());
 }
 
-/// A Python function that libdecid calls back, perhaps from a thread of its own. What it raises stops the work and
-/// comes out of it; so does Ctrl-C.
+/// A Python function that libdecid calls back, perhaps from a thread of its own. An exception or Ctrl-C in it stops the
+/// work, and the call raises it.
 class Callback {
  public:
   explicit Callback(py::object function) : function_(std::move(function)) {}

@@ -1,5 +1,5 @@
-// What stands for the kernels of relaxed vectors in a program that has to run where there are none: nothing there may
-// name one of their instructions.
+// Replaces the kernels of relaxed vectors in a program for engines without them: such an engine rejects a program that
+// contains one of these instructions.
 #include "base/kernels/kernels.hpp"
 #include "base/math/exact_fma.hpp"
 #include "base/math/relaxed.hpp"

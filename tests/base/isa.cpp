@@ -9,7 +9,7 @@
 
 using namespace decid;
 
-TEST_CASE("instruction sets: names, and what can be asked for") {
+TEST_CASE("instruction sets: names, and allowed requests") {
   const std::vector<Isa> available = available_isas();
   REQUIRE(!available.empty());
   CHECK(available.front() == Isa::reference);

@@ -27,7 +27,7 @@ struct Other {
 
 }  // namespace
 
-TEST_CASE("per_thread: an object a thread, made once, destroyed with its thread") {
+TEST_CASE("per_thread: one object per thread, destroyed with the thread") {
   per_thread<Counted>().value = 1;
   CHECK(alive == 1);
   std::thread([] {

@@ -1,4 +1,4 @@
-// What warnings leave of a result.
+// Tests which results warnings make unusable.
 #include "base/warning.hpp"
 
 #include <doctest/doctest.h>
@@ -7,7 +7,7 @@
 
 using namespace decid;
 
-TEST_CASE("trust: as the gravest warning says") {
+TEST_CASE("trust: the most severe warning decides") {
   Warnings warnings;
   CHECK(trust_of(warnings) == Trust::usable);
   add_info(warnings, "resampled", "from 50 Hz");

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Opens the page of tools/bench-report in headless Chromium: are all charts drawn, without an error? Of the history kept
-# here and of made-up runs with peers, gaps and odd names; and bad files are refused without a page.
+# Opens the page of tools/bench-report in headless Chromium: are all charts drawn, without an error? The runs are the
+# history kept here, then made-up ones with peers, gaps and odd names. Bad files are refused without a page.
 #   report_chromium.sh SOURCES BENCH_REPORT CHROMIUM
 set -euo pipefail
 sources=$1 chromium=$3

@@ -1,4 +1,4 @@
-"""What tools/bench-gate concludes from counts, and its refusals; gate_red.sh tries it on programs."""
+"""Conclusions of tools/bench-gate from counts, and its errors; gate_red.sh tries it on programs."""
 import json
 import subprocess
 import sys

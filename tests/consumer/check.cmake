@@ -14,7 +14,7 @@ if(TOOLCHAIN)
   list(APPEND configure -D CMAKE_TOOLCHAIN_FILE=${TOOLCHAIN})
 endif()
 
-# refuse(part settings...): configuring fails, with `part` in what is said.
+# refuse(part settings...): configuring fails, with `part` in its message.
 function(refuse part)
   execute_process(COMMAND ${configure} -B ${scratch}/refused --fresh ${ARGN} RESULT_VARIABLE result
                   OUTPUT_QUIET ERROR_VARIABLE said)

@@ -61,7 +61,7 @@ TEST_CASE("streamed trials depend on their number alone and do not repeat") {
   CHECK(training_trial(*source, 3, {7}).parameters != first.parameters);
   source->take(Part::validation, 0, std::vector<int>{0},
                [&](std::size_t, const sim::Parameters& p, const Sway&) { CHECK(p != first.parameters); });
-  // Another length of the epoch renumbers, but trial 4 + 2 * 10 + 7 stays what it is.
+  // Another epoch length renumbers, but trial 4 + 2 * 10 + 7 stays the same.
   CHECK(training_trial(*stream_source(noisy_protocol(), 3, 27, 4), 1, {0}) == first);
   CHECK(training_trial(*stream_source(noisy_protocol(), 4, 10, 4), 2, {7}).parameters != first.parameters);
   check_error([] { stream_source(noisy_protocol(), 3, 0, 4); }, {"0 training"});
@@ -73,7 +73,7 @@ TEST_CASE("streamed trials depend on their number alone and do not repeat") {
     check_error([&] { source->take(Part::validation, 0, wrong, [](std::size_t, const auto&, const auto&) {}); },
                 {"no trial", "0 to 3"});
   }
-  // What a training has not seen is the next epoch's.
+  // Trials that a training has not seen are the next epoch's.
   source->take(Part::unseen, 2, std::vector<int>{7}, [&](std::size_t, const sim::Parameters& p, const Sway& sway) {
     CHECK(Taken{p, {sway.rad.begin(), sway.rad.end()}} == first);
   });
@@ -139,7 +139,7 @@ TEST_CASE("trials that are encoded together have the bits that each has alone") 
   omp_set_num_threads(before);
 }
 
-TEST_CASE("streamed bodies that have stood: trials of the same protocol with a longer lead-in, cut") {
+TEST_CASE("streamed bodies that stood before: trials of the same protocol with a longer lead-in, cut") {
   sim::Protocol protocol = tiny_protocol(), longer = protocol;
   protocol.standing_s = 4.0;
   longer.noise.vestibular.period_s = protocol.with_standing().noise_period_s();
@@ -183,7 +183,7 @@ TEST_CASE("streamed bodies are as tall as the protocol says, and a lighter body'
                [&](std::size_t place, const sim::Parameters&, const Sway& sway) { heights[place] = sway.height; });
   CHECK(*std::ranges::min_element(heights) >= 0.8);
   CHECK(*std::ranges::max_element(heights) <= 1.1);
-  // Of 200 uniform ones all are above 0.83 or below 1.07 once in 30 million.
+  // All of 200 uniform heights are above 0.83, or all below 1.07, once in 30 million.
   CHECK(*std::ranges::min_element(heights) < 0.83);
   CHECK(*std::ranges::max_element(heights) > 1.07);
   const Taken alone = training_trial(*source, 0, {17});
@@ -342,7 +342,7 @@ TEST_CASE("a feed gives every trial of an epoch once, the same for any number of
   CHECK(read_epoch(other) != fed[0]);
 }
 
-TEST_CASE("a feed passes on what its source throws") {
+TEST_CASE("a feed passes on its source's exceptions") {
   class Broken final : public TrialSource {
    public:
     const sim::Protocol& protocol() const override { return protocol_; }

@@ -121,7 +121,7 @@ int main(int argc, char** argv) {
   unsigned char stood = 0;
   for (size_t p = 0; p < parameters.size(); ++p) parameters[p] = decid_protocol_parameter(protocol, p)->low;
 
-  // What is made is left to the child's end; it must be null where a call failed.
+  // The child's exit frees the handles. A handle must be null where a call failed.
   const auto made = [](decid_status status, const void* handle) {
     if ((status == DECID_OK) != (handle != nullptr)) std::_Exit(99);
     return status;

@@ -24,8 +24,8 @@ ERRNO = {"open": errno.EMFILE, "fopen": errno.EMFILE, "allocate": errno.ENOMEM, 
          "fork": errno.EAGAIN, "pipe": errno.EMFILE, "flock": errno.ENOLCK, "rename": errno.EROFS, "mkdir": errno.EROFS}
 PROTOCOL = {"name": "tiny", "sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "state_s": 0.05,
                                          "amplitude_deg": 1, "offset_s": 0, "cycles": 1}, "sample_rate_hz": 20}
-# What is written, by its first bytes or as a whole; a result's time that it took is none of its bytes.
-EPOCH_1 = b",0.05"  # what the log of one epoch ends with: its learning rate
+# Files as written, compared by their first bytes or as a whole, without a result's run time.
+EPOCH_1 = b",0.05"  # the log of one epoch ends with its learning rate
 TIMES = re.compile(rb'"(seconds|simulations)": [-+.e0-9]+')
 
 MODEL = ["--model", "model.safetensors"]
@@ -107,7 +107,7 @@ class Runner:
             for name, content in after.items():
                 going_on = re.search(r"\.(partial|journal|checkpoint)$", name) is not None
                 if name not in before and not going_on and content != wanted.get(name) and command != "calibrate":
-                    # Page and log of a training are written anew after each epoch.
+                    # Training writes its page and its log again after each epoch.
                     if not (command == "train" and content.rstrip().endswith((b"</html>", EPOCH_1))):
                         fail(f"left {name} of {len(content)} bytes")
         again = self.run(arguments, folder)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Files of just under 10 MB that are made to be dear to read: decid takes at most 1 GB of memory for each and ends clearly.
+"""Files of just under 10 MB that are made to be expensive to read: decid takes at most 1 GB of memory for each and ends clearly.
 
     tests/faults/large_inputs.py DECID [--time] [--only PART] [--size BYTES]
 

@@ -26,7 +26,7 @@ long resident_kb() {
   return (resident - shared) * (::sysconf(_SC_PAGESIZE) / 1024);
 }
 
-/// Of it, what was allocated and not freed; the rest is kept by the C library for what comes.
+/// Returns the memory that was allocated and not freed; the C library keeps the rest of the heap for later calls.
 long used_kb() {
   const struct mallinfo2 info = ::mallinfo2();
   return static_cast<long>((info.uordblks + info.hblkhd) / 1024);

@@ -14,7 +14,7 @@ using namespace decid;
 
 namespace {
 
-/// Of one type; entry 0 is always null.
+/// Handles of one type; entry 0 is always null.
 template <class Handle>
 struct Handles {
   std::array<Handle*, 4> all{};

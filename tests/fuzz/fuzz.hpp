@@ -1,6 +1,5 @@
-// What the fuzz targets share: input as a file, and the promise that all of them check: a reader reads or throws
-// decid::Error, complete, and does nothing else. The rest (memory, undefined behaviour, time) libFuzzer and the
-// sanitizers check.
+// Shared code of the fuzz targets. They pass the input as a file, and check that a reader reads it or throws a complete
+// decid::Error. libFuzzer and the sanitizers check memory, undefined behaviour and time.
 #pragma once
 
 #include <unistd.h>

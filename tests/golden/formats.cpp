@@ -1,5 +1,5 @@
-// Files of every format as decid 0.2.0 wrote them are read, with the values that they had then. A later version adds a
-// folder of its own files beside 0.2.0 and leaves that alone: it is never made anew.
+// Reads files of every format as decid 0.2.0 wrote them, and checks their values. A later version adds a folder of its
+// own files beside 0.2.0. Never write the files of an earlier version again.
 #include "base/files/json_object.hpp"
 #include "base/files/sha256.hpp"
 #include "dataset/npz/journal.hpp"

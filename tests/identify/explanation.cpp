@@ -1,19 +1,16 @@
-// Explanations: what trials simulated from the parameters say of a recording, alone and in company.
+// Explanations of a recording by trials simulated from its parameters; one of many equals the same one alone.
 #include "identify/explanation.hpp"
-
-#include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "base/math/random.hpp"
-#include "tests/near.hpp"
+#include "tests/helpers.hpp"
 
 namespace decid {
 namespace {
 
-using test::near;
-using test::within;
+using namespace test;
 
 const sim::Simulator& simulator() {
   static const sim::Simulator one(sim::short_protocol());
@@ -46,14 +43,9 @@ recording::Trial as_trial(const std::vector<double>& sway) {
 }
 
 /// `sway`, explained by `parameters`.
-Explanation recording(const std::vector<double>& sway, const sim::Parameters& parameters) {
+Explanation explained(const std::vector<double>& sway, const sim::Parameters& parameters) {
   const recording::Trial made = as_trial(sway);
   return explainer().explain({parameters, made});
-}
-
-bool warns(const Explanation& explanation, const std::string& part) {
-  return std::ranges::any_of(explanation.warnings,
-                             [&](const Warning& w) { return w.text.find(part) != std::string::npos; });
 }
 
 }  // namespace
@@ -73,7 +65,7 @@ TEST_CASE("explanation: without noise the controller's responses are its own") {
     CHECK(found.frf->recorded[i].response == found.frf->model[i].response);
 }
 
-TEST_CASE("explain: what a recording has besides the noise-free trial is its residual, an offset is not") {
+TEST_CASE("explain: the residual is the recording minus the noise-free trial, without the offset") {
   const sim::Parameters parameters = controller(0.3);
   const std::vector<double> exact = trial(controller(0.0), 0);
   const auto samples = static_cast<double>(exact.size());
@@ -83,7 +75,7 @@ TEST_CASE("explain: what a recording has besides the noise-free trial is its res
 
   std::vector<double> shifted = exact;
   for (double& value : shifted) value += 0.01;
-  const Explanation same = recording(shifted, parameters);
+  const Explanation same = explained(shifted, parameters);
   REQUIRE(same.fitted_rad.size() == exact.size());
   for (std::size_t k = 0; k < exact.size(); ++k) REQUIRE(same.fitted_rad[k] == static_cast<float>(exact[k]));
   // Rounding to float below 1/32 rad, at most: half of 2^-29.
@@ -101,7 +93,7 @@ TEST_CASE("explain: what a recording has besides the noise-free trial is its res
     disturbed[k] += sine;
     common += 2.0 * sine * (exact[k] - mean) / samples;
   }
-  const Explanation other = recording(disturbed, parameters);
+  const Explanation other = explained(disturbed, parameters);
   const double residual = 0.5 * amplitude * amplitude;
   CHECK(near(other.rms_residual_deg, 0.1 / std::sqrt(2.0), 1e-6));
   CHECK(within(other.variance_accounted_for, 1.0 - residual / (variance + residual + common), 1e-6));
@@ -112,14 +104,14 @@ TEST_CASE("explain: noise of the controller's own is no misfit, another sway is 
   // periods of the noise 0 to 51 of 400 did, after what the four were.
   int warned = 0;
   for (std::uint64_t item = 0; item < 30; ++item) {
-    const Explanation own = recording(trial(controller(0.3), item), controller(0.3));
+    const Explanation own = explained(trial(controller(0.3), item), controller(0.3));
     CHECK(own.variance_accounted_for < 1.0);
     warned += warns(own, "explains");
   }
   CHECK(warned <= 3);
   std::vector<double> reversed = trial(controller(0.3), 0);
   for (double& value : reversed) value = -value;
-  const Explanation misfit = recording(reversed, controller(0.3));
+  const Explanation misfit = explained(reversed, controller(0.3));
   CHECK(misfit.variance_accounted_for < 0.0);
   CHECK(warns(misfit, "explains"));
   CHECK(misfit.following < -0.5);
@@ -129,7 +121,7 @@ TEST_CASE("explain: a controller that falls, always or with its noise, explains 
   const std::vector<double> sway = trial(controller(0.3), 0);
   sim::Parameters falling = controller(0.3);
   falling[sim::Kp] = falling[sim::Kp_pass] = 0.0;
-  const Explanation fallen = recording(sway, falling);
+  const Explanation fallen = explained(sway, falling);
   CHECK(warns(fallen, "does not stand"));
   CHECK(std::isnan(fallen.rms_residual_deg));
   CHECK(std::isnan(fallen.variance_accounted_for));
@@ -146,7 +138,7 @@ TEST_CASE("explain: a controller that falls, always or with its noise, explains 
     return false;
   };
   while (border[sim::Nv] < 100 && any_stands()) border[sim::Nv] *= 1.5;
-  const Explanation bordering = recording(sway, border);
+  const Explanation bordering = explained(sway, border);
   CHECK(warns(bordering, "stands without its noise but falls with it"));
   CHECK_FALSE(warns(bordering, "does not stand"));
   CHECK(std::isfinite(bordering.variance_accounted_for));

@@ -13,8 +13,7 @@
 namespace decid {
 namespace {
 
-using test::near;
-using test::within;
+using namespace test;
 
 /// 60 s of tilt of 2 degrees: two cycles of a ternary sequence.
 const sim::Simulator& simulator() {
@@ -164,7 +163,7 @@ TEST_CASE("following: a controller that falls is followed by nobody") {
   CHECK(sim::single_pendulum().parameters.simulable(controller()) == controller());
 }
 
-TEST_CASE("unfamiliarity: of distance and of what is missing to 1, above 1 at the border") {
+TEST_CASE("out-of-distribution score: from the distance and the missing response, above 1 beyond the border") {
   CHECK(near(unfamiliarity(1.17 * 2.5, 2.5, 1.0), 1.0, 1e-15));
   CHECK(near(unfamiliarity(0.77 * 2.5, 2.5, 0.0), 1.0, 1e-15));
   CHECK(unfamiliarity(1.0, 1.0, 0.5) > unfamiliarity(1.0, 1.0, 0.6));

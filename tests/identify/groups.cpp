@@ -18,8 +18,7 @@ using decid::GroupEffect;
 using decid::GroupSample;
 using decid::independent_effect;
 using decid::paired_effect;
-using decid::test::near;
-using decid::test::within;
+using namespace decid::test;
 
 namespace {
 
@@ -108,7 +107,7 @@ TEST_CASE("groups: the same people in two groups are compared in pairs") {
   CHECK_THROWS_AS(paired_effect(first, std::vector<double>{1.0}, 7), decid::Error);
 }
 
-TEST_CASE("groups: what is not defined is not a number") {
+TEST_CASE("groups: undefined figures are NaN") {
   const GroupSample none = group_sample({}), one = group_sample(std::vector<double>{4.0});
   CHECK(std::isnan(none.mean));
   CHECK(one.mean == 4.0);

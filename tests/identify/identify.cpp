@@ -1,8 +1,6 @@
 // Identification from samples: the same whatever the way, the company and the thread, and clear about bad samples.
 #include "identify/identify.hpp"
 
-#include <doctest/doctest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,14 +12,11 @@
 #include "dataset/sets/dataset.hpp"
 #include "identify/recordings.hpp"
 #include "tests/helpers.hpp"
-#include "tests/near.hpp"
 
 namespace decid {
 namespace {
 
-using test::check_error;
-using test::near;
-using test::within;
+using namespace test;
 
 const Model& model() {
   static const Model one = built_in_model();
@@ -72,8 +67,8 @@ void check_same(const Explanation& a, const Explanation& b) {
 }  // namespace
 
 TEST_CASE("identify: ten lines from samples to parameters") {
-  // What the network errs on these trials is what its documentation says: an MSE of 0.25 at this noise. Twenty trials
-  // of seven parameters: a mean above 0.6 would be one in thousands.
+  // The documented MSE at this noise is 0.25. With twenty trials of seven parameters, a mean above 0.6 occurs once in
+  // thousands of runs.
   double squares = 0;
   for (int i = 0; i < data().trials(); ++i) {
     const RecordingResult result = identify(model(), samples(i), 100.0);
@@ -86,7 +81,7 @@ TEST_CASE("identify: ten lines from samples to parameters") {
   CHECK(squares / (7.0 * data().trials()) < 0.6);
 }
 
-TEST_CASE("identify: an estimate does not depend on its company, its copy or its thread") {
+TEST_CASE("identify: an estimate does not depend on other recordings, copies or threads") {
   Identifier together(model());
   const std::vector<Estimate> all = together.estimate(trials(20));  // more than the single-sample path takes
   const std::vector<Explanation> explained = together.explain(all, trials(20));
@@ -148,10 +143,10 @@ TEST_CASE("identify: another rate, another start, another length") {
   std::vector<double> raised = sway;
   for (double& value : raised) value += 0.06;
   const RecordingResult offset = identify(model(), raised, 100.0);
-  CHECK(std::ranges::any_of(offset.warnings, [](const Warning& w) { return w.code == "sway_off_upright"; }));
+  CHECK(has(offset.warnings, "sway_off_upright"));
   CHECK(std::ranges::none_of(identify(model(), raised, 100.0, {.detrend = recording::Detrend::offset}).warnings,
                              [](const Warning& w) { return w.code == "sway_off_upright"; }));
-  for (const Warning& warning : offset.warnings) CHECK(warning.text.find("--") == std::string::npos);
+  for (const Warning& warning : offset.warnings) CHECK_FALSE(test::contains(warning.text, "--"));
 
   // Two samples a sample, linearly between them: up to 4 Hz, where the network looks, that is the same sway.
   std::vector<double> fast;
@@ -166,7 +161,7 @@ TEST_CASE("identify: another rate, another start, another length") {
     CHECK(within(static_cast<double>(b[p]), static_cast<double>(a[p]), 0.25));  // of a standard deviation
 }
 
-TEST_CASE("identify: what is no recording is refused") {
+TEST_CASE("identify: samples that are not a recording are refused") {
   const std::vector<double> sway = samples(0);
   check_error([&] { identify(model(), std::span(sway).first(6000), 100.0); }, {"6000 samples", "12100"});
   check_error([&] { identify(model(), {}, 100.0); }, {"recording", "no samples"});
@@ -232,16 +227,16 @@ TEST_CASE("identify: where the response cannot be measured, the warning says so 
   const auto unlike = [&] {
     const std::vector<Explanation> explained = identifier.explain(estimates, trials(1));
     for (const Warning& warning : explained.front().warnings) {
-      CHECK(warning.text.find("nan") == std::string::npos);
+      CHECK_FALSE(test::contains(warning.text, "nan"));
       if (warning.code == "unfamiliar") return warning.text;
     }
     return std::string();
   };
-  CHECK(unlike().find("of the response to the tilt that the identified controller would have") != std::string::npos);
+  CHECK(contains(unlike(), "of the response to the tilt that the identified controller would have"));
   sim::Parameters falling = estimates.front().parameters;
   falling[sim::Kp] = falling[sim::Kp_pass] = 0.0;
   estimates.front().parameters = falling;
-  CHECK(unlike().find("is not known, as the identified controller falls)") != std::string::npos);
+  CHECK(contains(unlike(), "is not known, as the identified controller falls)"));
 }
 
 TEST_CASE("a body of the model's height and another weight: the same sway, parameters times its m g h") {

@@ -15,8 +15,7 @@ namespace decid {
 namespace {
 
 using posterior::State;
-using test::check_error;
-using test::near;
+using namespace test;
 
 const sim::Simulator& simulator() {
   static const sim::Simulator one(test::three_sines());
@@ -104,7 +103,7 @@ TEST_CASE("predictive check: p-values of recordings that are the draws' are unif
   CHECK(warned <= 13);  // 60 * 0.08 expected at most; more with a probability of 1e-3
 }
 
-TEST_CASE("predictive check: what is not the draws' is odd, and is said so") {
+TEST_CASE("predictive check: a recording unlike the draws has small p-values and a warning") {
   const std::vector<float> own = recorded(state(), 1);
   const PredictiveCheck usual = check(own);
   CHECK(usual.warning().empty());
@@ -125,9 +124,9 @@ TEST_CASE("predictive check: what is not the draws' is odd, and is said so") {
     const PredictiveCheck found = check(recorded(state(1.0), 1));
     CHECK(p_of(found, "level") < PredictiveCheck::odd);
     CHECK(p_of(found, "between cycles") < PredictiveCheck::odd);
-    CHECK(found.warning().find("does not look like the recording") != std::string::npos);
-    CHECK(found.warning().find("level ") != std::string::npos);
-    CHECK(found.warning().find("rms at 0.5 to 1 Hz") != std::string::npos);
+    CHECK(contains(found.warning(), "does not look like the recording"));
+    CHECK(contains(found.warning(), "level "));
+    CHECK(contains(found.warning(), "rms at 0.5 to 1 Hz"));
   }
   SUBCASE("scaled") {
     std::vector<float> scaled = own;
@@ -153,7 +152,7 @@ TEST_CASE("predictive check: what is not the draws' is odd, and is said so") {
     const PredictiveCheck found = check(white);
     CHECK(p_of(found, "1 to 2.5 Hz") < PredictiveCheck::odd);
     CHECK(p_of(found, "0.2 to 0.5 Hz") < PredictiveCheck::odd);
-    CHECK(found.warning().find("rms at 1 to 2.5 Hz") != std::string::npos);
+    CHECK(contains(found.warning(), "rms at 1 to 2.5 Hz"));
   }
   SUBCASE("one cycle unlike the others") {
     std::vector<float> odd = own;
@@ -220,7 +219,7 @@ TEST_CASE("predictive check: stimuli with one cycle, and draws that fall") {
   const PredictiveCheck none = check(recorded(state(), 1), {falling});
   CHECK(none.standing < 100);
   CHECK(none.figures.empty());
-  CHECK(none.warning().find("the body stands in 0") != std::string::npos);
+  CHECK(contains(none.warning(), "the body stands in 0"));
 }
 
 TEST_CASE("predictive check: errors") {

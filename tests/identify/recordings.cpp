@@ -1,7 +1,5 @@
-// What identification says of recordings beyond what a model was trained on: each warning, and that it stays away.
+// Warnings about recordings outside a model's training range: each occurs there, and only there.
 #include "identify/recordings.hpp"
-
-#include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,9 +12,7 @@
 namespace decid {
 namespace {
 
-bool warns(const RecordingResult& id, const std::string& part) {
-  return std::ranges::any_of(id.warnings, [&](const Warning& w) { return w.text.find(part) != std::string::npos; });
-}
+using test::warns;
 
 /// An untrained network whose outputs are small: what it identifies is near the middle of the ranges.
 Model middling() {
@@ -55,7 +51,7 @@ RecordingResult identified(const Model& model, double scale, double offset_deg) 
 
 }  // namespace
 
-TEST_CASE("identify: what is within the training's bounds is not warned of") {
+TEST_CASE("identify: no warning within the training's bounds") {
   Model model = middling();
   const RecordingResult id = identified(model, 1.0, 0.7);
   CHECK(id.trust() == Trust::usable);

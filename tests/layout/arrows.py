@@ -40,7 +40,7 @@ INCLUDE = re.compile(r'^\s*#\s*include\s*(<[^>]+>|"[^"]+")')
 
 
 def read_ladder(root):
-    """What each folder may include, itself among it: folder -> set of folders."""
+    """Returns the folders that each folder may include, with itself: folder -> set of folders."""
     text = (root / "CMakeLists.txt").read_text()
     folder_of, allowed = {}, {}
     for name, folder, needs in re.findall(r"^decid_component\((\w+) ([\w/]+)([^)]*)\)", text, re.MULTILINE):
@@ -58,7 +58,7 @@ def step_of(path, allowed):
     steps = [folder for folder in allowed if name.startswith(folder + "/")]
     if steps:
         return max(steps, key=len), is_test
-    # What all tests share stands on base alone.
+    # The fixtures of all tests use only base.
     return ("base", True) if is_test and "/" not in name else (None, is_test)
 
 

@@ -75,7 +75,7 @@ TEST_CASE("inverse_factor: the bits of factorize and invert_lower, for every ins
   }
 }
 
-TEST_CASE("factorize: what is not positive definite or not finite is refused") {
+TEST_CASE("factorize: matrices that are not positive definite or not finite are refused") {
   std::vector<double> indefinite{1.0, 2.0, 1.0};
   CHECK_FALSE(factorize(2, indefinite));
   std::vector<double> negative{-1.0};

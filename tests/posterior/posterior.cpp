@@ -48,7 +48,7 @@ TEST_CASE("sample: the same draws for any number of threads and every instructio
   }
 }
 
-TEST_CASE("sample: progress runs to its end, and stopping keeps what was drawn") {
+TEST_CASE("sample: progress runs to its end, and stopping keeps the draws") {
   const sim::Protocol protocol = sines_protocol();
   const Density density(protocol, {});
   const Observation observation = density.observe(recorded(protocol, some_parameters(), 0.02, 0));
@@ -154,10 +154,11 @@ TEST_CASE("sample: summaries of the draws") {
   CHECK(found.correlation(Density::gain, sim::Kp) == 0.0);
 }
 
-// Of 21 intervals of 90 % fewer than 14 cover with probability 1e-3 if they are independent. Errors of this size were
-// 0.07 on other trials, guessing the middle of the ranges gives 1.
-// Over 20 s: three fits with the settings that users have are the fewest that tell.
-TEST_CASE("sample: the truth lies in the intervals, and the errors are as promised" * doctest::test_suite("slow")) {
+// Fewer than 14 of 21 independent 90% intervals cover with probability 1e-3. Errors were 0.07 on other trials; the
+// middle of the ranges gives 1.
+// Over 20 s: guards the coverage with users' settings. Fewer than three fits have too high a false-alarm rate.
+TEST_CASE("sample: the truth lies in the intervals, and the errors match their predicted size" *
+          doctest::test_suite("slow")) {
   sim::Protocol protocol = sim::default_protocol();
   protocol.noise.vestibular.period_s = 242.0;
   const Density density(protocol, {.start_s = 0.0, .gain = 0.0, .standing_s = 0.0});

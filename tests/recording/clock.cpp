@@ -41,13 +41,6 @@ double deviation(const Recording& recording, std::size_t margin = 0) {
   return largest;
 }
 
-bool warns(const Recording& recording, const std::string& part) {
-  for (const Warning& warning : recording.warnings) {
-    if (warning.text.find(part) != std::string::npos) return true;
-  }
-  return false;
-}
-
 }  // namespace
 
 TEST_CASE("jitter is interpolated, and reported") {
@@ -73,7 +66,7 @@ TEST_CASE("jitter is interpolated, and reported") {
   CHECK(warns(recording, "100 Hz"));
 }
 
-TEST_CASE("what is interpolated is so by cubics") {
+TEST_CASE("interpolation is cubic") {
   const Random random(3, Stream::sensor_noise, 1);
   std::vector<double> times;
   for (std::size_t k = 0; k <= 1000; ++k) {

@@ -61,7 +61,7 @@ TEST_CASE("text in UTF-8, UTF-16 and Windows-1252 is the same text") {
   check_one_two_three("Zeit [s];sway [\xB0]\n0;1\n0,01;2\n0,02;3\n");
 }
 
-TEST_CASE("a line of units names no columns: they are found by what the header says") {
+TEST_CASE("a line of units is not a header: column names come from the line above") {
   for (const char* units : {"s;Grad;Grad", "[s];[Grad];[Grad]", "sek;deg;", "Sekunden;Grad;Grad"}) {
     const std::string text = "Zeit;KSP;EMG\n" + std::string(units) + "\n0;1;7\n0,01;2;7\n0,02;3;7\n";
     check_one_two_three(text, {.column = "KSP"});
@@ -87,7 +87,7 @@ TEST_CASE("lines above the table are passed over, and said so") {
   CHECK(warning(read(table).warnings, "preamble") == nullptr);
   check_one_two_three("1\n2,3,4\nx\n" + table, {.skip_lines = 3});
   CHECK(warning(read("1\n" + table, {.skip_lines = 1}).warnings, "preamble") == nullptr);
-  // The rate that they state, where there is no time. Where there is, it counts.
+  // These lines give the rate only if there is no column of time.
   check_one_two_three("Frequency: 100 Hz\nx,sway_deg\n0,1\n0,2\n0,3\n");
   check_one_two_three("NO_OF_FRAMES\t3\nDataRate\t100\nx\ty\tsway_deg\n5\t6\t1\n5\t6\t2\n5\t6\t3\n");
   check_one_two_three("Frequency: 200 Hz\n" + table);
@@ -126,7 +126,7 @@ TEST_CASE("units that are no angle's are refused, a column of tilt alone too; mi
   CHECK(near(read("time (min),sway_deg\n0,1\n0.01,2\n0.02,3\n").rate_hz, 100.0 / 60.0, 1e-12));
 }
 
-TEST_CASE("what is no sway by its name is refused, the only column too; of a part of the body it is warned of") {
+TEST_CASE("columns whose names exclude sway are refused, even a single one; parts of the body give a warning") {
   for (const auto& [name, quantity] : {std::pair{"torque_ap", "a torque"},
                                        {"ankle_torque", "a torque"},
                                        {"acc_x", "an acceleration"},
@@ -143,7 +143,7 @@ TEST_CASE("what is no sway by its name is refused, the only column too; of a par
   CHECK(warning(read("time,lean_deg\n0,1\n0.01,2\n").warnings, "sway_of_a_part") == nullptr);
 }
 
-TEST_CASE("of two columns one of which is the platform's tilt, the other is the sway") {
+TEST_CASE("with two columns, one of them the platform's tilt, the other is the sway") {
   const Recording recording = read("time,lean_deg,platform_deg\n0,1,0\n0.01,2,0.1\n0.02,3,0.2\n");
   CHECK(recording.signals.at(com_sway).column == "lean_deg");
   CHECK(recording.signals.at(platform_tilt).column == "platform_deg");
@@ -175,7 +175,7 @@ TEST_CASE("a header with other names than columns is refused, so that no unit is
         std::pair{"COP", "1 name"}, std::pair{"sway_rad,tilt_rad,note", "3 names"}}) {
     const std::string text = header + ("\n" + rows);
     check_error(reading("Lab 3\n\n" + text), {"line 3, '", found, "2 columns between commas", "skip_lines 3"});
-    // What the error advises.
+    // The error advises this option.
     check_one_two_three("Lab 3\n\n" + text, {.unit = Unit::degree, .skip_lines = 3});
     check_one_two_three(text, {.column = "2", .unit = Unit::degree, .skip_lines = 1});
   }
@@ -229,7 +229,7 @@ TEST_CASE("tables of OpenSim: .mot with its end of header, .trc with names in tw
   CHECK(recording.rate_hz == 100.0);
   CHECK(near(recording.signals.at(com_sway).rad[2], std::asin(0.01 / 0.9), 1e-15));  // from the mean, 20 mm
   check_error(reading("PathFileType\t4\n"), {"no lines of data"});
-  // Fewer figures than names, a rate that is none, coordinates without a marker and a marker without a coordinate.
+  // Fewer figures than names, an invalid rate, coordinates without a marker and a marker without a coordinate.
   const CsvTable sparse(
       "PathFileType\t4\nDataRate\tUnits\tFrames\n0\tmm\nFrame#\tTime\tHIP\t\tC7\n\t\tX1\tY1\n"
       "1\t0\t10\t900\t7\n2\t0.5\t20\t900\t7\n",
@@ -384,7 +384,7 @@ TEST_CASE("names of joints and parts are known between capitals and behind the l
   }
 }
 
-TEST_CASE("another direction, and what is looked at or aimed at, is no sway forwards") {
+TEST_CASE("other directions, gazes and targets are not forward sway") {
   const auto text = [](const std::string& name) { return "time," + name + "\n0,1\n0.01,2\n"; };
   for (const char* name :
        {"COM_ML", "sway_ML_deg", "sway (ML)", "sway_lateral_deg", "yaw", "gaze", "target", "swayYaw", "HeadingDeg"}) {
@@ -429,7 +429,7 @@ TEST_CASE("a column that is plainly the platform's tilt is used, and left out if
     REQUIRE(warning(recording.warnings, "tilt_found") != nullptr);
     CHECK(trust_of({*warning(recording.warnings, "tilt_found")}) == Trust::usable);
   }
-  // Another movement, the other sign: the recording is not to be used, unless that is no tilt.
+  // With another movement or the other sign the recording is unusable, unless the column is not a tilt.
   for (const double gain : {-1.0, 0.0}) {
     Recording recording = read(text("platform_deg", gain, 0));
     const Trial trial = bring_to_protocol(recording, protocol);
@@ -444,7 +444,7 @@ TEST_CASE("a column that is plainly the platform's tilt is used, and left out if
     Recording named = read(text("platform_deg", gain, 0), {.tilt_column = "platform_deg"});
     CHECK_THROWS_AS(bring_to_protocol(named, protocol), Error);
   }
-  // Its sign can be turned, as that of one that is named; where there is none, that is said.
+  // Its sign can be reversed as for a named column; without a tilt this is an error.
   Recording turned = read(text("platform_deg", -1.0, 0), {.invert_tilt = true});
   CHECK(bring_to_protocol(turned, protocol).tilt.has_value());
   check_error(reading("time,sway_deg\n0,1\n0.01,2\n", {.invert_tilt = true}), {"no tilt is read", "tilt_column"});
@@ -452,7 +452,7 @@ TEST_CASE("a column that is plainly the platform's tilt is used, and left out if
   Recording started = read(text("platform_deg", 1.0, 30));
   CHECK_FALSE(bring_to_protocol(started, protocol, {.start_s = 0.1}).tilt);
   CHECK(read(text("platform_deg", 1.0, 0), {.find_tilt = false}).signals.find(platform_tilt) == nullptr);
-  // A column that is no angle, or holds no numbers, is not plain.
+  // A column that is not an angle, or has no numbers, is not taken for the tilt.
   const Recording length = read("time,sway_deg,platform_mm\n0,1,1\n0.01,2,1\n");
   CHECK(length.signals.find(platform_tilt) == nullptr);
   CHECK(warning(length.warnings, "tilt_not_used") != nullptr);

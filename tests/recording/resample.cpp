@@ -13,7 +13,7 @@ using namespace decid::test;
 
 namespace {
 
-/// Of a weighted mean of the 53 samples or so that the filter reaches.
+/// Rounding of a weighted mean of the 53 samples or so that the filter reaches.
 constexpr double rounding = 53 * 0x1p-52;
 
 std::vector<double> sine(double frequency_hz, double rate_hz, std::size_t samples) {

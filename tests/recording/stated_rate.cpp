@@ -88,7 +88,7 @@ TEST_CASE("a rate that was stated is said, and only where it is used") {
   const Recording stated = read("Sampling rate,100\n" + three_rows);
   REQUIRE(rate_note(stated.warnings) != nullptr);
   CHECK(rate_note(stated.warnings)->severity == Severity::info);
-  CHECK(rate_note(stated.warnings)->text.find("100 Hz by 'Sampling rate'") != std::string::npos);
+  CHECK(contains(rate_note(stated.warnings)->text, "100 Hz by 'Sampling rate'"));
   CHECK(rate_note(read("Sampling rate,200\n" + three_rows, {.rate_hz = 100.0}).warnings) == nullptr);
   CHECK(rate_note(read("Sampling rate,200\ntime,sway_deg\n0,1\n0.01,2\n0.02,3\n").warnings) == nullptr);
 }

@@ -64,7 +64,7 @@ std::vector<double> joined(std::vector<double> a, const std::vector<double>& b) 
   return a;
 }
 
-/// Of FFTs and sums of some hundred numbers of the size of 1.
+/// Rounding of FFTs and sums of some hundred numbers of the size of 1.
 constexpr double rounding = 1e-12;
 
 }  // namespace
@@ -127,7 +127,7 @@ TEST_CASE("tilt match: a measurement that starts late or ends early is found as 
 TEST_CASE("tilt match: a stimulus that repeats is taken the first time it is as good as ever") {
   const std::vector<double> expected = pulse(200, 100);
   const auto found = [&](double worse) {
-    // Beside the pulse, noise that lowers the first one's correlation by half its square.
+    // Noise beside the pulse lowers the first correlation by half the noise's square.
     const std::vector<double> random = noise(200, 7);
     std::vector<double> first = expected;
     for (std::size_t k = 0; k < 200; ++k) first[k] += worse * random[k];

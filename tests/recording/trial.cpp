@@ -34,13 +34,6 @@ Recording ramp(std::size_t samples, double rate_hz = 100.0) {
   return recording;
 }
 
-bool warns(const Recording& recording, const std::string& part) {
-  for (const Warning& warning : recording.warnings) {
-    if (warning.text.find(part) != std::string::npos) return true;
-  }
-  return false;
-}
-
 /// The protocol's tilt at t seconds; held before and after the trial.
 double tilt_at(const sim::Stimulus& stimulus, const sim::Protocol& protocol, double t) {
   const double step = std::min(std::max(t * 1000.0, 0.0), static_cast<double>(protocol.experiment.steps() - 1));
@@ -72,7 +65,7 @@ double mean(const std::vector<float>& values, std::size_t begin, std::size_t end
 
 }  // namespace
 
-TEST_CASE("a longer recording is cut, from where the option says, and what was cut is reported") {
+TEST_CASE("a longer recording is cut from the option's start, and the cut is reported") {
   const sim::Protocol protocol = two_cycles();
   Recording recording = ramp(1250);
   const std::vector<float> first = bring_to_protocol(recording, protocol).sway_rad();
@@ -198,7 +191,8 @@ TEST_CASE("the measured tilt says where the protocol starts") {
       Recording recording = with_tilt(protocol, delay, 14.0, rate);
       const Trial trial = bring_to_protocol(recording, protocol);
       REQUIRE(trial.tilt);
-      // The correlation's peak is a parabola but for the sequence's corners, states of 5 samples: a tenth of a sample.
+      // The correlation's peak is a parabola except at the sequence's corners, states of 5 samples: a tenth of a
+      // sample.
       CHECK(std::abs(trial.tilt->delay_s - delay) < 0.001);
       CHECK(trial.tilt->correlation > 0.999);
       CHECK(near(trial.tilt->gain, 1.0, 0.002));
@@ -222,7 +216,7 @@ TEST_CASE("a recording that starts a little after the stimulus is continued befo
   check_error([&] { bring_to_protocol(later, protocol); }, {"r.csv", "which begin 0.5", "after the protocol"});
 }
 
-TEST_CASE("what the platform did before the protocol's start is read from its tilt") {
+TEST_CASE("the platform's movement before the protocol's start comes from its tilt") {
   const sim::Protocol protocol = two_cycles();
   const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
   const auto with_before = [&](double delay_s, const auto& before, double noise_rad = 0.001) {
@@ -232,9 +226,7 @@ TEST_CASE("what the platform did before the protocol's start is read from its ti
       tilt[k] += 1.2 * before(static_cast<double>(k) / 100.0 - delay_s);
     return recording;
   };
-  const auto cautioned = [](const Recording& recording) {
-    return std::ranges::any_of(recording.warnings, [](const Warning& w) { return w.code == "moved_before"; });
-  };
+  const auto cautioned = [](const Recording& recording) { return has(recording.warnings, "moved_before"); };
   const double trial_s = protocol.duration_s();
   const auto end_of_trial = [&](double t) { return tilt_at(stimulus, protocol, trial_s + t); };
   Recording at_rest = with_before(3.0, [](double) { return 0.0; });
@@ -248,7 +240,7 @@ TEST_CASE("what the platform did before the protocol's start is read from its ti
   Recording other = with_before(3.0, [](double t) { return 0.07 * t * (t + 3.0); });
   CHECK_FALSE(bring_to_protocol(other, protocol).tilt->moved_before.has_value());
   CHECK(cautioned(other));
-  // Noise that leaves a correlation of 0.97 is no movement, and hides none.
+  // Noise that leaves a correlation of 0.97 is not a movement, and does not hide one.
   Recording noisy_rest = with_before(
       3.0, [](double) { return 0.0; }, 0.012);
   const Trial of_noise = bring_to_protocol(noisy_rest, protocol);
@@ -263,7 +255,7 @@ TEST_CASE("what the platform did before the protocol's start is read from its ti
   CHECK_FALSE(cautioned(brief));
 }
 
-TEST_CASE("a tilt that is noisy, too large, inverted or another is recognised as that") {
+TEST_CASE("a noisy, too large, inverted or different tilt is recognised") {
   const sim::Protocol protocol = two_cycles();  // 8 degrees peak to peak, 0.14 rad
   Recording noisy = with_tilt(protocol, 1.0, 12.0, 100.0, 1.0, 0.03);
   CHECK(std::abs(bring_to_protocol(noisy, protocol).tilt->delay_s - 1.0) < 0.02);
@@ -281,22 +273,18 @@ TEST_CASE("a tilt that is noisy, too large, inverted or another is recognised as
   check_error([&] { bring_to_protocol(large, protocol, {.start_s = 1.0}); }, {"not both"});
 }
 
-TEST_CASE("of samples in memory neither errors nor warnings name files, columns or options") {
+TEST_CASE("errors and warnings about samples in memory name no files, columns or options") {
   const sim::Protocol protocol = two_cycles();
   const auto check_plain = [](const std::string& text) {
     INFO(text);
-    for (const char* part : {"--", "decid ", "column", "r.csv"}) CHECK(text.find(part) == std::string::npos);
+    for (const char* part : {"--", "decid ", "column", "r.csv"}) CHECK_FALSE(contains(text, part));
   };
   const auto refused = [&](Recording recording, const TrialOptions& options = {}) {
     recording.file.clear();
-    try {
-      bring_to_protocol(recording, protocol, options);
-      FAIL_CHECK("no Error");
-    } catch (const Error& error) {
-      CHECK(error.where() == "recording");
-      CHECK_FALSE(error.remedy().empty());
-      check_plain(error.what());
-    }
+    const Error error = error_of([&] { bring_to_protocol(recording, protocol, options); });
+    CHECK(error.where() == "recording");
+    CHECK_FALSE(error.remedy().empty());
+    check_plain(error.what());
   };
   refused(ramp(300));
   refused(ramp(890));
@@ -343,7 +331,7 @@ TEST_CASE("a rate below 25 Hz is a caution, below 5 Hz an error, unless it is th
   for (const Warning& warning : same.warnings) CHECK(warning.code != "slow_rate");
 }
 
-TEST_CASE("a tilt of COMTEST's published stimulus is called that, where the protocol is short") {
+TEST_CASE("COMTEST's published stimulus is recognised if the protocol is short") {
   sim::Protocol comtest = sim::short_protocol();
   comtest.sequence().offset_s = 9.12;
   const sim::Protocol short_one = sim::short_protocol();
@@ -358,7 +346,7 @@ TEST_CASE("a tilt of COMTEST's published stimulus is called that, where the prot
   CHECK(warns(found, "COMTEST"));
   Recording fits = with_tilt(comtest, 0.5, 65.0, 100.0, 1.0, 1e-4);
   CHECK(within(bring_to_protocol(fits, comtest).tilt->delay_s, 0.5, 1e-3));
-  // Upside down, the protocol's own tilt stays what it is.
+  // With the sign reversed, the protocol's own tilt is still recognised.
   Recording inverted = with_tilt(short_one, 0.5, 65.0, 100.0, -1.0, 1e-4);
   check_error([&] { bring_to_protocol(inverted, short_one); }, {"other sign", "invert"});
   // Other protocols have nothing to do with it.

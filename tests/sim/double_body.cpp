@@ -11,8 +11,7 @@
 #include "tests/sim/double_constants.hpp"
 
 using namespace decid::sim;
-using decid::test::Constants;
-using decid::test::near;
+using namespace decid::test;
 
 namespace {
 

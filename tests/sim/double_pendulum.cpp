@@ -19,8 +19,7 @@
 using namespace decid::sim;
 using decid::Random;
 using decid::Stream;
-using decid::test::Constants;
-using decid::test::near;
+using namespace decid::test;
 
 namespace {
 
@@ -196,7 +195,7 @@ TEST_CASE("DoubleSimulator: small sway follows the transfer matrix") {
         const double steps = delay_s / dt, whole = std::floor(steps + 1e-6), part = std::max(0.0, steps - whole);
         return std::pow(z, -whole) * (1.0 - part + part / z);
       };
-      // What semi-implicit Euler makes of them: v_k = (p_k - p_k-1) / dt, the hip's estimate is the leg a step ago.
+      // Semi-implicit Euler: v_k = (p_k - p_k-1) / dt, and the hip's estimate is the leg one step earlier.
       const Operators discrete{(1.0 - 1.0 / z) / dt,
                                (z - 1.0) / dt,
                                (z - 2.0 + 1.0 / z) / (dt * dt),
@@ -213,7 +212,7 @@ TEST_CASE("DoubleSimulator: small sway follows the transfer matrix") {
       }
       CHECK(std::abs(com[k] - (c.w1 * leg[k] + c.w2 * trunk[k])) < 1e-12 * std::abs(leg[k]));
     }
-    // What is left is sin(x) - x.
+    // The remaining error is sin(x) - x.
     CHECK(exact_error < 1e-6);
     // Half a step's lag, 0.4% at 1.2 Hz, as of the single pendulum; at most doubled by the second joint.
     CHECK(continuous_error < 0.02);

@@ -248,7 +248,7 @@ TEST_CASE("Fft: errors") {
 
 TEST_CASE("RealFft: eight signals side by side have the bits that each has alone, with every instruction set") {
   constexpr auto lanes = static_cast<std::size_t>(decid::sim::fft_lanes);
-  // All hand-written radices, the fixed odd ones (7, 11), general ones (13, 17), odd lengths, one that is no product.
+  // All hand-written radices, the fixed odd ones (7, 11), general ones (13, 17), odd lengths, one prime.
   for (const int length : {1, 2, 3, 30, 77, 110, 121, 484, 13 * 34, 997}) {
     CAPTURE(length);
     const RealFft fft(length);

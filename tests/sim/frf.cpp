@@ -12,8 +12,7 @@
 
 using namespace decid;
 using namespace decid::sim;
-using decid::test::near;
-using decid::test::within;
+using namespace decid::test;
 
 namespace {
 
@@ -39,9 +38,9 @@ const Parameters linear_body{900.0, 250.0, 200.0, 120.0, 0.0, 0.0, 0.1};
 }  // namespace
 
 TEST_CASE("FrequencyResponse: without noise it is the closed loop's") {
-  // The first cycle is left out: its transient has died out in the second. What remains is the integration's step of
-  // 1 ms: torques from the state at its start and velocity before position lag by half a step each, so one step in the
-  // loop's delay and one at the output bound it. Rounding to float adds 1e-4 where the response is smallest.
+  // The first cycle is left out: its transient has died out in the second. The remaining error is the integration's
+  // step of 1 ms: torques from the state at its start and velocity before position lag by half a step each, so one step
+  // in the loop's delay and one at the output bound it. Rounding to float adds 1e-4 where the response is smallest.
   for (Protocol protocol : {default_protocol(), short_protocol()}) {
     CAPTURE(protocol.name);
     protocol.sequence().amplitude_deg = 0.01;  // sin(a) = a to 1e-8
@@ -82,9 +81,9 @@ TEST_CASE("FrequencyResponse: bands are the closed loop's own at one harmonic ea
 }
 
 TEST_CASE("FrequencyResponse: 95% of the circles hold the true response") {
-  // White noise on a known gain: the assumptions hold exactly, but that bands next to each other share noise lines. Of
-  // n independent circles 0.95 n +- 4 sqrt(0.95 0.05 n) hold it. Trials are independent; within one, count every third
-  // band, which share none.
+  // White noise on a known gain: the assumptions hold exactly, except that neighbouring bands share noise lines. Among
+  // n independent circles 0.95 n +- 4 sqrt(0.95 0.05 n) hold the gain. Trials are independent; within one, count every
+  // third band, which share none.
   for (Protocol protocol : {default_protocol(), short_protocol()}) {
     for (const int skipped : {0, protocol.experiment.cycles() - 1}) {
       CAPTURE(protocol.name);
@@ -154,7 +153,7 @@ TEST_CASE("FrequencyResponse: noise alone is not coherent") {
 }
 
 TEST_CASE("FrequencyResponse: the coherence is that of a single cycle") {
-  // Of a known gain in white noise: |0.7 X|^2 over that and the noise's power, N sigma^2, of the N samples of a cycle.
+  // For a known gain in white noise: |0.7 X|^2 over the sum of |0.7 X|^2 and N sigma^2, for the N samples of a cycle.
   const Protocol protocol;
   const std::vector<float> tilt = tilt_of(protocol);
   const FrequencyResponse analysis(protocol.experiment);
@@ -196,7 +195,7 @@ TEST_CASE("FrequencyResponse: the coherence is that of a single cycle") {
   CHECK(compared >= 3);
 }
 
-TEST_CASE("FrequencyResponse: what has no response is refused, what has no noise lines says so") {
+TEST_CASE("FrequencyResponse: no response is an error, no noise lines a flag") {
   Protocol step;
   step.experiment.stimulus = RaisedCosines{{{Move::Shape::step, 1.0, 2.0, 1.0}}, 20.0, 1, 0.0, 0.0};
   CHECK_THROWS_AS(FrequencyResponse{step.experiment}, Error);

@@ -167,7 +167,7 @@ TEST_CASE("VestibularNoiseMaker: harmonic k takes normals 2k and 2k + 1") {
   CHECK(worst < 1e-15 * 12.0 * deviation);  // eps of the amplitude, in each of about a dozen additions
 }
 
-// What is asked of a period longer than the trial: noise of the same power, whose end does not go over into its start.
+// A period longer than the trial must give noise of the same power, whose end does not run into its start.
 TEST_CASE("VestibularNoiseMaker: the default's period of two trials is not seen in one") {
   const Protocol protocol;
   const VestibularNoiseMaker maker(protocol);
@@ -207,7 +207,7 @@ TEST_CASE("VestibularNoiseMaker: the default's period of two trials is not seen 
 // Gaussian noise is known by its autocovariance. A trial sees lags up to its own length, and a period T adds what noise
 // that never repeats has at T minus the lag.
 TEST_CASE("the noise's velocity in a trial is that of noise which never repeats, to half a percent of its variance") {
-  // Of the velocity, whose density rises as f, between low and high; and of harmonics that stand for it.
+  // Variance of the velocity, whose density rises as f, between low and high; and of the harmonics that replace it.
   const double low = 1.0 / 121.0, high = 1.0, variance = (high * high - low * low) / 2.0;
   const auto endless = [&](double lag_s) {
     if (lag_s == 0.0) return 1.0;

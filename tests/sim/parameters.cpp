@@ -1,4 +1,4 @@
-// Sets of parameters and the tables that say what they are: of the single pendulum, and of a made-up body of fourteen.
+// Sets of parameters and their tables: the single pendulum's, and a made-up body's fourteen.
 #include "sim/parameters.hpp"
 
 #include <cmath>

@@ -1,5 +1,4 @@
 // Many trials at once: each has the bits of its trial alone, for every instruction set; errors from inside.
-#include <doctest/doctest.h>
 
 #include <algorithm>
 #include <limits>
@@ -10,16 +9,12 @@
 #include "base/isa.hpp"
 #include "sim/simulate.hpp"
 #include "tests/helpers.hpp"
-#include "tests/near.hpp"
 #include "tests/sim/run.hpp"
 
 using namespace decid::sim;
 using decid::Random;
 using decid::Stream;
-using decid::test::near;
-using decid::test::Run;
-using decid::test::simulate;
-using decid::test::some_noise;
+using namespace decid::test;
 
 TEST_CASE("Simulator::run_all: each trial as if alone, whatever falls, with every instruction set" *
           doctest::test_suite("slow")) {

@@ -2,8 +2,6 @@
 // equations, the timing of the delay, unstable trials, errors, and the bits of one trial.
 #include "sim/simulate.hpp"
 
-#include <doctest/doctest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,16 +11,12 @@
 #include "base/files/sha256.hpp"
 #include "sim/controller.hpp"
 #include "tests/helpers.hpp"
-#include "tests/near.hpp"
 #include "tests/sim/run.hpp"
 
 using namespace decid::sim;
 using decid::Random;
 using decid::Stream;
-using decid::test::near;
-using decid::test::Run;
-using decid::test::simulate;
-using decid::test::some_noise;
+using namespace decid::test;
 
 namespace {
 
@@ -154,7 +148,7 @@ TEST_CASE("closed_loop: its formula") {
 }
 
 TEST_CASE("Simulator: equals the equations written straight down") {
-  // Both are the same arithmetic but for the order of its roundings. Each of 121000 steps adds errors of about eps to
+  // Both are the same arithmetic except for the order of roundings. Each of 121000 steps adds errors of about eps to
   // a stable loop, which forgets them within seconds; 1e-12 is some thousand eps.
   const Parameters middle = single_pendulum().parameters.middle();
   CHECK(disagreement(Protocol{}, middle, some_noise) < 1e-12);

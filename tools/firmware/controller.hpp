@@ -8,10 +8,10 @@
 
 namespace decid::tools {
 
-/// FNV-1a over the bits of values, a word at a time: hash_of in runtime/controller.c.
+/// Returns FNV-1a over the bits of values, a word at a time: hash_of in runtime/controller.c.
 std::uint64_t hash_of(std::span<const double> values);
 
-/// Simulates what the self-test expects, noise-free, with the protocol's body and tilt. Throws Error if the
+/// Simulates the self-test's trial, noise-free, with the protocol's body and tilt. Throws Error if the
 /// body falls with these parameters before the protocol ends, or if they cannot be simulated.
 FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Protocol& protocol,
                                const std::string& name, const std::string& origin);

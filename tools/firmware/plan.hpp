@@ -1,5 +1,5 @@
-// What a model becomes in a firmware: its layers in the order in which lines of the image go through them, and where in
-// the arena everything lies. Weights are those of inference, BatchNorm folded into convolutions.
+// Plan of a model in firmware: its layers in the order in which lines of the network input go through them, and the
+// offset of each buffer in the arena. Weights are for inference, with BatchNorm folded into convolutions.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace decid::tools {
 
-/// What lies between two layers; see network_map in runtime/types.c, which has the same members.
+/// The buffer between two layers; network_map in runtime/types.c has the same members.
 struct FirmwareMap {
   nn::Shape shape;
   bool whole = false;  ///< all lines are kept, channel by channel as in an image; else the last `capacity` of them
@@ -72,15 +72,15 @@ struct FirmwarePlan {
   ArenaPlan arena;
 
   int max_radix() const;
-  /// Of weights and what belongs to them (biases, scales).
+  /// Returns the size of weights, biases and scales.
   long long weight_bytes() const;
-  /// Of all maps if they were kept whole.
+  /// Returns the size of all maps if each were kept whole.
   long long whole_map_bytes() const;
 };
 
-/// Plans by rows or by columns, whichever needs the smaller arena; incremental plans go by columns if the image has
-/// several; images of time series, of one column, go by rows, which are times. Throws Error for what a firmware cannot
-/// hold: outputs that are neither parameters nor a mixture, more than 250 layers, an arena above 1 GiB.
+/// Plans by rows or by columns, whichever needs the smaller arena. Incremental plans go by columns if the network input
+/// has several; inputs of time series, of one column, go by rows, which are times. Throws Error for models that do not
+/// fit a firmware: outputs that are neither parameters nor a mixture, more than 250 layers, an arena above 1 GiB.
 FirmwarePlan plan_firmware(const Model& model, const FirmwareOptions& options);
 
 }  // namespace decid::tools

@@ -58,7 +58,7 @@ int transform_length(const Model& model) {
   return model.image().window % 2 == 0 ? model.image().window / 2 : model.image().window;
 }
 
-/// What the runtime needs for a model.
+/// Parts of the runtime that a model needs.
 struct Uses {
   bool log_modulus, residual, cos, sin, modulus, asinh, mixture, statistics;
 };
@@ -96,7 +96,7 @@ std::string spectrum_settings(const Model& model, const FirmwarePlan& plan, cons
          (image.fold > 1 ? define("SPECTRA_OFFSET", plan.arena.spectra) : std::string());
 }
 
-/// Of what makes an image of time series.
+/// Returns the settings that turn a time series into a network input.
 std::string series_settings(const Model& model, const ForBody& body) {
   const dataset::ImageSettings& image = model.image();
   const dataset::ImageShape shape = model.images().shape();
@@ -158,8 +158,8 @@ std::string turns(int window) {
   return table("static const double turn_sine[]", sine) + table("static const double turn_cosine[]", cosine);
 }
 
-/// Of each output of the last pass' butterflies, whether one of them is needed for a bin that is shown. Output r of
-/// butterfly k is value k + length / radix * r of the transform; bin k is made of values k and length - k.
+/// Returns a flag for each output of the last pass's butterflies: 1 if a shown bin needs it. Output r of butterfly k is
+/// value k + length / radix * r of the transform; bin k is made of values k and length - k.
 std::vector<std::uint8_t> needed_outputs(const Model& model, const FirmwarePlan& plan) {
   const int length = transform_length(model), radix = plan.radices.back(), stride = length / radix;
   const int shown = std::min(model.image().window / 2 + 1, model.images().shape().rows);
@@ -223,8 +223,8 @@ std::string layer_tables(const FirmwarePlan& plan) {
   return tables + map_table(plan) + text + "};\n\n";
 }
 
-/// What the image of a time series is made with: how much each cycle's difference counts, and the planes that do not
-/// depend on the sway.
+/// Returns the tables that turn a time series into a network input: the weight of each cycle's difference, and the
+/// planes that do not depend on the sway.
 std::string series_tables(const Model& model, const ForBody& body) {
   const dataset::ImageSettings& image = model.image();
   const dataset::ImageShape shape = model.images().shape();
@@ -254,7 +254,7 @@ std::vector<std::uint32_t> bits_of(const std::vector<float>& values) {
   return bits;
 }
 
-/// What brings outputs to parameters, and what the self-test expects.
+/// Returns the tables that map outputs to parameters, and the expected results of the self-test.
 std::string result_tables(const Model& model, const ForBody& body, const TestVector& test) {
   const auto doubles = [](const sim::Parameters& p) { return std::vector<double>(p.begin(), p.end()); };
   std::string text = table("static const double target_mean[PARAMETERS]", doubles(model.targets.mean)) +
@@ -317,7 +317,7 @@ std::string literal(float value) {
 
 std::string literal(double value, int digits) {
   if (!std::isfinite(value))
-    throw Error("export", "a number of the model is infinite or not a number", "train the model anew");
+    throw Error("export", "a number of the model is infinite or not a number", "train the model again");
   std::string text = format("%.*g", digits, value);
   if (text.find_first_of(".e") == std::string::npos) text += ".0";
   return text;

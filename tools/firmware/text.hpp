@@ -14,7 +14,7 @@ struct FirmwareFiles {
   std::string header, source;
 };
 
-/// What the self-test expects, computed by this program.
+/// Input and expected results of the self-test, computed by this program.
 struct TestVector {
   std::vector<float> outputs;     ///< of the network
   std::vector<float> parameters;  ///< in their units
@@ -27,25 +27,25 @@ std::vector<float> test_sway(int samples);
 
 /// Throws Error unless `name` is an identifier of C, at most 40 characters long.
 void check_firmware_name(const std::string& name);
-/// Of what tells how familiar a trial is; 0 unless it was asked for.
+/// Returns the size of the out-of-distribution score's tables; 0 if the model is exported without it.
 long long familiarity_bytes(const Model& model, const FirmwarePlan& plan);
-/// For recordings of `body`. `name` begins every public name of the files. `origin`: what they were made from, for
+/// Returns the files for recordings of `body`. `name` begins every public name. `origin`: text about the model, for
 /// people.
 FirmwareFiles firmware_files(const Model& model, const ForBody& body, const FirmwarePlan& plan, const TestVector& test,
                              const std::string& name, const std::string& origin);
 
-/// `text` with DECID_FW replaced: by `name` before names in lower case, by NAME elsewhere.
+/// Replaces DECID_FW in `text`: by `name` before names in lower case, by NAME elsewhere.
 std::string with_name(std::string text, const std::string& name);
-/// `text` with its first `what`, which is there, replaced.
+/// Replaces the first `what` in `text`, which must contain it.
 std::string replaced(std::string text, const std::string& what, const std::string& by);
 std::string define(const std::string& name, long long value);
 std::string define_double(const std::string& name, double value);
-/// A C literal with exactly these bits. Throws Error for a value that is not finite.
+/// Returns a C literal with exactly these bits. Throws Error for a value that is not finite.
 std::string literal(float value);
 std::string literal(double value, int digits = 17);
-/// `text` as a comment can hold it.
+/// Escapes `text` for a C comment.
 std::string comment(const std::string& text);
-/// A C table, some values a line.
+/// Returns a C table, several values per line.
 template <class T>
 std::string table(const std::string& declaration, const std::vector<T>& values);
 

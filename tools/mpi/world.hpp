@@ -10,16 +10,17 @@ namespace decid::mpi {
 
 class World : public Communicator {
  public:
-  /// Processes of this machine that may run on the same processors as this one, itself among them.
+  /// Returns the number of processes of this machine that may run on the same processors as this one, itself among
+  /// them.
   virtual int sharing_processors() const = 0;
-  /// How this rank's work ended: an exit code, and what it has to say, which may be nothing. Returns the code of all
-  /// together, the highest, once every rank has ended; rank 0, or the first that failed if that did not, calls `say`
-  /// with its text. Where others do not come to an end within some seconds of a failure, this rank says its own and
-  /// ends them all; it does not return then.
+  /// Ends this rank's work with an exit code and a message, which may be empty. Returns the highest code of all ranks,
+  /// once every rank has ended; rank 0, or the first that failed if that did not, calls `say`
+  /// with its text. If other ranks do not end within some seconds of a failure, this rank reports its own and ends
+  /// them all; then it does not return.
   virtual int end(int code, const std::string& text, void (*say)(const std::string&)) = 0;
 };
 
-/// Whether this process has been started by mpirun or srun, together with others or alone.
+/// Returns true if mpirun or srun started this process, with or without others.
 bool is_launched();
 /// MPI, initialised; once in a process, by the only thread that will use it. It ends with the object, for good.
 std::unique_ptr<World> start();

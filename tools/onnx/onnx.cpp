@@ -45,7 +45,7 @@ Message float_values(std::string_view name, std::initializer_list<int> extents) 
   return Message().add(1, name).add(2, Message().add(1, Message().add(1, type_float).add(2, shape)));
 }
 
-/// The graph, layer after layer; each node reads what the one before made.
+/// The graph, layer after layer; each node reads the output of the one before.
 class Graph {
  public:
   explicit Graph(const nn::Network<float>& network) {
@@ -73,7 +73,7 @@ class Graph {
   const Message& message() const { return graph_; }
 
  private:
-  /// A node that reads `inputs`; what it makes is last_.
+  /// Adds a node that reads `inputs` and writes last_.
   void node_of(std::string_view type, const std::vector<std::string>& inputs,
                std::initializer_list<Message> attributes) {
     const std::string output = "values." + std::to_string(nodes_++);
@@ -84,7 +84,7 @@ class Graph {
     graph_.add(1, node);
     last_ = output;
   }
-  /// One that reads last_ first, then tensors of the layer.
+  /// Adds a node that reads last_ first, then tensors of the layer.
   void node(std::string_view type, std::initializer_list<const char*> tensors,
             std::initializer_list<Message> attributes = {}) {
     std::vector<std::string> inputs{last_};
@@ -92,7 +92,7 @@ class Graph {
     node_of(type, inputs, attributes);
   }
 
-  /// Behind a fully connected layer there are no rows and columns; what needs them gets one of each.
+  /// After a fully connected layer there are no rows and columns; layers that need them get one of each.
   void need_planes() {
     if (!flat_) return;
     graph_.add(5, tensor(prefix_ + "planes", {4}, std::vector<std::int64_t>{0, -1, 1, 1}, type_int64));

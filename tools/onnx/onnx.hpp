@@ -9,8 +9,8 @@
 
 namespace decid::tools {
 
-/// The bytes of a file. Input "images" (trials, channels, rows, columns), row scaling applied; output "outputs"
-/// (trials, outputs), in float32. Its metadata_props are the metadata of the model file but its log, keys prefixed
+/// Returns the bytes of a file. Input "images" (trials, channels, rows, columns), row scaling applied; output "outputs"
+/// (trials, outputs), in float32. Its metadata_props are the metadata of the model file without its log, keys prefixed
 /// "decid.".
 std::string onnx_bytes(const Model& model);
 

@@ -57,7 +57,7 @@ Json others_of(const Posterior& found) {
   return list;
 }
 
-/// Every so many-th draw of each chain, as parts of what lies between the lowest and the highest of them.
+/// Returns evenly thinned draws of each chain, scaled to the range between the lowest and the highest.
 Json draws_of(const Posterior& found, std::size_t parameters) {
   const auto each = static_cast<std::size_t>(found.draws_per_chain()),
              chains = static_cast<std::size_t>(found.chains());
@@ -167,7 +167,7 @@ class Chart {
   std::vector<std::pair<std::string, std::vector<double>>> lines_;
 };
 
-/// What is shown over time: sways about their means, noise and tilt estimate at every so many-th edge.
+/// Returns the page's time series: sway about its mean, noise and tilt estimate, evenly thinned.
 Json signals_of(const RecordingResult& recording, const FitFigures& fitted, const Report& of) {
   const double rate_hz = of.protocol.experiment.sample_rate_hz;
   const std::vector<float>& samples = recording.trial.sway_rad();

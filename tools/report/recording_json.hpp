@@ -1,4 +1,4 @@
-// What the pages of `decid identify` and `decid fit` say of a recording alike.
+// Data of a recording that the pages of `decid identify` and `decid fit` share.
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// What decid study reports: see study_page.hpp. page.cpp makes the page, study.js fills it.
+// The report of decid study: see study_page.hpp. page.cpp makes the page, study.js fills it.
 #include "tools/report/study_page.hpp"
 
 #include <algorithm>

@@ -9,8 +9,8 @@
 
 namespace decid::tools {
 
-/// What the paper prints. Its section 3.1 does not say by which convention its losses are; MATLAB's regression layer,
-/// which it used, reports half the sum over the 7.
+/// Figures printed in the paper. Its section 3.1 does not define its losses; MATLAB's regression layer, which it used,
+/// reports half the sum over the 7.
 namespace paper {
 inline constexpr int trials = 12766, half = 6383, max_epochs = 100;
 inline constexpr double validation_loss = 0.2851, training_loss = 0.2250;

@@ -14,7 +14,7 @@ namespace {
 using namespace decid;
 using namespace decid::bench;
 
-/// The image of a trial, made with `trials` others of its kind. Beside its FFTs (fft/110x110), whose operations count:
+/// Network input of a trial, computed with `trials` others. Only operations of its FFTs (fft/110x110) count;
 /// real_imaginary adds copies, the others their functions.
 void bench_image(benchmark::State& state, const dataset::ImageSettings& settings, std::size_t trials, Isa isa) {
   constexpr int samples = 12100;

@@ -1,4 +1,4 @@
-"""What decid does: reading, identification, fits, simulation, data sets, training."""
+"""The functions of decid: reading, identification, fits, simulation, data sets, training."""
 from __future__ import annotations
 
 import json
@@ -83,7 +83,7 @@ class Recording:
 
     @property
     def column(self) -> str:
-        """That the sway was read from; empty for samples."""
+        """The column of the sway; empty for samples."""
         return self._handle.column
 
     @property
@@ -111,11 +111,11 @@ def read(path: Path, column: Union[str, int, None] = None, unit: Optional[str] =
     trial_column: where a file holds several recordings, the column that tells them apart, several with commas between
     them, or an array of a MAT-file; trial: which of them, a name of trial_names(). trial_column "none": all rows are one
     recording; None: files of several are refused.
-    In place of a column of sway: leg and trunk, columns of angles in space; hip and shoulder, of positions, with the
+    Instead of a column of sway: leg and trunk, columns of angles in space; hip and shoulder, of positions, with the
     subject's height in m; or com_height, the height in m above the ankles at which column is a position. Positions count
     from the column ankle, or their means are upright; their unit may be "mm", "cm" or "m".
-    rate: Hz, instead of the column of time. fill_gaps: missing values up to so many seconds are interpolated.
-    missing: a number that stands for a missing value, besides those that are known.
+    rate: Hz, instead of the column of time. fill_gaps: longest gap in seconds to interpolate.
+    missing: a number that marks a missing value, in addition to the usual ones.
     invert_sway, invert_tilt: positive against the protocol's direction."""
     recording = Recording.__new__(Recording)
     recording._handle = _decid.read_recording(
@@ -224,7 +224,7 @@ def fit(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[flo
         seed: int = 1, progress: Optional[Callable[[float, str], object]] = None) -> Fit:
     """Draws from the posterior, in seconds to minutes: what `decid fit` gives. As identify(), and:
 
-    protocol: what was played; None: the model's. prior_start: the recording starts within so many seconds of it.
+    protocol: the protocol played; None: the model's. prior_start: largest distance in s between both starts.
     prior_gain: standard deviation of the logarithm of recorded over true sway. prior_noise: of the sensor, degrees,
     to a factor of 20. ranges: where parameters may lie, {"delay": (0.05, 0.2)}; priors: normal distributions within
     that, mean and standard deviation, {"delay": (0.12, 0.02)}; both in the units of Result.parameters. moved_before:
@@ -250,7 +250,7 @@ class Dataset:
     @classmethod
     def make(cls, count: int, base: int = 0, seed: int = 1, protocol: Union[Protocol, Path] = "default",
              path: Optional[Path] = None, progress: Optional[Callable[[float, str], object]] = None) -> Dataset:
-        """Simulates valid trials: what `decid dataset` writes. base: of these, how many are drawn anew; the rest are
+        """Simulates valid trials, as `decid dataset` does. base: number of trials drawn from the ranges; the rest are
         children of large sways; 0: all. path: an .npz file that it is made in, for more than memory holds."""
         return cls(_decid.make_dataset(as_protocol(protocol)._handle, count, base, seed,
                                        None if path is None else os.fspath(path), progress))
@@ -273,12 +273,12 @@ class Dataset:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the parameters' columns."""
+        """The names of the parameters' columns."""
         return tuple(info.name for info in self.protocol.parameters)
 
     @property
     def sway(self) -> np.ndarray:
-        """rad: (trials, samples), float32, read-only; read anew at each call from a data set on disk."""
+        """rad: (trials, samples), float32, read-only; each call reads a data set on disk again."""
         return self._handle.sway
 
     @property
@@ -331,7 +331,7 @@ def train(data: Union[Dataset, Protocol, str], *, preset: str = "best", architec
 
     data: a Dataset, or a protocol of which fresh trials are simulated in every epoch: stream_trials of them, and
     validation_trials for validation. None is the preset's (docs/guide/models.md). architecture: layers, one a line; image:
-    settings as `decid info --json` shows them. patience: stop after so many epochs without a better one, and keep the best.
+    settings as `decid info --json` shows them. patience: epochs without improvement before it stops and keeps the best.
     on_batch(epoch, done, trials), on_epoch(Epoch): called on the way; what they raise ends the training."""
     def progress(epoch: int, all_epochs: int, done: int, trials: int, is_over: bool, training_mse: float,
                  validation_mse: float, rate: float) -> None:

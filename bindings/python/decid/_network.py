@@ -24,7 +24,7 @@ class ParameterInfo:
 
 
 class Protocol:
-    """What the platform plays, whose body stands on it, and how that is recorded: "default", "short" or a JSON file."""
+    """Platform movement, body, and recording: "default", "short" or a JSON file."""
 
     def __init__(self, name_or_path: Union[str, os.PathLike[str]] = "default") -> None:
         self._handle = _decid.load_protocol(os.fspath(name_or_path))
@@ -37,7 +37,7 @@ class Protocol:
 
     @property
     def samples(self) -> int:
-        """Of a trial."""
+        """Samples per trial."""
         return self._handle.samples
 
     @property
@@ -118,7 +118,7 @@ class Model:
 
     @property
     def protocol(self) -> Protocol:
-        """Of its trials: what recordings are to be of."""
+        """The protocol of its training trials, which recordings must play."""
         return Protocol._of(self._handle.protocol)
 
     @property
@@ -127,12 +127,12 @@ class Model:
 
     @property
     def head(self) -> str:
-        """What the network's outputs mean: "point", or a distribution, "mixture 2"."""
+        """The kind of the outputs: "point", or a distribution, "mixture 2"."""
         return self._handle.head
 
     @property
     def sha256(self) -> str:
-        """Of the weights."""
+        """SHA-256 of the weights."""
         return self._handle.sha256
 
     def save(self, path: Union[str, os.PathLike[str]]) -> None:

@@ -1,4 +1,4 @@
-"""What identification, fits and evaluation give: plain values that print well. None is what is not known."""
+"""Results of identification, fits and evaluation: plain values that print well. None is an unknown value."""
 from __future__ import annotations
 
 import html
@@ -36,7 +36,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Notice:
-    """What was assumed, what looks odd, what makes a result void. Codes: docs/guide/warnings.md."""
+    """An assumption, an anomaly, or the reason why a result is invalid. Codes: docs/guide/warnings.md."""
     severity: str  #: "info", "caution" or "invalid"
     code: str
     text: str
@@ -66,7 +66,7 @@ class Body:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
-    """What a model says of a recording. result["Kp"] is a Parameter."""
+    """A model's estimates for a recording. result["Kp"] is a Parameter."""
     parameters: dict[str, Parameter]
     trust: str  #: "usable", "caution" or "not usable"
     warnings: tuple[Notice, ...]  #: the gravest first

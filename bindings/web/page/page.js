@@ -141,7 +141,7 @@ function renew() {
   compute((working ?? answered)?.command ?? "identify", true);
 }
 
-// Says of an answer that is shown what it is an answer to, where that is no longer what is chosen.
+// Names the settings of the shown result where they differ from the current choice.
 function mark() {
   const stale = answered !== null && answered.state !== state();
   at("stale").hidden = !stale;

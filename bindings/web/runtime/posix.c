@@ -1,5 +1,5 @@
-// What wasi-libc does not have of POSIX, as decid and libc++'s file system call it: files of a page have neither
-// permissions nor locks.
+// POSIX functions that decid and libc++'s file system call and wasi-libc lacks. Files of a page have neither permissions
+// nor locks.
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
@@ -24,7 +24,7 @@ char* realpath(const char* path, char* resolved) {
   return resolved != NULL ? strcpy(resolved, path) : strdup(path);
 }
 
-// What a thread leaves is destroyed when the program ends, the only thread's end.
+// The program has one thread, so its thread-local objects are destroyed at exit.
 int __cxa_atexit(void (*destroy)(void*), void* object, void* library);
 int __cxa_thread_atexit(void (*destroy)(void*), void* object, void* library) {
   return __cxa_atexit(destroy, object, library);

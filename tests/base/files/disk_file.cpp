@@ -73,7 +73,7 @@ TEST_CASE("one holds the lock, until it is closed") {
   CHECK_FALSE(second.is_still_at_its_path());
 }
 
-TEST_CASE("what cannot be opened says why") {
+TEST_CASE("an unreadable file is an error with the reason") {
   const TemporaryFile temporary;
   CHECK_THROWS_WITH_AS(DiskFile(temporary.path, DiskFile::Access::read), doctest::Contains("No such file"),
                        decid::Error);

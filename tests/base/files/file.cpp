@@ -1,7 +1,6 @@
 // Tests of base/files/file.hpp: content, replacement in one step, and every error path that root meets too.
 #include "base/files/file.hpp"
 
-#include <doctest/doctest.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -11,54 +10,24 @@
 #include <thread>
 
 #include "base/error.hpp"
+#include "tests/helpers.hpp"
 
 namespace fs = std::filesystem;
 using decid::Error;
 using decid::PendingFile;
 using decid::read_file;
 using decid::write_file;
+using namespace decid::test;
 
 namespace {
 
-// A folder of its own for each test.
-class Folder {
- public:
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "decid-test-XXXXXX").string();
-    REQUIRE(::mkdtemp(name.data()) != nullptr);
-    path_ = name;
-  }
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-
-  fs::path operator/(const std::string& name) const { return path_ / name; }
-  std::size_t entries() const {
-    return static_cast<std::size_t>(std::distance(fs::directory_iterator(path_), fs::directory_iterator()));
-  }
-
- private:
-  fs::path path_;
-};
-
-// The message of the Error that `action` throws; it must name the file and say what to do.
+/// Returns the message; the Error must name the file and a remedy.
 template <class Action>
 std::string error_of(const fs::path& path, Action action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    CHECK(error.where() == path.string());
-    CHECK_FALSE(error.remedy().empty());
-    return error.problem() + "; " + error.remedy();
-  }
-  return "no error";
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
+  const Error error = decid::test::error_of(action);
+  CHECK(error.where() == path.string());
+  CHECK_FALSE(error.remedy().empty());
+  return error.problem() + "; " + error.remedy();
 }
 
 std::string binary_content(std::size_t bytes) {
@@ -69,19 +38,19 @@ std::string binary_content(std::size_t bytes) {
 
 }  // namespace
 
-TEST_CASE("files: what is written is read back") {
-  const Folder folder;
+TEST_CASE("files: read_file returns the written bytes") {
+  const TemporaryFolder folder;
   // Around the size of the reader's first buffer, 2^16.
   for (const std::size_t bytes : {0u, 1u, 65535u, 65536u, 65537u, 3'000'000u}) {
     const std::string content = binary_content(bytes);
     write_file(folder / "file", content);
     CHECK((read_file(folder / "file") == content));
-    CHECK(folder.entries() == 1);
+    CHECK(folder.files() == 1);
   }
 }
 
 TEST_CASE("files: a name without a folder is in the current one") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const fs::path before = fs::current_path();
   fs::current_path(folder / "");
   write_file("bare", "x");
@@ -90,7 +59,7 @@ TEST_CASE("files: a name without a folder is in the current one") {
 }
 
 TEST_CASE("read_file: limit") {
-  const Folder folder;
+  const TemporaryFolder folder;
   const std::string content = binary_content(100);
   write_file(folder / "file", content);
   CHECK((read_file(folder / "file", 100) == content));
@@ -99,18 +68,18 @@ TEST_CASE("read_file: limit") {
   CHECK(contains(error_of("/dev/zero", [&] { read_file("/dev/zero", 1'000'000); }), "larger than"));
 }
 
-TEST_CASE("read_file: a file that does not tell its size") {
+TEST_CASE("read_file: a file of unknown size") {
   CHECK(contains(read_file("/proc/self/status"), "Pid:"));
 }
 
 TEST_CASE("read_file: errors") {
-  const Folder folder;
+  const TemporaryFolder folder;
   CHECK(contains(error_of(folder / "none", [&] { read_file(folder / "none"); }), "cannot be opened: No such file"));
   CHECK(contains(error_of(folder / "", [&] { read_file(folder / ""); }), "is a folder"));
 }
 
 TEST_CASE("write_file: errors") {
-  const Folder folder;
+  const TemporaryFolder folder;
   write_file(folder / "file", "old");
   const auto error = [](const fs::path& path) { return error_of(path, [&] { write_file(path, "new"); }); };
 
@@ -124,11 +93,11 @@ TEST_CASE("write_file: errors") {
   CHECK(contains(error("/dev/full"), "writing failed: No space left"));
   CHECK_THROWS_AS(write_file("/dev/full", "new"), decid::WriteError);
   CHECK(read_file(folder / "file") == "old");
-  CHECK(folder.entries() == 2);
+  CHECK(folder.files() == 2);
 }
 
 TEST_CASE("PendingFile: the target changes at commit, not before") {
-  const Folder folder;
+  const TemporaryFolder folder;
   write_file(folder / "file", "old");
   PendingFile pending(folder / "file");
   CHECK(pending.path().parent_path() == (folder / "file").parent_path());
@@ -137,11 +106,11 @@ TEST_CASE("PendingFile: the target changes at commit, not before") {
   CHECK(read_file(folder / "file") == "old");
   pending.commit();
   CHECK(read_file(folder / "file") == "new");
-  CHECK(folder.entries() == 1);
+  CHECK(folder.files() == 1);
 }
 
 TEST_CASE("PendingFile: without commit the old file stays and nothing is left behind") {
-  const Folder folder;
+  const TemporaryFolder folder;
   write_file(folder / "file", "old");
   try {
     PendingFile pending(folder / "file");
@@ -150,11 +119,11 @@ TEST_CASE("PendingFile: without commit the old file stays and nothing is left be
   } catch (int) {
   }
   CHECK(read_file(folder / "file") == "old");
-  CHECK(folder.entries() == 1);
+  CHECK(folder.files() == 1);
 }
 
 TEST_CASE("PendingFile: a killed process leaves the old file whole") {
-  const Folder folder;
+  const TemporaryFolder folder;
   write_file(folder / "file", "old");
   const pid_t child = ::fork();
   if (child == 0) {
@@ -169,8 +138,8 @@ TEST_CASE("PendingFile: a killed process leaves the old file whole") {
   CHECK(read_file(folder / "file") == "new");
 }
 
-TEST_CASE("PendingFile: two of one target do not meet") {
-  const Folder folder;
+TEST_CASE("PendingFile: two files of one target are independent") {
+  const TemporaryFolder folder;
   PendingFile first(folder / "file"), second(folder / "file");
   CHECK(first.path() != second.path());
   write_file(first.path(), "first");
@@ -178,28 +147,28 @@ TEST_CASE("PendingFile: two of one target do not meet") {
   second.commit();
   first.commit();
   CHECK(read_file(folder / "file") == "first");
-  CHECK(folder.entries() == 1);
+  CHECK(folder.files() == 1);
 }
 
 TEST_CASE("PendingFile: commit reports a temporary file that is gone") {
-  const Folder folder;
+  const TemporaryFolder folder;
   PendingFile pending(folder / "file");
   fs::remove(pending.path());
   CHECK(contains(error_of(folder / "file", [&] { pending.commit(); }), "No such file"));
 }
 
 TEST_CASE("PendingFile: commit reports a target that cannot be replaced") {
-  const Folder folder;
+  const TemporaryFolder folder;
   {
     PendingFile pending(folder / "file");
     fs::create_directory(folder / "file");
     CHECK(contains(error_of(folder / "file", [&] { pending.commit(); }), "cannot be replaced: Is a directory"));
   }
-  CHECK(folder.entries() == 1);
+  CHECK(folder.files() == 1);
 }
 
 TEST_CASE("write_file: a link keeps pointing to its file, permissions stay") {
-  const Folder folder;
+  const TemporaryFolder folder;
   fs::create_directory(folder / "sub");
   write_file(folder / "sub/file", "old");
   fs::permissions(folder / "sub/file", fs::perms::owner_read | fs::perms::owner_write);
@@ -211,7 +180,7 @@ TEST_CASE("write_file: a link keeps pointing to its file, permissions stay") {
 }
 
 TEST_CASE("write_file: devices and pipes are written directly") {
-  const Folder folder;
+  const TemporaryFolder folder;
   write_file("/dev/null", "gone");
   CHECK(fs::is_character_file("/dev/null"));
 
@@ -225,8 +194,8 @@ TEST_CASE("write_file: devices and pipes are written directly") {
   CHECK(fs::is_fifo(folder / "pipe"));
 }
 
-TEST_CASE("write_file: what /dev/stdout names stays the open file") {
-  const Folder folder;
+TEST_CASE("write_file: /dev/stdout stays the open file") {
+  const TemporaryFolder folder;
   write_file(folder / "out", "before ");
   const pid_t child = ::fork();
   if (child == 0) {
@@ -239,5 +208,5 @@ TEST_CASE("write_file: what /dev/stdout names stays the open file") {
   ::waitpid(child, &status, 0);
   CHECK(status == 0);
   CHECK(read_file(folder / "out") == "before written");
-  CHECK(folder.entries() == 1);
+  CHECK(folder.files() == 1);
 }

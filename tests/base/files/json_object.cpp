@@ -1,8 +1,6 @@
 // JSON as decid reads it: what is nested too deeply or said twice is refused, and errors stay short.
 #include "base/files/json_object.hpp"
 
-#include <functional>
-
 #include "tests/helpers.hpp"
 
 using namespace decid;
@@ -12,15 +10,6 @@ namespace {
 
 std::string nested(std::size_t levels) {
   return std::string(levels, '[') + std::string(levels, ']');
-}
-
-std::string message_of(const std::function<void()>& f) {
-  try {
-    f();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 }  // namespace
@@ -49,7 +38,7 @@ TEST_CASE("a key that is repeated is refused") {
     const std::string key(100'000, 'k');
     parse_json("{\"" + key + "\": 1, \"" + key + "\": 1}", "x.json");
   });
-  CHECK(length.find("is repeated") != std::string::npos);
+  CHECK(contains(length, "is repeated"));
   CHECK(length.size() < 200);
 }
 
@@ -84,14 +73,14 @@ TEST_CASE("errors show the beginning of a value, and each known key once") {
     });
   };
   CHECK(reading("[1, \"two\", {\"a\": null}]") == "x.json: 'key' is [1, \"two\", {\"a\": null}]; make it a number");
-  CHECK(reading("\"short\"").find("'key' is \"short\";") != std::string::npos);
+  CHECK(contains(reading("\"short\""), "'key' is \"short\";"));
   std::string wide = "[0";
   for (int i = 0; i < 100'000; ++i) wide += ",[" + std::to_string(i) + "]";
-  CHECK(reading(wide + "]").find("'key' is [0, [0], [1], [2], [3], [4], [5], [6]...;") != std::string::npos);
+  CHECK(contains(reading(wide + "]"), "'key' is [0, [0], [1], [2], [3], [4], [5], [6]...;"));
   // 36 bytes and a cut through the middle of a character that takes two.
   const std::string umlauts = reading("\"" + std::string(35, 'x') + "\xC3\xA4\xC3\xA4\xC3\xA4\xC3\xA4\"");
-  CHECK(umlauts.find("'key' is \"" + std::string(35, 'x') + "...;") != std::string::npos);
-  CHECK(reading(nested(31)).find("'key' is " + std::string(31, '[')) != std::string::npos);
+  CHECK(contains(umlauts, "'key' is \"" + std::string(35, 'x') + "...;"));
+  CHECK(contains(reading(nested(31)), "'key' is " + std::string(31, '[')));
   CHECK(message_of([] { parse_json("{\"" + std::string(100'000, 'x'), "x.json"); }).size() < 300);
 
   const Json json = parse_json(R"({"first": 1, "second": 2, ")" + std::string(100'000, 'k') + R"(": 3})", "x.json");
@@ -101,7 +90,7 @@ TEST_CASE("errors show the beginning of a value, and each known key once") {
     for (const char* key : {"first", "second", "first"}) object.read(key, number);
     object.finish();
   });
-  CHECK(unknown.find("the keys here are first, second") != std::string::npos);
-  CHECK(unknown.find("second, first") == std::string::npos);
+  CHECK(contains(unknown, "the keys here are first, second"));
+  CHECK_FALSE(contains(unknown, "second, first"));
   CHECK(unknown.size() < 300);
 }

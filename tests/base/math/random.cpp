@@ -32,7 +32,7 @@ TEST_CASE("Random: numbers are where the layout of counter and key says") {
   }
 }
 
-TEST_CASE("Random: an index has its number whatever was asked before") {
+TEST_CASE("Random: a number depends only on its index") {
   const Random random(7, Stream::weights, 3);
   std::vector<double> forward(101), backward(101);
   for (std::size_t i = 0; i < 101; ++i) forward[i] = random.normal(i);
@@ -101,7 +101,7 @@ TEST_CASE("Random: integers below a bound") {
 }
 
 TEST_CASE("inverse_normal: known quantiles") {
-  // Of the doubles written here, by 40-digit arithmetic.
+  // Expected values come from 40-digit arithmetic on the doubles written here.
   CHECK(inverse_normal(0.5) == 0.0);
   struct Known {
     double p, quantile;

@@ -28,7 +28,7 @@ OwnedDataset make_dataset(const decid_dataset_options& options) {
 
 }  // namespace
 
-TEST_CASE("a data set is the library's, in memory, written, and made as a file") {
+TEST_CASE("a data set equals the library's, in memory, written, and generated into a file") {
   const dataset::Dataset expected =
       dataset::generate({.protocol = sim::default_protocol(), .count = trials, .seed = 99});
   const OwnedDataset data = make_dataset(request());

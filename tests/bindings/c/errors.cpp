@@ -1,4 +1,4 @@
-// What the C interface refuses, and that nothing but a status comes out of it.
+// Errors of the C interface: each call returns only a status, and no exception leaves it.
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -30,7 +30,7 @@ TEST_CASE("the version is the header's") {
   CHECK(std::string(decid_version()) == DECID_VERSION);
 }
 
-TEST_CASE("bad input is told with where, what and what to do, and nothing is made") {
+TEST_CASE("bad input gives where, what and a remedy, and no handle") {
   decid_model* model = reinterpret_cast<decid_model*>(1);
   refused(decid_model_load("no/such.safetensors", &model), {"no/such.safetensors: "});
   CHECK(model == nullptr);
@@ -101,7 +101,7 @@ TEST_CASE("a part of a file is refused unless it is plain which") {
   decid_trials_free(nullptr);
 }
 
-TEST_CASE("identification refuses what the library refuses") {
+TEST_CASE("identification refuses the library's invalid input") {
   decid_result* result = nullptr;
   const OwnedRecording recording = recording_of(simulated(7));
   decid_identify_options options;
@@ -140,7 +140,7 @@ TEST_CASE("options of another library's size are refused if it is newer, and fil
   decid_result_free(result);
 }
 
-TEST_CASE("accessors answer for nothing and beyond the end") {
+TEST_CASE("accessors accept null and indices beyond the end") {
   CHECK(decid_model_sha256(nullptr) == nullptr);
   CHECK(decid_model_protocol(nullptr) == nullptr);
   CHECK(decid_model_layer(built_in(), 1000) == nullptr);
@@ -170,7 +170,7 @@ TEST_CASE("accessors answer for nothing and beyond the end") {
 }
 
 #ifndef DECID_SANITIZED  // whose runtimes have threads of their own
-TEST_CASE("a forked process is refused instead of waiting for ever") {
+TEST_CASE("a forked process is refused instead of waiting forever") {
   REQUIRE(decid_set_threads(2) == DECID_OK);
   const OwnedRecording recording = recording_of(simulated(7));
   decid_result* result = nullptr;

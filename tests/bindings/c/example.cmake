@@ -1,4 +1,4 @@
-# Runs examples/identify.c on a simulated recording: it must say what the program says, and refuse what is no file.
+# Runs examples/identify.c on a simulated recording: it must give the program's result, and refuse a missing file.
 #   cmake -D EXAMPLE=.. -D DECID=.. -D SCRATCH=.. -P example.cmake
 file(MAKE_DIRECTORY ${SCRATCH})
 execute_process(COMMAND ${DECID} simulate --seed 7 --quiet -o ${SCRATCH}/trial.csv COMMAND_ERROR_IS_FATAL ANY)

@@ -224,7 +224,7 @@ TEST_CASE("a file is identified to the bits of the library, with a body and a me
   check_same(identify(recording.get(), &options).get(), expected(path, same_options));
 }
 
-TEST_CASE("samples in degrees give what a file of them gives") {
+TEST_CASE("samples in degrees give the result of a file in degrees") {
   std::vector<double> degrees = simulated(8);
   for (double& value : degrees) value /= sim::rad_per_deg;
   std::string text = "sway_deg\n";

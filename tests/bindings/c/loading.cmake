@@ -1,5 +1,5 @@
-# What the dynamic loader is told: cmake -D READELF=... -D LIBRARY=libdecid.so -D PROGRAM=decid -D STATIC=1 -P loading.cmake
-# STATIC: neither needs shared libraries of the build tree, whose folders stand there otherwise.
+# Checks the dynamic section: cmake -D READELF=... -D LIBRARY=libdecid.so -D PROGRAM=decid -D STATIC=1 -P loading.cmake
+# With STATIC neither file needs shared libraries of the build tree; otherwise each lists their folders.
 foreach(file ${LIBRARY} ${PROGRAM})
   execute_process(COMMAND ${READELF} -d ${file} OUTPUT_VARIABLE dynamic COMMAND_ERROR_IS_FATAL ANY)
   # An empty path is the current folder, whose libraries are anybody's.

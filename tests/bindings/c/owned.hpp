@@ -1,4 +1,4 @@
-// What tests of the C interface share: handles that are freed, a recording, and refusals held to what they say.
+// Shared fixtures for tests of the C interface: owning handles, a recording, checks of errors.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -66,7 +66,7 @@ inline OwnedRecording recording_of(const std::vector<double>& sway_rad) {
   });
 }
 
-/// What a call returned, and this thread's error: it has all the parts, and a remedy.
+/// Checks that a call failed, and that this thread's error has all the parts and a remedy.
 inline void refused(decid_status status, std::initializer_list<const char*> parts,
                     decid_status expected = DECID_BAD_INPUT) {
   const std::string text = decid_error_text();
@@ -76,7 +76,7 @@ inline void refused(decid_status status, std::initializer_list<const char*> part
   CHECK_FALSE(std::string(decid_error_remedy()).empty());
   for (const char* part : parts) {
     CAPTURE(std::string(part));
-    CHECK(text.find(part) != std::string::npos);
+    CHECK(contains(text, part));
   }
 }
 

@@ -1,4 +1,4 @@
-// Training through C: the weights of the library's steps, what is told on the way, and stopping.
+// Training through C: the library's weights, progress callbacks, and stopping.
 #include <cmath>
 
 #include "identify/training/checkpoint.hpp"
@@ -26,7 +26,7 @@ decid_train_options tiny() {
   return options;
 }
 
-/// What the steps of decid train make of the same settings.
+/// Trains with the steps of `decid train` and the same settings.
 std::string expected_sha256(const dataset::TrialSource& source, int scaling_trials) {
   TrainingSettings settings;
   settings.preset = preset_named("best");
@@ -103,7 +103,7 @@ TEST_CASE("with patience the best epoch's model is kept") {
   REQUIRE(errors.size() >= 2);
   REQUIRE(errors.size() < 30);
   CHECK(errors[errors.size() - 1] >= errors[errors.size() - 2]);
-  // So many epochs, no more, give the same weights: the schedule is of a constant rate.
+  // The same number of epochs gives the same weights, because the learning rate is constant.
   options.schedule = "constant";
   errors.clear();
   const OwnedModel constant = train(nullptr, played.get(), options);

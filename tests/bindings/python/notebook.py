@@ -15,7 +15,7 @@ SHOWN = ("text/plain", "text/html")
 
 
 def shown(cell):
-    """What a cell prints and shows, as text. What is printed may arrive in pieces."""
+    """Returns the output of a cell as text. Printed output may arrive in pieces."""
     outputs = cell.get("outputs", ())
     printed = "".join(output.text for output in outputs if output.output_type == "stream")
     return [printed] + [output.data[kind] for output in outputs if output.output_type != "stream"

@@ -12,7 +12,7 @@ import time
 
 
 class Chromium:
-    """A headless browser with one page. `events`: what it told of since they were last emptied."""
+    """A headless browser with one page. `events`: those since the list was last emptied."""
 
     def __init__(self, program, flags=()):
         self._folder = tempfile.mkdtemp()
@@ -93,6 +93,6 @@ class Chromium:
         raise TimeoutError(condition)
 
     def complaints(self):
-        """What the console and the log say."""
+        """Returns messages of the console and the log."""
         return [event for event in self.events
                 if event.get("method") in ("Runtime.exceptionThrown", "Log.entryAdded", "Runtime.consoleAPICalled")]

@@ -298,7 +298,7 @@ class Drops(Page):
             self.chromium.evaluate(f"delete DataTransferItem.prototype.{call}, 0")
 
     def refused(self, *paths):
-        """What the page says of a drop of which it takes nothing."""
+        """Returns the page's message for a drop that it rejects."""
         self.drop_paths(*paths)
         self.chromium.wait("document.body.dataset.taken === '0'", 20)
         self.assertTrue(self.chromium.evaluate("at('work').hidden && recordings.length === 0"))
@@ -382,7 +382,7 @@ class Changes(Page):
     """Settings that are changed after an answer."""
 
     def seen(self):
-        """Whether an answer is seen, whether it is marked as an earlier one, and whether the page computes."""
+        """Returns three flags: a result is visible, it is marked as an earlier one, the page computes."""
         return self.chromium.evaluate("[!at('report').hidden && !at('bar').hidden, !at('stale').hidden, !at('work').hidden]")
 
     def changed(self, change):
@@ -420,7 +420,7 @@ class Changes(Page):
         self.assertEqual(self.seen(), [True, True, False])
         self.assertIn("An earlier answer: trial3.csv, no settings. Now chosen: trial3.csv, Unit of the sway mm.", self.note())
         self.assertEqual(self.result("html"), before)
-        # What it is an answer to is chosen again.
+        # Resetting the unit shows the choices that depend on it again.
         self.assertEqual(self.changed("at('unit').value = ''"), [True, False, False])
         self.assertEqual(self.problems(), "")
         self.drop(self.read("bad.csv"))

@@ -17,7 +17,7 @@ using namespace decid::test;
 
 namespace {
 
-/// Of a double to float, and a little for how the double was come by.
+/// Rounding from double to float, and a little for the double's own error.
 constexpr double rounding = 0x1.01p-24;
 
 const std::vector<Channel> all_channels{Channel::modulus,   Channel::log_modulus, Channel::phase,    Channel::cos_phase,

@@ -57,11 +57,6 @@ bool python(const std::filesystem::path& script, const std::filesystem::path& pa
   return std::system(("/usr/bin/python3 '" + script.string() + "' '" + path.string() + "'").c_str()) == 0;
 }
 
-std::size_t files_in(const TemporaryFolder& folder) {
-  const std::filesystem::directory_iterator files(folder.path());
-  return static_cast<std::size_t>(std::distance(begin(files), end(files)));
-}
-
 }  // namespace
 
 TEST_CASE("a data set comes back to the bit, and equal sets are equal files") {
@@ -69,7 +64,7 @@ TEST_CASE("a data set comes back to the bit, and equal sets are equal files") {
   const Dataset data = small_dataset();
   write_npz(folder / "a.npz", data);
   check_equal(read_npz(folder / "a.npz"), data);
-  CHECK(files_in(folder) == 1);
+  CHECK(folder.files() == 1);
 
   // Equal bytes also in another time zone and over an older file.
   write_text(folder / "b.npz", "an older file");
@@ -85,7 +80,7 @@ TEST_CASE("a data set comes back to the bit, and equal sets are equal files") {
   const std::string a = read_text(folder / "a.npz"), b = read_text(folder / "b.npz");
   CHECK(a == b);
   CHECK(a.substr(10, 4) == std::string("\x00\x00\x21\x00", 4));  // midnight, 1 January 1980
-  CHECK(files_in(folder) == 2);
+  CHECK(folder.files() == 2);
 
   Dataset other = data;
   other.seed = 1;
@@ -246,7 +241,7 @@ TEST_CASE("files that are no archives, or are cut off, are refused") {
   }
 }
 
-TEST_CASE("damaged bytes are noticed") {
+TEST_CASE("damaged bytes are detected") {
   const TemporaryFolder folder;
   write_npz(folder / "a.npz", small_dataset());
   const std::string whole = read_text(folder / "a.npz");
@@ -291,7 +286,7 @@ TEST_CASE("damaged bytes are noticed") {
   CHECK(refused > 50);
 }
 
-TEST_CASE("what would be refused when read is not written") {
+TEST_CASE("data that the reader would refuse is not written") {
   const TemporaryFolder folder;
   Dataset data = small_dataset();
   data.sway[7] = std::numeric_limits<float>::quiet_NaN();
@@ -300,7 +295,7 @@ TEST_CASE("what would be refused when read is not written") {
   data.split.pop_back();
   check_error([&] { write_npz(folder / "a.npz", data); }, {"a.npz", "split does not have"});
   check_error([&] { write_npz(folder / "a.npz", Dataset{}); }, {"a.npz", "no trials"});
-  CHECK(files_in(folder) == 0);
+  CHECK(folder.files() == 0);
 }
 
 TEST_CASE("a failure to write leaves the old file and nothing else") {
@@ -316,19 +311,14 @@ TEST_CASE("a failure to write leaves the old file and nothing else") {
   for (const rlim_t limit : {rlim_t{100}, rlim_t{5000}, rlim_t{9000}}) {
     tight.rlim_cur = limit;
     REQUIRE(setrlimit(RLIMIT_FSIZE, &tight) == 0);
-    std::string message;
-    try {
-      write_npz(folder / "a.npz", small_dataset(20));
-    } catch (const Error& error) {
-      message = error.what();
-    }
+    const std::string message = message_of([&] { write_npz(folder / "a.npz", small_dataset(20)); });
     REQUIRE(setrlimit(RLIMIT_FSIZE, &before) == 0);
-    CHECK(message.find("cannot be written: ") != std::string::npos);
-    CHECK(message.find("too large") != std::string::npos);  // as the system says it
+    CHECK(contains(message, "cannot be written: "));
+    CHECK(contains(message, "too large"));  // as the system says it
   }
   std::signal(SIGXFSZ, handler);
   CHECK(read_text(folder / "a.npz") == "old");
-  CHECK(files_in(folder) == 1);
+  CHECK(folder.files() == 1);
 }
 
 TEST_CASE("a data set of a made-up body has its fourteen parameters, by their names") {

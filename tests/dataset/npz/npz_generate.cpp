@@ -44,12 +44,7 @@ const std::string& expected_hash() {
   return hash;
 }
 
-std::size_t files_in(const TemporaryFolder& folder) {
-  const fs::directory_iterator files(folder.path());
-  return static_cast<std::size_t>(std::distance(begin(files), end(files)));
-}
-
-/// What a run leaves that is stopped after so many reports of progress.
+/// State on disk after a run was stopped at a given number of progress reports.
 struct Stopped {
   TemporaryFolder folder;
   fs::path path = folder / "a.npz";
@@ -66,7 +61,7 @@ struct Stopped {
         },
         {"a.npz.partial", "stopped after", "of 1300 trials", "to continue"});
     CHECK_FALSE(fs::exists(path));
-    CHECK(files_in(folder) == 2);
+    CHECK(folder.files() == 2);
   }
 };
 
@@ -111,7 +106,7 @@ TEST_CASE("a data set made into its file is the one made in memory, for any numb
     CHECK(report.all.peak_to_peak.mean() == in_memory.all.peak_to_peak.mean());
   }
   omp_set_num_threads(before);
-  CHECK(files_in(folder) == 1);
+  CHECK(folder.files() == 1);
   CHECK(near(static_cast<double>(npz_bytes(1300, request().protocol)),
              static_cast<double>(fs::file_size(folder / "a.npz")), 0.005));
 }
@@ -189,7 +184,8 @@ TEST_CASE("damaged bytes of an unfinished file are made again") {
     write_text(stopped.partial.file, flipped(file, position));
     write_text(stopped.partial.journal, journal);
     const int resumed = go_on(stopped.path);
-    CHECK((resumed < stopped.trials) == (position >= 64 + 128));  // what stands before the sway is written anew
+    CHECK((resumed < stopped.trials) ==
+          (position >= 64 + 128));  // a resumed run writes the arrays before the sway again
   }
   const std::size_t entry = journal.find("etry"), last = journal.rfind("etry");
   for (const std::size_t position :
@@ -221,7 +217,7 @@ TEST_CASE("an unfinished file of another request is refused and left as it is") 
   other.protocol.noise.sensor = {0.001, 0.2};
   refused(other, program, {"another protocol", "give the options"});
   refused(request(), "decid other", {"program \"decid test\", not \"decid other\""});
-  // Without the journal nobody knows what is in the file.
+  // Without the journal the file's contents are unknown.
   for (const std::size_t size : {std::size_t{0}, std::size_t{10}, std::size_t{30}}) {
     write_text(stopped.partial.journal, journal.substr(0, size));
     check_error([&] { generate_npz(stopped.path, request(), program); },
@@ -234,7 +230,7 @@ TEST_CASE("an unfinished file of another request is refused and left as it is") 
   other = request();
   other.seed = 5;
   generate_npz(stopped.path, other, program);
-  CHECK(files_in(stopped.folder) == 1);
+  CHECK(stopped.folder.files() == 1);
 }
 
 TEST_CASE("base 0 and base = count are the same request") {
@@ -247,7 +243,7 @@ TEST_CASE("base 0 and base = count are the same request") {
   CHECK(resumed > 0);
 }
 
-TEST_CASE("a full disk stops the work, and what is done is kept") {
+TEST_CASE("a full disk stops the work and keeps the finished part") {
   const Stopped reference(3);
   const TemporaryFolder folder;
   rlimit before{};
@@ -259,17 +255,13 @@ TEST_CASE("a full disk stops the work, and what is done is kept") {
     CAPTURE(limit);
     tight.rlim_cur = limit;  // a limit on the size of files stands for a full disk
     REQUIRE(setrlimit(RLIMIT_FSIZE, &tight) == 0);
-    std::string message;
     resumed = 0;
-    try {
-      generate_npz(folder / "a.npz", request(), program, {}, [&](int trials) { resumed = trials; });
-    } catch (const Error& error) {
-      message = error.what();
-    }
+    const std::string message = message_of(
+        [&] { generate_npz(folder / "a.npz", request(), program, {}, [&](int trials) { resumed = trials; }); });
     REQUIRE(setrlimit(RLIMIT_FSIZE, &before) == 0);
-    CHECK(message.find("a.npz.partial") != std::string::npos);
-    CHECK(message.find("cannot be written: ") != std::string::npos);
-    CHECK(message.find("same command again") != std::string::npos);
+    CHECK(contains(message, "a.npz.partial"));
+    CHECK(contains(message, "cannot be written: "));
+    CHECK(contains(message, "same command again"));
     CHECK(fs::exists(folder / "a.npz.partial"));
     CHECK_FALSE(fs::exists(folder / "a.npz"));
     CHECK(resumed >= last);
@@ -302,7 +294,7 @@ TEST_CASE("outputs that cannot be, and requests that cannot be met, leave nothin
   DatasetRequest none = wanted;
   none.count = 0;
   check_error([&] { generate_npz(folder / "a.npz", none, program); }, {"at least 1"});
-  CHECK(files_in(folder) == 0);
+  CHECK(folder.files() == 0);
 }
 
 TEST_CASE("the output replaces an older file, with its permissions and through a link") {
@@ -357,7 +349,7 @@ TEST_CASE("a stored data set reads its sway from the file") {
     CHECK(other.in_memory());
     CHECK(other.about().sway == data.sway);
   }
-  // Damage: a bit that only the checksum shows, a value that is none, and an end that is cut off while it is in use.
+  // Damage: a bit that only the checksum shows, an invalid value, and an end that is cut off while in use.
   std::string content = read_text(folder / "a.npz");
   content[1000] = static_cast<char>(content[1000] ^ 1);
   write_text(folder / "c.npz", content);

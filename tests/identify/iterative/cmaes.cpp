@@ -110,7 +110,7 @@ TEST_CASE("cma-es: every point is in the box, the seed decides, NaN is worst") {
   CHECK(mirrored(2.25) == 0.25);
 }
 
-TEST_CASE("cma-es: what cannot be searched") {
+TEST_CASE("cma-es: invalid searches") {
   const std::vector<double> start{0.5};
   CHECK_THROWS_AS(CmaEs({}, 0.1, 0, 1, 0), Error);
   CHECK_THROWS_AS(CmaEs(std::vector<double>{1.5}, 0.1, 0, 1, 0), Error);

@@ -57,7 +57,7 @@ TEST_CASE("fit: a noise-free trial gives its parameters back, all but the passiv
   CHECK(again.cost > result.cost);  // more simulations, a better fit
 }
 
-TEST_CASE("fit: what is known beforehand holds the estimate, and widens its errors") {
+TEST_CASE("fit: priors hold the estimate, and widen its errors") {
   const sim::Simulator simulator(sim::short_protocol());
   const std::vector<float> sway =
       trial(simulator,
@@ -86,14 +86,14 @@ TEST_CASE("fit: what is known beforehand holds the estimate, and widens its erro
   }
 }
 
-TEST_CASE("fit: what is known beforehand to a hundredth, and agrees with the recording, stays known to that") {
+TEST_CASE("fit: a prior of a hundredth of the range that agrees with the recording keeps its width") {
   const sim::Simulator simulator(sim::short_protocol());
   const sim::Parameters truth =
       sim::single_pendulum().parameters.from_unit(std::vector<double>{0.4, 0.55, 0.3, 0.5, 0.5, 0.8, 0.5});
   const Start start{truth, 0.1, 0.01};
   const Result result = fit(simulator, trial(simulator, truth), std::vector{start}, {small_budget, 1});
-  // A trial says little within a hundredth of a range, so the draws have the prior's deviation, which counts 2.5 times.
-  // Of n effective draws each is known to 1 / sqrt(2 n), the mean of seven to a bit more than a third of that.
+  // A trial says little within a hundredth of a range, so the draws have the prior's sd, which counts 2.5 times. With n
+  // effective draws each sd has an error of 1 / sqrt(2 n); the mean of seven has a bit more than a third of it.
   REQUIRE(result.effective_samples > 20);
   double ratio = 0;
   for (std::size_t p = 0; p < sim::single_pendulum().parameters.size(); ++p) {
@@ -118,7 +118,7 @@ TEST_CASE("fit: starts") {
         random_start(sim::single_pendulum().parameters, 2, 0).parameters);
 }
 
-TEST_CASE("fit: what it cannot be asked") {
+TEST_CASE("fit: invalid requests") {
   const sim::Simulator simulator(sim::default_protocol());
   const std::vector<float> sway(static_cast<std::size_t>(simulator.samples()));
   const std::vector<Start> starts{middle_start(sim::single_pendulum().parameters)};

@@ -106,13 +106,13 @@ TEST_CASE("likelihood: the cost is its formula's, Student's t about the realisat
   }
 }
 
-TEST_CASE("likelihood: the truth is likelier than what lies a quarter of a range away, on any number of threads") {
+TEST_CASE("likelihood: the truth is likelier than values a quarter of a range away, on any number of threads") {
   const sim::Simulator simulator(short_sines());
   sim::Parameters truth = sim::single_pendulum().parameters.middle();
   truth[sim::Nv] = 0.2;
   const Likelihood likelihood(simulator, trial(simulator, truth, 0));
   std::vector<sim::Parameters> candidates{truth};
-  // Those that a trial of 30 s tells something about.
+  // Only parameters that a trial of 30 s informs.
   for (const std::size_t p : {sim::Kp, sim::Kd, sim::Nv, sim::Delay}) {
     candidates.push_back(truth);
     const sim::ParameterInfo& info = sim::single_pendulum().parameters[p];
@@ -150,7 +150,7 @@ TEST_CASE("likelihood: the sensor's noise is found, and without any the lowest l
   CHECK(noisy.value > exact.value);
 }
 
-TEST_CASE("likelihood: what falls costs more than all that stands, the earlier the more") {
+TEST_CASE("likelihood: a fall costs more than any standing trial, an earlier fall more") {
   const sim::Simulator simulator(short_sines());
   const Likelihood likelihood(simulator, trial(simulator, sim::single_pendulum().parameters.middle(), 0));
   sim::Parameters falls = sim::single_pendulum().parameters.middle(), falls_at_once = falls, stands = falls;
@@ -167,7 +167,7 @@ TEST_CASE("likelihood: what falls costs more than all that stands, the earlier t
   CHECK(costs[1].value < costs[2].value);
 }
 
-TEST_CASE("likelihood: what it cannot be asked") {
+TEST_CASE("likelihood: invalid requests") {
   const sim::Simulator simulator(short_sines());
   const auto samples = static_cast<std::size_t>(simulator.samples());
   CHECK_THROWS_AS(Likelihood(simulator, std::vector<float>(samples - 1)), Error);

@@ -1,5 +1,5 @@
-// What a network says of parameters: moments, quantiles and densities against its mixture, with and without
-// recalibration; who gives it, and who does not.
+// The predicted distribution of the parameters: moments, quantiles and densities against the network's mixture, with
+// and without recalibration; which models have one.
 #include "identify/network/distribution.hpp"
 
 #include <cmath>
@@ -40,7 +40,7 @@ Recalibration wide() {
 
 }  // namespace
 
-TEST_CASE("ParameterDistribution: what its mixture says, in SI units") {
+TEST_CASE("ParameterDistribution: its mixture's moments in SI units") {
   const Mixture mixture = mixture_of(2);
   const ParameterDistribution found(mixture, table());
   CHECK(found.parameters() == parameters);
@@ -80,7 +80,7 @@ TEST_CASE("ParameterDistribution: quantiles and deviations are recalibrated, the
   }
 }
 
-TEST_CASE("Mixture: densities are the derivatives of what is below, and joint ones those of their parts") {
+TEST_CASE("Mixture: densities are derivatives of the distribution function, also joint ones") {
   for (const std::size_t components : {1U, 2U}) {
     const Mixture mixture = mixture_of(components);
     for (std::size_t p = 0; p < parameters; ++p)
@@ -106,12 +106,12 @@ TEST_CASE("Mixture: densities are the derivatives of what is below, and joint on
     sum += independent.log_density(p, shares.back());
   }
   CHECK(within(independent.log_density(shares), sum, 1e-12));
-  // Of outputs that are all 0 every coordinate is standard normal: only the ranges are known.
+  // With all outputs 0 every coordinate is standard normal: only the ranges are known.
   const Mixture ignorant(1, parameters, std::vector<double>(mixture_outputs(1, parameters), 0.0));
   CHECK(within(ignorant.log_density(shares), 0.0, 1e-13));
   CHECK(within(ignorant.log_density(2, 0.77), 0.0, 1e-14));
   CHECK(within(ignorant.below(2, 0.77), 0.77, 1e-14));
-  // Parameters far from where they are held to be: no infinity.
+  // Parameters far from their predicted range: no infinity.
   std::vector<double> sure(mixture_outputs(2, parameters), 0.0);
   sure[1] = sure[1 + mixture_outputs(1, parameters)] = 3.0;
   sure[1 + parameters] = sure[1 + parameters + mixture_outputs(1, parameters)] = mixture_limit;

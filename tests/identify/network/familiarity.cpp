@@ -17,8 +17,7 @@
 namespace decid {
 namespace {
 
-using test::near;
-using test::within;
+using namespace test;
 
 constexpr std::size_t features = 3;
 using Vector = std::array<double, features>;
@@ -38,7 +37,7 @@ Model model(const std::string& architecture = "fc 3; fc 7") {
   return made;
 }
 
-/// Noise of 0.02 rad in place of simulated sway.
+/// Noise of 0.02 rad instead of simulated sway.
 std::vector<float> sway_of(int trial) {
   const Random random(11, Stream::sensor_noise, static_cast<std::uint64_t>(trial));
   std::vector<float> sway(400);
@@ -86,7 +85,7 @@ std::vector<double> distances(const Model& of, int trials, std::span<const float
   return all;
 }
 
-/// What the first layer makes of an image, in double.
+/// Returns the first layer's features of a network input, in double.
 Vector features_of(const Model& of, std::span<const float> image) {
   const std::vector<float>&weight = of.network.parameters()[0]->value, &bias = of.network.parameters()[1]->value;
   Vector made{};
@@ -161,12 +160,13 @@ TEST_CASE("familiarity: the Mahalanobis distance over the number of features, us
     CHECK(within(found[t], std::sqrt(square), 2e-6));
     if (t < learned) squares += found[t] * found[t] / learned;
   }
-  // Those that it was learned from have 1, but for the ridge: trace of (covariance - ridge) / covariance, over 3.
+  // The mean over the trials learned from is 1, except for the ridge: trace of (covariance - ridge) / covariance,
+  // over 3.
   for (std::size_t i = 0; i < features; ++i) trace += inverse[i][i];
   CHECK(within(squares, 1.0 - ridge * trace / features, 2e-6));
   CHECK(within(std::sqrt(squares), 1.0, 0.01));
 
-  // Of the 80 others the one that 77 are nearer than.
+  // The border is the 78th of the 80 other distances.
   std::vector<double> others(found.begin() + learned, found.end());
   std::ranges::sort(others);
   CHECK(known.familiarity.usual == others[77]);
@@ -198,7 +198,7 @@ TEST_CASE("familiarity: eight trials for each feature are needed, of three fifth
   CHECK(learn_familiarity(known, Unseen(40), 5).known());
 }
 
-TEST_CASE("familiarity: what a network's last layer reads, if it is fully connected and reads few") {
+TEST_CASE("familiarity: features are the inputs of the last layer, if it is fully connected and has few") {
   const auto count = [](const std::string& architecture) { return feature_count(model(architecture).network); };
   CHECK(count("fc 3; fc 7") == 3);
   CHECK(count("fc 5; relu; fc 7") == 5);

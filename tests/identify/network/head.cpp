@@ -1,5 +1,5 @@
-// What outputs mean is the head's business: a made-up one with two outputs for each of fourteen parameters trains,
-// predicts and is evaluated as the point head does.
+// The head defines the meaning of the outputs. A made-up head with two outputs for each of fourteen parameters trains,
+// predicts and is evaluated as the point head is.
 #include "identify/network/head.hpp"
 
 #include <algorithm>
@@ -140,7 +140,7 @@ TEST_CASE("networks of fourteen parameters train with every head") {
     CHECK(evaluation.trials == 32);
     CHECK(evaluation.mse() == state.log.back().validation_mse);
     CHECK(near(evaluation.matlab_loss(), 7.0 * evaluation.mse(), 1e-15));
-    // What can be known is learned, a density in few steps less so; guessing the mean would give 1.
+    // The network learns the parameter that the input determines, a density less well in few steps. The mean has MSE 1.
     CHECK(evaluation.mse_per_parameter[0] < (head == &mixture_head(1) ? 0.8 : 0.3));
     for (std::size_t p = 1; p < 14; ++p) CHECK(evaluation.mse_per_parameter[p] > 0.5);
 

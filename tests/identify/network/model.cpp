@@ -57,7 +57,7 @@ TEST_CASE("a model survives its file to the bit") {
   CHECK(to_bytes(copy) == bytes);
 }
 
-TEST_CASE("a flipped bit anywhere in a model file is noticed") {
+TEST_CASE("a flipped bit anywhere in a model file is detected") {
   const std::string bytes = to_bytes(example());
   const std::size_t header = 8 + static_cast<unsigned char>(bytes[0]) + 256 * static_cast<unsigned char>(bytes[1]);
   const auto refused = [](const std::string& changed) {
@@ -191,7 +191,7 @@ TEST_CASE("outputs of another number than the network's are not decoded") {
   CHECK_THROWS_AS(model.head->scores(outputs, scores), Error);
 }
 
-TEST_CASE("the image settings of a model are those that its images are drawn with") {
+TEST_CASE("a model's network inputs use its image settings") {
   const Model model = example();
   CHECK(model.image() == preset_named("small").image);
   CHECK(&model.image() == &model.images().settings());
@@ -249,7 +249,7 @@ TEST_CASE("presets of whole cycles fit every protocol, up to their own frequency
     CHECK(Model(protocol, image, preset_named(preset).architecture).network.parameter_count() > 1000);
     return image;
   };
-  // What they are made for stays as it is.
+  // The input settings stay the same for the protocol that they were made for.
   CHECK(fitted("best", sim::default_protocol()) == preset_named("best").image);
   CHECK(fitted("firmware", sim::default_protocol()) == preset_named("firmware").image);
   CHECK(fitted("short", sim::short_protocol()) == preset_named("short").image);
@@ -314,7 +314,7 @@ TEST_CASE("presets of whole cycles fit every protocol, up to their own frequency
   CHECK(tiny.rows == 64);
 }
 
-TEST_CASE("other noise than the model's is reported") {
+TEST_CASE("measurement noise other than the model's is reported") {
   const sim::Protocol ours;
   sim::Protocol theirs;
   theirs.noise.sensor = {0.01, 0.01};

@@ -1,8 +1,6 @@
 // Where models come from: read back as written, version 1 too, and trials that a model was trained on refused.
 #include "identify/network/origin.hpp"
 
-#include <doctest/doctest.h>
-
 #include "base/error.hpp"
 #include "dataset/sets/dataset.hpp"
 #include "identify/network/model.hpp"
@@ -11,7 +9,7 @@
 namespace decid {
 namespace {
 
-using test::check_error;
+using namespace test;
 using Kind = dataset::TrialIdentity::Kind;
 
 Origin origin() {
@@ -35,15 +33,15 @@ Origin origin() {
 
 }  // namespace
 
-TEST_CASE("origin: what is written is read back") {
+TEST_CASE("origin: JSON gives the same origin") {
   Origin made = origin();
   CHECK(origin_from_json(to_json(made), "m") == made);
   made.trials = {Kind::stored, 12, "abcdef"};
   made.patience = 20;
   CHECK(origin_from_json(to_json(made), "m") == made);
-  CHECK(to_json(made).find("\"patience\":20") != std::string::npos);
-  CHECK(to_json(origin()).find("patience") == std::string::npos);
-  CHECK(to_json(made).find('\n') == std::string::npos);
+  CHECK(contains(to_json(made), "\"patience\":20"));
+  CHECK_FALSE(contains(to_json(origin()), "patience"));
+  CHECK_FALSE(contains(to_json(made), "\n"));
 }
 
 TEST_CASE("origin: each setting that differs makes another origin, and is named") {
@@ -70,7 +68,7 @@ TEST_CASE("origin: each setting that differs makes another origin, and is named"
     Origin other = origin();
     change.make(other);
     CHECK(other != same);
-    CHECK(difference(same, other).find(change.named) != std::string::npos);
+    CHECK(test::contains(difference(same, other), change.named));
   }
   Origin longer = origin(), tuned = origin();
   longer.extensions = {{1, 2}};
@@ -81,8 +79,8 @@ TEST_CASE("origin: each setting that differs makes another origin, and is named"
 
 TEST_CASE("origin: a fine tuning names what it began with, a longer training where it went on") {
   Origin made = origin();
-  CHECK(to_json(made).find("extensions") == std::string::npos);
-  CHECK(to_json(made).find("from") == std::string::npos);
+  CHECK_FALSE(contains(to_json(made), "extensions"));
+  CHECK_FALSE(contains(to_json(made), "from"));
   made.extensions = {{3, 3}, {5, 9}};
   const Origin::Start start = start_from(origin(), "ab");
   CHECK(start.weights_sha256 == "ab");
@@ -121,7 +119,7 @@ TEST_CASE("origin: version 1 named its trials in a sentence") {
   CHECK(built_in_model().origin.trials == dataset::TrialIdentity{Kind::stream, 1, {}});
 }
 
-TEST_CASE("origin: what differs is named") {
+TEST_CASE("origin: differences are named") {
   Origin other = origin();
   other.epochs = 5;
   other.patience = 2;
@@ -135,7 +133,7 @@ TEST_CASE("origin: nobody measures a model on its training") {
   check_error([&] { require_not_trained_on(origin(), same_seed, Measured::all, "d.npz"); }, {"d.npz", "seed 7"});
   check_error([&] { require_not_trained_on(origin(), same_seed, Measured::validation, "d.npz"); }, {"d.npz", "seed 7"});
   require_not_trained_on(origin(), other_seed, Measured::all, "d.npz");
-  // Seeds that nobody knows are not equal.
+  // Unknown seeds are not equal.
   require_not_trained_on(origin_from_json("{}", "m"), same_seed, Measured::all, "d.npz");
 
   Origin stored = origin();

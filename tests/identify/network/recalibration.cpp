@@ -93,7 +93,8 @@ TEST_CASE("recalibration: piecewise linear from 0 through the levels to 1, and b
     CHECK(near(made.share(0, made.level(0, share)), share, 1e-12));
 }
 
-TEST_CASE("recalibration: levels are quantiles of what was said, the factor what was promised to what was missed") {
+TEST_CASE(
+    "recalibration: levels are quantiles of the predicted ones, the factor is the ratio of predicted to actual error") {
   // 99 trials in another order than their size: k of 100 are below with k %.
   std::vector<Said> said;
   for (int i = 0; i < 99; ++i) {
@@ -114,7 +115,7 @@ TEST_CASE("recalibration: levels are quantiles of what was said, the factor what
   check_error([&] { recalibration_of(0, said); }, {"0 parameters"});
 }
 
-TEST_CASE("recalibration: a network that promises too much keeps its promises on fresh trials") {
+TEST_CASE("recalibration: an overconfident network has the stated coverage on test trials") {
   constexpr int fresh = 20'000;
   Model model = too_sure();
   std::vector<sim::Parameters> truth;

@@ -49,7 +49,7 @@ TEST_CASE("calibration_of: right posteriors are covered as they should be") {
   CHECK(found.all.distance == found.parameters[0].distance);
 }
 
-TEST_CASE("calibration_of: posteriors that promise too much are found out") {
+TEST_CASE("calibration_of: overconfident posteriors are detected") {
   const Calibration found = calibration_of(trials_of(0.5, 400), {2.0, 4.0});
   CHECK(found.parameters[0].mse > 3.0 * found.parameters[0].promised);
   CHECK(found.parameters[0].covered90 < 0.7);

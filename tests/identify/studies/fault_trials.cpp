@@ -97,7 +97,7 @@ TEST_CASE("half the rate is resampled, and the reader says so") {
   CHECK(mean_square(difference_of({"rate_hz", 50.0})) < 1e-5);
 }
 
-TEST_CASE("faults that a protocol cannot have are named") {
+TEST_CASE("artefacts that a protocol cannot have are named") {
   sim::Protocol slow = standing_protocol();
   slow.experiment.sample_rate_hz = 50.0;
   CHECK_FALSE(impossible(slow, {"rate_hz", 50.0}).empty());

@@ -278,7 +278,7 @@ TEST_CASE("weights begin as the seed says, and trials come in its order") {
   CHECK(trained(5) != trained(6));
 }
 
-TEST_CASE("a training that diverges says so") {
+TEST_CASE("a diverging training is an error") {
   const auto source = quick_source();
   TrainingSettings settings = quick_settings();
   settings.preset.learning_rate = 1e5;

@@ -67,13 +67,13 @@ struct DenseNoise {
     return std::sqrt((k == 0 ? 1.0 : 2.0) / count) *
            std::cos(sim::pi * static_cast<double>(k) * (static_cast<double>(m) + 0.5) / count);
   }
-  /// Of coefficient k, without the offset.
+  /// Returns the power of coefficient k, without the offset.
   double power(std::size_t k) const {
     const double hz = static_cast<double>(k) / (2.0 * static_cast<double>(blocks) * block_s);
     const double drift = k == 0 ? 0.0 : drift_hz / hz, corner = 2.0 * sim::pi * hz;
     return white * (1.0 + drift * drift) + slow / (1.0 + corner * corner * square_of_memory);
   }
-  /// Of all blocks, if the coefficients from `kept` on have the variance `others`.
+  /// Returns the covariance of all blocks, where the coefficients from `kept` on have the variance `others`.
   std::vector<double> of_blocks(std::size_t kept, double others) const {
     std::vector<double> covariance(blocks * blocks, 0.0);
     const double sd = 10.0 * sim::rad_per_deg;  // of the offset, and of the line from end to end
@@ -95,7 +95,7 @@ struct DenseNoise {
       for (std::size_t m = 0; m < blocks; ++m) coefficients[k] += cosine(k, m) * values[m];
     return coefficients;
   }
-  /// Of the first `kept` coefficients.
+  /// Returns the density of the first `kept` coefficients.
   DenseGaussian of_coefficients(std::size_t kept) const {
     const std::vector<double> all = of_blocks(kept, 0.0);
     std::vector<double> cosines, half(kept * blocks, 0.0), covariance(kept * kept, 0.0);

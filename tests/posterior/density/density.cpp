@@ -71,7 +71,7 @@ double rms_deg(const std::vector<double>& values) {
   return std::sqrt(squares / static_cast<double>(values.size())) / sim::rad_per_deg;
 }
 
-/// What is left of values without their straight line of least squares: the model's offset and line are fitted.
+/// Subtracts the least-squares line, as the model fits the offset and the drift.
 std::vector<double> without_line(std::vector<double> values) {
   const auto count = static_cast<double>(values.size());
   double mean = 0.0, slope = 0.0, squares = 0.0;

@@ -1,4 +1,4 @@
-// Points of a density, what it says of them, and the same noise as explicit matrices.
+// Points of a density, its values there, and the same noise as explicit matrices.
 #pragma once
 
 #include <algorithm>
@@ -77,7 +77,7 @@ inline DenseNoise noise_of(const Density& density, const State& state) {
           state.slow_memory_s * state.slow_memory_s};
 }
 
-/// Of the cosine transform's coefficients those up to 2.5 Hz, at most half of them.
+/// Returns the number of cosine coefficients up to 2.5 Hz, at most half of all.
 inline std::size_t coefficients(const Density& density) {
   const auto up_to = static_cast<std::size_t>(2.0 * density.blocks() * density.block_s() * 2.5) + 1;
   return std::min(up_to, static_cast<std::size_t>(density.blocks() / 2));

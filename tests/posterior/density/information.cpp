@@ -54,7 +54,7 @@ TEST_CASE("Density: the information is that of the model's derivatives and of th
       }
     }
   }
-  // Of a coefficient with the variance P, two levels of the noise have half the product of the derivatives of log P.
+  // For a coefficient of variance P, two noise levels have half the product of the derivatives of log P.
   const std::array<int, 3> levels{Density::sensor_noise, Density::slow_noise, Density::slow_memory};
   for (std::size_t l = 0; l < lanes; ++l) {
     std::array<std::vector<double>, 3> changes;

@@ -13,8 +13,7 @@
 
 using namespace decid;
 using namespace decid::posterior;
-using decid::test::near;
-using decid::test::within;
+using namespace decid::test;
 
 namespace {
 

@@ -10,7 +10,7 @@ using namespace decid;
 using namespace decid::posterior;
 using namespace decid::test;
 
-TEST_CASE("Density: what is perceived is the noise, and what of it and the platform passes the dead band") {
+TEST_CASE("Density: the perceived tilt is the noise plus the part of noise and platform that passes the dead band") {
   const sim::Protocol protocol = sines_protocol();
   const Density density(protocol, {});
   const Values x = random_points(density, 5);

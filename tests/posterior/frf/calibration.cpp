@@ -11,10 +11,7 @@
 #include "tests/posterior/frf/made_table.hpp"
 
 using namespace decid;
-using decid::test::empty_table;
-using decid::test::short_frequencies_hz;
-using decid::test::state_of_prior;
-using decid::test::table_of;
+using namespace decid::test;
 
 namespace {
 

@@ -11,8 +11,7 @@
 #include "tests/near.hpp"
 
 using namespace decid;
-using decid::test::near;
-using decid::test::within;
+using namespace decid::test;
 
 namespace {
 
@@ -50,7 +49,7 @@ TEST_CASE("uniform ranks are uniform Nv and theta") {
   }
 }
 
-TEST_CASE("what passes depends on its rank alone") {
+TEST_CASE("the passed fraction depends only on its rank") {
   const frf::DeadBandPrior prior(ranges(), passes);
   double before = 0.0;
   for (double rank = 0.05; rank < 1.0; rank += 0.05) {

@@ -1,18 +1,12 @@
 #include "posterior/frf/density.hpp"
 
-#include <doctest/doctest.h>
-
 #include "posterior/cholesky.hpp"
 #include "sim/body_model.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/frf/made_table.hpp"
 
 using namespace decid;
-using decid::test::check_error;
-using decid::test::empty_table;
-using decid::test::near;
-using decid::test::short_frequencies_hz;
-using decid::test::within;
+using namespace decid::test;
 using frf::Density;
 
 namespace {
@@ -30,7 +24,7 @@ const std::vector<double> middle = {0.6, 0.5, 0.4, 0.5, 0.63, 0.4, 0.4, 0.55, 0.
 
 }  // namespace
 
-TEST_CASE("a state means what its coordinates say") {
+TEST_CASE("a state's values follow from its coordinates") {
   const Density density(sim::short_protocol(), empty_table(short_frequencies_hz, 0.1), {.gain = 0.2});
   const sim::ParameterTable& ranges = sim::single_pendulum().parameters;
   const frf::State state = density.state(middle);
@@ -76,7 +70,7 @@ TEST_CASE("the gradient is that of finite differences") {
       const double expected = (evaluated(density, above).misfit - evaluated(density, below).misfit) / (2.0 * h);
       CHECK(within(local.gradient[i], expected, 1e-6 * largest));
     }
-    // What passes is straight between the blocks of its ranks: the slope of a block is that of its 1/512.
+    // The passed fraction is linear between the blocks of its ranks: a block's slope is the slope over its 1/512.
     std::vector<double> below = middle, above = middle;
     below[sim::Nv] -= 0.01;
     above[sim::Nv] += 0.01;

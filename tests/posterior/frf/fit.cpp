@@ -1,7 +1,5 @@
 #include "posterior/frf/fit.hpp"
 
-#include <doctest/doctest.h>
-
 #include <algorithm>
 
 #include "base/files/sha256.hpp"
@@ -10,10 +8,7 @@
 #include "tests/posterior/frf/made_table.hpp"
 
 using namespace decid;
-using decid::test::empty_table;
-using decid::test::near;
-using decid::test::short_frequencies_hz;
-using decid::test::within;
+using namespace decid::test;
 using frf::Density;
 
 namespace {
@@ -22,7 +17,7 @@ frf::State known() {
   return {{900.0, 260.0, 150.0, 120.0, 0.2, 0.002, 0.12}, 1.0, 0.0};
 }
 
-/// What a known controller says, its gains changed by `spoil` at each row, with that confidence.
+/// Fits the response of a known controller, its gains changed by `spoil` at each row, with that standard deviation.
 frf::Fit fit_of(double deviation, const frf::Priors& priors, double (*spoil)(std::size_t) = nullptr) {
   const sim::Protocol protocol = sim::short_protocol();
   const Density made(protocol, empty_table(short_frequencies_hz, 0.02), {});
@@ -48,7 +43,7 @@ TEST_CASE("chi-square's tail is that of the tables") {
   CHECK(frf::chi_square_beyond(0.0, 4) == 1.0);
 }
 
-TEST_CASE("a controller is found again, and what the table does not tell is as it was known") {
+TEST_CASE("the true controller is found, and uninformed parameters keep their priors") {
   const frf::Fit found = fit_of(0.02, {});
   CHECK(found.agreed());
   CHECK(*std::ranges::min_element(found.effective_draws()) >= 1000);
@@ -81,7 +76,7 @@ TEST_CASE("a controller is found again, and what the table does not tell is as i
   }
 }
 
-TEST_CASE("what is known stays known") {
+TEST_CASE("known parameters keep their priors") {
   const frf::Fit found = fit_of(0.02, {.gain = 0.0, .error = 0.0});
   CHECK(found.deviation(Density::gain) == 0.0);
   CHECK(found.deviation(Density::error) == 0.0);
@@ -90,7 +85,7 @@ TEST_CASE("what is known stays known") {
   CHECK(found.warnings().empty());
 }
 
-TEST_CASE("a table that no controller explains is said to be one, and widens the answer") {
+TEST_CASE("a table that no controller explains gives a warning and wider intervals") {
   const frf::Fit good = fit_of(0.02, {}), bad = fit_of(0.02, {}, zigzag);
   CHECK(bad.misfit().p_value < 1e-6);
   REQUIRE(bad.warnings().size() == 2);
@@ -103,10 +98,10 @@ TEST_CASE("a table that no controller explains is said to be one, and widens the
   CHECK(bad.deviation(sim::Delay) > 2.0 * good.deviation(sim::Delay));
   const frf::Fit sure = fit_of(0.02, {.error = 0.0}, zigzag);
   REQUIRE_FALSE(sure.warnings().empty());
-  CHECK(sure.warnings().back().text.find("too narrow") != std::string::npos);
+  CHECK(contains(sure.warnings().back().text, "too narrow"));
 }
 
-TEST_CASE("without confidence the table's errors are inferred, and too large ones said") {
+TEST_CASE("without confidence the table's errors are inferred, and large ones give a warning") {
   const frf::Fit good = fit_of(0.0, {});
   CHECK(std::isnan(good.misfit().p_value));
   CHECK(good.mean(Density::error) > 0.005);
@@ -119,7 +114,7 @@ TEST_CASE("without confidence the table's errors are inferred, and too large one
   CHECK(bad.warnings()[1].code == "response_unexplained");
 }
 
-TEST_CASE("the draws have the bits that they have everywhere" * doctest::test_suite("golden")) {
+TEST_CASE("the draws have the same bits everywhere" * doctest::test_suite("golden")) {
   const frf::Fit found = fit_of(0.02, {});
   std::string bytes;
   for (int q = 0; q < Density::quantities; ++q)

@@ -1,7 +1,5 @@
 #include "posterior/frf/response.hpp"
 
-#include <doctest/doctest.h>
-
 #include <mutex>
 
 #include "base/math/random.hpp"
@@ -11,11 +9,7 @@
 #include "tests/posterior/frf/made_table.hpp"
 
 using namespace decid;
-using decid::test::check_error;
-using decid::test::empty_table;
-using decid::test::near;
-using decid::test::short_frequencies_hz;
-using decid::test::within;
+using namespace decid::test;
 using sim::Complex;
 
 namespace {
@@ -57,7 +51,7 @@ Simulated simulated(const sim::Simulator& simulator, const sim::FrequencyRespons
 }
 
 /// Simulated trials of a protocol against the model, up to 2.5 Hz: without noise within `relative` of the response,
-/// with noise besides within 4.5 of the standard errors, as 1 in 10,000 of the worst of 30 parts is not.
+/// with noise also within 4.5 standard errors, which the worst of 30 parts exceeds in 1 of 10,000 runs.
 void check_against_simulator(const sim::Protocol& protocol, const sim::Parameters& parameters, double relative,
                              int trials) {
   const sim::Simulator simulator(protocol);
@@ -91,7 +85,7 @@ const sim::Parameters usual{800.0, 250.0, 130.0, 120.0, 0.0, 0.002, 0.1};
 
 }  // namespace
 
-TEST_CASE("what passes the dead band is the mean over the noise") {
+TEST_CASE("the passed fraction is the mean over the noise") {
   // Simpson's rule over 10 deviations either way: its error is below 1e-6 with the kinks between its points.
   for (const double theta : {0.0, 0.002, 0.005}) {
     for (const double signal : {0.0, 0.001, 0.0041}) {
@@ -112,7 +106,7 @@ TEST_CASE("what passes the dead band is the mean over the noise") {
   CHECK(near(frf::mean_passed(-0.004, 0.0, 0.001), -0.003, 1e-9));
 }
 
-// What is left without noise is that of samples: the tilt's kinks between them, (pi f / rate)^2 / 3, 0.0016 at 2.2 Hz.
+// The remaining error without noise comes from sampling: kinks between samples, (pi f / rate)^2 / 3, 0.0016 at 2.2 Hz.
 TEST_CASE("the response is the simulator's, without noise") {
   for (const double theta : {0.0, 0.002, 0.005}) {
     sim::Parameters parameters = usual;
@@ -198,7 +192,7 @@ TEST_CASE("the stability is the simulator's") {
       other[sim::Delay] *= factor;
       return model.is_stable(other);
     };
-    // So near to the limit, what grows does not leave 5 degrees within the trial.
+    // This near to the limit, a growing sway stays within 5° during the trial.
     if (is_stable(0.9) != is_stable(1.1)) continue;
     (is_stable(1.0) ? stable : unstable)++;
     CHECK(simulator.run(parameters, random, sway).valid == is_stable(1.0));
@@ -207,7 +201,7 @@ TEST_CASE("the stability is the simulator's") {
   CHECK(unstable > 5);
 }
 
-TEST_CASE("what has no response is an error") {
+TEST_CASE("no response is an error") {
   const auto with = [](const sim::Protocol& protocol, const std::vector<double>& hz, int harmonics) {
     return [=] { frf::ResponseModel(protocol, empty_table(hz, 0.1, harmonics)); };
   };

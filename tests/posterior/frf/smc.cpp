@@ -1,6 +1,5 @@
 #include "posterior/frf/smc.hpp"
 
-#include <doctest/doctest.h>
 #include <omp.h>
 
 #include <cmath>
@@ -10,8 +9,7 @@
 #include "tests/helpers.hpp"
 
 using namespace decid;
-using decid::test::check_error;
-using decid::test::within;
+using namespace decid::test;
 using posterior::triangle;
 
 namespace {

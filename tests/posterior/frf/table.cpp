@@ -1,16 +1,10 @@
 #include "posterior/frf/table.hpp"
 
-#include <doctest/doctest.h>
-
 #include "sim/protocol/protocol.hpp"
 #include "tests/helpers.hpp"
 
 using namespace decid;
-using decid::test::check_error;
-using decid::test::near;
-using decid::test::TemporaryFolder;
-using decid::test::within;
-using decid::test::write_text;
+using namespace decid::test;
 
 namespace {
 

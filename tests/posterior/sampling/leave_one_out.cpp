@@ -77,7 +77,7 @@ TEST_CASE("leave_one_out: the exact density, and as many parameters as there are
   CHECK((found.standard_error > 9.0 && found.standard_error < 14.0));
 }
 
-// What a posterior keeps whole are 130 to 256 draws: 0.06 a value by chance, 2 in all.
+// A posterior keeps 130 to 256 whole draws: chance errors are 0.06 per value and 2 in all.
 TEST_CASE("leave_one_out: two hundred draws do") {
   const Groups data(40, 5);
   const LeaveOneOut found = leave_one_out(data.log_likelihood(200), 200);
@@ -86,7 +86,7 @@ TEST_CASE("leave_one_out: two hundred draws do") {
   CHECK(within(found.effective_parameters, seen - left_out, 2.0));
 }
 
-TEST_CASE("leave_one_out: values that fix their own parameter are told apart") {
+TEST_CASE("leave_one_out: values that alone determine a parameter are marked") {
   const LeaveOneOut usual = leave_one_out(Groups(100, 2).log_likelihood(500), 200);
   const LeaveOneOut odd = leave_one_out(Groups(100, 2, 9.0).log_likelihood(500), 200);
   CHECK(odd.max_shape > 0.7);
@@ -103,7 +103,7 @@ TEST_CASE("leave_one_out: draws that say the same need no weights") {
   CHECK(found.unreliable == 0);
 }
 
-TEST_CASE("leave_one_out: what it cannot use is refused") {
+TEST_CASE("leave_one_out: invalid input is refused") {
   const std::vector<double> values(75, -1.0);
   check_error([&] { leave_one_out(values, 1); }, {"75 values for 1 obs", "2 observations"});
   check_error([&] { leave_one_out(values, 4); }, {"75 values for 4 obs", "25 draws"});

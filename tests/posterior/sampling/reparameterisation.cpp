@@ -112,7 +112,7 @@ TEST_CASE("Reparameterisation: the fit finds shifts and widths that it can expre
   REQUIRE_FALSE(f.chart.empty());
   Values x = f.points(), y(x.size()), back(x.size());
   f.chart.from_density(x, y, f.work, f.density.isa());
-  // What is left of noise that is where the shift says: the fit shrinks squares by 5 parts in 1000.
+  // The residual of noise around the shift: the fit shrinks squares by 5 parts in 1000.
   double squares = 0.0, before = 0.0;
   for (std::size_t i = 0; i < f.noises * lanes; ++i) squares += y[i] * y[i], before += x[i] * x[i];
   CHECK(squares < 1e-3 * before);

@@ -126,7 +126,7 @@ TEST_CASE_FIXTURE(Prior, "Sampler: the potential is the density's") {
   for (std::size_t l = 0; l < lanes; ++l) CHECK(found[l] == potential[l]);
 }
 
-// Points whose deviation is 1 in units of the metric, but for one direction, where it is 5.
+// Points whose deviation is 1 in units of the metric, except in one direction, where it is 5.
 TEST_CASE_FIXTURE(Prior, "Sampler: the widest direction is found in units of the metric") {
   Sampler sampler(density, observation, 3, 0);
   const auto size = static_cast<std::size_t>(density.size()), noises = static_cast<std::size_t>(density.noise_size());

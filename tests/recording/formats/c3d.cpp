@@ -65,10 +65,6 @@ C3dTable table_of(const C3dFile& file) {
   return {file.bytes(), "r.c3d"};
 }
 
-bool has(const Recording& recording, const std::string& code) {
-  return std::ranges::any_of(recording.warnings, [&](const Warning& warning) { return warning.code == code; });
-}
-
 void put(std::string& bytes, std::size_t at, const std::string& what) {
   bytes.replace(at, what.size(), what);
 }
@@ -106,7 +102,7 @@ TEST_CASE("C3D: the file is known by its first bytes, and read from any name") {
   CHECK(read_recording(path, markers).signals.samples() == frames);
 }
 
-TEST_CASE("C3D: DEC's reals, their largest, their smallest and what is none") {
+TEST_CASE("C3D: DEC's reals, largest, smallest and invalid ones") {
   const std::string where = "r.c3d";
   const auto real = [&](const std::string& bytes) { return C3dBytes(bytes, C3dBytes::Processor::dec, where).real(0); };
   CHECK(real(std::string("\x80\x40\x00\x00", 4)) == 1.0);
@@ -129,7 +125,7 @@ TEST_CASE("C3D: a negative residual is a gap") {
     check_error(reading(file.bytes(), options), {"r.c3d", "frame 108", "COM_x (mm)", "fill_gaps"});
     options.fill_gaps_s = 0.02;
     const Recording filled = read(file.bytes(), options);
-    CHECK(has(filled, "gaps_filled"));
+    CHECK(has(filled.warnings, "gaps_filled"));
     CHECK(filled.signals.samples() == frames);
     options.fill_gaps_s = 0.01;
     check_error(reading(file.bytes(), options), {"lacks 2 samples", "fill_gaps 0.02"});
@@ -176,7 +172,7 @@ TEST_CASE("C3D: names of points and channels, and their units") {
                                         "Fz\xC2\xB0 (N)"});
   const Recording angle = read(file.bytes(), {.column = "trunk_x"});
   CHECK(angle.signals.at(com_sway).rad[5] == in_steps(5, 64, 30) * sim::rad_per_deg);
-  CHECK_FALSE(has(angle, "unit_assumed"));
+  CHECK_FALSE(has(angle.warnings, "unit_assumed"));
   // Lists of kinds may leave out the subject's name, or be alone in having it.
   file.texts("POINT:ANGLES", {"Trunk"});
   CHECK(table_of(file).names()[6] == "Trunk_x (deg)");
@@ -248,11 +244,11 @@ TEST_CASE("C3D: channels faster than the points are brought to their rate, witho
   const Recording alone = read(file.bytes());
   CHECK(alone.rate_hz == 1000.0);
   CHECK(alone.signals.samples() == fast * frames);
-  CHECK_FALSE(has(alone, "resampled"));
+  CHECK_FALSE(has(alone.warnings, "resampled"));
   file.point("COM", signal(900, 40), still(), still());
   const Recording beside = read(file.bytes(), {.column = "sway"});
   CHECK(beside.rate_hz == 100.0);
-  CHECK(has(beside, "resampled"));
+  CHECK(has(beside.warnings, "resampled"));
   REQUIRE(beside.signals.samples() == frames);
   for (std::size_t k = 15; k < frames - 15; ++k)  // the filter sees values that are held beyond the ends
     CHECK(within(beside.signals.at(com_sway).rad[k] / sim::rad_per_deg, wave(static_cast<double>(k) / 100.0), 0.01));
@@ -284,7 +280,7 @@ TEST_CASE("C3D: the rate is that of POINT:RATE, else of the header; several and 
   check_error([&] { rate(file); }, {"several rates", "'POINT:RATE' 50 Hz", "'ANALOG:RATE' 100 Hz", "rate"});
   const Recording given = rate(file, 100.0);
   CHECK(given.rate_hz == 100.0);
-  CHECK(has(given, "rate_differs"));
+  CHECK(has(given.warnings, "rate_differs"));
   file.parameters.erase("ANALOG:RATE");
   CHECK(rate(file).rate_hz == 50.0);
   file.parameters.erase("POINT:RATE");
@@ -313,7 +309,7 @@ TEST_CASE("C3D: more frames than 16 bits count") {
   CHECK(table_of(both).place_of(0) == "frame 11");
   both.parameters.erase("POINT:LONG_FRAMES");
   CHECK(rows(both) == many);
-  // Of counts that contradict each other, the one that fills the file.
+  // Where two frame counts contradict each other, the one that fills the file is used.
   both.integers("POINT:FRAMES", {70'000 - 65'536});
   CHECK(rows(both) == many);
   both.integers("TRIAL:ACTUAL_END_FIELD", {5'000, 0});
@@ -331,7 +327,7 @@ TEST_CASE("C3D: more frames than 16 bits count") {
   }
 }
 
-TEST_CASE("C3D: frames that are stored and not counted are told, and padding is none") {
+TEST_CASE("C3D: stored frames that are not counted give a note, padding does not") {
   const auto left_out = [](int counted, std::size_t stored) {
     C3dFile file(intel, false);  // 8 bytes a frame
     file.point("COM", signal(900, 40, stored), still(stored), still(stored));
@@ -343,8 +339,8 @@ TEST_CASE("C3D: frames that are stored and not counted are told, and padding is 
     CHECK(found->severity == Severity::caution);
     return found->text;
   };
-  CHECK(left_out(100, 12'000).find("stores 12000") != std::string::npos);
-  CHECK(left_out(100, 165).find("stores 165") != std::string::npos);
+  CHECK(contains(left_out(100, 12'000), "stores 12000"));
+  CHECK(contains(left_out(100, 165), "stores 165"));
   CHECK(left_out(100, 128) == "");  // the block's end
   CHECK(left_out(100, 100) == "");
   // Parameters behind the data are no frames.
@@ -370,7 +366,7 @@ TEST_CASE("C3D: files that are cut short, anywhere") {
   check_error(reading("time,sway_deg\n0,1\n" + std::string(600, ' ')), {"not a C3D file"});
 }
 
-TEST_CASE("C3D: what a file may claim") {
+TEST_CASE("C3D: bounds of a file's counts") {
   C3dFile file = trial(intel, true);
   const std::string bytes = file.bytes();
   const auto header = [&](std::size_t at, int value) {

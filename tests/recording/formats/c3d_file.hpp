@@ -70,7 +70,7 @@ class C3dFile {
     return processor_ == mips ? std::string{high, low} : std::string{low, high};
   }
   std::string number(double value) const {
-    // DEC's reals have their exponent two higher, and the word with it first; -0 is none of them.
+    // DEC's reals have their exponent two higher, and the word with it first; -0 has no representation.
     const auto bits = std::bit_cast<std::uint32_t>(static_cast<float>(processor_ == dec ? 4.0 * value + 0.0 : value));
     const std::string high = word(static_cast<int>(bits >> 16U)), low = word(static_cast<int>(bits & 0xFFFFU));
     return processor_ == intel ? low + high : high + low;

@@ -1,8 +1,6 @@
 // Tests of recording/formats/child.hpp.
 #include "recording/formats/child.hpp"
 
-#include <doctest/doctest.h>
-
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -38,7 +36,7 @@ TEST_CASE("a child that throws, crashes or exits has no answer, and the caller g
   CHECK(in_child([] { return std::string("on"); }, plenty) == "on");
 }
 
-TEST_CASE("a child is held to its time") {
+TEST_CASE("a child has a time limit") {
   volatile unsigned count = 0;
   CHECK(!in_child(
       [&]() -> std::string {
@@ -48,7 +46,7 @@ TEST_CASE("a child is held to its time") {
 }
 
 #if !defined(DECID_SANITIZED) && !defined(DECID_EMULATED)
-TEST_CASE("a child is held to its memory, beyond what this process has") {
+TEST_CASE("a child has a memory limit above the parent's use") {
   const auto use = [](std::size_t bytes) {
     return [bytes] {
       const std::vector<char> memory(bytes, 1);

@@ -82,7 +82,7 @@ TEST_CASE("csv: a header is a line with a word that is no number") {
   check_table("1.5,3\n-2.25,4\n", unnamed, numbers, false);
   check_table("1.5,b\n1.5,3\n-2.25,4\n", {"1.5", "b"}, numbers);
   check_table("a,,c\n1.5,3,0\n-2.25,4,0\n", {"a", "column 2", "c"}, {{1.5, -2.25}, {3, 4}, {0, 0}});
-  // An empty cell is no word.
+  // An empty cell is not a word.
   const CsvTable gap("1.5,,0\n", "t.csv");
   CHECK_FALSE(gap.has_header());
   CHECK(gap.columns() == 3);
@@ -115,7 +115,7 @@ TEST_CASE("csv: quotes hold separators, and are no part of names and numbers") {
   }
 }
 
-TEST_CASE("csv: comments, blank lines, byte order mark, line ends and a last separator are taken in stride") {
+TEST_CASE("csv: comments, blank lines, byte order mark, line ends and a last separator are accepted") {
   check_table("# made by hand\n\n% too\na,b\n  \t\n1.5,3\n # a pause\n-2.25,4\n\n", a_b, numbers);
   check_table(
       "\xEF\xBB\xBF"
@@ -137,7 +137,7 @@ TEST_CASE("csv: rows are found in the file") {
   check_error(taking("# c\n\na,b\ns,deg\r\n1,2\n\n# c\n3,x\n5,6\n", 1), {"t.csv", "line 8, b (deg)", "'x'"});
 }
 
-TEST_CASE("csv: missing cells are refused, or kept as gaps; what is wrong is refused always") {
+TEST_CASE("csv: missing cells are refused or kept as gaps; invalid cells are always refused") {
   for (const std::string cell : {"", "nan", "NaN", "-nan", "NA", "n/a", "N/A", "null", "-"}) {
     CAPTURE(cell);
     const std::string text = "a,b\n1,2\n3," + cell + "\n5,6\n";
@@ -147,12 +147,7 @@ TEST_CASE("csv: missing cells are refused, or kept as gaps; what is wrong is ref
     CHECK(std::isnan(kept[1]));
     CHECK(kept[2] == 6);
     check_error(taking(text, 1, Missing::fillable), {"line 3, b", "fill_gaps"});
-    try {
-      CsvTable(text, "t.csv").numbers(1);
-      FAIL_CHECK("no Error");
-    } catch (const Error& error) {
-      CHECK(error.remedy() == "give a value");
-    }
+    CHECK(error_of([&] { CsvTable(text, "t.csv").numbers(1); }).remedy() == "give a value");
     CHECK(CsvTable(text, "t.csv").numbers(0) == std::vector<double>{1, 3, 5});  // of no concern to another column
   }
   for (const std::string cell : {"inf", "-inf", "1e999", "x"}) {
@@ -161,7 +156,7 @@ TEST_CASE("csv: missing cells are refused, or kept as gaps; what is wrong is ref
   }
 }
 
-TEST_CASE("csv: what is no table is refused with its line") {
+TEST_CASE("csv: text that is not a table is refused with its line") {
   check_error(making(""), {"t.csv", "no lines of data"});
   check_error(making("# c\n\n"), {"no lines of data"});
   check_error(making("a,b\n"), {"no lines of data"});
@@ -185,7 +180,7 @@ TEST_CASE("csv: what is no table is refused with its line") {
   check_error(making("a,b\n1,2\n" + wide(100'000)), {"t.csv", "line 3 has more than 131,072 bytes", "1000 columns"});
 }
 
-TEST_CASE("csv: a last line that is cut short is left out, and said") {
+TEST_CASE("csv: a truncated last line is left out with a note") {
   const std::string three = "a,b,c\n1,2,0.10\n3,4,0.20\n5,6,0.30\n";
   for (const std::string cut : {"7", "7,", "7,8", "7,8,", "7,8,0", "7,8,0.", "7,8,0.4", "7,8,-", "7,8,0.4x"}) {
     CAPTURE(cut);
@@ -194,7 +189,7 @@ TEST_CASE("csv: a last line that is cut short is left out, and said") {
     REQUIRE(table.warnings().size() == 1);
     CHECK(table.warnings().front().code == "last_line_cut");
     CHECK(table.warnings().front().severity == Severity::info);
-    CHECK(table.warnings().front().text.find("line 5") != std::string::npos);
+    CHECK(contains(table.warnings().front().text, "line 5"));
     CHECK(table.numbers(2) == std::vector<double>{0.1, 0.2, 0.3});
   }
   // Whole lines without a line end, and numbers of any length.

@@ -27,10 +27,6 @@ Recording read(const std::string& bytes, const RecordingOptions& options = {}) {
   return read_recording(write_text(folder / "r.xlsx", bytes), options);
 }
 
-bool has(const Recording& recording, const std::string& code) {
-  return std::ranges::any_of(recording.warnings, [&](const Warning& warning) { return warning.code == code; });
-}
-
 std::string text_of(const std::string& rows, const std::string& shared = "") {
   return read_xlsx(workbook(rows, shared), where).text;
 }
@@ -44,8 +40,8 @@ TEST_CASE("a workbook of openpyxl is the recording of its CSV") {
   const std::vector<double>& sway = recording.signals.at(com_sway).rad;
   REQUIRE(sway.size() == 20);
   for (std::size_t k = 0; k < 20; ++k) CHECK(near(sway[k], static_cast<double>(k + 1) / 8.0 * sim::rad_per_deg, 1e-14));
-  CHECK(has(recording, "sheet_assumed"));
-  CHECK(has(recording, "gaps_filled"));
+  CHECK(has(recording.warnings, "sheet_assumed"));
+  CHECK(has(recording.warnings, "gaps_filled"));
   check_error([&] { read_recording(path, {.column = "sway"}); }, {"openpyxl.xlsx", "line 8", "fill_gaps"});
 }
 
@@ -75,7 +71,7 @@ TEST_CASE("XLSX: the first sheet that is not hidden, and the rules for text") {
   const Recording recording = read(workbook(rows));
   CHECK(recording.rate_hz == 100.0);
   CHECK(recording.signals.at(com_sway).rad[4] == 4.0 * sim::rad_per_deg);
-  CHECK_FALSE(has(recording, "sheet_assumed"));
+  CHECK_FALSE(has(recording.warnings, "sheet_assumed"));
   std::map<std::string, std::string> parts = workbook_parts("<row><c><v>1</v></c></row>");
   parts["xl/workbook.xml"] =
       R"(<x:workbook><x:sheets><x:sheet name="a" state="hidden" r:id="none"/><x:sheet name="b &amp; c" r:id="r1"/></x:sheets></x:workbook>)";
@@ -112,7 +108,7 @@ TEST_CASE("XLSX: true and false are words; a first sheet without a table names t
               {"no table in its first sheet 'Notes'; tables are in 'Trial 7'", "move the recording", "as CSV"});
 }
 
-TEST_CASE("XLSX: archives that are stored or deflated, and what they may claim") {
+TEST_CASE("XLSX: stored and deflated archives, and bounds of their sizes") {
   const std::string rows = "<row><c><v>1</v></c><c><v>2</v></c></row>";
   const std::string bytes = workbook(rows);
   CHECK(read_xlsx(bytes, where).text == "1\t2\n");

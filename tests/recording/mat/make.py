@@ -53,7 +53,7 @@ savemat("pages.mat", {"data": pages, "labels": cell_of("com_sway_deg", "tilt_deg
 savemat("two_structs.mat", {"S01": {"time": time, "com_sway_deg": sway}, "S02": {"time": time / 2, "com_sway_deg": 2 * sway}})
 savemat("trial_column.mat", {"trial": numpy.repeat([3.0, 7.0], 20), "time": numpy.tile(time, 2),
                              "com_sway_deg": numpy.concatenate([sway, 2 * sway]), "fs": 50.0})
-# What programs export.
+# Exports of other programs.
 savemat("simulink.mat", {"out": {"time": time, "signals": array_of(["values", "dimensions", "label"], (sway, 1.0, "com_sway_deg"),
                                                                    (tilt, 1.0, "tilt_deg")), "blockName": "model/Scope"}})
 savemat("timeseries.mat", {"ts": {"Time": time, "Data": sway, "Name": "lean", "DataInfo": {"Units": "deg"}}})

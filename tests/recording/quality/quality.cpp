@@ -12,6 +12,7 @@
 
 using namespace decid;
 using namespace decid::recording;
+using namespace decid::test;
 
 namespace {
 
@@ -42,7 +43,7 @@ void check_only(const Warnings& warnings, const std::string& code, Severity seve
   CHECK(warnings[0].code == code);
   CHECK(warnings[0].severity == severity);
   INFO(warnings[0].text);
-  CHECK(warnings[0].text.find(part) != std::string::npos);
+  CHECK(decid::test::contains(warnings[0].text, part));
 }
 
 }  // namespace
@@ -89,7 +90,7 @@ TEST_CASE("single wrong samples are found, the first one too") {
   check_only(found(values), "spikes", Severity::caution, "a single sample is off by 3");
   values[2500] += 2.0;
   check_only(found(values), "spikes", Severity::caution, "2 single samples are off by up to 3");
-  CHECK(found(values).front().text.find("the first at 15 s") != std::string::npos);
+  CHECK(contains(found(values).front().text, "the first at 15 s"));
 }
 
 TEST_CASE("jumps to another level are found, at any rate; single samples and frozen sensors are none") {
@@ -165,5 +166,6 @@ TEST_CASE("sway without a sensor's noise was smoothed, or simulated") {
       if (k + 1 == values.size()) values = smooth;
     }
   check_only(found(values), "smooth", Severity::info, "moving average of 0.11 s");
-  for (const Warning& warning : found(sway(0.0), 20.0)) CHECK(warning.code != "smooth");  // it cannot be told
+  for (const Warning& warning : found(sway(0.0), 20.0))
+    CHECK(warning.code != "smooth");  // the rate is too low to judge
 }

@@ -33,7 +33,7 @@ const ResponseCheck& check() {
   return made;
 }
 
-/// Trial i, with a sensor of 0.001 to 0.1 degrees. Of every third body the vestibular noise is small.
+/// Returns trial i with measurement noise of 0.001 to 0.1°. Every third body has small vestibular noise.
 std::vector<double> sway(std::uint64_t i) {
   const sim::ParameterTable& table = simulator().protocol().parameters();
   std::vector<double> values(static_cast<std::size_t>(simulator().samples()));
@@ -103,7 +103,7 @@ TEST_CASE("a second that is missing is found where the sway follows the tilt") {
   CHECK(warned("", cut, 60, 1) >= 45);
 }
 
-TEST_CASE("where and how large a slip is, and what no check is made of") {
+TEST_CASE("position and size of a slip, and recordings without this check") {
   std::vector<double> values = sway(0);
   values.erase(values.begin() + 6000, values.begin() + 6100);
   values.resize(static_cast<std::size_t>(simulator().samples()), values.back());

@@ -1,11 +1,10 @@
-// Cells of texts: separators, decimal commas and clock times, and what is none.
+// Cells of text files: separators, decimal commas and clock times, and invalid ones.
 #include "recording/table/cells.hpp"
 
 #include <string>
 #include <vector>
 
 #include "tests/helpers.hpp"
-#include "tests/near.hpp"
 
 using namespace decid::recording;
 
@@ -27,7 +26,7 @@ double between(std::string_view first, std::string_view second) {
 
 }  // namespace
 
-TEST_CASE("cells: a separator is what stands in the data, outside quotes") {
+TEST_CASE("cells: the separator is the one in the data, outside quotes") {
   CHECK(separator_of("", "1;2") == ';');
   CHECK(separator_of("a,b", "\"1;2\",3") == ',');
   CHECK(separator_of("a", "7") == ',');

@@ -1,4 +1,4 @@
-// What the names of columns say: units, quantities that are no angle of sway, times; and a column chosen by name.
+// Column names: units, quantities that are not a sway angle, times; and a column chosen by name.
 #include "recording/table/columns.hpp"
 
 #include <string>

@@ -1,4 +1,4 @@
-// Headers behind # and %: every rule by name holds for them, and remarks are none.
+// Headers behind # and %: every rule by name holds for them, and remarks are not headers.
 #include "recording/table/commented_header.hpp"
 
 #include <string>

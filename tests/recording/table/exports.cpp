@@ -1,4 +1,4 @@
-// What programs export around the samples: other formats, clocks, counters, missing values, angles that wrap.
+// Exports of other programs: formats, clocks, counters, missing values, angles that wrap.
 #include <algorithm>
 #include <cstdio>
 #include <string>
@@ -13,10 +13,6 @@ using namespace decid::test;
 
 namespace {
 
-bool has(const Warnings& warnings, const std::string& code) {
-  return std::ranges::any_of(warnings, [&](const Warning& warning) { return warning.code == code; });
-}
-
 /// 1, 2, 3 degrees under this header, with these times.
 std::string three(const std::string& header, const std::string& a, const std::string& b, const std::string& c) {
   return header + "\n" + a + ",1\n" + b + ",2\n" + c + ",3\n";
@@ -24,7 +20,7 @@ std::string three(const std::string& header, const std::string& a, const std::st
 
 }  // namespace
 
-TEST_CASE("files of other programs are called what they are") {
+TEST_CASE("files of other programs are named in the error") {
   using namespace std::string_literals;
   std::string c3d(512, '\0');
   c3d[0] = 2;
@@ -120,7 +116,7 @@ TEST_CASE("several recordings in a file are not joined, whatever the rate") {
   check_error(reading(text, {.rate_hz = 100.0}), {"line 32", "starts again"});
 }
 
-TEST_CASE("counters, forces and quaternions are no sway, and what is left is") {
+TEST_CASE("counters, forces and quaternions are not sway; the remaining column is") {
   for (const char* text :
        {",time,angle_deg\n0,0,1\n1,0.01,2\n2,0.02,3\n", "Frame,Time,angle_deg\n7,0,1\n8,0.01,2\n9,0.02,3\n",
         "Unnamed: 0,time,angle_deg\n0,0,1\n1,0.01,2\n2,0.02,3\n",

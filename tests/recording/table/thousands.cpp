@@ -35,7 +35,7 @@ TEST_CASE("digits in groups of three are one number") {
   }
 }
 
-TEST_CASE("the rest of a column tells what its commas are") {
+TEST_CASE("the rest of a column decides the meaning of its commas") {
   const std::vector<double> thousands{990, 1000, 1010};
   CHECK(column("a,b\n\"990\",0.1\n\"1,000\",0.2\n\"1,010\",0.3\n") == thousands);
   CHECK(column("a;b\n990;1\n1,000;2\n1,010;3\n") == thousands);

@@ -1,9 +1,8 @@
-// Several recordings in one file of text: a column tells them apart, and without it they are refused.
+// Several recordings in one file of text: a column distinguishes them, and without it they are refused.
 #include "recording/table/trials.hpp"
 
 #include <limits>
 
-#include "tests/near.hpp"
 #include "tests/recording/table/reading.hpp"
 
 using namespace decid;
@@ -113,13 +112,7 @@ std::string rows_behind(const std::string& first, double begin_s = 0.0) {
 }
 
 std::string remedy_of(const std::string& csv, const RecordingOptions& options = {}) {
-  try {
-    read(csv, options);
-  } catch (const Error& error) {
-    return error.remedy();
-  }
-  FAIL("accepted");
-  return {};
+  return error_of(reading(csv, options)).remedy();
 }
 
 /// The --trial that the refusal of the file advises; each recording that it makes has 30 samples at 100 Hz.
@@ -156,7 +149,7 @@ TEST_CASE("the advised --trial works, and takes as many columns as tell the reco
   CHECK(advised(four("name,condition,lab", {"a,o,x", "a,c,x", "b,o,x", "b,c,x"}), 4) == "name,condition");
   CHECK(advised(four("\"subject, id\",trial", {"a,1", "a,2", "b,1", "b,2"}), 4) == "1,trial");
   CHECK(advised(four("block,block", {"1,1", "2,2"}), 2) == "1");
-  // Two of each subject's, which nothing tells apart; and trials whose numbers come again.
+  // Two trials per subject that no column distinguishes; and trials whose numbers repeat.
   using Labelled = std::pair<std::string, std::vector<std::string>>;
   for (const Labelled& one :
        {Labelled{"subject", {"a", "a", "b", "b"}}, {"trial", {"1", "2", "1", "2"}}, {"subject", {"a", "a"}}}) {

@@ -2,8 +2,6 @@
 // drawn, its JSON and bounds, and the bits of all of them together.
 #include "sim/protocol/conditions.hpp"
 
-#include <doctest/doctest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -16,11 +14,9 @@
 #include "sim/noise.hpp"
 #include "sim/protocol/protocol_json.hpp"
 #include "tests/helpers.hpp"
-#include "tests/near.hpp"
 
 using namespace decid::sim;
-using decid::test::check_error;
-using decid::test::near;
+using namespace decid::test;
 
 namespace {
 
@@ -186,7 +182,7 @@ TEST_CASE("record: frozen and lost stretches, one in every 10 s") {
   for (int stretch = 0; stretch < 12; ++stretch) CHECK(in_stretch[static_cast<std::size_t>(stretch)] >= 29);
 }
 
-TEST_CASE("record: moving averages, of what was or about each sample") {
+TEST_CASE("record: moving averages, causal and centred") {
   const Protocol protocol = with(Condition::average, 0.11, 0.11);
   std::set<double> lags;
   for (std::uint64_t item = 0; item < 12; ++item) {
@@ -263,7 +259,7 @@ TEST_CASE("conditions in protocol files") {
   CHECK(low_pass.high == 5.0);
   CHECK(protocol.conditions[Condition::gain].share == 0.0);
   CHECK(to_json(protocol_from_json(to_json(protocol), "again")) == to_json(protocol));
-  CHECK(to_json(Protocol{}).find("recording") == std::string::npos);
+  CHECK_FALSE(contains(to_json(Protocol{}), "recording"));
   std::set<std::string> keys;
   for (std::size_t c = 0; c < condition_count; ++c) keys.insert(info(static_cast<Condition>(c)).key);
   CHECK(keys.size() == condition_count);

@@ -1,8 +1,6 @@
 // Tests of sim/protocol/protocol.hpp: every bound of the settings.
 #include "sim/protocol/protocol.hpp"
 
-#include <doctest/doctest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -10,10 +8,10 @@
 
 #include "base/error.hpp"
 #include "sim/noise.hpp"
-#include "tests/near.hpp"
+#include "tests/helpers.hpp"
 
 using namespace decid::sim;
-using decid::test::near;
+using namespace decid::test;
 
 namespace {
 
@@ -117,14 +115,9 @@ TEST_CASE("Protocol::validate: every bound") {
     Protocol protocol;
     cases[i].spoil(protocol);
     CAPTURE(i);
-    std::string message = "no error";
-    try {
-      protocol.validate();
-    } catch (const decid::Error& error) {
-      message = error.what();
-    }
+    const std::string message = message_of([&] { protocol.validate(); });
     CAPTURE(message);
-    CHECK(message.find(cases[i].setting) != std::string::npos);
+    CHECK(contains(message, cases[i].setting));
   }
 }
 
@@ -164,14 +157,7 @@ TEST_CASE("Protocol: standing") {
 
   // Twice what is simulated must be a length that can be transformed: 12,109 is a prime.
   protocol.standing_s = 0.09;
-  std::string message;
-  try {
-    protocol.validate();
-  } catch (const decid::Error& error) {
-    message = error.what();
-  }
-  CHECK(message.find("standing_s") != std::string::npos);
-  CHECK(message.find("12109") != std::string::npos);
+  check_error([&] { protocol.validate(); }, {"standing_s", "12109"});
 }
 
 TEST_CASE("Protocol::validate: the noise's band holds a harmonic, unless it is silent") {
@@ -246,7 +232,7 @@ TEST_CASE("Protocol::refuse_implausible: names, bodies and joints") {
   for (const char* name : {"a\nb", "\x1b[2J", "tab\t", "del\x7f", "csi\xC2\x9B"}) {
     const std::string said = message([&](Protocol& p) { p.name = name; });
     CHECK(said.find("protocol name: has a control character at byte") == 0);
-    CHECK(said.find(name) == std::string::npos);
+    CHECK_FALSE(contains(said, name));
   }
   for (const char* name : {"", "plain", "\xC3\xA4 \xC2\xB0 \xE2\x82\xAC", "no-break\xC2\xA0space"}) {
     CHECK(message([&](Protocol& p) { p.name = name; }).empty());
@@ -259,8 +245,8 @@ TEST_CASE("Protocol::refuse_implausible: names, bodies and joints") {
   };
   CHECK(inertia(least).empty());
   CHECK(inertia(least * (1.0 - 0.9e-6)).empty());
-  CHECK(inertia(least * (1.0 - 1.1e-6)).find("body inertia_kgm2: is 84.7") != std::string::npos);
-  CHECK(inertia(80.0).find("is 80, below mass_kg * com_height_m^2 = 84.76") != std::string::npos);
+  CHECK(contains(inertia(least * (1.0 - 1.1e-6)), "body inertia_kgm2: is 84.7"));
+  CHECK(contains(inertia(80.0), "is 80, below mass_kg * com_height_m^2 = 84.76"));
 
   const auto joint = [&](std::vector<double> tilt, int cycles) {
     return message([&](Protocol& p) {
@@ -271,10 +257,10 @@ TEST_CASE("Protocol::refuse_implausible: names, bodies and joints") {
   std::vector<double> ramp;
   for (int k = 0; k <= 1000; ++k) ramp.push_back(0.04 * k);
   CHECK(joint(ramp, 1).empty());
-  CHECK(joint(ramp, 3).find("measured tilt_deg: jumps by 40 degrees") != std::string::npos);
-  CHECK(joint(ramp, 3).find("cycles 1") != std::string::npos);
+  CHECK(contains(joint(ramp, 3), "measured tilt_deg: jumps by 40 degrees"));
+  CHECK(contains(joint(ramp, 3), "cycles 1"));
   CHECK(joint({0.0, 1.0, 2.0, 3.0, 4.0, 5.0}, 2).empty());  // 5 steps
-  CHECK(joint({0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6}, 2).find("by 0.1 at most") != std::string::npos);
+  CHECK(contains(joint({0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6}, 2), "by 0.1 at most"));
   CHECK(joint({0.0, 0.001, 0.002, 0.003, 0.004, 0.005, 0.006, 0.007, 0.008, 0.009}, 2).empty());  // below 0.01 degrees
   CHECK(joint({1.0, 1.0, 1.0}, 2).empty());
 }

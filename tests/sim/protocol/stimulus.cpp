@@ -2,8 +2,6 @@
 // Ternary sequences: tests/sim/protocol/protocol.cpp.
 #include "sim/protocol/stimulus.hpp"
 
-#include <doctest/doctest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -14,11 +12,10 @@
 #include "base/files/sha256.hpp"
 #include "sim/protocol/protocol.hpp"
 #include "sim/simulate.hpp"
-#include "tests/near.hpp"
+#include "tests/helpers.hpp"
 
 using namespace decid::sim;
-using decid::test::near;
-using decid::test::within;
+using namespace decid::test;
 
 namespace {
 
@@ -269,14 +266,9 @@ TEST_CASE("stimuli: every bound") {
     Protocol protocol;
     cases[i].spoil(protocol);
     CAPTURE(i);
-    std::string message = "no error";
-    try {
-      protocol.validate();
-    } catch (const decid::Error& error) {
-      message = error.what();
-    }
+    const std::string message = message_of([&] { protocol.validate(); });
     CAPTURE(message);
-    CHECK(message.find(cases[i].says) != std::string::npos);
+    CHECK(contains(message, cases[i].says));
   }
 }
 

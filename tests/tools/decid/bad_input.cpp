@@ -1,5 +1,4 @@
 // Bad input: one clear line on standard error, exit code 2, nothing on standard output, and no file half-written.
-#include <doctest/doctest.h>
 
 #include <algorithm>
 #include <sstream>
@@ -7,11 +6,7 @@
 
 #include "tests/tools/decid/run.hpp"
 
-using decid::test::check_refused;
-using decid::test::Folder;
-using decid::test::read_text;
-using decid::test::run_decid;
-using decid::test::write_text;
+using namespace decid::test;
 
 namespace {
 
@@ -39,9 +34,9 @@ std::string wave(int k) {
 
 }  // namespace
 
-TEST_CASE("no output replaces what the call reads") {
+TEST_CASE("no output replaces an input of the call") {
   const Folder folder;
-  REQUIRE(run_decid("stimulus --quiet -o " + folder / "tilt.csv").code == 0);
+  run_ok("stimulus --quiet -o " + folder / "tilt.csv");
   write_text(folder / "p.json", R"({"name": "p", "measured": {"file": "tilt.csv", "column": "tilt_deg"}})");
   write_text(folder / "image.json", R"({"window": 110})");
   write_text(folder / "r.csv", "time,com_sway_deg\n0,0\n0.01,0\n");
@@ -68,11 +63,11 @@ TEST_CASE("no output replaces what the call reads") {
   write_text(folder / "m", "a model");
   check_refused("export sway " + folder / "r.csv" + " --model " + folder / "m" + " -o " + folder / "m",
                 {"m", "read or written already"});
-  // A built-in protocol's name is no file.
+  // A built-in protocol's name is not a file.
   CHECK(run_decid("dataset --count 3 --quiet -o " + folder / "default").code == 0);
 }
 
-TEST_CASE("why a trial falls, and what to do") {
+TEST_CASE("errors name the cause of a fall and a remedy") {
   const Folder folder;
   const std::string o = " --quiet -o " + folder / "t.csv";
   check_refused("simulate --kp 0" + o, {"leaves 5 degrees", "must exceed", "raise --kp"});
@@ -97,28 +92,28 @@ TEST_CASE("a full standard output is no success") {
     const int status = std::system(command.c_str());
     CHECK(WIFEXITED(status));
     CHECK(WEXITSTATUS(status) == 1);
-    CHECK(read_text(folder / "err").find("standard output") != std::string::npos);
+    CHECK(contains(read_text(folder / "err"), "standard output"));
   }
 }
 
 namespace {
 
 /// The disk fails: exit code 1, nothing on standard output, one line of the program's that has the fragments.
-void check_unwritten(const decid::test::Result& result, std::initializer_list<std::string> fragments) {
+void check_unwritten(const Result& result, std::initializer_list<std::string> fragments) {
   CAPTURE(result.err);
   CHECK(result.code == 1);
   CHECK(result.out.empty());
   CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
   CHECK(result.err.starts_with("decid: "));
-  for (const std::string& fragment : fragments) CHECK(result.err.find(fragment) != std::string::npos);
+  for (const std::string& fragment : fragments) CHECK(contains(result.err, fragment));
 }
 
 }  // namespace
 
-TEST_CASE("a full disk is no bad input, and leaves what was there") {
+TEST_CASE("a full disk is exit code 1, and leaves the old files") {
   const Folder folder;
   const std::string trial = folder / "t.csv";
-  REQUIRE(run_decid("simulate --quiet -o " + trial).code == 0);
+  run_ok("simulate --quiet -o " + trial);
   for (const std::string& command :
        {"identify " + trial + " -o ", "identify " + trial + " --table ", "identify " + trial + " --report ",
         std::string("simulate -o "), std::string("stimulus --plot "), std::string("stimulus --write-protocol "),
@@ -144,7 +139,7 @@ TEST_CASE("a full disk is no bad input, and leaves what was there") {
 TEST_CASE("wrong usage") {
   check_refused("", {"--help"});
   check_refused("identfy x.csv", {"identfy", "not a command", "--help"});
-  // What a shell makes of a variable that is not set.
+  // A shell passes an empty argument for a variable that is not set.
   check_refused("simulate --kp '' -o x.csv", {"--kp ''", "is empty"});
   check_refused("simulate --kp= -o x.csv", {"--kp=", "is empty"});
   check_refused("dataset --count 5 --sensor-noise '' -o x.npz", {"--sensor-noise ''", "is empty"});
@@ -192,9 +187,9 @@ TEST_CASE("wrong usage") {
 
 TEST_CASE("help gives units apart from figures") {
   const std::string help = run_decid("simulate --help").out;
-  CHECK(help.find("N m/rad") != std::string::npos);
+  CHECK(contains(help, "N m/rad"));
   for (const char* joined : {"0N m", "1N m", "2N m", "3N m", "4N m", "5N m", "6N m", "7N m", "8N m", "9N m"})
-    CHECK(help.find(joined) == std::string::npos);
+    CHECK_FALSE(contains(help, joined));
 }
 
 TEST_CASE("parameters that do not stand write no trial") {
@@ -233,12 +228,12 @@ TEST_CASE("recordings of another length or rate are refused with both and a way 
   check_recording_refused(recording(20, 100, wave), {"20", "12100"});
 }
 
-TEST_CASE("what errors advise works when it is done") {
+TEST_CASE("an error's advice works") {
   const Folder folder;
   const std::string mine = folder / "mine.json", cut = folder / "cut.csv";
   // A trial that was stopped early: its protocol with fewer cycles, written as the error says.
   for (const auto& [protocol, seconds] : {std::pair("", 90), {" --protocol short", 60}}) {
-    REQUIRE(run_decid(std::string("simulate --quiet -o ") + folder / "t.csv" + protocol).code == 0);
+    run_ok(std::string("simulate --quiet -o ") + folder / "t.csv" + protocol);
     std::istringstream trial(read_text(folder / "t.csv"));
     std::string text, line;
     for (int k = 0; k <= 100 * seconds && std::getline(trial, line); ++k) text += line + "\n";
@@ -249,7 +244,7 @@ TEST_CASE("what errors advise works when it is done") {
     check_refused(fit + protocol, {says, "set its cycles to ", "--protocol"});
     const std::string error = run_decid(fit + protocol).err, cycles = "set its cycles to ";
     const std::string number = error.substr(error.find(cycles) + cycles.size(), 1);
-    REQUIRE(run_decid(std::string("stimulus --quiet") + protocol + " --write-protocol " + mine).code == 0);
+    run_ok(std::string("stimulus --quiet") + protocol + " --write-protocol " + mine);
     std::string changed = read_text(mine);
     const std::size_t at = changed.find("\"cycles\": ") + 10;
     write_text(mine, changed.replace(at, 1, number));
@@ -293,15 +288,15 @@ TEST_CASE("a wrong unit is suspected, not refused") {
     const auto result = run_decid("identify " + folder / name);
     CAPTURE(name);
     CHECK(result.code == 0);
-    CHECK(result.out.find("--unit") != std::string::npos);
+    CHECK(contains(result.out, "--unit"));
     CHECK(result.out.find("sway reaches") == result.out.rfind("sway reaches"));  // said once
   }
 }
 
-TEST_CASE("outputs that would replace what is read or written") {
+TEST_CASE("outputs that would replace inputs or other outputs") {
   const Folder folder;
   const std::string trial = folder / "trial";
-  REQUIRE(run_decid("simulate -o " + trial).code == 0);
+  run_ok("simulate -o " + trial);
   const std::string before = read_text(trial);
   check_refused("identify " + trial + " -o " + trial, {trial, "another name"});
   check_refused("identify " + trial + " --report " + folder / "./trial", {"another name"});
@@ -313,7 +308,7 @@ TEST_CASE("outputs that would replace what is read or written") {
 
 TEST_CASE("a name that ends like another format, or is a folder's, is refused with the right one") {
   const Folder folder;
-  REQUIRE(run_decid("simulate --quiet -o " + folder / "t.csv").code == 0);
+  run_ok("simulate --quiet -o " + folder / "t.csv");
   const std::string trial = folder / "t.csv";
   const auto refused = [&](const std::string& command, const std::string& name, const std::string& right) {
     check_refused(command + " " + folder / name, {"'" + folder / name + "' would hold", "call it '" + folder / right});
@@ -351,7 +346,7 @@ TEST_CASE("a name that ends like another format, or is a folder's, is refused wi
 
 TEST_CASE("a folder that is written is made, where the folder around it is there, as for a file") {
   const Folder folder;
-  REQUIRE(run_decid("simulate --quiet -o " + folder / "t.csv").code == 0);
+  run_ok("simulate --quiet -o " + folder / "t.csv");
   write_text(folder / "file", "");
   const std::string study = "study --quiet --trials 2 --realisations 2 --sensor-noise 0 -o ";
   for (const std::string& command : {study, std::string("export controller --quiet -o ")}) {
@@ -378,7 +373,7 @@ TEST_CASE("options without effect are refused") {
 
 TEST_CASE("outputs that cannot be written") {
   const Folder folder;
-  REQUIRE(run_decid("simulate -o " + folder / "t.csv").code == 0);
+  run_ok("simulate -o " + folder / "t.csv");
   const std::string trial = folder / "t.csv";
   check_refused("simulate -o /nowhere/t.csv", {"/nowhere"});
   check_refused("simulate -o " + folder / "", {""});
@@ -392,11 +387,9 @@ TEST_CASE("outputs that cannot be written") {
 
 TEST_CASE("damaged model files and data sets") {
   const Folder folder;
-  write_text(folder / "quick.json",
-             R"({"sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})");
   const std::string data = folder / "d.npz", model = folder / "m.safetensors", bad = folder / "bad";
-  REQUIRE(run_decid("dataset --count 16 --protocol " + folder / "quick.json" + " -o " + data).code == 0);
-  REQUIRE(run_decid("train --preset small --epochs 1 --batch 8 --data " + data + " -o " + model).code == 0);
+  run_ok("dataset --count 16 --protocol " + quick_protocol(folder) + " -o " + data);
+  run_ok("train --preset small --epochs 1 --batch 8 --data " + data + " -o " + model);
   const std::string bytes = read_text(model), archive = read_text(data);
   for (const std::size_t size :
        {std::size_t{0}, std::size_t{7}, std::size_t{100}, bytes.size() / 2, bytes.size() - 1}) {

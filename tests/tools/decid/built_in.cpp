@@ -1,5 +1,4 @@
 // The model inside the program: the weights that docs/guide/models.md names, and their error on fixed trials.
-#include <doctest/doctest.h>
 
 #include <algorithm>
 #include <functional>
@@ -9,25 +8,26 @@
 #include "identify/identify.hpp"
 #include "identify/network/prediction.hpp"
 #include "identify/training/training.hpp"
-#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 
 namespace decid::tools {
 
+using namespace test;
+
 TEST_CASE("the built-in model is the one that docs/guide/models.md describes") {
   const std::string hash = nn::weights_sha256(built_in_model().network);
-  const std::string page = test::read_text(DECID_SOURCE_DIR "/docs/guide/models.md");
+  const std::string page = read_text(DECID_SOURCE_DIR "/docs/guide/models.md");
   CAPTURE(hash);
-  CHECK(page.find(hash) != std::string::npos);
+  CHECK(contains(page, hash));
   CHECK(std::filesystem::file_size(DECID_SOURCE_DIR "/models/built_in.safetensors") < 4'000'000);
 }
 
 TEST_CASE("the models beside it are those that docs/guide/models.md describes") {
-  const std::string page = test::read_text(DECID_SOURCE_DIR "/docs/guide/models.md");
+  const std::string page = read_text(DECID_SOURCE_DIR "/docs/guide/models.md");
   for (const std::string name : {"ideal", "spectra"}) {
     CAPTURE(name);
     const Model model = load_model(DECID_SOURCE_DIR "/models/" + name + ".safetensors");
-    CHECK(page.find(nn::weights_sha256(model.network)) != std::string::npos);
+    CHECK(contains(page, nn::weights_sha256(model.network)));
     CHECK(model.protocol.experiment == built_in_model().protocol.experiment);
     CHECK((model.head->name() == "point") == (name == "spectra"));
   }
@@ -49,7 +49,7 @@ TEST_CASE("the built-in model's error on a fixed set of fresh trials") {
   CHECK(result.trials == 100);
   // The bits are promised: any other figure means that simulator, image, kernels or weights have changed.
   CHECK(result.mse() == built_in_mse);
-  CHECK(test::near(result.matlab_loss(), 3.5 * built_in_mse, 1e-15));
+  CHECK(near(result.matlab_loss(), 3.5 * built_in_mse, 1e-15));
 }
 
 namespace {
@@ -83,7 +83,7 @@ double part_unfamiliar(const Model& model, const std::vector<std::vector<float>>
 
 }  // namespace
 
-TEST_CASE("the built-in model knows recordings that it must not be trusted with" * doctest::test_suite("slow") *
+TEST_CASE("the built-in model knows out-of-distribution recordings" * doctest::test_suite("slow") *
           doctest::skip(sanitized)) {
   Model model = built_in_model();
   REQUIRE(model.familiarity.known());
@@ -126,47 +126,45 @@ TEST_CASE("the built-in model knows recordings that it must not be trusted with"
 }
 
 TEST_CASE("another body: answers times its m g h, trials of it, and heights that the model does not know") {
-  const test::Folder folder;
-  REQUIRE(test::run_decid("simulate --seed 5 -o " + folder / "trial.csv").code == 0);
+  const Folder folder;
+  run_ok("simulate --seed 5 -o " + folder / "trial.csv");
   const std::string identify = "identify " + folder / "trial.csv";
-  const auto assumed = test::run_decid(identify),
-             told = test::run_decid(identify + " --mass 133.29 --height 1.80 --json");
-  CHECK(assumed.out.find("It is assumed") != std::string::npos);
-  const Json result = Json::parse(told.out), own = Json::parse(test::run_decid(identify + " --json").out);
+  const auto assumed = run_decid(identify), told = run_decid(identify + " --mass 133.29 --height 1.80 --json");
+  CHECK(contains(assumed.out, "It is assumed"));
+  const Json result = Json::parse(told.out), own = run_json(identify + " --json");
   CHECK(own.at("body").at("assumed") == true);
   CHECK(result.at("body").at("assumed") == false);
-  CHECK(test::near(result.at("body").at("mass_kg").get<double>(), 1.5 * 86.283, 1e-3));
+  CHECK(near(result.at("body").at("mass_kg").get<double>(), 1.5 * 86.283, 1e-3));
   for (std::size_t p = 0; p < 7; ++p) {
     const Json& a = own.at("recordings").at(0).at("parameters").at(p);
     const Json& b = result.at("recordings").at(0).at("parameters").at(p);
     const bool scales = !a.at("normalized").is_null();
     // The default body is rounded to five digits.
-    CHECK(test::near(b.at("value").get<double>(), a.at("value").get<double>() * (scales ? 1.5 : 1.0), 1e-4));
-    if (scales) CHECK(test::near(b.at("normalized").get<double>(), a.at("normalized").get<double>(), 1e-4));
+    CHECK(near(b.at("value").get<double>(), a.at("value").get<double>() * (scales ? 1.5 : 1.0), 1e-4));
+    if (scales) CHECK(near(b.at("normalized").get<double>(), a.at("normalized").get<double>(), 1e-4));
   }
-  test::check_refused(identify + " --mass 70", {"--mass, --height", "one stands alone"});
-  test::check_refused(identify + " --mass 60 --height 1.3", {"times as tall", "built-in model", "body_heights"});
+  check_refused(identify + " --mass 70", {"--mass, --height", "one stands alone"});
+  check_refused(identify + " --mass 60 --height 1.3", {"times as tall", "built-in model", "body_heights"});
 
   const auto error_on = [&](const std::string& mass) {
-    test::write_text(folder / "p.json", R"({"body": {"subject": {"mass_kg": )" + mass + R"(, "height_m": 1.80}}})");
-    REQUIRE(test::run_decid("dataset --count 60 --seed 8 --protocol " + folder / "p.json" + " -o " + folder / "d.npz")
-                .code == 0);
-    const Json found = Json::parse(test::run_decid("evaluate --json --data " + folder / "d.npz").out);
+    write_text(folder / "p.json", R"({"body": {"subject": {"mass_kg": )" + mass + R"(, "height_m": 1.80}}})");
+    run_ok("dataset --count 60 --seed 8 --protocol " + folder / "p.json" + " -o " + folder / "d.npz");
+    const Json found = run_json("evaluate --json --data " + folder / "d.npz");
     std::filesystem::remove(folder / "d.npz");
     return found.at("mse").get<double>();
   };
-  CHECK(test::near(error_on("133.29"), error_on("88.86"), 1e-3));
+  CHECK(near(error_on("133.29"), error_on("88.86"), 1e-3));
 }
 
 TEST_CASE("the built-in model is not measured on trials of the seed it was trained on") {
-  const test::Folder folder;
-  REQUIRE(test::run_decid("dataset --quiet --count 4 --seed 1 -o " + folder / "one.npz").code == 0);
-  REQUIRE(test::run_decid("dataset --quiet --count 4 --seed 2 -o " + folder / "two.npz").code == 0);
-  test::check_refused("evaluate --data " + folder / "one.npz", {"one.npz", "seed 1", "--seed"});
-  CHECK(test::run_decid("evaluate --data " + folder / "two.npz").code == 0);
-  test::check_refused("compare --quiet --trials 1 --data " + folder / "one.npz", {"one.npz", "seed 1"});
-  test::check_refused("compare --quiet --trials 1 --seed 1", {"--seed", "seed 1"});
-  test::check_refused("study --quiet --trials 1 --seed 1 -o " + folder / "study", {"--seed", "seed 1"});
+  const Folder folder;
+  run_ok("dataset --quiet --count 4 --seed 1 -o " + folder / "one.npz");
+  run_ok("dataset --quiet --count 4 --seed 2 -o " + folder / "two.npz");
+  check_refused("evaluate --data " + folder / "one.npz", {"one.npz", "seed 1", "--seed"});
+  CHECK(run_decid("evaluate --data " + folder / "two.npz").code == 0);
+  check_refused("compare --quiet --trials 1 --data " + folder / "one.npz", {"one.npz", "seed 1"});
+  check_refused("compare --quiet --trials 1 --seed 1", {"--seed", "seed 1"});
+  check_refused("study --quiet --trials 1 --seed 1 -o " + folder / "study", {"--seed", "seed 1"});
 }
 
 }  // namespace decid::tools

@@ -1,20 +1,13 @@
 // The command line as users and scripts rely on it: what each command writes, and that it is what it should be.
-#include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "base/text.hpp"
 #include "sim/protocol/protocol.hpp"
-#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 
-using decid::test::Folder;
-using decid::test::near;
-using decid::test::read_csv;
-using decid::test::read_text;
-using decid::test::run_decid;
+using namespace decid::test;
 using Json = nlohmann::json;
 
 TEST_CASE("every command's help has options under headings and three examples or more") {
@@ -40,7 +33,7 @@ TEST_CASE("every command's help has options under headings and three examples or
 TEST_CASE("several processes are refused by a program that is built without MPI") {
   const auto started = run_decid("info", "OMPI_COMM_WORLD_SIZE=2 ");
   CHECK(started.code == 2);
-  CHECK(started.err.find("started 2 times by mpirun or srun, and is built without MPI") != std::string::npos);
+  CHECK(contains(started.err, "started 2 times by mpirun or srun, and is built without MPI"));
   CHECK(run_decid("info", "OMPI_COMM_WORLD_SIZE=1 ").code == 0);
 }
 #endif
@@ -91,89 +84,79 @@ TEST_CASE("stimulus writes the tilt that simulate plays") {
 
 TEST_CASE("export sway reads recordings as identify does, and counts of one are in the singular") {
   const Folder folder;
-  REQUIRE(run_decid("simulate -o " + folder / "t.csv").code == 0);
-  CHECK(run_decid("export sway " + folder / "t.csv" + " -o " + folder / "s.bin").err.find("\n1 trial of 12100") !=
-        std::string::npos);
-  CHECK(run_decid("export sway " + folder / "t.csv" + " " + folder / "t.csv" + " -o " + folder / "s.bin")
-            .err.find("\n2 trials of 12100") != std::string::npos);
+  run_ok("simulate -o " + folder / "t.csv");
+  CHECK(contains(run_decid("export sway " + folder / "t.csv" + " -o " + folder / "s.bin").err, "\n1 trial of 12100"));
+  CHECK(contains(run_decid("export sway " + folder / "t.csv" + " " + folder / "t.csv" + " -o " + folder / "s.bin").err,
+                 "\n2 trials of 12100"));
   // The same options as identify's: a recording in radians under another name, inverted, is the same one.
   std::string header, text = "leaning,COM_y\n";
   for (const auto& row : read_csv(folder / "t.csv", header))
     text += decid::format("%.17g,0\n", -row[1] * decid::sim::rad_per_deg);
-  decid::test::write_text(folder / "u.csv", text);
-  REQUIRE(run_decid("export sway " + folder / "t.csv" + " -o " + folder / "t.bin").code == 0);
-  REQUIRE(run_decid("export sway --column leaning --unit rad --rate 100 --invert sway " + folder / "u.csv" + " -o " +
-                    folder / "u.bin")
-              .code == 0);
-  CHECK(decid::test::read_text(folder / "t.bin") == decid::test::read_text(folder / "u.bin"));
+  write_text(folder / "u.csv", text);
+  run_ok("export sway " + folder / "t.csv" + " -o " + folder / "t.bin");
+  run_ok("export sway --column leaning --unit rad --rate 100 --invert sway " + folder / "u.csv" + " -o " +
+         folder / "u.bin");
+  CHECK(read_text(folder / "t.bin") == read_text(folder / "u.bin"));
   // Each recording of a file.
   std::string several = "number,sway_deg\n";
   for (const char* number : {"1", "2"})
     for (const auto& row : read_csv(folder / "t.csv", header)) several += decid::format("%s,%.17g\n", number, row[1]);
-  decid::test::write_text(folder / "several.csv", several);
-  REQUIRE(
-      run_decid("export sway --rate 100 --trial number " + folder / "several.csv" + " -o " + folder / "two.bin").code ==
-      0);
-  const std::string one = decid::test::read_text(folder / "t.bin");
-  CHECK(decid::test::read_text(folder / "two.bin") == one + one);
-  decid::test::check_refused("export sway --trial no " + folder / "several.csv" + " -o " + folder / "no.bin",
-                             {"several.csv", "'no'"});
+  write_text(folder / "several.csv", several);
+  run_ok("export sway --rate 100 --trial number " + folder / "several.csv" + " -o " + folder / "two.bin");
+  const std::string one = read_text(folder / "t.bin");
+  CHECK(read_text(folder / "two.bin") == one + one);
+  check_refused("export sway --trial no " + folder / "several.csv" + " -o " + folder / "no.bin",
+                {"several.csv", "'no'"});
   CHECK_FALSE(std::filesystem::exists(folder / "no.bin"));
 
-  REQUIRE(run_decid("identify " + folder / "t.csv" + " -o " + folder / "r.json").code == 0);
-  decid::test::check_refused("export controller --recording 2 " + folder / "r.json" + " -o " + folder / "out",
-                             {"has 1 recording, and none of number 2", "--recording"});
+  run_ok("identify " + folder / "t.csv" + " -o " + folder / "r.json");
+  check_refused("export controller --recording 2 " + folder / "r.json" + " -o " + folder / "out",
+                {"has 1 recording, and none of number 2", "--recording"});
 }
 
 TEST_CASE("export controller is for the result's body, and says of which recording it is") {
   const Folder folder;
-  REQUIRE(run_decid("simulate --quiet -o " + folder / "t.csv").code == 0);
-  REQUIRE(run_decid("identify --quiet --mass 50 --height 1.6 " + folder / "t.csv " + folder / "t.csv" + " -o " +
-                    folder / "r.json")
-              .code == 0);
-  Json result = Json::parse(read_text(folder / "r.json"));
+  run_ok("simulate --quiet -o " + folder / "t.csv");
+  run_ok("identify --quiet --mass 50 --height 1.6 " + folder / "t.csv " + folder / "t.csv" + " -o " +
+         folder / "r.json");
+  Json result = read_json(folder / "r.json");
   const auto exported =
       run_decid("export controller --recording 2 --force " + folder / "r.json" + " -o " + folder / "c");
   REQUIRE(exported.code == 0);
-  CHECK(exported.err.find("of recording 2 of 2") != std::string::npos);
+  CHECK(contains(exported.err, "of recording 2 of 2"));
   const std::string files = read_text(folder / "c/decid_controller.h") + read_text(folder / "c/decid_controller.c");
-  CHECK(files.find(decid::format("%.17g", result.at("body").at("inertia_kgm2").get<double>())) != std::string::npos);
-  CHECK(files.find("101.895") == std::string::npos);
+  CHECK(contains(files, decid::format("%.17g", result.at("body").at("inertia_kgm2").get<double>())));
+  CHECK_FALSE(contains(files, "101.895"));
   result["body"].erase("inertia_kgm2");
-  decid::test::write_text(folder / "r.json", result.dump());
-  decid::test::check_refused("export controller --force " + folder / "r.json" + " -o " + folder / "c",
-                             {"r.json", "a body without mass, height or inertia"});
+  write_text(folder / "r.json", result.dump());
+  check_refused("export controller --force " + folder / "r.json" + " -o " + folder / "c",
+                {"r.json", "a body without mass, height or inertia"});
 }
 
-TEST_CASE("export controller refuses what is not usable, and says what it takes for 0") {
+TEST_CASE("export controller refuses unusable results, and names values replaced by 0") {
   const Folder folder;
-  REQUIRE(run_decid("simulate -o " + folder / "t.csv").code == 0);
-  REQUIRE(run_decid("identify " + folder / "t.csv" + " -o " + folder / "r.json").code == 0);
-  Json result = Json::parse(read_text(folder / "r.json"));
+  run_ok("simulate -o " + folder / "t.csv");
+  run_ok("identify " + folder / "t.csv" + " -o " + folder / "r.json");
+  Json result = read_json(folder / "r.json");
   Json& recording = result["recordings"][0];
   recording["trust"] = "not usable";
   recording["warnings"] = {{{"code", "impossible_value"}, {"severity", "invalid"}, {"text", "Kp_pass is below 0"}}};
   recording["parameters"][decid::sim::Kp_pass]["value"] = -342.0;
-  decid::test::write_text(folder / "r.json", result.dump());
+  write_text(folder / "r.json", result.dump());
   const std::string command = "export controller " + folder / "r.json" + " -o " + folder / "c";
-  decid::test::check_refused(command, {"r.json", "not usable for recording 1: Kp_pass is below 0", "--force"});
+  check_refused(command, {"r.json", "not usable for recording 1: Kp_pass is below 0", "--force"});
   CHECK_FALSE(std::filesystem::exists(folder / "c"));
   const auto forced = run_decid(command + " --force");
   CHECK(forced.code == 0);
-  CHECK(forced.err.find("Kp_pass = -342 is below 0: the controller has 0") != std::string::npos);
+  CHECK(contains(forced.err, "Kp_pass = -342 is below 0: the controller has 0"));
 }
 
 TEST_CASE("data set, training, evaluation and identification of a protocol of one's own") {
   const Folder folder;
-  decid::test::write_text(
-      folder / "quick.json",
-      R"({"name": "quick", "sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})");
-  const std::string protocol = " --protocol " + folder / "quick.json";
-  REQUIRE(run_decid("dataset --count 160 --seed 5" + protocol + " -o " + folder / "data.npz").code == 0);
-  const auto trained = run_decid("train --preset small --epochs 3 --json --quiet --data " + folder / "data.npz" +
-                                 " -o " + folder / "m.safetensors");
-  CAPTURE(trained.err);
-  REQUIRE(trained.code == 0);
+  const std::string protocol = " --protocol " + quick_protocol(folder);
+  run_ok("dataset --count 160 --seed 5" + protocol + " -o " + folder / "data.npz");
+  const auto trained = run_ok("train --preset small --epochs 3 --json --quiet --data " + folder / "data.npz" + " -o " +
+                              folder / "m.safetensors");
   CHECK(trained.err.empty());
   const Json summary = Json::parse(trained.out);
   CHECK(summary.at("weights_sha256").get<std::string>().size() == 64);
@@ -182,40 +165,39 @@ TEST_CASE("data set, training, evaluation and identification of a protocol of on
   CHECK_FALSE(std::filesystem::exists(folder / "m.safetensors.checkpoint"));
 
   const std::string model = " --model " + folder / "m.safetensors";
-  const Json evaluation =
-      Json::parse(run_decid("evaluate --json --split validation" + model + " --data " + folder / "data.npz").out);
+  const Json evaluation = run_json("evaluate --json --split validation" + model + " --data " + folder / "data.npz");
   CHECK(evaluation.at("trials") == 80);
   CHECK(evaluation.at("mse") == summary.at("validation_mse"));
   CHECK(near(evaluation.at("matlab_loss").get<double>(), 3.5 * evaluation.at("mse").get<double>(), 1e-15));
   CHECK(evaluation.at("mse_per_parameter").size() == 7);
-  // Nobody is told a model's error on its own training: without --split the other half is measured, and that is said.
+  // evaluate never measures a model on its training trials: without --split it takes the other half, and says so.
   const auto own = run_decid("evaluate --json" + model + " --data " + folder / "data.npz");
   CHECK(Json::parse(own.out) == evaluation);
-  CHECK(own.err.find("was trained on") != std::string::npos);
-  decid::test::check_refused("evaluate --split all" + model + " --data " + folder / "data.npz",
-                             {"data.npz", "trained on", "--split"});
+  CHECK(contains(own.err, "was trained on"));
+  check_refused("evaluate --split all" + model + " --data " + folder / "data.npz",
+                {"data.npz", "trained on", "--split"});
 
-  const Json info = Json::parse(run_decid("info --json " + folder / "m.safetensors").out);
+  const Json info = run_json("info --json " + folder / "m.safetensors");
   CHECK(info.at("weights_sha256") == summary.at("weights_sha256"));
   CHECK(info.at("protocol").at("name") == "quick");
 
-  REQUIRE(run_decid("simulate" + protocol + " -o " + folder / "trial.csv").code == 0);
+  run_ok("simulate" + protocol + " -o " + folder / "trial.csv");
   CHECK(run_decid("identify" + model + " " + folder / "trial.csv").code == 0);
   const auto other = run_decid("evaluate --data " + folder / "data.npz");  // the built-in model knows another protocol
   CHECK(other.code == 2);
-  CHECK(other.err.find("another experiment") != std::string::npos);
+  CHECK(contains(other.err, "another experiment"));
 }
 
 TEST_CASE("evaluate: several models in one table, each as alone") {
   const Folder folder;
-  REQUIRE(run_decid("dataset --quiet --count 12 --seed 99 -o " + folder / "d.npz").code == 0);
+  run_ok("dataset --quiet --count 12 --seed 99 -o " + folder / "d.npz");
   const std::string data = " --data " + folder / "d.npz";
   const auto model = [](const std::string& name) {
     return " --model " DECID_SOURCE_DIR "/models/" + name + ".safetensors";
   };
-  Json alone = Json::parse(run_decid("evaluate --json" + model("built_in") + data).out);
-  const Json other = Json::parse(run_decid("evaluate --json" + model("spectra") + data).out);
-  const Json both = Json::parse(run_decid("evaluate --json" + model("built_in") + model("spectra") + data).out);
+  Json alone = run_json("evaluate --json" + model("built_in") + data);
+  const Json other = run_json("evaluate --json" + model("spectra") + data);
+  const Json both = run_json("evaluate --json" + model("built_in") + model("spectra") + data);
   REQUIRE(alone.at("models").size() == 1);
   REQUIRE(both.at("models").size() == 2);
   CHECK(both.at("models")[0] == alone.at("models")[0]);
@@ -230,48 +212,46 @@ TEST_CASE("evaluate: several models in one table, each as alone") {
   CAPTURE(table);
   CHECK(std::count(table.begin(), table.end(), '\n') == 4);
   for (const Json& line : both.at("models")) {
-    CHECK(table.find(decid::format("%s ", line.at("model").get<std::string>().c_str())) != std::string::npos);
-    CHECK(table.find(decid::format(" %8.4f", line.at("mse").get<double>())) != std::string::npos);
+    CHECK(contains(table, decid::format("%s ", line.at("model").get<std::string>().c_str())));
+    CHECK(contains(table, decid::format(" %8.4f", line.at("mse").get<double>())));
     for (const Json& mse : line.at("mse_per_parameter"))
-      CHECK(table.find(decid::format(" %8.4f", mse.get<double>())) != std::string::npos);
+      CHECK(contains(table, decid::format(" %8.4f", mse.get<double>())));
   }
   // Each has to know the trials.
-  REQUIRE(run_decid("dataset --quiet --count 12 --seed 99 --protocol short -o " + folder / "s.npz").code == 0);
-  decid::test::check_refused("evaluate" + model("spectra") + model("built_in") + " --data " + folder / "s.npz",
-                             {"another experiment", "spectra"});
+  run_ok("dataset --quiet --count 12 --seed 99 --protocol short -o " + folder / "s.npz");
+  check_refused("evaluate" + model("spectra") + model("built_in") + " --data " + folder / "s.npz",
+                {"another experiment", "spectra"});
 }
 
 TEST_CASE("a model for bodies of many heights: trained, identified with, evaluated and studied") {
   const Folder folder;
   const std::string stimulus = R"("sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0})";
   const auto protocol = [&](const std::string& name, const std::string& more) {
-    decid::test::write_text(folder / name, "{" + stimulus + more + "}");
+    write_text(folder / name, "{" + stimulus + more + "}");
     return " --protocol " + folder / name;
   };
   const std::string many =
       protocol("many.json", R"(, "body_heights": [0.8, 1.12], "recording": {"gain": {"size": 0.1}})");
-  decid::test::write_text(folder / "image.json",
-                          R"({"block": 20, "channels": ["sway", "sway_change", "tilt", "height"]})");
-  decid::test::write_text(folder / "network.txt", "conv 4 7x1 stride 4x1\nrelu\nstatspool\nfc 7\n");
-  REQUIRE(run_decid("train --stream --quiet --stream-trials 128 --validation-trials 16 --epochs 1 --batch 32" + many +
-                    " --image " + folder / "image.json" + " --architecture " + folder / "network.txt" + " -o " +
-                    folder / "m.safetensors")
-              .code == 0);
+  write_text(folder / "image.json", R"({"block": 20, "channels": ["sway", "sway_change", "tilt", "height"]})");
+  write_text(folder / "network.txt", "conv 4 7x1 stride 4x1\nrelu\nstatspool\nfc 7\n");
+  run_ok("train --stream --quiet --stream-trials 128 --validation-trials 16 --epochs 1 --batch 32" + many +
+         " --image " + folder / "image.json" + " --architecture " + folder / "network.txt" + " -o " +
+         folder / "m.safetensors");
   const std::string model = " --model " + folder / "m.safetensors";
-  REQUIRE(run_decid("simulate" + many + " -o " + folder / "trial.csv").code == 0);
+  run_ok("simulate" + many + " -o " + folder / "trial.csv");
   const std::string identify = "identify --json " + folder / "trial.csv" + model;
-  const Json small = Json::parse(run_decid(identify + " --mass 60 --height 1.5").out);
-  const Json tall = Json::parse(run_decid(identify + " --mass 60 --height 1.9").out);
+  const Json small = run_json(identify + " --mass 60 --height 1.5");
+  const Json tall = run_json(identify + " --mass 60 --height 1.9");
   CHECK(small.at("body").at("assumed") == false);
   const auto over_mgh = [](const Json& result) {
     return result.at("recordings")[0].at("parameters")[0].at("normalized");
   };
   CHECK(over_mgh(small) != over_mgh(tall));
-  decid::test::check_refused(identify + " --mass 60 --height 1.3", {"times as tall", "m.safetensors"});
-  decid::test::check_refused("dataset --count 10" + many + " -o " + folder / "d.npz", {"body_heights"});
+  check_refused(identify + " --mass 60 --height 1.3", {"times as tall", "m.safetensors"});
+  check_refused("dataset --count 10" + many + " -o " + folder / "d.npz", {"body_heights"});
   const std::string other = protocol("other.json", R"(, "body": {"subject": {"mass_kg": 60, "height_m": 1.65}})");
-  REQUIRE(run_decid("dataset --quiet --count 20 --seed 9" + other + " -o " + folder / "d.npz").code == 0);
-  CHECK(Json::parse(run_decid("evaluate --json --data " + folder / "d.npz" + model).out).at("trials") == 20);
+  run_ok("dataset --quiet --count 20 --seed 9" + other + " -o " + folder / "d.npz");
+  CHECK(run_json("evaluate --json --data " + folder / "d.npz" + model).at("trials") == 20);
   CHECK(run_decid("study --quiet --trials 16 --realisations 3 --sensor-noise 0 -o " + folder / "study" + model).code ==
         0);
 }

@@ -1,30 +1,23 @@
 // decid dataset as a process: killed and interrupted, it goes on to the same bytes; its figures, as JSON and as a page.
-#include <doctest/doctest.h>
 #include <fcntl.h>
 #include <signal.h>
 
 #include <algorithm>
 #include <chrono>
-#include <nlohmann/json.hpp>
 #include <numeric>
 #include <thread>
 
 #include "base/files/sha256.hpp"
 #include "dataset/npz/npz.hpp"
-#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 
-using decid::test::Folder;
-using decid::test::near;
-using decid::test::read_text;
-using decid::test::run_decid;
-using decid::test::write_text;
+using namespace decid::test;
 using Json = nlohmann::json;
 
 namespace {
 
 /// 4 s: 0.1 ms a trial.
-const char* const quick_protocol =
+const char* const brief_protocol =
     R"({"sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "state_s": 0.05, "amplitude_deg": 8,
         "offset_s": 0, "cycles": 1}})";
 
@@ -56,7 +49,7 @@ bool ended(pid_t child) {
 
 TEST_CASE("killed at any moment, the same command goes on to the same bytes") {
   const Folder folder;
-  write_text(folder / "p.json", quick_protocol);
+  write_text(folder / "p.json", brief_protocol);
   const auto arguments = [&](const std::string& output) {
     return std::vector<std::string>{"dataset", "--count", "9000",       "--base",          "8000", "--threads",    "2",
                                     "--seed",  "7",       "--protocol", folder / "p.json", "-o",   folder / output};
@@ -105,9 +98,9 @@ TEST_CASE("killed at any moment, the same command goes on to the same bytes") {
   CHECK(resumed >= 2);
 }
 
-TEST_CASE("Ctrl-C says where it stopped and how to go on; other options are refused then") {
+TEST_CASE("Ctrl-C reports progress and how to resume; other options are then refused") {
   const Folder folder;
-  write_text(folder / "p.json", quick_protocol);
+  write_text(folder / "p.json", brief_protocol);
   const std::string command =
       "dataset --count 200000 --seed 7 --protocol " + folder / "p.json" + " -o " + folder / "a.npz";
   const std::string interrupted = std::string(DECID_PROGRAM) + " " + command + " 2>" + folder / "err" +
@@ -116,8 +109,8 @@ TEST_CASE("Ctrl-C says where it stopped and how to go on; other options are refu
   REQUIRE(std::system(interrupted.c_str()) == 0);
   const std::string said = read_text(folder / "err");
   CAPTURE(said);
-  CHECK(said.find("stopped at trial ") != std::string::npos);
-  CHECK(said.find("of 200000; the same command goes on from there") != std::string::npos);
+  CHECK(contains(said, "stopped at trial "));
+  CHECK(contains(said, "of 200000; the same command goes on from there"));
   CHECK_FALSE(std::filesystem::exists(folder / "a.npz"));
   const std::string partial = read_text(folder / "a.npz.partial");
 
@@ -126,25 +119,23 @@ TEST_CASE("Ctrl-C says where it stopped and how to go on; other options are refu
   CHECK(refused.code == 2);
   CAPTURE(refused.err);
   CHECK(std::count(refused.err.begin(), refused.err.end(), '\n') == 1);
-  CHECK(refused.err.find("a.npz.partial: ") != std::string::npos);
-  CHECK(refused.err.find("seed 7, not 8") != std::string::npos);
-  CHECK(refused.err.find("delete ") != std::string::npos);
+  CHECK(contains(refused.err, "a.npz.partial: "));
+  CHECK(contains(refused.err, "seed 7, not 8"));
+  CHECK(contains(refused.err, "delete "));
   CHECK(read_text(folder / "a.npz.partial") == partial);
 
   const auto rest = run_decid(command);
   CHECK(rest.code == 0);
-  CHECK(rest.err.find("resuming at trial ") != std::string::npos);
+  CHECK(contains(rest.err, "resuming at trial "));
   CHECK(folder.files() == 3);  // protocol, messages, data set
 }
 
 TEST_CASE("the figures of a data set: one JSON object, a table, and a page") {
   const Folder folder;
-  write_text(folder / "p.json", quick_protocol);
+  write_text(folder / "p.json", brief_protocol);
   const std::string command = "dataset --count 400 --base 300 --seed 7 --protocol " + folder / "p.json" + " -o " +
                               folder / "a.npz" + " --report " + folder / "a.html --json";
-  const auto result = run_decid(command);
-  CAPTURE(result.err);
-  REQUIRE(result.code == 0);
+  const auto result = run_ok(command);
   const Json figures = Json::parse(result.out);
   const decid::dataset::Dataset data = decid::dataset::read_npz(folder / "a.npz");
   CHECK(figures.at("trials") == 400);
@@ -172,14 +163,13 @@ TEST_CASE("the figures of a data set: one JSON object, a table, and a page") {
   const auto before = sway.at("base").at("counts").get<std::vector<int>>();
   CHECK(std::accumulate(before.begin() + 10, before.end(), 0) == figures.at("parents"));
 
-  CHECK(result.err.find("before enrichment") != std::string::npos);
-  CHECK(result.err.find("peak to peak") != std::string::npos);
-  for (const auto& info : decid::sim::single_pendulum().parameters)
-    CHECK(result.err.find(info.name) != std::string::npos);
+  CHECK(contains(result.err, "before enrichment"));
+  CHECK(contains(result.err, "peak to peak"));
+  for (const auto& info : decid::sim::single_pendulum().parameters) CHECK(contains(result.err, info.name));
 
   const std::string page = read_text(folder / "a.html");
   CHECK(page.starts_with("<!doctype html>"));
-  CHECK(page.find("<title>Data set report</title>") != std::string::npos);
+  CHECK(contains(page, "<title>Data set report</title>"));
   const std::string mark = "id=\"report-data\">";
   const std::size_t at = page.find(mark) + mark.size();
   const Json shown = Json::parse(page.substr(at, page.find("</script", at) - at));
@@ -187,7 +177,7 @@ TEST_CASE("the figures of a data set: one JSON object, a table, and a page") {
   CHECK(shown.at("protocol").at("duration_s") == 4.0);
   for (const char* loading : {"src=\"", "@import", "<link", "fetch(", "{{"}) {
     CAPTURE(loading);
-    CHECK(page.find(loading) == std::string::npos);
+    CHECK_FALSE(contains(page, loading));
   }
 
   // The same again: the same page, and no word with --quiet.
@@ -196,7 +186,7 @@ TEST_CASE("the figures of a data set: one JSON object, a table, and a page") {
   const auto base_only =
       run_decid("dataset --count 50 --seed 7 --json --protocol " + folder / "p.json" + " -o " + folder / "b.npz");
   CHECK(Json::parse(base_only.out).at("child_acceptance_rate").is_null());
-  CHECK(base_only.err.find("enrichment") == std::string::npos);
+  CHECK_FALSE(contains(base_only.err, "enrichment"));
 }
 
 TEST_CASE("a report that cannot be written is an error before the work") {

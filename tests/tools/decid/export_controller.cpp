@@ -1,25 +1,17 @@
 // decid export controller: whose body the exported gains are for.
-#include <doctest/doctest.h>
 
 #include <array>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
 #include "base/text.hpp"
 #include "sim/protocol/protocol.hpp"
 #include "sim/segments.hpp"
-#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 
 namespace decid {
 namespace {
 
-using test::check_refused;
-using test::Folder;
-using test::near;
-using test::read_text;
-using test::run_decid;
-using test::write_text;
+using namespace test;
 using Json = nlohmann::json;
 
 constexpr double rounding = 1e-12;
@@ -37,7 +29,7 @@ sim::Parameters gains(const sim::Body& body) {
   return {0.9 * mgh, 0.3 * mgh, 0.25 * mgh, 0.12 * mgh, 0.15, 0.0016, 0.05};
 }
 
-/// What decid identify would have written of that body.
+/// Writes a result as `decid identify` would for this body.
 void write_result(const std::string& path, const std::optional<sim::Body>& body, const sim::Parameters& values) {
   const sim::ParameterTable& table = sim::single_pendulum().parameters;
   Json parameters = Json::array();
@@ -61,9 +53,7 @@ struct Exported {
   }
 };
 Exported exported(const Folder& folder, const std::string& options) {
-  const auto run = run_decid("export controller --name c --quiet " + options + " -o " + folder / "c");
-  CAPTURE(run.err);
-  REQUIRE(run.code == 0);
+  const auto run = run_ok("export controller --name c --quiet " + options + " -o " + folder / "c");
   Exported found;
   const std::string source = read_text(folder / "c/c.c"), start = "c_identified = {";
   const std::size_t at = source.find(start);
@@ -103,7 +93,7 @@ TEST_CASE("export controller: a protocol of another body than the result's is re
     CHECK(found.has("COM_HEIGHT_M", person.com_height_m));
     CHECK(found.has("INERTIA_KGM2", person.inertia_kgm2));
     CHECK(found.has("MGH_NM_RAD", person.mgh()));
-    CHECK(found.header.find(format("For a body of %.6g kg", person.mass_kg)) != std::string::npos);
+    CHECK(contains(found.header, format("For a body of %.6g kg", person.mass_kg)));
   }
   // To the digits that are printed it is the same body.
   sim::Body rounded = person;
@@ -124,7 +114,7 @@ TEST_CASE("export controller: gains are scaled to another body by m g h, and tha
   CHECK(scaled.has("INERTIA_KGM2", robot.inertia_kgm2));
   CHECK(scaled.has("MGH_NM_RAD", robot.mgh()));
 
-  // Of the result's build, unless an inertia is told.
+  // The inertia is computed from the result's build unless an option gives it.
   const Exported told = exported(folder, result + " --protocol short --mass 7.2 --com-height 0.6");
   check_gains(told, gains(person), ratio);
   const double inertia =
@@ -132,7 +122,7 @@ TEST_CASE("export controller: gains are scaled to another body by m g h, and tha
   const std::string define = "#define C_INERTIA_KGM2 ";
   CHECK(near(std::stod(told.header.substr(told.header.find(define) + define.size())), inertia, rounding));
   CHECK(exported(folder, result + " --mass 7.2 --com-height 0.6 --inertia 3.1").has("INERTIA_KGM2", 3.1));
-  // What is given on the command line is meant for that body.
+  // Gains on the command line are for the body of --scale-to.
   CHECK(exported(folder, result + " --scale-to " + other + " --kp 40").values[0] == 40.0);
 
   sim::Parameters late = gains(person);
@@ -152,7 +142,7 @@ TEST_CASE("export controller: gains are scaled to another body by m g h, and tha
   check_refused("export controller " + result + " --scale-to " + other + " --protocol short" + out, {"--scale-to"});
 }
 
-TEST_CASE("export controller: gains that nobody gave are the middle of the ranges of the protocol's body") {
+TEST_CASE("export controller: default gains are the middle of the ranges of the protocol's body") {
   const Folder folder;
   write_protocol(folder / "person.json", person);
   const sim::Parameters middle = sim::single_pendulum().parameters.middle();
@@ -184,10 +174,10 @@ TEST_CASE("simulate: default gains are the middle of the ranges of the protocol'
   for (const sim::ParameterInfo& info : table)
     options += " --" + info.option +
                format(" %.17g", info.per_mgh ? 0.5 * (ratio * info.low + ratio * info.high) : info.middle());
-  REQUIRE(run_decid("simulate --quiet" + protocol + " -o " + folder / "a.csv").code == 0);
-  REQUIRE(run_decid("simulate --quiet" + protocol + options + " -o " + folder / "b.csv").code == 0);
+  run_ok("simulate --quiet" + protocol + " -o " + folder / "a.csv");
+  run_ok("simulate --quiet" + protocol + options + " -o " + folder / "b.csv");
   CHECK(read_text(folder / "a.csv") == read_text(folder / "b.csv"));
-  REQUIRE(run_decid("simulate --quiet" + options + " -o " + folder / "c.csv").code == 0);
+  run_ok("simulate --quiet" + options + " -o " + folder / "c.csv");
   CHECK(read_text(folder / "a.csv") != read_text(folder / "c.csv"));
   write_protocol(folder / "robot.json", robot);
   CHECK(

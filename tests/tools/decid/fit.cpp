@@ -1,21 +1,13 @@
 // decid fit and decid compare, as scripts call them.
-#include <doctest/doctest.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "sim/body_model.hpp"
-#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 #include "tools/report/comparison_page.hpp"
 
-using decid::test::check_refused;
-using decid::test::Folder;
-using decid::test::near;
-using decid::test::read_text;
-using decid::test::run_decid;
-using decid::test::write_text;
+using namespace decid::test;
 using Json = nlohmann::json;
 
 namespace {
@@ -24,14 +16,12 @@ constexpr const char* small = " --starts 1 --simulations 6500 --max-draws 8 --se
 
 }  // namespace
 
-TEST_CASE("fit says what identify says, with the posterior" * doctest::test_suite("slow")) {
+TEST_CASE("fit gives identify's keys and the posterior" * doctest::test_suite("slow")) {
   const Folder folder;
-  REQUIRE(run_decid("simulate --protocol short --nv 0.3 --seed 4 -o " + folder / "t.csv").code == 0);
+  run_ok("simulate --protocol short --nv 0.3 --seed 4 -o " + folder / "t.csv");
   const std::string command = "fit " + folder / "t.csv" + " --protocol short --max-draws 20 --json";
-  const auto result = run_decid(command + " -o " + folder / "o.json" + " --draws " + folder / "d.npz" + " --report " +
-                                folder / "r.html");
-  CAPTURE(result.err);
-  REQUIRE(result.code == 0);
+  const auto result =
+      run_ok(command + " -o " + folder / "o.json" + " --draws " + folder / "d.npz" + " --report " + folder / "r.html");
   CHECK(result.out == read_text(folder / "o.json"));
   CHECK(Json::parse(result.out).at("other_answer").is_null());  // the network does not know this protocol
   const Json recording = Json::parse(result.out)["recordings"].at(0);
@@ -65,7 +55,7 @@ TEST_CASE("fit says what identify says, with the posterior" * doctest::test_suit
   CHECK(recording["fit"]["answer"] == "posterior");
   CHECK(recording["fit"]["variance_accounted_for"].get<double>() > 0);
   CHECK(recording["gain"]["sd"].get<double>() > 0);
-  CHECK(read_text(folder / "d.npz").find("sensor_noise_deg.npy") != std::string::npos);
+  CHECK(contains(read_text(folder / "d.npz"), "sensor_noise_deg.npy"));
   CHECK(recording["sensor_noise_deg"]["of_samples"].get<double>() > 0);
   const Json& check = recording["predictive_check"];
   CHECK(check["standing"].get<int>() <= check["trials"].get<int>());
@@ -79,20 +69,18 @@ TEST_CASE("fit says what identify says, with the posterior" * doctest::test_suit
   CHECK(left_out["blocks"] == 630);
   CHECK(left_out["standard_error"].get<double>() > 0);
   CHECK(left_out["effective_parameters"].get<double>() > 7);
-  CHECK(read_text(folder / "r.html").find("Posterior of posture control") != std::string::npos);
+  CHECK(contains(read_text(folder / "r.html"), "Posterior of posture control"));
 
   CHECK(run_decid(command + " --threads 1").out == result.out);
 }
 
 TEST_CASE("fit: ranges and priors of parameters" * doctest::test_suite("slow")) {
   const Folder folder;
-  REQUIRE(run_decid("simulate --protocol short --nv 0.3 --seed 4 -o " + folder / "t.csv").code == 0);
+  run_ok("simulate --protocol short --nv 0.3 --seed 4 -o " + folder / "t.csv");
   const std::string known =
       " --range delay=0.05,0.2 --prior delay=0.12,0.01 --prior Kp=850,20 --range Kp_pass=100,250 --moved-before";
-  const auto result = run_decid("fit --quiet --json --protocol short --max-draws 8" + known + " " + folder / "t.csv" +
-                                " --draws " + folder / "d.npz");
-  CAPTURE(result.err);
-  REQUIRE(result.code == 0);
+  const auto result = run_ok("fit --quiet --json --protocol short --max-draws 8" + known + " " + folder / "t.csv" +
+                             " --draws " + folder / "d.npz");
   const Json all = Json::parse(result.out), recording = all["recordings"].at(0);
   const decid::sim::ParameterTable& table = decid::sim::single_pendulum().parameters;
   for (std::size_t p = 0; p < table.size(); ++p) {
@@ -119,12 +107,12 @@ TEST_CASE("fit: ranges and priors of parameters" * doctest::test_suite("slow")) 
   CHECK(recording["slow_noise_deg"].size() == 2);
   CHECK(recording["diagnostics"]["rhat"].size() == 10);
   CHECK(recording["diagnostics"]["effective_draws"].size() == 10);
-  CHECK(read_text(folder / "d.npz").find("slow_noise_deg.npy") != std::string::npos);
+  CHECK(contains(read_text(folder / "d.npz"), "slow_noise_deg.npy"));
 }
 
-TEST_CASE("fit refuses ranges and priors that mean nothing, by the option") {
+TEST_CASE("fit refuses invalid ranges and priors, by the option") {
   const Folder folder;
-  REQUIRE(run_decid("simulate --seed 4 -o " + folder / "t.csv").code == 0);
+  run_ok("simulate --seed 4 -o " + folder / "t.csv");
   const auto refused = [&](const std::string& options, std::initializer_list<std::string> parts) {
     check_refused("fit " + folder / "t.csv" + " " + options, parts);
   };
@@ -146,16 +134,16 @@ TEST_CASE("fit refuses ranges and priors that mean nothing, by the option") {
   check_refused("fit --moved-before" + table, {"--moved-before", "not for --frf"});
 }
 
-TEST_CASE("fit refuses what it cannot use, in one line") {
+TEST_CASE("fit refuses invalid input in one line") {
   const Folder folder;
-  REQUIRE(run_decid("simulate --seed 4 -o " + folder / "t.csv").code == 0);
+  run_ok("simulate --seed 4 -o " + folder / "t.csv");
   write_text(folder / "short.csv", "time,com_sway_deg\n0,0\n0.01,0.1\n0.02,0.2\n");
   check_refused("fit " + folder / "t.csv" + " --max-draws 0", {"--max-draws"});
   check_refused("fit " + folder / "t.csv" + " --prior-start -1", {"--prior-start"});
   check_refused("fit " + folder / "t.csv" + " --mass 70", {"--mass, --height", "give both"});
   check_refused("fit " + folder / "t.csv" + " --height 170 --mass 70", {"--height"});
   check_refused("fit " + folder / "t.csv" + " --rate 200", {"60.5 s", "121 s"});
-  REQUIRE(run_decid("simulate --protocol short --seed 4 -o " + folder / "s.csv").code == 0);
+  run_ok("simulate --protocol short --seed 4 -o " + folder / "s.csv");
   check_refused("fit " + folder / "s.csv", {"63.7 s", "121 s"});
   check_refused("fit " + folder / "short.csv", {"short.csv"});
   check_refused("fit " + folder / "none.csv", {"none.csv"});
@@ -176,7 +164,7 @@ TEST_CASE("fit refuses what it cannot use, in one line") {
 TEST_CASE("fit: one bad recording of several does not stop the others, and quiet leaves the figures" *
           doctest::test_suite("slow")) {
   const Folder folder;
-  REQUIRE(run_decid("simulate --protocol short --seed 4 -o " + folder / "t.csv").code == 0);
+  run_ok("simulate --protocol short --seed 4 -o " + folder / "t.csv");
   write_text(folder / "bad.csv", "time,sway\n0,1\n0.01,x\n");
   // Can be read, but within the protocol nothing moves.
   std::string still = "time,sway\n";
@@ -186,14 +174,14 @@ TEST_CASE("fit: one bad recording of several does not stop the others, and quiet
                                 folder / "still.csv" + " " + folder / "t.csv" + " -o " + folder / "o.json");
   CAPTURE(result.err);
   CHECK(result.code == 2);
-  CHECK(result.err.find("bad.csv") != std::string::npos);
-  CHECK(result.err.find("still.csv, posterior: the recording is constant") != std::string::npos);
-  CHECK(result.err.find("2 of 3 recordings failed") != std::string::npos);
-  CHECK(result.out.find("bad.csv: not fitted") != std::string::npos);
-  CHECK(result.out.find("Kp_pass") != std::string::npos);
-  CHECK(result.out.find("simulated anew, two-sided p: 0.05 to 0.2 Hz ") != std::string::npos);
-  CHECK(result.out.find("the intervals may be too narrow") != std::string::npos);  // the trial has no sensor noise
-  const Json json = Json::parse(read_text(folder / "o.json"));
+  CHECK(contains(result.err, "bad.csv"));
+  CHECK(contains(result.err, "still.csv, posterior: the recording is constant"));
+  CHECK(contains(result.err, "2 of 3 recordings failed"));
+  CHECK(contains(result.out, "bad.csv: not fitted"));
+  CHECK(contains(result.out, "Kp_pass"));
+  CHECK(contains(result.out, "simulated anew, two-sided p: 0.05 to 0.2 Hz "));
+  CHECK(contains(result.out, "the intervals may be too narrow"));  // the trial has no sensor noise
+  const Json json = read_json(folder / "o.json");
   CHECK(json["body"]["assumed"] == true);
   CHECK(json["recordings"][0].contains("error"));
   CHECK(json["recordings"][1].contains("error"));
@@ -201,9 +189,9 @@ TEST_CASE("fit: one bad recording of several does not stop the others, and quiet
 }
 
 // Over 20 s: guards that nothing drawn is lost. Draws begin after some seconds of warming up, in each of its fits.
-TEST_CASE("fit: Ctrl-C keeps what was drawn" * doctest::test_suite("slow")) {
+TEST_CASE("fit: Ctrl-C keeps the draws" * doctest::test_suite("slow")) {
   const Folder folder;
-  REQUIRE(run_decid("simulate --protocol short --seed 4 -o " + folder / "t.csv").code == 0);
+  run_ok("simulate --protocol short --seed 4 -o " + folder / "t.csv");
   std::string files;
   for (int i = 0; i < 100; ++i) files += " " + folder / "t.csv";
   // A line of progress comes every 10 s; Ctrl-C after one that was written in the middle of drawing.
@@ -214,14 +202,14 @@ TEST_CASE("fit: Ctrl-C keeps what was drawn" * doctest::test_suite("slow")) {
   REQUIRE(std::system(command.c_str()) == 0);
   const std::string err = read_text(folder / "err");
   CAPTURE(err);
-  CHECK(err.find("what was drawn until then was written; --resume goes on") != std::string::npos);
-  CHECK(err.find(" of 100 recordings, ") != std::string::npos);
+  CHECK(contains(err, "what was drawn until then was written; --resume goes on"));
+  CHECK(contains(err, " of 100 recordings, "));
   CHECK(std::filesystem::exists(folder / "o.json.journal"));
-  CHECK(err.find(", drawing, R-hat ") != std::string::npos);
-  CHECK(read_text(folder / "out").find("Body: ") != std::string::npos);  // its last line, printed before the end
-  const Json recordings = Json::parse(read_text(folder / "o.json"))["recordings"];
+  CHECK(contains(err, ", drawing, R-hat "));
+  CHECK(contains(read_text(folder / "out"), "Body: "));  // its last line, printed before the end
+  const Json recordings = read_json(folder / "o.json")["recordings"];
   CHECK((recordings.size() >= 1 && recordings.size() < 100));
-  // Those that were begun last, one a thread, have some draws, or none.
+  // The last recordings begun, one per thread, have some draws or none.
   std::size_t whole = 0;
   for (const Json& recording : recordings) {
     if (recording.contains("error")) continue;
@@ -229,17 +217,15 @@ TEST_CASE("fit: Ctrl-C keeps what was drawn" * doctest::test_suite("slow")) {
     whole += recording["diagnostics"]["draws"] == 400 ? 1 : 0;
   }
   CHECK(whole + std::thread::hardware_concurrency() >= recordings.size());
-  CHECK(read_text(folder / "r.html").find("</html>") != std::string::npos);
+  CHECK(contains(read_text(folder / "r.html"), "</html>"));
 }
 
 TEST_CASE("fit: a subject's body, and known parameters beside" * doctest::test_suite("slow")) {
   const Folder folder;
   const std::string truth = "Kp=850,Kd=250,Kp_pass=200,Kd_pass=100,Nv=0.3,theta=0.001,delay=0.1";
-  REQUIRE(run_decid("simulate --protocol short --seed 4 -o " + folder / "t.csv").code == 0);
-  const auto result = run_decid("fit " + folder / "t.csv" + " --json --protocol short --mass 88.86 --height 1.8 " +
-                                "--max-draws 8 --truth " + truth);
-  CAPTURE(result.err);
-  REQUIRE(result.code == 0);
+  run_ok("simulate --protocol short --seed 4 -o " + folder / "t.csv");
+  const auto result = run_ok("fit " + folder / "t.csv" + " --json --protocol short --mass 88.86 --height 1.8 " +
+                             "--max-draws 8 --truth " + truth);
   const Json recording = Json::parse(result.out)["recordings"][0];
   CHECK(recording["parameters"][0]["true"] == 850);
   const double mgh =
@@ -251,13 +237,8 @@ TEST_CASE("fit: a subject's body, and known parameters beside" * doctest::test_s
 TEST_CASE("fit: where chains disagree, the network's values have its intervals; sway of the other sign is not usable" *
           doctest::test_suite("slow")) {
   const Folder folder;
-  REQUIRE(run_decid("simulate --seed 7 --quiet -o " + folder / "t.csv").code == 0);
-  const auto first = [](const std::string& command) {
-    const auto result = run_decid(command + " --json");
-    CAPTURE(result.err);
-    REQUIRE(result.code == 0);
-    return Json::parse(result.out)["recordings"].at(0);
-  };
+  run_ok("simulate --seed 7 --quiet -o " + folder / "t.csv");
+  const auto first = [](const std::string& command) { return first_recording(command + " --json"); };
   const std::string few = "fit --quiet --max-draws 8 " + folder / "t.csv";  // too few to agree
   const Json fitted = first(few), identified = first("identify " + folder / "t.csv"),
              turned = first(few + " --invert sway");
@@ -278,10 +259,8 @@ TEST_CASE("calibrate: figures of trials, resumed as if never stopped" * doctest:
   const Folder folder;
   const std::string command =
       "calibrate --quiet --protocol short --sensor-noise 0.02 --max-draws 8 --groups 1 --json -o " + folder / "c.json";
-  REQUIRE(run_decid(command + " --trials 1").code == 0);
-  const auto result = run_decid(command + " --trials 2 --resume");
-  CAPTURE(result.err);
-  REQUIRE(result.code == 0);
+  run_ok(command + " --trials 1");
+  const auto result = run_ok(command + " --trials 2 --resume");
   CHECK(result.out == read_text(folder / "c.json"));
   Json resumed = Json::parse(result.out);
   CHECK(resumed["calibration"]["trials"] == 2);
@@ -294,32 +273,30 @@ TEST_CASE("calibrate: figures of trials, resumed as if never stopped" * doctest:
   for (Json* json : {&resumed, &whole})
     for (Json& trial : (*json)["trials"]) trial.erase("seconds");
   CHECK(resumed == whole);
-  const auto open = run_decid(command + "3 --trials 1 --prior-start 0.1 --prior-gain 0.1");
-  CAPTURE(open.err);
-  REQUIRE(open.code == 0);
+  const auto open = run_ok(command + "3 --trials 1 --prior-start 0.1 --prior-gain 0.1");
   CHECK(Json::parse(open.out)["trials"][0]["truth"] == whole["trials"][0]["truth"]);
   CHECK(Json::parse(open.out)["trials"][0]["mean"] != whole["trials"][0]["mean"]);
   const auto parted = run_decid(command + " --trials 3 --resume --figure " + folder / "c.svg");
   CAPTURE(parted.err);
   CHECK(parted.code == 0);
   CHECK(Json::parse(parted.out)["parts"]["damping_ratio"].size() == 3);
-  CHECK(read_text(folder / "c.svg").find("theta") != std::string::npos);
+  CHECK(contains(read_text(folder / "c.svg"), "theta"));
   // In words: every parameter, the scores, and the parts that three trials make.
   const auto said = run_decid(std::string(command).replace(command.find(" --json"), 7, "") + " --trials 3 --resume");
   CAPTURE(said.err);
   CHECK(said.code == 0);
   CHECK(said.out.starts_with("3 trials, chains of "));
   for (const decid::sim::ParameterInfo& info : decid::sim::single_pendulum().parameters)
-    CHECK(said.out.find("| " + std::string(info.name) + " |") != std::string::npos);
-  CHECK(said.out.find("log score ") != std::string::npos);
-  CHECK(said.out.find("| promised | network | in 90 % |") != std::string::npos);
+    CHECK(contains(said.out, "| " + std::string(info.name) + " |"));
+  CHECK(contains(said.out, "log score "));
+  CHECK(contains(said.out, "| promised | network | in 90 % |"));
   std::filesystem::create_symlink("c.json", folder / "same");
   check_refused(command + " --trials 3 --resume --figure " + folder / "same", {"another name"});
   check_refused(command + " --trials 2 --resume --seed 4", {"c.json: ", "seed is 4, and was 2026"});
   // One from before the noise had a period of its own is of noise that repeats with the trial.
   std::string before = result.out;
   const std::string period = ",\n    \"period_s\": 127.4";
-  REQUIRE(before.find(period) != std::string::npos);
+  REQUIRE(contains(before, period));
   before.erase(before.find(period), period.size());
   write_text(folder / "c.json", before);
   check_refused(command + " --trials 2 --resume", {"c.json: ", "protocol.vestibular_noise.period_s is 127.4, and was"});
@@ -342,9 +319,7 @@ TEST_CASE("calibrate: tables of faults and of conditions, resumed row by row" * 
       "offset_s": 0, "cycles": 1}})");
   const std::string options = " --trials 1 --max-draws 8 --json -o " + folder / "f.json";
   const std::string faults = "calibrate --faults --quiet --protocol " + folder / "p.json" + options;
-  const auto first = run_decid(faults);
-  CAPTURE(first.err);
-  REQUIRE(first.code == 0);
+  const auto first = run_ok(faults);
   CHECK(first.out == read_text(folder / "f.json"));
   const nlohmann::ordered_json made = nlohmann::ordered_json::parse(first.out);
   REQUIRE(made["conditions"].size() == 18);
@@ -358,9 +333,7 @@ TEST_CASE("calibrate: tables of faults and of conditions, resumed row by row" * 
   cut["conditions"].erase(cut["conditions"].begin() + 1, cut["conditions"].end());
   cut["conditions"][0]["usable"] = 77;
   write_text(folder / "f.json", cut.dump());
-  const auto resumed = run_decid(faults + " --resume");
-  CAPTURE(resumed.err);
-  REQUIRE(resumed.code == 0);
+  const auto resumed = run_ok(faults + " --resume");
   const auto again = nlohmann::ordered_json::parse(resumed.out);
   REQUIRE(again["conditions"].size() == 18);
   CHECK(again["conditions"][0]["usable"] == 77);
@@ -390,7 +363,7 @@ TEST_CASE("calibrate: tables of faults and of conditions, resumed row by row" * 
   const auto table = run_decid("calibrate --conditions " + folder / "p.json" + " --trials 1 --max-draws 8 --quiet");
   CHECK(table.code == 0);
   CHECK(std::count(table.out.begin(), table.out.end(), '\n') == 4);  // two lines of the header, none, offset_deg
-  CHECK(table.out.find("| offset_deg |") != std::string::npos);
+  CHECK(contains(table.out, "| offset_deg |"));
 }
 
 TEST_CASE("calibrate: another network's answers take the place of the first one's" * doctest::test_suite("slow")) {
@@ -398,26 +371,22 @@ TEST_CASE("calibrate: another network's answers take the place of the first one'
   const std::string command =
       "calibrate --quiet --sensor-noise 0.02 --max-draws 8 --trials 1 --json -o " + folder / "c.json";
   const std::string model = " --model " DECID_SOURCE_DIR "/models/spectra.safetensors";
-  const auto first = run_decid(command);
-  CAPTURE(first.err);
-  REQUIRE(first.code == 0);
-  const Json own = Json::parse(first.out), other = Json::parse(run_decid(command + " --resume" + model).out);
+  const auto first = run_ok(command);
+  const Json own = Json::parse(first.out), other = run_json(command + " --resume" + model);
   CHECK(own["network"] != other["network"]);
   CHECK(own["trials"][0]["mean"] == other["trials"][0]["mean"]);
   CHECK(own["trials"][0]["network"] != other["trials"][0]["network"]);
   CHECK(own["calibration"]["network_log_score"].is_number());
   CHECK(other["calibration"]["network_log_score"].is_null());  // it gives point estimates
-  CHECK(Json::parse(run_decid(command + " --resume").out) == own);
+  CHECK(run_json(command + " --resume") == own);
   check_refused(command + "2 --protocol short" + model, {"protocol short", "another experiment"});
 }
 
 // Over 20 s: guards three forms of one result. It takes a fit and four iterative fits of one trial.
 TEST_CASE("compare: the table, the JSON and the page say the same" * doctest::test_suite("slow")) {
   const Folder folder;
-  const auto result = run_decid("compare --trials 2 --sensor-noise 0.02 --quiet --json --report " + folder / "c.html" +
-                                " -o " + folder / "c.json" + small);
-  CAPTURE(result.err);
-  REQUIRE(result.code == 0);
+  const auto result = run_ok("compare --trials 2 --sensor-noise 0.02 --quiet --json --report " + folder / "c.html" +
+                             " -o " + folder / "c.json" + small);
   const Json json = Json::parse(result.out);
   CHECK(json["trials"] == 2);
   REQUIRE(json["methods"].size() == 6);
@@ -436,13 +405,11 @@ TEST_CASE("compare: the table, the JSON and the page say the same" * doctest::te
   CHECK(result.out == read_text(folder / "c.json"));
   // A study of the same model shows it, of another not.
   const std::string study = "study --quiet --trials 20 --realisations 1 --sensor-noise 0 -o " + folder / "study";
-  const auto studied = run_decid(study + " --comparison " + folder / "c.json");
-  CAPTURE(studied.err);
-  REQUIRE(studied.code == 0);
-  CHECK(studied.out.find("| iterative fit from network |") != std::string::npos);
-  const Json study_json = Json::parse(read_text(folder / "study/study.json"));
+  const auto studied = run_ok(study + " --comparison " + folder / "c.json");
+  CHECK(contains(studied.out, "| iterative fit from network |"));
+  const Json study_json = read_json(folder / "study/study.json");
   CHECK(study_json["comparisons"] == Json::array({json}));
-  CHECK(read_text(folder / "study/report.html").find("fit from network") != std::string::npos);
+  CHECK(contains(read_text(folder / "study/report.html"), "fit from network"));
   Json other = json;
   other["weights_sha256"] = "0";
   write_text(folder / "other.json", other.dump());
@@ -453,18 +420,18 @@ TEST_CASE("compare: the table, the JSON and the page say the same" * doctest::te
   write_text(folder / "other.json", "{");
   check_refused(study + " --comparison " + folder / "other.json", {"other.json", "not valid JSON"});
   // On trials of a data set, which have their own noise; in words.
-  REQUIRE(run_decid("dataset --quiet --count 2 --seed 77 -o " + folder / "d.npz").code == 0);
+  run_ok("dataset --quiet --count 2 --seed 77 -o " + folder / "d.npz");
   const std::string on_data = "compare --trials 1 --quiet --data " + folder / "d.npz" + small;
   const auto said = run_decid(on_data);
   CAPTURE(said.err);
   CHECK(said.code == 0);
-  CHECK(said.out.find("d.npz") != std::string::npos);
-  CHECK(said.out.find("iterative fit from network") != std::string::npos);
+  CHECK(contains(said.out, "d.npz"));
+  CHECK(contains(said.out, "iterative fit from network"));
   check_refused(on_data + " --sensor-noise 0.02", {"--sensor-noise", "those of --data have their own"});
   // Whoever looks at the page needs nothing else.
   const std::string page = read_text(folder / "c.html");
-  CHECK(page.find("fit from network") != std::string::npos);
-  CHECK(page.find("src=") == std::string::npos);
+  CHECK(contains(page, "fit from network"));
+  CHECK_FALSE(contains(page, "src="));
 }
 
 TEST_CASE("errors are squared differences over the deviation, averaged") {
@@ -478,6 +445,6 @@ TEST_CASE("errors are squared differences over the deviation, averaged") {
   CHECK(figures.mse_per_parameter[1] == 2.5);
   CHECK(figures.mse_per_parameter[0] == 0);
   CHECK(near(figures.mse, 2.5 / 7, 1e-15));
-  // Of the two trials' 4/7 and 1/7: half their difference.
+  // The two trials have 4/7 and 1/7: half their difference.
   CHECK(near(figures.mse_standard_error, 1.5 / 7, 2e-15));
 }

@@ -1,18 +1,9 @@
 // decid fit --frf, as scripts call it.
-#include <doctest/doctest.h>
-
-#include <nlohmann/json.hpp>
 
 #include "sim/body_model.hpp"
-#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 
-using decid::test::check_refused;
-using decid::test::Folder;
-using decid::test::near;
-using decid::test::read_text;
-using decid::test::run_decid;
-using decid::test::write_text;
+using namespace decid::test;
 using Json = nlohmann::json;
 
 namespace {
@@ -20,9 +11,7 @@ namespace {
 const std::string example = std::string(DECID_SOURCE_DIR) + "/examples/frf.csv";
 
 Json fitted(const std::string& options) {
-  const auto result = run_decid("fit --frf " + options + " --json");
-  CAPTURE(result.err);
-  REQUIRE(result.code == 0);
+  const auto result = run_ok("fit --frf " + options + " --json");
   return Json::parse(result.out);
 }
 
@@ -36,13 +25,11 @@ void check_table_refused(const std::string& text, std::initializer_list<std::str
 
 }  // namespace
 
-TEST_CASE("fit --frf says what fit says, and what the table tells") {
+TEST_CASE("fit --frf gives fit's keys, and the information of the table") {
   const Folder folder;
   const std::string command =
       "fit --frf " + example + " --protocol short --json -o " + folder / "o.json" + " --draws " + folder / "d.npz";
-  const auto result = run_decid(command);
-  CAPTURE(result.err);
-  REQUIRE(result.code == 0);
+  const auto result = run_ok(command);
   CHECK(result.out == read_text(folder / "o.json"));
   const Json json = Json::parse(result.out);
   const decid::sim::ParameterTable& table = decid::sim::single_pendulum().parameters;
@@ -75,7 +62,7 @@ TEST_CASE("fit --frf says what fit says, and what the table tells") {
     CHECK(std::abs(frf["model_phase_deg"][i].get<double>() - frf["phase_deg"][i].get<double>()) < 30.0);
   }
   for (const char* array : {"parameters.npy", "gain.npy", "error.npy", "chain.npy"})
-    CHECK(read_text(folder / "d.npz").find(array) != std::string::npos);
+    CHECK(contains(read_text(folder / "d.npz"), array));
 
   Json other = fitted(example + " --protocol short --threads 1"), first = json;
   for (Json* each : {&first, &other}) (*each)["fit"].erase("seconds");
@@ -88,7 +75,7 @@ TEST_CASE("fit --frf takes the body, the tilt's size and known parameters") {
   const auto value = [](const Json& json, std::size_t p) { return json["parameters"][p]["value"].get<double>(); };
   const Json light = fitted(usual + " --mass 60 --height 1.6");
   CHECK(value(light, decid::sim::Kp) < value(first, decid::sim::Kp));
-  // Of a smaller tilt less passes, unless more noise or a smaller threshold lets it.
+  // A smaller tilt passes less, unless the noise is larger or the threshold smaller.
   const Json small = fitted(usual + " --amplitude 0.5");
   CHECK(value(small, decid::sim::Theta) < value(first, decid::sim::Theta));
   const Json sure = fitted(usual + " --prior-gain 0 --prior-error 0");
@@ -99,17 +86,17 @@ TEST_CASE("fit --frf takes the body, the tilt's size and known parameters") {
   CHECK(text.code == 0);
   for (const char* words :
        {"11 frequencies, 0.05 to 2.2 Hz", "chi-square", "true", "told", "90 % of the draws", "R-hat"})
-    CHECK(text.out.find(words) != std::string::npos);
+    CHECK(contains(text.out, words));
 }
 
-TEST_CASE("fit --frf warns of what the model does not explain") {
+TEST_CASE("fit --frf warns of a table that the model does not explain") {
   const Folder folder;
   write_text(folder / "t.csv",
              "frequency_hz,gain,phase_deg,sd\n0.05,4,90,0.1\n0.3,0.2,-60,0.01\n1.1,3,100,0.1\n2.2,1,-150,0.1\n");
   const auto text = run_decid("fit --frf " + folder / "t.csv" + " --protocol short");
   CHECK(text.code == 0);
-  CHECK(text.out.find("no controller of this model explains the table") != std::string::npos);
-  CHECK(text.out.find("Kp_pass") == std::string::npos);  // no parameters that look like an answer
+  CHECK(contains(text.out, "no controller of this model explains the table"));
+  CHECK_FALSE(contains(text.out, "Kp_pass"));  // no parameters that look like an answer
   write_text(folder / "u.csv", "frequency_hz,gain,phase_deg\n0.05,4,90\n0.3,0.2,-60\n1.1,3,100\n2.2,1,-150\n");
   const Json json = fitted(folder / "u.csv" + " --protocol short");
   CHECK(json["confidence"].is_null());
@@ -121,7 +108,7 @@ TEST_CASE("fit --frf warns of what the model does not explain") {
   CHECK(json["warnings"][1]["code"] == "response_unexplained");
 }
 
-TEST_CASE("fit --frf refuses what it cannot use, in one line") {
+TEST_CASE("fit --frf refuses invalid input in one line") {
   check_table_refused("gain,phase_deg\n0.9,20\n1.8,-60\n0.8,-150\n", {"t.csv", "no column called frequency_hz"});
   check_table_refused("frequency,gain\n0.05,0.9\n0.4,1.8\n1.1,0.8\n", {"no column called phase"});
   check_table_refused("frequency,gain,phase\n0,0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n", {"line 2", "not above 0"});

@@ -1,12 +1,10 @@
 // Groups of recordings: the table that names them, and what is reported of them.
-#include <doctest/doctest.h>
 
 #include <tuple>
 
 #include "base/error.hpp"
 #include "base/files/json_object.hpp"
 #include "sim/body_model.hpp"
-#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 #include "tools/decid/group_file.hpp"
 #include "tools/decid/results/group_results.hpp"
@@ -18,9 +16,7 @@ using decid::Json;
 using decid::RecordingResult;
 using decid::Report;
 using decid::Severity;
-using decid::test::Folder;
-using decid::test::near;
-using decid::test::write_text;
+using namespace decid::test;
 using decid::tools::groups_text;
 using decid::tools::read_group_table;
 using Names = std::vector<std::string>;
@@ -46,17 +42,12 @@ Names people(const std::string& table, const Names& recordings) {
 }
 
 std::string refusal(const std::string& table, const Names& recordings) {
-  try {
-    read_table(table, recordings);
-  } catch (const decid::Error& error) {
-    return error.what();
-  }
-  return "";
+  return message_of([&] { read_table(table, recordings); });
 }
 
 }  // namespace
 
-TEST_CASE("groups are read from what spreadsheets write") {
+TEST_CASE("groups are read from a spreadsheet's table") {
   const Names recordings{"in/a.csv", "in/b.csv", "in/c.csv"}, groups{"old", "young, fit", ""};
   CHECK(read("file,group\na.csv,old\nb.csv,\"young, fit\"\nc.csv,\n", recordings) == groups);
   CHECK(read("\xEF\xBB\xBF"
@@ -70,11 +61,10 @@ TEST_CASE("groups are read from what spreadsheets write") {
 TEST_CASE("a folder before its name tells two recordings of one name apart") {
   const Names recordings{"x/old/t.csv", "x/young/t.csv"};
   CHECK(read("file,group\nold/t.csv,a\nyoung/t.csv,b\n", recordings) == Names{"a", "b"});
-  CHECK(refusal("file,group\nt.csv,a\nyoung/t.csv,b\n", recordings).find("line 3: x/young/t.csv has the group \"a\"") !=
-        std::string::npos);
+  CHECK(contains(refusal("file,group\nt.csv,a\nyoung/t.csv,b\n", recordings),
+                 "line 3: x/young/t.csv has the group \"a\""));
   // Names end where folders do.
-  CHECK(refusal("file,group\nld/t.csv,a\ng/t.csv,b\n", recordings).find("no line for x/old/t.csv") !=
-        std::string::npos);
+  CHECK(contains(refusal("file,group\nld/t.csv,a\ng/t.csv,b\n", recordings), "no line for x/old/t.csv"));
 }
 
 TEST_CASE("lines of no recording are kept with their places") {
@@ -85,17 +75,15 @@ TEST_CASE("lines of no recording are kept with their places") {
 
 TEST_CASE("groups that cannot be read are refused") {
   const Names recordings{"a.csv", "b.csv"};
-  CHECK(refusal("name,group\na.csv,x\n", recordings).find("g.csv, line 1: has no column \"file\"") !=
-        std::string::npos);
-  CHECK(refusal("", recordings).find("no column") != std::string::npos);
+  CHECK(contains(refusal("name,group\na.csv,x\n", recordings), "g.csv, line 1: has no column \"file\""));
+  CHECK(contains(refusal("", recordings), "no column"));
   for (const char* empty : {"sep=;", "sep=;\n", "\n"})
-    CHECK(refusal(empty, recordings).find("g.csv, line 1: has no column \"file\"") != std::string::npos);
-  CHECK(refusal("file,group\na.csv\n", recordings).find("line 2: is too short") != std::string::npos);
-  CHECK(refusal("file,group\n,x\n", recordings).find("line 2: names no file") != std::string::npos);
-  CHECK(refusal("file,group\na.csv,x\n", recordings).find("no line for b.csv (it lacks 1 recording);") !=
-        std::string::npos);
-  CHECK(refusal("file,group\na.csv,x\nb.csv,x\n", recordings).find("in 1 group;") != std::string::npos);
-  CHECK(refusal("file,group\na.csv,\nb.csv,\n", recordings).find("in 0 groups;") != std::string::npos);
+    CHECK(contains(refusal(empty, recordings), "g.csv, line 1: has no column \"file\""));
+  CHECK(contains(refusal("file,group\na.csv\n", recordings), "line 2: is too short"));
+  CHECK(contains(refusal("file,group\n,x\n", recordings), "line 2: names no file"));
+  CHECK(contains(refusal("file,group\na.csv,x\n", recordings), "no line for b.csv (it lacks 1 recording);"));
+  CHECK(contains(refusal("file,group\na.csv,x\nb.csv,x\n", recordings), "in 1 group;"));
+  CHECK(contains(refusal("file,group\na.csv,\nb.csv,\n", recordings), "in 0 groups;"));
 }
 
 TEST_CASE("a column names the person of each recording") {
@@ -116,13 +104,11 @@ TEST_CASE("a column names the person of each recording") {
 
 TEST_CASE("columns of people that cannot be read are refused") {
   const Names recordings{"a.csv", "b.csv"};
-  CHECK(refusal("file,group,subject\na.csv,x,1\nb.csv,y,\n", recordings).find("line 3: has no subject") !=
-        std::string::npos);
-  CHECK(refusal("file,group,subject\na.csv,x\n", recordings).find("line 2: is too short") != std::string::npos);
-  CHECK(refusal("file,subject,group,participant\na.csv,1,x,1\n", recordings).find("line 1: has two columns") !=
-        std::string::npos);
-  CHECK(refusal("file,group,subject\na.csv,x,1\nb.csv,y,2\na.csv,x,3\n", recordings)
-            .find("line 4: a.csv has the subject \"1\"") != std::string::npos);
+  CHECK(contains(refusal("file,group,subject\na.csv,x,1\nb.csv,y,\n", recordings), "line 3: has no subject"));
+  CHECK(contains(refusal("file,group,subject\na.csv,x\n", recordings), "line 2: is too short"));
+  CHECK(contains(refusal("file,subject,group,participant\na.csv,1,x,1\n", recordings), "line 1: has two columns"));
+  CHECK(contains(refusal("file,group,subject\na.csv,x,1\nb.csv,y,2\na.csv,x,3\n", recordings),
+                 "line 4: a.csv has the subject \"1\""));
 }
 
 namespace {
@@ -145,10 +131,10 @@ TEST_CASE("two groups that share fewer than half of their people are refused") {
   CHECK(refusal_of_shared(20, 0).empty());
   const std::string one = refusal_of_shared(20, 1);
   CAPTURE(one);
-  CHECK(one.find("g.csv: has s0 in both \"controls\" and \"patients\", but 38 of 39 people") != std::string::npos);
-  CHECK(refusal_of_shared(20, 9).find("but 22 of 31 people") != std::string::npos);
+  CHECK(contains(one, "g.csv: has s0 in both \"controls\" and \"patients\", but 38 of 39 people"));
+  CHECK(contains(refusal_of_shared(20, 9), "but 22 of 31 people"));
   CHECK(refusal_of_shared(20, 10).empty());
-  CHECK(refusal_of_shared(3, 1).find("but 4 of 5 people") != std::string::npos);
+  CHECK(contains(refusal_of_shared(3, 1), "but 4 of 5 people"));
   CHECK(refusal_of_shared(1, 1).empty());
   // The smaller group counts: a follow-up of two people out of four.
   CHECK(refusal("file,group,subject\na,x,1\nb,x,2\nc,x,3\nd,x,4\ne,y,1\nf,y,2\n", {"a", "b", "c", "d", "e", "f"})
@@ -241,11 +227,11 @@ TEST_CASE("people are compared by the recordings that can be used, the others ar
 
   const std::string text = groups_text(report);
   CAPTURE(text);
-  CHECK(text.find("a: 5 people, 15 recordings\n    Kp              856.8 +- 63.4\n") != std::string::npos);
-  CHECK(text.find("a less b: 5 people and 4 people") != std::string::npos);
-  CHECK(text.find("7 parameters were compared") != std::string::npos);
-  CHECK(text.find("Left out: 3 recordings") != std::string::npos);
-  CHECK(text.find("twice.csv (a): tilt_of_other_size") != std::string::npos);
+  CHECK(contains(text, "a: 5 people, 15 recordings\n    Kp              856.8 +- 63.4\n"));
+  CHECK(contains(text, "a less b: 5 people and 4 people"));
+  CHECK(contains(text, "7 parameters were compared"));
+  CHECK(contains(text, "Left out: 3 recordings"));
+  CHECK(contains(text, "twice.csv (a): tilt_of_other_size"));
   CHECK(groups_text({}).empty());
 
   const Json page = decid::tools::page_groups(report);
@@ -271,8 +257,8 @@ TEST_CASE("people in two groups are compared in pairs, and the text says so") {
   CHECK(pair["unpaired_people"] == 1);
   CHECK(near(pair["parameters"][0]["difference"].get<double>(), 397.0 / 3.0, 1e-14));
   const std::string text = groups_text(report);
-  CHECK(text.find("paired: 3 people in both groups") != std::string::npos);
-  CHECK(text.find("without 1 person in only one") != std::string::npos);
+  CHECK(contains(text, "paired: 3 people in both groups"));
+  CHECK(contains(text, "without 1 person in only one"));
 }
 
 TEST_CASE("two people in two groups have an interval and no Hedges' g") {
@@ -287,7 +273,7 @@ TEST_CASE("two people in two groups have an interval and no Hedges' g") {
   CHECK(effect["hedges_g"].is_null());
   CHECK(effect["difference"] == 181.0);
   CHECK(effect["interval95"][0].is_number());
-  CHECK(groups_text(report).find("         -\n") != std::string::npos);
+  CHECK(contains(groups_text(report), "         -\n"));
 }
 
 TEST_CASE("a group of one has no interval, and three groups have three comparisons") {
@@ -306,6 +292,6 @@ TEST_CASE("a group of one has no interval, and three groups have three compariso
   CHECK(found["groups"][0]["parameters"][0]["sd"].is_null());
   CHECK_FALSE(decid::tools::recordings_json(report)[0].contains("subject"));
   const std::string text = groups_text(report);
-  CHECK(text.find("each recording counts as a person") != std::string::npos);
-  CHECK(text.find("in 3 pairs of groups") != std::string::npos);
+  CHECK(contains(text, "each recording counts as a person"));
+  CHECK(contains(text, "in 3 pairs of groups"));
 }

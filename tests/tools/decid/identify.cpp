@@ -1,100 +1,82 @@
 // decid identify as users and scripts rely on it: which recordings it reads, what it writes, and what it notices.
-#include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "sim/body_model.hpp"
 #include "sim/protocol/protocol.hpp"
-#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 
-using decid::test::Folder;
-using decid::test::near;
-using decid::test::read_csv;
-using decid::test::read_text;
-using decid::test::run_decid;
+using namespace decid::test;
 using Json = nlohmann::json;
 
 TEST_CASE("identify makes the sway of leg and trunk, and reads standard input") {
   const Folder folder;
-  REQUIRE(run_decid("simulate --model dip -o " + folder / "d.csv").code == 0);
+  run_ok("simulate --model dip -o " + folder / "d.csv");
   const auto values = [](const std::string& command) {
-    const auto run = run_decid("identify --json " + command);
-    REQUIRE(run.code == 0);
     std::vector<double> found;
-    const Json json = Json::parse(run.out);
-    for (const Json& parameter : json["recordings"][0]["parameters"]) found.push_back(parameter["value"].get<double>());
+    const Json recording = first_recording("identify --json " + command);
+    for (const Json& parameter : recording["parameters"]) found.push_back(parameter["value"].get<double>());
     return found;
   };
   const auto whole = values(folder / "d.csv"), parts = values("--leg leg_deg --trunk trunk_deg " + folder / "d.csv");
   REQUIRE(whole.size() == decid::sim::single_pendulum().parameters.size());
-  for (std::size_t p = 0; p < whole.size(); ++p) CHECK(decid::test::near(parts[p], whole[p], 1e-4));
-  // The platform's tilt tells when the trial starts; so does the first sample.
+  for (std::size_t p = 0; p < whole.size(); ++p) CHECK(near(parts[p], whole[p], 1e-4));
+  // The platform's tilt gives the trial's start; without it the first sample does.
   CHECK(values("--tilt-column none " + folder / "d.csv") == whole);
   CHECK(values("- < " + folder / "d.csv") == whole);
   const std::string preamble = "Laboratory 3\nSubject 12\n";
-  decid::test::write_text(folder / "p.csv", preamble + read_text(folder / "d.csv"));
+  write_text(folder / "p.csv", preamble + read_text(folder / "d.csv"));
   CHECK(values("--skip-lines 2 " + folder / "p.csv") == whole);
-  decid::test::check_refused("identify --skip-lines 100000 " + folder / "p.csv", {"p.csv", "no lines of data"});
-  decid::test::check_refused("identify --com-height 0.9 --unit mm --leg leg_deg --trunk trunk_deg " + folder / "d.csv",
-                             {"--com-height", "several sources"});
-  decid::test::check_refused("identify --hip 2 --shoulder 3 " + folder / "d.csv", {"--mass and --height"});
+  check_refused("identify --skip-lines 100000 " + folder / "p.csv", {"p.csv", "no lines of data"});
+  check_refused("identify --com-height 0.9 --unit mm --leg leg_deg --trunk trunk_deg " + folder / "d.csv",
+                {"--com-height", "several sources"});
+  check_refused("identify --hip 2 --shoulder 3 " + folder / "d.csv", {"--mass and --height"});
 }
 
 TEST_CASE("files may be pipes, as the shell's <(command) makes them") {
   const Folder folder;
-  REQUIRE(run_decid("simulate -o " + folder / "t.csv").code == 0);
+  run_ok("simulate -o " + folder / "t.csv");
   const auto piped = [&](const std::string& file, const std::string& arguments) {
-    return run_decid(arguments + ")", "cat " + file + " | (exec 3<&0; ");
+    return run_ok(arguments + ")", "cat " + file + " | (exec 3<&0; ");
   };
   const std::string model = std::string(DECID_SOURCE_DIR) + "/models/firmware.safetensors";
-  const auto answer = [](const decid::test::Result& run) {
-    CAPTURE(run.err);
-    REQUIRE(run.code == 0);
-    return Json::parse(run.out)["recordings"][0]["parameters"];
-  };
-  const Json plain = answer(run_decid("identify --json " + folder / "t.csv"));
+  const auto answer = [](const Result& run) { return Json::parse(run.out)["recordings"].at(0).at("parameters"); };
+  const Json plain = answer(run_ok("identify --json " + folder / "t.csv"));
   CHECK(answer(piped(folder / "t.csv", "identify --json /dev/fd/3 -o " + folder / "o.json")) == plain);
   CHECK(answer(piped(model, "identify --json --model /dev/fd/3 " + folder / "t.csv" + " -o " + folder / "o.json")) ==
-        answer(run_decid("identify --json --model " + model + " " + folder / "t.csv")));
-  decid::test::write_text(folder / "architecture", "fc 7\n");
+        answer(run_ok("identify --json --model " + model + " " + folder / "t.csv")));
+  write_text(folder / "architecture", "fc 7\n");
   const std::string training =
       "train --stream --stream-trials 32 --validation-trials 16 --batch 16 --epochs 1 --quiet "
       "--preset firmware --architecture ";
-  REQUIRE(run_decid(training + folder / "architecture" + " -o " + folder / "file.safetensors").code == 0);
-  CHECK(piped(folder / "architecture", training + "/dev/fd/3 -o " + folder / "pipe.safetensors").code == 0);
+  run_ok(training + folder / "architecture" + " -o " + folder / "file.safetensors");
+  piped(folder / "architecture", training + "/dev/fd/3 -o " + folder / "pipe.safetensors");
   CHECK(read_text(folder / "pipe.safetensors") == read_text(folder / "file.safetensors"));
 }
 
 TEST_CASE("identify --section chooses among the tables of a file") {
   const Folder folder;
-  REQUIRE(run_decid("simulate -o " + folder / "t.csv").code == 0);
+  run_ok("simulate -o " + folder / "t.csv");
   const std::string table = read_text(folder / "t.csv");
-  decid::test::write_text(folder / "two.csv", "Devices\n\ntime,Fz\n0,1\n1,1\n2,1\n\nSway\n" + table);
-  const auto values = [](const decid::test::Result& run) {
-    CAPTURE(run.err);
-    REQUIRE(run.code == 0);
-    return Json::parse(run.out)["recordings"][0]["parameters"];
-  };
-  const Json whole = values(run_decid("identify --json " + folder / "t.csv"));
-  CHECK(values(run_decid("identify --json --section Sway " + folder / "two.csv")) == whole);
-  CHECK(values(run_decid("identify --json --section 2 " + folder / "two.csv")) == whole);
-  decid::test::check_refused("identify " + folder / "two.csv", {"two.csv", "1 'Devices'", "2 'Sway'", "--section"});
-  decid::test::check_refused("identify --section 2 --skip-lines 3 " + folder / "two.csv", {"--section, --skip-lines"});
+  write_text(folder / "two.csv", "Devices\n\ntime,Fz\n0,1\n1,1\n2,1\n\nSway\n" + table);
+  const Json whole = first_recording("identify --json " + folder / "t.csv").at("parameters");
+  for (const std::string section : {"Sway", "2"})
+    CHECK(first_recording("identify --json --section " + section + " " + folder / "two.csv")["parameters"] == whole);
+  check_refused("identify " + folder / "two.csv", {"two.csv", "1 'Devices'", "2 'Sway'", "--section"});
+  check_refused("identify --section 2 --skip-lines 3 " + folder / "two.csv", {"--section, --skip-lines"});
 }
 
-TEST_CASE("identify says what it leaves out of a folder, unless it is to be quiet") {
+TEST_CASE("identify names files left out of a folder, unless --quiet") {
   const Folder folder;
   std::filesystem::create_directories(folder / "in/day1");
-  REQUIRE(run_decid("simulate -o " + folder / "in/t.csv").code == 0);
-  REQUIRE(run_decid("simulate --seed 2 -o " + folder / "in/day1/u.csv").code == 0);
-  decid::test::write_text(folder / "in/participants.tsv", "participant_id\n");
+  run_ok("simulate -o " + folder / "in/t.csv");
+  run_ok("simulate --seed 2 -o " + folder / "in/day1/u.csv");
+  write_text(folder / "in/participants.tsv", "participant_id\n");
   const auto run = run_decid("identify " + folder / "in");
   CHECK(run.code == 0);
   CHECK(run.err.starts_with("note: left out: "));
-  CHECK(run.err.find("1 folder within (--recursive") != std::string::npos);
+  CHECK(contains(run.err, "1 folder within (--recursive"));
   CHECK(run_decid("identify --quiet " + folder / "in").err.empty());
   const auto all = run_decid("identify --json --recursive " + folder / "in");
   CHECK(Json::parse(all.out)["recordings"].size() == 2);
@@ -104,10 +86,10 @@ TEST_CASE("identify says what it leaves out of a folder, unless it is to be quie
 TEST_CASE("identify prints, writes JSON and a report") {
   const Folder folder;
   const std::string trial = folder / "trial.csv";
-  REQUIRE(run_decid("simulate --seed 3 -o " + trial).code == 0);
+  run_ok("simulate --seed 3 -o " + trial);
   const auto text = run_decid("identify " + trial + " -o " + folder / "out.json" + " --report " + folder / "out.html");
   CHECK(text.code == 0);
-  CHECK(text.out.find("Kp_pass") != std::string::npos);
+  CHECK(contains(text.out, "Kp_pass"));
   CHECK(run_decid("identify --quiet " + trial).out == text.out);  // quiet silences messages, not results
   const auto printed = run_decid("identify " + trial + " --json");
   CHECK(printed.err.empty());
@@ -119,7 +101,7 @@ TEST_CASE("identify prints, writes JSON and a report") {
   CHECK(json.at("other_answer").at("command") == "decid fit");
   CHECK(json.at("options").empty());
   CHECK(json.at("protocol").at("name") == "default");
-  CHECK(Json::parse(run_decid("identify --json --quiet --unit deg --detrend offset " + trial).out).at("options") ==
+  CHECK(run_json("identify --json --quiet --unit deg --detrend offset " + trial).at("options") ==
         Json{"--unit deg", "--detrend offset"});
   const Json& recording = json.at("recordings").at(0);
   CHECK(recording.at("file") == trial);
@@ -143,44 +125,44 @@ TEST_CASE("identify prints, writes JSON and a report") {
   }
   const std::string report = read_text(folder / "out.html");
   CHECK(report.starts_with("<!doctype html>"));
-  CHECK(report.find("Passive stiffness") != std::string::npos);
+  CHECK(contains(report, "Passive stiffness"));
 }
 
 TEST_CASE("several recordings are identified in one call, each as alone") {
   const Folder folder;
-  REQUIRE(run_decid("simulate --seed 3 -o " + folder / "a.csv").code == 0);
-  REQUIRE(run_decid("simulate --seed 4 --kp 700 -o " + folder / "b.csv").code == 0);
-  const Json both = Json::parse(run_decid("identify --json " + folder / "a.csv" + " " + folder / "b.csv").out);
-  const Json alone = Json::parse(run_decid("identify --json " + folder / "b.csv").out);
+  run_ok("simulate --seed 3 -o " + folder / "a.csv");
+  run_ok("simulate --seed 4 --kp 700 -o " + folder / "b.csv");
+  const Json both = run_json("identify --json " + folder / "a.csv" + " " + folder / "b.csv");
+  const Json alone = run_json("identify --json " + folder / "b.csv");
   CHECK(both.at("recordings").size() == 2);
   CHECK(both.at("recordings").at(1) == alone.at("recordings").at(0));
 }
 
 TEST_CASE("one bad recording of several does not stop the others") {
   const Folder folder;
-  REQUIRE(run_decid("simulate --seed 3 -o " + folder / "a.csv").code == 0);
-  decid::test::write_text(folder / "bad.csv", "time,sway\n0,1\n0.01,x\n");
+  run_ok("simulate --seed 3 -o " + folder / "a.csv");
+  write_text(folder / "bad.csv", "time,sway\n0,1\n0.01,x\n");
   const std::string files = folder / "bad.csv" + " " + folder / "a.csv";
   const auto both =
       run_decid("identify --json " + files + " -o " + folder / "o.json" + " --report " + folder / "o.html");
   CHECK(both.code == 2);
   CHECK(std::count(both.err.begin(), both.err.end(), '\n') == 2);
-  CHECK(both.err.find("line 3, sway: 'x'") != std::string::npos);
-  CHECK(both.err.find("1 of 2 recordings failed") != std::string::npos);
+  CHECK(contains(both.err, "line 3, sway: 'x'"));
+  CHECK(contains(both.err, "1 of 2 recordings failed"));
   const Json recordings = Json::parse(both.out).at("recordings");
   REQUIRE(recordings.size() == 2);
   CHECK(recordings[0].at("file") == folder / "bad.csv");
-  CHECK(recordings[0].at("error").get<std::string>().find("line 3, sway: 'x'") != std::string::npos);
+  CHECK(contains(recordings[0].at("error").get<std::string>(), "line 3, sway: 'x'"));
   CHECK_FALSE(recordings[0].contains("parameters"));
-  CHECK(recordings[1] == Json::parse(run_decid("identify --json " + folder / "a.csv").out).at("recordings")[0]);
+  CHECK(recordings[1] == run_json("identify --json " + folder / "a.csv").at("recordings")[0]);
   CHECK(read_text(folder / "o.json") == both.out);
-  CHECK(read_text(folder / "o.html").find("line 3, sway: 'x'") != std::string::npos);
+  CHECK(contains(read_text(folder / "o.html"), "line 3, sway: 'x'"));
 }
 
 TEST_CASE("the frequency response is in the JSON, and a sway that does not follow the tilt is noticed") {
   const Folder folder;
-  REQUIRE(run_decid("simulate --nv 0.3 --theta 0 --seed 4 -o " + folder / "a.csv").code == 0);
-  const Json recording = Json::parse(run_decid("identify --json " + folder / "a.csv").out)["recordings"][0];
+  run_ok("simulate --nv 0.3 --theta 0 --seed 4 -o " + folder / "a.csv");
+  const Json recording = first_recording("identify --json " + folder / "a.csv");
   const Json& frf = recording.at("frf");
   CHECK(frf.at("cycles") == 2);
   const std::size_t bands = frf.at("frequency_hz").size();
@@ -202,12 +184,12 @@ TEST_CASE("the frequency response is in the JSON, and a sway that does not follo
   }
   CHECK(coherent > 3);
   CHECK(recording["following"] > 0.7);
-  CHECK(recording["warnings"].dump().find("unfamiliar") == std::string::npos);
+  CHECK_FALSE(contains(recording["warnings"].dump(), "unfamiliar"));
 
   // The platform stood still: sway of the vestibular noise alone.
-  decid::test::write_text(folder / "still.json", R"({"sequence": {"amplitude_deg": 1e-6}})");
-  REQUIRE(run_decid("simulate --seed 3 --protocol " + folder / "still.json" + " -o " + folder / "b.csv").code == 0);
-  const Json still = Json::parse(run_decid("identify " + folder / "b.csv --json").out).at("recordings").at(0);
+  write_text(folder / "still.json", R"({"sequence": {"amplitude_deg": 1e-6}})");
+  run_ok("simulate --seed 3 --protocol " + folder / "still.json" + " -o " + folder / "b.csv");
+  const Json still = first_recording("identify " + folder / "b.csv --json");
   CHECK(still["following"] < 0.6);
   CHECK(still["trust"] == "not usable");
   CHECK(still["warnings"][0]["code"] == "unfamiliar");
@@ -219,7 +201,7 @@ TEST_CASE("the frequency response is in the JSON, and a sway that does not follo
 
 TEST_CASE("a measured tilt puts a recording that started early in time") {
   const Folder folder;
-  REQUIRE(run_decid("simulate --seed 3 -o " + folder / "a.csv").code == 0);
+  run_ok("simulate --seed 3 -o " + folder / "a.csv");
   std::string header, early = "time,tilt_deg,com_sway_deg\n";
   const auto rows = read_csv(folder / "a.csv", header);
   char cells[96];
@@ -228,14 +210,13 @@ TEST_CASE("a measured tilt puts a recording that started early in time") {
     std::snprintf(cells, sizeof cells, "%.2f,%.9f,%.9f\n", 0.01 * static_cast<double>(k), row[2], row[1]);
     early += cells;
   }
-  decid::test::write_text(folder / "early.csv", early);
-  const Json plain = Json::parse(run_decid("identify --json " + folder / "a.csv").out)["recordings"][0];
-  const Json timed =
-      Json::parse(run_decid("identify --json --tilt-column tilt_deg " + folder / "early.csv").out)["recordings"][0];
+  write_text(folder / "early.csv", early);
+  const Json plain = first_recording("identify --json " + folder / "a.csv");
+  const Json timed = first_recording("identify --json --tilt-column tilt_deg " + folder / "early.csv");
   CHECK(near(timed.at("tilt").at("delay_s").get<double>(), 3.0, 1e-9));  // the digits in the file
   CHECK(timed.at("tilt").at("correlation").get<double>() > 0.9999);
   CHECK(near(timed.at("tilt").at("gain").get<double>(), 1.0, 1e-9));
-  const Json told = Json::parse(run_decid("identify --json --start 3 " + folder / "early.csv").out)["recordings"][0];
+  const Json told = first_recording("identify --json --start 3 " + folder / "early.csv");
   CHECK(told.at("parameters") == timed.at("parameters"));
   for (std::size_t p = 0; p < 7; ++p) {  // but for the digits in the file
     const auto& info = decid::sim::single_pendulum().parameters[p];
@@ -246,23 +227,23 @@ TEST_CASE("a measured tilt puts a recording that started early in time") {
 
 TEST_CASE("known parameters are shown beside the identified ones") {
   const Folder folder;
-  REQUIRE(run_decid("simulate -o " + folder / "a.csv").code == 0);
+  run_ok("simulate -o " + folder / "a.csv");
   const std::string truth = "Kp=881,Kd=252,Kp_pass=220,Kd_pass=126,Nv=0.5,theta=0.0026,delay=0.12";
-  const Json json = Json::parse(run_decid("identify --json --truth " + truth + " " + folder / "a.csv").out);
+  const Json json = run_json("identify --json --truth " + truth + " " + folder / "a.csv");
   CHECK(json.at("recordings").at(0).at("parameters").at(0).at("true") == 881.0);
 }
 
 TEST_CASE("a recording at another rate, in radians, without header, is the same recording") {
   const Folder folder;
-  REQUIRE(run_decid("simulate --seed 3 -o " + folder / "a.csv").code == 0);
+  run_ok("simulate --seed 3 -o " + folder / "a.csv");
   std::string header;
   const auto rows = read_csv(folder / "a.csv", header);
   std::string radians;
   for (const auto& row : rows)
     radians += std::to_string(row[0]) + "," + std::to_string(row[1] * M_PI / 180 * 1e6) + "e-6\n";
-  decid::test::write_text(folder / "rad.csv", radians);
-  const Json a = Json::parse(run_decid("identify --json " + folder / "a.csv").out);
-  const Json b = Json::parse(run_decid("identify --json --unit rad " + folder / "rad.csv").out);
+  write_text(folder / "rad.csv", radians);
+  const Json a = run_json("identify --json " + folder / "a.csv");
+  const Json b = run_json("identify --json --unit rad " + folder / "rad.csv");
   for (std::size_t p = 0; p < 7; ++p) {
     const auto& info = decid::sim::single_pendulum().parameters[p];
     const double difference = a["recordings"][0]["parameters"][p]["value"].get<double>() -
@@ -270,20 +251,20 @@ TEST_CASE("a recording at another rate, in radians, without header, is the same 
     CHECK(std::abs(difference) < 0.02 * (info.high - info.low));
   }
   // The same numbers as milliradians are a thousandth.
-  const Json c = Json::parse(run_decid("identify --json --unit mrad " + folder / "rad.csv").out);
+  const Json c = run_json("identify --json --unit mrad " + folder / "rad.csv");
   CHECK(near(1000 * c["recordings"][0]["peak_to_peak_deg"].get<double>(),
              b["recordings"][0]["peak_to_peak_deg"].get<double>(), 1e-6));  // floats
 }
 
 TEST_CASE("an offset of the sensor is noticed") {
   const Folder folder;
-  REQUIRE(run_decid("simulate --seed 3 -o " + folder / "a.csv").code == 0);
+  run_ok("simulate --seed 3 -o " + folder / "a.csv");
   std::string header;
   std::string shifted = "time,com_sway_deg\n";
   for (const auto& row : read_csv(folder / "a.csv", header))
     shifted += std::to_string(row[0]) + "," + std::to_string(row[1] + 3.5) + "\n";
-  decid::test::write_text(folder / "b.csv", shifted);
-  CHECK(run_decid("identify " + folder / "a.csv").out.find("offset") == std::string::npos);
-  CHECK(run_decid("identify " + folder / "b.csv").out.find("detrend by offset") != std::string::npos);
-  CHECK(run_decid("identify --detrend offset " + folder / "b.csv").out.find("the sway's mean") == std::string::npos);
+  write_text(folder / "b.csv", shifted);
+  CHECK_FALSE(contains(run_decid("identify " + folder / "a.csv").out, "offset"));
+  CHECK(contains(run_decid("identify " + folder / "b.csv").out, "detrend by offset"));
+  CHECK_FALSE(contains(run_decid("identify --detrend offset " + folder / "b.csv").out, "the sway's mean"));
 }

@@ -1,22 +1,14 @@
 // Many recordings in one call of decid identify or decid fit: folders, tables, groups, and going on after a stop.
-#include <doctest/doctest.h>
-
-#include <nlohmann/json.hpp>
 
 #include "tests/tools/decid/run.hpp"
 
-using decid::test::check_refused;
-using decid::test::Folder;
-using decid::test::read_text;
-using decid::test::Result;
-using decid::test::run_decid;
-using decid::test::write_text;
+using namespace decid::test;
 using Json = nlohmann::json;
 
 namespace {
 
 void simulate(const std::string& file, const std::string& options) {
-  REQUIRE(run_decid("simulate --quiet " + options + " -o " + file).code == 0);
+  run_ok("simulate --quiet " + options + " -o " + file);
 }
 
 /// The cells of a table whose cells are single lines (RFC 4180).
@@ -77,7 +69,7 @@ TEST_CASE("identify: a folder, a quoted pattern, a table and groups") {
   const Result result = run_decid(command);
   CAPTURE(result.err);
   CHECK(result.code == 2);
-  CHECK(result.err.find("1 of 5 recordings failed") != std::string::npos);
+  CHECK(contains(result.err, "1 of 5 recordings failed"));
   CHECK(result.err.find("identify: ") == result.err.rfind("identify: "));  // no progress of a few
   const Json json = Json::parse(result.out);
   REQUIRE(json["recordings"].size() == 5);
@@ -93,15 +85,16 @@ TEST_CASE("identify: a folder, a quoted pattern, a table and groups") {
   CHECK(delay["difference"].get<double>() < -0.05);
   CHECK(delay["hedges_g"].get<double>() < 0.0);
   CHECK(delay["adjusted_interval95"][1].get<double>() > delay["interval95"][1].get<double>());
-  CHECK(read_text(folder / "r.html").find("hedges_g") != std::string::npos);
+  CHECK(contains(read_text(folder / "r.html"), "hedges_g"));
 
   const Result some = run_decid("identify --json '" + folder / "in/s[23].csv" + "'");
   CHECK(some.code == 0);
   REQUIRE(Json::parse(some.out)["recordings"].size() == 2);
   CHECK(Json::parse(some.out)["recordings"][1]["parameters"] == json["recordings"][2]["parameters"]);
-  CHECK(run_decid("identify " + folder / "in/s1.csv" + " " + folder / "in/s2.csv" + " --group " +
-                  folder / "in/groups.csv")
-            .out.find("fast less slow") != std::string::npos);
+  CHECK(contains(run_decid("identify " + folder / "in/s1.csv" + " " + folder / "in/s2.csv" + " --group " +
+                           folder / "in/groups.csv")
+                     .out,
+                 "fast less slow"));
 }
 
 namespace {
@@ -133,10 +126,8 @@ TEST_CASE("identify: --trial makes the recordings of a file those of files of th
   write_text(folder / "long.csv", long_table(first, second, ""));
   const Result apart = run_decid("identify --json " + folder / "1.csv" + " " + folder / "2.csv");
   write_text(folder / "g.csv", "file,group\nlong.csv#1,a\nlong.csv#2,b\n");
-  const Result result = run_decid("identify --json --trial trial --group " + folder / "g.csv" + " --table " +
-                                  folder / "t.csv" + " --report " + folder / "r.html" + " " + folder / "long.csv");
-  CAPTURE(result.err);
-  REQUIRE(result.code == 0);
+  const Result result = run_ok("identify --json --trial trial --group " + folder / "g.csv" + " --table " +
+                               folder / "t.csv" + " --report " + folder / "r.html" + " " + folder / "long.csv");
   const Json json = Json::parse(result.out), expected = Json::parse(apart.out);
   REQUIRE(json["recordings"].size() == 2);
   for (std::size_t i = 0; i < 2; ++i) {
@@ -160,7 +151,7 @@ TEST_CASE("identify: --trial makes the recordings of a file those of files of th
   const Json kept = Json::parse(wrong.out);
   CHECK(kept["recordings"][0]["parameters"] == expected["recordings"][0]["parameters"]);
   CHECK(kept["recordings"][1].contains("error"));
-  CHECK(wrong.err.find("long.csv#2") != std::string::npos);
+  CHECK(contains(wrong.err, "long.csv#2"));
 }
 
 TEST_CASE("groups: a line of no recording is noted, a recording given twice is refused") {
@@ -172,8 +163,8 @@ TEST_CASE("groups: a line of no recording is noted, a recording given twice is r
   const Result noted = run_decid("identify --json " + both + group);
   CAPTURE(noted.err);
   CHECK(noted.code == 0);
-  CHECK(noted.err.find("note: ") != std::string::npos);
-  CHECK(noted.err.find("g.csv, line 4: ") != std::string::npos);
+  CHECK(contains(noted.err, "note: "));
+  CHECK(contains(noted.err, "g.csv, line 4: "));
   const Json settings = Json::parse(noted.out)["group_comparison"];
   CHECK(settings["unused_lines"] == Json{{{"line", 4}, {"file", "3.csv"}}});
   CHECK(run_decid("identify --quiet --json " + both + group).err.empty());
@@ -191,7 +182,7 @@ TEST_CASE("groups: a line of no recording is noted, a recording given twice is r
   check_refused(trials + " " + folder / "./long.csv", {"long.csv#1: is the same recording as "});
 }
 
-TEST_CASE("many recordings: what cannot be is refused before the work") {
+TEST_CASE("many recordings: invalid calls are refused before the work") {
   const Folder folder;
   simulate(folder / "t.csv", "--seed 1");
   write_text(folder / "g.csv", "file,group\nt.csv,a\n");
@@ -224,12 +215,12 @@ TEST_CASE("fit: going on after a stop makes the bytes of a call that was never s
   const Result whole = run_decid(command + outputs("whole"));
   CAPTURE(whole.err);
   CHECK(whole.code == 2);
-  CHECK(whole.err.find("1 of 4 recordings failed") != std::string::npos);
-  const Json json = Json::parse(read_text(folder / "whole.json"));
+  CHECK(contains(whole.err, "1 of 4 recordings failed"));
+  const Json json = read_json(folder / "whole.json");
   REQUIRE(json["recordings"].size() == 4);
   CHECK(json["recordings"][0].contains("error"));
   check_table(read_text(folder / "whole.csv"), json);
-  // The journal stays, as one is to be mended. A kill in the midst of the second recording:
+  // The journal stays because one recording failed. A kill within the second recording:
   const std::string journal = read_text(folder / "whole.json.journal");
   write_text(folder / "again.json.journal", journal.substr(0, journal.size() / 2));
   const Result again = run_decid(command + " --resume --threads 1" + outputs("again"));
@@ -244,11 +235,11 @@ TEST_CASE("fit: going on after a stop makes the bytes of a call that was never s
   const Result mended = run_decid(command + " --resume" + outputs("marked"));
   CAPTURE(mended.err);
   CHECK(mended.code == 0);
-  REQUIRE(mended.out.find("R-hat ") != std::string::npos);
-  CHECK(whole.out.find(mended.out) != std::string::npos);
+  REQUIRE(contains(mended.out, "R-hat "));
+  CHECK(contains(whole.out, mended.out));
   CHECK(mended.err.empty());
   CHECK_FALSE(std::filesystem::exists(folder / "marked.json.journal"));
-  CHECK(Json::parse(read_text(folder / "marked.json"))["recordings"].size() == 3);
+  CHECK(read_json(folder / "marked.json")["recordings"].size() == 3);
 
   // Two of them in one file.
   write_text(folder / "long.csv", long_table(read_text(folder / "in/s1.csv"), read_text(folder / "in/s2.csv"), ""));

@@ -1,44 +1,31 @@
 // A network that says how sure it is, from its training to what the program reports.
-#include <doctest/doctest.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
-#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 
-using decid::test::Folder;
-using decid::test::near;
-using decid::test::read_text;
-using decid::test::run_decid;
-using decid::test::within;
+using namespace decid::test;
 using Json = nlohmann::json;
 
-TEST_CASE("a network that says how sure it is: trained, recalibrated, evaluated, identifying") {
+TEST_CASE("a network with predicted uncertainty: trained, recalibrated, evaluated, identifying") {
   const Folder folder;
-  decid::test::write_text(
-      folder / "quick.json",
-      R"({"name": "quick", "sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})");
-  decid::test::write_text(folder / "image.json", R"({"block": 10, "channels": ["sway", "sway_change"]})");
-  decid::test::write_text(folder / "layers.txt", "conv 8 15x1 stride 4x1\nrelu\nstatspool\nfc 16\nrelu\nfc 36\n");
-  const std::string protocol = " --protocol " + folder / "quick.json", model = " --model " + folder / "m.safetensors";
-  const auto trained = run_decid("train --stream --stream-trials 1000 --validation-trials 16 --epochs 1 --quiet" +
-                                 protocol + " --image " + folder / "image.json" + " --architecture " +
-                                 folder / "layers.txt" + " --head 'mixture 1' -o " + folder / "m.safetensors");
-  CAPTURE(trained.err);
-  REQUIRE(trained.code == 0);
-  CHECK(run_decid("info " + folder / "m.safetensors").out.find("head      mixture 1, recalibrated\n") !=
-        std::string::npos);
-  const Json info = Json::parse(run_decid("info --json " + folder / "m.safetensors").out);
+  write_text(folder / "image.json", R"({"block": 10, "channels": ["sway", "sway_change"]})");
+  write_text(folder / "layers.txt", "conv 8 15x1 stride 4x1\nrelu\nstatspool\nfc 16\nrelu\nfc 36\n");
+  const std::string protocol = " --protocol " + quick_protocol(folder), model = " --model " + folder / "m.safetensors";
+  const auto trained = run_ok("train --stream --stream-trials 1000 --validation-trials 16 --epochs 1 --quiet" +
+                              protocol + " --image " + folder / "image.json" + " --architecture " +
+                              folder / "layers.txt" + " --head 'mixture 1' -o " + folder / "m.safetensors");
+  CHECK(contains(run_decid("info " + folder / "m.safetensors").out, "head      mixture 1, recalibrated\n"));
+  const Json info = run_json("info --json " + folder / "m.safetensors");
   CHECK(info.at("head") == "mixture 1");
   CHECK(info.at("recalibrated") == true);
   const std::string ideal = "info " DECID_SOURCE_DIR "/models/spectra.safetensors";
-  CHECK(run_decid(ideal).out.find("head      point\n") != std::string::npos);
-  CHECK(Json::parse(run_decid(ideal + " --json").out).at("recalibrated") == false);
+  CHECK(contains(run_decid(ideal).out, "head      point\n"));
+  CHECK(run_json(ideal + " --json").at("recalibrated") == false);
 
-  REQUIRE(run_decid("dataset --count 400 --seed 5" + protocol + " -o " + folder / "data.npz").code == 0);
+  run_ok("dataset --count 400 --seed 5" + protocol + " -o " + folder / "data.npz");
   const std::string evaluate = "evaluate" + model + " --data " + folder / "data.npz";
-  const Json evaluation = Json::parse(run_decid(evaluate + " --json").out);
+  const Json evaluation = run_json(evaluate + " --json");
   // Learnt from 1000 trials, seen in 400 of 7 parameters that may stand or fall together: five standard errors.
   CHECK(within(evaluation.at("covered50").get<double>(), 0.5, 5.0 * std::sqrt(0.25 * (1.0 / 1000 + 1.0 / 400))));
   CHECK(within(evaluation.at("covered90").get<double>(), 0.9, 5.0 * std::sqrt(0.09 * (1.0 / 1000 + 1.0 / 400))));
@@ -49,9 +36,9 @@ TEST_CASE("a network that says how sure it is: trained, recalibrated, evaluated,
   for (const char* key : {"covered50", "covered90", "promised", "log_score"})
     CHECK(evaluation.at(std::string(key) + "_per_parameter").size() == 7);
   const std::string text = run_decid(evaluate).out;
-  for (const char* part : {"promised", "in 50 %", "log score", "  all "}) CHECK(text.find(part) != std::string::npos);
+  for (const char* part : {"promised", "in 50 %", "log score", "  all "}) CHECK(contains(text, part));
 
-  REQUIRE(run_decid("simulate" + protocol + " -o " + folder / "trial.csv").code == 0);
+  run_ok("simulate" + protocol + " -o " + folder / "trial.csv");
   const auto identified =
       run_decid("identify --json" + model + " --report " + folder / "r.html" + " " + folder / "trial.csv");
   REQUIRE(identified.code == 0);
@@ -59,15 +46,13 @@ TEST_CASE("a network that says how sure it is: trained, recalibrated, evaluated,
   CHECK(recording.at("correlations").size() == 7);
   for (const Json& parameter : recording.at("parameters"))
     CHECK(parameter.at("interval90")[0].get<double>() < parameter.at("interval90")[1].get<double>());
-  CHECK(read_text(folder / "r.html").find("\"recalibrated\":true") != std::string::npos);
+  CHECK(contains(read_text(folder / "r.html"), "\"recalibrated\":true"));
   CHECK(run_decid("export c " + folder / "m.safetensors" + " --quiet -o " + folder / "out").code == 0);
-  CHECK(read_text(folder / "out/m.h").find("int m_deviations(") != std::string::npos);
+  CHECK(contains(read_text(folder / "out/m.h"), "int m_deviations("));
 
-  // What faults cost has what the network promises beside it.
-  const auto study = run_decid("study --faults --json --quiet --trials 12 --realisations 1 --seed 77 --model " +
-                               folder / "m.safetensors" + " -o " + folder / "study");
-  CAPTURE(study.err);
-  REQUIRE(study.code == 0);
+  // The study of recording artefacts lists the predicted variance beside the error.
+  const auto study = run_ok("study --faults --json --quiet --trials 12 --realisations 1 --seed 77 --model " +
+                            folder / "m.safetensors" + " -o " + folder / "study");
   const Json faults = Json::parse(study.out).at("faults");
   CHECK(faults.size() > 30);
   for (const Json& row : faults) {
@@ -78,11 +63,11 @@ TEST_CASE("a network that says how sure it is: trained, recalibrated, evaluated,
     CHECK(row.at("covered90").get<double>() <= 1.0);
   }
 
-  // Too few trials to learn from: the model says so.
+  // Too few trials to recalibrate: the model records that.
   const auto few = run_decid("train --stream --stream-trials 64 --validation-trials 16 --epochs 1" + protocol +
                              " --image " + folder / "image.json" + " --architecture " + folder / "layers.txt" +
                              " --head 'mixture 1' -o " + folder / "few.safetensors");
   CHECK(few.code == 0);
-  CHECK(few.err.find("fewer than 1000 trials") != std::string::npos);
-  CHECK(run_decid("info " + folder / "few.safetensors").out.find("mixture 1, not recalibrated") != std::string::npos);
+  CHECK(contains(few.err, "fewer than 1000 trials"));
+  CHECK(contains(run_decid("info " + folder / "few.safetensors").out, "mixture 1, not recalibrated"));
 }

@@ -1,14 +1,10 @@
 // Files, folders and patterns that name recordings.
 #include "tools/decid/recording_files.hpp"
 
-#include <doctest/doctest.h>
-
 #include "base/error.hpp"
 #include "tests/tools/decid/run.hpp"
 
-using decid::test::Folder;
-using decid::test::run_decid;
-using decid::test::write_text;
+using namespace decid::test;
 using decid::tools::LeftOut;
 using Names = std::vector<std::string>;
 
@@ -23,12 +19,7 @@ LeftOut left_out(const std::string& argument, bool recursive = false, const Name
 }
 
 std::string refusal(const std::string& argument, const Names& others = {}) {
-  try {
-    recording_files({argument}, others);
-  } catch (const decid::Error& error) {
-    return error.what();
-  }
-  return "";
+  return message_of([&] { recording_files({argument}, others); });
 }
 
 }  // namespace
@@ -43,20 +34,15 @@ TEST_CASE("a folder stands for the recordings in it, in the order of their names
                                          folder / "d.tsv", folder / "e.dat"});
   CHECK(recording_files({"first.csv", path, folder / "b.csv"}, {folder / "c.txt", "", folder / "./e.dat"}) ==
         Names{"first.csv", folder / "a.MAT", folder / "b.C3D", folder / "b.csv", folder / "d.tsv", folder / "b.csv"});
-  CHECK(refusal(folder / "within.csv").find("within.csv: is a folder without a recording") != std::string::npos);
+  CHECK(contains(refusal(folder / "within.csv"), "within.csv: is a folder without a recording"));
 }
 
 TEST_CASE("standard input is named once") {
   CHECK(recording_files({"-", "a.csv"}) == Names{"-", "a.csv"});
-  try {
-    recording_files({"-", "a.csv", "-"});
-    FAIL("accepted");
-  } catch (const decid::Error& error) {
-    CHECK(error.problem().find("named twice") != std::string::npos);
-  }
+  check_error([] { recording_files({"-", "a.csv", "-"}); }, {"named twice"});
 }
 
-TEST_CASE("a pattern stands for what it matches, unless a file has that very name") {
+TEST_CASE("a pattern gives its matches, unless a file has exactly that name") {
   const Folder folder;
   for (const char* name : {"s2.csv", "s1.csv", "s10.csv", "t1.csv", "s[1].csv"}) write_text(folder / name, "");
   std::filesystem::create_directory(folder / "sub");
@@ -66,8 +52,8 @@ TEST_CASE("a pattern stands for what it matches, unless a file has that very nam
   CHECK(recording_files({folder / "s[1].csv"}, {}) == Names{folder / "s[1].csv"});
   CHECK(recording_files({folder / "su*"}, {}) == Names{folder / "sub/x.csv"});
   CHECK(recording_files({folder / "s?.csv"}, {folder / "s1.csv"}) == Names{folder / "s2.csv"});
-  CHECK(refusal(folder / "u*.csv").find("u*.csv: matches no file") != std::string::npos);
-  CHECK(refusal(folder / "t*", {folder / "t1.csv"}).find("matches no file") != std::string::npos);
+  CHECK(contains(refusal(folder / "u*.csv"), "u*.csv: matches no file"));
+  CHECK(contains(refusal(folder / "t*", {folder / "t1.csv"}), "matches no file"));
 }
 
 TEST_CASE("folders within are read where asked for, and by ** in a pattern") {
@@ -90,11 +76,11 @@ TEST_CASE("folders within are read where asked for, and by ** in a pattern") {
                                                         folder / "in/s1/day1/c.txt", folder / "in/s2/d.csv"});
   CHECK(recording_files({folder / "in/**/d.pdf"}) == Names{folder / "in/s2/d.pdf"});  // the pattern names it
   CHECK(recording_files({folder / "in/s?"}, {}, true).size() == 4);
-  CHECK(refusal(folder / "in/**/z.csv").find("matches no file") != std::string::npos);
-  CHECK(refusal(folder / "none/**").find("matches no file") != std::string::npos);
+  CHECK(contains(refusal(folder / "in/**/z.csv"), "matches no file"));
+  CHECK(contains(refusal(folder / "none/**"), "matches no file"));
 }
 
-TEST_CASE("what is left out of folders and patterns is counted") {
+TEST_CASE("files left out of folders and patterns are counted") {
   const Folder folder;
   std::filesystem::create_directory(folder / "in");
   for (const char* name : {"in/a.csv", "in/participants.tsv", "in/README.txt", "in/readme.csv", "in/s1_channels.tsv",
@@ -114,11 +100,11 @@ TEST_CASE("what is left out of folders and patterns is counted") {
   CHECK(LeftOut().text().empty());
   CHECK(recording_files({folder / "in/*.csv"}) == Names{folder / "in/a.csv", folder / "in/link.csv"});
   CHECK(left_out(folder / "in/*.csv").dead_links == 1);
-  CHECK(refusal(folder / "in/p*.tsv").find("1 description") != std::string::npos);
+  CHECK(contains(refusal(folder / "in/p*.tsv"), "1 description"));
   CHECK(recording_files({folder / "in/participants.tsv"}) == Names{folder / "in/participants.tsv"});  // named itself
 }
 
-TEST_CASE("what is neither stands for itself, whether it is there or not") {
+TEST_CASE("other arguments stand for themselves, existing or not") {
   CHECK(recording_files({"none.csv", "/dev/stdin"}, {}) == Names{"none.csv", "/dev/stdin"});
 }
 
@@ -126,7 +112,7 @@ TEST_CASE("a folder that cannot be read is an error" * doctest::skip(::geteuid()
   const Folder folder;
   std::filesystem::create_directory(folder / "closed");
   std::filesystem::permissions(folder / "closed", std::filesystem::perms::none);
-  CHECK(refusal(folder / "closed").find("closed: cannot be read: Permission denied") != std::string::npos);
+  CHECK(contains(refusal(folder / "closed"), "closed: cannot be read: Permission denied"));
   std::filesystem::permissions(folder / "closed", std::filesystem::perms::owner_all);
 }
 
@@ -139,9 +125,7 @@ TEST_CASE("a MAT-file of version 7.3 where matio cannot be loaded: a clear line,
   CAPTURE(refused.err);
   CHECK(refused.code == 2);
   CHECK(refused.out.empty());
-  CHECK(refused.err.find("need matio, which cannot be loaded: ") != std::string::npos);
-  CHECK(refused.err.find("; install it (Debian: libmatio11), or save the file with '-v7', or as CSV\n") !=
-        std::string::npos);
-  CHECK(run_decid("identify " + mat + "v5.mat", without).err.find("recording has 20 samples at 50 Hz") !=
-        std::string::npos);
+  CHECK(contains(refused.err, "need matio, which cannot be loaded: "));
+  CHECK(contains(refused.err, "; install it (Debian: libmatio11), or save the file with '-v7', or as CSV\n"));
+  CHECK(contains(run_decid("identify " + mat + "v5.mat", without).err, "recording has 20 samples at 50 Hz"));
 }

@@ -1,4 +1,4 @@
-// What is printed and drawn of a made-up body's fourteen parameters: all say what the body's table says.
+// Output for a made-up body with fourteen parameters: text and figures agree with the body's table.
 #include "tools/decid/results/results.hpp"
 
 #include <doctest/doctest.h>

@@ -1,59 +1,22 @@
-// Runs the program as a user does, and keeps what it printed and how it ended; temporary folders for its files.
+// Runs the program as a user does, and keeps its output and exit code; temporary folders for its files.
 #pragma once
 
-#include <doctest/doctest.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <initializer_list>
+#include <nlohmann/json.hpp>
 #include <sstream>
-#include <stdexcept>
-#include <string>
 #include <vector>
+
+#include "tests/helpers.hpp"
 
 namespace decid::test {
 
-/// A fresh folder, removed with all it holds.
-class Folder {
+/// A temporary folder whose file names are strings, as parts of a command.
+class Folder : public TemporaryFolder {
  public:
-  Folder() {
-    std::string name = (std::filesystem::temp_directory_path() / "decid-test-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-    path_ = name;
-  }
-  ~Folder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-
-  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
-  std::size_t files() const {
-    std::size_t count = 0;
-    for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(path_)) ++count;
-    return count;
-  }
-
- private:
-  std::filesystem::path path_;
+  std::string operator/(const std::string& name) const { return (path() / name).string(); }
 };
-
-inline std::string read_text(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-inline void write_text(const std::string& path, const std::string& text) {
-  std::ofstream(path, std::ios::binary) << text;
-}
 
 struct Result {
   int code;
@@ -70,6 +33,29 @@ inline Result run_decid(const std::string& arguments, const std::string& before 
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(folder / "out"), read_text(folder / "err")};
 }
 
+/// Runs the program, which must succeed.
+inline Result run_ok(const std::string& arguments, const std::string& before = {}) {
+  Result result = run_decid(arguments, before);
+  CAPTURE(arguments);
+  CAPTURE(result.err);
+  REQUIRE(result.code == 0);
+  return result;
+}
+
+/// Returns the JSON that the program prints. Its exit code may be an error's.
+inline nlohmann::json run_json(const std::string& arguments) {
+  return nlohmann::json::parse(run_decid(arguments).out);
+}
+
+/// Returns the first recording of the JSON that a successful call prints.
+inline nlohmann::json first_recording(const std::string& arguments) {
+  return nlohmann::json::parse(run_ok(arguments).out).at("recordings").at(0);
+}
+
+inline nlohmann::json read_json(const std::string& path) {
+  return nlohmann::json::parse(read_text(path));
+}
+
 /// Bad input: exit code 2, nothing on standard output, one line of the program's that has all the fragments.
 inline void check_refused(const std::string& arguments, std::initializer_list<std::string> fragments) {
   const auto result = run_decid(arguments);
@@ -81,7 +67,7 @@ inline void check_refused(const std::string& arguments, std::initializer_list<st
   CHECK(result.err.starts_with("decid: "));
   for (const std::string& fragment : fragments) {
     CAPTURE(fragment);
-    CHECK(result.err.find(fragment) != std::string::npos);
+    CHECK(contains(result.err, fragment));
   }
 }
 
@@ -96,6 +82,13 @@ inline std::vector<std::vector<double>> read_csv(const std::string& path, std::s
     for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(std::stod(cell));
   }
   return rows;
+}
+
+/// Writes a protocol of 6 s, which trains and identifies quickly, and returns its path.
+inline std::string quick_protocol(const Folder& folder) {
+  return write_text(folder / "quick.json",
+                    R"({"sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})")
+      .string();
 }
 
 }  // namespace decid::test

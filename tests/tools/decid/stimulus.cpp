@@ -1,23 +1,15 @@
 // decid stimulus and decid simulate with protocols of all kinds, as a user runs them; and protocols that must not be
 // mixed.
-#include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "sim/segments.hpp"
-#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 #include "tools/report/stimulus_page.hpp"
 
-using decid::test::check_refused;
-using decid::test::Folder;
-using decid::test::near;
-using decid::test::read_text;
-using decid::test::run_decid;
-using decid::test::write_text;
+using namespace decid::test;
 using Json = nlohmann::json;
 namespace sim = decid::sim;
 
@@ -66,10 +58,8 @@ TEST_CASE("stimulus: every kind of protocol, its page, and its JSON that makes t
   for (const std::string protocol : {"default", "short", "measured.json", "sines.json", "raised_cosines.json"}) {
     CAPTURE(protocol);
     const std::string name = protocol.ends_with(".json") ? examples + protocol : protocol;
-    const auto result = run_decid("stimulus --protocol " + name + " -o " + folder / "a.csv" + " --plot " +
-                                  folder / "a.html" + " --write-protocol " + folder / "a.json");
-    CAPTURE(result.err);
-    REQUIRE(result.code == 0);
+    const auto result = run_ok("stimulus --protocol " + name + " -o " + folder / "a.csv" + " --plot " +
+                               folder / "a.html" + " --write-protocol " + folder / "a.json");
     REQUIRE(run_decid("stimulus --quiet --protocol " + folder / "a.json" + " -o " + folder / "b.csv" +
                       " --write-protocol " + folder / "b.json")
                 .err.empty());
@@ -79,7 +69,7 @@ TEST_CASE("stimulus: every kind of protocol, its page, and its JSON that makes t
     CHECK(page.starts_with("<!doctype html>"));
     CHECK(page.size() < 2'000'000);
     for (const char* loading : {"src=\"", "@import", "<link", "<img", "fetch(", "XMLHttpRequest"})
-      CHECK(page.find(loading) == std::string::npos);
+      CHECK_FALSE(contains(page, loading));
   }
 }
 
@@ -89,16 +79,14 @@ TEST_CASE("stimulus: a long sequence is counted once, not at every sample") {
   write_text(
       folder / "long.json",
       R"({"sequence": {"feedback": [0,0,0,0,1,0,0,1], "start": [0,0,0,0,0,0,0,1], "offset_s": 0, "cycles": 1}})");
-  const auto result = run_decid("stimulus --protocol " + folder / "long.json" + " -o " + folder / "a.csv" + " --plot " +
-                                folder / "a.html");
-  CAPTURE(result.err);
-  REQUIRE(result.code == 0);
+  const auto result = run_ok("stimulus --protocol " + folder / "long.json" + " -o " + folder / "a.csv" + " --plot " +
+                             folder / "a.html");
   std::string header;
   CHECK(columns_of(read_text(folder / "a.csv"), header)[1].size() == 164'000);
   CHECK(data_of(read_text(folder / "a.html"))["duration_s"] == 1640.0);
 }
 
-TEST_CASE("stimulus: nothing but what is asked for, and no input overwritten") {
+TEST_CASE("stimulus: only the requested outputs, and no input overwritten") {
   const Folder folder;
   check_refused("stimulus", {"nothing to write", "-o", "--plot", "--write-protocol"});
   write_text(folder / "p.json", R"({"measured": {"file": "tilt.csv", "lead_out_s": 2}})");
@@ -175,9 +163,9 @@ TEST_CASE("amplitude_spectrum: a sine's amplitude stands at its frequency") {
   CHECK(decid::tools::amplitude_spectrum(odd).amplitude_deg.size() == 505);
 }
 
-TEST_CASE("stimulus_html: what it shows, escaped and thinned") {
+TEST_CASE("stimulus_html: its data, escaped and thinned") {
   const std::string page = decid::tools::stimulus_html(sines(), "9.8.7");
-  CHECK(page.find("</script><b>") == std::string::npos);
+  CHECK_FALSE(contains(page, "</script><b>"));
   const Json data = data_of(page);
   CHECK(data["name"] == "</script><b>");
   CHECK(data["kind"] == "sines");
@@ -211,7 +199,7 @@ TEST_CASE("simulate --model dip: columns, defaults, options of the hip") {
   const Folder folder;
   const auto first = run_decid("simulate --model dip --seed 7 -o " + folder / "a.csv");
   CHECK(first.code == 0);
-  CHECK(first.err.find("hip") != std::string::npos);
+  CHECK(contains(first.err, "hip"));
   std::string header;
   const auto columns = columns_of(read_text(folder / "a.csv"), header);
   CHECK(header == "time,com_sway_deg,tilt_deg,leg_deg,trunk_deg");
@@ -271,10 +259,10 @@ TEST_CASE("a data set and a model carry their protocol, whatever its kind; other
     return "--protocol " + folder / file + " ";
   };
   const std::string one = protocol("one.json", 0.2);
-  REQUIRE(run_decid("dataset --count 40 --seed 5 " + one + "-o " + folder / "one.npz").code == 0);
-  REQUIRE(run_decid("simulate " + one + "-o " + folder / "trial.csv").code == 0);
+  run_ok("dataset --count 40 --seed 5 " + one + "-o " + folder / "one.npz");
+  run_ok("simulate " + one + "-o " + folder / "trial.csv");
   const std::string two = protocol("two.json", 0.3);
-  REQUIRE(run_decid("dataset --count 40 --seed 5 " + two + "-o " + folder / "two.npz").code == 0);
+  run_ok("dataset --count 40 --seed 5 " + two + "-o " + folder / "two.npz");
   std::filesystem::remove(folder / "tilt.csv");
 
   const std::string model = folder / "m.safetensors";
@@ -282,7 +270,7 @@ TEST_CASE("a data set and a model carry their protocol, whatever its kind; other
       run_decid("train --preset small --epochs 1 --batch 8 --quiet --data " + folder / "one.npz" + " -o " + model);
   CAPTURE(trained.err);
   REQUIRE(trained.code == 0);
-  const Json info = Json::parse(run_decid("info --json " + model).out);
+  const Json info = run_json("info --json " + model);
   CHECK(info.at("protocol").at("measured").at("tilt_deg").size() == 1000);
   CHECK(run_decid("evaluate --model " + model + " --data " + folder / "one.npz").code == 0);
   check_refused("evaluate --model " + model + " --data " + folder / "two.npz",
@@ -319,8 +307,8 @@ TEST_CASE("a stopped training on fresh trials goes on with its own protocol only
   REQUIRE(std::system(command.c_str()) == 0);
   check_refused(train(examples + "raised_cosines.json", "--resume"), {".checkpoint", "another protocol"});
   check_refused(train(examples + "sines.json", "--resume --sensor-noise 0.01"), {".checkpoint", "another protocol"});
-  // Another name is no other protocol: it goes on, until it is stopped again.
-  Json renamed = Json::parse(read_text(examples + "sines.json"));
+  // A renamed protocol is the same one: training resumes, until it is stopped again.
+  Json renamed = read_json(examples + "sines.json");
   renamed["name"] = "another name";
   write_text(folder / "renamed.json", renamed.dump());
   const std::string again = std::string(DECID_PROGRAM) + " " + train(folder / "renamed.json", "--resume") + " 2>" +
@@ -331,10 +319,8 @@ TEST_CASE("a stopped training on fresh trials goes on with its own protocol only
 TEST_CASE("stimulus gives the tilt's size in words") {
   const Folder folder;
   for (const auto& [amplitude, text] : {std::pair("0.5", "tilt 1 degree peak"), {"1", "tilt 2 degrees peak"}}) {
-    decid::test::write_text(folder / "p.json",
-                            std::string(R"({"sines": {"cycle_s": 4, "components": [{"frequency_hz": 0.25, )") +
-                                R"("amplitude_deg": )" + amplitude + "}]}}");
-    CHECK(run_decid("stimulus --protocol " + folder / "p.json" + " -o " + folder / "s.csv").err.find(text) !=
-          std::string::npos);
+    write_text(folder / "p.json", std::string(R"({"sines": {"cycle_s": 4, "components": [{"frequency_hz": 0.25, )") +
+                                      R"("amplitude_deg": )" + amplitude + "}]}}");
+    CHECK(contains(run_decid("stimulus --protocol " + folder / "p.json" + " -o " + folder / "s.csv").err, text));
   }
 }

@@ -1,23 +1,15 @@
 // decid study: every number it says is one that another command, or its own tables, give too; its files are there.
-#include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 
 #include "sim/body_model.hpp"
-#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 #include "tools/report/figures/svg.hpp"
 
-using decid::test::check_refused;
-using decid::test::Folder;
-using decid::test::near;
-using decid::test::read_text;
-using decid::test::run_decid;
-using decid::test::write_text;
+using namespace decid::test;
 using Json = nlohmann::json;
 
 namespace {
@@ -57,16 +49,16 @@ struct Setting {
   Setting() {
     write_text(protocol, R"({"name": "quick", "sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1],
                              "offset_s": 0, "cycles": 1, "amplitude_deg": 2}})");
-    REQUIRE(run_decid("dataset --count 60 --base 50 --seed 5 --protocol " + protocol + " -o " + data).code == 0);
-    REQUIRE(run_decid("train --preset small --epochs 4 --patience 4 --data " + data + " -o " + model).code == 0);
-    REQUIRE(run_decid("simulate --model dip --protocol " + protocol + " -o " + recording).code == 0);
+    run_ok("dataset --count 60 --base 50 --seed 5 --protocol " + protocol + " -o " + data);
+    run_ok("train --preset small --epochs 4 --patience 4 --data " + data + " -o " + model);
+    run_ok("simulate --model dip --protocol " + protocol + " -o " + recording);
   }
   std::string study(const std::string& options) const {
     return "study --model " + model + " --trials 60 --realisations 3 --sensor-noise 0 0.1 " + options;
   }
 };
 
-/// What holds of the bins of any study: they share out the trials, and their errors weigh up to the whole.
+/// Checks the bins of a study: they partition the trials, and their weighted errors give the whole error.
 void check_bins(const Json& level, const std::string& key, int trials) {
   double count = 0, squares = 0;
   for (const Json& bin : level.at(key)) {
@@ -95,8 +87,7 @@ TEST_CASE("a study of a model with its data set, a recording and a learning curv
   const Json json = Json::parse(result.out);
 
   for (const std::string half : {"training", "validation"}) {
-    Json other =
-        Json::parse(run_decid("evaluate --json --split " + half + " --model " + s.model + " --data " + s.data).out);
+    Json other = run_json("evaluate --json --split " + half + " --model " + s.model + " --data " + s.data);
     other.erase("models");
     CHECK(json.at("errors").at(half) == other);
   }
@@ -140,7 +131,7 @@ TEST_CASE("a study of a model with its data set, a recording and a learning curv
     check_bins(level, "by_nv", 60);
   }
 
-  const Json identified = Json::parse(run_decid("identify --json --model " + s.model + " " + s.recording).out);
+  const Json identified = run_json("identify --json --model " + s.model + " " + s.recording);
   for (std::size_t p = 0; p < 7; ++p)
     CHECK(json.at("recording").at("identified").at(decid::sim::single_pendulum().parameters[p].name) ==
           identified.at("recordings").at(0).at("parameters").at(p).at("value"));
@@ -163,18 +154,16 @@ TEST_CASE("a study of a model with its data set, a recording and a learning curv
     const std::string svg = read_text(out + "/" + id + ".svg");
     CHECK(svg.starts_with("<svg "));
     CHECK(svg.ends_with("</svg>\n"));
-    CHECK(read_text(out + "/" + id + ".csv").find('\n') != std::string::npos);
-    CHECK(read_text(out + "/report.html").find("\"id\":\"" + id + "\"") != std::string::npos);
+    CHECK(contains(read_text(out + "/" + id + ".csv"), "\n"));
+    CHECK(contains(read_text(out + "/report.html"), "\"id\":\"" + id + "\""));
   }
   const std::string table = read_text(out + "/table.txt");
   for (const char* printed : {"0.2851", "0.2250", "10.4783", "2.8533", "12766", "MATLAB", "Kp_pass", "training"})
-    CHECK(table.find(printed) != std::string::npos);
+    CHECK(contains(table, printed));
 
   // Again: the same bytes, for any number of threads.
-  REQUIRE(
-      run_decid(s.study("--threads 1 --quiet --data " + s.data + " --recording " + s.recording + " --learning-curve " +
-                        s.folder / "curve.csv" + " --time training=12.5 --time simulation=3 -o " + s.folder / "again"))
-          .code == 0);
+  run_ok(s.study("--threads 1 --quiet --data " + s.data + " --recording " + s.recording + " --learning-curve " +
+                 s.folder / "curve.csv" + " --time training=12.5 --time simulation=3 -o " + s.folder / "again"));
   for (const std::string file : {"report.html", "study.json", "table.txt", "error-by-noise.csv"})
     CHECK(read_text(out + "/" + file) == read_text(s.folder / "again" + "/" + file));
 }
@@ -182,10 +171,8 @@ TEST_CASE("a study of a model with its data set, a recording and a learning curv
 TEST_CASE("a study of faults: each at its sizes, on the trials of the study") {
   const Setting s;
   const std::string out = s.folder / "study";
-  const auto result = run_decid("study --faults --json --quiet --model " + s.model +
-                                " --trials 24 --realisations 1 --sensor-noise 0.02 -o " + out);
-  CAPTURE(result.err);
-  REQUIRE(result.code == 0);
+  const auto result = run_ok("study --faults --json --quiet --model " + s.model +
+                             " --trials 24 --realisations 1 --sensor-noise 0.02 -o " + out);
   const Json json = Json::parse(result.out), &faults = json.at("faults");
   const auto row = [&](const std::string& name, double size) {
     for (const Json& one : faults)
@@ -213,9 +200,9 @@ TEST_CASE("a study of faults: each at its sizes, on the trials of the study") {
   CHECK(row("offset_deg", 2.0).at("warned") == 1.0);
   CHECK(row("offset_deg", 0.1).at("mse").get<double>() < row("offset_deg", 2.0).at("mse").get<double>());
   const std::string table = read_text(out + "/table.txt");
-  CHECK(table.find("starts 0.05 s early or late") != std::string::npos);
-  CHECK(table.find("of leg and trunk                                   n/a") != std::string::npos);
-  CHECK(read_text(out + "/report.html").find("moving average of 0.11 s") != std::string::npos);
+  CHECK(contains(table, "starts 0.05 s early or late"));
+  CHECK(contains(table, "of leg and trunk                                   n/a"));
+  CHECK(contains(read_text(out + "/report.html"), "moving average of 0.11 s"));
   CHECK(json.at("faults_sensor_noise_deg") == 0.02);
   CHECK(json.at("notes").empty());
 }
@@ -224,15 +211,10 @@ TEST_CASE("a study of faults that the protocol cannot have: notes say which and 
   const Folder folder;
   const auto left_out = [&](const std::string& protocol) {
     write_text(folder / "p.json", protocol);
-    REQUIRE(
-        run_decid(
-            "train --stream --stream-trials 16 --validation-trials 8 --epochs 1 --preset small --quiet --protocol " +
-            folder / "p.json" + " -o " + folder / "m.safetensors")
-            .code == 0);
-    const auto result = run_decid("study --faults --json --quiet --trials 4 --realisations 1 --model " +
-                                  folder / "m.safetensors" + " -o " + folder / "out");
-    CAPTURE(result.err);
-    REQUIRE(result.code == 0);
+    run_ok("train --stream --stream-trials 16 --validation-trials 8 --epochs 1 --preset small --quiet --protocol " +
+           folder / "p.json" + " -o " + folder / "m.safetensors");
+    const auto result = run_ok("study --faults --json --quiet --trials 4 --realisations 1 --model " +
+                               folder / "m.safetensors" + " -o " + folder / "out");
     const Json json = Json::parse(result.out);
     for (const Json& row : json.at("faults")) CHECK(row.at("trials").get<int>() > 0);
     return json.at("notes").dump();
@@ -240,16 +222,16 @@ TEST_CASE("a study of faults that the protocol cannot have: notes say which and 
   const std::string sines = left_out(R"({"name": "sines", "sample_rate_hz": 20, "sines": {"cycle_s": 20, "cycles": 2,
       "components": [{"frequency_hz": 0.2, "amplitude_deg": 1}]}})");
   CAPTURE(sines);
-  CHECK(sines.find("twice the protocol's tilt: the tilt is no sequence") != std::string::npos);
-  CHECK(sines.find("low-pass of 10 Hz: the rate is too low") != std::string::npos);
-  CHECK(sines.find("moving average of 0.05 s: it is below two samples") != std::string::npos);
+  CHECK(contains(sines, "twice the protocol's tilt: the tilt is no sequence"));
+  CHECK(contains(sines, "low-pass of 10 Hz: the rate is too low"));
+  CHECK(contains(sines, "moving average of 0.05 s: it is below two samples"));
 }
 
 TEST_CASE("a study without a data set simulates its own trials") {
   const Setting s;
   std::filesystem::remove(s.model + ".log.csv");
   const std::string out = s.folder / "study";
-  const Json json = Json::parse(run_decid(s.study("--json --quiet -o " + out)).out);
+  const Json json = run_json(s.study("--json --quiet -o " + out));
   CHECK(json.at("errors").at("validation").is_null());
   CHECK(json.at("data_set").is_null());
   CHECK(json.at("training").is_null());
@@ -263,8 +245,7 @@ TEST_CASE("a study without a data set simulates its own trials") {
 
 TEST_CASE("a study of a network of time series shows each of them, and filters in lines") {
   const Folder folder;
-  REQUIRE(run_decid("study --quiet --trials 16 --realisations 1 -o " + folder / "study").code ==
-          0);  // the built-in model
+  run_ok("study --quiet --trials 16 --realisations 1 -o " + folder / "study");  // the built-in model
   const auto lines_of = [&](const std::string& name) {
     std::istringstream text(read_text(folder / "study/" + name));
     std::vector<std::string> lines;
@@ -283,7 +264,7 @@ TEST_CASE("a study of a network of time series shows each of them, and filters i
 
 TEST_CASE("a study reads one recording of a file of several, and --trial none reads all rows") {
   const Folder folder;
-  REQUIRE(run_decid("simulate --quiet --seed 7 -o " + folder / "r.csv").code == 0);
+  run_ok("simulate --quiet --seed 7 -o " + folder / "r.csv");
   std::istringstream lines(read_text(folder / "r.csv"));
   std::string one, blocks;
   int number = 0;
@@ -295,9 +276,7 @@ TEST_CASE("a study reads one recording of a file of several, and --trial none re
   write_text(folder / "blocks.csv", blocks);
   const std::string study = "study --quiet --json --trials 16 --realisations 1 -o " + folder / "study";
   const auto recording_of = [&](const std::string& options) {
-    const auto result = run_decid(study + " --recording " + options);
-    CAPTURE(result.err);
-    REQUIRE(result.code == 0);
+    const auto result = run_ok(study + " --recording " + options);
     return Json::parse(result.out).at("recording").at("identified");
   };
   const Json whole = recording_of(folder / "r.csv");
@@ -315,10 +294,8 @@ TEST_CASE("studies that cannot be made write nothing") {
   check_refused("study", {"--output"});
   check_refused(s.study("--data /nowhere/d.npz" + out), {"/nowhere/d.npz"});
   check_refused(s.study("--seed 5 --quiet --data " + s.data + out), {"--seed", "5"});
-  REQUIRE(run_decid(
-              "train --stream --stream-trials 16 --validation-trials 8 --preset small --epochs 1 --seed 3 --protocol " +
-              s.protocol + " -o " + s.folder / "streamed")
-              .code == 0);
+  run_ok("train --stream --stream-trials 16 --validation-trials 8 --preset small --epochs 1 --seed 3 --protocol " +
+         s.protocol + " -o " + s.folder / "streamed");
   check_refused("study --seed 3 --trials 8 --model " + s.folder / "streamed" + out, {"--seed", "3"});
   check_refused("study --quiet --data " + s.data + out, {"another experiment"});
   check_refused(s.study("--time fast" + out), {"--time", "fast"});

@@ -1,19 +1,12 @@
 // decid train as a process: stopped, given again, taken to more epochs, begun with another model's weights; what would
 // overwrite another training is refused, and one that diverges leaves nothing.
-#include <doctest/doctest.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
-#include "tests/near.hpp"
 #include "tests/tools/decid/run.hpp"
 #include "tools/decid/progress.hpp"
 
-using decid::test::check_refused;
-using decid::test::Folder;
-using decid::test::read_text;
-using decid::test::run_decid;
-using decid::test::write_text;
+using namespace decid::test;
 using Json = nlohmann::json;
 
 namespace {
@@ -22,12 +15,10 @@ namespace {
 class TrainingFolder : public Folder {
  public:
   explicit TrainingFolder(int count) {
-    write_text(*this / "quick.json",
-               R"({"sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})");
+    const std::string protocol = quick_protocol(*this);
     for (const auto& [name, seed] : {std::pair("a.npz", "5"), {"b.npz", "6"}})
-      REQUIRE(run_decid("dataset --quiet --count " + std::to_string(count) + " --seed " + seed + " --protocol " +
-                        *this / "quick.json" + " -o " + *this / name)
-                  .code == 0);
+      run_ok("dataset --quiet --count " + std::to_string(count) + " --seed " + seed + " --protocol " + protocol +
+             " -o " + *this / name);
   }
   std::string train(const std::string& options, const std::string& data = "a.npz",
                     const std::string& output = "m.safetensors") const {
@@ -47,7 +38,7 @@ class TrainingFolder : public Folder {
   }
 };
 
-std::string hash_of(const decid::test::Result& result) {
+std::string hash_of(const Result& result) {
   CAPTURE(result.err);
   REQUIRE(result.code == 0);
   return Json::parse(result.out).at("weights_sha256");
@@ -58,7 +49,7 @@ std::string hash_of(const decid::test::Result& result) {
 TEST_CASE("train: an interrupted training goes on, with its own data and settings only") {
   const TrainingFolder folder(400);
   const std::string model = folder / "m.safetensors", command = folder.train("--epochs 30");
-  CHECK(folder.interrupt(command).find("the same command, with --resume or without, goes on") != std::string::npos);
+  CHECK(contains(folder.interrupt(command), "the same command, with --resume or without, goes on"));
   CHECK_FALSE(std::filesystem::exists(model));
   const std::string checkpoint = read_text(model + ".checkpoint");
   write_text(folder / "other.txt", "conv 4 5x5 stride 4; relu; fc 7");
@@ -66,9 +57,9 @@ TEST_CASE("train: an interrupted training goes on, with its own data and setting
     check_refused(folder.train("--epochs 30" + resume, "b.npz"), {".checkpoint", "other settings", "trials", "delete"});
     check_refused(folder.train("--epochs 30 --architecture " + folder / "other.txt" + resume),
                   {".checkpoint", "other settings"});
-    // What differs is said, and nothing else.
+    // The message names only the settings that differ.
     const std::string slower = run_decid(folder.train("--epochs 30 --lr 0.001" + resume)).err;
-    CHECK(slower.find("other settings: learning_rate 0.02 there, 0.001 here;") != std::string::npos);
+    CHECK(contains(slower, "other settings: learning_rate 0.02 there, 0.001 here;"));
     check_refused(folder.train("--epochs 4" + resume), {"epochs 30 there, 4 here"});
     write_text(folder / "image.json", R"({"window": 55})");
     check_refused(folder.train("--epochs 30 --image " + folder / "image.json" + resume), {"another image"});
@@ -77,7 +68,7 @@ TEST_CASE("train: an interrupted training goes on, with its own data and setting
   CHECK(read_text(model + ".checkpoint") == checkpoint);
   // To the same bits as in one go.
   const auto went_on = run_decid(command);
-  CHECK(went_on.err.find("resuming after epoch ") != std::string::npos);
+  CHECK(contains(went_on.err, "resuming after epoch "));
   CHECK(hash_of(went_on) == hash_of(run_decid(folder.train("--epochs 30", "a.npz", "straight"))));
   CHECK(read_text(model + ".log.csv") == read_text(folder / "straight.log.csv"));
   CHECK(read_text(model) == read_text(folder / "straight"));
@@ -87,14 +78,13 @@ TEST_CASE("train: an interrupted training goes on, with its own data and setting
 TEST_CASE("train: the same command again is done, another one overwrites nothing") {
   const TrainingFolder folder(64);
   const std::string model = folder / "m.safetensors", command = folder.train("--epochs 2");
-  const auto first = run_decid(command);
-  REQUIRE(first.code == 0);
+  const auto first = run_ok(command);
   const std::string bytes = read_text(model);
   const auto again = run_decid(command);
   CHECK(again.code == 0);
   CHECK(again.out == first.out);
-  CHECK(again.err.find("nothing is left to do") != std::string::npos);
-  CHECK(again.err.find("epoch   1") == std::string::npos);
+  CHECK(contains(again.err, "nothing is left to do"));
+  CHECK_FALSE(contains(again.err, "epoch   1"));
   CHECK(run_decid(command + " --quiet").err.empty());
   CHECK(run_decid(folder.train("--epochs 2 --resume")).out == first.out);
   check_refused(folder.train("--epochs 2 --seed 2"), {model, "overwritten", "seed 1 there, 2 here", "-o", "delete"});
@@ -108,7 +98,7 @@ TEST_CASE("train: the same command again is done, another one overwrites nothing
   CHECK(read_text(folder / "notes") == "no model");
   // A checkpoint of a training beside the model of another: neither is touched.
   const std::string other = folder / "n.safetensors";
-  REQUIRE(run_decid(folder.train("--epochs 2 --seed 2", "a.npz", "n.safetensors")).code == 0);
+  run_ok(folder.train("--epochs 2 --seed 2", "a.npz", "n.safetensors"));
   folder.interrupt(folder.train("--epochs 100000 --resume"));
   std::filesystem::rename(other, model);
   check_refused(folder.train("--epochs 100000"), {model, "overwritten", "seed 2 there, 1 here"});
@@ -123,8 +113,7 @@ TEST_CASE("train: while one runs, another one of the same output is refused") {
                              folder.train(other) + " 2>" + folder / "refused" +
                              "; code=$?; kill -INT $child; wait $child; test $code -eq 2";
     CHECK(std::system(line.c_str()) == 0);
-    CHECK(read_text(folder / "refused").find("m.safetensors: is being trained by another decid; wait") !=
-          std::string::npos);
+    CHECK(contains(read_text(folder / "refused"), "m.safetensors: is being trained by another decid; wait"));
     CHECK(std::filesystem::exists(folder / "m.safetensors.checkpoint"));
     CHECK_FALSE(std::filesystem::exists(folder / "m.safetensors.lock"));
     std::filesystem::remove(err);
@@ -134,38 +123,35 @@ TEST_CASE("train: while one runs, another one of the same output is refused") {
 TEST_CASE("train: --resume goes on to more epochs, and the origin says so") {
   const TrainingFolder folder(64);
   const std::string model = folder / "m.safetensors";
-  // From a checkpoint, with its velocities: with a constant rate the bits of one training of so many epochs.
+  // From a checkpoint with its momentum buffers: at a constant rate, the bits of one uninterrupted training.
   folder.interrupt(folder.train("--epochs 100000 --schedule constant"));
   std::string log = read_text(model + ".log.csv");
   const auto done = std::count(log.begin(), log.end(), '\n') - 1;
   const std::string more = "--schedule constant --epochs 100001 --resume";
   folder.interrupt(folder.train(more));
-  const Json origin = Json::parse(run_decid("info --json " + model + ".checkpoint").out).at("origin");
+  const Json origin = run_json("info --json " + model + ".checkpoint").at("origin");
   CHECK(origin.at("epochs") == 100001);
   REQUIRE(origin.at("extensions").size() == 1);
   CHECK(origin["extensions"][0].at("planned") == 100000);
   CHECK(origin["extensions"][0].at("after") >= done);
   std::filesystem::remove(model + ".checkpoint");
   // From a finished model: the rates are those of the schedule of all epochs.
-  REQUIRE(run_decid(folder.train("--epochs 2 --schedule step:1:0.5")).code == 0);
+  run_ok(folder.train("--epochs 2 --schedule step:1:0.5"));
   const std::string begun = read_text(model + ".log.csv");
-  const auto longer = run_decid(folder.train("--epochs 4 --schedule step:1:0.5 --resume"));
-  CAPTURE(longer.err);
-  REQUIRE(longer.code == 0);
-  CHECK(longer.err.find("resuming after epoch 2 of 4") != std::string::npos);
+  const auto longer = run_ok(folder.train("--epochs 4 --schedule step:1:0.5 --resume"));
+  CHECK(contains(longer.err, "resuming after epoch 2 of 4"));
   CHECK(Json::parse(longer.out).at("epochs") == 4);
   log = read_text(model + ".log.csv");
   CHECK(log.starts_with(begun));
-  CHECK(log.find(",0.0025\n") != std::string::npos);  // 0.02 / 2^3
-  CHECK(Json::parse(run_decid("info --json " + model).out).at("origin").at("extensions").dump() ==
-        R"([{"after":2,"planned":2}])");
+  CHECK(contains(log, ",0.0025\n"));  // 0.02 / 2^3
+  CHECK(run_json("info --json " + model).at("origin").at("extensions").dump() == R"([{"after":2,"planned":2}])");
   CHECK(run_decid(folder.train("--epochs 4 --schedule step:1:0.5 --resume")).out == longer.out);
   CHECK(run_decid(folder.train("--epochs 4 --schedule step:1:0.5")).out == longer.out);
   check_refused(folder.train("--epochs 4 --resume", "a.npz", "nothing.safetensors"),
                 {"nothing.safetensors.checkpoint"});
 }
 
-TEST_CASE("train: what diverges is an error, and leaves nothing") {
+TEST_CASE("train: divergence is an error, and leaves nothing") {
   const TrainingFolder folder(64);
   const std::size_t before = folder.files();
   for (const std::string lr : {"1000", "20"}) {
@@ -173,8 +159,8 @@ TEST_CASE("train: what diverges is an error, and leaves nothing") {
                   {"training", "diverged in epoch", "of 3", "lower the learning rate of " + lr + " (--lr)"});
     CHECK(folder.files() == before);
   }
-  // What was there before stays.
-  REQUIRE(run_decid(folder.train("--epochs 1 --lr 5 --schedule constant --patience 40")).code == 0);
+  // The files written before stay.
+  run_ok(folder.train("--epochs 1 --lr 5 --schedule constant --patience 40"));
   const std::string model = folder / "m.safetensors", bytes = read_text(model), log = read_text(model + ".log.csv");
   const std::size_t files = folder.files();
   check_refused(folder.train("--quiet --epochs 40 --lr 5 --schedule constant --patience 40 --resume"), {"diverged"});
@@ -189,15 +175,11 @@ TEST_CASE("train: fine tuning begins with another model's weights") {
   const std::string hash = hash_of(run_decid(folder.train("--epochs 12", "a.npz", "base.safetensors")));
   // With a rate of next to nothing it knows the base's trials from the first epoch on.
   const auto first_epoch = [&](const std::string& options, const std::string& output) {
-    return Json::parse(run_decid(folder.train("--epochs 1 --lr 1e-12" + options, "a.npz", output)).out)
-        .at("training_mse")
-        .get<double>();
+    return run_json(folder.train("--epochs 1 --lr 1e-12" + options, "a.npz", output)).at("training_mse").get<double>();
   };
   CHECK(first_epoch(" --from " + base, "same.safetensors") < 0.8 * first_epoch("", "fresh.safetensors"));
-  const auto tuned = run_decid(folder.train("--epochs 1 --from " + base, "b.npz"));
-  CAPTURE(tuned.err);
-  REQUIRE(tuned.code == 0);
-  const Json origin = Json::parse(run_decid("info --json " + folder / "m.safetensors").out).at("origin");
+  const auto tuned = run_ok(folder.train("--epochs 1 --from " + base, "b.npz"));
+  const Json origin = run_json("info --json " + folder / "m.safetensors").at("origin");
   CHECK(origin.at("from").at("weights_sha256") == hash);
   CHECK(origin.at("from").at("trials")[0].at("kind") == "stored");
   // It is not measured on what the base was trained on either.
@@ -216,19 +198,13 @@ TEST_CASE("train: fine tuning begins with another model's weights") {
 
 TEST_CASE("train: patience keeps the model of the best epoch") {
   const Folder folder;
-  decid::test::write_text(
-      folder / "quick.json",
-      R"({"sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "offset_s": 0, "cycles": 1}})");
-  REQUIRE(
-      run_decid("dataset --count 160 --seed 5 --protocol " + folder / "quick.json" + " -o " + folder / "d.npz").code ==
-      0);
+  run_ok("dataset --count 160 --seed 5 --protocol " + quick_protocol(folder) + " -o " + folder / "d.npz");
   const std::string train = "train --json --quiet --preset small --schedule constant --data " + folder / "d.npz";
-  const Json best = Json::parse(run_decid(train + " --epochs 200 --patience 2 -o " + folder / "a.safetensors").out);
+  const Json best = run_json(train + " --epochs 200 --patience 2 -o " + folder / "a.safetensors");
   const int kept = best.at("kept_epoch");
   CHECK(best.at("epochs") == kept + 2);
-  // With a constant rate, a training of so many epochs is the beginning of the longer one.
-  const Json straight =
-      Json::parse(run_decid(train + " --epochs " + std::to_string(kept) + " -o " + folder / "b.safetensors").out);
+  // At a constant rate, a shorter training is the beginning of a longer one.
+  const Json straight = run_json(train + " --epochs " + std::to_string(kept) + " -o " + folder / "b.safetensors");
   CHECK(best.at("weights_sha256") == straight.at("weights_sha256"));
   CHECK(best.at("validation_mse") == straight.at("validation_mse"));
   CHECK(folder.files() == 6);  // no checkpoint, no best model left beside
@@ -242,22 +218,21 @@ TEST_CASE("train: the report is a page of all epochs, rewritten each time") {
     CHECK(page.starts_with("<!doctype html>"));
     for (const char* loading : {"src=\"", "@import", "<link", "fetch(", "{{"}) {
       CAPTURE(loading);
-      CHECK(page.find(loading) == std::string::npos);
+      CHECK_FALSE(contains(page, loading));
     }
     const std::size_t at = page.find(mark) + mark.size();
     return Json::parse(page.substr(at, page.find("</script", at) - at));
   };
-  const auto trained = run_decid(command);
-  REQUIRE(trained.code == 0);
+  const auto trained = run_ok(command);
   const Json data = shown();
   CHECK(data.at("log").size() == 3);
   CHECK(data.at("epochs") == 3);
   CHECK(data.at("finished") == true);
   const double last = data.at("log")[2].at("validation");  // six digits
-  CHECK(decid::test::near(last, Json::parse(trained.out).at("validation_mse").get<double>(), 1e-5));
+  CHECK(near(last, Json::parse(trained.out).at("validation_mse").get<double>(), 1e-5));
   // A training that is done writes it again; one that was stopped has written it.
   std::filesystem::remove(folder / "page.html");
-  REQUIRE(run_decid(command).code == 0);
+  run_ok(command);
   CHECK(shown() == data);
   folder.interrupt(folder.train("--epochs 100000 --report " + folder / "page.html", "b.npz", "n.safetensors"));
   CHECK(shown().at("finished") == false);
@@ -276,12 +251,12 @@ TEST_CASE("train: a curve of the loss beside the bar, on a terminal only") {
   CHECK(curve(std::vector<double>{9.0, 2.0, 1.0}, 2) == "█▁");
   const TrainingFolder folder(64);
   const std::string command = folder.train("--epochs 100");
-  CHECK(run_decid(command).err.find("▁") == std::string::npos);
+  CHECK_FALSE(contains(run_decid(command).err, "▁"));
   std::filesystem::remove(folder / "m.safetensors");
   REQUIRE(std::system(
               ("script -qec \"" DECID_PROGRAM " " + command + "\" " + folder / "screen" + " >/dev/null").c_str()) == 0);
   const std::string screen = read_text(folder / "screen");
-  CHECK(screen.find("\rtrain: [") != std::string::npos);
-  CHECK(screen.find(", validation MSE ") != std::string::npos);
-  CHECK(screen.find("▁") != std::string::npos);
+  CHECK(contains(screen, "\rtrain: ["));
+  CHECK(contains(screen, ", validation MSE "));
+  CHECK(contains(screen, "▁"));
 }

@@ -104,7 +104,7 @@ TEST_CASE("exported files: a b + c in float by way of double is exactly rounded"
   CHECK(wrong == 0);
 }
 
-TEST_CASE("exported files: a number is told from infinities and NaN by its bits") {
+TEST_CASE("exported files: bits distinguish numbers from infinities and NaN") {
   const Random random(21, Stream::weights, 0);
   int wrong = 0;
   for (std::uint64_t k = 0; k < 100'000; ++k) {

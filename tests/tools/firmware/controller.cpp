@@ -10,11 +10,9 @@
 namespace decid::tools {
 namespace {
 
-using test::Folder;
-using test::run_decid;
-using test::shell;
+using namespace test;
 
-/// What controller_harness.c reads.
+/// Returns the input of controller_harness.c.
 std::vector<double> trial_for_harness(const sim::Simulator& simulator, const sim::Parameters& p, const Random& noise) {
   const sim::Protocol& protocol = simulator.protocol();
   const sim::StepConstants course = sim::make_step_constants(protocol.experiment, simulator.stimulus());
@@ -62,9 +60,8 @@ void check_controller(const sim::Parameters& parameters, const std::string& prot
   std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
   REQUIRE(simulator.run(parameters, noise, sway).valid);
   test::write_text(folder / "trial.bin", as_bytes(trial_for_harness(simulator, parameters, noise)));
-  REQUIRE(run_decid("export controller --name controller --quiet --protocol " + protocol_name + options_of(parameters) +
-                    " -o " + folder / "c")
-              .code == 0);
+  run_ok("export controller --name controller --quiet --protocol " + protocol_name + options_of(parameters) + " -o " +
+         folder / "c");
   const std::string c = folder / "c";
   REQUIRE(shell(compiler + " -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror -I " + c + " -c " + c +
                 "/controller.c -o " + folder / "c.o") == 0);
@@ -94,16 +91,16 @@ TEST_CASE("an exported controller sways as the simulator's, to the bit") {
   if (test::have("gcc")) check_controller(p, "default", "gcc -std=gnu99 -O0");
 }
 
-TEST_CASE("a controller is exported from what identify wrote") {
+TEST_CASE("a controller is exported from identify's result") {
   const Folder folder;
-  REQUIRE(run_decid("simulate --quiet --seed 3 -o " + folder / "t.csv").code == 0);
-  REQUIRE(run_decid("identify --quiet -o " + folder / "r.json " + folder / "t.csv").code == 0);
-  REQUIRE(run_decid("export controller " + folder / "r.json" + " --quiet --name c -o " + folder / "c").code == 0);
-  const auto json = nlohmann::json::parse(test::read_text(folder / "r.json"));
+  run_ok("simulate --quiet --seed 3 -o " + folder / "t.csv");
+  run_ok("identify --quiet -o " + folder / "r.json " + folder / "t.csv");
+  run_ok("export controller " + folder / "r.json" + " --quiet --name c -o " + folder / "c");
+  const auto json = test::read_json(folder / "r.json");
   const std::string source = test::read_text(folder / "c/c.c");
   for (const std::size_t i : {0U, 1U, 2U, 3U, 5U, 6U}) {
     const double value = json["recordings"][0]["parameters"][i]["value"].get<double>();
-    CHECK(source.find(format("%.17g", value)) != std::string::npos);
+    CHECK(contains(source, format("%.17g", value)));
   }
 }
 

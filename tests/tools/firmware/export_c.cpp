@@ -19,10 +19,7 @@ namespace decid::tools {
 namespace {
 
 using dataset::Channel;
-using test::as_bytes;
-using test::Folder;
-using test::run_decid;
-using test::shell;
+using namespace test;
 
 const std::string warnings = " -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror ";
 const std::string harness = DECID_SOURCE_DIR "/tests/tools/firmware/harness.c";
@@ -94,9 +91,8 @@ void check_bits(Model model, int trials, const std::string& options, std::size_t
   test::write_text(folder / "sway.bin", as_bytes(data.sway));
   test::write_text(folder / "images.bin", images);
   test::write_text(folder / "m.safetensors", to_bytes(model));
-  REQUIRE(run_decid("export c " + folder / "m.safetensors" + " --name model " + options + body_options +
-                    " --quiet -o " + folder / "c")
-              .code == 0);
+  run_ok("export c " + folder / "m.safetensors" + " --name model " + options + body_options + " --quiet -o " +
+         folder / "c");
   std::string expected;
   if (options.find("--int8") == std::string::npos) {
     expected = test::identified_bytes(model, body, data);
@@ -230,9 +226,9 @@ TEST_CASE("exported files for processors with _Float16: gcc's GNU modes make the
   // FLT_EVAL_METHOD is 16 there. Few machines could run them; what C99 computes is tested above.
   const Folder folder;
   const std::string c = folder / "c";
-  REQUIRE(run_decid("export c " + test::firmware_model + " --name model --incremental --quiet -o " + c).code == 0);
-  REQUIRE(run_decid("export c --name built_in --quiet -o " + c).code == 0);
-  REQUIRE(run_decid("export controller --name controller --quiet -o " + c).code == 0);
+  run_ok("export c " + test::firmware_model + " --name model --incremental --quiet -o " + c);
+  run_ok("export c --name built_in --quiet -o " + c);
+  run_ok("export controller --name controller --quiet -o " + c);
   std::vector<std::string> ways{"arm-none-eabi-gcc -mthumb -mcpu=cortex-m55 -mfloat-abi=hard"};
 #if defined(__x86_64__)
   ways.emplace_back("gcc -march=sapphirerapids");
@@ -253,14 +249,14 @@ TEST_CASE("exported files for processors with _Float16: gcc's GNU modes make the
   }
 }
 
-TEST_CASE("what export c prints as JSON: sizes, and whose parameters the file gives") {
+TEST_CASE("export c --json: sizes, and the body of the parameters") {
   const Folder folder;
   const std::string call = "export c " + test::firmware_model + " --name m --json -o " + folder / "c ";
-  const auto own = nlohmann::json::parse(run_decid(call).out);
+  const auto own = run_json(call);
   CHECK(own["body"]["assumed"] == true);
   CHECK(own["body"]["mass_kg"] == sim::Body{}.mass_kg);
   CHECK(own["familiarity_bytes"] == 0);
-  const auto told = nlohmann::json::parse(run_decid(call + "--familiarity --mass 60 --height 1.8").out);
+  const auto told = run_json(call + "--familiarity --mass 60 --height 1.8");
   const sim::Body body = sim::body_of(sim::segments_of({.mass_kg = 60.0, .height_m = 1.8}));
   CHECK(told["body"]["assumed"] == false);
   CHECK(told["body"]["com_height_m"] == body.com_height_m);
@@ -268,7 +264,7 @@ TEST_CASE("what export c prints as JSON: sizes, and whose parameters the file gi
   CHECK(told["familiarity_bytes"] == 4 * (176 + 176 * 177 / 2));
 }
 
-TEST_CASE("what export c says in words, and what a file is called that is given no name") {
+TEST_CASE("export c: text output, and the default file name") {
   const Folder folder;
   const std::string odd = folder / "7 odd-name.safetensors";
   std::filesystem::copy_file(test::firmware_model, odd);
@@ -276,19 +272,19 @@ TEST_CASE("what export c says in words, and what a file is called that is given 
   CAPTURE(own.err);
   CHECK(own.code == 0);
   CHECK(own.out.starts_with("model_7_odd_name.h and model_7_odd_name.c written to "));
-  CHECK(own.out.find("familiar") == std::string::npos);
+  CHECK_FALSE(contains(own.out, "familiar"));
   const std::string source = test::read_text(folder / "c/model_7_odd_name.c");
-  CHECK(source.find("from 7 odd-name.safetensors, weights SHA-256") != std::string::npos);
-  CHECK(source.find("for a body of") == std::string::npos);
+  CHECK(contains(source, "from 7 odd-name.safetensors, weights SHA-256"));
+  CHECK_FALSE(contains(source, "for a body of"));
   const test::Result told =
       run_decid("export c '" + odd + "' --familiarity --mass 60 --height 1.8 --name m -o " + folder / "c");
   CHECK(told.code == 0);
-  CHECK(told.out.find("bytes more tell how familiar a trial is\n") != std::string::npos);
-  CHECK(test::read_text(folder / "c/m.c").find("for a body of 60 kg and 1.8 m") != std::string::npos);
+  CHECK(contains(told.out, "bytes more tell how familiar a trial is\n"));
+  CHECK(contains(test::read_text(folder / "c/m.c"), "for a body of 60 kg and 1.8 m"));
   const test::Result whole = run_decid("export c '" + odd + "' --int8 --quiet --name i -o " + folder / "c");
   CHECK(whole.code == 0);
   CHECK(whole.out.empty());
-  CHECK(test::read_text(folder / "c/i.c").find(", in 8-bit integers.") != std::string::npos);
+  CHECK(contains(test::read_text(folder / "c/i.c"), ", in 8-bit integers."));
 }
 
 TEST_CASE("an exported model is small, and needs nothing") {
@@ -302,9 +298,7 @@ TEST_CASE("an exported model is small, and needs nothing") {
   Model paper = test::made_up_model(sim::default_protocol(), preset.image, preset.architecture);
   const FirmwarePlan paper_plan = plan_firmware(paper, {});
   CHECK(paper_plan.arena.bytes * 18 < paper_plan.whole_map_bytes());
-  REQUIRE(
-      run_decid("export c " + test::firmware_model + " --name model --incremental --quiet -o " + folder / "c").code ==
-      0);
+  run_ok("export c " + test::firmware_model + " --name model --incremental --quiet -o " + folder / "c");
   REQUIRE(shell(std::string(DECID_C_COMPILER) + " -std=c99 -O2 -ffreestanding -c " + folder / "c/model.c" + " -o " +
                 folder / "model.o") == 0);
   // Nothing undefined but what compilers call by themselves, nothing that can be written.
@@ -312,11 +306,11 @@ TEST_CASE("an exported model is small, and needs nothing") {
   CHECK(shell("! nm " + folder / "model.o" + " | grep -E ' [bBdDcC] '") == 0);
 }
 
-TEST_CASE("the firmware model: the hash that is written down, its error, and what 8-bit integers cost") {
+TEST_CASE("the firmware model: the documented hash, its error, and the cost of 8-bit integers") {
   Model model = load_model(test::firmware_model);
   const std::string hash = nn::weights_sha256(model.network);
   CAPTURE(hash);
-  CHECK(test::read_text(DECID_SOURCE_DIR "/docs/guide/firmware.md").find(hash) != std::string::npos);
+  CHECK(contains(test::read_text(DECID_SOURCE_DIR "/docs/guide/firmware.md"), hash));
   sim::Protocol protocol = model.protocol;
   CHECK(protocol.noise.sensor.high_deg == 0.1);
   const dataset::Dataset data = dataset::generate({.protocol = protocol, .count = 500, .seed = 4242});
@@ -363,12 +357,12 @@ TEST_CASE("outputs that are not parameters are not exported") {
 
 TEST_CASE("decid evaluate --int8 measures the network in integers") {
   const Folder folder;
-  REQUIRE(run_decid("dataset --count 40 --seed 3 --quiet -o " + folder / "d.npz").code == 0);
+  run_ok("dataset --count 40 --seed 3 --quiet -o " + folder / "d.npz");
   const std::string call = "evaluate --json --model " + test::firmware_model + " --data " + folder / "d.npz";
   const test::Result plain = run_decid(call), integers = run_decid(call + " --int8");
   CHECK(plain.code == 0);
   CHECK(integers.code == 0);
-  CHECK(integers.out.find("\"mse\"") != std::string::npos);
+  CHECK(contains(integers.out, "\"mse\""));
   CHECK(integers.out != plain.out);
 }
 
@@ -390,7 +384,7 @@ TEST_CASE("bad input of decid export") {
     CHECK(result.code == 2);
     CHECK(result.out.empty());
     CAPTURE(result.err);
-    CHECK(result.err.find(says) != std::string::npos);
+    CHECK(contains(result.err, says));
     CHECK(std::ranges::count(result.err, '\n') == 1);
   };
   const std::string model = test::firmware_model, out = " -o " + folder / "out";

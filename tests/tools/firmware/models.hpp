@@ -52,7 +52,7 @@ inline std::string as_bytes(std::span<const float> values) {
   return {reinterpret_cast<const char*>(values.data()), values.size_bytes()};
 }
 
-/// What such outputs say of the body: seven floats, and their deviations if the model knows them, as bytes.
+/// Returns the estimates of these outputs as bytes: seven floats, and their sd if the model predicts it.
 inline std::string said_bytes(const Model& model, const ForBody& body, std::span<const float> outputs) {
   std::vector<float> all;
   for (const double value : body.from_model(model, model.decode(outputs))) all.push_back(static_cast<float>(value));
@@ -62,7 +62,7 @@ inline std::string said_bytes(const Model& model, const ForBody& body, std::span
   return as_bytes(all);
 }
 
-/// What identify says of the trials, as the body's, as bytes.
+/// Returns identify's estimates of the trials for this body, as bytes.
 inline std::string identified_bytes(const Model& model, const ForBody& body, const dataset::Dataset& data) {
   std::string all;
   for (int i = 0; i < data.trials(); ++i) {  // one by one, as decid identify does

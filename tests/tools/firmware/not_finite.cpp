@@ -10,9 +10,7 @@
 namespace decid::tools {
 namespace {
 
-using test::Folder;
-using test::run_decid;
-using test::shell;
+using namespace test;
 
 const std::string warnings = " -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror ";
 
@@ -41,7 +39,7 @@ int run_main(const Folder& folder, const std::string& name, const std::string& c
 
 void replace_in(const std::string& path, const std::string& what, const std::string& by) {
   const std::string text = test::read_text(path);
-  REQUIRE(text.find(what) != std::string::npos);
+  REQUIRE(contains(text, what));
   test::write_text(path, replaced(text, what, by));
 }
 
@@ -60,8 +58,8 @@ Model overflowing_model(const std::string& pool) {
 TEST_CASE("exported C is refused by compilers that may take NaN for a number") {
   const Folder folder;
   const std::string c = folder / "c";
-  REQUIRE(run_decid("export controller --name controller --quiet -o " + c).code == 0);
-  REQUIRE(run_decid("export c " + test::firmware_model + " --name model --quiet -o " + c).code == 0);
+  run_ok("export controller --name controller --quiet -o " + c);
+  run_ok("export c " + test::firmware_model + " --name model --quiet -o " + c);
   for (const std::string& compiler : compilers())
     for (const char* name : {"controller", "model"}) {
       const auto compiled = [&](const std::string& flags) {
@@ -79,9 +77,9 @@ TEST_CASE("exported C is refused by compilers that may take NaN for a number") {
     }
 }
 
-TEST_CASE("an exported controller tells NaN by its bits, and a state that was never begun") {
+TEST_CASE("an exported controller detects NaN by its bits, and a state that was never initialised") {
   const Folder folder;
-  REQUIRE(run_decid("export controller --name controller --quiet -o " + folder / "c").code == 0);
+  run_ok("export controller --name controller --quiet -o " + folder / "c");
   const std::string main = R"(
 static controller_state state, never;
 int main(void) {
@@ -128,7 +126,7 @@ TEST_CASE("self-tests of exported C feed NaN: they fail where it passes for a nu
   const Folder folder;
   const std::string c = folder / "c";
   const std::string compiler = std::string(DECID_C_COMPILER) + " -std=c99 -O1";
-  REQUIRE(run_decid("export controller --name controller --quiet -o " + c).code == 0);
+  run_ok("export controller --name controller --quiet -o " + c);
   const std::string controller_main =
       "static controller_state state;\nint main(void) { return (controller_self_test(&state) == %s) ? 0 : 1; }\n";
   const auto main_of = [](const std::string& text, const char* code) { return replaced(text, "%s", code); };
@@ -141,7 +139,7 @@ TEST_CASE("self-tests of exported C feed NaN: they fail where it passes for a nu
       "static model_arena arena;\nint main(void) { return (model_self_test(&arena) == %s) ? 0 : 1; }\n";
   for (const std::string& model : {std::string(DECID_SOURCE_DIR "/models/ideal.safetensors"), test::firmware_model}) {
     CAPTURE(model);
-    REQUIRE(run_decid("export c " + model + " --name model --quiet -o " + c).code == 0);
+    run_ok("export c " + model + " --name model --quiet -o " + c);
     CHECK(run_main(folder, "model", compiler, main_of(model_main, "MODEL_OK")) == 0);
     replace_in(c + "/model.c", "((float_bits(value) & infinity) != infinity)",
                "((float_bits(value) & infinity) <= infinity)");
@@ -162,7 +160,7 @@ TEST_CASE("a NaN that arises within an exported network passes its pools, in any
     const int pixels = model.images().shape().size();
     REQUIRE(pixels >= 4);
     test::write_text(folder / "m.safetensors", to_bytes(model));
-    REQUIRE(run_decid("export c " + folder / "m.safetensors" + " --name model --quiet -o " + folder / "c").code == 0);
+    run_ok("export c " + folder / "m.safetensors" + " --name model --quiet -o " + folder / "c");
     const std::string main = R"(
 static model_arena arena;
 int main(void) {
@@ -178,7 +176,7 @@ int main(void) {
 }
 )";
     const std::string compiler = std::string(DECID_C_COMPILER) + " -std=c99 -O2";
-    // What fills no window at the end is left out.
+    // Samples at the end that fill no window are left out.
     const int seen = (pixels - rows) / stride * stride + rows;
     CHECK(run_main(folder, "model", compiler, "#define PIXELS " + std::to_string(pixels) + "\n" + main) ==
           (seen == pixels ? 0 : 2 + seen));

@@ -1,5 +1,5 @@
 // An exported model on emulated processors: examples/firmware built for Cortex-M3, M4F, M7 and M55, run under QEMU on
-// trials, bits compared with identify's. What it costs is printed; docs/guide/firmware.md has it as a table.
+// trials, bits compared with identify's. It prints memory and instructions; docs/guide/firmware.md has them as a table.
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -11,8 +11,7 @@
 namespace decid::tools {
 namespace {
 
-using test::Folder;
-using test::shell;
+using namespace test;
 
 long long cost(const std::string& text, const std::string& name) {
   std::istringstream lines(text);
@@ -49,7 +48,7 @@ std::string controller_row(const std::string& what, const std::string& costs) {
   return "| " + what + " | " + text("code_bytes") + " | " + text("constant_bytes") + " | " + text("state_bytes") +
          " | " + text("instructions_a_step") + " |";
 }
-/// What the firmware costs more that can say how familiar a trial is.
+/// Returns a table row: the cost of the out-of-distribution score in a firmware.
 std::string familiarity_row(const std::string& what, const std::string& with, const std::string& without) {
   const auto more = [&](const std::string& name) {
     return format("%.1f", 1e-3 * static_cast<double>(cost(with, name) - cost(without, name)));
@@ -61,7 +60,7 @@ std::string familiarity_row(const std::string& what, const std::string& with, co
 void check_written(const char* file, const std::string& line) {
   CAPTURE(line);
   const std::string text = test::read_text(std::string(DECID_SOURCE_DIR "/") + file);
-  CHECK(text.find(line) != std::string::npos);
+  CHECK(contains(text, line));
 }
 
 void check_costs(const std::string& costs, int trials) {
@@ -135,7 +134,7 @@ TEST_CASE("Cortex-M55 under QEMU, compiled in a GNU mode: the bits of identify" 
   check_cpu("m55", "Cortex-M55", 20);
 }
 
-TEST_CASE("the example by itself: what it identifies is what decid identify says of its trial") {
+TEST_CASE("the example alone: its estimates are decid identify's") {
   const Folder folder;
   REQUIRE(shell(DECID_SOURCE_DIR "/examples/firmware/run --cpu m7 --decid " DECID_PROGRAM " --out " + folder / "out") ==
           0);

@@ -1,4 +1,4 @@
-"""What several processes make is, byte for byte, what one makes; what ends one of them ends all, and loses nothing.
+"""Several processes write the bytes that one writes; a process that ends, ends all, and loses nothing.
 DECID_PROGRAM: the program; DECID_MPIRUN: the mpirun of its MPI, Open MPI's or MPICH's."""
 import hashlib
 import json
@@ -72,7 +72,7 @@ class Processes(unittest.TestCase):
         return out, err
 
     def lines_of(self, err):
-        """What decid itself says; mpirun adds what it thinks of that."""
+        """Returns decid's own messages, without mpirun's."""
         return [line for line in err.splitlines() if line.startswith("decid: ")]
 
     def wait_for(self, process, condition):
@@ -213,7 +213,7 @@ class Processes(unittest.TestCase):
         out, _ = self.run_decid(3, ["info", "--json"])
         self.assertEqual(out, self.run_decid(0, ["info", "--json"])[0])
 
-    # What ends a rank ends all, and what has been made until then is kept.
+    # A rank that ends, ends all ranks; work done until then is kept.
 
     def test_a_rank_is_killed(self):
         self.run_decid(0, [*LONG, "-o", "straight.safetensors"])
@@ -263,7 +263,7 @@ class Processes(unittest.TestCase):
 
     def test_a_full_disk_of_one_rank(self):
         arguments = ["dataset", "--count", "3000", "--protocol", "short", "--quiet", "--threads", "1", "-o"]
-        # Of 512 bytes each; the set has 75 MB.
+        # ulimit counts blocks of 512 bytes; the set has 75 MB.
         before = f"if [ {RANK} = 1 ]; then ulimit -f 60000; fi"
         _, err = self.run_decid(2, [*arguments, "d.npz"], before, fails=True)
         self.assertEqual(len(self.lines_of(err)), 1, err)

@@ -1,5 +1,5 @@
-// decid image, and what others make of it: NumPy computes a model's estimates anew from its file, and models that NumPy
-// wrote are models.
+// decid image with other software: NumPy computes a model's estimates from its file, and decid reads models that NumPy
+// wrote.
 #include <nlohmann/json.hpp>
 
 #include "dataset/npz/npy.hpp"
@@ -35,16 +35,9 @@ std::vector<Value> array_in(const std::string& path, const std::string& name, co
 std::vector<std::vector<double>> forward(const Folder& folder, const std::string& model, const std::string& images) {
   REQUIRE(std::system(
               (python + examples + "/forward.py " + model + " " + images + " > " + folder / "estimates").c_str()) == 0);
-  std::istringstream lines(read_text(folder / "estimates"));
-  std::string line;
-  std::getline(lines, line);
-  CHECK(line == "Kp,Kd,Kp_pass,Kd_pass,Nv,theta,delay");
-  std::vector<std::vector<double>> rows;
-  while (std::getline(lines, line)) {
-    std::istringstream cells(line);
-    rows.emplace_back();
-    for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(std::stod(cell));
-  }
+  std::string header;
+  const auto rows = read_csv(folder / "estimates", header);
+  CHECK(header == "Kp,Kd,Kp_pass,Kd_pass,Nv,theta,delay");
   return rows;
 }
 
@@ -52,7 +45,7 @@ std::vector<std::vector<double>> forward(const Folder& folder, const std::string
 void check_forward(const Folder& folder, const std::string& path, const dataset::Dataset& data) {
   const Model model = load_model(path);
   dataset::write_npz(folder / "d.npz", data);
-  REQUIRE(run_decid("image --quiet " + folder / "d.npz" + " --model " + path + " -o " + folder / "i.npz").code == 0);
+  run_ok("image --quiet " + folder / "d.npz" + " --model " + path + " -o " + folder / "i.npz");
   const std::vector<float> outputs = outputs_of_all(model, data);
   const auto rows = forward(folder, path, folder / "i.npz");
   REQUIRE(rows.size() == data.parameters.size());
@@ -71,7 +64,7 @@ void check_forward(const Folder& folder, const std::string& path, const dataset:
 
 }  // namespace
 
-TEST_CASE("image: what a model's network sees of each trial, with its targets") {
+TEST_CASE("image: the network input of each trial, with its targets") {
   const Folder folder;
   const Model model = models_of_every_layer().front();
   write_text(folder / "m.safetensors", to_bytes(model));
@@ -79,10 +72,8 @@ TEST_CASE("image: what a model's network sees of each trial, with its targets") 
   dataset::write_npz(folder / "d.npz", data);
   const std::string command =
       "image " + folder / "d.npz" + " --model " + folder / "m.safetensors" + " -o " + folder / "i.npz";
-  const auto made = run_decid(command + " --threads 3");
-  CAPTURE(made.err);
-  REQUIRE(made.code == 0);
-  CHECK(made.err.find("6 images of ") != std::string::npos);
+  const auto made = run_ok(command + " --threads 3");
+  CHECK(contains(made.err, "6 images of "));
   const dataset::ImageShape s = model.images().shape();
   const std::string path = folder / "i.npz";
   CHECK(array_in<float>(path, "images", {6, std::size_t(s.channels), std::size_t(s.rows), std::size_t(s.columns)}) ==
@@ -119,13 +110,11 @@ TEST_CASE("image: of a preset, scaled as a training on the data set would") {
   const Model begun = start_training(*dataset::stored_source(dataset::StoredDataset(data)), settings).model;
   const dataset::ImageShape s = begun.images().shape();
   const std::vector<std::size_t> shape{12, std::size_t(s.channels), std::size_t(s.rows), std::size_t(s.columns)};
-  REQUIRE(run_decid("image --quiet " + folder / "d.npz" + " --preset small -o " + folder / "i.npz").code == 0);
+  run_ok("image --quiet " + folder / "d.npz" + " --preset small -o " + folder / "i.npz");
   CHECK(array_in<float>(folder / "i.npz", "images", shape) == images_of(begun, data));
   CHECK(array_in<float>(folder / "i.npz", "targets", {12, 7})[3] == begun.targets.scale(data.parameters[0])[3]);
   write_text(folder / "image.json", dataset::to_json(begun.image()));
-  REQUIRE(
-      run_decid("image --quiet " + folder / "d.npz" + " --image " + folder / "image.json" + " -o " + folder / "j.npz")
-          .code == 0);
+  run_ok("image --quiet " + folder / "d.npz" + " --image " + folder / "image.json" + " -o " + folder / "j.npz");
   CHECK(array_in<float>(folder / "j.npz", "images", shape) == images_of(begun, data));
   check_refused("image " + folder / "d.npz" + " --preset nope -o " + folder / "k.npz", {"nope"});
 }
@@ -175,8 +164,7 @@ model_file.write(sys.argv[1], metadata, tensors)
   const dataset::Dataset data = noisy_trials(model, 4, 31);
   check_forward(folder, path, data);
   CHECK(run_decid("info " + path).code == 0);
-  CHECK(Json::parse(run_decid("evaluate --json --model " + path + " --data " + folder / "d.npz").out).at("trials") ==
-        4);
+  CHECK(run_json("evaluate --json --model " + path + " --data " + folder / "d.npz").at("trials") == 4);
   // Both write the same hash; a file whose hash was made by Python is the one that decid writes, too.
   const std::string bytes = read_text(path);
   const nn::TensorFile file = nn::from_safetensors(bytes, path);

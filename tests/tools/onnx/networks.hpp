@@ -41,7 +41,7 @@ inline std::vector<float> outputs_of_all(const Model& model, const dataset::Data
   return predict(model, data.trials(), 64, sways_in_memory([&](int i) { return data.trial(i); }));
 }
 
-/// What two engines' outputs may differ by: in each layer, each sum of so many products is rounded anew; errors are as
+/// Bounds the difference between two engines' outputs. In each layer each sum of products is rounded; errors are as
 /// often up as down, so they grow with the root of their number, times the largest output.
 inline double rounding_of(const Model& model, std::span<const float> outputs) {
   double sum = 0.0, largest = 0.0;

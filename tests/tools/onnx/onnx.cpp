@@ -52,15 +52,15 @@ TEST_CASE("onnx: the built-in model, as the program writes it") {
   const Folder folder;
   const auto made = run_decid("export onnx -o " + folder / "m.onnx");
   CHECK(made.code == 0);
-  CHECK(made.err.find("to 72 outputs (mixture 2)") != std::string::npos);
+  CHECK(contains(made.err, "to 72 outputs (mixture 2)"));
   const std::string onnx = read_text(folder / "m.onnx");
   const Model model = built_in_model();
   CHECK(onnx == onnx_bytes(model));
   check_runtime(model, onnx, 4);
-  // What it takes to read the outputs is inside.
+  // The file has everything needed to interpret the outputs.
   for (const char* text : {"decid.head", "mixture 2", "decid.targets", "decid.protocol", "decid.image"}) {
     CAPTURE(text);
-    CHECK(onnx.find(text) != std::string::npos);
+    CHECK(contains(onnx, text));
   }
   check_refused("export onnx " + folder / "m.onnx" + " -o " + folder / "n.onnx", {"m.onnx"});
   check_refused("export onnx " + folder / "m.onnx" + " -o " + folder / "m.onnx", {"read or written already"});

@@ -15,7 +15,7 @@
 #pragma GCC optimize("fp-contract=off")
 #endif
 
-/* Whether the processor has them, as far as the compiler says so. */
+/* 1 if the processor has them according to the compiler. */
 #if defined(__GNUC__) && (defined(__FP_FAST_FMAF) || defined(__FMA__) || defined(__aarch64__) || \
                           (defined(__ARM_FEATURE_FMA) && defined(__ARM_FP) && ((__ARM_FP & 4) != 0)))
 #define HAS_FMA_FLOAT 1
@@ -134,7 +134,7 @@ static void shift_left(wide_number* x, int32_t by) {
   x->exponent -= by;
 }
 
-/* What falls out at the right end is kept as a last bit of 1. */
+/* Shifts right; any bit that falls out sets the last bit to 1. */
 static void shift_right_sticky(wide_number* x, int32_t by) {
   uint64_t lost = 0U;
   if (by >= 128) {
@@ -284,7 +284,7 @@ static double fma_double(double a, double b, double c) {
 #endif
 
 #if USES_SQUARE_ROOT
-/* Of x >= 0, rounded to nearest: the integer square root, bit by bit. */
+/* Returns the square root of x >= 0, rounded to nearest: the integer square root, bit by bit. */
 static double square_root(double x) {
   uint64_t bits = bits_of(x);
   int32_t exponent = (int32_t)(bits >> 52) - 1075;

@@ -17,7 +17,7 @@ static double floored_log(double modulus) {
 }
 #endif
 
-/* What a channel shows of the bin whose mean over the cycles is z; residual: how these differ. */
+/* Returns a channel's value for the bin whose mean over the cycles is z; residual: how the cycles differ. */
 static double shown(int32_t channel, complex_value z, double residual) {
   double value = 0.0;
   (void)residual;
@@ -74,7 +74,7 @@ static double shown(int32_t channel, complex_value z, double residual) {
   return value;
 }
 
-/* Whether a channel changes its sign from z to its conjugate. */
+/* Returns 1 if a channel changes its sign from z to its conjugate. */
 static int32_t is_odd(int32_t channel) {
   return ((channel == CHANNEL_PHASE) || (channel == CHANNEL_SIN_PHASE) || (channel == CHANNEL_IMAGINARY) ||
           (channel == CHANNEL_ASINH_IMAGINARY))

@@ -23,7 +23,7 @@ static double not_a_number(void) {
   return u.value;
 }
 
-/* Whether a parameter is one: NaN by its bits, as a comparison with it may be left out. */
+/* Returns 1 if x is from 0 to most. Bits exclude NaN: a compiler may remove a comparison with it. */
 static int32_t is_between(double x, double most) {
   return ((is_finite(x) != 0) && (x >= 0.0) && (x <= most)) ? 1 : 0;
 }
@@ -142,7 +142,7 @@ static uint64_t hash_of(uint64_t before, double value) {
   return (before ^ u.bits) * 1099511628211U;
 }
 
-/* Whether what is no number and a state that was not begun are refused. */
+/* Returns 1 if NaN and an uninitialised state are refused. */
 static int32_t refuses(DECID_FW_state* state) {
   DECID_FW_parameters p = DECID_FW_identified;
   double scaled = 0.0;

@@ -16,7 +16,7 @@ enum {
   DECID_FW_ERROR_STATE = -5       /* the state was never begun */
 };
 
-/* What identification yields, in SI units. */
+/* The identified parameters, in SI units. */
 typedef struct {
   double kp;      /* N m/rad */
   double kd;      /* N m s/rad */

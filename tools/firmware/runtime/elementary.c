@@ -1,5 +1,5 @@
 /* ---- Elementary functions -------------------------------------------------------------------------------------------
-   The chains of operations of decid's base/math/math_lanes.hpp, for one value; methods and bounds are told there. */
+   The chains of operations of decid's base/math/math_lanes.hpp, for one value; that file has methods and bounds. */
 
 #if USES_LOG
 /* Natural logarithm of a normal x > 0. */

@@ -96,7 +96,7 @@ static void sum_products(const weight_value* const weight[4], const activation* 
   sum[3] = s3;
 }
 
-/* What happens to every output of a layer: BatchNorm where it is not part of the weights, ReLU. */
+/* Finishes every output of a layer: BatchNorm where it is not part of the weights, ReLU. */
 static float finish(const network_layer* layer, int32_t channel, float value) {
   float y = value;
   if (layer->affine_scale != NULL) {
@@ -158,7 +158,7 @@ static void convolve(const network_layer* layer, const network_map* dst, const a
 }
 
 #if USES_POOLS
-/* Whether a pool takes x in place of the largest so far. A NaN stays. */
+/* Returns 1 if a pool takes x instead of the largest so far. A NaN stays. */
 static int32_t is_larger(accumulator x, accumulator largest) {
 #if QUANTISED
   return (x > largest) ? 1 : 0;

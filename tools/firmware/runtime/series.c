@@ -3,7 +3,7 @@
    this makes possible -> waiting for the next row, or done. Values and their order are those of decid's
    dataset/image/series.cpp. */
 
-/* What a plane shows of a cycle: `now`, and what was one and two rows before. */
+/* Returns a plane's value for a cycle: from `now` and the values one and two rows before. */
 static double shown(int32_t channel, int32_t row, double now, const double before[2]) {
   const double change = now - before[0];
   const double bend = (row < 2) ? 0.0 : (change - (before[0] - before[1]));

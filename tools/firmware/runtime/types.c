@@ -17,7 +17,7 @@ typedef struct {
   int32_t zero;
 } quantisation_scale;
 
-/* What lies between two layers. Value (line, channel, position) is at offset + (line % capacity) line_stride +
+/* The buffer between two layers. Value (line, channel, position) is at offset + (line % capacity) line_stride +
    channel channel_stride + position position_stride. */
 typedef struct {
   int32_t offset;

@@ -65,8 +65,8 @@ Figure amplitude_histogram(const StudyData& data) {
       sheet.svg(), csv({"low_rad", "high_rad", "before", "after"}, columns, 6)};
 }
 
-/// The image of time series: a plot for each plane. Those of the sway are as many as cycles: their mean, and how each
-/// differs from those before it.
+/// Plots the network input of a time series, one plot per plane. The sway has one plane per cycle: the mean of the
+/// cycles, then the difference of each cycle from those before it.
 Figure input_series(const Study& study) {
   const dataset::ImageShape& shape = study.sample.image_shape;
   const auto rows = static_cast<std::size_t>(shape.rows);
@@ -150,7 +150,7 @@ Figure input_image(const Study& study) {
       sheet.svg(), csv(header, columns, 7)};
 }
 
-/// Of images of one column: a line of pixels for each filter, as the tiles would be thousands of lines high.
+/// Draws activations of one column, a line of pixels for each filter: tiles would be thousands of lines high.
 Figure activation_lines(const Study& study) {
   const nn::Shape& shape = study.sample.activation_shape;
   Bitmap map(shape.rows, shape.channels, 1);

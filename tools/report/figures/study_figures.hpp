@@ -15,7 +15,8 @@ struct Figure {
   std::string svg, csv;
 };
 
-/// In the paper's order, then what the estimate is worth. Those whose data the study lacks are left out.
+/// Returns the paper's figures in its order, then the figures about accuracy. It omits figures whose data the study
+/// lacks.
 std::vector<Figure> study_figures(const Study& study);
 
 }  // namespace decid::tools

@@ -44,7 +44,7 @@ class Sheet {
   std::string body_;
 };
 
-/// Of a plot: linear, logarithmic, or names at 0, 1, 2, ...
+/// An axis of a plot: linear, logarithmic, or names at 0, 1, 2, ...
 struct PlotAxis {
   std::string title;
   double low = 0, high = 1;
@@ -54,7 +54,7 @@ struct PlotAxis {
 /// Limits that hold all finite values and some room, 0 too if asked for; [0, 1] if there are none.
 PlotAxis axis_for(std::string title, const std::vector<std::span<const double>>& values, bool with_zero);
 
-/// Axes on a sheet. What is not finite is a gap; what lies outside is cut at the frame.
+/// Axes on a sheet. Values that are not finite leave a gap; lines are cut at the frame.
 class Plot {
  public:
   /// The frame of `width` x `height` begins at `corner`; titles and numbers stand outside, left and below.

@@ -1,4 +1,4 @@
-// What wasi-libc's headers leave out of POSIX and libc++'s file system and decid name; bindings/web/runtime/posix.c has it.
+// Declares POSIX functions that libc++'s file system and decid use and wasi-libc lacks; posix.c defines them.
 #pragma once
 
 #include_next <stdlib.h>

@@ -158,7 +158,7 @@ TEST_CASE("version 7.3: numbers of every class") {
   check_class<std::uint64_t>(path, MAT_C_UINT64, MAT_T_UINT64, 0);
 }
 
-TEST_CASE("version 7.3: fields of structures are columns; what holds no real numbers is named") {
+TEST_CASE("version 7.3: fields of structures are columns; variables without real numbers are named") {
   const TemporaryFolder folder;
   std::size_t one[] = {1, 1}, text[] = {1, 6}, twenty[] = {20, 1};
   const char* fields[] = {"time", "COM_x"};
@@ -283,7 +283,7 @@ TEST_CASE("version 7.3: an answer of the process that reads it is taken whole or
   CHECK_FALSE(from_bytes(to_bytes({deep}), read));
 }
 
-TEST_CASE("what Octave saves in formats of its own is said to be that") {
+TEST_CASE("Octave's own formats are recognised in the error") {
   const TemporaryFolder folder;
   for (const char* text :
        {"# Created by Octave 7.3.0, Wed Nov 25 2026\n# name: sway\n# type: matrix\n# rows: 1\n", "Octave-1-L"})

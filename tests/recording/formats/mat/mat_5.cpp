@@ -114,7 +114,7 @@ TEST_CASE("version 4: numbers of every type, in either byte order") {
   CHECK(only(read_mat_4(variable_4<std::int16_t>(30, {-3, -200}), "x")) == std::vector{-3.0, -200.0});
 }
 
-TEST_CASE("version 4: what are no numbers has a kind, no values, and does not hide what follows") {
+TEST_CASE("version 4: variables without numbers have a kind and no values, and later variables are read") {
   const std::string file = variable_4<std::uint8_t>(51, {'h', 'i'}) + variable_4<double>(2, {1, 2}) +
                            variable_4<double>(0, {1, 2, 3, 4}, true, 1) + variable_4<double>(0, {7, 8});
   const std::vector<MatVariable> variables = read_mat_4(file, "x");
@@ -196,7 +196,7 @@ TEST_CASE("version 5: every class has its kind") {
   CHECK(read(double_class | 0x0800) == Kind::complex);
   for (const std::uint32_t none : {0u, 18u, 255u})
     check_error(reading_5(mat.matrix(mat.head(none, 1, 0))), {"trial.mat", "damaged"});
-  // MATLAB's own objects: their class is known, the rest is not read, and a variable without a name is none.
+  // MATLAB's own objects: only their class is read, and a variable without a name is ignored.
   const std::string flags = mat.element(6, bytes_of<std::uint32_t>({17, 0}, true));
   const auto objects = read_mat_5(mat.file(mat.matrix(flags + mat.element(1, "table")) +
                                            mat.matrix(flags + mat.element(1, "")) + mat.element(9, "")),
@@ -337,7 +337,7 @@ TEST_CASE("version 5: a matrix that begins or claims otherwise is refused") {
   check_error(reading_5(many + mat.matrix(mat.head(double_class, 0, 1))), {"more than 10000 variables"});
 }
 
-TEST_CASE("version 7: what is compressed is a matrix, whole, and as long as it says") {
+TEST_CASE("version 7: a compressed element is one whole matrix of its stated length") {
   const Mat5 mat;
   const std::string whole = mat.matrix(mat.head(double_class, 2, 1) + mat.element(9, bytes_of<double>({3, 4}, true)));
   CHECK(only(read_mat_5(mat.file(deflated(whole)), "x")) == std::vector{3.0, 4.0});

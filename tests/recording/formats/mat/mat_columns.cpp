@@ -110,7 +110,7 @@ TEST_CASE("a column of trials in a MAT-file: refused, or each a recording") {
   check_made("trial_column.mat", {.trial_column = "trial", .trial = "7"}, 2.0);
 }
 
-TEST_CASE("what Simulink, LabChart, AcqKnowledge and Qualisys export has their names, units and rates") {
+TEST_CASE("exports of Simulink, LabChart, AcqKnowledge and Qualisys have their names, units and rates") {
   check_tilt(check_made("simulink.mat"));
   CHECK(check_made("timeseries.mat").signals.at(com_sway).column == "lean (deg)");
   check_tilt(check_made("labelled.mat"));
@@ -180,7 +180,7 @@ TEST_CASE("an index at a name's end is no part of its unit") {
   for (const char* name : {"sway (2)", "(:,2)", "{2}", "sway(a:b)"}) CHECK_FALSE(unit_in(name));
 }
 
-TEST_CASE("what holds signals and is not read is named with its kind") {
+TEST_CASE("unread variables that hold signals are named with their kind") {
   const MatVariable complex{.name = "z", .kind = Kind::complex, .height = 20, .width = 1};
   const MatVariable table{.name = "T", .kind = Kind::object, .text = {"table"}};
   const MatVariable four{.name = "x", .is_matrix = false};

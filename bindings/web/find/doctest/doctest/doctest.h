@@ -1,5 +1,5 @@
-// doctest believes that where WASI is there are no exceptions; it is not told that WASI is here. What it includes itself,
-// which has to know, comes first.
+// doctest turns exceptions off under WASI, so this header hides WASI from it. Its own includes need WASI, so they come
+// first.
 #pragma once
 
 #include <algorithm>
