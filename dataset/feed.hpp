@@ -14,6 +14,7 @@
 #include <span>
 #include <vector>
 
+#include "base/batches.hpp"
 #include "dataset/source.hpp"
 
 namespace decid::dataset {
@@ -42,25 +43,6 @@ struct Scaling {
 };
 /// From the first `trials` training trials of epoch 0, or all if there are fewer. Throws Error if trials < 1.
 Scaling measure_scaling(const TrialSource& source, const ImageMaker& images, int trials);
-
-/// The batches of an epoch: as few as hold at most `largest` trials each, of sizes that differ by 1 at most, the larger
-/// ones first. A last batch of what is left over could be of one trial, whose batch statistics say nothing.
-class EpochBatches {
- public:
-  /// Throws Error if trials or largest < 1.
-  EpochBatches(int trials, int largest);
-
-  int count() const { return count_; }
-  /// The trial that a batch begins with, in the epoch's order; of batch count() the number of trials.
-  int first(int batch) const { return batch * smallest_ + (batch < larger_ ? batch : larger_); }
-  int size(int batch) const { return first(batch + 1) - first(batch); }
-  int smallest() const { return smallest_; }
-  /// The batch that begins with trial `first`, from 0. Throws Error if none does.
-  int beginning_at(int first) const;
-
- private:
-  int count_, smallest_, larger_;  // the first larger_ ones have a trial more
-};
 
 /// Where several processes share every batch: which of a batch's places are this one's, ascending.
 struct BatchSharing {
