@@ -43,6 +43,9 @@ std::string define_double(const std::string& name, double value);
 /// A C literal with exactly these bits. Throws Error for a value that is not finite.
 std::string literal(float value);
 std::string literal(double value, int digits = 17);
+/// The tables of weights, maps and layers.
+std::string layer_tables(const FirmwarePlan& plan);
+std::vector<std::uint32_t> bits_of(const std::vector<float>& values);
 /// `text` as a comment can hold it.
 std::string comment(const std::string& text);
 /// A C table, some values a line.
