@@ -84,14 +84,13 @@ class SignDescent final : public Optimiser {
 }  // namespace
 
 TEST_CASE("fit: learns classes with each optimiser, one from outside among them") {
-  for (const auto& [optimiser, rate] : {std::pair<std::shared_ptr<const Optimiser>, double>{adamw(), 0.01},
-                                        {sgd(), 0.03},
-                                        {sgd({.nesterov = true}), 0.03},
-                                        {std::make_shared<SignDescent>(), 0.01}}) {
-    CAPTURE(optimiser->text());
+  const std::pair<std::shared_ptr<const Optimiser>, double> cases[]{
+      {adamw(), 0.01}, {sgd(), 0.03}, {sgd({.nesterov = true}), 0.03}, {std::make_shared<SignDescent>(), 0.01}};
+  for (const auto& one : cases) {
+    CAPTURE(one.first->text());
     FitOptions o = options();
-    o.optimiser = optimiser;
-    o.learning_rate = rate;
+    o.optimiser = one.first;
+    o.learning_rate = one.second;
     const Fitted f = fitted(o);
     REQUIRE(f.log.epochs.size() == 4);
     CHECK(f.log.finished);
