@@ -20,16 +20,6 @@ namespace {
 /// Memory holds two blocks of images.
 constexpr std::size_t max_block_bytes = std::size_t{32} << 20;
 
-/// Returns the epoch's order of trials: Fisher and Yates' shuffle, from (seed, epoch).
-std::vector<int> shuffled(int count, std::uint64_t seed, int epoch) {
-  std::vector<int> order(static_cast<std::size_t>(count));
-  std::iota(order.begin(), order.end(), 0);
-  const Random random(seed, Stream::shuffle, static_cast<std::uint64_t>(epoch));
-  for (std::size_t i = order.size(); i-- > 1;)
-    std::swap(order[i], order[static_cast<std::size_t>(random.below(i, i + 1))]);
-  return order;
-}
-
 }  // namespace
 
 void Encoding::encode(const Sway& sway, std::span<float> input) const {
@@ -158,21 +148,6 @@ int block_batches(const TrialSource& source, const ImageMaker& images, int batch
 }
 
 }  // namespace
-
-EpochBatches::EpochBatches(int trials, int largest) {
-  if (trials < 1) throw Error("feed", "an epoch has " + std::to_string(trials) + " trials", "give 1 or more");
-  if (largest < 1) throw Error("feed", "batches have " + std::to_string(largest) + " trials", "give 1 or more");
-  count_ = 1 + (trials - 1) / largest;
-  smallest_ = trials / count_;
-  larger_ = trials % count_;
-}
-
-int EpochBatches::beginning_at(int first) const {
-  for (int batch = 0; batch < count_; ++batch)
-    if (this->first(batch) == first) return batch;
-  throw Error("feed", "no batch begins with trial " + std::to_string(first) + " of an epoch",
-              "give a checkpoint of the same training, begun by this version of decid");
-}
 
 struct Feed::Making {
   std::shared_future<void> done;

@@ -14,6 +14,7 @@
 #include <span>
 #include <vector>
 
+#include "base/batches.hpp"
 #include "dataset/source.hpp"
 
 namespace decid::dataset {
@@ -43,25 +44,6 @@ struct Scaling {
 /// Measures the scaling on the first `trials` training trials of epoch 0, or on all if there are fewer. Throws Error if
 /// trials < 1.
 Scaling measure_scaling(const TrialSource& source, const ImageMaker& images, int trials);
-
-/// The batches of an epoch: the smallest number of batches of at most `largest` trials. Sizes differ by at most 1,
-/// larger ones first. A short last batch could have a single trial, whose batch statistics are meaningless.
-class EpochBatches {
- public:
-  /// Throws Error if trials or largest < 1.
-  EpochBatches(int trials, int largest);
-
-  int count() const { return count_; }
-  /// Returns the first trial of a batch, in the epoch's order; for batch count() the number of trials.
-  int first(int batch) const { return batch * smallest_ + (batch < larger_ ? batch : larger_); }
-  int size(int batch) const { return first(batch + 1) - first(batch); }
-  int smallest() const { return smallest_; }
-  /// Returns the batch that begins with trial `first`, from 0. Throws Error if none does.
-  int beginning_at(int first) const;
-
- private:
-  int count_, smallest_, larger_;  // the first larger_ batches have one more trial
-};
 
 /// This process's places of a batch that several processes share, in ascending order.
 struct BatchSharing {

@@ -22,29 +22,51 @@ def pair(text):
     return tuple(int(number) for number in text.split("x"))
 
 
-def windows(x, size, stride):
+def windows(x, size, stride, dilation=(1, 1)):
     """x: (trials, channels, rows, columns); the windows' values are the last two axes of six."""
-    return sliding_window_view(x, size, axis=(2, 3))[:, :, :: stride[0], :: stride[1]]
+    reach = [(extent - 1) * step + 1 for extent, step in zip(size, dilation)]
+    return sliding_window_view(x, reach, axis=(2, 3))[:, :, :: stride[0], :: stride[1], :: dilation[0], :: dilation[1]]
+
+
+def padded(x, options, value=0.0):
+    rows, columns = pair(options.get("pad", "0"))
+    return numpy.pad(x, ((0, 0), (0, 0), (rows, rows), (columns, columns)), constant_values=value)
 
 
 def layer(x, words, tensor):
     """One line of the architecture. tensor(name): of this line."""
-    kind, option = words[0], dict(zip(words[1:], words[2:]))
+    kind, options = words[0], dict(zip(words[2::2], words[3::2]))
     if kind == "conv":
-        weight, pad = tensor("weight"), pair(option["pad"])
-        x = numpy.pad(x, ((0, 0), (0, 0), (pad[0], pad[0]), (pad[1], pad[1])))
-        seen = windows(x, weight.shape[2:], pair(option["stride"]))
-        return numpy.einsum("ncijkl,ockl->noij", seen, weight, optimize=True) + tensor("bias")[:, None, None]
+        options = dict(zip(words[3::2], words[4::2]))
+        weight, groups = tensor("weight"), int(options.get("groups", "1"))
+        seen = windows(padded(x, options), weight.shape[2:], pair(options["stride"]), pair(options.get("dilation", "1")))
+        parts = [numpy.einsum("ncijkl,ockl->noij", *each, optimize=True)
+                 for each in zip(numpy.split(seen, groups, axis=1), numpy.split(weight, groups))]
+        return numpy.concatenate(parts, axis=1) + tensor("bias")[:, None, None]
     if kind == "batchnorm":
         scale = tensor("gamma") / numpy.sqrt(tensor("running_variance") + EPSILON)
         shift = tensor("beta") - tensor("running_mean") * scale
         return x * scale[:, None, None] + shift[:, None, None]
+    if kind == "layernorm":
+        off = x - x.mean(axis=(1, 2, 3), keepdims=True)
+        normal = off / numpy.sqrt((off**2).mean(axis=(1, 2, 3), keepdims=True) + EPSILON)
+        return normal * tensor("gamma")[:, None, None] + tensor("beta")[:, None, None]
     if kind == "relu":
         return numpy.maximum(x, 0.0)
+    if kind == "leakyrelu":
+        return numpy.where(x > 0, x, float(words[1]) * x)
+    if kind == "gelu":
+        return x * 0.5 * (1 + numpy.vectorize(math.erf)(x / math.sqrt(2)))
+    if kind == "tanh":
+        return numpy.tanh(x)
+    if kind == "sigmoid":
+        return 1 / (1 + numpy.exp(-x))
+    if kind == "dropout":
+        return x
     if kind == "maxpool":
-        return windows(x, pair(words[1]), pair(option["stride"])).max(axis=(4, 5))
+        return windows(padded(x, options, -numpy.inf), pair(words[1]), pair(options["stride"])).max(axis=(4, 5))
     if kind == "avgpool":
-        return windows(x, pair(words[1]), pair(option["stride"])).mean(axis=(4, 5))
+        return windows(padded(x, options), pair(words[1]), pair(options["stride"])).mean(axis=(4, 5))
     if kind == "globalavgpool":
         return x.mean(axis=(2, 3), keepdims=True)
     if kind == "statspool":
@@ -57,9 +79,16 @@ def layer(x, words, tensor):
 
 def network(metadata, tensors, images):
     """The outputs, (trials, outputs), in double precision."""
-    x = images.astype(float)
+    x, kept = images.astype(float), []  # what residuals and concats that are open began with
     for number, line in enumerate(metadata["architecture"].split("\n")):
-        x = layer(x, line.split(), lambda name: tensors[f"layers.{number}.{name}"].astype(float))
+        words = line.split()
+        if words[0] in ("residual", "concat"):
+            kept.append((words[0], x))
+        elif words[0] == "}":
+            kind, begun = kept.pop()
+            x = begun + x if kind == "residual" else numpy.concatenate([begun, x], axis=1)
+        else:
+            x = layer(x, words, lambda name: tensors[f"layers.{number}.{name}"].astype(float))
     return x.reshape(len(x), -1)
 
 

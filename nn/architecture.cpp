@@ -1,82 +1,20 @@
 // From an architecture's text to its layers: see architecture.hpp.
 #include "nn/architecture.hpp"
 
-#include <charconv>
-#include <sstream>
+#include <map>
+#include <mutex>
 #include <tuple>
 
 #include "base/error.hpp"
+#include "nn/layers/layers.hpp"
+#include "nn/words.hpp"
 
 namespace decid::nn {
 namespace {
 
-constexpr std::size_t max_bytes = 200;  // of a layer's line
-
-/// The words of a layer's line, read one by one with errors that name the line.
-class Words {
- public:
-  /// Throws Error if the line is longer than any layer, whose errors quote it.
-  explicit Words(const std::string& line) : line_(line) {
-    if (line.size() > max_bytes)
-      throw Error("a layer's line",
-                  "has " + std::to_string(line.size()) + " bytes, more than " + std::to_string(max_bytes),
-                  "write one layer a line");
-    std::istringstream stream(line);
-    stream.exceptions(std::ios::badbit);  // or what is left out for want of memory would pass for the end
-    for (std::string word; stream >> word;) words_.push_back(word);
-  }
-
-  bool done() const { return next_ == words_.size(); }
-  /// Throws Error if words are left over.
-  void finish() const {
-    if (!done()) fail("has '" + words_[next_] + "' left over");
-  }
-  std::string take() {
-    if (done()) fail("ends where another word is expected");
-    return words_[next_++];
-  }
-  /// Takes the next word if it is `word`.
-  bool take_if(const std::string& word) {
-    if (done() || words_[next_] != word) return false;
-    ++next_;
-    return true;
-  }
-  /// A whole number in [low, high].
-  int take_int(int low, int high) { return to_int(take(), low, high); }
-  /// "3" or "3x5": rows and columns, each in [low, high].
-  std::pair<int, int> take_pair(int low, int high) {
-    const std::string word = take();
-    const std::size_t x = word.find('x');
-    const int rows = to_int(word.substr(0, x), low, high);
-    return {rows, x == std::string::npos ? rows : to_int(word.substr(x + 1), low, high)};
-  }
-  [[noreturn]] void fail(const std::string& problem) const {
-    throw Error("layer '" + line_ + "'", problem,
-                "layers are: conv CHANNELS RxC [stride RxC] [pad RxC], batchnorm, relu, maxpool RxC [stride RxC], "
-                "avgpool RxC [stride RxC], globalavgpool, statspool, fc OUTPUTS");
-  }
-  /// Fails if `count` of `what` are more than max_values.
-  void limit(long long count, const std::string& what) const {
-    if (count > max_values)
-      fail("has " + std::to_string(count) + " " + what + ", more than " + std::to_string(max_values));
-  }
-
- private:
-  int to_int(const std::string& word, int low, int high) const {
-    int value = 0;
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (error != std::errc() || end != word.data() + word.size() || value < low || value > high)
-      fail("'" + word + "' is not a whole number from " + std::to_string(low) + " to " + std::to_string(high));
-    return value;
-  }
-
-  std::string line_;
-  std::vector<std::string> words_;
-  std::size_t next_ = 0;
-};
-
-Conv2d parse_conv2d(Shape src, Words& words) {
+LayerKind parse_conv2d(Shape src, Words& words) {
   Conv2dShape s{};
+  int groups = 1, dilation_rows = 1, dilation_columns = 1;
   s.src_channels = src.channels;
   s.src_rows = src.rows;
   s.src_columns = src.columns;
@@ -85,18 +23,27 @@ Conv2d parse_conv2d(Shape src, Words& words) {
   s.stride_rows = s.stride_columns = 1;
   if (words.take_if("stride")) std::tie(s.stride_rows, s.stride_columns) = words.take_pair(1, 255);
   if (words.take_if("pad")) std::tie(s.pad_rows, s.pad_columns) = words.take_pair(0, 254);
-  if (s.pad_rows >= s.kernel_rows || s.pad_columns >= s.kernel_columns)
-    words.fail("has padding as large as its kernel");
+  if (words.take_if("groups")) groups = words.take_int(1, 4096);
+  if (words.take_if("dilation")) std::tie(dilation_rows, dilation_columns) = words.take_pair(1, 4096);
+  const bool plain = groups == 1 && dilation_rows == 1 && dilation_columns == 1;
+  const int reach_rows = (s.kernel_rows - 1) * dilation_rows + 1;
+  const int reach_columns = (s.kernel_columns - 1) * dilation_columns + 1;
+  if (s.pad_rows >= reach_rows || s.pad_columns >= reach_columns) words.fail("has padding as large as its kernel");
+  if (s.src_channels % groups != 0 || s.dst_channels % groups != 0)
+    words.fail("has " + std::to_string(groups) + " groups that do not divide its channels, " +
+               std::to_string(s.src_channels) + " and " + std::to_string(s.dst_channels));
+  if (dilation_rows > 1 && s.stride_rows > 1) words.fail("has both dilation and stride along its rows");
   const auto extent = [&](int size, int kernel, int stride, int pad) {
     if (size + 2 * pad < kernel)
       words.fail("has a kernel larger than its padded input of " + std::to_string(src.rows) + "x" +
                  std::to_string(src.columns));
     return (size + 2 * pad - kernel) / stride + 1;
   };
-  s.dst_rows = extent(s.src_rows, s.kernel_rows, s.stride_rows, s.pad_rows);
-  s.dst_columns = extent(s.src_columns, s.kernel_columns, s.stride_columns, s.pad_columns);
-  words.limit(static_cast<long long>(s.dst_channels) * s.src_channels * s.kernel_rows * s.kernel_columns, "weights");
-  return {s};
+  s.dst_rows = extent(s.src_rows, reach_rows, s.stride_rows, s.pad_rows);
+  s.dst_columns = extent(s.src_columns, reach_columns, s.stride_columns, s.pad_columns);
+  words.limit(static_cast<long long>(s.dst_channels) * s.src_channels * reach_rows * reach_columns, "weights");
+  if (plain) return Conv2d{s};
+  return Extension{grouped_conv(s, groups, dilation_rows, dilation_columns)};
 }
 
 FullyConnected parse_fully_connected(Shape src, Words& words) {
@@ -105,7 +52,8 @@ FullyConnected parse_fully_connected(Shape src, Words& words) {
   return {src, outputs};
 }
 
-/// The pool that `words` describe, name included; nothing, and no word taken, if they describe no pool.
+/// The pool that `words` describe, name included, up to its padding; nothing, and no word taken, if they describe no
+/// pool.
 std::optional<Pool> parse_pool(Shape src, Words& words) {
   Pool pool{};
   if (words.take_if("maxpool"))
@@ -125,6 +73,7 @@ std::optional<Pool> parse_pool(Shape src, Words& words) {
   s.stride_rows = s.kernel_rows;
   s.stride_columns = s.kernel_columns;
   if (!global && words.take_if("stride")) std::tie(s.stride_rows, s.stride_columns) = words.take_pair(1, 4096);
+  if (!global && !words.done()) return pool;  // padded: its windows may be larger
   if (s.kernel_rows > s.src_rows || s.kernel_columns > s.src_columns)
     words.fail("has a window larger than its input of " + std::to_string(src.rows) + "x" + std::to_string(src.columns));
   s.dst_rows = (s.src_rows - s.kernel_rows) / s.stride_rows + 1;
@@ -132,11 +81,59 @@ std::optional<Pool> parse_pool(Shape src, Words& words) {
   return pool;
 }
 
+/// The pool line that `words` describe behind "pad".
+LayerKind finish_pool(const Pool& pool, Words& words) {
+  if (words.done()) return pool;
+  if (pool.kind == Pool::Kind::global_average || !words.take_if("pad")) words.finish();
+  const auto [pad_rows, pad_columns] = words.take_pair(0, 4095);
+  if (pad_rows >= pool.shape.kernel_rows || pad_columns >= pool.shape.kernel_columns)
+    words.fail("has padding as large as its window");
+  if (pool.shape.src_rows + 2 * pad_rows < pool.shape.kernel_rows ||
+      pool.shape.src_columns + 2 * pad_columns < pool.shape.kernel_columns)
+    words.fail("has a window larger than its padded input");
+  return Extension{padded_pool(pool, pad_rows, pad_columns)};
+}
+
+struct Registry {
+  std::mutex mutex;
+  std::map<std::string, OperationParser> parsers{{"leakyrelu", parse_leaky_relu}, {"tanh", parse_tanh},
+                                                 {"sigmoid", parse_sigmoid},      {"gelu", parse_gelu},
+                                                 {"layernorm", parse_layernorm},  {"dropout", parse_dropout}};
+};
+Registry& registry() {
+  static Registry all;
+  return all;
+}
+
+OperationParser parser_of(const std::string& word) {
+  const std::lock_guard lock(registry().mutex);
+  const auto found = registry().parsers.find(word);
+  return found == registry().parsers.end() ? nullptr : found->second;
+}
+
+/// The end of a residual or concat, whose beginning is `branch`.
+Join join_of(const Branch& branch, Shape src, const Words& words) {
+  const Shape& skipped = branch.shape;
+  if (branch.concatenates && (skipped.rows != src.rows || skipped.columns != src.columns))
+    words.fail("ends a concat whose planes have other rows or columns than its input");
+  if (!branch.concatenates && skipped != src)
+    words.fail("ends a residual whose output has another shape than its input");
+  return {src, skipped, branch.concatenates};
+}
+
 }  // namespace
+
+void register_layer(const std::string& word, OperationParser parser) {
+  const std::lock_guard lock(registry().mutex);
+  const auto [place, is_new] = registry().parsers.emplace(word, parser);
+  if (!is_new && place->second != parser)
+    throw Error("layer '" + word + "'", "is registered already", "choose another name");
+}
 
 template <class T>
 std::vector<Layer<T>> make_layers(Shape src, const std::vector<std::string>& lines) {
   std::vector<Layer<T>> layers;
+  std::vector<Branch> open;  // whose end is to come
   for (std::size_t i = 0; i < lines.size();) {
     Words words(lines[i++]);
     if (words.take_if("conv")) {
@@ -154,19 +151,32 @@ std::vector<Layer<T>> make_layers(Shape src, const std::vector<std::string>& lin
       if (i < lines.size()) {
         Words next(lines[i]);
         const std::optional<Pool> pool = parse_pool(src, next);
-        if (pool && !pool->overlaps()) norm.pool = pool, words = next, ++i;
+        if (pool && next.done() && !pool->overlaps()) norm.pool = pool, words = next, ++i;
       }
       layers.emplace_back(norm);
     } else if (const std::optional<Pool> pool = parse_pool(src, words)) {
-      layers.emplace_back(*pool);
+      layers.emplace_back(finish_pool(*pool, words));
+    } else if (words.take_if("}")) {
+      if (open.empty()) words.fail("ends a block that has no beginning");
+      layers.emplace_back(join_of(open.back(), src, words));
+      open.pop_back();
     } else {
-      words.take();
-      words.fail("is not a layer this program knows");
+      const std::string word = words.take();
+      if (word == "residual" || word == "concat") {
+        if (!words.take_if("{")) words.fail("has no { behind " + word);
+        open.push_back({src, word == "concat"});
+        layers.emplace_back(open.back());
+      } else if (const OperationParser parse = parser_of(word)) {
+        layers.emplace_back(Extension{parse(src, words)});
+      } else {
+        words.fail("is not a layer this program knows");
+      }
     }
     words.finish();
     src = layers.back().dst_shape();
     words.limit(static_cast<long long>(src.rows) * src.columns * src.channels, "outputs");
   }
+  if (!open.empty()) throw Error("network architecture", "has a block without its end", "close each { with a line }");
   return layers;
 }
 

@@ -9,8 +9,12 @@
 namespace decid::nn {
 
 /// The layers that the lines of an architecture describe, for inputs of shape `src`:
-///   conv CHANNELS ROWSxCOLUMNS [stride RxC] [pad RxC]    batchnorm    relu
-///   maxpool RxC [stride RxC]    avgpool RxC [stride RxC]    globalavgpool    statspool    fc OUTPUTS
+///   conv CHANNELS ROWSxCOLUMNS [stride RxC] [pad RxC] [groups N] [dilation RxC]    fc OUTPUTS    batchnorm layernorm
+///   relu    leakyrelu [SLOPE]    gelu    tanh    sigmoid    dropout RATE    globalavgpool    statspool
+///   maxpool RxC [stride RxC] [pad RxC]    avgpool RxC [stride RxC] [pad RxC]
+///   residual {, the lines of a block, }: their output plus their input
+///   concat {, the lines of a block, }: their input's channels, then their output's
+/// and those that a program registers (nn/operation.hpp).
 /// A batchnorm line and the relu and pool lines behind it are fused into one layer. Throws Error, naming the line, for
 /// an unknown word or a geometry that leaves no output.
 template <class T>

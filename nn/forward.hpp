@@ -34,14 +34,6 @@ void fully_connected_forward(const TensorView<const T>& src, const std::vector<T
   });
 }
 
-/// Calls body(block, channel) for every plane of a batch.
-template <class Body>
-void for_each_plane(int blocks, int channels, const Body& body) {
-  for_each_group(blocks, channels, plane_group, [&](int block, int first, int last) {
-    for (int c = first; c < last; ++c) body(block, c);
-  });
-}
-
 /// Of one block; `shape` may be a part of the pool's.
 template <class T>
 void pool_block_forward(Pool::Kind kind, const PoolShape& shape, BlockView<const T> src, BlockView<T> dst) {

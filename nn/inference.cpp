@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "nn/layers/normalisation.hpp"
+#include "nn/operation.hpp"
 
 namespace decid::nn {
 namespace {
@@ -69,6 +70,16 @@ Step<T> step_of(const Layer<T>& layer) {
     step.pool = *pool;
   } else if (std::holds_alternative<StatisticsPool>(layer.kind())) {
     step.kind = Kind::statistics;
+  } else if (std::holds_alternative<Branch>(layer.kind())) {
+    step.kind = Kind::branch;
+  } else if (const auto* join = std::get_if<Join>(&layer.kind())) {
+    step.kind = Kind::join;
+    step.join = *join;
+  } else if (const auto* extension = std::get_if<Extension>(&layer.kind())) {
+    step.kind = Kind::operation;
+    step.operation = extension->operation;
+    for (const Parameter<T>& p : layer.parameters()) step.parameters.push_back(p.value);
+    return step;
   } else {
     step.relu = true;
   }
@@ -96,6 +107,11 @@ Inference<T>::Inference(std::span<const Layer<T>> layers) {
 }
 
 template <class T>
+Halo Step<T>::halo() const {
+  return kind == Kind::convolution ? src_halo(conv) : kind == Kind::operation ? operation->src_halo() : Halo{};
+}
+
+template <class T>
 int Inference<T>::feature_count() const {
   const Step<T>& last = steps_.back();
   return last.kind == Step<T>::Kind::fully_connected && steps_.size() > 1 ? last.src.size() : 0;
@@ -106,9 +122,13 @@ std::size_t Inference<T>::bytes() const {
   std::size_t values = 0;
   for (const Step<T>& s : steps_)
     values += s.weight.size() + s.bias.size() + s.lane_weight.size() + s.lane_bias.size() + 2 * s.affine.scale.size();
+  for (const Step<T>& s : steps_)
+    for (const std::vector<T>& p : s.parameters) values += p.size();
   return values * sizeof(T);
 }
 
+template struct Step<float>;
+template struct Step<double>;
 template class Inference<float>;
 template class Inference<double>;
 

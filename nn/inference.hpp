@@ -17,11 +17,19 @@ struct Affine {
   std::vector<T> scale, shift;
 };
 
-/// A convolution, a fully connected layer, statistics (nn/layers/layer.hpp, StatisticsPool), or an activation:
-/// pool(relu(affine(x))), each as far as it is there.
+/// A convolution, a fully connected layer, statistics (nn/layers/layer.hpp, StatisticsPool), an activation:
+/// pool(relu(affine(x))), each as far as it is there; beginning and end of a residual or concat; or an Operation.
 template <class T>
 struct Step {
-  enum class Kind { convolution, fully_connected, statistics, activation } kind = Kind::activation;
+  enum class Kind {
+    convolution,
+    fully_connected,
+    statistics,
+    activation,
+    branch,
+    join,
+    operation
+  } kind = Kind::activation;
   Shape src, dst;
   // Of a convolution or fully connected layer:
   Conv2dShape conv{};     ///< a fully connected layer's is the convolution whose only position sees all values
@@ -32,11 +40,20 @@ struct Step {
   Affine<T> affine;
   bool relu = false;
   std::optional<Pool> pool;
+  // Of an end:
+  Join join{};
+  // Of an operation:
+  std::shared_ptr<const Operation> operation;
+  std::vector<std::vector<T>> parameters;
 
   /// Convolution or fully connected: has weights.
   bool sums() const { return kind == Kind::convolution || kind == Kind::fully_connected; }
   /// Works where its input lies.
-  bool in_place() const { return kind == Kind::activation && !pool; }
+  bool in_place() const {
+    return (kind == Kind::activation && !pool) || kind == Kind::branch || (kind == Kind::join && !join.concatenates);
+  }
+  /// Zeros that it reads around its input.
+  Halo halo() const;
 };
 
 /// Immutable, so that any number of threads can share one; it does not need the network any more.

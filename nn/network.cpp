@@ -18,9 +18,16 @@ Network<T>::Network(Shape input, const std::string& architecture) : input_shape_
     throw Error("network input", "has no values", "give at least 1 channel, 1 row and 1 column");
   if (input.channels > max_values / input.rows / input.columns)
     throw Error("network input", "has more than " + std::to_string(max_values) + " values a sample", "give fewer");
-  std::string lines = architecture;
-  for (char& c : lines)
-    if (c == ';') c = '\n';
+  // Lines end at ; too, # begins a comment, and a block's braces end lines.
+  std::string lines;
+  bool comments = false;
+  for (const char c : architecture) {
+    comments = c != '\n' && (comments || c == '#');
+    if (comments) continue;
+    if (c == '}') lines += '\n';
+    lines += c == ';' ? '\n' : c;
+    if (c == '{' || c == '}') lines += '\n';
+  }
   std::istringstream stream(lines);
   stream.exceptions(std::ios::badbit);  // or what is left out for want of memory would pass for the end
   std::vector<std::string> wanted;

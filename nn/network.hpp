@@ -13,10 +13,11 @@
 namespace decid::nn {
 
 /// A value: copies have weights of their own, and a const Network cannot change.
-template <class T>
+template <class T = float>
 class Network {
  public:
-  /// `architecture`: a layer a line, or separated by ';' (see make_layers). Throws Error naming the line that is wrong.
+  /// `architecture`: a layer a line, or separated by ';'; a comment from # to the line's end (see make_layers). Throws
+  /// Error naming the line that is wrong.
   Network(Shape input, const std::string& architecture);
 
   const Shape& input_shape() const { return input_shape_; }

@@ -40,6 +40,41 @@ std::vector<std::uint64_t> whole_numbers(const Json& list, const std::function<v
   return numbers;
 }
 
+/// Bytes of a value of each type that a file may have; 0 for an unknown one.
+std::size_t bytes_of(const std::string& type) {
+  for (const auto& [bytes, names] : {std::pair<std::size_t, std::string>{1, " BOOL U8 I8 F8_E4M3 F8_E5M2 "},
+                                     {2, " F16 BF16 U16 I16 "},
+                                     {4, " F32 U32 I32 "},
+                                     {8, " F64 U64 I64 "}})
+    if (type.find(' ') == std::string::npos && names.find(" " + type + " ") != std::string::npos) return bytes;
+  return 0;
+}
+
+float from_half(std::uint16_t bits) {
+  const std::uint32_t sign = (bits & 0x8000U) << 16U, exponent = (bits >> 10U) & 31U, fraction = bits & 0x3ffU;
+  if (exponent == 0) {  // 0, or a number of 2^-24
+    const float size = static_cast<float>(fraction) * 0x1p-24F;
+    return sign != 0 ? -size : size;
+  }
+  const std::uint32_t wide = exponent == 31 ? 255 : exponent + 112;
+  return std::bit_cast<float>(sign | wide << 23U | fraction << 13U);
+}
+
+/// Values of type F32, F16 or BF16.
+std::vector<float> values_of(const std::string& type, std::string_view bytes, std::size_t count) {
+  std::vector<float> values(count);
+  if (type == "F32") {
+    if (count > 0) std::memcpy(values.data(), bytes.data(), count * sizeof(float));
+    return values;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    std::uint16_t bits = 0;
+    std::memcpy(&bits, bytes.data() + 2 * i, sizeof bits);
+    values[i] = type == "F16" ? from_half(bits) : std::bit_cast<float>(static_cast<std::uint32_t>(bits) << 16U);
+  }
+  return values;
+}
+
 Json parse_header(std::string_view text, const std::function<void(const std::string&)>& fail) {
   if (!text.starts_with('{')) fail("has a header that is no JSON object");
   // The parser would take a zero byte for the end.
@@ -57,6 +92,10 @@ Json parse_header(std::string_view text, const std::function<void(const std::str
 
 const NamedTensor& TensorFile::find(const std::string& name, std::size_t count, const std::string& where) const {
   const auto it = std::find_if(tensors.begin(), tensors.end(), [&](const NamedTensor& t) { return t.name == name; });
+  const auto other = std::find_if(skipped.begin(), skipped.end(),
+                                  [&](const std::string& text) { return text.starts_with(name + " ("); });
+  if (it == tensors.end() && other != skipped.end())
+    throw Error(where, "has a tensor of a type that no layer has: " + *other, "store it as F32, F16 or BF16");
   if (it == tensors.end())
     throw Error(where, "holds no tensor '" + name + "'", "give a model file written by this version of decid");
   if (it->values.size() != count)
@@ -141,7 +180,8 @@ TensorFile from_safetensors(std::string_view bytes, const std::string& where) {
         continue;
       }
       const auto type = entry.at("dtype").get<std::string>();
-      if (type != "F32") fail("stores '" + name + "' as " + type + ", not F32");
+      const std::size_t width = bytes_of(type);
+      if (width == 0) fail("stores '" + name + "' as " + type + ", not F32, F16 or BF16");
       const auto absurd_shape = [&] { fail("has an absurd shape for '" + name + "'"); };
       const auto shape = whole_numbers(entry.at("shape"), absurd_shape);
       const std::size_t count = value_count(shape, absurd_shape);
@@ -149,11 +189,13 @@ TensorFile from_safetensors(std::string_view bytes, const std::string& where) {
       NamedTensor t{name, {shape.begin(), shape.end()}, {}};
       if (offsets.size() != 2 || offsets[0] > offsets[1] || offsets[1] > data.size())
         fail("is truncated: '" + name + "' lies outside it");
-      if (offsets[1] - offsets[0] != count * sizeof(float))
-        fail("has a shape for '" + name + "' that does not fit its data");
+      if (offsets[1] - offsets[0] != count * width) fail("has a shape for '" + name + "' that does not fit its data");
       ranges.emplace_back(offsets[0], offsets[1]);
-      t.values.resize(count);
-      if (count > 0) std::memcpy(t.values.data(), data.data() + offsets[0], count * sizeof(float));
+      if (type != "F32" && type != "F16" && type != "BF16") {
+        file.skipped.push_back(name + " (" + type + ")");
+        continue;
+      }
+      t.values = values_of(type, data.substr(offsets[0]), count);
       file.tensors.push_back(std::move(t));
     }
   } catch (const Json::exception& error) {

@@ -1,5 +1,5 @@
 // Weights on disk: the safetensors format (8 bytes of header length, a JSON header, raw little-endian values), which
-// PyTorch, JAX, NumPy and others read. Only float32 is written and read here.
+// PyTorch, JAX, NumPy and others read. float32 is written; float32, float16 and bfloat16 are read, as float32.
 // Format: https://github.com/huggingface/safetensors, README, section "Format".
 #pragma once
 
@@ -23,6 +23,8 @@ struct NamedTensor {
 struct TensorFile {
   std::map<std::string, std::string> metadata;
   std::vector<NamedTensor> tensors;
+  std::vector<std::string> skipped;  ///< names with types of tensors that are not floating-point numbers of 16 or 32
+                                     ///< bits: "bn1.num_batches_tracked (I64)"
 
   /// Throws Error (naming `where`) if there is no such tensor or it has not `count` values.
   const NamedTensor& find(const std::string& name, std::size_t count, const std::string& where) const;
@@ -42,7 +44,7 @@ std::string content_sha256(const TensorFile& file);
 std::string to_safetensors(const TensorFile& file);
 
 /// Throws Error (naming `where`) for anything that the format does not allow: truncated or trailing bytes, bad JSON,
-/// overlapping or missing ranges, shapes that do not fit, names given twice, a type other than F32.
+/// overlapping or missing ranges, shapes that do not fit, names given twice, an unknown type.
 TensorFile from_safetensors(std::string_view bytes, const std::string& where);
 
 /// Adds all parameters and running statistics as "layers.<line>.<name>"; with a trainer's `velocities`, for a

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "nn/forward.hpp"
+#include "nn/operation.hpp"
 
 namespace decid::nn {
 namespace {
@@ -28,6 +29,9 @@ SingleExecutor::SingleExecutor(const Inference<float>& inference) : inference_(i
   maps_.push_back({inference.input_shape()});
   for (const Step<float>& step : inference.steps()) {
     Edge way{.src = maps_.size() - 1, .dst = maps_.size() - 1, .offset = {}};
+    if (step.kind == Step<float>::Kind::operation)
+      batch_.reserve(TensorView<float>::required(step.src, 1, step.halo()) +
+                     TensorView<float>::required(step.dst, 1, {}));
     if (step.sums()) maps_.back().halo = larger(maps_.back().halo, src_halo(step.conv));
     if (!step.in_place()) {
       way.dst = maps_.size();
@@ -65,12 +69,19 @@ void SingleExecutor::store(const Map& map, std::span<float> values) {
 }
 
 void SingleExecutor::run_steps(std::size_t count) {
+  kept_.clear();
   for (std::size_t i = 0; i < count; ++i) {
     const Step<float>& step = inference_.steps()[i];
     if (step.sums())
       convolve(step, edges_[i]);
     else if (step.kind == Step<float>::Kind::statistics)
       take_statistics(edges_[i]);
+    else if (step.kind == Step<float>::Kind::branch)
+      store(maps_[edges_[i].src], kept_.emplace_back(static_cast<std::size_t>(step.src.size())));
+    else if (step.kind == Step<float>::Kind::join)
+      join(step, edges_[i]);
+    else if (step.kind == Step<float>::Kind::operation)
+      operate(step, edges_[i]);
     else
       activate(step, edges_[i]);
   }
@@ -119,6 +130,39 @@ void SingleExecutor::take_statistics(const Edge& way) {
       put(src.shape.channels + b * lanes + l, deviation[l]);
     }
   }
+}
+
+void SingleExecutor::join(const Step<float>& step, const Edge& way) {
+  const Map& dst = maps_[way.dst];
+  const std::vector<float>& kept = kept_.back();
+  float* const to = at(dst);
+  if (step.join.concatenates) {
+    values_.resize(static_cast<std::size_t>(step.src.size()));
+    store(maps_[way.src], values_);
+    for_each_place(dst, [&](std::ptrdiff_t place, std::size_t k) {
+      to[place] = k < kept.size() ? kept[k] : values_[k - kept.size()];
+    });
+  } else {
+    for_each_place(dst, [&](std::ptrdiff_t place, std::size_t k) { to[place] = kept[k] + to[place]; });
+  }
+  kept_.pop_back();
+}
+
+void SingleExecutor::operate(const Step<float>& step, const Edge& way) {
+  const TensorView<float> src(batch_.data(), step.src, 1, step.halo());
+  const TensorView<float> dst(batch_.data() + TensorView<float>::required(step.src, 1, step.halo()), step.dst, 1, {});
+  // Another operation's values may lie where this one's halo and idle lanes are.
+  std::fill_n(batch_.data(), TensorView<float>::required(step.src, 1, step.halo()), 0.0F);
+  values_.resize(static_cast<std::size_t>(std::max(step.src.size(), step.dst.size())));
+  const std::span<float> in = std::span(values_).first(static_cast<std::size_t>(step.src.size()));
+  store(maps_[way.src], in);
+  src.load(0, in);
+  const std::vector<std::span<const float>> parameters(step.parameters.begin(), step.parameters.end());
+  step.operation->forward(ForwardPass<float>{src, dst, parameters, nullptr});
+  dst.store(0, std::span(values_).first(static_cast<std::size_t>(step.dst.size())));
+  const Map& map = maps_[way.dst];
+  float* const to = at(map);
+  for_each_place(map, [&](std::ptrdiff_t place, std::size_t k) { to[place] = values_[k]; });
 }
 
 void SingleExecutor::activate(const Step<float>& step, const Edge& way) {

@@ -21,7 +21,7 @@ class SingleExecutor {
   void run(std::span<const float> image, std::span<float> output, std::span<float> features = {});
   /// What step `step` makes of an image: steps()[step].dst.size() values, channel-major.
   void activation(std::size_t step, std::span<const float> image, std::span<float> values);
-  std::size_t memory_bytes() const { return memory_.size() * sizeof(float); }
+  std::size_t memory_bytes() const { return (memory_.size() + batch_.size()) * sizeof(float); }
 
  private:
   /// Blocks of 16 channels, [block][row][column][lane], zeros around each plane.
@@ -50,10 +50,15 @@ class SingleExecutor {
   void convolve(const Step<float>& step, const Edge& way);
   void take_statistics(const Edge& way);
   void activate(const Step<float>& step, const Edge& way);
+  void join(const Step<float>& step, const Edge& way);
+  void operate(const Step<float>& step, const Edge& way);
 
   const Inference<float>& inference_;
   std::vector<Map> maps_;
-  std::vector<Edge> edges_;  // of each step
+  std::vector<Edge> edges_;               // of each step
+  std::vector<std::vector<float>> kept_;  // inputs of residuals and concats that are open, channel-major
+  std::vector<float> values_;             // of one map, channel-major
+  AlignedBuffer<float> batch_;            // an operation's input and output, as a batch of one sample
   AlignedBuffer<float> memory_;
 };
 

@@ -28,6 +28,9 @@ enum class Stream : std::uint32_t {
   predictive = 12,       ///< item: trial simulated from a posterior's draws (its sensor noise: with bit 63 set)
   recording = 13,        ///< item: trial; its recording artefacts (sim/protocol/conditions.cpp)
   body = 14,             ///< item: attempt; index 0: height
+  augmentation = 15,     ///< item: epoch and sample; what nn::fit hands to a sample's callback
+  dropout = 16,          ///< item: step and layer
+  user = 1U << 16U,      ///< this number and all above: programs that use decid
 };
 
 /// Returns one block of Philox4x32-10: four 32-bit words from a 128-bit counter and a 64-bit key.

@@ -170,7 +170,7 @@ bool run_training(const dataset::TrialSource& source, const TrainingSettings& se
                   const std::function<bool(int, int)>& after_batch, const std::function<void()>& after_epoch) {
   const Preset& preset = settings.preset;
   const int trials = source.trials(dataset::Part::training);
-  const dataset::EpochBatches batches(trials, preset.batch);
+  const EpochBatches batches(trials, preset.batch);
   const long long steps = batches.count();
   const nn::Schedule schedule(preset.schedule, preset.learning_rate, steps * preset.epochs, steps,
                               steps * preset.warmup_epochs);

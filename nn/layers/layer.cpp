@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "nn/operation.hpp"
+
 namespace decid::nn {
 namespace {
 
@@ -42,7 +44,11 @@ std::vector<Parameter<T>> parameters_of(const LayerKind& kind) {
   if (const auto* norm = std::get_if<BatchNorm>(&kind))
     return both(parameter("gamma", {norm->shape.channels}, 0, T(1)),
                 parameter("beta", {norm->shape.channels}, 0, T(0)));
-  return {};
+  std::vector<Parameter<T>> own;
+  if (const auto* extension = std::get_if<Extension>(&kind))
+    for (const OperationParameter& p : extension->operation->parameters())
+      own.push_back(parameter(p.name, p.shape, p.fan_in, static_cast<T>(p.initial)));
+  return own;
 }
 
 template <class T>
@@ -55,6 +61,19 @@ std::vector<RunningStatistics<T>> statistics_of(const LayerKind& kind) {
 }
 
 }  // namespace
+
+Shape Extension::src() const {
+  return operation->src();
+}
+Shape Extension::dst() const {
+  return operation->dst();
+}
+std::string Extension::text() const {
+  return operation->text();
+}
+long long Extension::flops() const {
+  return operation->flops();
+}
 
 std::string Conv2d::text() const {
   return "conv " + std::to_string(shape.dst_channels) + " " + pair(shape.kernel_rows, shape.kernel_columns) +

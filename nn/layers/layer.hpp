@@ -1,8 +1,9 @@
 // A trained layer: what it computes, its weights and its running statistics. How it is run lies elsewhere: in training
-// (nn/layers/training_layer.hpp) and in inference (nn/inference.hpp). A new kind of layer is a structure here, a word
-// in architecture.cpp, a TrainingLayer and a step of inference.
+// (nn/training_layer.hpp) and in inference (nn/inference.hpp). A new kind of layer is an Operation (nn/operation.hpp),
+// one file; the kinds here are those that are fused, or need kernels of their own.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -92,7 +93,43 @@ struct StatisticsPool {
   long long flops() const { return 4LL * shape.size(); }
 };
 
-using LayerKind = std::variant<Conv2d, FullyConnected, BatchNorm, Relu, Pool, StatisticsPool>;
+/// The beginning of a residual or concat: passes its input on, and keeps it for the Join that ends the block.
+struct Branch {
+  Shape shape;
+  bool concatenates = false;
+
+  Shape src() const { return shape; }
+  Shape dst() const { return shape; }
+  std::string text() const { return concatenates ? "concat {" : "residual {"; }
+  long long flops() const { return 0; }
+};
+
+/// The end: kept + input, or the channels of both.
+struct Join {
+  Shape shape, kept;
+  bool concatenates = false;
+
+  Shape src() const { return shape; }
+  Shape dst() const {
+    return {concatenates ? kept.channels + shape.channels : shape.channels, shape.rows, shape.columns};
+  }
+  std::string text() const { return "}"; }
+  long long flops() const { return concatenates ? 0 : shape.size(); }
+};
+
+class Operation;
+
+/// A layer that is one file (nn/operation.hpp): one of decid's own, or one that a program registered.
+struct Extension {
+  std::shared_ptr<const Operation> operation;
+
+  Shape src() const;
+  Shape dst() const;
+  std::string text() const;
+  long long flops() const;
+};
+
+using LayerKind = std::variant<Conv2d, FullyConnected, BatchNorm, Relu, Pool, StatisticsPool, Branch, Join, Extension>;
 
 /// A trained tensor.
 template <class T>

@@ -5,8 +5,10 @@
 #include <memory>
 #include <vector>
 
+#include "base/math/random.hpp"
 #include "nn/fusion.hpp"
 #include "nn/layers/layer.hpp"
+#include "nn/layers/skip.hpp"
 #include "nn/tensor.hpp"
 #include "nn/training/all_reduce.hpp"
 
@@ -42,6 +44,10 @@ class TrainingLayer {
     return false;
   }
 
+  /// Draws random numbers in forward: those of set_random(), or none if that was never called.
+  virtual bool is_random() const { return false; }
+  virtual void set_random(const Random&) {}
+
   /// With the batch's statistics, moving the running ones.
   virtual void forward(const TensorView<const T>& src, const TensorView<T>& dst) = 0;
   /// After forward. Writes the gradients and, unless null, diff_src; may use up diff_dst.
@@ -62,9 +68,15 @@ class TrainingLayer {
 };
 
 /// `layer` in training, with the memory for up to `max_batch` samples; no later call allocates. If it is a
-/// BatchNorm, `before`, unless null, is fused with it.
+/// BatchNorm, `before`, unless null, is fused with it. `open`: of the chain that the layer is in.
 template <class T>
-std::unique_ptr<TrainingLayer<T>> make_training_layer(Layer<T>& layer, int max_batch,
-                                                      TrainingLayer<T>* before = nullptr);
+std::unique_ptr<TrainingLayer<T>> make_training_layer(Layer<T>& layer, int max_batch, TrainingLayer<T>* before,
+                                                      OpenSkips<T>& open);
+/// A layer that is no beginning or end of a block.
+template <class T>
+std::unique_ptr<TrainingLayer<T>> make_training_layer(Layer<T>& layer, int max_batch) {
+  OpenSkips<T> none;
+  return make_training_layer<T>(layer, max_batch, nullptr, none);
+}
 
 }  // namespace decid::nn

@@ -24,12 +24,19 @@ template <class T>
 std::unique_ptr<TrainingLayer<T>> make_training(Layer<T>& layer, const Pool& pool);
 template <class T>
 std::unique_ptr<TrainingLayer<T>> make_training(Layer<T>& layer, const StatisticsPool& pool);
-
-/// A layer's gradients from the blocks' parts of them, which are used up; with a reducer, begins to sum them.
+/// The beginning puts what it shares with its end on `open`, from which the end takes it.
 template <class T>
-void sum_gradients(std::initializer_list<typename AllReduce<T>::Gradient> gradients, int blocks,
-                   AllReduce<T>* all_reduce) {
-  if (all_reduce != nullptr) return all_reduce->start({gradients.begin(), gradients.size()});
+std::unique_ptr<TrainingLayer<T>> make_training(Layer<T>& layer, const Branch& branch, int max_batch,
+                                                OpenSkips<T>& open);
+template <class T>
+std::unique_ptr<TrainingLayer<T>> make_training(Layer<T>& layer, const Join& join, OpenSkips<T>& open);
+template <class T>
+std::unique_ptr<TrainingLayer<T>> make_training(Layer<T>& layer, const Extension& extension, int max_batch);
+
+/// A layer's gradients from the blocks' parts of them, which are used up; with a all_reduce, begins to sum them.
+template <class T>
+void sum_gradients(std::span<const typename AllReduce<T>::Gradient> gradients, int blocks, AllReduce<T>* all_reduce) {
+  if (all_reduce != nullptr) return all_reduce->start(gradients);
   for (const auto& of : gradients) {
     const std::size_t size = of.gradient.size();
     for_each_group(1, static_cast<int>(size), value_group, [&](int, int first, int last) {
@@ -37,6 +44,11 @@ void sum_gradients(std::initializer_list<typename AllReduce<T>::Gradient> gradie
       std::copy_n(of.parts + first, last - first, of.gradient.data() + first);
     });
   }
+}
+template <class T>
+void sum_gradients(std::initializer_list<typename AllReduce<T>::Gradient> gradients, int blocks,
+                   AllReduce<T>* all_reduce) {
+  sum_gradients<T>(std::span(gradients.begin(), gradients.size()), blocks, all_reduce);
 }
 
 }  // namespace decid::nn

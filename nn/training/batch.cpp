@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "nn/forward.hpp"
+#include "nn/operation.hpp"
 
 namespace decid::nn {
 namespace {
@@ -13,7 +14,28 @@ namespace {
 template <class T>
 Halo halo_of(const std::vector<Step<T>>& steps, std::size_t index) {
   while (index < steps.size() && steps[index].in_place()) ++index;
-  return index < steps.size() && steps[index].kind == Step<T>::Kind::convolution ? src_halo(steps[index].conv) : Halo{};
+  return index < steps.size() ? steps[index].halo() : Halo{};
+}
+
+template <class T>
+void run_operation(const Step<T>& step, const TensorView<T>& src, const TensorView<T>& dst) {
+  const std::vector<std::span<const T>> parameters(step.parameters.begin(), step.parameters.end());
+  step.operation->forward(ForwardPass<T>{src, dst, parameters, nullptr});
+}
+
+template <class T>
+void copy_planes(const TensorView<const T>& from, const TensorView<T>& to, int first = 0) {
+  for_each_plane(from.blocks(), from.shape().channels, [&](int block, int c) {
+    for (int i = 0; i < from.shape().rows; ++i)
+      std::copy_n(from.row(block, c, i), from.shape().columns * lanes, to.row(block, first + c, i));
+  });
+}
+
+template <class T>
+void join(const Join& join, const TensorView<const T>& kept, const TensorView<T>& src, const TensorView<T>& dst) {
+  if (!join.concatenates) return for_each_value([](const T* a, T* b) { *b = *a + *b; }, kept, src);
+  copy_planes<T>(kept, dst);
+  copy_planes<T>(src, dst, join.kept.channels);
 }
 
 template <class T>
@@ -54,6 +76,13 @@ BatchExecutor<T>::BatchExecutor(const Inference<T>& inference, int max_batch)
     if (steps[i].kind == Step<T>::Kind::fully_connected)
       dense = std::max(dense, TensorView<T>::required(steps[i].dst, max_batch, {}));
   }
+  std::size_t depth = 0;
+  for (const Step<T>& step : steps) {
+    if (step.kind == Step<T>::Kind::join) --depth;
+    if (step.kind != Step<T>::Kind::branch) continue;
+    if (kept_.size() == depth) kept_.emplace_back();
+    kept_[depth++].reserve(TensorView<T>::required(step.src, max_batch, {}));
+  }
   memory_.reserve(input + pair[0] + pair[1]);
   dense_.reserve(dense);
   tensors_.emplace_back(memory_.data(), inference.input_shape(), max_batch, halo_of(steps, 0));
@@ -74,6 +103,7 @@ void BatchExecutor<T>::set_batch(int batch) {
 template <class T>
 void BatchExecutor<T>::forward() {
   const std::vector<Step<T>>& steps = inference_.steps();
+  std::size_t depth = 0;
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const Step<T>& step = steps[i];
     const TensorView<T>&src = tensors_[i], &dst = tensors_[i + 1];
@@ -90,6 +120,15 @@ void BatchExecutor<T>::forward() {
         break;
       case Step<T>::Kind::activation:
         activate(step, src, dst);
+        break;
+      case Step<T>::Kind::branch:
+        copy_planes<T>(src, {kept_[depth++].data(), step.src, src.batch(), {}});
+        break;
+      case Step<T>::Kind::join:
+        join<T>(step.join, {kept_[--depth].data(), step.join.kept, src.batch(), {}}, src, dst);
+        break;
+      case Step<T>::Kind::operation:
+        run_operation(step, src, dst);
         break;
     }
   }

@@ -18,7 +18,11 @@ class BatchExecutor {
   BatchExecutor(const Inference<T>& inference, int max_batch);
 
   int max_batch() const { return max_batch_; }
-  std::size_t memory_bytes() const { return (memory_.size() + dense_.size()) * sizeof(T); }
+  std::size_t memory_bytes() const {
+    std::size_t values = memory_.size() + dense_.size();
+    for (const AlignedBuffer<T>& kept : kept_) values += kept.size();
+    return values * sizeof(T);
+  }
   /// Samples of the next forward, 1 .. max_batch().
   void set_batch(int batch);
   /// Where to load the samples before each forward().
@@ -32,6 +36,7 @@ class BatchExecutor {
   const Inference<T>& inference_;
   int max_batch_;
   AlignedBuffer<T> memory_;
+  std::vector<AlignedBuffer<T>> kept_;  // inputs of residuals and concats, by the depth of the block
   AlignedBuffer<T> dense_;              // outputs of a fully connected layer whose dst has a halo
   std::vector<TensorView<T>> tensors_;  // [0] the input, [i + 1] the output of step i
 };

@@ -1,12 +1,47 @@
-// Mean squared error over a batch, with its gradient.
+// Losses: what a training minimises, with the derivative by each output. A loss of your own is a class with three
+// functions; nn::fit (nn/fit.hpp) takes it as it takes the ones here.
 #pragma once
 
+#include <memory>
 #include <span>
+#include <string>
 #include <type_traits>
 
 #include "nn/tensor.hpp"
 
 namespace decid::nn {
+
+/// The loss of one sample. A batch's loss is the mean over its samples.
+class Loss {
+ public:
+  virtual ~Loss() = default;
+  /// Returns the loss of a sample and writes its derivative by each output. `output` has the network's values,
+  /// channel-major; `target` has targets(output.size()) values. Several threads call it at once.
+  virtual double sample(std::span<const double> output, std::span<const double> target,
+                        std::span<double> diff) const = 0;
+  /// Returns how many values a sample's target has if the network has `outputs`.
+  virtual int targets(int outputs) const { return outputs; }
+  /// Returns the name with its settings, by which a checkpoint is compared.
+  virtual std::string text() const = 0;
+};
+
+/// Returns the mean over outputs of (output - target)^2.
+std::shared_ptr<const Loss> squared_error();
+/// Returns -log of the target's class in softmax(output), with decid's own exp and log: the same bits everywhere. The
+/// target is one value, the number of the class from 0; sample() throws Error for any other.
+std::shared_ptr<const Loss> cross_entropy();
+/// Returns the mean over outputs of e^2 / 2 for |e| <= delta, else delta (|e| - delta / 2), e = output - target. Huber,
+/// "Robust estimation of a location parameter", 1964. Throws Error unless delta > 0.
+std::shared_ptr<const Loss> huber(double delta = 1.0);
+/// Returns the loss called "squared-error", "cross-entropy" or "huber". Throws Error for another name.
+std::shared_ptr<const Loss> loss_named(const std::string& name);
+
+/// Returns the sum of the losses of a batch, sample after sample in double. `targets` has targets() values a sample.
+/// `diff`, of the output's shape, gets the derivative of the batch's mean; lanes without a sample get 0. Throws Error
+/// for tensors and targets that do not fit together.
+template <class T>
+double total_loss(const Loss& loss, const std::type_identity_t<TensorView<const T>>& output,
+                  std::type_identity_t<std::span<const T>> targets, const TensorView<T>& diff);
 
 /// The errors of a batch, or of one rank's blocks of a batch of `batch` samples in all: parts[block * outputs + o] =
 /// sum over the block's samples of (output - target)^2 of output o, in double, a lane tree. targets, output, diff as

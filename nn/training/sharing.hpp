@@ -1,5 +1,4 @@
 // How layers share a batch among threads: blocks of 16 samples times groups of channels, each computed on its own.
-// Not installed.
 #pragma once
 
 #include <algorithm>
@@ -26,5 +25,13 @@ inline constexpr int value_group = 8192;
 inline constexpr int conv_group = 16;
 inline constexpr int output_group = 64;
 inline constexpr int plane_group = 8;
+
+/// Calls body(block, channel) for every plane of a batch.
+template <class Body>
+void for_each_plane(int blocks, int channels, const Body& body) {
+  for_each_group(blocks, channels, plane_group, [&](int block, int first, int last) {
+    for (int c = first; c < last; ++c) body(block, c);
+  });
+}
 
 }  // namespace decid::nn

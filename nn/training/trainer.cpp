@@ -7,6 +7,7 @@
 
 #include "base/error.hpp"
 #include "nn/layers/training_layer.hpp"
+#include "nn/training/all_reduce.hpp"
 
 namespace decid::nn {
 namespace {
@@ -31,10 +32,11 @@ void refuse_lone_values(const Network<T>& network, int batch) {
 }  // namespace
 
 template <class T>
-Trainer<T>::Trainer(Network<T>& network, int max_batch, Communicator* ranks)
+Trainer<T>::Trainer(Network<T>& network, int max_batch, Communicator* ranks, bool with_input_diff)
     : network_(network),
       max_batch_(max_batch),
       ranks_(ranks),
+      with_input_diff_(with_input_diff),
       own_batch_(max_batch),
       parameters_(network.parameters()) {
   if (max_batch < 1 || max_batch > 65536)
@@ -44,8 +46,13 @@ Trainer<T>::Trainer(Network<T>& network, int max_batch, Communicator* ranks)
     const auto blocks = static_cast<int>(TensorView<T>::blocks_of(max_batch));
     own_batch_ = std::min(max_batch, max_blocks(blocks, ranks->size()) * lanes);
   }
+  OpenSkips<T> open;
   for (Layer<T>& layer : network.layers()) {
-    layers_.push_back(make_training_layer(layer, own_batch_, layers_.empty() ? nullptr : layers_.back().get()));
+    layers_.push_back(
+        make_training_layer<T>(layer, own_batch_, layers_.empty() ? nullptr : layers_.back().get(), open));
+    if (all_reduce_ && layers_.back()->is_random())
+      throw Error("layer '" + layer.text() + "'", "draws random numbers, which processes cannot share yet",
+                  "train with one process, or leave the layer out");
     if (all_reduce_) layers_.back()->share_batch(*all_reduce_);
     for (std::size_t k = 0; k < layer.parameters().size(); ++k) gradients_.push_back(&layers_.back()->gradient(k));
   }
@@ -111,7 +118,7 @@ void Trainer<T>::plan() {
     place.turn = i > 0 ? 1 - places[i - 1].turn : 0;
     place.activation = kept;
     kept += TensorView<T>::required(place.shape, own_batch_, place.activation_halo);
-    if (i > 0 && !difference_replaces_activation(i))
+    if ((i > 0 || with_input_diff_) && !difference_replaces_activation(i))
       pair[place.turn] =
           std::max(pair[place.turn], TensorView<T>::required(place.shape, own_batch_, place.difference_halo));
   }
@@ -155,6 +162,12 @@ std::vector<int> Trainer<T>::own_samples(int batch) const {
 }
 
 template <class T>
+void Trainer<T>::set_random(std::uint64_t seed, std::uint64_t step) {
+  for (std::size_t i = 0; i < layers_.size(); ++i)
+    if (layers_[i]->is_random()) layers_[i]->set_random(Random(seed, Stream::dropout, step << 16U | i));
+}
+
+template <class T>
 void Trainer<T>::forward() {
   for (std::size_t i = 0; i < layers_.size(); ++i) layers_[i]->forward(activations_[i], activations_[i + 1]);
 }
@@ -163,7 +176,7 @@ template <class T>
 void Trainer<T>::backward() {
   differences_.back().clear_halo();
   for (std::size_t i = layers_.size(); i-- > 0;) {
-    const TensorView<T>* const diff_src = i > 0 ? &differences_[i] : nullptr;
+    const TensorView<T>* const diff_src = i > 0 || with_input_diff_ ? &differences_[i] : nullptr;
     if (diff_src != nullptr && !layers_[i]->in_place()) diff_src->clear_halo();
     layers_[i]->backward(activations_[i], activations_[i + 1], differences_[i + 1], diff_src);
     if (all_reduce_) all_reduce_->progress();

@@ -2,20 +2,25 @@
 // the weights lies here and is gone with it: gradients, velocities, activations, scratch.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
 
-#include "base/communicator.hpp"
 #include "nn/network.hpp"
 #include "nn/tensor.hpp"
-#include "nn/training/all_reduce.hpp"
 #include "nn/training/sgd.hpp"
+
+namespace decid {
+class Communicator;
+}
 
 namespace decid::nn {
 
 template <class T>
 class TrainingLayer;
+template <class T>
+class AllReduce;
 
 /// One step: load input(), forward(), put the loss's derivative into output_diff(), backward(), step(). Nothing is
 /// allocated after construction, except by threads that join later, once each.
@@ -27,7 +32,8 @@ class Trainer {
   /// ranks, unless null: the processes that share each batch, all of which make the same calls. A rank has the samples
   /// of some blocks of 16 (own_samples()); weights, statistics and gradients are those of the whole batch, the same at
   /// every rank and the same bits as those of one process alone.
-  Trainer(Network<T>& network, int max_batch, Communicator* ranks = nullptr);
+  /// with_input_diff: backward() also leaves the derivative by the input.
+  Trainer(Network<T>& network, int max_batch, Communicator* ranks = nullptr, bool with_input_diff = false);
   Trainer(Trainer&&) noexcept;
   ~Trainer();
 
@@ -49,6 +55,12 @@ class Trainer {
   /// Where to put d loss / d output before backward().
   TensorView<T> output_diff() { return differences_.back(); }
 
+  /// d loss / d input after backward(), if the trainer was made for it.
+  TensorView<const T> input_diff() const { return differences_.front(); }
+
+  /// The random numbers of layers that draw some (dropout), from now on: those of (seed, step). Without this call they
+  /// draw none. Equal numbers give equal masks, for any number of threads.
+  void set_random(std::uint64_t seed, std::uint64_t step);
   /// With the batch's statistics in BatchNorm.
   void forward();
   /// Gradients of all parameters from output_diff(), which it overwrites.
@@ -73,6 +85,7 @@ class Trainer {
   Network<T>& network_;
   int max_batch_;
   Communicator* ranks_;
+  bool with_input_diff_;
   int own_batch_;                             // the largest of this rank
   std::unique_ptr<AllReduce<T>> all_reduce_;  // with other ranks
   std::vector<Parameter<T>*> parameters_;

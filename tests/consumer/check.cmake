@@ -32,7 +32,7 @@ file(RENAME ${scratch}/prefix ${scratch}/moved)
 # All components.
 run(${configure} -B ${scratch}/build)
 run(${CMAKE_COMMAND} --build ${scratch}/build --config ${CONFIG} --parallel 2)
-foreach(program identification inference training)
+foreach(program engine identification inference training)
   run(${scratch}/build/${program})
   message(STATUS "${output}")
 endforeach()
@@ -50,6 +50,12 @@ if(EXISTS ${scratch}/moved/lib/libdecid_npz.a)
   refuse("ZLIB" -D WANTED=image,nn,npz ${without})
 endif()
 refuse("it has no component 'imgae'; the components installed here are base, sim, posterior, nn" -D WANTED=imgae,nn)
+
+# The engine alone, with a layer of the consumer's own.
+run(${configure} -B ${scratch}/engine -D WANTED=nn ${without})
+run(${CMAKE_COMMAND} --build ${scratch}/engine --config ${CONFIG})
+run(${scratch}/engine/engine)
+message(STATUS "${output}")
 
 # No header that is private is there.
 foreach(header base/files/json_object.hpp sim/protocol/stimulus_json.hpp dataset/npz/zip.hpp nn/kernels/generic.hpp)

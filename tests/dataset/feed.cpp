@@ -5,7 +5,6 @@
 #include <omp.h>
 
 #include <algorithm>
-#include <limits>
 #include <numeric>
 #include <set>
 #include <stdexcept>
@@ -239,32 +238,6 @@ class InSmallBlocks final : public TrialSource {
 };
 
 }  // namespace
-
-TEST_CASE("the batches of an epoch: as few as the largest allows, of sizes that differ by 1 at most") {
-  for (int trials = 1; trials <= 70; ++trials)
-    for (int largest = 1; largest <= 72; ++largest) {
-      const EpochBatches batches(trials, largest);
-      CAPTURE(trials);
-      CAPTURE(largest);
-      REQUIRE(batches.count() == (trials + largest - 1) / largest);
-      REQUIRE(batches.first(0) == 0);
-      REQUIRE(batches.first(batches.count()) == trials);
-      for (int i = 0; i < batches.count(); ++i) {
-        REQUIRE(batches.size(i) <= largest);
-        REQUIRE((batches.size(i) == batches.smallest() || batches.size(i) == batches.smallest() + 1));
-        REQUIRE((i == 0 || batches.size(i) <= batches.size(i - 1)));
-        REQUIRE(batches.beginning_at(batches.first(i)) == i);
-        if (trials % largest == 0) REQUIRE(batches.size(i) == largest);
-      }
-    }
-  const EpochBatches tail(300, 299);
-  CHECK(tail.size(0) == 150);
-  CHECK(tail.size(1) == 150);
-  for (const int none : {-1, 1, 299, 300}) CHECK_THROWS_AS(tail.beginning_at(none), Error);
-  CHECK_THROWS_AS(EpochBatches(0, 1), Error);
-  CHECK_THROWS_AS(EpochBatches(5, 0), Error);
-  CHECK(EpochBatches(std::numeric_limits<int>::max(), 2).count() == 1 << 30);
-}
 
 TEST_CASE("a feed gives every trial of an epoch once, the same for any number of threads and wherever it begins") {
   constexpr int trials = 23, batch = 5, epochs = 3;                 // batches of 5, 5, 5, 4, 4

@@ -360,7 +360,7 @@ TEST_CASE("texts: errors name the line and what is wrong with it") {
   const Shape shape{3, 6, 5};
   const std::pair<const char*, const char*> texts[]{
       {"", "ends where another word is expected"},
-      {"dropout", "is not a layer this program knows"},
+      {"softsign", "is not a layer this program knows"},
       {"Conv 4 3x3", "is not a layer this program knows"},
       {"conv", "ends where another word is expected"},
       {"conv 4", "ends where another word is expected"},
@@ -392,7 +392,9 @@ TEST_CASE("texts: errors name the line and what is wrong with it") {
       {"maxpool", "ends where another word is expected"},
       {"maxpool 2 stride", "ends where another word is expected"},
       {"maxpool 0", "'0' is not a whole number from 1 to 4096"},
-      {"maxpool 2 pad 1", "has 'pad' left over"},
+      {"maxpool 2 pad 2", "has padding as large as its window"},
+      {"globalavgpool pad 1", "has 'pad' left over"},
+      {"dropout", "ends where another word is expected"},
       {"maxpool 7x1", "has a window larger than its input of 6x5"},
       {"avgpool 1x6", "has a window larger than its input of 6x5"},
       {"avgpool 2 stride 0", "'0' is not a whole number from 1 to 4096"},
@@ -412,11 +414,11 @@ TEST_CASE("texts: errors name the line and what is wrong with it") {
   CHECK(layer_error({1, 1000, 1000}, "conv 4096 1x1") ==
         "layer 'conv 4096 1x1': has 4096000000 outputs, more than 268435456");
   try {
-    make_layer<float>(shape, "dropout");
+    make_layer<float>(shape, "softsign");
   } catch (const decid::Error& error) {
-    CHECK(
-        error.remedy() ==
-        "layers are: conv CHANNELS RxC [stride RxC] [pad RxC], batchnorm, relu, maxpool RxC [stride RxC], avgpool RxC "
-        "[stride RxC], globalavgpool, statspool, fc OUTPUTS");
+    CHECK(error.remedy() ==
+          "layers are: conv CHANNELS RxC [stride RxC] [pad RxC] [groups N] [dilation RxC], batchnorm, layernorm, relu, "
+          "leakyrelu [SLOPE], gelu, tanh, sigmoid, maxpool RxC [stride RxC] [pad RxC], avgpool RxC [stride RxC] "
+          "[pad RxC], globalavgpool, statspool, dropout RATE, fc OUTPUTS, residual { ... }, concat { ... }");
   }
 }

@@ -236,6 +236,26 @@ TEST_CASE("safetensors: truncation at every byte is refused") {
   refused(bytes + std::string(1000, 'x'), "1000 bytes that belong to no tensor");
 }
 
+TEST_CASE("safetensors: F16 and BF16 are read, tensors of other types are skipped by name") {
+  // 1.5, -2^-24 (the least), 65504 (the largest), infinity; then 1.5, -2, 2^-126, 0; then a count.
+  const std::uint16_t bits[] = {0x3e00, 0x8001, 0x7bff, 0x7c00, 0x3fc0, 0xc000, 0x0080, 0x0000};
+  std::string data(reinterpret_cast<const char*>(bits), sizeof bits);
+  const std::string header =
+      R"({"half":{"dtype":"F16","shape":[2,2],"data_offsets":[0,8]},"brain":{"dtype":"BF16","shape":[4],)"
+      R"("data_offsets":[8,16]},"bn.num_batches_tracked":{"dtype":"I64","shape":[],"data_offsets":[16,24]}})";
+  const std::uint64_t length = header.size();
+  const std::string bytes =
+      std::string(reinterpret_cast<const char*>(&length), sizeof length) + header + data + std::string(8, '\0');
+  const TensorFile file = from_safetensors(bytes, "test");
+  CHECK(file.find("half", 4, "test").values ==
+        std::vector<float>{1.5F, -0x1p-24F, 65504.0F, std::numeric_limits<float>::infinity()});
+  CHECK(file.find("brain", 4, "test").values == std::vector<float>{1.5F, -2.0F, 0x1p-126F, 0.0F});
+  CHECK(file.tensors.size() == 2);
+  CHECK(file.skipped == std::vector<std::string>{"bn.num_batches_tracked (I64)"});
+  CHECK_THROWS_WITH_AS(file.find("bn.num_batches_tracked", 1, "test"), doctest::Contains("of a type that no layer has"),
+                       decid::Error);
+}
+
 TEST_CASE("safetensors: headers that are refused") {
   const auto entry = [](const std::string& rest) { return file_of("{\"a\":" + rest + "}"); };
   const auto of = [&](const std::string& shape, const std::string& offsets) {
@@ -266,7 +286,7 @@ TEST_CASE("safetensors: headers that are refused") {
   refused(of("[1]", "[0,4]"), "has 4 bytes that belong to no tensor");
   refused(of("[1]", "[4,8]"), "has a gap or an overlap at byte 4");
 
-  for (const char* type : {"F64", "F16", "BF16", "I32", "f32", ""}) {
+  for (const char* type : {"F4", "I128", "f32", "", " ", "F16 BF16"}) {
     CAPTURE(type);
     refused(entry(std::string("{\"dtype\":\"") + type + "\",\"shape\":[2],\"data_offsets\":[0,8]}"),
             std::string("stores 'a' as ") + type + ", not F32");

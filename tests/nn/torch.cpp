@@ -111,6 +111,24 @@ TEST_CASE("PyTorch: fully connected") {
   check_layer(18, "fcmany", {3, 1, 2}, 35, "fc 40");
 }
 
+TEST_CASE("PyTorch: groups, dilation, padded pools") {
+  check_layer(19, "groups2", {4, 6, 5}, 19, "conv 6 3x3 pad 1 groups 2");
+  check_layer(20, "depthwise", {5, 7, 6}, 3, "conv 5 3x3 stride 2 pad 1 groups 5");
+  check_layer(21, "dilation2x3", {4, 9, 8}, 17, "conv 6 3x2 pad 2x1 groups 2 dilation 2x3");
+  check_layer(22, "dilation5x1", {3, 12, 1}, 16, "conv 4 3x1 pad 4x0 dilation 5x1");
+  check_layer(23, "maxpool3pad1", {3, 9, 8}, 17, "maxpool 3 stride 2 pad 1");
+  check_layer(24, "avgpool3pad1", {3, 9, 8}, 5, "avgpool 3 stride 2 pad 1");
+}
+
+TEST_CASE("PyTorch: activations and layer normalisation") {
+  check_layer(25, "leakyrelu", {3, 4, 5}, 17, "leakyrelu 0.125");
+  check_layer(26, "tanh", {3, 4, 5}, 17, "tanh");
+  check_layer(27, "sigmoid", {3, 4, 5}, 17, "sigmoid");
+  check_layer(28, "gelu", {3, 4, 5}, 17, "gelu");
+  check_layer(29, "layernorm", {6, 4, 5}, 19, "layernorm");
+  check_layer(30, "layernormflat", {33, 1, 1}, 3, "layernorm");
+}
+
 TEST_CASE("PyTorch: batch normalisation, three steps of training and inference") {
   const Shape shape{9, 5, 6};
   Chain<float> chain(shape, "batchnorm", 19);

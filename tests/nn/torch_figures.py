@@ -28,7 +28,20 @@ LAYERS = [  # name, input shape, batch, layer; the order gives the numbers of th
     ("globalavgpool", (5, 7, 6), 19, "globalavgpool"),
     ("fc", (4, 5, 6), 19, "fc 7"),
     ("fcmany", (3, 1, 2), 35, "fc 40"),
+    ("groups2", (4, 6, 5), 19, "conv 6 3x3 pad 1 groups 2"),
+    ("depthwise", (5, 7, 6), 3, "conv 5 3x3 stride 2 pad 1 groups 5"),
+    ("dilation2x3", (4, 9, 8), 17, "conv 6 3x2 pad 2x1 groups 2 dilation 2x3"),
+    ("dilation5x1", (3, 12, 1), 16, "conv 4 3x1 pad 4x0 dilation 5x1"),
+    ("maxpool3pad1", (3, 9, 8), 17, "maxpool 3 stride 2 pad 1"),
+    ("avgpool3pad1", (3, 9, 8), 5, "avgpool 3 stride 2 pad 1"),
+    ("leakyrelu", (3, 4, 5), 17, "leakyrelu 0.125"),
+    ("tanh", (3, 4, 5), 17, "tanh"),
+    ("sigmoid", (3, 4, 5), 17, "sigmoid"),
+    ("gelu", (3, 4, 5), 17, "gelu"),
+    ("layernorm", (6, 4, 5), 19, "layernorm"),
+    ("layernormflat", (33, 1, 1), 3, "layernorm"),
 ]
+NONLINEAR = ("tanh", "sigmoid", "gelu", "layernorm")
 NETWORK = ("conv 4 3x3 pad 1", "batchnorm", "relu", "maxpool 2", "conv 6 3x3 stride 2x1 pad 1", "batchnorm", "relu",
            "avgpool 2", "fc 3")
 NETWORK_SHAPE, NETWORK_BATCH, STEPS = (2, 12, 10), 19, 5
@@ -63,12 +76,12 @@ def option(words, name, default):
 def parameters(line, shape, identity):
     words = line.split()
     if words[0] == "conv":
-        size = (int(words[1]), shape[0], *pair(words[2]))
+        size = (int(words[1]), shape[0] // option(words, "groups", (1, 1))[0], *pair(words[2]))
         return {"weight": tensor(identity, size, 0.5), "bias": tensor(identity + 1, size[:1])}
     if words[0] == "fc":
         size = (int(words[1]), math.prod(shape))
         return {"weight": tensor(identity, size, 0.5), "bias": tensor(identity + 1, size[:1])}
-    if words[0] == "batchnorm":
+    if words[0] in ("batchnorm", "layernorm"):
         return {"gamma": tensor(identity, shape[:1], 0.5, 1.0), "beta": tensor(identity + 1, shape[:1])}
     return {}
 
@@ -77,17 +90,22 @@ def apply(line, x, p, statistics=None, training=True):
     words = line.split()
     if words[0] == "conv":
         return F.conv2d(x, p["weight"], p["bias"], stride=option(words, "stride", (1, 1)),
-                        padding=option(words, "pad", (0, 0)))
+                        padding=option(words, "pad", (0, 0)), groups=option(words, "groups", (1, 1))[0],
+                        dilation=option(words, "dilation", (1, 1)))
     if words[0] == "fc":
         return F.linear(x.flatten(1), p["weight"], p["bias"])[:, :, None, None]
     if words[0] == "batchnorm":
         return F.batch_norm(x, *statistics, p["gamma"], p["beta"], training=training, momentum=0.1, eps=1e-5)
-    if words[0] == "relu":
-        return F.relu(x)
+    if words[0] == "layernorm":
+        return F.group_norm(x, 1, p["gamma"], p["beta"], eps=1e-5)
+    if words[0] == "leakyrelu":
+        return F.leaky_relu(x, float(words[1]))
+    if words[0] in ("relu", "tanh", "sigmoid", "gelu"):
+        return getattr(torch if words[0] in ("tanh", "sigmoid") else F, words[0])(x)
     if words[0] == "globalavgpool":
         return F.adaptive_avg_pool2d(x, 1)
     pool = F.max_pool2d if words[0] == "maxpool" else F.avg_pool2d
-    return pool(x, pair(words[1]), stride=option(words, "stride", pair(words[1])))
+    return pool(x, pair(words[1]), stride=option(words, "stride", pair(words[1])), padding=option(words, "pad", (0, 0)))
 
 
 def emit(name, values, length, magnitude):
@@ -118,6 +136,10 @@ def layer_figures(number, name, shape, batch, line):
         return {"dst": y, "diff_src": x.grad, **{k: v.grad for k, v in p.items()}}
 
     exact, terms = run(False), run(True)
+    if kind in NONLINEAR:  # computed in double and rounded once; gradients of parameters are sums over the batch
+        for key, values in exact.items():
+            emit(f"{name}/{key}", values, 4, batch * math.prod(shape[1:]) if key in ("gamma", "beta") else values.abs().max())
+        return
     plane = exact["dst"].shape[2] * exact["dst"].shape[3]
     if kind in ("conv", "fc"):
         inputs = terms["weight"].shape[1:].numel()
@@ -129,6 +151,8 @@ def layer_figures(number, name, shape, batch, line):
         length = {"dst": window[0] * window[1] + 2, "diff_src": window[0] * window[1] + 2}
     else:  # copies; overlapping windows add up
         length = {"dst": 0, "diff_src": 0 if kind == "relu" else 9}
+    if kind == "leakyrelu":
+        length = {"dst": 1, "diff_src": 1}
     for key, values in exact.items():
         emit(f"{name}/{key}", values, length[key], terms[key].abs().max())
 

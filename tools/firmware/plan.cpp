@@ -5,6 +5,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "nn/operation.hpp"
 #include "sim/fft.hpp"
 
 namespace decid::tools {
@@ -79,6 +80,13 @@ Chain chain_of(const nn::Inference<float>& inference) {
       add_sums(chain, step);
       continue;
     }
+    if (step.kind != nn::Step<float>::Kind::activation)
+      throw Error(
+          "export",
+          "the network has " + (step.operation ? "a layer '" + step.operation->text() + "'" : "a residual or concat") +
+              ", which exported C does not have yet",
+          "export a network of conv without groups and dilation, fc, batchnorm, relu, pools without padding and "
+          "statspool, or export ONNX");
     FirmwareLayer& finished = chain.to_finish();
     finished.affine = step.affine;
     finished.normalises = step.affine.scale.empty();
@@ -171,6 +179,17 @@ FirmwarePlan plan_by(const Chain& chain, const Model& model, const FirmwareOptio
   return plan;
 }
 
+void check_sizes(const Chain& chain) {
+  if (chain.shapes().size() > max_layers)
+    throw Error("export", format("the network has %zu layers, more than %d", chain.shapes().size() - 1, max_layers),
+                "export a smaller network");
+}
+void check_sizes(const FirmwarePlan& plan) {
+  if (plan.arena.bytes > max_bytes)
+    throw Error("export", format("the network needs %lld bytes to work in, more than 1 GiB", plan.arena.bytes),
+                "export a smaller network");
+}
+
 }  // namespace
 
 int FirmwarePlan::max_radix() const {
@@ -201,17 +220,40 @@ FirmwarePlan plan_firmware(const Model& model, const FirmwareOptions& options) {
   if (options.familiarity && options.int8)
     throw Error("--familiarity", "is learned of the network in float, not of 8-bit integers", "leave one of them out");
   const Chain chain = chain_of(nn::Inference<float>(model.network));
-  if (chain.shapes().size() > max_layers)
-    throw Error("export", format("the network has %zu layers, more than %d", chain.shapes().size() - 1, max_layers),
-                "export a smaller network");
+  check_sizes(chain);
   FirmwarePlan rows = plan_by(chain, model, options, true), columns = plan_by(chain, model, options, false);
   const bool by_columns = options.incremental && model.images().shape().columns > 1;
   const bool by_rows = model.image().block > 0;
   FirmwarePlan plan =
       !by_rows && (by_columns || columns.arena.bytes < rows.arena.bytes) ? std::move(columns) : std::move(rows);
-  if (plan.arena.bytes > max_bytes)
-    throw Error("export", format("the network needs %lld bytes to work in, more than 1 GiB", plan.arena.bytes),
-                "export a smaller network");
+  check_sizes(plan);
+  return plan;
+}
+
+FirmwarePlan plan_network(const nn::Network<float>& network) {
+  const nn::Shape& out = network.output_shape();
+  if (out.rows != 1 || out.columns != 1)
+    throw Error("export", format("the network's outputs are %d x %d planes", out.rows, out.columns),
+                "end it with fc or a pool over whole planes, or export ONNX");
+  const Chain chain = chain_of(nn::Inference<float>(network));
+  check_sizes(chain);
+  FirmwarePlan plan;
+  plan.layers = Chain(chain).layers();
+  long long values = 0, patch = 0;
+  for (std::size_t i = 0; i < chain.shapes().size(); ++i) {
+    FirmwareMap map;
+    map.shape = chain.shapes()[i];
+    lay_out(map, i < plan.layers.size() ? &plan.layers[i] : nullptr, true, i == 0);
+    map.offset = static_cast<int>(std::min(values, max_bytes));
+    if (i + 1 < chain.shapes().size()) values += map.values();
+    plan.maps.push_back(map);
+  }
+  for (const FirmwareLayer& layer : plan.layers)
+    if (!layer.reads_all()) patch = std::max<long long>(patch, layer.taps);
+  plan.arena.maps = aligned(static_cast<long long>(plan.maps.size()) * 4);
+  plan.arena.patch = aligned(plan.arena.maps + values * 4);
+  plan.arena.bytes = aligned(plan.arena.patch + patch * 4);
+  check_sizes(plan);
   return plan;
 }
 

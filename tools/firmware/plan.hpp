@@ -82,5 +82,8 @@ struct FirmwarePlan {
 /// has several; inputs of time series, of one column, go by rows, which are times. Throws Error for models that do not
 /// fit a firmware: outputs that are neither parameters nor a mixture, more than 250 layers, an arena above 1 GiB.
 FirmwarePlan plan_firmware(const Model& model, const FirmwareOptions& options);
+/// The plan of a network alone, whose input is given whole. Throws Error also for layers that the runtime does not have
+/// and for outputs in more than one row and column.
+FirmwarePlan plan_network(const nn::Network<float>& network);
 
 }  // namespace decid::tools

@@ -197,6 +197,8 @@ std::string named(std::string& text, const char* type, const std::string& name, 
   return name;
 }
 
+}  // namespace
+
 std::string layer_tables(const FirmwarePlan& plan) {
   static constexpr const char* kinds[] = {"LAYER_CONVOLUTION", "LAYER_ALL", "LAYER_MAX_POOL", "LAYER_AVERAGE_POOL",
                                           "LAYER_STATISTICS"};
@@ -223,6 +225,8 @@ std::string layer_tables(const FirmwarePlan& plan) {
   return tables + map_table(plan) + text + "};\n\n";
 }
 
+namespace {
+
 /// Returns the tables that turn a time series into a network input: the weight of each cycle's difference, and the
 /// planes that do not depend on the sway.
 std::string series_tables(const Model& model, const ForBody& body) {
@@ -248,11 +252,15 @@ std::string series_tables(const Model& model, const ForBody& body) {
          table("static const float given_plane[]", given);
 }
 
+}  // namespace
+
 std::vector<std::uint32_t> bits_of(const std::vector<float>& values) {
   std::vector<std::uint32_t> bits;
   for (const float value : values) bits.push_back(std::bit_cast<std::uint32_t>(value));
   return bits;
 }
+
+namespace {
 
 /// Returns the tables that map outputs to parameters, and the expected results of the self-test.
 std::string result_tables(const Model& model, const ForBody& body, const TestVector& test) {

@@ -43,6 +43,9 @@ std::string define_double(const std::string& name, double value);
 /// Returns a C literal with exactly these bits. Throws Error for a value that is not finite.
 std::string literal(float value);
 std::string literal(double value, int digits = 17);
+/// Returns the tables of weights, maps and layers.
+std::string layer_tables(const FirmwarePlan& plan);
+std::vector<std::uint32_t> bits_of(const std::vector<float>& values);
 /// Escapes `text` for a C comment.
 std::string comment(const std::string& text);
 /// Returns a C table, several values per line.

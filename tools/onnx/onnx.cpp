@@ -2,11 +2,15 @@
 #include "tools/onnx/onnx.hpp"
 
 #include <initializer_list>
+#include <map>
+#include <utility>
 #include <variant>
 #include <vector>
 
+#include "base/error.hpp"
 #include "base/version.hpp"
-#include "nn/safetensors.hpp"
+#include "nn/network_file.hpp"
+#include "nn/operation.hpp"
 #include "tools/onnx/protobuf.hpp"
 
 namespace decid::tools {
@@ -146,7 +150,103 @@ class Graph {
     node_of("Concat", {mean, last_}, {int_attribute("axis", 1)});
   }
 
+  void add(const nn::Branch&) {
+    need_planes();
+    kept_.push_back(last_);
+  }
+  void add(const nn::Join& layer) {
+    need_planes();
+    const std::vector<std::string> inputs{kept_.back(), last_};
+    kept_.pop_back();
+    layer.concatenates ? node_of("Concat", inputs, {int_attribute("axis", 1)}) : node_of("Add", inputs, {});
+  }
+
+  /// A layer of one file, by the words of its line.
+  void add(const nn::Extension& layer) {
+    const std::string text = layer.text();
+    nn::Words words(text);
+    const std::string word = words.take();
+    if (word == "conv") return add_grouped(words);
+    if (word == "maxpool" || word == "avgpool") return add_padded(word, words);
+    if (word == "leakyrelu") return node("LeakyRelu", {}, {float_attribute("alpha", words.take_number(0, 1))});
+    if (word == "tanh") return node("Tanh", {});
+    if (word == "sigmoid") return node("Sigmoid", {});
+    if (word == "dropout") return;  // passes on in inference
+    if (word == "gelu") return add_gelu();
+    if (word == "layernorm") return add_layernorm();
+    throw Error("layer '" + text + "'", "has no operator of ONNX", "export a network of decid's own layers");
+  }
+  static Message pair_attribute(std::string_view name, std::pair<int, int> pair) {
+    return ints_attribute(name, {pair.first, pair.second});
+  }
+  static Message pads(std::pair<int, int> pair) {
+    return ints_attribute("pads", {pair.first, pair.second, pair.first, pair.second});
+  }
+  /// The pair behind `name` of a line that text() wrote: all its options are there, in this order.
+  static std::pair<int, int> option(nn::Words& words, const char* name) {
+    words.take_if(name);
+    return words.take_pair(0, 1 << 20);
+  }
+  void add_grouped(nn::Words& words) {
+    need_planes();
+    words.take();
+    const std::pair<int, int> kernel = words.take_pair(1, 255), stride = option(words, "stride"),
+                              pad = option(words, "pad"), groups = option(words, "groups"),
+                              dilation = option(words, "dilation");
+    node("Conv", {"weight", "bias"},
+         {pair_attribute("kernel_shape", kernel), pair_attribute("strides", stride), pads(pad),
+          int_attribute("group", groups.first), pair_attribute("dilations", dilation)});
+  }
+  void add_padded(const std::string& word, nn::Words& words) {
+    need_planes();
+    const std::pair<int, int> kernel = words.take_pair(1, 4096), stride = option(words, "stride"),
+                              pad = option(words, "pad");
+    const Message shape = pair_attribute("kernel_shape", kernel), strides = pair_attribute("strides", stride);
+    if (word == "maxpool") return node("MaxPool", {}, {shape, strides, pads(pad)});
+    node("AveragePool", {}, {shape, strides, pads(pad), int_attribute("count_include_pad", 1)});
+  }
+  /// A number as a tensor of the layer.
+  void constant(const std::string& name, double value) {
+    graph_.add(5, tensor(prefix_ + name, {}, std::vector<float>{static_cast<float>(value)}, type_float));
+  }
+  /// x (1 + erf(x / sqrt 2)) / 2
+  void add_gelu() {
+    const std::string x = last_;
+    constant("root_half", 0.70710678118654752);
+    constant("one", 1);
+    constant("half", 0.5);
+    node("Mul", {"root_half"});
+    node("Erf", {});
+    node("Add", {"one"});
+    node_of("Mul", {x, last_}, {});
+    node("Mul", {"half"});
+  }
+  /// Over channels, rows and columns; gamma and beta of channels.
+  void add_layernorm() {
+    need_planes();
+    const auto mean = [&](const std::string& of) {
+      node_of("ReduceMean", {of}, {ints_attribute("axes", {1, 2, 3}), int_attribute("keepdims", 1)});
+      return last_;
+    };
+    const std::string x = last_;
+    node_of("Sub", {x, mean(x)}, {});
+    const std::string off = last_;
+    node_of("Mul", {off, off}, {});
+    mean(last_);
+    constant("epsilon", 1e-5);
+    node("Add", {"epsilon"});
+    node("Sqrt", {});
+    node_of("Div", {off, last_}, {});
+    for (const char* name : {"gamma", "beta"}) {
+      graph_.add(5, tensor(prefix_ + name + ".shape", {3}, std::vector<std::int64_t>{-1, 1, 1}, type_int64));
+      const std::string value = last_;
+      node_of("Reshape", {prefix_ + name, prefix_ + name + ".shape"}, {});
+      node_of(std::string_view(name) == "gamma" ? "Mul" : "Add", {value, last_}, {});
+    }
+  }
+
   Message graph_;
+  std::vector<std::string> kept_;  // what residuals and concats that are open began with
   std::string prefix_, last_ = "images";
   int nodes_ = 0;
   bool flat_ = false;
@@ -154,15 +254,27 @@ class Graph {
 
 }  // namespace
 
-std::string onnx_bytes(const Model& model) {
+namespace {
+
+std::string bytes_of(const nn::Network<float>& network, const std::map<std::string, std::string>& metadata) {
   Message file;
   file.add(1, ir_version).add(2, std::string_view("decid")).add(3, std::string_view(version));
-  file.add(7, Graph(model.network).message());
+  file.add(7, Graph(network).message());
   file.add(8, Message().add(1, std::string_view()).add(2, operators_version));
-  for (const auto& [key, value] : nn::from_safetensors(to_bytes(model), "model").metadata)
+  for (const auto& [key, value] : metadata)
     if (key != "log" && key != nn::content_hash_key)
       file.add(14, Message().add(1, std::string_view("decid." + key)).add(2, std::string_view(value)));
   return file.bytes();
+}
+
+}  // namespace
+
+std::string onnx_bytes(const Model& model) {
+  return bytes_of(model.network, nn::from_safetensors(to_bytes(model), "model").metadata);
+}
+
+std::string onnx_bytes(const nn::Network<float>& network) {
+  return bytes_of(network, nn::to_tensors(network).metadata);
 }
 
 }  // namespace decid::tools

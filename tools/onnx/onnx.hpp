@@ -13,5 +13,8 @@ namespace decid::tools {
 /// (trials, outputs), in float32. Its metadata_props are the metadata of the model file without its log, keys prefixed
 /// "decid.".
 std::string onnx_bytes(const Model& model);
+/// The same of a network alone, with its architecture and input as metadata_props. Throws Error, as the other does, for
+/// a layer that a program registered: no operator is known for it.
+std::string onnx_bytes(const nn::Network<float>& network);
 
 }  // namespace decid::tools

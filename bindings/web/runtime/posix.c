@@ -1,5 +1,5 @@
-// POSIX functions that decid and libc++'s file system call and wasi-libc lacks. Files of a page have neither permissions
-// nor locks.
+// POSIX functions that decid and libc++'s file system call and wasi-libc lacks. Files of a page have neither
+// permissions nor locks.
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>

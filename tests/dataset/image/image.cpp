@@ -197,8 +197,7 @@ TEST_CASE("image sizes and settings out of bounds are refused") {
   check_error([] { ImageSettings{.channels = std::vector<Channel>(17)}.validate(); }, {"17 channels"});
   const ImageMaker maker({.window = 10}, 20);
   std::vector<float> sway(20), image(40);
-  check_error([&] { maker.make(std::span<const float>(sway).first(19), image); },
-              {"19 samples instead of 20"});
+  check_error([&] { maker.make(std::span<const float>(sway).first(19), image); }, {"19 samples instead of 20"});
   check_error([&] { maker.make(sway, std::span(image).first(39)); }, {"space for 39 values for 1 images of 40"});
   const std::array<Sway, 2> two{Sway(sway), Sway(std::span<const float>(sway).first(18))};
   std::vector<float> images(80);

@@ -325,8 +325,7 @@ TEST_CASE("a data set of a made-up body has its fourteen parameters, by their na
   const TemporaryFolder folder;
   Dataset data = small_dataset();
   data.protocol.experiment.body_model = &made_up_body();
-  check_error([&] { write_npz(folder / "a.npz", data); },
-              {"the parameters of trial 0 do not match its body model"});
+  check_error([&] { write_npz(folder / "a.npz", data); }, {"the parameters of trial 0 do not match its body model"});
   for (std::size_t i = 0; i < data.parameters.size(); ++i)
     data.parameters[i] = base_trial(made_up_body().parameters, 9, i).parameters;
   write_npz(folder / "a.npz", data);

@@ -19,10 +19,12 @@
 #include "recording/trial.hpp"
 #include "sim/protocol/protocol_json.hpp"
 #include "tools/decid/command.hpp"
+#include "tools/decid/network_alone.hpp"
 #include "tools/decid/recording_flags.hpp"
 #include "tools/decid/results/identified.hpp"
 #include "tools/decid/results/results.hpp"
 #include "tools/firmware/controller.hpp"
+#include "tools/firmware/network_text.hpp"
 #include "tools/firmware/quantise.hpp"
 #include "tools/firmware/text.hpp"
 #include "tools/onnx/onnx.hpp"
@@ -82,9 +84,34 @@ TestVector test_vector(const Model& model, const ForBody& body, const FirmwarePl
   return test;
 }
 
+/// A network without protocol, image and head: from its input to its outputs.
+void export_alone(const ExportOptions& options, const nn::Network<float>& network, const std::string& name) {
+  if (options.firmware.incremental || options.firmware.int8 || options.firmware.familiarity || options.body.mass_kg)
+    throw Error(options.model, "is a network alone, which --incremental, --int8, --familiarity and --mass do not fit",
+                "leave them out, or give a model");
+  const std::string hash = nn::weights_sha256(network);
+  const std::string origin = format("Made by decid %s from %s, weights SHA-256\n   %s.", version,
+                                    comment(fs::path(options.model).filename()).c_str(), hash.c_str());
+  const FirmwarePlan plan = plan_network(network);
+  write_files(options.output, name, network_files(network, plan, name, origin));
+  if (options.common.json) {
+    std::cout << Json{{"files", {name + ".h", name + ".c"}},
+                      {"weight_bytes", plan.weight_bytes()},
+                      {"arena_bytes", plan.arena.bytes},
+                      {"weights_sha256", hash}}
+                     .dump(2)
+              << '\n';
+  } else if (!options.common.quiet) {
+    std::cout << format("%s.h and %s.c written to %s\n%lld bytes of weights, %lld of arena\n", name.c_str(),
+                        name.c_str(), options.output.c_str(), plan.weight_bytes(), plan.arena.bytes);
+  }
+}
+
 void export_model(const ExportOptions& options) {
   const std::string name = options.name.empty() ? name_of(options.model) : options.name;
   check_firmware_name(name);
+  if (const std::optional<NetworkAlone> alone = network_alone(options.model))
+    return export_alone(options, alone->network, name);
   const Model model = model_or_built_in(options.model);
   const ForBody body = for_body(model, model_name(options.model), options.body.body());
   FirmwarePlan plan = plan_firmware(model, options.firmware);
@@ -123,7 +150,7 @@ void export_model(const ExportOptions& options) {
 void add_export_c(const Command& parent) {
   auto options = std::make_shared<ExportOptions>();
   const Command command = parent.add_subcommand("c", "Write a model as one C file and its header");
-  command.add_option("model", options->model, "Model file; default: the built-in model");
+  command.add_option("model", options->model, "File of a model, or of a network alone; default: the built-in model");
   add_output_option(command, "-o,--output", options->output, Written::folder,
                     "Write NAME.c and NAME.h to this folder, created if missing")
       .required();
@@ -339,6 +366,13 @@ struct OnnxOptions {
 
 void export_onnx(const OnnxOptions& options) {
   refuse_same_file(options.output, {options.model});
+  if (const std::optional<NetworkAlone> alone = network_alone(options.model)) {
+    write_file(options.output, onnx_bytes(alone->network));
+    if (!options.common.quiet)
+      std::cerr << format("the network of %s, to %d outputs, written to %s\n", options.model.c_str(),
+                          alone->network.output_shape().size(), options.output.c_str());
+    return;
+  }
   const Model model = model_or_built_in(options.model);
   write_file(options.output, onnx_bytes(model));
   const nn::Shape in = model.network.input_shape();
@@ -352,7 +386,7 @@ void add_export_onnx(const Command& parent) {
   auto options = std::make_shared<OnnxOptions>();
   const Command command =
       parent.add_subcommand("onnx", "Write a model's network as ONNX: its inputs are the arrays of decid image");
-  command.add_option("model", options->model, "Model file; default: the built-in model");
+  command.add_option("model", options->model, "File of a model, or of a network alone; default: the built-in model");
   add_output_option(command, "-o,--output", options->output, Written::onnx, "Write this file (.onnx)").required();
   add_common_options(command, options->common, false);
   command.footer(

@@ -10,6 +10,7 @@
 #include "sim/protocol/protocol_json.hpp"
 #include "sim/protocol/protocol_object.hpp"
 #include "tools/decid/command.hpp"
+#include "tools/decid/network_alone.hpp"
 
 namespace decid::tools {
 namespace {
@@ -39,25 +40,63 @@ std::string shape_text(const nn::Shape& s) {
   return format("%d x %d x %d", s.channels, s.rows, s.columns);
 }
 
+std::size_t parameters_of(const nn::Layer<float>& layer) {
+  std::size_t count = 0;
+  for (const auto& p : layer.parameters()) count += p.value.size();
+  return count;
+}
+
+Json layers_json(const nn::Network<float>& network) {
+  Json layers = Json::array();
+  for (const nn::Layer<float>& layer : network.layers()) {
+    const nn::Shape s = layer.dst_shape();
+    layers.push_back({{"layer", layer_text(layer)},
+                      {"output", {s.channels, s.rows, s.columns}},
+                      {"parameters", parameters_of(layer)},
+                      {"flops", layer.flops()}});
+  }
+  return layers;
+}
+
+void print_layers(const std::string& name, const nn::Network<float>& network) {
+  std::cout << name << '\n';
+  std::cout << format("  %-48s %-16s %10s %12s\n", "layer", "output", "parameters", "FLOP");
+  std::cout << format("  %-48s %-16s\n", "input", shape_text(network.input_shape()).c_str());
+  for (const nn::Layer<float>& layer : network.layers())
+    std::cout << format("  %-48s %-16s %10zu %12lld\n", layer_text(layer).c_str(),
+                        shape_text(layer.dst_shape()).c_str(), parameters_of(layer), layer.flops());
+  std::cout << format("  %-48s %-16s %10zu %12lld\n", "total", "", network.parameter_count(), network.flops());
+}
+
+/// Of a network without protocol, image and head.
+void info_alone(const InfoOptions& options, const NetworkAlone& file) {
+  const nn::Network<float>& network = file.network;
+  const std::string hash = nn::weights_sha256(network);
+  const nn::Shape& in = network.input_shape();
+  if (options.common.json) {
+    std::cout << Json{{"network", options.model},       {"input", {in.channels, in.rows, in.columns}},
+                      {"layers", layers_json(network)}, {"parameters", network.parameter_count()},
+                      {"flops", network.flops()},       {"skipped", file.skipped},
+                      {"weights_sha256", hash}}
+                     .dump(2)
+              << '\n';
+    return;
+  }
+  print_layers(options.model, network);
+  std::cout << "weights   SHA-256 " << hash << '\n';
+  for (const std::string& tensor : file.skipped) std::cout << "skipped   " << one_line(tensor) << '\n';
+}
+
 void info(const InfoOptions& options) {
+  if (const std::optional<NetworkAlone> alone = network_alone(options.model)) return info_alone(options, *alone);
   const Model model = model_or_built_in(options.model);
   const auto& network = model.network;
   const std::string hash = nn::weights_sha256(network);
   if (options.common.json) {
-    Json layers = Json::array();
-    for (const nn::Layer<float>& layer : network.layers()) {
-      const nn::Shape s = layer.dst_shape();
-      std::size_t parameters = 0;
-      for (const auto& p : layer.parameters()) parameters += p.value.size();
-      layers.push_back({{"layer", layer_text(layer)},
-                        {"output", {s.channels, s.rows, s.columns}},
-                        {"parameters", parameters},
-                        {"flops", layer.flops()}});
-    }
     const nn::Shape& in = network.input_shape();
     std::cout << Json{{"model", model_name(options.model)},
                       {"input", {in.channels, in.rows, in.columns}},
-                      {"layers", layers},
+                      {"layers", layers_json(network)},
                       {"parameters", network.parameter_count()},
                       {"flops", network.flops()},
                       {"protocol", sim::json_of(model.protocol)},
@@ -73,16 +112,7 @@ void info(const InfoOptions& options) {
   const char* const recalibrated = !model.gives_distribution()   ? ""
                                    : model.recalibration.known() ? ", recalibrated"
                                                                  : ", not recalibrated";
-  std::cout << model_name(options.model) << '\n';
-  std::cout << format("  %-48s %-16s %10s %12s\n", "layer", "output", "parameters", "FLOP");
-  std::cout << format("  %-48s %-16s\n", "input", shape_text(network.input_shape()).c_str());
-  for (const nn::Layer<float>& layer : network.layers()) {
-    std::size_t parameters = 0;
-    for (const auto& p : layer.parameters()) parameters += p.value.size();
-    std::cout << format("  %-48s %-16s %10zu %12lld\n", layer_text(layer).c_str(),
-                        shape_text(layer.dst_shape()).c_str(), parameters, layer.flops());
-  }
-  std::cout << format("  %-48s %-16s %10zu %12lld\n", "total", "", network.parameter_count(), network.flops());
+  print_layers(model_name(options.model), network);
   std::cout << "protocol  " << compact(sim::json_of(model.protocol)) << "\nimage     "
             << compact(dataset::json_of(model.image())) << "\norigin    " << to_json(model.origin) << "\nhead      "
             << model.head->name() << recalibrated << "\nweights   SHA-256 " << hash << '\n';
@@ -94,7 +124,7 @@ void add_info(const Command& program) {
   auto options = std::make_shared<InfoOptions>();
   const Command command = program.add_subcommand("info", "Describe a model: layers, size, protocol, hashes");
   command.section("Input");
-  command.add_option("model", options->model, "Model file to describe; default: the built-in model");
+  command.add_option("model", options->model, "File of a model, or of a network alone; default: the built-in model");
   add_common_options(command, options->common, true);
   command.footer(
       "Examples:\n"

@@ -1,0 +1,162 @@
+// decid::nn as Python sees it, with NumPy arrays. What users call is nn.py beside it.
+#include <pybind11/functional.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "base/error.hpp"
+#include "nn/fit.hpp"
+#include "nn/network_file.hpp"
+
+namespace decid::python {
+namespace {
+
+namespace py = pybind11;
+using Network = nn::Network<float>;
+using FloatsIn = py::array_t<float, py::array::c_style | py::array::forcecast>;
+
+std::span<const float> values_of(const FloatsIn& array) {
+  return {array.data(), static_cast<std::size_t>(array.size())};
+}
+
+py::tuple tuple_of(const nn::Shape& shape) {
+  return py::make_tuple(shape.channels, shape.rows, shape.columns);
+}
+
+/// The first axis counts samples.
+int samples_in(const FloatsIn& inputs, const Network& network) {
+  const auto count = inputs.ndim() < 2 ? 0 : inputs.shape(0);
+  if (count < 1 || count > 1 << 30 || inputs.size() != count * network.input_shape().size())
+    throw Error("inputs", "have " + std::to_string(inputs.size()) + " values in " + std::to_string(count) + " samples",
+                "give one or more samples along the first axis, of the network's input_shape");
+  return static_cast<int>(count);
+}
+
+py::array predict(const Network& network, const FloatsIn& inputs) {
+  const auto count = static_cast<py::ssize_t>(samples_in(inputs, network));
+  const nn::Shape out = network.output_shape();
+  std::vector<py::ssize_t> shape{count, out.channels};
+  if (out.rows > 1 || out.columns > 1) shape.insert(shape.end(), {out.rows, out.columns});
+  std::vector<float> outputs;
+  {
+    const py::gil_scoped_release unlocked;
+    outputs = nn::predict(network, values_of(inputs));
+  }
+  return py::array_t<float>(std::move(shape), outputs.data());
+}
+
+/// Views of the parameters and statistics, by their names in files; they keep the network.
+py::dict tensors(const py::object& self) {
+  auto& network = self.cast<Network&>();
+  py::dict all;
+  std::size_t line = 0;
+  for (nn::Layer<float>& layer : network.layers()) {
+    const std::string prefix = "layers." + std::to_string(line) + ".";
+    line += layer.lines();
+    for (nn::Parameter<float>& p : layer.parameters())
+      all[(prefix + p.name).c_str()] =
+          py::array_t<float>(std::vector<py::ssize_t>(p.shape.begin(), p.shape.end()), p.value.data(), self);
+    for (nn::RunningStatistics<float>& s : layer.statistics())
+      all[(prefix + s.name).c_str()] =
+          py::array_t<float>(static_cast<py::ssize_t>(s.value.size()), s.value.data(), self);
+  }
+  return all;
+}
+
+using Validation = std::optional<std::pair<FloatsIn, FloatsIn>>;
+
+/// callback(epoch, training loss, validation loss, learning rate) after each epoch. Returns the log's rows, and the
+/// epoch that is kept.
+py::tuple fit(Network& network, const FloatsIn& inputs, const FloatsIn& targets, nn::FitOptions options,
+              const std::string& loss, const std::string& optimiser, const Validation& validation,
+              const py::object& callback) {
+  const nn::Samples samples(values_of(inputs), values_of(targets), samples_in(inputs, network));
+  options.loss = nn::loss_named(loss);
+  options.optimiser = nn::optimiser_named(optimiser);
+  if (validation)
+    options.validation_samples = nn::Samples(values_of(validation->first), values_of(validation->second),
+                                             samples_in(validation->first, network));
+  options.after_batch = [](int, int, double) {
+    const py::gil_scoped_acquire locked;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();  // Ctrl-C
+    return true;
+  };
+  options.after_epoch = [&](const nn::FitEpoch& e) {
+    const py::gil_scoped_acquire locked;
+    if (!callback.is_none()) callback(e.epoch, e.training_loss, e.validation_loss, e.learning_rate);
+  };
+  nn::FitLog log;
+  {
+    const py::gil_scoped_release unlocked;
+    log = nn::fit(network, samples, options);
+  }
+  py::list rows;
+  for (const nn::FitEpoch& e : log.epochs)
+    rows.append(py::make_tuple(e.epoch, e.training_loss, e.validation_loss, e.learning_rate));
+  return py::make_tuple(rows, log.kept);
+}
+
+void raise(const Error& error) {
+  const py::object type = py::module_::import("decid._decid").attr("Error");
+  py::object raised = type(error.what());
+  raised.attr("where") = error.where();
+  raised.attr("problem") = error.problem();
+  raised.attr("remedy") = error.remedy();
+  PyErr_SetObject(type.ptr(), raised.ptr());
+}
+
+}  // namespace
+}  // namespace decid::python
+
+PYBIND11_MODULE(_nn, module) {
+  using namespace decid::python;
+  namespace nn = decid::nn;
+  module.doc() = "decid::nn for decid.nn, which is what to import.";
+  py::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (const decid::Error& error) {
+      raise(error);
+    }
+  });
+  py::class_<Network>(module, "Network")
+      .def(py::init([](const std::array<int, 3>& shape, const std::string& architecture) {
+        return Network({shape[0], shape[1], shape[2]}, architecture);
+      }))
+      .def_property_readonly("input_shape", [](const Network& n) { return tuple_of(n.input_shape()); })
+      .def_property_readonly("output_shape", [](const Network& n) { return tuple_of(n.output_shape()); })
+      .def_property_readonly("architecture", &Network::architecture)
+      .def_property_readonly("parameter_count", &Network::parameter_count)
+      .def_property_readonly("weights_sha256", [](const Network& n) { return nn::weights_sha256(n); })
+      .def_property_readonly("tensors", tensors)
+      .def("initialise", &Network::initialise)
+      .def("predict", predict)
+      .def("accuracy",
+           [](const Network& n, const FloatsIn& inputs, const FloatsIn& targets) {
+             const nn::Samples samples(values_of(inputs), values_of(targets), samples_in(inputs, n));
+             const py::gil_scoped_release unlocked;
+             return nn::accuracy(n, samples);
+           })
+      .def("save", [](const Network& n, const std::string& path) { nn::write_network(n, path); })
+      .def("fit", [](Network& network, const FloatsIn& inputs, const FloatsIn& targets, const std::string& loss,
+                     const std::string& optimiser, int epochs, int batch, double learning_rate,
+                     const std::string& schedule, double warmup_epochs, double clip_norm, double average,
+                     int frozen_lines, double validation, const Validation& validation_samples, int patience,
+                     std::uint64_t seed, const std::string& checkpoint, const py::object& callback) {
+        return fit(network, inputs, targets,
+                   {.epochs = epochs,
+                    .batch = batch,
+                    .learning_rate = learning_rate,
+                    .schedule = schedule,
+                    .warmup_epochs = warmup_epochs,
+                    .clip_norm = clip_norm,
+                    .average = average,
+                    .frozen_lines = frozen_lines,
+                    .validation = validation,
+                    .patience = patience,
+                    .seed = seed,
+                    .checkpoint = checkpoint},
+                   loss, optimiser, validation_samples, callback);
+      });
+  module.def("load", [](const std::string& path) { return nn::read_network(path); });
+}

@@ -1,0 +1,108 @@
+"""Neural networks of decid's own engine, with NumPy arrays:
+
+    import decid.nn as nn
+    net = nn.Network((1, 28, 28), "conv 32 3x3 pad 1; batchnorm; relu; maxpool 2; fc 10")
+    log = net.fit(images, labels, loss="cross-entropy", epochs=5)
+    scores = net.predict(others)
+    net.save("net.safetensors")
+
+Arrays have a sample along the first axis and become float32. Equal arguments give equal bits, for any number of threads.
+docs/guide/engine.md lists layers, losses, optimisers and options. Bad input raises decid.Error.
+"""
+from dataclasses import dataclass
+from os import PathLike, fspath
+from typing import Callable, Optional, Union
+
+import numpy as np
+
+from . import _nn
+from ._decid import Error
+
+__all__ = ["Epoch", "Error", "Log", "Network", "load"]
+
+
+@dataclass(frozen=True)
+class Epoch:
+    """One epoch of a training; validation_loss is NaN if no sample was validated."""
+
+    epoch: int
+    training_loss: float
+    validation_loss: float
+    learning_rate: float
+
+
+@dataclass(frozen=True)
+class Log:
+    """kept: the epoch whose weights the network has, with patience the best, else the last."""
+
+    epochs: list[Epoch]
+    kept: int
+
+
+class Network:
+    """A chain of layers from a text, a layer a line or separated by ';'."""
+
+    def __init__(self, input_shape, architecture: str):
+        """input_shape: (channels, rows, columns)."""
+        self._network = _nn.Network(tuple(input_shape), architecture)
+
+    @property
+    def input_shape(self) -> tuple[int, int, int]:
+        return self._network.input_shape
+
+    @property
+    def output_shape(self) -> tuple[int, int, int]:
+        return self._network.output_shape
+
+    @property
+    def architecture(self) -> str:
+        return self._network.architecture
+
+    @property
+    def weights_sha256(self) -> str:
+        return self._network.weights_sha256
+
+    @property
+    def tensors(self) -> dict[str, np.ndarray]:
+        """Weights and running statistics by name: views, to read and to write."""
+        return self._network.tensors
+
+    def initialise(self, seed: int = 1) -> None:
+        """Draws new weights (He et al., 2015). fit() does so for a network whose weights are all 0."""
+        self._network.initialise(seed)
+
+    def fit(self, inputs, targets, *, loss: str = "squared-error", optimiser: str = "adamw", epochs: int = 10,
+            batch: int = 64, learning_rate: float = 1e-3, schedule: str = "cosine", warmup_epochs: float = 0,
+            clip_norm: float = 0, average: float = 0, frozen_lines: int = 0, validation=0.1, patience: int = 0,
+            seed: int = 1, checkpoint: Union[str, PathLike] = "",
+            callback: Optional[Callable[[Epoch], None]] = None) -> Log:
+        """Trains the network. validation: a fraction of the samples, or a pair (inputs, targets). callback: after each
+        epoch; what it raises stops the training. nn/fit.hpp explains each option."""
+        fraction, samples = (0.0, tuple(validation)) if isinstance(validation, (tuple, list)) else (validation, None)
+        rows, kept = self._network.fit(
+            inputs, targets, loss, optimiser, epochs, batch, learning_rate, schedule, warmup_epochs, clip_norm, average,
+            frozen_lines, fraction, samples, patience, seed, fspath(checkpoint),
+            None if callback is None else lambda *row: callback(Epoch(*row)))
+        return Log([Epoch(*row) for row in rows], kept)
+
+    def predict(self, inputs) -> np.ndarray:
+        """Returns (samples, outputs), or (samples, channels, rows, columns) for outputs in planes."""
+        return self._network.predict(inputs)
+
+    def accuracy(self, inputs, labels) -> float:
+        """Returns the fraction of samples whose largest output is that of their label, a class from 0."""
+        return self._network.accuracy(inputs, labels)
+
+    def save(self, path: Union[str, PathLike]) -> None:
+        """Writes a safetensors file, which decid info, decid export and nn::read_network read."""
+        self._network.save(fspath(path))
+
+    def __repr__(self):
+        return f"<decid.nn.Network {self.input_shape} -> {self.output_shape}, {self._network.parameter_count} parameters>"
+
+
+def load(path: Union[str, PathLike]) -> Network:
+    """Returns the network of a file."""
+    network = Network.__new__(Network)
+    network._network = _nn.load(fspath(path))
+    return network

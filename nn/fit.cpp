@@ -1,0 +1,326 @@
+// Training in one call: see fit.hpp.
+#include "nn/fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "base/batches.hpp"
+#include "base/error.hpp"
+#include "base/parallel.hpp"
+#include "base/text.hpp"
+#include "nn/predictor.hpp"
+#include "nn/training/fit_checkpoint.hpp"
+#include "nn/training/loop.hpp"
+#include "nn/training/schedule.hpp"
+#include "nn/training/trainer.hpp"
+
+namespace decid::nn {
+namespace {
+
+constexpr int validated_at_once = 256;
+
+void check(const FitOptions& o) {
+  const auto refuse = [](const std::string& setting, double value, const char* allowed) {
+    throw Error("fit", "has a " + setting + format(" of %g", value), std::string("give ") + allowed);
+  };
+  if (o.epochs < 1) refuse("number of epochs", o.epochs, "1 or more");
+  if (o.batch < 1) refuse("batch", o.batch, "1 or more samples");
+  if (!(o.warmup_epochs >= 0)) refuse("warm-up", o.warmup_epochs, "0 or more epochs");
+  if (!(o.clip_norm >= 0)) refuse("clip_norm", o.clip_norm, "0 for none, or a norm");
+  if (!(o.average >= 0 && o.average < 1)) refuse("decay of the average", o.average, "0 for none, or a number below 1");
+  if (!(o.validation >= 0 && o.validation < 1)) refuse("validation", o.validation, "a fraction from 0 to below 1");
+  if (o.patience < 0) refuse("patience", o.patience, "0 for never, or a number of epochs");
+  if (o.loss == nullptr || o.optimiser == nullptr)
+    throw Error("fit", "has no loss or no optimiser", "leave the defaults, or give one such as nn::cross_entropy()");
+}
+
+/// The samples at `places` of `samples`, one after the other.
+struct Loaded {
+  std::vector<float> inputs, targets;
+};
+
+Loaded load(const Samples& samples, std::span<const int> places, std::size_t values, std::size_t width,
+            const std::function<std::optional<Random>(int)>& random) {
+  Loaded loaded{std::vector<float>(places.size() * values), std::vector<float>(places.size() * width)};
+  parallel_for(static_cast<int>(places.size()), [&](int i) {
+    const auto k = static_cast<std::size_t>(i);
+    const std::optional<Random> own = random ? random(places[k]) : std::nullopt;
+    samples.load(places[k], own ? &*own : nullptr, std::span(loaded.inputs).subspan(k * values, values),
+                 std::span(loaded.targets).subspan(k * width, width));
+  });
+  return loaded;
+}
+
+/// Calls body(output, target) with each of the samples at `places`, in their order.
+template <class Body>
+void for_each_output(const Network<float>& network, const Samples& samples, std::span<const int> places,
+                     std::size_t width, const Body& body) {
+  const auto values = static_cast<std::size_t>(network.input_shape().size());
+  const auto outputs = static_cast<std::size_t>(network.output_shape().size());
+  Predictor predictor(network, validated_at_once);
+  std::vector<float> all;
+  for (std::size_t first = 0; first < places.size(); first += validated_at_once) {
+    const std::size_t count = std::min<std::size_t>(validated_at_once, places.size() - first);
+    const Loaded loaded = load(samples, places.subspan(first, count), values, width, {});
+    all.resize(count * outputs);
+    predictor.run(loaded.inputs, all);
+    for (std::size_t i = 0; i < count; ++i)
+      body(std::span<const float>(all).subspan(i * outputs, outputs),
+           std::span<const float>(loaded.targets).subspan(i * width, width));
+  }
+}
+
+double mean_loss_of(const Network<float>& network, const Samples& samples, std::span<const int> places,
+                    const Loss& loss) {
+  double sum = 0;
+  std::vector<double> value, slope(static_cast<std::size_t>(network.output_shape().size())), wanted;
+  const int width = loss.targets(network.output_shape().size());
+  for_each_output(network, samples, places, static_cast<std::size_t>(width),
+                  [&](std::span<const float> output, std::span<const float> target) {
+                    value.assign(output.begin(), output.end());
+                    wanted.assign(target.begin(), target.end());
+                    sum += loss.sample(value, wanted, slope);
+                  });
+  return sum / static_cast<double>(places.size());
+}
+
+std::vector<int> all_of(const Samples& samples) {
+  std::vector<int> places(static_cast<std::size_t>(samples.count));
+  std::iota(places.begin(), places.end(), 0);
+  return places;
+}
+
+/// average = decay average + (1 - decay) value; the decay is smaller in the first steps, so that they do not stay.
+void move_average(std::vector<float>& average, const std::vector<float>& value, double decay, long long steps) {
+  const auto t = static_cast<double>(steps);
+  const auto rest = static_cast<float>(1 - std::min(decay, (1 + t) / (10 + t)));
+  for (std::size_t i = 0; i < value.size(); ++i) average[i] += rest * (value[i] - average[i]);
+}
+
+class Fit final : public TrainingLoop {
+ public:
+  Fit(Network<float>& network, const Samples& samples, const FitOptions& options, std::vector<int> training,
+      std::vector<int> validation)
+      : network_(network),
+        samples_(samples),
+        options_(options),
+        training_(std::move(training)),
+        validation_(std::move(validation)),
+        batches_(static_cast<int>(training_.size()), options.batch),
+        schedule_(options.schedule, options.learning_rate, 1LL * batches_.count() * options.epochs, batches_.count(),
+                  std::llround(options.warmup_epochs * batches_.count())),
+        trainer_(network, batches_.size(0)),
+        width_(static_cast<std::size_t>(options.loss->targets(network.output_shape().size()))),
+        state{begin(*options.optimiser, network), {}, {}, std::nullopt, std::nullopt, 0} {
+    trainer_.set_batch(batches_.smallest());  // throws before the first step, not at the epoch's end
+    if (options.average > 0) state.average = network;
+    std::size_t line = 0, k = 0;
+    for (const Layer<float>& layer : std::as_const(network).layers()) {
+      for (std::size_t p = 0; p < layer.parameters().size(); ++p, ++k)
+        gradients_.push_back(static_cast<int>(line) < options.frozen_lines ? std::span<float>() : trainer_.gradient(k));
+      line += layer.lines();
+    }
+  }
+
+  int batches() const { return batches_.count(); }
+
+  bool wants_epoch(const LoopPosition& at) override {
+    return options_.patience == 0 || at.epoch - state.best_epoch < options_.patience;
+  }
+
+  double train_batch(const LoopPosition& at) override {
+    if (at.batch == 0 || order_.empty()) order_ = shuffled(static_cast<int>(training_.size()), options_.seed, at.epoch);
+    std::vector<int> places;
+    for (int i = batches_.first(at.batch); i < batches_.first(at.batch + 1); ++i)
+      places.push_back(training_[static_cast<std::size_t>(order_[static_cast<std::size_t>(i)])]);
+    const auto values = static_cast<std::size_t>(network_.input_shape().size());
+    const Loaded loaded = load(samples_, places, values, width_, [&](int sample) {
+      const auto epoch = static_cast<std::uint64_t>(at.epoch), number = static_cast<std::uint64_t>(sample);
+      return Random(options_.seed, Stream::augmentation, epoch << 32U | number);
+    });
+    trainer_.set_batch(static_cast<int>(places.size()));
+    parallel_for(static_cast<int>(places.size()), [&](int i) {
+      trainer_.input().load(i, std::span(loaded.inputs).subspan(static_cast<std::size_t>(i) * values, values));
+    });
+    const long long step = 1LL * at.epoch * batches_.count() + at.batch;
+    trainer_.set_random(options_.seed, static_cast<std::uint64_t>(step));
+    trainer_.forward();
+    const double loss = total_loss<float>(*options_.loss, trainer_.output(), loaded.targets, trainer_.output_diff());
+    if (!std::isfinite(loss))
+      throw Error("fit", format("diverged in epoch %d: the loss is not finite", at.epoch + 1),
+                  format("lower the learning rate of %g, or clip gradients", options_.learning_rate));
+    trainer_.backward();
+    if (options_.clip_norm > 0) clip(gradients_, options_.clip_norm);
+    rate_ = schedule_.rate(step);
+    const std::vector<std::span<const float>> gradients(gradients_.begin(), gradients_.end());
+    update(*options_.optimiser, network_, gradients, rate_, state.optimiser);
+    if (state.average) average_weights();
+    last_loss_ = loss / static_cast<double>(places.size());
+    return loss;
+  }
+
+  bool after_batch(const LoopPosition& at) override {
+    return !options_.after_batch || options_.after_batch(at.epoch + 1, at.batch, last_loss_);
+  }
+
+  void end_epoch(const LoopPosition& at) override {
+    const Network<float>& now = state.average ? *state.average : network_;
+    FitEpoch epoch{at.epoch + 1, at.loss_sum / static_cast<double>(training_.size()),
+                   std::numeric_limits<double>::quiet_NaN(), rate_};
+    if (!validation_.empty())
+      epoch.validation_loss = mean_loss_of(now, options_.validation_samples ? *options_.validation_samples : samples_,
+                                           validation_, *options_.loss);
+    const auto judged = [this](const FitEpoch& e) { return validation_.empty() ? e.training_loss : e.validation_loss; };
+    const auto best = static_cast<std::size_t>(state.best_epoch);
+    if (options_.patience > 0 && (best == 0 || judged(epoch) < judged(state.log[best - 1]))) {
+      state.best_epoch = epoch.epoch;
+      state.best = now;
+    }
+    state.log.push_back(epoch);
+  }
+
+  void after_epoch(const LoopPosition& at) override {
+    save(at);
+    if (options_.after_epoch) options_.after_epoch(state.log.back());
+  }
+
+  void save(const LoopPosition& at) {
+    state.at = at;
+    if (!options_.checkpoint.empty()) save_checkpoint(network_, state, description(), options_.checkpoint);
+  }
+  void resume() {
+    if (!options_.checkpoint.empty() && std::filesystem::exists(options_.checkpoint))
+      load_checkpoint(network_, state, description(), options_.checkpoint);
+  }
+
+  /// All that decides the bits, samples and callbacks apart.
+  std::string description() const {
+    const FitOptions& o = options_;
+    return format("epochs %d, batch %d, learning rate %.17g, schedule %s, warm-up %.17g, loss %s, optimiser %s, ",
+                  o.epochs, o.batch, o.learning_rate, o.schedule.c_str(), o.warmup_epochs, o.loss->text().c_str(),
+                  o.optimiser->text().c_str()) +
+           format("clip norm %.17g, average %.17g, frozen lines %d, patience %d, seed %llu, samples %zu and %zu",
+                  o.clip_norm, o.average, o.frozen_lines, o.patience, static_cast<unsigned long long>(o.seed),
+                  training_.size(), validation_.size());
+  }
+
+  /// What the network has in the end.
+  void keep() {
+    if (state.best)
+      network_ = *state.best;
+    else if (state.average)
+      network_ = *state.average;
+  }
+
+ private:
+  void average_weights() {
+    const auto from = network_.parameters(), to = state.average->parameters();
+    parallel_for(static_cast<int>(from.size()), [&](int k) {
+      const auto i = static_cast<std::size_t>(k);
+      move_average(to[i]->value, from[i]->value, options_.average, state.optimiser.steps);
+    });
+    for (std::size_t i = 0; i < network_.layers().size(); ++i)
+      for (std::size_t k = 0; k < network_.layers()[i].statistics().size(); ++k)
+        move_average(state.average->layers()[i].statistics()[k].value, network_.layers()[i].statistics()[k].value,
+                     options_.average, state.optimiser.steps);
+  }
+
+  Network<float>& network_;
+  const Samples& samples_;
+  const FitOptions& options_;
+  std::vector<int> training_, validation_;  // places in samples
+  EpochBatches batches_;
+  Schedule schedule_;
+  Trainer<float> trainer_;
+  std::size_t width_;
+  std::vector<std::span<float>> gradients_;  // empty: frozen
+  std::vector<int> order_;
+  double rate_ = 0, last_loss_ = 0;
+
+ public:
+  FitState state;
+};
+
+}  // namespace
+
+Samples::Samples(int count_, Load load_) : count(count_), load(std::move(load_)) {
+  if (count < 1 || !load) throw Error("samples", "are none", "give 1 or more, and a function that writes them");
+}
+
+Samples::Samples(std::span<const float> inputs, std::span<const float> targets, int count_) : count(count_) {
+  const auto n = static_cast<std::size_t>(std::max(count, 1));
+  if (count < 1 || inputs.empty() || inputs.size() % n != 0 || targets.size() % n != 0)
+    throw Error("samples",
+                format("are %d where inputs have %zu values and targets %zu", count, inputs.size(), targets.size()),
+                "give as many values for each sample");
+  load = [inputs, targets, n](int sample, const Random*, std::span<float> input, std::span<float> target) {
+    const auto copy = [&](std::span<const float> from, std::span<float> to, const char* name) {
+      const std::size_t width = from.size() / n;
+      if (to.size() != width)
+        throw Error("samples", format("have %s of %zu values where the training needs %zu", name, width, to.size()),
+                    "give those of the network and its loss");
+      std::ranges::copy(from.subspan(static_cast<std::size_t>(sample) * width, width), to.begin());
+    };
+    copy(inputs, input, "inputs");
+    copy(targets, target, "targets");
+  };
+}
+
+FitLog fit(Network<float>& network, const Samples& samples, const FitOptions& options) {
+  check(options);
+  const auto is_blank = [](const Parameter<float>* p) {
+    return p->fan_in == 0 || std::ranges::all_of(p->value, [](float w) { return w == 0; });
+  };
+  if (std::ranges::all_of(network.parameters(), is_blank)) network.initialise(options.seed);
+  // A drawn part, the same at every call: the order of an epoch that never is.
+  std::vector<int> training = shuffled(samples.count, options.seed, -1), validation;
+  if (options.validation_samples) {
+    validation = all_of(*options.validation_samples);
+  } else if (options.validation > 0) {
+    const auto count = static_cast<std::ptrdiff_t>(std::llround(options.validation * samples.count));
+    validation.assign(training.begin(), training.begin() + count);
+    training.erase(training.begin(), training.begin() + count);
+  }
+  if (training.empty()) throw Error("fit", "has no sample to train on", "validate fewer of them");
+  std::ranges::sort(training);
+  std::ranges::sort(validation);
+  Fit fit(network, samples, options, std::move(training), std::move(validation));
+  fit.resume();
+  LoopPosition at = fit.state.at;
+  FitLog log;
+  log.finished = run(fit, at, options.epochs, fit.batches());
+  if (log.finished)
+    fit.keep();
+  else
+    fit.save(at);
+  log.epochs = fit.state.log;
+  log.kept = options.patience > 0 ? fit.state.best_epoch : static_cast<int>(log.epochs.size());
+  return log;
+}
+
+std::vector<float> predict(const Network<float>& network, std::span<const float> inputs) {
+  const auto values = static_cast<std::size_t>(network.input_shape().size());
+  const std::size_t count = inputs.size() / values;
+  std::vector<float> outputs(count * static_cast<std::size_t>(network.output_shape().size()));
+  Predictor(network, static_cast<int>(std::clamp<std::size_t>(count, 1, validated_at_once))).run(inputs, outputs);
+  return outputs;
+}
+
+double mean_loss(const Network<float>& network, const Samples& samples, const Loss& loss) {
+  return mean_loss_of(network, samples, all_of(samples), loss);
+}
+
+double accuracy(const Network<float>& network, const Samples& samples) {
+  int right = 0;
+  for_each_output(network, samples, all_of(samples), 1,
+                  [&](std::span<const float> output, std::span<const float> target) {
+                    right += static_cast<float>(std::ranges::max_element(output) - output.begin()) == target.front();
+                  });
+  return right / static_cast<double>(samples.count);
+}
+
+}  // namespace decid::nn

@@ -1,0 +1,95 @@
+// Training in one call. The recipe:
+//
+//   nn::Network net({1, 28, 28}, "conv 32 3x3 pad 1; relu; maxpool 2; fc 10");     // 1. channels, rows, columns;
+//   layers const nn::Samples samples(images, labels, count);                              // 2. values one after the
+//   other const nn::FitLog log = nn::fit(net, samples, {.loss = nn::cross_entropy()});   // 3. epochs, validation, all
+//   of it const std::vector<float> outputs = nn::predict(net, others);                   // 4. any number of samples
+//   nn::write_network(net, "net.safetensors");                                     // 5. nn::read_network() reads it
+//
+// Equal arguments give equal bits, for any number of threads, instruction set and compiler. For a loop of your own:
+// nn/training/trainer.hpp.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/math/random.hpp"
+#include "nn/network.hpp"
+#include "nn/training/loss.hpp"
+#include "nn/training/optimiser.hpp"
+
+namespace decid::nn {
+
+/// Where samples come from: memory, or a function that makes them.
+struct Samples {
+  /// Writes sample `sample`, from 0: its input, channel-major, and its target (Loss::targets() values). `random`:
+  /// numbers of this epoch and sample for augmentation, the same for any number of threads; null where samples are not
+  /// to be changed, in validation. Several threads call it at once.
+  using Load = std::function<void(int sample, const Random* random, std::span<float> input, std::span<float> target)>;
+
+  Samples(int count, Load load);
+  /// Views memory, which must outlive this: `count` inputs one after the other, and as many targets. Throws Error
+  /// unless the spans divide by count.
+  Samples(std::span<const float> inputs, std::span<const float> targets, int count);
+
+  int count;
+  Load load;
+};
+
+struct FitEpoch {
+  int epoch = 0;               ///< from 1
+  double training_loss = 0;    ///< mean over the epoch's samples, as they were trained
+  double validation_loss = 0;  ///< after the epoch, without dropout and augmentation; NaN if no sample is validated
+  double learning_rate = 0;    ///< of the last step
+};
+
+struct FitLog {
+  std::vector<FitEpoch> epochs;
+  int kept = 0;          ///< the epoch whose weights the network has: with patience the best, else the last
+  bool finished = true;  ///< false: after_batch stopped it
+};
+
+/// Every setting has a default that trains.
+struct FitOptions {
+  int epochs = 10;
+  int batch = 64;  ///< samples at most; sizes differ by 1 at most
+  double learning_rate = 1e-3;
+  std::string schedule = "cosine";  ///< see nn::Schedule
+  double warmup_epochs = 0;         ///< the rate rises linearly at first
+  std::shared_ptr<const Loss> loss = squared_error();
+  std::shared_ptr<const Optimiser> optimiser = adamw();
+  double clip_norm = 0;     ///< gradients are scaled to this norm at most; 0: never
+  double average = 0;       ///< decay of an exponential moving average of weights and statistics, which the network has
+                            ///< in the end: 0.999; 0: none
+  int frozen_lines = 0;     ///< the first lines of the architecture whose parameters stay as they are
+  double validation = 0.1;  ///< fraction of the samples that is drawn for validation and not trained on
+  std::optional<Samples> validation_samples = std::nullopt;  ///< these are validated instead
+  int patience = 0;        ///< stops after so many epochs without a lower validation loss; 0: never
+  std::uint64_t seed = 1;  ///< of weights, order, augmentation and dropout
+  std::string checkpoint =
+      {};  ///< a file, written after each epoch and at a stop; if it is there, fit() goes on from it
+  std::function<bool(int epoch, int batch, double loss)> after_batch = {};  ///< false stops; loss: the batch's mean
+  std::function<void(const FitEpoch&)> after_epoch = {};
+};
+
+/// Trains `network`. Weights that are all 0, as a new network's, are initialised from the seed first. With a checkpoint
+/// the result has the bits of a training that was never stopped; it must be of the same network, samples and options,
+/// callbacks apart. Throws Error for options that do not fit, a loss that is no longer finite, a checkpoint of another
+/// training, and what the callbacks throw.
+FitLog fit(Network<float>& network, const Samples& samples, const FitOptions& options = {});
+
+/// Returns the outputs of samples that lie one after the other: output_shape().size() values each. For calls that
+/// follow each other quickly, keep a Predictor (nn/predictor.hpp). Throws Error unless `inputs` are whole samples.
+std::vector<float> predict(const Network<float>& network, std::span<const float> inputs);
+
+/// Returns the mean loss of samples.
+double mean_loss(const Network<float>& network, const Samples& samples, const Loss& loss);
+/// Returns the fraction of samples whose largest output is that of the target, a class from 0.
+double accuracy(const Network<float>& network, const Samples& samples);
+
+}  // namespace decid::nn

@@ -1,0 +1,99 @@
+// The beginning and the end of a residual or concat in training: the end adds or joins what the beginning kept, and
+// hands it the derivative that goes past the block.
+#include "nn/layers/skip.hpp"
+
+#include <algorithm>
+
+#include "nn/layers/training_layers.hpp"
+
+namespace decid::nn {
+namespace {
+
+template <class T>
+void copy_plane(Plane<const T> from, Plane<T> to) {
+  for (int i = 0; i < from.rows; ++i) std::copy_n(from.data + i * from.row, from.columns * lanes, to.data + i * to.row);
+}
+template <class T>
+void add_planes(Plane<const T> a, Plane<const T> b, Plane<T> to) {
+  for (int i = 0; i < a.rows; ++i)
+    for (int k = 0; k < a.columns * lanes; ++k) to.data[i * to.row + k] = a.data[i * a.row + k] + b.data[i * b.row + k];
+}
+
+template <class T>
+class BranchTraining final : public TrainingLayer<T> {
+ public:
+  BranchTraining(Layer<T>& layer, std::shared_ptr<Skip<T>> skip) : TrainingLayer<T>(layer), skip_(std::move(skip)) {}
+
+  void forward(const TensorView<const T>& src, const TensorView<T>& dst) override {
+    skip_->kept = src;
+    for_each_plane(src.blocks(), src.shape().channels,
+                   [&](int block, int c) { copy_plane<T>(src.plane(block, c), dst.plane(block, c)); });
+  }
+  void backward(const TensorView<const T>& src, const TensorView<const T>&, const TensorView<T>& diff_dst,
+                const TensorView<T>* diff_src) override {
+    if (diff_src == nullptr) return;
+    const TensorView<const T> past = skip_->diff(src.batch());
+    for_each_plane(src.blocks(), src.shape().channels, [&](int block, int c) {
+      add_planes<T>(diff_dst.plane(block, c), past.plane(block, c), diff_src->plane(block, c));
+    });
+  }
+
+ private:
+  std::shared_ptr<Skip<T>> skip_;
+};
+
+template <class T>
+class JoinTraining final : public TrainingLayer<T> {
+ public:
+  JoinTraining(Layer<T>& layer, const Join& join, std::shared_ptr<Skip<T>> skip)
+      : TrainingLayer<T>(layer), join_(join), skip_(std::move(skip)) {}
+
+  void forward(const TensorView<const T>& src, const TensorView<T>& dst) override {
+    const TensorView<const T>& kept = skip_->kept;
+    for_each_plane(src.blocks(), dst.shape().channels, [&](int block, int c) {
+      const int own = c - join_.kept.channels;
+      if (!join_.concatenates)
+        add_planes<T>(kept.plane(block, c), src.plane(block, c), dst.plane(block, c));
+      else
+        copy_plane<T>(own < 0 ? kept.plane(block, c) : src.plane(block, own), dst.plane(block, c));
+    });
+  }
+  void backward(const TensorView<const T>& src, const TensorView<const T>&, const TensorView<T>& diff_dst,
+                const TensorView<T>* diff_src) override {
+    const TensorView<T> past = skip_->diff(src.batch());
+    for_each_plane(src.blocks(), join_.kept.channels,
+                   [&](int block, int c) { copy_plane<T>(diff_dst.plane(block, c), past.plane(block, c)); });
+    if (diff_src == nullptr) return;
+    const int first = join_.concatenates ? join_.kept.channels : 0;
+    for_each_plane(src.blocks(), join_.shape.channels, [&](int block, int c) {
+      copy_plane<T>(diff_dst.plane(block, first + c), diff_src->plane(block, c));
+    });
+  }
+
+ private:
+  Join join_;
+  std::shared_ptr<Skip<T>> skip_;
+};
+
+}  // namespace
+
+template <class T>
+std::unique_ptr<TrainingLayer<T>> make_training(Layer<T>& layer, const Branch& branch, int max_batch,
+                                                OpenSkips<T>& open) {
+  open.push_back(std::make_shared<Skip<T>>(branch.shape, max_batch));
+  return std::make_unique<BranchTraining<T>>(layer, open.back());
+}
+
+template <class T>
+std::unique_ptr<TrainingLayer<T>> make_training(Layer<T>& layer, const Join& join, OpenSkips<T>& open) {
+  auto made = std::make_unique<JoinTraining<T>>(layer, join, open.back());
+  open.pop_back();
+  return made;
+}
+
+template std::unique_ptr<TrainingLayer<float>> make_training(Layer<float>&, const Branch&, int, OpenSkips<float>&);
+template std::unique_ptr<TrainingLayer<double>> make_training(Layer<double>&, const Branch&, int, OpenSkips<double>&);
+template std::unique_ptr<TrainingLayer<float>> make_training(Layer<float>&, const Join&, OpenSkips<float>&);
+template std::unique_ptr<TrainingLayer<double>> make_training(Layer<double>&, const Join&, OpenSkips<double>&);
+
+}  // namespace decid::nn

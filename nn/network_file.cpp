@@ -1,0 +1,62 @@
+// A network as a file: see network_file.hpp.
+#include "nn/network_file.hpp"
+
+#include <cstdio>
+
+#include "base/error.hpp"
+#include "base/files/file.hpp"
+#include "base/text.hpp"
+
+namespace decid::nn {
+namespace {
+
+const std::string& metadata(const TensorFile& file, const char* key, const std::string& where) {
+  const auto found = file.metadata.find(key);
+  if (found == file.metadata.end())
+    throw Error(where, std::string("has no '") + key + "' in its metadata",
+                "give a file that decid wrote of a network");
+  return found->second;
+}
+
+}  // namespace
+
+TensorFile to_tensors(const Network<float>& network) {
+  TensorFile file;
+  const Shape& in = network.input_shape();
+  file.metadata = {{architecture_key, network.architecture()},
+                   {input_key, format("%d,%d,%d", in.channels, in.rows, in.columns)}};
+  save_network(network, file);
+  return file;
+}
+
+Network<float> from_tensors(TensorFile&& file, const std::string& where) {
+  const std::string& text = metadata(file, input_key, where);
+  Shape input;
+  int end = 0;
+  if (std::sscanf(text.c_str(), "%6d,%6d,%6d%n", &input.channels, &input.rows, &input.columns, &end) != 3 ||
+      end != static_cast<int>(text.size()))
+    throw Error(where, "has the input '" + one_line(text.substr(0, 40)) + "'", "write channels,rows,columns");
+  Network<float> network(input, metadata(file, architecture_key, where));
+  load_network(network, std::move(file), where);
+  return network;
+}
+
+void write_network(const Network<float>& network, const std::string& path) {
+  TensorFile file = to_tensors(network);
+  file.metadata[content_hash_key] = content_sha256(file);
+  write_file(path, to_safetensors(file));
+}
+
+Network<float> read_network(const std::string& path) {
+  TensorFile file = from_safetensors(read_file(path), path);
+  const auto hash = file.metadata.find(content_hash_key);
+  if (hash != file.metadata.end() && hash->second != content_sha256(file))
+    throw Error(path, "is damaged: its content is not that of its hash", "give a whole copy");
+  return from_tensors(std::move(file), path);
+}
+
+bool is_network(const TensorFile& file) {
+  return file.metadata.contains(architecture_key) && file.metadata.contains(input_key);
+}
+
+}  // namespace decid::nn

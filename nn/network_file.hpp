@@ -1,0 +1,27 @@
+// A network as a file: its tensors (nn/safetensors.hpp), its architecture and the shape of its input.
+#pragma once
+
+#include <string>
+
+#include "nn/safetensors.hpp"
+
+namespace decid::nn {
+
+/// The keys of the metadata that hold Network::architecture() and "channels,rows,columns".
+inline constexpr const char* architecture_key = "architecture";
+inline constexpr const char* input_key = "input";
+
+/// Returns a file's content. A file of it is equal for equal networks.
+TensorFile to_tensors(const Network<float>& network);
+/// Makes the network of such a file; tensors that belong to no layer are skipped. Throws Error, naming `where`, if
+/// metadata or tensors are missing or not those of a network.
+Network<float> from_tensors(TensorFile&& file, const std::string& where);
+
+/// Throws Error if the file cannot be written.
+void write_network(const Network<float>& network, const std::string& path);
+/// Throws Error if the file cannot be read, was damaged, or holds no network.
+Network<float> read_network(const std::string& path);
+/// Returns whether the metadata are those of a network alone. Models of decid have an image instead of an input.
+bool is_network(const TensorFile& file);
+
+}  // namespace decid::nn

@@ -1,0 +1,49 @@
+// The order of a training: epochs of batches, an end of each epoch, a stop anywhere. nn::fit runs it, and so does
+// decid's own training, whose batches come from elsewhere.
+#pragma once
+
+namespace decid::nn {
+
+/// Where a training stands. A checkpoint saves it.
+struct LoopPosition {
+  int epoch = 0;        ///< epochs that are done
+  int batch = 0;        ///< batches of the next one that are done
+  double loss_sum = 0;  ///< of these
+};
+
+/// The parts of a training. Each call is for the epoch and batch that `at` says, counted from 0.
+class TrainingLoop {
+ public:
+  virtual ~TrainingLoop() = default;
+  /// Returns false if no further epoch is wanted.
+  virtual bool wants_epoch(const LoopPosition& at) = 0;
+  /// Trains on a batch and returns the sum of its losses.
+  virtual double train_batch(const LoopPosition& at) = 0;
+  /// `at` counts the batch now. Returns false to stop.
+  virtual bool after_batch(const LoopPosition& at) = 0;
+  /// All batches are done; `at` still counts the epoch as the next. Validates, logs.
+  virtual void end_epoch(const LoopPosition& at) = 0;
+  /// `at` counts the epoch now: a state worth saving.
+  virtual void after_epoch(const LoopPosition& at) = 0;
+};
+
+/// Runs up to `epochs` epochs of `batches` batches from `at` on, and moves it. Returns false if after_batch() stopped
+/// it; a stop at an epoch's last batch ends the epoch first.
+inline bool run(TrainingLoop& loop, LoopPosition& at, int epochs, int batches) {
+  while (at.epoch < epochs && loop.wants_epoch(at)) {
+    bool stop = false;
+    while (at.batch < batches) {
+      at.loss_sum += loop.train_batch(at);
+      ++at.batch;
+      stop = !loop.after_batch(at);
+      if (stop && at.batch < batches) return false;
+    }
+    loop.end_epoch(at);
+    at = {at.epoch + 1, 0, 0.0};
+    loop.after_epoch(at);
+    if (stop) return false;
+  }
+  return true;
+}
+
+}  // namespace decid::nn

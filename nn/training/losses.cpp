@@ -1,0 +1,138 @@
+// The losses of nn/training/loss.hpp, a sample at a time.
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "base/error.hpp"
+#include "base/math/math.hpp"
+#include "base/parallel.hpp"
+#include "base/text.hpp"
+#include "nn/training/loss.hpp"
+
+namespace decid::nn {
+namespace {
+
+class SquaredError final : public Loss {
+ public:
+  double sample(std::span<const double> output, std::span<const double> target, std::span<double> diff) const override {
+    const auto count = static_cast<double>(output.size());
+    double sum = 0;
+    for (std::size_t i = 0; i < output.size(); ++i) {
+      const double error = output[i] - target[i];
+      sum += error * error;
+      diff[i] = 2 * error / count;
+    }
+    return sum / count;
+  }
+  std::string text() const override { return "squared-error"; }
+};
+
+class CrossEntropy final : public Loss {
+ public:
+  double sample(std::span<const double> output, std::span<const double> target, std::span<double> diff) const override {
+    const double wanted = target.front();
+    if (!(wanted >= 0 && wanted < static_cast<double>(output.size())) || wanted != std::floor(wanted))
+      throw Error("cross-entropy",
+                  format("has class %g as a target where the network has %zu outputs", wanted, output.size()),
+                  format("number classes from 0 to %zu", output.size() - 1));
+    const double largest =
+        *std::max_element(output.begin(), output.end());  // softmax may shift by it: exp stays finite
+    double sum = 0;
+    for (std::size_t i = 0; i < output.size(); ++i) sum += diff[i] = exp(output[i] - largest);
+    for (double& probability : diff) probability /= sum;
+    const auto own = static_cast<std::size_t>(wanted);
+    diff[own] -= 1;
+    return log(sum) - (output[own] - largest);
+  }
+  int targets(int) const override { return 1; }
+  std::string text() const override { return "cross-entropy"; }
+};
+
+class Huber final : public Loss {
+ public:
+  explicit Huber(double delta) : delta_(delta) {
+    if (!(delta > 0)) throw Error("huber", format("has a delta of %g", delta), "give a number above 0");
+  }
+  double sample(std::span<const double> output, std::span<const double> target, std::span<double> diff) const override {
+    const auto count = static_cast<double>(output.size());
+    double sum = 0;
+    for (std::size_t i = 0; i < output.size(); ++i) {
+      const double error = output[i] - target[i], size = std::abs(error);
+      sum += size <= delta_ ? 0.5 * error * error : delta_ * (size - 0.5 * delta_);
+      diff[i] = std::clamp(error, -delta_, delta_) / count;
+    }
+    return sum / count;
+  }
+  std::string text() const override { return format("huber %.17g", delta_); }
+
+ private:
+  double delta_;
+};
+
+/// Calls body(value's place in the tensor) for all values of a sample, channel-major.
+template <class T, class Body>
+void for_each_place(const TensorView<T>& tensor, int block, const Body& body) {
+  const Shape& s = tensor.shape();
+  std::size_t k = 0;
+  for (int c = 0; c < s.channels; ++c)
+    for (int r = 0; r < s.rows; ++r)
+      for (int j = 0; j < s.columns; ++j) body(tensor.row(block, c, r) + j * lanes, k++);
+}
+
+}  // namespace
+
+std::shared_ptr<const Loss> squared_error() {
+  return std::make_shared<SquaredError>();
+}
+std::shared_ptr<const Loss> cross_entropy() {
+  return std::make_shared<CrossEntropy>();
+}
+std::shared_ptr<const Loss> huber(double delta) {
+  return std::make_shared<Huber>(delta);
+}
+
+std::shared_ptr<const Loss> loss_named(const std::string& name) {
+  if (name == "squared-error") return squared_error();
+  if (name == "cross-entropy") return cross_entropy();
+  if (name == "huber") return huber();
+  throw Error("loss '" + name + "'", "is not known", "give squared-error, cross-entropy or huber");
+}
+
+template <class T>
+double total_loss(const Loss& loss, const std::type_identity_t<TensorView<const T>>& output,
+                  std::type_identity_t<std::span<const T>> targets, const TensorView<T>& diff) {
+  const auto outputs = static_cast<std::size_t>(output.shape().size());
+  const auto width = static_cast<std::size_t>(loss.targets(output.shape().size()));
+  const int batch = output.batch();
+  if (diff.shape() != output.shape() || diff.batch() != batch)
+    throw Error(loss.text(), "has derivatives of another shape than the outputs", "give a tensor of the same shape");
+  if (targets.size() < width * static_cast<std::size_t>(batch))
+    throw Error(loss.text(), format("has %zu target values for %d samples of %zu", targets.size(), batch, width),
+                "give a target for each sample");
+  std::vector<double> losses(static_cast<std::size_t>(batch));
+  parallel_for(output.blocks(), [&](int block) {
+    std::vector<double> scratch(2 * outputs + width);
+    const std::span<double> value(scratch.data(), outputs), slope(scratch.data() + outputs, outputs),
+        target(scratch.data() + 2 * outputs, width);
+    for (int l = 0; l < lanes; ++l) {
+      const auto sample = static_cast<std::size_t>(block * lanes + l);
+      std::fill(slope.begin(), slope.end(), 0.0);
+      if (l < output.valid_lanes(block)) {
+        for_each_place(output, block, [&](const T* x, std::size_t k) { value[k] = static_cast<double>(x[l]); });
+        for (std::size_t k = 0; k < width; ++k) target[k] = static_cast<double>(targets[sample * width + k]);
+        losses[sample] = loss.sample(value, target, slope);
+      }
+      for_each_place(diff, block, [&](T* d, std::size_t k) { d[l] = static_cast<T>(slope[k] / batch); });
+    }
+  });
+  double sum = 0;
+  for (const double one : losses) sum += one;
+  return sum;
+}
+
+template double total_loss<float>(const Loss&, const TensorView<const float>&, std::span<const float>,
+                                  const TensorView<float>&);
+template double total_loss<double>(const Loss&, const TensorView<const double>&, std::span<const double>,
+                                   const TensorView<double>&);
+
+}  // namespace decid::nn

@@ -1,0 +1,150 @@
+// Optimisers: see optimiser.hpp.
+#include "nn/training/optimiser.hpp"
+
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "nn/training/sharing.hpp"
+
+namespace decid::nn {
+namespace {
+
+class Sgd final : public Optimiser {
+ public:
+  explicit Sgd(const SgdOptions& options) : options_(options) {}
+
+  void update(const Values& v, double learning_rate, long long) const override {
+    const auto rate = static_cast<float>(learning_rate), momentum = static_cast<float>(options_.momentum);
+    const float decay = v.decays ? static_cast<float>(options_.weight_decay) : 0.0F;
+    float* const velocity = v.memory[0];
+    if (!options_.nesterov)
+      return kernels<float>().sgd_step(v.count, rate, momentum, decay, v.gradient, velocity, v.value);
+    for (std::size_t i = 0; i < v.count; ++i) {
+      const float gradient = v.gradient[i] + decay * v.value[i];
+      velocity[i] = momentum * velocity[i] + gradient;
+      v.value[i] -= rate * (gradient + momentum * velocity[i]);
+    }
+  }
+  int memory() const override { return 1; }
+  std::string text() const override {
+    return format("sgd %.17g %.17g%s", options_.momentum, options_.weight_decay, options_.nesterov ? " nesterov" : "");
+  }
+
+ private:
+  SgdOptions options_;
+};
+
+/// By squares, as libm's pow differs between systems.
+double power(double base, long long exponent) {
+  double result = 1;
+  for (; exponent > 0; exponent /= 2, base *= base)
+    if (exponent % 2 == 1) result *= base;
+  return result;
+}
+
+class AdamW final : public Optimiser {
+ public:
+  explicit AdamW(const AdamWOptions& options) : options_(options) {}
+
+  void update(const Values& v, double learning_rate, long long step) const override {
+    const auto beta1 = static_cast<float>(options_.beta1), beta2 = static_cast<float>(options_.beta2);
+    const auto rest1 = static_cast<float>(1 - options_.beta1), rest2 = static_cast<float>(1 - options_.beta2);
+    const auto rate = static_cast<float>(learning_rate / (1 - power(options_.beta1, step)));
+    const auto bias2 = static_cast<float>(1 / std::sqrt(1 - power(options_.beta2, step)));
+    const auto epsilon = static_cast<float>(options_.epsilon);
+    const auto kept = static_cast<float>(v.decays ? 1 - learning_rate * options_.weight_decay : 1.0);
+    float *const mean = v.memory[0], *const square = v.memory[1];
+    for (std::size_t i = 0; i < v.count; ++i) {
+      const float g = v.gradient[i];
+      mean[i] = beta1 * mean[i] + rest1 * g;
+      square[i] = beta2 * square[i] + rest2 * (g * g);
+      v.value[i] = kept * v.value[i] - rate * mean[i] / (std::sqrt(square[i]) * bias2 + epsilon);
+    }
+  }
+  int memory() const override { return 2; }
+  std::string text() const override {
+    return format("adamw %.17g %.17g %.17g %.17g", options_.beta1, options_.beta2, options_.epsilon,
+                  options_.weight_decay);
+  }
+
+ private:
+  AdamWOptions options_;
+};
+
+/// Throws Error unless low <= value < high.
+void check(const char* optimiser, const char* setting, double value, double high) {
+  if (!(value >= 0 && value < high))
+    throw Error(optimiser, format("has a %s of %g", setting, value), format("give a number from 0 to below %g", high));
+}
+
+}  // namespace
+
+std::shared_ptr<const Optimiser> sgd(const SgdOptions& options) {
+  check("sgd", "momentum", options.momentum, 1);
+  check("sgd", "weight_decay", options.weight_decay, 1e6);
+  return std::make_shared<Sgd>(options);
+}
+
+std::shared_ptr<const Optimiser> adamw(const AdamWOptions& options) {
+  check("adamw", "beta1", options.beta1, 1);
+  check("adamw", "beta2", options.beta2, 1);
+  check("adamw", "epsilon", options.epsilon, 1e6);
+  check("adamw", "weight_decay", options.weight_decay, 1e6);
+  return std::make_shared<AdamW>(options);
+}
+
+std::shared_ptr<const Optimiser> optimiser_named(const std::string& name) {
+  if (name == "sgd") return sgd();
+  if (name == "nesterov") return sgd({.nesterov = true});
+  if (name == "adamw") return adamw();
+  throw Error("optimiser '" + name + "'", "is not known", "give sgd, nesterov or adamw");
+}
+
+OptimiserState begin(const Optimiser& optimiser, const Network<float>& network) {
+  OptimiserState state;
+  state.memory.resize(static_cast<std::size_t>(optimiser.memory()));
+  for (auto& kept : state.memory)
+    for (const Parameter<float>* p : network.parameters()) kept.emplace_back(p->value.size(), 0.0F);
+  return state;
+}
+
+void update(const Optimiser& optimiser, Network<float>& network, std::span<const std::span<const float>> gradients,
+            double learning_rate, OptimiserState& state) {
+  ++state.steps;
+  const std::vector<Parameter<float>*> parameters = network.parameters();
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    Parameter<float>& parameter = *parameters[k];
+    if (gradients[k].empty()) continue;
+    for_each_group(1, static_cast<int>(parameter.value.size()), value_group, [&](int, int first, int last) {
+      std::vector<float*> memory;
+      for (auto& kept : state.memory) memory.push_back(kept[k].data() + first);
+      optimiser.update({static_cast<std::size_t>(last - first), gradients[k].data() + first,
+                        parameter.value.data() + first, memory.data(), parameter.decays},
+                       learning_rate, state.steps);
+    });
+  }
+}
+
+double clip(std::span<const std::span<float>> gradients, double largest) {
+  double sum = 0;
+  for (const std::span<float> gradient : gradients) {
+    std::vector<double> parts((gradient.size() + value_group - 1) / value_group);
+    for_each_group(1, static_cast<int>(gradient.size()), value_group, [&](int, int first, int last) {
+      double& part = parts[static_cast<std::size_t>(first / value_group)];
+      for (int i = first; i < last; ++i) {
+        const auto g = static_cast<double>(gradient[static_cast<std::size_t>(i)]);
+        part += g * g;
+      }
+    });
+    for (const double part : parts) sum += part;
+  }
+  const double norm = std::sqrt(sum);
+  if (!(norm > largest)) return norm;
+  const auto factor = static_cast<float>(largest / norm);
+  for (const std::span<float> gradient : gradients)
+    for (float& g : gradient) g *= factor;
+  return norm;
+}
+
+}  // namespace decid::nn

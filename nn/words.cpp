@@ -1,0 +1,80 @@
+// The words of a layer's line: see words.hpp.
+#include "nn/words.hpp"
+
+#include <charconv>
+#include <sstream>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+#include "nn/layers/layer.hpp"
+
+namespace decid::nn {
+namespace {
+
+constexpr std::size_t max_bytes = 200;  // of a layer's line
+
+}  // namespace
+
+Words::Words(const std::string& line) : line_(line) {
+  if (line.size() > max_bytes)
+    throw Error("a layer's line",
+                "has " + std::to_string(line.size()) + " bytes, more than " + std::to_string(max_bytes),
+                "write one layer a line");
+  std::istringstream stream(line);
+  stream.exceptions(std::ios::badbit);  // or what is left out for want of memory would pass for the end
+  for (std::string word; stream >> word;) words_.push_back(word);
+}
+
+void Words::finish() const {
+  if (!done()) fail("has '" + words_[next_] + "' left over");
+}
+
+std::string Words::take() {
+  if (done()) fail("ends where another word is expected");
+  return words_[next_++];
+}
+
+bool Words::take_if(const std::string& word) {
+  if (done() || words_[next_] != word) return false;
+  ++next_;
+  return true;
+}
+
+std::pair<int, int> Words::take_pair(int low, int high) {
+  const std::string word = take();
+  const std::size_t x = word.find('x');
+  const int rows = to_int(word.substr(0, x), low, high);
+  return {rows, x == std::string::npos ? rows : to_int(word.substr(x + 1), low, high)};
+}
+
+double Words::take_number(double low, double high) {
+  const std::string word = take();
+  double value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error != std::errc() || end != word.data() + word.size() || !(value >= low && value <= high))
+    fail("'" + word + "' is not a number " + format("from %g to %g", low, high));
+  return value;
+}
+
+void Words::fail(const std::string& problem) const {
+  throw Error(
+      "layer '" + line_ + "'", problem,
+      "layers are: conv CHANNELS RxC [stride RxC] [pad RxC] [groups N] [dilation RxC], batchnorm, layernorm, relu, "
+      "leakyrelu [SLOPE], gelu, tanh, sigmoid, maxpool RxC [stride RxC] [pad RxC], avgpool RxC [stride RxC] "
+      "[pad RxC], globalavgpool, statspool, dropout RATE, fc OUTPUTS, residual { ... }, concat { ... }");
+}
+
+void Words::limit(long long count, const std::string& values) const {
+  if (count > max_values)
+    fail("has " + std::to_string(count) + " " + values + ", more than " + std::to_string(max_values));
+}
+
+int Words::to_int(const std::string& word, int low, int high) const {
+  int value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error != std::errc() || end != word.data() + word.size() || value < low || value > high)
+    fail("'" + word + "' is not a whole number from " + std::to_string(low) + " to " + std::to_string(high));
+  return value;
+}
+
+}  // namespace decid::nn

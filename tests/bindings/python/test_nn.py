@@ -1,0 +1,96 @@
+"""decid.nn: trains, predicts, saves; the same bits for any threads; what it refuses."""
+import subprocess
+import os
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+import decid
+import decid.nn as nn
+
+TEXT = "conv 4 3x3 pad 1; batchnorm; relu; maxpool 2; fc 3"
+
+
+def data(count=240):
+    random = np.random.default_rng(1)
+    labels = np.arange(count) % 3
+    images = random.normal(size=(count, 1, 6, 6))
+    for image, label in zip(images, labels):
+        image[0, :, 2 * label : 2 * label + 2] += 3
+    return images, labels
+
+
+class Networks(unittest.TestCase):
+    def test_learns_and_predicts(self):
+        images, labels = data()
+        net, seen = nn.Network((1, 6, 6), TEXT), []
+        log = net.fit(images, labels, loss="cross-entropy", epochs=4, batch=20, learning_rate=0.01, callback=seen.append)
+        self.assertEqual(seen, log.epochs)
+        self.assertEqual(log.kept, 4)
+        self.assertLess(log.epochs[-1].training_loss, 0.5 * log.epochs[0].training_loss)
+        scores = net.predict(images)
+        self.assertEqual(scores.shape, (240, 3))
+        self.assertEqual(net.accuracy(images, labels), (scores.argmax(axis=1) == labels).mean())
+        self.assertGreater(net.accuracy(images, labels), 0.95)
+        decid.set_threads(1)
+        other = nn.Network((1, 6, 6), TEXT)
+        other.fit(images, labels, loss="cross-entropy", epochs=4, batch=20, learning_rate=0.01)
+        self.assertEqual(other.weights_sha256, net.weights_sha256)
+
+    def test_files_and_tensors(self):
+        net = nn.Network((2, 5, 4), "conv 3 3x3; tanh; residual { conv 3 3x3 pad 1 }")
+        net.initialise(3)
+        inputs = np.linspace(-1, 1, 80).reshape(2, 2, 5, 4)
+        self.assertEqual(net.predict(inputs).shape, (2, 3, 3, 2))
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "net.safetensors"
+            net.save(path)
+            again = nn.load(path)
+            shown = subprocess.run([os.environ["DECID_PROGRAM"], "info", path], check=True, capture_output=True, text=True)
+            self.assertIn(net.weights_sha256, shown.stdout)
+        self.assertEqual(again.architecture, net.architecture)
+        np.testing.assert_array_equal(again.predict(inputs), net.predict(inputs))
+        weight = again.tensors["layers.0.weight"]
+        self.assertEqual(weight.shape, (3, 2, 3, 3))
+        weight[:] = 0
+        self.assertNotEqual(again.weights_sha256, net.weights_sha256)
+        self.assertIn("(2, 5, 4)", repr(net))
+
+    def test_checkpoint_and_callbacks(self):
+        images, labels = data()
+
+        def fitted(**options):
+            net = nn.Network((1, 6, 6), TEXT)
+            net.fit(images, labels, loss="cross-entropy", epochs=3, batch=20, validation=(images[:9], labels[:9]), **options)
+            return net.weights_sha256
+
+        class Stop(Exception):
+            pass
+
+        def stop(epoch):
+            if epoch.epoch == 2:
+                raise Stop
+
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "checkpoint"
+            with self.assertRaises(Stop):
+                fitted(checkpoint=path, callback=stop)
+            self.assertEqual(fitted(checkpoint=path), fitted())
+
+    def test_refusals(self):
+        images, labels = data(30)
+        with self.assertRaises(decid.Error) as raised:
+            nn.Network((1, 6, 6), "conv 4 3x3; softsign")
+        self.assertIn("softsign", raised.exception.where)
+        net = nn.Network((1, 6, 6), TEXT)
+        for call in (lambda: net.predict(images[0, 0, 0]), lambda: net.predict(images[:, :, :5]),
+                     lambda: net.fit(images, labels[:7], loss="cross-entropy"), lambda: net.fit(images, labels),
+                     lambda: net.fit(images, labels, loss="hinge"), lambda: nn.load("/nowhere"),
+                     lambda: net.fit(images, labels + 1, loss="cross-entropy")):
+            self.assertRaises(decid.Error, call)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,314 @@
+// Tests of the layers that are one file each, of residual and concat, and of a layer that is registered here: gradients
+// by finite differences, figures of PyTorch, inference and training, batches and single samples, threads.
+#include <doctest/doctest.h>
+#include <omp.h>
+
+#include <cmath>
+#include <limits>
+
+#include "base/error.hpp"
+#include "nn/fit.hpp"
+#include "nn/operation.hpp"
+#include "nn/predictor.hpp"
+#include "nn/training/trainer.hpp"
+#include "tests/nn/chain.hpp"
+
+using namespace decid::nn;
+using namespace decid::nn::testing;
+
+namespace {
+
+/// y = scale x^3, with the scale as a parameter of each channel: a layer from outside.
+class Cube final : public OperationOf<Cube> {
+ public:
+  explicit Cube(Shape shape) : OperationOf(shape, shape) {}
+  std::string text() const override { return "cube"; }
+  std::vector<OperationParameter> parameters() const override { return {{"scale", {src().channels}, 0, 0.5}}; }
+
+  template <class T>
+  void forward_pass(const ForwardPass<T>& pass) const {
+    each(pass.src, [&](int block, int c, int i, int k) {
+      const T x = pass.src.row(block, c, i)[k];
+      pass.dst.row(block, c, i)[k] = scale(pass.parameters, c) * x * x * x;
+    });
+  }
+  template <class T>
+  void backward_pass(const BackwardPass<T>& pass) const {
+    for (int block = 0; block < pass.src.blocks(); ++block)
+      for (int c = 0; c < src().channels; ++c) pass.gradient(0, block)[c] = 0;
+    each(pass.src, [&](int block, int c, int i, int k) {
+      const T x = pass.src.row(block, c, i)[k], dy = pass.diff_dst.row(block, c, i)[k];
+      if (k % lanes < pass.src.valid_lanes(block)) pass.gradient(0, block)[c] += dy * x * x * x;
+      if (pass.diff_src != nullptr) pass.diff_src->row(block, c, i)[k] = 3 * scale(pass.parameters, c) * x * x * dy;
+    });
+  }
+
+ private:
+  template <class T>
+  static T scale(std::span<const std::span<const T>> parameters, int c) {
+    return parameters[0][static_cast<std::size_t>(c)];
+  }
+  template <class T, class Body>
+  void each(const TensorView<const T>& x, const Body& body) const {
+    for_each_plane(x.blocks(), src().channels, [&](int block, int c) {
+      for (int i = 0; i < src().rows; ++i)
+        for (int k = 0; k < src().columns * lanes; ++k) body(block, c, i, k);
+    });
+  }
+};
+
+OperationPointer parse_cube(Shape src, Words&) {
+  return std::make_shared<Cube>(src);
+}
+
+void register_cube() {
+  register_layer("cube", parse_cube);
+}
+
+struct Case {
+  Shape shape;
+  const char* text;
+};
+const std::vector<Case>& cases() {
+  register_cube();
+  static const std::vector<Case> all{
+      {{3, 4, 5}, "leakyrelu"},
+      {{3, 4, 5}, "leakyrelu 0.2"},
+      {{3, 4, 5}, "tanh"},
+      {{3, 4, 5}, "sigmoid"},
+      {{3, 4, 5}, "gelu"},
+      {{3, 4, 5}, "layernorm"},
+      {{9, 1, 1}, "layernorm"},
+      {{3, 4, 5}, "dropout 0.25"},
+      {{3, 4, 5}, "cube"},
+      {{2, 7, 5}, "maxpool 3 stride 2 pad 1"},
+      {{9, 5, 6}, "maxpool 2x3 stride 1x2 pad 0x2"},
+      {{2, 7, 5}, "avgpool 3 stride 2 pad 1"},
+      {{2, 2, 2}, "avgpool 4 stride 2 pad 2"},
+      {{4, 6, 5}, "conv 6 3x3 pad 1 groups 2"},
+      {{4, 6, 5}, "conv 8 3x2 stride 2x1 groups 4"},
+      {{34, 3, 2}, "conv 34 2x2 pad 1 groups 2"},
+      {{2, 9, 8}, "conv 3 3x3 pad 2 dilation 2"},
+      {{2, 11, 3}, "conv 3 3x1 pad 3x0 dilation 3x1"},
+      {{2, 4, 3}, "conv 3 3x1 pad 5x0 dilation 5x1"},
+      {{1, 12, 1}, "conv 2 2x1 dilation 7x1"},
+      {{2, 5, 9}, "conv 2 1x3 stride 1x2 pad 0x1 dilation 1x3"},
+      {{4, 8, 7}, "conv 4 3x2 pad 2x1 groups 2 dilation 2x3"},
+      {{2, 6, 5}, "conv 4 3x3 pad 1; residual { conv 4 3x3 pad 1; batchnorm; relu; conv 4 1x1 }; relu; fc 3"},
+      {{2, 6, 5}, "residual { tanh }; concat { conv 3 3x3 pad 1; residual { sigmoid } }; conv 2 3x3 pad 1; fc 3"},
+      {{3, 1, 1}, "fc 5; concat { fc 4; tanh; concat { fc 2 } }; layernorm; fc 2"},
+  };
+  return all;
+}
+
+std::size_t size(const Shape& shape) {
+  return static_cast<std::size_t>(shape.size());
+}
+
+/// Mean square of output - target over all values, for values of a Trainer's input and parameters.
+class Objective {
+ public:
+  Objective(const Case& one, int batch)
+      : network_(one.shape, one.text),
+        trainer_(network_, batch, nullptr, true),
+        batch_(static_cast<std::size_t>(batch)) {
+    std::uint32_t id = 3;
+    for (Parameter<double>* p : network_.parameters())
+      p->value = hashed_values<double>(id++, p->value.size(), 0.7, p->name == "gamma" ? 1.0 : 0.0);
+    input = hashed_values<double>(1, batch_ * size(one.shape), 1.3, 0.1);
+    target_ = hashed_values<double>(2, batch_ * size(network_.output_shape()));
+    trainer_.set_random(5, 7);
+    for (const Layer<double>& layer : network_.layers())
+      for (const RunningStatistics<double>& s : layer.statistics()) statistics_.push_back(s.value);
+  }
+
+  double loss() {
+    std::size_t k = 0;  // running statistics are pivots: they stay, or differences would see them move
+    for (Layer<double>& layer : network_.layers())
+      for (RunningStatistics<double>& s : layer.statistics()) s.value = statistics_[k++];
+    load_batch(trainer_.input(), input);
+    fill_unused_lanes(trainer_.input(), std::numeric_limits<double>::quiet_NaN());
+    trainer_.forward();
+    const std::vector<double> output = store_batch(trainer_.output());
+    long double sum = 0;
+    std::vector<double> diff;
+    for (std::size_t i = 0; i < output.size(); ++i) {
+      const double error = output[i] - target_[i];
+      sum += static_cast<long double>(error) * static_cast<long double>(error);
+      diff.push_back(2 * error / static_cast<double>(output.size()));
+    }
+    load_batch(trainer_.output_diff(), diff);
+    fill_unused_lanes(trainer_.output_diff(), std::numeric_limits<double>::quiet_NaN());
+    return static_cast<double>(sum / static_cast<long double>(output.size()));
+  }
+  /// After loss(): gradients of the parameters, then that of the input.
+  std::vector<std::vector<double>> gradients() {
+    trainer_.backward();
+    std::vector<std::vector<double>> all;
+    for (std::size_t k = 0; k < network_.parameters().size(); ++k)
+      all.emplace_back(trainer_.gradient(k).begin(), trainer_.gradient(k).end());
+    all.push_back(store_batch(trainer_.input_diff()));
+    return all;
+  }
+  std::vector<std::vector<double>*> values() {
+    std::vector<std::vector<double>*> all;
+    for (Parameter<double>* p : network_.parameters()) all.push_back(&p->value);
+    all.push_back(&input);
+    return all;
+  }
+
+  std::vector<double> input;
+
+ private:
+  Network<double> network_;
+  Trainer<double> trainer_;
+  std::size_t batch_;
+  std::vector<double> target_;
+  std::vector<std::vector<double>> statistics_;
+};
+
+}  // namespace
+
+// Differences of step h = 1e-5 err by h^2 / 6 of a third derivative, and by rounding of the loss over h, 1e-11; a kink
+// of a maximum or a leaky ReLU that lies within h of a value, one in 1e5, would show as a gross error.
+TEST_CASE("operations: gradients are differences of the loss, parameters' and input's") {
+  const OneThread one_thread;
+  for (const Case& one : cases())
+    for (const int batch : {3, 16, 19}) {
+      CAPTURE(one.text);
+      CAPTURE(batch);
+      Objective objective(one, batch);
+      objective.loss();
+      const std::vector<std::vector<double>> gradients = objective.gradients();
+      const auto values = objective.values();
+      REQUIRE(gradients.size() == values.size());
+      double worst = 0;
+      for (std::size_t t = 0; t < values.size(); ++t)
+        for (std::size_t n = 0; n < std::min<std::size_t>(values[t]->size(), 25); ++n) {
+          const std::size_t i = n * 7919 % values[t]->size();
+          double& value = (*values[t])[i];
+          const double kept = value, step = 1e-5;
+          value = kept + step;
+          const double right = objective.loss();
+          value = kept - step;
+          const double left = objective.loss();
+          value = kept;
+          const double error = std::abs(gradients[t][i] - (right - left) / (2 * step));
+          worst = std::isnan(error) ? std::numeric_limits<double>::infinity() : std::max(worst, error);
+        }
+      CHECK(worst < 2e-8);
+    }
+}
+
+TEST_CASE("operations: single samples, batches and threads give the same bits; the text makes the same network") {
+  const int threads = omp_get_max_threads();
+  for (const Case& one : cases()) {
+    CAPTURE(one.text);
+    Network net(one.shape, one.text);
+    net.initialise(3);
+    const Network copy(one.shape, net.architecture());
+    CHECK(copy.architecture() == net.architecture());
+    REQUIRE(copy.parameter_count() == net.parameter_count());
+    const auto inputs = hashed_values<float>(1, 19 * size(one.shape));
+    omp_set_num_threads(1);
+    const std::vector<float> together = predict(net, inputs);
+    omp_set_num_threads(3);
+    CHECK(predict(net, inputs) == together);
+    const std::size_t values = size(net.output_shape());
+    for (std::size_t n = 0; n < 19; ++n)
+      CHECK(std::ranges::equal(predict(net, std::span(inputs).subspan(n * size(one.shape), size(one.shape))),
+                               std::span(together).subspan(n * values, values)));
+    for (const float value : together) REQUIRE(std::isfinite(value));
+  }
+  omp_set_num_threads(threads);
+}
+
+TEST_CASE("operations: training has the same bits for any number of threads, dropout included") {
+  const int threads = omp_get_max_threads();
+  register_cube();
+  const auto inputs = hashed_values<float>(1, 40 * 60), targets = hashed_values<float>(2, 40 * 2);
+  const auto train = [&](int count, std::uint64_t seed) {
+    omp_set_num_threads(count);
+    Network net(
+        {2, 6, 5},
+        "conv 4 3x3 pad 1 groups 2; layernorm; gelu; residual { conv 4 3x3 pad 2 dilation 2; tanh; dropout 0.3 }; "
+        "maxpool 3 stride 2 pad 1; cube; fc 2");
+    net.initialise(1);
+    const FitLog log = fit(net, {inputs, targets, 40}, {.epochs = 3, .batch = 20, .validation = 0.2, .seed = seed});
+    CHECK(std::isfinite(log.epochs.back().training_loss));
+    return weights_sha256(net);
+  };
+  const std::string one = train(1, 1);
+  CHECK(train(2, 1) == one);
+  CHECK(train(8, 1) == one);
+  CHECK(train(1, 2) != one);
+  omp_set_num_threads(threads);
+}
+
+TEST_CASE("dropout: drops its rate, scales the rest, another mask each step; inference passes on") {
+  Network<float> net({4, 25, 25}, "dropout 0.25");
+  Trainer<float> trainer(net, 40);
+  const std::vector<float> ones(40 * 2500, 1.0F);
+  load_batch(trainer.input(), ones);
+  const auto masked = [&](std::uint64_t step) {
+    trainer.set_random(1, step);
+    trainer.forward();
+    return store_batch(trainer.output());
+  };
+  const std::vector<float> first = masked(0);
+  // 100,000 values: a standard deviation of 137. Six of them are exceeded once in 5e8 seeds.
+  const auto dropped = std::ranges::count(first, 0.0F);
+  CHECK(std::abs(static_cast<double>(dropped) - 25000) < 6 * 137);
+  CHECK(std::ranges::count(first, 1 / 0.75F) == 100000 - dropped);
+  CHECK(masked(0) == first);
+  CHECK(masked(1) != first);
+  CHECK(predict(net, ones) == ones);
+}
+
+// A dense, plain formula beside the views and kernels: groups and dilation are what PyTorch's Conv2d says.
+TEST_CASE("grouped and dilated convolutions: the sum written out") {
+  Network net({4, 8, 7}, "conv 6 3x2 pad 2x1 groups 2 dilation 2x3");
+  net.initialise(1);
+  CHECK(net.output_shape() == Shape{6, 8, 6});
+  const auto x = hashed_values<float>(1, 4 * 8 * 7);
+  const std::vector<float> y = predict(net, x);
+  const std::vector<float>& w = net.parameters()[0]->value;
+  for (int o = 0; o < 6; ++o)
+    for (int i = 0; i < 8; ++i)
+      for (int j = 0; j < 6; ++j) {
+        double sum = 0;
+        for (int c = 0; c < 2; ++c)
+          for (int ky = 0; ky < 3; ++ky)
+            for (int kx = 0; kx < 2; ++kx) {
+              const int row = i - 2 + 2 * ky, column = j - 1 + 3 * kx;
+              if (row < 0 || row >= 8 || column < 0 || column >= 7) continue;
+              sum += static_cast<double>(w[static_cast<std::size_t>(((o * 2 + c) * 3 + ky) * 2 + kx)]) *
+                     static_cast<double>(x[static_cast<std::size_t>(((o / 3 * 2 + c) * 8 + row) * 7 + column)]);
+            }
+        CHECK(std::abs(static_cast<double>(y[static_cast<std::size_t>((o * 8 + i) * 6 + j)]) - sum) < 1e-6);
+      }
+}
+
+TEST_CASE("architecture: comments, blocks, and what does not fit") {
+  const Network net({2, 6, 5},
+                    "# a block\nconv 4 3x3 pad 1  # same size\nresidual { batchnorm; relu; conv 4 1x1 }\n"
+                    "concat {conv 2 1x1}; fc 3 # ; relu");
+  CHECK(net.architecture() ==
+        "conv 4 3x3 stride 1x1 pad 1x1\nresidual {\nbatchnorm\nrelu\nconv 4 1x1 stride 1x1 pad 0x0\n}\nconcat {\n"
+        "conv 2 1x1 stride 1x1 pad 0x0\n}\nfc 3");
+  CHECK(net.layers()[7].dst_shape() == Shape{6, 6, 5});
+  for (const char* wrong :
+       {"residual { conv 3 1x1 }", "concat { conv 3 3x3 }", "residual { tanh", "tanh; }", "residual tanh", "tanh 1",
+        "conv 3 1x1 groups 2", "conv 4 3x3 stride 2 dilation 2", "conv 4 3x3 pad 3", "conv 4 3x3 dilation 3",
+        "maxpool 2 pad 2", "avgpool 9 pad 1", "maxpool 2 stride 1 by 1", "leakyrelu x", "leakyrelu 2", "dropout",
+        "dropout 1", "layernorm 3", "softsign"}) {
+    CAPTURE(wrong);
+    CHECK_THROWS_AS(Network({2, 6, 5}, wrong), decid::Error);
+  }
+  CHECK(Network({2, 6, 5}, "conv 4 3x3 pad 3 dilation 2").output_shape() == Shape{4, 8, 7});
+  register_cube();
+  CHECK_NOTHROW(register_cube());
+  CHECK_THROWS_WITH_AS(
+      register_layer("cube", [](Shape src, Words&) -> OperationPointer { return std::make_shared<Cube>(src); }),
+      doctest::Contains("is registered already"), decid::Error);
+}

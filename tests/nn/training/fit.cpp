@@ -1,0 +1,312 @@
+// Tests of nn/fit.hpp: learning, bits for any number of threads, going on from checkpoints, what the options do.
+#include "nn/fit.hpp"
+
+#include <doctest/doctest.h>
+#include <omp.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+#include "base/files/file.hpp"
+#include "nn/network_file.hpp"
+#include "tests/nn/chain.hpp"
+
+using namespace decid::nn;
+using namespace decid::nn::testing;
+
+namespace {
+
+constexpr int count = 240, classes = 3;
+constexpr Shape shape{1, 6, 6};
+constexpr const char* text = "conv 4 3x3 pad 1; batchnorm; relu; maxpool 2; fc 3";
+
+struct Data {
+  std::vector<float> inputs, targets;
+};
+
+/// Noise, with a bright pair of columns that says which class it is.
+Data made(float brightness) {
+  Data d{hashed_values<float>(1, count * 36), {}};
+  for (std::size_t n = 0; n < count; ++n) {
+    d.targets.push_back(static_cast<float>(n % classes));
+    for (std::size_t i = 0; i < 36; ++i)
+      if (i % 6 / 2 == n % classes) d.inputs[n * 36 + i] += brightness;
+  }
+  return d;
+}
+const Data& data() {
+  static const Data bright = made(2.0F);
+  return bright;
+}
+Samples samples() {
+  return {data().inputs, data().targets, count};
+}
+
+FitOptions options() {
+  FitOptions o;
+  o.epochs = 4;
+  o.batch = 20;
+  o.learning_rate = 0.01;
+  o.loss = cross_entropy();
+  return o;
+}
+
+struct Fitted {
+  Network<float> network{shape, text};
+  FitLog log;
+  std::string sha256;
+};
+Fitted fitted(const FitOptions& o, const Samples& from = samples()) {
+  Fitted f;
+  f.log = fit(f.network, from, o);
+  f.sha256 = weights_sha256(f.network);
+  return f;
+}
+
+std::string scratch(const std::string& name) {
+  const std::string path = (std::filesystem::temp_directory_path() / ("decid_fit_" + name)).string();
+  std::filesystem::remove(path);
+  return path;
+}
+
+/// An optimiser as a program outside would add it: steps of the learning rate's size, by the gradient's sign.
+class SignDescent final : public Optimiser {
+ public:
+  void update(const Values& v, double learning_rate, long long) const override {
+    for (std::size_t i = 0; i < v.count; ++i)
+      v.value[i] -= static_cast<float>(v.gradient[i] > 0 ? learning_rate : -learning_rate);
+  }
+  int memory() const override { return 0; }
+  std::string text() const override { return "sign-descent"; }
+};
+
+}  // namespace
+
+TEST_CASE("fit: learns classes with each optimiser, one from outside among them") {
+  const std::pair<std::shared_ptr<const Optimiser>, double> cases[]{
+      {adamw(), 0.01}, {sgd(), 0.03}, {sgd({.nesterov = true}), 0.03}, {std::make_shared<SignDescent>(), 0.01}};
+  for (const auto& one : cases) {
+    CAPTURE(one.first->text());
+    FitOptions o = options();
+    o.optimiser = one.first;
+    o.learning_rate = one.second;
+    const Fitted f = fitted(o);
+    REQUIRE(f.log.epochs.size() == 4);
+    CHECK(f.log.finished);
+    CHECK(f.log.kept == 4);
+    CHECK(f.log.epochs[3].epoch == 4);
+    CHECK(f.log.epochs[3].training_loss < 0.75 * f.log.epochs[0].training_loss);
+    CHECK(f.log.epochs[3].validation_loss < 0.8);
+    CHECK(accuracy(f.network, samples()) > 0.8);
+    CHECK(mean_loss(f.network, samples(), *cross_entropy()) < 0.8);
+  }
+}
+
+TEST_CASE("fit: the same bits for any number of threads, others for another seed") {
+  const int threads = omp_get_max_threads();
+  FitOptions o = options();
+  o.average = 0.9;
+  o.clip_norm = 0.5;
+  o.optimiser = adamw();
+  // Augmentation by counted numbers.
+  const Samples noisy(count,
+                      [](int sample, const decid::Random* random, std::span<float> input, std::span<float> target) {
+                        samples().load(sample, nullptr, input, target);
+                        for (std::size_t i = 0; random != nullptr && i < input.size(); ++i)
+                          input[i] += 0.1F * static_cast<float>(random->normal(i));
+                      });
+  omp_set_num_threads(1);
+  const Fitted one = fitted(o, noisy);
+  CHECK(one.sha256 != fitted(o).sha256);
+  for (const int more : {2, 3, 8}) {
+    omp_set_num_threads(more);
+    CHECK(fitted(o, noisy).sha256 == one.sha256);
+  }
+  omp_set_num_threads(threads);
+  o.seed = 2;
+  CHECK(fitted(o, noisy).sha256 != one.sha256);
+}
+
+// A change of this figure changes what every program trains that uses fit().
+TEST_CASE("fit: pinned bits") {
+  const Data dim = made(0.6F);
+  CHECK(fitted(options(), {dim.inputs, dim.targets, count}).sha256 ==
+        "d8b7a1196648e583a6d6e2edcc9b2246587b8af421bc1def8df348d5bff09274");
+}
+
+TEST_CASE("fit: goes on from a checkpoint to the bits of a training that was not stopped") {
+  FitOptions o = options();
+  o.average = 0.9;
+  o.patience = 3;
+  o.optimiser = adamw();
+  const Fitted whole = fitted(o);
+  o.checkpoint = scratch("checkpoint");
+  // Stops after the third batch of the second epoch, then at an epoch's last batch, then not.
+  int batches = 0;
+  o.after_batch = [&](int epoch, int batch, double loss) {
+    CHECK(std::isfinite(loss));
+    CHECK(epoch >= 1);
+    CHECK(batch >= 1);
+    ++batches;
+    return batches != 14 && batches != 22;
+  };
+  CHECK_FALSE(fitted(o).log.finished);
+  const Fitted second = fitted(o);
+  CHECK_FALSE(second.log.finished);
+  CHECK(second.log.epochs.size() == 2);
+  const Fitted last = fitted(o);
+  CHECK(last.log.finished);
+  CHECK(last.sha256 == whole.sha256);
+  CHECK(last.log.kept == whole.log.kept);
+  REQUIRE(last.log.epochs.size() == whole.log.epochs.size());
+  for (std::size_t i = 0; i < last.log.epochs.size(); ++i) {
+    CHECK(last.log.epochs[i].training_loss == whole.log.epochs[i].training_loss);
+    CHECK(last.log.epochs[i].validation_loss == whole.log.epochs[i].validation_loss);
+  }
+  batches = 100;
+  CHECK(fitted(o).sha256 == whole.sha256);  // of a fit that is done
+  CHECK(batches == 100);
+  FitOptions other = o;
+  other.seed = 5;
+  CHECK_THROWS_WITH_AS(fitted(other), doctest::Contains("other options"), decid::Error);
+  std::string bytes = decid::read_file(o.checkpoint);
+  bytes[bytes.size() - 9] ^= 1;
+  decid::write_file(o.checkpoint, bytes);
+  CHECK_THROWS_WITH_AS(fitted(o), doctest::Contains("damaged"), decid::Error);
+  std::filesystem::remove(o.checkpoint);
+}
+
+TEST_CASE("fit: patience stops and keeps the best epoch") {
+  FitOptions o = options();
+  o.epochs = 50;
+  o.schedule = "constant";
+  o.learning_rate = 0.2;
+  o.patience = 2;
+  std::vector<std::string> hashes;
+  Network<float> network(shape, text);
+  o.after_epoch = [&](const FitEpoch&) { hashes.push_back(weights_sha256(network)); };
+  const FitLog log = fit(network, samples(), o);
+  CHECK(log.epochs.size() < 50);
+  CHECK(log.kept == static_cast<int>(log.epochs.size()) - 2);
+  CHECK(weights_sha256(network) == hashes.at(static_cast<std::size_t>(log.kept) - 1));
+}
+
+TEST_CASE("fit: frozen lines stay, weights that are there are not initialised") {
+  FitOptions o = options();
+  o.epochs = 1;
+  o.frozen_lines = 4;
+  Network<float> network(shape, text);
+  network.initialise(9);
+  const Network<float> before = network;
+  fit(network, samples(), o);
+  for (std::size_t k = 0; k < 4; ++k) CHECK(network.parameters()[k]->value == before.parameters()[k]->value);
+  CHECK(network.parameters()[4]->value != before.parameters()[4]->value);
+  CHECK(network.layers()[1].statistics()[0].value != before.layers()[1].statistics()[0].value);
+}
+
+TEST_CASE("fit: validation samples are not trained on, or are those that are given") {
+  FitOptions o = options();
+  o.epochs = 1;
+  std::vector<int> seen(count), validated(count);
+  const Samples counted(count,
+                        [&](int sample, const decid::Random* random, std::span<float> input, std::span<float> target) {
+                          samples().load(sample, nullptr, input, target);
+                          ++(random != nullptr ? seen : validated)[static_cast<std::size_t>(sample)];
+                        });
+  fitted(o, counted);
+  for (std::size_t i = 0; i < count; ++i) CHECK(seen[i] + validated[i] == 1);
+  CHECK(std::count(validated.begin(), validated.end(), 1) == count / 10);
+  o.validation = 0;
+  CHECK(std::isnan(fitted(o).log.epochs[0].validation_loss));
+  o.validation_samples = Samples(std::span(data().inputs).first(72), std::span(data().targets).first(2), 2);
+  CHECK(fitted(o).log.epochs[0].validation_loss > 0);
+}
+
+TEST_CASE("fit: settings that do not fit are refused") {
+  const auto refused = [](const std::function<void(FitOptions&)>& change) {
+    FitOptions o = options();
+    change(o);
+    Network<float> network(shape, text);
+    CHECK_THROWS_AS(fit(network, samples(), o), decid::Error);
+  };
+  refused([](FitOptions& o) { o.epochs = 0; });
+  refused([](FitOptions& o) { o.batch = 0; });
+  refused([](FitOptions& o) { o.validation = 1; });
+  refused([](FitOptions& o) { o.average = 1; });
+  refused([](FitOptions& o) { o.clip_norm = -1; });
+  refused([](FitOptions& o) { o.loss = nullptr; });
+  refused([](FitOptions& o) { o.schedule = "linear"; });
+  refused([](FitOptions& o) { o.loss = squared_error(); });  // three targets a sample
+  CHECK_THROWS_AS(Samples(data().inputs, data().targets, 7 * count), decid::Error);
+  CHECK_THROWS_AS(sgd({.momentum = 1}), decid::Error);
+  CHECK_THROWS_AS(optimiser_named("lion"), decid::Error);
+  FitOptions diverges = options();
+  diverges.optimiser = sgd();
+  diverges.learning_rate = 1e5;
+  diverges.loss = huber();
+  std::vector<float> huge(count * 3, std::numeric_limits<float>::infinity());
+  CHECK_THROWS_WITH_AS(fitted(diverges, Samples(data().inputs, huge, count)), doctest::Contains("diverged in epoch 1"),
+                       decid::Error);
+}
+
+// Figures of PyTorch 1.13 in double, SGD(nesterov=True) and AdamW, for gradients 0.5, -1.25 and 2,
+// learning rate 0.1, weight decay 0.01: three steps in float err by a few epsilon.
+TEST_CASE("optimisers: figures of PyTorch") {
+  const auto run = [](const Optimiser& optimiser) {
+    Network<float> network({1, 1, 1}, "fc 1");
+    for (Parameter<float>* p : network.parameters()) p->value = {1};
+    OptimiserState state = begin(optimiser, network);
+    for (const float gradient : {0.5F, -1.25F, 2.0F}) {
+      const std::vector<std::span<const float>> gradients(2, std::span<const float>(&gradient, 1));
+      update(optimiser, network, gradients, 0.1, state);
+    }
+    return std::pair(network.parameters()[0]->value[0], network.parameters()[1]->value[0]);  // decays, does not
+  };
+  const auto near = [](float value, double expected) { return std::abs(static_cast<double>(value) - expected) < 5e-7; };
+  const auto [decayed, free] = run(*sgd({.weight_decay = 0.01, .nesterov = true}));
+  CHECK(near(decayed, 0.7788282081910001));
+  CHECK(near(free, 0.7868));
+  const auto [adam_decayed, adam] = run(*adamw());
+  CHECK(near(adam_decayed, 0.9074583425891263));
+  CHECK(near(adam, 0.9102996651190383));
+}
+
+TEST_CASE("clip: scales to the norm, and only down") {
+  std::vector<float> a(9000, 3.0F), b{4};
+  const std::vector<std::span<float>> gradients{a, {}, b};
+  const double norm = clip(gradients, 1e6);
+  CHECK(norm == std::sqrt(81016.0));
+  CHECK(a[8999] == 3.0F);
+  CHECK(clip(gradients, 1.0) == norm);
+  CHECK(std::abs(clip(gradients, 2.0) - 1.0) < 1e-6);
+}
+
+TEST_CASE("network files: read back what was written, and are refused if damaged") {
+  const std::string path = scratch("network");
+  Network net({2, 5, 4}, "conv 3 3x3; batchnorm; relu; fc 2");
+  net.initialise(3);
+  write_network(net, path);
+  const Network<float> read = read_network(path);
+  CHECK(read.input_shape() == net.input_shape());
+  CHECK(weights_sha256(read) == weights_sha256(net));
+  const auto inputs = hashed_values<float>(1, 80);
+  CHECK(predict(read, inputs) == predict(net, inputs));
+  CHECK(predict(net, inputs).size() == 4);
+  CHECK_THROWS_AS(predict(net, std::span(inputs).first(79)), decid::Error);
+  std::string bytes = decid::read_file(path);
+  bytes.back() ^= 1;
+  decid::write_file(path, bytes);
+  CHECK_THROWS_WITH_AS(read_network(path), doctest::Contains("is damaged"), decid::Error);
+  for (const std::string input : {"2,5", "2,5,4,1", "x", "0,5,4", ""}) {
+    TensorFile file = to_tensors(net);
+    file.metadata[input_key] = input;
+    CHECK_THROWS_AS(from_tensors(std::move(file), "test"), decid::Error);
+  }
+  TensorFile without = to_tensors(net);
+  CHECK(is_network(without));
+  without.metadata.erase(input_key);
+  CHECK_FALSE(is_network(without));
+  CHECK_THROWS_AS(from_tensors(std::move(without), "test"), decid::Error);
+  std::filesystem::remove(path);
+}

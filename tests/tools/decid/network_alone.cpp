@@ -1,0 +1,114 @@
+// Files of networks alone, as nn::write_network makes them: info and export c; export onnx is in tests/tools/onnx.
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "base/text.hpp"
+#include "nn/fit.hpp"
+#include "nn/network_file.hpp"
+#include "tests/tools/decid/run.hpp"
+
+using namespace decid;
+using test::Folder;
+using test::run_decid;
+using Json = nlohmann::json;
+
+namespace {
+
+constexpr const char* text =
+    "conv 6 3x3 pad 1; batchnorm; relu; maxpool 2; conv 9 2x2 stride 2x1; relu; avgpool 1x2; statspool; fc 5";
+constexpr nn::Shape shape{2, 11, 9};
+
+nn::Network<float> made(const char* architecture = text) {
+  nn::Network network(shape, architecture);
+  network.initialise(7);
+  return network;
+}
+
+}  // namespace
+
+TEST_CASE("a network alone: info shows its layers, and tensors that were skipped") {
+  const Folder folder;
+  nn::write_network(made(), folder / "n.safetensors");
+  const auto shown = run_decid("info " + folder / "n.safetensors");
+  CHECK(shown.code == 0);
+  CHECK(shown.out.find("batchnorm + relu + maxpool 2x2 stride 2x2") != std::string::npos);
+  CHECK(shown.out.find("2 x 11 x 9") != std::string::npos);
+  CHECK(shown.out.find("weights   SHA-256 " + nn::weights_sha256(made())) != std::string::npos);
+  CHECK(shown.out.find("protocol") == std::string::npos);
+  const Json json = Json::parse(run_decid("info --json " + folder / "n.safetensors").out);
+  CHECK(json.at("input") == Json{2, 11, 9});
+  CHECK(json.at("parameters") == made().parameter_count());
+  CHECK(json.at("weights_sha256") == nn::weights_sha256(made()));
+  CHECK(json.at("skipped").empty());
+
+  // As a program of PyTorch would write it: half precision, no hash, and a count.
+  const std::string header =
+      R"({"__metadata__":{"architecture":"fc 1","input":"2,1,1"},"layers.0.weight":{"dtype":"F16","shape":[1,2],)"
+      R"("data_offsets":[0,4]},"layers.0.bias":{"dtype":"BF16","shape":[1],"data_offsets":[4,6]},)"
+      R"("bn.num_batches_tracked":{"dtype":"I64","shape":[],"data_offsets":[6,14]}})";
+  const std::uint64_t length = header.size();
+  const std::uint16_t bits[] = {0x3c00, 0xc000, 0x3f00, 1, 0, 0, 0};
+  test::write_text(folder / "torch.safetensors", std::string(reinterpret_cast<const char*>(&length), 8) + header +
+                                                     std::string(reinterpret_cast<const char*>(bits), sizeof bits));
+  const auto torch = run_decid("info " + folder / "torch.safetensors");
+  CHECK(torch.code == 0);
+  CHECK(torch.out.find("skipped   bn.num_batches_tracked (I64)") != std::string::npos);
+  CHECK(nn::predict(nn::read_network(folder / "torch.safetensors"), std::vector<float>{3, 1}) ==
+        std::vector<float>{1.5F});
+
+  std::string damaged = test::read_text(folder / "n.safetensors");
+  damaged.back() ^= 1;
+  test::write_text(folder / "n.safetensors", damaged);
+  test::check_refused("info " + folder / "n.safetensors", {"is damaged"});
+}
+
+TEST_CASE("a network alone: exported C has the predictor's bits") {
+  const Folder folder;
+  const nn::Network<float> network = made();
+  nn::write_network(network, folder / "net.safetensors");
+  REQUIRE(run_decid("export c " + folder / "net.safetensors" + " -o " + folder / "c").code == 0);
+  test::write_text(folder / "main.c",
+                   "#include <stdio.h>\n#include \"net.h\"\n"
+                   R"(static net_arena arena;
+int main(void) {
+  float input[NET_INPUT_CHANNELS * NET_INPUT_ROWS * NET_INPUT_COLUMNS], outputs[NET_OUTPUTS];
+  int i;
+  for (i = 0; i < 198; ++i) input[i] = (float)((i * 37) % 64) * 0.03125F - 1.0F;
+  if (net_self_test(&arena) != NET_OK || net_run(input, outputs, &arena) != NET_OK) return 1;
+  if (net_run(input, outputs, NULL) != NET_ERROR_NULL || net_run(NULL, outputs, &arena) != NET_ERROR_NULL) return 2;
+  fwrite(outputs, sizeof outputs, 1, stdout);
+  input[5] = 1.0F / 0.0F;
+  return net_run(input, outputs, &arena) == NET_ERROR_NOT_FINITE ? 0 : 3;
+}
+)");
+  std::vector<float> input;
+  for (int i = 0; i < 198; ++i) input.push_back(static_cast<float>(i * 37 % 64) * 0.03125F - 1.0F);
+  const std::vector<float> expected = nn::predict(network, input);
+  for (const char* compiler : {"gcc -std=c99 -O2", "gcc -std=c99 -O1 -fsanitize=address,undefined", "g++ -x c++ -O0"}) {
+    CAPTURE(compiler);
+    REQUIRE(std::system((std::string(compiler) + " -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror -I" +
+                         folder / "c" + " " + folder / "main.c" + " " + folder / "c/net.c" + " -o " + folder / "run")
+                            .c_str()) == 0);
+    REQUIRE(std::system((folder / "run" + " > " + folder / "out").c_str()) == 0);
+    const std::string bytes = test::read_text(folder / "out");
+    REQUIRE(bytes.size() == expected.size() * sizeof(float));
+    CHECK(std::memcmp(bytes.data(), expected.data(), bytes.size()) == 0);
+  }
+}
+
+TEST_CASE("a network alone: what exported C does not have is refused") {
+  const Folder folder;
+  const std::string path = folder / "net.safetensors";
+  for (const auto& [layers, fragment] : {std::pair{"tanh; fc 2", "a layer 'tanh'"},
+                                         {"residual { conv 2 1x1 }; fc 2", "a residual or concat"},
+                                         {"conv 2 3x3 groups 2; fc 1", "groups 2"},
+                                         {"conv 3 3x3", "9 x 7 planes"}}) {
+    nn::write_network(made(layers), path);
+    test::check_refused("export c " + path + " -o " + folder / "c", {fragment, "export ONNX"});
+  }
+  nn::write_network(made(), path);
+  for (const char* flag : {"--int8", "--incremental", "--familiarity", "--mass 70 --height 1.7"})
+    test::check_refused("export c " + path + " " + flag + " -o " + folder / "c", {"is a network alone"});
+}

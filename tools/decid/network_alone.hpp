@@ -1,0 +1,21 @@
+// A file that is a network alone, as nn::write_network makes it, where a command would take a model.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nn/network_file.hpp"
+
+namespace decid::tools {
+
+struct NetworkAlone {
+  nn::Network<float> network;
+  std::vector<std::string> skipped;  ///< tensors that no layer has, with their types
+};
+
+/// Returns nothing for an empty path and for a file that holds no network alone; what reads models says what is wrong
+/// with the latter. Throws Error for a network that is damaged.
+std::optional<NetworkAlone> network_alone(const std::string& path);
+
+}  // namespace decid::tools

@@ -1,0 +1,67 @@
+/* ---- The functions of the header -----------------------------------------------------------------------------------
+ */
+
+static activation* maps_of(void* arena) {
+  return (activation*)(void*)&((unsigned char*)arena)[MAPS_OFFSET];
+}
+static activation* patch_of(void* arena) {
+  return (activation*)(void*)&((unsigned char*)arena)[PATCH_OFFSET];
+}
+
+/* Value k of the self-test's input: a slow triangle with noise on it, in exact arithmetic. */
+static float test_input(int32_t k) {
+  uint32_t x = (uint32_t)k * 2654435761U;
+  const int32_t ramp = (k % 2420) - 1210;
+  const int32_t triangle = 605 - ((ramp < 0) ? -ramp : ramp);
+  x ^= x >> 15;
+  x *= 2246822519U;
+  x ^= x >> 13;
+  return ((float)triangle * 1.52587890625e-05F) + ((float)((int32_t)(x >> 8) - 8388608) * 1.1641532182693481e-10F);
+}
+
+/* input NULL: the self-test's. */
+static int32_t run_network(const float* input, float* outputs, void* arena) {
+  int32_t* const ready = (int32_t*)arena;
+  int32_t i;
+  if (arena == NULL) {
+    return DECID_FW_ERROR_NULL;
+  }
+  if (((uintptr_t)arena % 8U) != 0U) {
+    return DECID_FW_ERROR_ALIGNMENT;
+  }
+  for (i = 0; i < INPUTS; ++i) {
+    const float value = (input == NULL) ? test_input(i) : input[i];
+    if (is_finite_float(value) == 0) {
+      return DECID_FW_ERROR_NOT_FINITE;
+    }
+    maps_of(arena)[i] = value;
+  }
+  for (i = 0; i < MAPS; ++i) {
+    ready[i] = 0;
+  }
+  ready[0] = network_maps[0].lines;
+  while (advance_network(ready, maps_of(arena), patch_of(arena), outputs) != 0) {
+    /* on */
+  }
+  return DECID_FW_OK;
+}
+
+int DECID_FW_run(const float* input, float* outputs, void* arena) {
+  int32_t result = DECID_FW_ERROR_NULL;
+  if ((input != NULL) && (outputs != NULL)) {
+    result = run_network(input, outputs, arena);
+  }
+  return (int)result;
+}
+
+int DECID_FW_self_test(void* arena) {
+  float outputs[OUTPUTS];
+  int32_t i;
+  int32_t result = run_network(NULL, outputs, arena);
+  for (i = 0; (i < OUTPUTS) && (result == DECID_FW_OK); ++i) {
+    if (float_bits(outputs[i]) != test_outputs[i]) {
+      result = DECID_FW_ERROR_SELF_TEST;
+    }
+  }
+  return (int)result;
+}
