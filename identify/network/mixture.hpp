@@ -22,8 +22,8 @@ std::size_t mixture_outputs(std::size_t components, std::size_t parameters);
 /// is known well are up to some thousand times those of what is not, and those by A are mostly chance, which drowns
 /// what the centres tell the layers before: a network learns the means badly or diverges (Seitzer et al., "On the
 /// pitfalls of heteroscedastic uncertainty estimation with probabilistic neural networks", ICLR 2022;
-/// docs/research/notebook.md). `balanced`: the natural derivative by the centre, that divided by the inverse of the covariance
-/// (Amari, Neural Computation 10, 1998), which is x - centre times the component's share in the density; and
+/// docs/research/notebook.md). `balanced`: the natural derivative by the centre, that divided by the inverse of the
+/// covariance (Amari, Neural Computation 10, 1998), which is x - centre times the component's share in the density; and
 /// balanced_rate times those by A. Both vanish where the others do.
 enum class Slopes { exact, balanced };
 inline constexpr double balanced_rate = 0.2;
