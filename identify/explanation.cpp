@@ -51,7 +51,7 @@ std::span<const double> standing(const sim::Outcome& outcome, std::span<const do
 }
 
 /// Warns if the residual is larger than noise explains.
-void warn_of_residual(std::span<const std::vector<float>> noisy, Severity little_explained, Explanation& explanation) {
+void warn_of_residual(std::span<const std::vector<float>> noisy, Severity severity, Explanation& explanation) {
   if (!std::isfinite(explanation.variance_accounted_for)) {
     add_invalid(explanation.warnings, "does_not_stand",
                 "the identified controller does not stand: simulated, the body falls, so there is no fit to quote");
@@ -71,7 +71,7 @@ void warn_of_residual(std::span<const std::vector<float>> noisy, Severity little
   const auto [low, high] = std::ranges::minmax(usual);
   if (explanation.variance_accounted_for < low - (high - low) - 0.1)
     explanation.warnings.push_back(
-        {little_explained, "little_explained",
+        {severity, "little_explained",
          format(
              "the identified controller, without noise, explains %.0f%% of the recording's variance, where it explains "
              "%.0f to %.0f%% of simulated trials with its noise: the recording may not be of this protocol or of this "
