@@ -136,10 +136,9 @@ typedef struct decid_layer {
 DECID_API decid_status decid_model_load(const char* path, decid_model** model);
 DECID_API decid_status decid_model_save(const decid_model* model, const char* path); /* whole or not at all */
 DECID_API void decid_model_free(decid_model* model);
-DECID_API const decid_protocol* decid_model_protocol(
-    const decid_model* model);                                      /* belongs to the model: do not free it */
-DECID_API const char* decid_model_head(const decid_model* model);   /* the kind of outputs: "mixture 2" */
-DECID_API const char* decid_model_sha256(const decid_model* model); /* of the weights */
+DECID_API const decid_protocol* decid_model_protocol(const decid_model* model); /* do not free it */
+DECID_API const char* decid_model_head(const decid_model* model);               /* the kind of outputs: "mixture 2" */
+DECID_API const char* decid_model_sha256(const decid_model* model);             /* of the weights */
 DECID_API size_t decid_model_layers(const decid_model* model);
 DECID_API const decid_layer* decid_model_layer(const decid_model* model, size_t index);
 DECID_API size_t decid_model_tensors(const decid_model* model);

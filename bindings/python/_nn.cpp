@@ -1,4 +1,4 @@
-// decid::nn as Python sees it, with NumPy arrays. What users call is nn.py beside it.
+// decid::nn as Python sees it, with NumPy arrays. Users call nn.py beside it.
 #include <pybind11/functional.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>

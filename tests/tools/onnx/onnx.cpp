@@ -15,7 +15,7 @@ using namespace decid::test;
 
 const std::string modules = DECID_SOURCE_DIR "/build/npm/node_modules";
 
-/// What ONNX Runtime makes of images.
+/// Returns the outputs of ONNX Runtime for these network inputs.
 std::vector<float> run_onnx(const std::string& onnx, const std::vector<float>& images, const Folder& folder) {
   REQUIRE_MESSAGE(std::filesystem::exists(modules + "/onnxruntime-node"),
                   "this test needs ONNX Runtime of npm: tools/setup --check fetches it");
