@@ -29,7 +29,7 @@ def windows(x, size, stride, dilation=(1, 1)):
 
 
 def padded(x, options, value=0.0):
-    rows, columns = pair(options.get("pad", "0"))
+    rows, columns = pair(options.get("pad", "0x0"))
     return numpy.pad(x, ((0, 0), (0, 0), (rows, rows), (columns, columns)), constant_values=value)
 
 
@@ -39,7 +39,7 @@ def layer(x, words, tensor):
     if kind == "conv":
         options = dict(zip(words[3::2], words[4::2]))
         weight, groups = tensor("weight"), int(options.get("groups", "1"))
-        seen = windows(padded(x, options), weight.shape[2:], pair(options["stride"]), pair(options.get("dilation", "1")))
+        seen = windows(padded(x, options), weight.shape[2:], pair(options["stride"]), pair(options.get("dilation", "1x1")))
         parts = [numpy.einsum("ncijkl,ockl->noij", *each, optimize=True)
                  for each in zip(numpy.split(seen, groups, axis=1), numpy.split(weight, groups))]
         return numpy.concatenate(parts, axis=1) + tensor("bias")[:, None, None]

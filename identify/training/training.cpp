@@ -17,6 +17,7 @@
 #include "identify/training/checkpoint.hpp"
 #include "nn/safetensors.hpp"
 #include "nn/training/batch_partition.hpp"
+#include "nn/training/loop.hpp"
 #include "nn/training/schedule.hpp"
 #include "nn/training/trainer.hpp"
 
@@ -166,73 +167,118 @@ void share_state(Communicator& ranks, std::optional<TrainingState>& state) {
   if (!ranks.is_root()) state = state_from_bytes(bytes);
 }
 
-bool run_training(const dataset::TrialSource& source, const TrainingSettings& settings, TrainingState& state,
-                  const std::function<bool(int, int)>& after_batch, const std::function<void()>& after_epoch) {
-  const Preset& preset = settings.preset;
-  const int trials = source.trials(dataset::Part::training);
-  const EpochBatches batches(trials, preset.batch);
-  const long long steps = batches.count();
-  const nn::Schedule schedule(preset.schedule, preset.learning_rate, steps * preset.epochs, steps,
-                              steps * preset.warmup_epochs);
-  Model& model = state.model;
-  nn::Trainer<float> trainer(model.network, batches.size(0), settings.ranks);
-  trainer.set_batch(batches.smallest());  // throws before the first step, not at the epoch's end
-  std::optional<SharedLoss> shared;
-  dataset::BatchSharing sharing;
-  if (settings.ranks != nullptr) {
-    shared.emplace(*settings.ranks, *model.head, model.parameters().size());
-    sharing = {settings.ranks->size(), [&](int batch) { return trainer.own_samples(batch); }};
-  }
-  if (!state.momentum_buffers.empty()) trainer.set_velocities(state.momentum_buffers);
-  const auto values = static_cast<std::size_t>(model.network.input_shape().size());
-  const int done = static_cast<int>(state.log.size());
-  int first_batch = batches.beginning_at(state.part.trials);
-  dataset::Feed feed(source, model.encoding(), model.targets, preset.batch, settings.seed, done, preset.epochs,
-                     std::move(sharing), state.part.trials);
-  bool stop = false;  // this rank wants to
+namespace {
 
-  const auto patient = [&] {
-    return settings.patience == 0 || static_cast<int>(state.log.size()) - best_epoch(state.log) < settings.patience;
-  };
-  for (int epoch = done; epoch < preset.epochs && patient(); ++epoch) {
-    EpochLog log;
-    log.epoch = epoch + 1;
-    double loss_sum = state.part.loss_sum;
-    for (int number = first_batch; number < batches.count(); ++number) {
-      const int done_trials = batches.first(number + 1);
-      const dataset::Feed::Batch batch = feed.next();
-      trainer.set_batch(batch.trials);
-      parallel_for(batch.own, [&](int i) {
-        trainer.input().load(i, batch.images.subspan(static_cast<std::size_t>(i) * values, values));
-      });
-      trainer.forward();
-      loss_sum += shared ? shared->of(trainer, batch, stop)
-                         : model.head->loss(trainer.output(), batch.targets, trainer.output_diff());
-      trainer.backward();
-      log.learning_rate = schedule.rate(epoch * steps + number);
-      trainer.step(log.learning_rate, preset.sgd);
-      if (!std::isfinite(loss_sum)) throw diverged(preset, epoch + 1, "the loss is not finite");
-      stop = !after_batch(done_trials, trials) || stop;
-      if (shared ? shared->asked() : stop) {
-        if (done_trials == trials) break;  // but for its validation the epoch is done
-        state.momentum_buffers = trainer.momentum_buffers();
-        state.part = {done_trials, loss_sum};
-        return false;
-      }
+/// decid's training as parts of nn::run(): trials from a feed, the model's head, batches shared with other ranks.
+class ModelTraining final : public nn::TrainingLoop {
+ public:
+  using AfterBatch = std::function<bool(int, int)>;
+
+  ModelTraining(const dataset::TrialSource& source, const TrainingSettings& settings, TrainingState& state,
+                const AfterBatch& after_batch, const std::function<void()>& after_epoch)
+      : source_(source),
+        settings_(settings),
+        preset_(settings.preset),
+        state_(state),
+        model_(state.model),
+        after_batch_(after_batch),
+        after_epoch_(after_epoch),
+        trials_(source.trials(dataset::Part::training)),
+        batches_(trials_, preset_.batch),
+        schedule_(preset_.schedule, preset_.learning_rate, 1LL * batches_.count() * preset_.epochs, batches_.count(),
+                  1LL * batches_.count() * preset_.warmup_epochs),
+        trainer_(model_.network, batches_.size(0), settings.ranks) {
+    trainer_.set_batch(batches_.smallest());  // throws before the first step, not at the epoch's end
+    dataset::BatchSharing sharing;
+    if (settings.ranks != nullptr) {
+      shared_.emplace(*settings.ranks, *model_.head, model_.parameters().size());
+      sharing = {settings.ranks->size(), [this](int batch) { return trainer_.own_samples(batch); }};
     }
-    log.training_mse = loss_sum / (static_cast<double>(trials) * static_cast<double>(model.parameters().size()));
-    log.validation_mse = validate(source, model, settings.ranks);
+    if (!state.momentum_buffers.empty()) trainer_.set_velocities(state.momentum_buffers);
+    feed_.emplace(source, model_.encoding(), model_.targets, preset_.batch, settings.seed,
+                  static_cast<int>(state.log.size()), preset_.epochs, std::move(sharing), state.part.trials);
+  }
+
+  nn::LoopPosition beginning() const {
+    return {static_cast<int>(state_.log.size()), batches_.beginning_at(state_.part.trials), state_.part.loss_sum};
+  }
+  int batches() const { return batches_.count(); }
+
+  bool wants_epoch(const nn::LoopPosition&) override {
+    return settings_.patience == 0 || static_cast<int>(state_.log.size()) - best_epoch(state_.log) < settings_.patience;
+  }
+
+  double train_batch(const nn::LoopPosition& at) override {
+    const auto values = static_cast<std::size_t>(model_.network.input_shape().size());
+    const dataset::Feed::Batch batch = feed_->next();
+    trainer_.set_batch(batch.trials);
+    parallel_for(batch.own, [&](int i) {
+      trainer_.input().load(i, batch.images.subspan(static_cast<std::size_t>(i) * values, values));
+    });
+    const long long step = 1LL * at.epoch * batches_.count() + at.batch;
+    trainer_.set_random(settings_.seed, static_cast<std::uint64_t>(step));
+    trainer_.forward();
+    const double loss = shared_ ? shared_->of(trainer_, batch, stop_)
+                                : model_.head->loss(trainer_.output(), batch.targets, trainer_.output_diff());
+    trainer_.backward();
+    rate_ = schedule_.rate(step);
+    trainer_.step(rate_, preset_.sgd);
+    return loss;
+  }
+
+  bool after_batch(const nn::LoopPosition& at) override {
+    if (!std::isfinite(at.loss_sum)) throw diverged(preset_, at.epoch + 1, "the loss is not finite");
+    const int done_trials = batches_.first(at.batch);
+    stop_ = !after_batch_(done_trials, trials_) || stop_;
+    const bool goes_on = shared_ ? !shared_->asked() : !stop_;
+    if (!goes_on && done_trials < trials_) {
+      state_.momentum_buffers = trainer_.momentum_buffers();
+      state_.part = {done_trials, at.loss_sum};
+    }
+    return goes_on;
+  }
+
+  void end_epoch(const nn::LoopPosition& at) override {
+    EpochLog log;
+    log.epoch = at.epoch + 1;
+    log.learning_rate = rate_;
+    log.training_mse = at.loss_sum / (static_cast<double>(trials_) * static_cast<double>(model_.parameters().size()));
+    log.validation_mse = validate(source_, model_, settings_.ranks);
     for (const auto& [name, mse] : {std::pair("training", log.training_mse), {"validation", log.validation_mse}})
       if (!(mse <= max_mse))
-        throw diverged(preset, epoch + 1, format("the %s MSE is %.3g, where guessing the mean gives 1", name, mse));
-    state.log.push_back(log);
-    state.part = {};
-    first_batch = 0;
-    state.momentum_buffers = trainer.momentum_buffers();
-    after_epoch();
-    if (shared ? shared->asked() : stop) return false;
+        throw diverged(preset_, at.epoch + 1, format("the %s MSE is %.3g, where guessing the mean gives 1", name, mse));
+    state_.log.push_back(log);
+    state_.part = {};
+    state_.momentum_buffers = trainer_.momentum_buffers();
   }
-  return true;
+
+  void after_epoch(const nn::LoopPosition&) override { after_epoch_(); }
+
+ private:
+  const dataset::TrialSource& source_;
+  const TrainingSettings& settings_;
+  const Preset& preset_;
+  TrainingState& state_;
+  Model& model_;
+  const AfterBatch& after_batch_;
+  const std::function<void()>& after_epoch_;
+  int trials_;
+  EpochBatches batches_;
+  nn::Schedule schedule_;
+  nn::Trainer<float> trainer_;
+  std::optional<SharedLoss> shared_;
+  std::optional<dataset::Feed> feed_;
+  double rate_ = 0;
+  bool stop_ = false;  // this rank wants to
+};
+
+}  // namespace
+
+bool run_training(const dataset::TrialSource& source, const TrainingSettings& settings, TrainingState& state,
+                  const std::function<bool(int, int)>& after_batch, const std::function<void()>& after_epoch) {
+  ModelTraining training(source, settings, state, after_batch, after_epoch);
+  nn::LoopPosition at = training.beginning();
+  return nn::run(training, at, settings.preset.epochs, training.batches());
 }
 
 }  // namespace decid
