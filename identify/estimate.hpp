@@ -43,13 +43,13 @@ struct Explanation {
   double rms_residual_deg = std::numeric_limits<double>::quiet_NaN();
   double variance_accounted_for = std::numeric_limits<double>::quiet_NaN();  ///< 1 - var(residual) / var(sway)
   /// How much of the controller's response to the tilt is in the recording (following.hpp): 1 all, 0 none; NaN unknown.
-  double following = std::numeric_limits<double>::quiet_NaN();
+  double response_ratio = std::numeric_limits<double>::quiet_NaN();
   /// Mean and standard deviation of that among trials of the controller; NaN unknown.
-  double following_mean = std::numeric_limits<double>::quiet_NaN();
-  double following_sd = std::numeric_limits<double>::quiet_NaN();
+  double response_ratio_mean = std::numeric_limits<double>::quiet_NaN();
+  double response_ratio_sd = std::numeric_limits<double>::quiet_NaN();
   /// How little the recording is like what the model was trained on (following.hpp); 96 of 100 simulated trials are
   /// below 1. NaN if the model has no familiarity.
-  double unfamiliarity = std::numeric_limits<double>::quiet_NaN();
+  double ood_score = std::numeric_limits<double>::quiet_NaN();
   /// Why the model takes the recording for unlike its training; empty: it does not, or no model has judged.
   std::string unlike_training;
   std::optional<FrequencyResponses> frf;  ///< empty if the stimulus has none; a warning says why

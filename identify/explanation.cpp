@@ -16,7 +16,7 @@ namespace {
 /// How many noisy trials the noise-free one is compared with, as it is with the recording.
 constexpr int compared = 5;
 /// Trials of one answer: those with noise and the noise-free one.
-constexpr int trials_of_answer = Following::trials + 1;
+constexpr int trials_of_answer = ResponseRatio::trials + 1;
 /// Answers that are simulated together: 264 trials fill the lanes, and take 25 MB.
 constexpr std::size_t together = 8;
 constexpr int fewest_cycles_to_skip_one = 3;
@@ -86,7 +86,7 @@ void warn_of_residual(std::span<const std::vector<float>> noisy, Severity severi
 struct Explainer::Simulated {
   std::vector<float> fitted;
   std::array<std::vector<float>, compared> noisy;
-  Following::Simulated following;
+  ResponseRatio::Simulated following;
 };
 
 Explainer::Explainer(const sim::Simulator& simulator) : simulator_(simulator) {
@@ -95,7 +95,7 @@ Explainer::Explainer(const sim::Simulator& simulator) : simulator_(simulator) {
   for (int k = 0; k < samples; ++k)
     tilt_rad_.push_back(static_cast<float>(simulator_.stimulus().tilt_at(k * steps_per_sample)));
   try {
-    following_.emplace(protocol);
+    response_ratio_.emplace(protocol);
   } catch (const Error&) {  // it stays unknown
   }
   try {
@@ -137,11 +137,11 @@ Explanation Explainer::explain(const Answer& answer, Simulated simulated) const 
   explanation.rms_residual_deg = found.rms_deg;
   explanation.variance_accounted_for = found.variance_accounted_for;
   warn_of_residual(simulated.noisy, answer.little_explained, explanation);
-  if (following_) {
-    Following::Spread spread;
-    explanation.following = following_->measure(simulated.following, answer.trial.sway_rad(), &spread);
-    explanation.following_mean = spread.mean;
-    explanation.following_sd = spread.sd;
+  if (response_ratio_) {
+    ResponseRatio::Spread spread;
+    explanation.response_ratio = response_ratio_->measure(simulated.following, answer.trial.sway_rad(), &spread);
+    explanation.response_ratio_mean = spread.mean;
+    explanation.response_ratio_sd = spread.sd;
   }
   if (frf_)
     explanation.frf =
@@ -192,12 +192,12 @@ FrequencyResponses frequency_responses(const sim::FrequencyResponse& analysis, c
 Warnings following_warnings(const Explanation& explanation) {
   Warnings warnings;
   constexpr double least = 0.3, most = 2.0, significant_sd = 4.0;
-  const double following = explanation.following;
-  const double mean = explanation.following_mean, sd = explanation.following_sd;
+  const double following = explanation.response_ratio;
+  const double mean = explanation.response_ratio_mean, sd = explanation.response_ratio_sd;
   if (std::isnan(following) || std::abs(following - mean) < significant_sd * sd) return warnings;
   if (following < least * mean)
     add_caution(
-        warnings, "hardly_follows",
+        warnings, "weak_response",
         format("the sway hardly follows the protocol's tilt: %.2f of the response that the identified controller "
                "would have (%.2f +- %.2f among its trials); was it this protocol, and in time with the recording?",
                following, mean, sd));

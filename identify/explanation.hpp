@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "identify/estimate.hpp"
-#include "identify/following.hpp"
+#include "identify/response_ratio.hpp"
 #include "sim/simulate.hpp"
 
 namespace decid {
@@ -35,7 +35,7 @@ class Explainer {
   /// The noise-free trial, its residual, whether the recording follows the tilt, and the frequency responses; warns if
   /// the parameters explain less than their noise accounts for. 33 trials are simulated for each answer, those of
   /// several together, so that the simulator's lanes are full; an explanation does not depend on the others.
-  /// `unfamiliarity` needs a model and is set elsewhere.
+  /// `ood_score` needs a model and is set elsewhere.
   std::vector<Explanation> explain(std::span<const Answer> answers) const;
   Explanation explain(const Answer& answer) const { return std::move(explain(std::span(&answer, 1)).front()); }
 
@@ -46,7 +46,7 @@ class Explainer {
 
   sim::Simulator simulator_;
   std::vector<float> tilt_rad_;
-  std::optional<Following> following_;  // empty: a length that no transform is planned for
+  std::optional<ResponseRatio> response_ratio_;  // empty: a length that no transform is planned for
   std::optional<sim::FrequencyResponse> frf_;
   std::string no_frf_;  // why there is none
 };

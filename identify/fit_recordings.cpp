@@ -115,7 +115,7 @@ void Fitter::fit(RecordingResult& result, const posterior::OnProgress& progress)
   Warnings contradictions;
   if (plan_->has_network()) {
     auto [answer, explanation] = plan_->ask_network(trial);
-    network_unfamiliarity = explanation.unfamiliarity;
+    network_unfamiliarity = explanation.ood_score;
     unlike_training = std::move(explanation.unlike_training);
     figures.network = answer.parameters;
     const bool same_priors = priors.parameters.empty();  // as the network was trained with
@@ -132,7 +132,7 @@ void Fitter::fit(RecordingResult& result, const posterior::OnProgress& progress)
   // noise-free trial that explains little is not a fault of the recording.
   result.explanation =
       plan_->explainer.explain({result.estimate.parameters, trial, from_network ? Severity::caution : Severity::info});
-  result.explanation.unfamiliarity = network_unfamiliarity;
+  result.explanation.ood_score = network_unfamiliarity;
   figures.check = plan_->checker.check(found.states(), trial, settings.seed);
   Warnings unlike_simulated, unfamiliar;
   const std::string odd = figures.check.warning();
@@ -140,7 +140,7 @@ void Fitter::fit(RecordingResult& result, const posterior::OnProgress& progress)
   // A recording unlike the network's training is not usable if the draws are odd too. The network alone flags four of a
   // hundred sound trials.
   if (!unlike_training.empty())
-    unfamiliar.push_back({!odd.empty() || found.apart() ? Severity::invalid : Severity::caution, "unfamiliar",
+    unfamiliar.push_back({!odd.empty() || found.apart() ? Severity::invalid : Severity::caution, "out_of_distribution",
                           "by the network, " + unlike_training});
   result.warnings = gravest_first({result.warnings, unlike_simulated, result.explanation.warnings, unfamiliar,
                                    following_warnings(result.explanation),

@@ -78,21 +78,21 @@ void judge(const Model& model, const Estimate& estimate, Explanation& explanatio
     explanation.warnings.insert(explanation.warnings.end(), found.begin(), found.end());
     return;
   }
-  explanation.unfamiliarity = unfamiliarity(estimate.distance, model.familiarity.usual, explanation.following);
-  if (explanation.unfamiliarity <= 1.0) return;  // false for NaN
+  explanation.ood_score = ood_score(estimate.distance, model.familiarity.usual, explanation.response_ratio);
+  if (explanation.ood_score <= 1.0) return;  // false for NaN
   const bool stands = std::isfinite(explanation.rms_residual_deg);
   const std::string response =
-      std::isnan(explanation.following)
+      std::isnan(explanation.response_ratio)
           ? "how much of the response to the tilt it has is not known, as the identified controller " +
                 std::string(stands && estimate.parameters[sim::Nv] <= 0.0 ? "has no noise" : "falls")
           : format("it has %.2f of the response to the tilt that the identified controller would have",
-                   explanation.following);
+                   explanation.response_ratio);
   explanation.unlike_training = format(
       "looks unlike the trials the model was trained on (%.2f, where 96%% of simulated trials are below 1; %s): "
       "its parameters mean little; check that the platform played the protocol's stimulus from the first "
       "sample on, the sign of the sway, the rate and the unit",
-      explanation.unfamiliarity, response.c_str());
-  add_invalid(explanation.warnings, "unfamiliar", explanation.unlike_training);
+      explanation.ood_score, response.c_str());
+  add_invalid(explanation.warnings, "out_of_distribution", explanation.unlike_training);
 }
 
 }  // namespace

@@ -78,8 +78,8 @@ decid_evaluation evaluate(const decid::Model& model, const std::string& name, co
       static_cast<size_t>(found.trials), found.mse(), found.matlab_loss(), {}, unknown, unknown, unknown};
   std::copy(found.mse_per_parameter.begin(), found.mse_per_parameter.end(), result.mse_per_parameter);
   if (const auto promises = decid::network_calibration(model, outputs, truth)) {
-    result.covered50 = promises->figures.all.covered50;
-    result.covered90 = promises->figures.all.covered90;
+    result.coverage50 = promises->figures.all.coverage50;
+    result.coverage90 = promises->figures.all.coverage90;
     result.log_score = promises->figures.log_score;
   }
   return result;

@@ -274,8 +274,8 @@ typedef struct decid_parameter {
 typedef struct decid_figures {
   double rms_residual_deg, variance_accounted_for; /* the estimate's noise-free trial against the recording */
   double peak_to_peak_deg;
-  double following;                                 /* stimulus response ratio: 1 the whole response, 0 none */
-  double unfamiliarity;                             /* out-of-distribution score; above 1: unlike the training trials */
+  double response_ratio;                                 /* stimulus response ratio: 1 the whole response, 0 none */
+  double ood_score;                             /* out-of-distribution score; above 1: unlike the training trials */
   double tilt_delay_s, tilt_correlation, tilt_gain; /* of a measured tilt against the protocol's */
   double mass_kg, com_height_m, inertia_kgm2;       /* the body of stiffness and damping */
   int body_assumed;                                 /* 1: no mass and height were given */
@@ -353,7 +353,7 @@ typedef struct decid_evaluation {
   size_t trials;
   double mse, matlab_loss;
   double mse_per_parameter[DECID_MOST_PARAMETERS];
-  double covered50, covered90; /* fraction of the true values in the intervals */
+  double coverage50, coverage90; /* fraction of the true values in the intervals */
   double log_score;            /* nats per parameter; 0: only the ranges are known */
 } decid_evaluation;
 

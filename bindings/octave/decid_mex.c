@@ -215,8 +215,8 @@ static mxArray* result_to_octave(void) {
   add(made, "rms_residual_deg", row(&figures->rms_residual_deg, 1));
   add(made, "variance_accounted_for", row(&figures->variance_accounted_for, 1));
   add(made, "peak_to_peak_deg", row(&figures->peak_to_peak_deg, 1));
-  add(made, "following", row(&figures->following, 1));
-  add(made, "unfamiliarity", row(&figures->unfamiliarity, 1));
+  add(made, "response_ratio", row(&figures->response_ratio, 1));
+  add(made, "ood_score", row(&figures->ood_score, 1));
   add(made, "mass_kg", row(&figures->mass_kg, 1));
   add(made, "com_height_m", row(&figures->com_height_m, 1));
   add(made, "inertia_kgm2", row(&figures->inertia_kgm2, 1));

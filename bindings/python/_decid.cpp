@@ -211,14 +211,14 @@ py::array_t<double> result_correlations(const Result& result) {
 
 py::dict result_figures(const Result& result) {
   const decid_figures& of = *decid_result_figures(result.get());
-  return py::dict(
-      "rms_residual_deg"_a = number_or_none(of.rms_residual_deg),
-      "variance_accounted_for"_a = number_or_none(of.variance_accounted_for),
-      "peak_to_peak_deg"_a = of.peak_to_peak_deg, "following"_a = number_or_none(of.following),
-      "unfamiliarity"_a = number_or_none(of.unfamiliarity), "tilt_delay_s"_a = number_or_none(of.tilt_delay_s),
-      "tilt_correlation"_a = number_or_none(of.tilt_correlation), "tilt_gain"_a = number_or_none(of.tilt_gain),
-      "mass_kg"_a = of.mass_kg, "com_height_m"_a = of.com_height_m, "inertia_kgm2"_a = of.inertia_kgm2,
-      "body_assumed"_a = of.body_assumed != 0);
+  return py::dict("rms_residual_deg"_a = number_or_none(of.rms_residual_deg),
+                  "variance_accounted_for"_a = number_or_none(of.variance_accounted_for),
+                  "peak_to_peak_deg"_a = of.peak_to_peak_deg, "response_ratio"_a = number_or_none(of.response_ratio),
+                  "ood_score"_a = number_or_none(of.ood_score), "tilt_delay_s"_a = number_or_none(of.tilt_delay_s),
+                  "tilt_correlation"_a = number_or_none(of.tilt_correlation),
+                  "tilt_gain"_a = number_or_none(of.tilt_gain), "mass_kg"_a = of.mass_kg,
+                  "com_height_m"_a = of.com_height_m, "inertia_kgm2"_a = of.inertia_kgm2,
+                  "body_assumed"_a = of.body_assumed != 0);
 }
 
 py::list result_warnings(const Result& result) {
@@ -308,7 +308,7 @@ py::dict evaluate(const Model& model, const Dataset& dataset, int split) {
   return py::dict(
       "trials"_a = found.trials, "mse"_a = found.mse, "matlab_loss"_a = found.matlab_loss,
       "mse_per_parameter"_a = std::vector<double>(found.mse_per_parameter, found.mse_per_parameter + parameters),
-      "covered50"_a = number_or_none(found.covered50), "covered90"_a = number_or_none(found.covered90),
+      "coverage50"_a = number_or_none(found.coverage50), "coverage90"_a = number_or_none(found.coverage90),
       "log_score"_a = number_or_none(found.log_score));
 }
 

@@ -114,22 +114,22 @@ Calibration calibration_of(std::span<const CalibratedTrial> trials, const sim::P
     for (const CalibratedTrial& trial : trials) {
       const double error = (trial.mean[p] - trial.truth[p]) / deviation[p], spread = trial.deviation[p] / deviation[p];
       of.mse += error * error / count;
-      of.promised += spread * spread / count;
+      of.predicted_variance += spread * spread / count;
       const double miss = !trial.network ? std::numeric_limits<double>::quiet_NaN()
                                          : ((*trial.network)[p] - trial.truth[p]) / deviation[p];
       of.network_mse += miss * miss / count;
       const double off_centre = std::abs(trial.below[p] - 0.5);
-      of.covered50 += off_centre <= 0.25 ? 1.0 / count : 0.0;
-      of.covered90 += off_centre <= 0.45 ? 1.0 / count : 0.0;
+      of.coverage50 += off_centre <= 0.25 ? 1.0 / count : 0.0;
+      of.coverage90 += off_centre <= 0.45 ? 1.0 / count : 0.0;
       below.push_back(trial.below[p]);
     }
     of.distance = distance_from_uniform(std::move(below));
     const auto parameters = static_cast<double>(deviation.size());
     result.all.mse += of.mse / parameters;
-    result.all.promised += of.promised / parameters;
+    result.all.predicted_variance += of.predicted_variance / parameters;
     result.all.network_mse += of.network_mse / parameters;
-    result.all.covered50 += of.covered50 / parameters;
-    result.all.covered90 += of.covered90 / parameters;
+    result.all.coverage50 += of.coverage50 / parameters;
+    result.all.coverage90 += of.coverage90 / parameters;
     result.all.distance = std::max(result.all.distance, of.distance);
   }
   return result;

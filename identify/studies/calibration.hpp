@@ -53,10 +53,10 @@ double gaussian_log_score(const sim::Parameters& truth, std::span<const posterio
 
 /// Over trials, for one parameter.
 struct ParameterCalibration {
-  double mse = 0.0;                         ///< of the mean, over `deviation` squared
-  double promised = 0.0;                    ///< mean variance of the draws, over the same
-  double network_mse = 0.0;                 ///< NaN unless all trials have a network's answer
-  double covered50 = 0.0, covered90 = 0.0;  ///< share of the truths in the central intervals
+  double mse = 0.0;                           ///< of the mean, over `deviation` squared
+  double predicted_variance = 0.0;            ///< mean variance of the draws, over the same
+  double network_mse = 0.0;                   ///< NaN unless all trials have a network's answer
+  double coverage50 = 0.0, coverage90 = 0.0;  ///< share of the truths in the central intervals
   /// The largest distance of the shares `below` from uniform (Kolmogorov and Smirnov). Beyond 1.36 / sqrt(trials),
   /// which is also the half width of a band about the distribution, with probability 0.05 if the posteriors are right.
   double distance = 0.0;

@@ -12,7 +12,7 @@ TEST_CASE("trust: the most severe warning decides") {
   CHECK(trust_of(warnings) == Trust::usable);
   add_info(warnings, "resampled", "from 50 Hz");
   CHECK(trust_of(warnings) == Trust::usable);
-  add_invalid(warnings, "unfamiliar", "looks unlike all");
+  add_invalid(warnings, "out_of_distribution", "looks unlike all");
   add_caution(warnings, "small_sway", "is small");
   CHECK(trust_of(warnings) == Trust::not_usable);
   warnings.erase(warnings.begin() + 1);

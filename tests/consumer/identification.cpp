@@ -31,6 +31,6 @@ int main() {
     squares += std::pow((estimate.parameters[p] - info.middle()) / info.range(), 2) / 7.0;
   }
   const decid::Explanation& explanation = result.explanation;
-  std::printf("mean squared error %.4f of the ranges; follows the tilt %.2f\n", squares, explanation.following);
-  return squares < 1.0 / 12 && explanation.following > 0.3 && explanation.unfamiliarity < 1.0 ? 0 : 1;
+  std::printf("mean squared error %.4f of the ranges; follows the tilt %.2f\n", squares, explanation.response_ratio);
+  return squares < 1.0 / 12 && explanation.response_ratio > 0.3 && explanation.ood_score < 1.0 ? 0 : 1;
 }

@@ -81,7 +81,7 @@ TEST_CASE("explain: the residual is the recording minus the noise-free trial, wi
   // Rounding to float below 1/32 rad, at most: half of 2^-29.
   CHECK(same.rms_residual_deg < 0x1p-29 / sim::rad_per_deg);
   CHECK(within(same.variance_accounted_for, 1.0, 0x1p-58 / variance));
-  CHECK(near(same.following, 1.0, 0.1));  // in noise the dead band hears a little more
+  CHECK(near(same.response_ratio, 1.0, 0.1));  // in noise the dead band hears a little more
   CHECK_FALSE(warns(same, "explains"));
 
   // 50 whole periods of a sine of 0.1 degrees; it and the trial have next to nothing in common.
@@ -114,7 +114,7 @@ TEST_CASE("explain: noise of the controller's own is no misfit, another sway is 
   const Explanation misfit = explained(reversed, controller(0.3));
   CHECK(misfit.variance_accounted_for < 0.0);
   CHECK(warns(misfit, "explains"));
-  CHECK(misfit.following < -0.5);
+  CHECK(misfit.response_ratio < -0.5);
 }
 
 TEST_CASE("explain: a controller that falls, always or with its noise, explains nothing and says why") {
@@ -125,7 +125,7 @@ TEST_CASE("explain: a controller that falls, always or with its noise, explains 
   CHECK(warns(fallen, "does not stand"));
   CHECK(std::isnan(fallen.rms_residual_deg));
   CHECK(std::isnan(fallen.variance_accounted_for));
-  CHECK(std::isnan(fallen.following));
+  CHECK(std::isnan(fallen.response_ratio));
   CHECK(fallen.fitted_rad.size() < sway.size());
   CHECK_FALSE(fallen.fitted_rad.empty());
 
@@ -147,9 +147,9 @@ TEST_CASE("explain: a controller that falls, always or with its noise, explains 
 TEST_CASE("explain: one that hardly follows the tilt gets a warning, one that cannot be judged gets none") {
   Explanation id;
   const auto silent = [&](double following, double mean, double sd) {
-    id.following = following;
-    id.following_mean = mean;
-    id.following_sd = sd;
+    id.response_ratio = following;
+    id.response_ratio_mean = mean;
+    id.response_ratio_sd = sd;
     id.warnings = following_warnings(id);
     return id.warnings.empty();
   };
@@ -157,7 +157,7 @@ TEST_CASE("explain: one that hardly follows the tilt gets a warning, one that ca
   CHECK(silent(0.29, 1.0, 0.2));  // as trials of the controller may be
   CHECK(silent(0.1, 0.3, 0.04));  // where noise drowns the response
   CHECK_FALSE(silent(0.29, 1.0, 0.1));
-  CHECK(id.warnings.back().code == "hardly_follows");
+  CHECK(id.warnings.back().code == "weak_response");
   CHECK_FALSE(silent(2.1, 1.0, 0.1));
   CHECK(id.warnings.back().code == "large_response");
   CHECK(silent(0.6, 0.31, 0.05));
@@ -180,7 +180,7 @@ TEST_CASE("explanation: one of many is the same as alone") {
     const Explanation alone = explainer().explain(answers[i]);
     CHECK(alone.fitted_rad == all[i].fitted_rad);
     CHECK(alone.rms_residual_deg == all[i].rms_residual_deg);
-    CHECK(alone.following == all[i].following);
+    CHECK(alone.response_ratio == all[i].response_ratio);
     CHECK(alone.warnings == all[i].warnings);
   }
 }

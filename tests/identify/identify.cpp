@@ -55,8 +55,8 @@ void check_same(const Explanation& a, const Explanation& b) {
   CHECK(a.fitted_rad == b.fitted_rad);
   CHECK(same(a.rms_residual_deg, b.rms_residual_deg));
   CHECK(same(a.variance_accounted_for, b.variance_accounted_for));
-  CHECK(same(a.following, b.following));
-  CHECK(same(a.unfamiliarity, b.unfamiliarity));
+  CHECK(same(a.response_ratio, b.response_ratio));
+  CHECK(same(a.ood_score, b.ood_score));
   CHECK(a.warnings == b.warnings);
   REQUIRE(a.frf.has_value() == b.frf.has_value());
   REQUIRE(a.frf->recorded.size() == b.frf->recorded.size());
@@ -228,7 +228,7 @@ TEST_CASE("identify: where the response cannot be measured, the warning says so 
     const std::vector<Explanation> explained = identifier.explain(estimates, trials(1));
     for (const Warning& warning : explained.front().warnings) {
       CHECK_FALSE(test::contains(warning.text, "nan"));
-      if (warning.code == "unfamiliar") return warning.text;
+      if (warning.code == "out_of_distribution") return warning.text;
     }
     return std::string();
   };
@@ -254,7 +254,7 @@ TEST_CASE("a body of the model's height and another weight: the same sway, param
   CHECK(told.warnings == assumed.warnings);
   const Explanation &of_assumed = as_assumed.explanation, &of_told = as_told.explanation;
   CHECK(near(of_told.rms_residual_deg, of_assumed.rms_residual_deg, 1e-5));
-  CHECK(near(of_told.following, of_assumed.following, 1e-5));
+  CHECK(near(of_told.response_ratio, of_assumed.response_ratio, 1e-5));
   const ForBody body = for_body(model(), "m", heavy);
   CHECK_FALSE(body.assumed);
   CHECK(near(body.ranges[sim::Kp].high, 1.5 * table[sim::Kp].high, 1e-12));

@@ -7,7 +7,7 @@
 
 #include "identify/training/presets.hpp"
 #include "tests/helpers.hpp"
-#include "tests/identify/measure_following.hpp"
+#include "tests/identify/measure_response_ratio.hpp"
 
 namespace decid {
 namespace {
@@ -91,9 +91,9 @@ TEST_CASE("identify: how a recording follows the tilt is measured with the ident
   Model model = middling();
   const RecordingResult id = identified(model, 1.0, 0.0);
   const sim::Simulator simulator(model.protocol);
-  CHECK(id.explanation.following ==
+  CHECK(id.explanation.response_ratio ==
         test::FollowingAlone(simulator).measure(id.estimate.parameters, id.trial.sway_rad()));
-  CHECK(std::isnan(id.explanation.unfamiliarity));  // the model has learned nothing
+  CHECK(std::isnan(id.explanation.ood_score));  // the model has learned nothing
   // Reversed, it does not follow.
   CHECK(warns(identified(model, -1.0, 0.0), "hardly follows"));
 }

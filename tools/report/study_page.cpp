@@ -141,8 +141,8 @@ std::vector<std::string> fault_cells(const FaultFigures& row) {
   const auto shown = [](double value, const char* how) { return std::isfinite(value) ? format(how, value) : "n/a"; };
   std::vector<std::string> cells{shown(row.errors.mse(), "%.3f")};
   if (row.promises) {
-    cells.push_back(shown(row.promises->all.promised, "%.3f"));
-    cells.push_back(shown(row.promises->all.covered90, "%.3f"));
+    cells.push_back(shown(row.promises->all.predicted_variance, "%.3f"));
+    cells.push_back(shown(row.promises->all.coverage90, "%.3f"));
   } else {
     cells.insert(cells.end(), 2, "n/a");
   }
@@ -161,9 +161,9 @@ Json faults_json(const sim::ParameterTable& table, const std::vector<FaultFigure
                {"mse_per_parameter", by_parameter(table, row.errors.mse_per_parameter)},
                {"warned", row.warned}};
     if (row.promises) {
-      entry["promised"] = row.promises->all.promised;
-      entry["covered50"] = row.promises->all.covered50;
-      entry["covered90"] = row.promises->all.covered90;
+      entry["predicted_variance"] = row.promises->all.predicted_variance;
+      entry["coverage50"] = row.promises->all.coverage50;
+      entry["coverage90"] = row.promises->all.coverage90;
     }
     list.push_back(std::move(entry));
   }
@@ -289,7 +289,8 @@ std::string study_text(const Study& study) {
   }
   text += std::string("\n") + convention + "\n";
   if (!study.faults.empty()) {
-    text += format("\n%-44s %9s %9s %9s %9s\n", "recordings with faults", "MSE", "promised", "in 90 %", "warned");
+    text +=
+        format("\n%-44s %9s %9s %9s %9s\n", "recordings with faults", "MSE", "predicted_variance", "in 90 %", "warned");
     for (const FaultFigures& row : study.faults) {
       text += format("%-44s", row.fault.what.c_str());
       for (const std::string& cell : fault_cells(row)) text += format(" %9s", cell.c_str());

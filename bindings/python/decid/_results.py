@@ -73,8 +73,8 @@ class Result:
     rms_residual_deg: Optional[float]  #: of the noise-free trial of these parameters, against the recording
     variance_accounted_for: Optional[float]
     peak_to_peak_deg: float
-    following: Optional[float]  #: how much of the response to the tilt is there: 1 all, 0 none
-    unfamiliarity: Optional[float]  #: above 1: unlike what the model was trained on
+    response_ratio: Optional[float]  #: how much of the response to the tilt is there: 1 all, 0 none
+    ood_score: Optional[float]  #: above 1: unlike what the model was trained on
     tilt: Optional[TiltMatch]
     body: Body
     correlations: np.ndarray  #: (parameters, parameters); a fit's: of all quantities; NaN unknown
@@ -158,8 +158,8 @@ class Evaluation:
     mse: float
     matlab_loss: float  #: MATLAB's regression loss: half the sum over the parameters
     mse_per_parameter: dict[str, float]
-    covered50: Optional[float]  #: share of the truths in the intervals
-    covered90: Optional[float]
+    coverage50: Optional[float]  #: share of the truths in the intervals
+    coverage90: Optional[float]
     log_score: Optional[float]  #: nats a parameter; 0: only the ranges are known
 
 
@@ -179,7 +179,7 @@ def result_of(raw: _decid.Result, parameters: int) -> Result:
         "sway": raw.sway,
         "fitted": raw.fitted,
     }
-    for name in ("rms_residual_deg", "variance_accounted_for", "peak_to_peak_deg", "following", "unfamiliarity"):
+    for name in ("rms_residual_deg", "variance_accounted_for", "peak_to_peak_deg", "response_ratio", "ood_score"):
         common[name] = figures[name]
     sampling = raw.sampling
     if sampling is None:

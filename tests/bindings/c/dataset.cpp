@@ -96,7 +96,7 @@ TEST_CASE("a model's error is the library's") {
   CHECK(found.matlab_loss == expected.matlab_loss());
   CHECK(std::equal(expected.mse_per_parameter.begin(), expected.mse_per_parameter.end(), found.mse_per_parameter));
   const auto promises = network_calibration(model, outputs, same.parameters);
-  CHECK(found.covered90 == promises->figures.all.covered90);
+  CHECK(found.coverage90 == promises->figures.all.coverage90);
   CHECK(found.log_score == promises->figures.log_score);
 
   decid_evaluation half;

@@ -66,8 +66,8 @@ void check_same(const decid_result* result, const Report& all) {
   const decid_figures& figures = *decid_result_figures(result);
   CHECK(figures.rms_residual_deg == id.explanation.rms_residual_deg);
   CHECK(figures.variance_accounted_for == id.explanation.variance_accounted_for);
-  CHECK(figures.following == id.explanation.following);
-  CHECK(figures.unfamiliarity == id.explanation.unfamiliarity);
+  CHECK(figures.response_ratio == id.explanation.response_ratio);
+  CHECK(figures.ood_score == id.explanation.ood_score);
   CHECK(figures.peak_to_peak_deg == id.peak_to_peak_deg());
   CHECK(figures.mass_kg == all.protocol.experiment.body.mass_kg);
   CHECK(figures.body_assumed == (all.body_assumed ? 1 : 0));

@@ -28,8 +28,8 @@ function same (found, expected)
       equal ([mine.normalized, mine.normalized_interval90], [of.normalized, of.normalized_interval90']);
     end
   end
-  equal ([found.rms_residual_deg, found.variance_accounted_for, found.peak_to_peak_deg, found.following],
-         [expected.fit.rms_residual_deg, expected.fit.variance_accounted_for, expected.peak_to_peak_deg, expected.following]);
+  equal ([found.rms_residual_deg, found.variance_accounted_for, found.peak_to_peak_deg, found.response_ratio],
+         [expected.fit.rms_residual_deg, expected.fit.variance_accounted_for, expected.peak_to_peak_deg, expected.response_ratio]);
   assert (strjoin ({found.warnings.code}), codes_of (expected.warnings));
 end
 

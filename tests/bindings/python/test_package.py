@@ -50,7 +50,7 @@ class WithFolder(unittest.TestCase):
                 self.assertEqual(getattr(found, key), None if of[key] is None else tuple(of[key]), (of["name"], key))
         for key in ("rms_residual_deg", "variance_accounted_for"):
             self.assertEqual(getattr(result, key), expected["fit"][key])
-        for key in ("peak_to_peak_deg", "following", "unfamiliarity", "trust"):
+        for key in ("peak_to_peak_deg", "response_ratio", "ood_score", "trust"):
             self.assertEqual(getattr(result, key), expected[key])
         # Messages name settings: the program's options are other names of them.
         def setting(option):
@@ -271,7 +271,7 @@ class Sets(WithFolder):
         program("dataset", "--count", 40, "--seed", 99, "--quiet", "-o", path)
         expected = json.loads(program("evaluate", "--data", path, "--json"))
         found = decid.evaluate(None, path)
-        for key in ("trials", "mse", "matlab_loss", "mse_per_parameter", "covered50", "covered90", "log_score"):
+        for key in ("trials", "mse", "matlab_loss", "mse_per_parameter", "coverage50", "coverage90", "log_score"):
             self.assertEqual(getattr(found, key), expected[key])
 
     def test_training_is_the_programs(self):

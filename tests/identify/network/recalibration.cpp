@@ -135,15 +135,15 @@ TEST_CASE("recalibration: an overconfident network has the stated coverage on te
   };
   for (std::size_t p = 0; p < parameters; ++p) {
     const ParameterCalibration &of = after.figures.parameters[p], &was = before.figures.parameters[p];
-    CHECK(within(of.covered50, 0.5, allowed(0.5)));
-    CHECK(within(of.covered90, 0.9, allowed(0.9)));
+    CHECK(within(of.coverage50, 0.5, allowed(0.5)));
+    CHECK(within(of.coverage90, 0.9, allowed(0.9)));
     // Half as wide as the truth: coordinates within 1.645 / 2 and 0.674 / 2 of 0.
-    CHECK(within(was.covered90, 1.0 - 2.0 * normal_distribution(-0.82243), 4.9 * 0.5 / std::sqrt(fresh)));
-    CHECK(within(was.covered50, 1.0 - 2.0 * normal_distribution(-0.33724), 4.9 * 0.5 / std::sqrt(fresh)));
+    CHECK(within(was.coverage90, 1.0 - 2.0 * normal_distribution(-0.82243), 4.9 * 0.5 / std::sqrt(fresh)));
+    CHECK(within(was.coverage50, 1.0 - 2.0 * normal_distribution(-0.33724), 4.9 * 0.5 / std::sqrt(fresh)));
     // A uniform square has a mean of 1 (z-scored) and a relative deviation of sqrt(0.8).
-    CHECK(within(of.promised, 1.0, 4.9 * std::sqrt(0.8 / 10'240)));
+    CHECK(within(of.predicted_variance, 1.0, 4.9 * std::sqrt(0.8 / 10'240)));
     CHECK(within(of.mse, 1.0, 4.9 * std::sqrt(0.8 / fresh)));
-    CHECK(was.promised < 0.45);
+    CHECK(was.predicted_variance < 0.45);
     // The density is not recalibrated: log 2 - (4 - 1) x^2 / 2 with x^2 of mean 1 and variance 2.
     const double error = 4.9 * 1.5 * std::sqrt(2.0 / fresh);
     CHECK(within(after.log_score_per_parameter[p], std::log(2.0) - 1.5, error));

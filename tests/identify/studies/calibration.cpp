@@ -37,13 +37,13 @@ TEST_CASE("calibration_of: right posteriors are covered as they should be") {
   CHECK(found.agreed == count * 3 / 4);
   // 4 standard errors.
   CHECK(near(found.parameters[0].mse, 1.0, 4.0 * std::sqrt(2.0 / count)));
-  CHECK(near(found.parameters[0].promised, 1.0, 1e-12));
-  CHECK(within(found.parameters[0].covered50, 0.5, 4.0 * 0.5 / std::sqrt(count)));
-  CHECK(within(found.parameters[0].covered90, 0.9, 4.0 * 0.3 / std::sqrt(count)));
+  CHECK(near(found.parameters[0].predicted_variance, 1.0, 1e-12));
+  CHECK(within(found.parameters[0].coverage50, 0.5, 4.0 * 0.5 / std::sqrt(count)));
+  CHECK(within(found.parameters[0].coverage90, 0.9, 4.0 * 0.3 / std::sqrt(count)));
   CHECK(found.parameters[0].distance < 1.5 * found.band);
   CHECK(near(found.band, 1.36 / std::sqrt(count), 1e-12));
   CHECK(found.parameters[1].mse == 0.0);
-  CHECK(near(found.parameters[1].promised, 1.0 / 16.0, 1e-12));
+  CHECK(near(found.parameters[1].predicted_variance, 1.0 / 16.0, 1e-12));
   CHECK(near(found.parameters[1].distance, 0.5 / count, 1e-9));
   CHECK(near(found.all.mse, 0.5 * found.parameters[0].mse, 1e-12));
   CHECK(found.all.distance == found.parameters[0].distance);
@@ -51,8 +51,8 @@ TEST_CASE("calibration_of: right posteriors are covered as they should be") {
 
 TEST_CASE("calibration_of: overconfident posteriors are detected") {
   const Calibration found = calibration_of(trials_of(0.5, 400), {2.0, 4.0});
-  CHECK(found.parameters[0].mse > 3.0 * found.parameters[0].promised);
-  CHECK(found.parameters[0].covered90 < 0.7);
+  CHECK(found.parameters[0].mse > 3.0 * found.parameters[0].predicted_variance);
+  CHECK(found.parameters[0].coverage90 < 0.7);
   CHECK(found.parameters[0].distance > found.band);
 }
 

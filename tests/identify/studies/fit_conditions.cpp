@@ -54,7 +54,7 @@ TEST_CASE("fits of recordings with an offset are as good as without" * doctest::
   CHECK(found.usable + found.caution + found.not_usable == 4);
   CHECK(found.usable_far_off == 0);
   CHECK(found.figures->all.mse < 0.4);
-  CHECK(found.figures->all.covered90 > 0.5);
+  CHECK(found.figures->all.coverage90 > 0.5);
 }
 
 TEST_CASE("a row that is stopped has no trials") {

@@ -77,7 +77,7 @@ double part_unfamiliar(const Model& model, const std::vector<std::vector<float>>
   std::vector<recording::Trial> trials;
   for (const std::vector<float>& sway_rad : recordings) trials.push_back(recording::trial_of(sway_rad));
   const std::vector<Explanation> all = identifier.explain(identifier.estimate(trials), trials);
-  const auto warned = std::ranges::count_if(all, [](const Explanation& e) { return e.unfamiliarity > 1.0; });
+  const auto warned = std::ranges::count_if(all, [](const Explanation& e) { return e.ood_score > 1.0; });
   return static_cast<double>(warned) / static_cast<double>(recordings.size());
 }
 

@@ -248,10 +248,10 @@ TEST_CASE("fit: where chains disagree, the network's values have its intervals; 
     for (const char* key : {"value", "sd", "interval50", "interval90", "normalized_interval90"})
       CHECK(fitted["parameters"][p].at(key) == identified["parameters"][p].at(key));
   CHECK(fitted["correlations"] == identified["correlations"]);
-  CHECK(fitted["unfamiliarity"] == identified["unfamiliarity"]);
+  CHECK(fitted["ood_score"] == identified["ood_score"]);
   CHECK(fitted["trust"] == "caution");
   CHECK(turned["trust"] == "not usable");
-  CHECK(turned["unfamiliarity"].get<double>() > 1.0);
+  CHECK(turned["ood_score"].get<double>() > 1.0);
 }
 
 // Over 20 s: guards that resumed trials are the bits of one call: eight fits of the short protocol.

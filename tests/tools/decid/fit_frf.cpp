@@ -39,7 +39,7 @@ TEST_CASE("fit --frf gives fit's keys, and the information of the table") {
     CHECK(parameter["name"] == table[p].name);
     CHECK(parameter["sd"].get<double>() > 0.0);
     CHECK(parameter["prior_sd"].get<double>() > 0.0);
-    CHECK(parameter["told"].get<double>() >= 0.0);
+    CHECK(parameter["contraction"].get<double>() >= 0.0);
     CHECK(parameter["normalized_interval90"].is_null() != table[p].per_mgh);
     CHECK(parameter["interval90"][0].get<double>() >= table[p].low);
     CHECK(parameter["interval90"][1].get<double>() <= table[p].high);
@@ -85,7 +85,7 @@ TEST_CASE("fit --frf takes the body, the tilt's size and known parameters") {
       run_decid("fit --frf " + usual + " --truth Kp=900,Kd=260,Kp_pass=150,Kd_pass=120,Nv=.2,theta=.002,delay=.12");
   CHECK(text.code == 0);
   for (const char* words :
-       {"11 frequencies, 0.05 to 2.2 Hz", "chi-square", "true", "told", "90 % of the draws", "R-hat"})
+       {"11 frequencies, 0.05 to 2.2 Hz", "chi-square", "true", "contraction", "90 % of the draws", "R-hat"})
     CHECK(contains(text.out, words));
 }
 

@@ -183,16 +183,16 @@ TEST_CASE("the frequency response is in the JSON, and a sway that does not follo
     if (frf["coherence"][i].get<double>() > 0.5) ++coherent;
   }
   CHECK(coherent > 3);
-  CHECK(recording["following"] > 0.7);
-  CHECK_FALSE(contains(recording["warnings"].dump(), "unfamiliar"));
+  CHECK(recording["response_ratio"] > 0.7);
+  CHECK_FALSE(contains(recording["warnings"].dump(), "out_of_distribution"));
 
   // The platform stood still: sway of the vestibular noise alone.
   write_text(folder / "still.json", R"({"sequence": {"amplitude_deg": 1e-6}})");
   run_ok("simulate --seed 3 --protocol " + folder / "still.json" + " -o " + folder / "b.csv");
   const Json still = first_recording("identify " + folder / "b.csv --json");
-  CHECK(still["following"] < 0.6);
+  CHECK(still["response_ratio"] < 0.6);
   CHECK(still["trust"] == "not usable");
-  CHECK(still["warnings"][0]["code"] == "unfamiliar");
+  CHECK(still["warnings"][0]["code"] == "out_of_distribution");
   CHECK(still["warnings"][0]["severity"] == "invalid");
   CHECK(still["warnings"][0]["text"].get<std::string>().starts_with("looks unlike"));
   const std::string text = run_decid("identify " + folder / "b.csv").out;

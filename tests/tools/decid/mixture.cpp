@@ -27,16 +27,16 @@ TEST_CASE("a network with predicted uncertainty: trained, recalibrated, evaluate
   const std::string evaluate = "evaluate" + model + " --data " + folder / "data.npz";
   const Json evaluation = run_json(evaluate + " --json");
   // Learnt from 1000 trials, seen in 400 of 7 parameters that may stand or fall together: five standard errors.
-  CHECK(within(evaluation.at("covered50").get<double>(), 0.5, 5.0 * std::sqrt(0.25 * (1.0 / 1000 + 1.0 / 400))));
-  CHECK(within(evaluation.at("covered90").get<double>(), 0.9, 5.0 * std::sqrt(0.09 * (1.0 / 1000 + 1.0 / 400))));
+  CHECK(within(evaluation.at("coverage50").get<double>(), 0.5, 5.0 * std::sqrt(0.25 * (1.0 / 1000 + 1.0 / 400))));
+  CHECK(within(evaluation.at("coverage90").get<double>(), 0.9, 5.0 * std::sqrt(0.09 * (1.0 / 1000 + 1.0 / 400))));
   // Squares of uniform values deviate by sqrt(0.8) of their mean, those of others less.
-  CHECK(near(evaluation.at("promised").get<double>(), evaluation.at("mse").get<double>(),
+  CHECK(near(evaluation.at("predicted_variance").get<double>(), evaluation.at("mse").get<double>(),
              5.0 * std::sqrt(0.8 * (1.0 / 1000 + 1.0 / 400))));
   CHECK(evaluation.at("log_score").is_number());
-  for (const char* key : {"covered50", "covered90", "promised", "log_score"})
+  for (const char* key : {"coverage50", "coverage90", "predicted_variance", "log_score"})
     CHECK(evaluation.at(std::string(key) + "_per_parameter").size() == 7);
   const std::string text = run_decid(evaluate).out;
-  for (const char* part : {"promised", "in 50 %", "log score", "  all "}) CHECK(contains(text, part));
+  for (const char* part : {"predicted_variance", "in 50 %", "log score", "  all "}) CHECK(contains(text, part));
 
   run_ok("simulate" + protocol + " -o " + folder / "trial.csv");
   const auto identified =
@@ -56,11 +56,11 @@ TEST_CASE("a network with predicted uncertainty: trained, recalibrated, evaluate
   const Json faults = Json::parse(study.out).at("faults");
   CHECK(faults.size() > 30);
   for (const Json& row : faults) {
-    CHECK(row.contains("promised") == (row.at("fault") != "double_pendulum"));
-    if (!row.contains("promised")) continue;
-    CHECK(row.at("promised").get<double>() > 0.0);
-    CHECK(row.at("covered50").get<double>() <= row.at("covered90").get<double>());
-    CHECK(row.at("covered90").get<double>() <= 1.0);
+    CHECK(row.contains("predicted_variance") == (row.at("fault") != "double_pendulum"));
+    if (!row.contains("predicted_variance")) continue;
+    CHECK(row.at("predicted_variance").get<double>() > 0.0);
+    CHECK(row.at("coverage50").get<double>() <= row.at("coverage90").get<double>());
+    CHECK(row.at("coverage90").get<double>() <= 1.0);
   }
 
   // Too few trials to recalibrate: the model records that.

@@ -189,7 +189,7 @@ TEST_CASE("a study of faults: each at its sizes, on the trials of the study") {
     CHECK(what.insert(one.at("what")).second);
     CHECK(one.at("warned").get<double>() >= 0.0);
     CHECK(one.at("warned").get<double>() <= 1.0);
-    CHECK_FALSE(one.contains("promised"));  // the model gives point estimates
+    CHECK_FALSE(one.contains("predicted_variance"));  // the model gives point estimates
     if (one.at("fault") == "double_pendulum") {
       CHECK(one.at("mse").is_null());
       continue;

@@ -125,7 +125,7 @@ std::string page_of_many(Report all) {
     made.file = "recordings/subject-" + std::to_string(i + 1) + ".csv";
     made.truth.reset();
     for (double& value : made.estimate.parameters) value *= 0.8 + 0.006 * i;
-    if (i % 5 == 4) made.warnings = {{decid::Severity::invalid, "unfamiliar", "it looks like no trial"}};
+    if (i % 5 == 4) made.warnings = {{decid::Severity::invalid, "out_of_distribution", "it looks like no trial"}};
     table.members.push_back({i % 2 == 0 ? "patients" : "controls", std::to_string(i < 48 ? i / 2 : i)});
   }
   all.groups = decid::report_groups(table, all.recordings, all.protocol.parameters().size());

@@ -63,10 +63,10 @@ Json settings_json(const CalibrateOptions& options, const sim::Protocol& protoco
 Json figures_json(const sim::ParameterTable& table, const Calibration& found) {
   const auto one = [](const ParameterCalibration& of) {
     return Json{{"mse", of.mse},
-                {"promised", of.promised},
+                {"predicted_variance", of.predicted_variance},
                 {"network_mse", number_or_null(of.network_mse)},
-                {"covered50", of.covered50},
-                {"covered90", of.covered90},
+                {"coverage50", of.coverage50},
+                {"coverage90", of.coverage90},
                 {"distance", of.distance}};
   };
   Json json{{"trials", found.trials},
@@ -123,7 +123,7 @@ std::string parts_text(const std::vector<CalibratedTrial>& trials, const sim::Pr
     for (const CalibrationPart& part : calibration_by(trials, deviation, key.of)) {
       const ParameterCalibration& all = part.figures.all;
       text += format("| %.3g to %.3g | %d | %.4f | %.4f | %s | %.3f |\n", part.low, part.high, part.figures.trials,
-                     all.mse, all.promised, network_text(all).c_str(), all.covered90);
+                     all.mse, all.predicted_variance, network_text(all).c_str(), all.coverage90);
     }
   }
   return text;
@@ -132,8 +132,8 @@ std::string parts_text(const std::vector<CalibratedTrial>& trials, const sim::Pr
 std::string figures_text(const sim::ParameterTable& table, const Calibration& found) {
   std::string text = "| | MSE | promised | network | in 50 % | in 90 % | distance |\n|---|---|---|---|---|---|---|\n";
   const auto line = [&](const std::string& name, const ParameterCalibration& of) {
-    text += format("| %s | %.4f | %.4f | %s | %.3f | %.3f | %.3f |\n", name.c_str(), of.mse, of.promised,
-                   network_text(of).c_str(), of.covered50, of.covered90, of.distance);
+    text += format("| %s | %.4f | %.4f | %s | %.3f | %.3f | %.3f |\n", name.c_str(), of.mse, of.predicted_variance,
+                   network_text(of).c_str(), of.coverage50, of.coverage90, of.distance);
   };
   for (std::size_t p = 0; p < table.size(); ++p) line(table[p].name, found.parameters[p]);
   line("all", found.all);
@@ -242,8 +242,8 @@ std::string conditions_text(const Json& rows) {
     };
     text += format("| %s | %g | %d | %s | %s | %s | %s | %d | %d | %d | %d | %d | %.1f | %.1f |\n",
                    row.at("condition").get<std::string>().c_str(), row.at("size").get<double>(),
-                   row.at("trials").get<int>(), figure("mse").c_str(), figure("promised").c_str(),
-                   figure("network_mse").c_str(), figure("covered90").c_str(), row.at("usable").get<int>(),
+                   row.at("trials").get<int>(), figure("mse").c_str(), figure("predicted_variance").c_str(),
+                   figure("network_mse").c_str(), figure("coverage90").c_str(), row.at("usable").get<int>(),
                    row.at("caution").get<int>(), row.at("not_usable").get<int>(), row.at("usable_far_off").get<int>(),
                    row.at("from_network").get<int>(), row.at("mean_s").get<double>(), row.at("max_s").get<double>());
   }

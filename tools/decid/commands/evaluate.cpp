@@ -75,18 +75,19 @@ void add_promises(Json& json, const sim::ParameterTable& table, const NetworkCal
     json[key] = found.figures.all.*figure;
     json[key + "_per_parameter"] = of_each(table, found.figures, figure);
   };
-  add("covered50", &ParameterCalibration::covered50);
-  add("covered90", &ParameterCalibration::covered90);
-  add("promised", &ParameterCalibration::promised);
+  add("coverage50", &ParameterCalibration::coverage50);
+  add("coverage90", &ParameterCalibration::coverage90);
+  add("predicted_variance", &ParameterCalibration::predicted_variance);
   json["log_score"] = number_or_null(found.figures.log_score);
   json["log_score_per_parameter"] = by_parameter(table, found.log_score_per_parameter);
 }
 
 std::string promises_text(const sim::ParameterTable& table, const Evaluation& result, const NetworkCalibration& found) {
-  std::string text = format("  %-8s %8s %9s %9s %9s %10s\n", "", "MSE", "promised", "in 50 %", "in 90 %", "log score");
+  std::string text =
+      format("  %-8s %8s %9s %9s %9s %10s\n", "", "MSE", "predicted_variance", "in 50 %", "in 90 %", "log score");
   const auto line = [&](const std::string& what, double mse, const ParameterCalibration& of, double log_score) {
-    text += format("  %-8s %8.4f %9.4f %8.1f%% %8.1f%% %10.3f\n", what.c_str(), mse, of.promised, 100.0 * of.covered50,
-                   100.0 * of.covered90, log_score);
+    text += format("  %-8s %8.4f %9.4f %8.1f%% %8.1f%% %10.3f\n", what.c_str(), mse, of.predicted_variance,
+                   100.0 * of.coverage50, 100.0 * of.coverage90, log_score);
   };
   for (std::size_t p = 0; p < table.size(); ++p)
     line(table[p].name, result.mse_per_parameter[p], found.figures.parameters[p], found.log_score_per_parameter[p]);
@@ -172,8 +173,8 @@ std::string table_of(const std::vector<Evaluated>& models, const std::string& da
     for (const double mse : each.result.mse_per_parameter) text += format(" %8.4f", mse);
     if (each.promises) {
       const NetworkCalibration& found = *each.promises;
-      text += format(" %9.4f %7.1f %% %9.3f", found.figures.all.promised, 100.0 * found.figures.all.covered90,
-                     found.figures.log_score);
+      text += format(" %9.4f %7.1f %% %9.3f", found.figures.all.predicted_variance,
+                     100.0 * found.figures.all.coverage90, found.figures.log_score);
     }
     text += '\n';
   }

@@ -101,7 +101,7 @@ std::string frf_fit_json(const FrfReport& report) {
     add_found(parameters[p], found, p, ranges[p], mgh);
     parameters[p]["range"] = {ranges[p].low, ranges[p].high};
     parameters[p]["prior_sd"] = found.prior_stddev(static_cast<int>(p));
-    parameters[p]["told"] = found.contraction(static_cast<int>(p));
+    parameters[p]["contraction"] = found.contraction(static_cast<int>(p));
   }
   const Json json{{"decid", version},
                   {"options", report.options},

@@ -20,7 +20,7 @@ struct FrfReport {
 };
 
 /// The keys of a recording's fit where they mean the same, and "misfit", "frf"; each parameter also has "prior_sd" and
-/// "told".
+/// "contraction".
 std::string frf_fit_json(const FrfReport& report);
 std::string frf_fit_text(const FrfReport& report);
 

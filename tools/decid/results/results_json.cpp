@@ -96,8 +96,8 @@ Json recording_json(const RecordingResult& id, const Report& report) {
                   {{"rms_residual_deg", number_or_null(explanation.rms_residual_deg)},
                    {"variance_accounted_for", number_or_null(explanation.variance_accounted_for)}}},
                  {"peak_to_peak_deg", id.peak_to_peak_deg()},
-                 {"following", number_or_null(explanation.following)},
-                 {"unfamiliarity", number_or_null(explanation.unfamiliarity)}};
+                 {"response_ratio", number_or_null(explanation.response_ratio)},
+                 {"ood_score", number_or_null(explanation.ood_score)}};
   if (tilt) {
     recording["tilt"] = {{"column", id.tilt_column},
                          {"delay_s", tilt->delay_s},

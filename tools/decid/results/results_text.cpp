@@ -81,7 +81,8 @@ std::string sway_text(const RecordingResult& id) {
   if (std::isfinite(id.explanation.rms_residual_deg))
     text += format(", rms residual %.3f degrees, variance accounted for %.1f%%", id.explanation.rms_residual_deg,
                    100 * id.explanation.variance_accounted_for);
-  if (std::isfinite(id.explanation.following)) text += format(", follows the tilt %.2f", id.explanation.following);
+  if (std::isfinite(id.explanation.response_ratio))
+    text += format(", follows the tilt %.2f", id.explanation.response_ratio);
   if (id.trial.tilt) {
     text += format("\n  the protocol starts %.3f s after the recording by its tilt %s (correlation %.3f, gain %.3f)",
                    std::round(1e3 * id.trial.tilt->delay_s) / 1e3 + 0.0,  // no -0.000

@@ -14,13 +14,13 @@
 namespace decid {
 
 /// The plan for one protocol: immutable, so one serves all threads.
-class Following {
+class ResponseRatio {
  public:
   /// How many trials are simulated for a measurement: number i has the noise Random(0, Stream::vestibular_noise, i).
   static constexpr int trials = 32;
 
   /// Throws Error if the trial's length has a prime factor above max_fft_prime.
-  explicit Following(const sim::Protocol& protocol);
+  explicit ResponseRatio(const sim::Protocol& protocol);
 
   /// The sways of those trials.
   class Simulated {
@@ -29,7 +29,7 @@ class Following {
     void put(int trial, std::span<const double> sway_rad);
 
    private:
-    friend class Following;
+    friend class ResponseRatio;
     std::array<std::vector<double>, trials> sways_;  // empty: it fell
   };
 
@@ -55,6 +55,6 @@ class Following {
 /// How little a recording is like what a model was trained on; above 1 its parameters are not to be trusted. It
 /// combines the distance of its features (familiarity.hpp) over what is usual with how little it follows the tilt:
 /// either alone misses every sixth recording with a wrong start. The weights were chosen on 900 trials.
-double unfamiliarity(double distance, double usual, double following);
+double ood_score(double distance, double usual, double following);
 
 }  // namespace decid

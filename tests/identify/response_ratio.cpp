@@ -1,5 +1,6 @@
-// Following: 1 for trials of the controller itself, reversed with them, nothing in noise, and undefined if it falls.
-#include "identify/following.hpp"
+// ResponseRatio: 1 for trials of the controller itself, reversed with them, nothing in noise, and undefined if it
+// falls.
+#include "identify/response_ratio.hpp"
 
 #include <doctest/doctest.h>
 
@@ -7,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tests/identify/measure_following.hpp"
+#include "tests/identify/measure_response_ratio.hpp"
 #include "tests/near.hpp"
 
 namespace decid {
@@ -31,7 +32,8 @@ sim::Parameters controller(double nv = 0.2) {
   return parameters;
 }
 
-/// A trial with sensor noise of 0.02 degrees. Item 1000 and above: those that Following itself simulates are others.
+/// A trial with sensor noise of 0.02 degrees. Item 1000 and above: those that ResponseRatio itself simulates are
+/// others.
 std::vector<float> trial(const sim::Parameters& parameters, std::uint64_t item) {
   std::vector<double> sway(static_cast<std::size_t>(simulator().samples()));
   REQUIRE(simulator().run(parameters, Random(3, Stream::vestibular_noise, item), sway).valid);
@@ -90,7 +92,7 @@ TEST_CASE("following: where noise drowns the response its mean and deviation are
   protocol.sequence().amplitude_deg = 0.1;
   const sim::Simulator little(protocol);
   const test::FollowingAlone following(little);
-  Following::Spread spread;
+  ResponseRatio::Spread spread;
   double sum = 0.0, squares = 0.0;
   constexpr int many = 100;
   for (int i = 0; i < many; ++i) {
@@ -164,14 +166,14 @@ TEST_CASE("following: a controller that falls is followed by nobody") {
 }
 
 TEST_CASE("out-of-distribution score: from the distance and the missing response, above 1 beyond the border") {
-  CHECK(near(unfamiliarity(1.17 * 2.5, 2.5, 1.0), 1.0, 1e-15));
-  CHECK(near(unfamiliarity(0.77 * 2.5, 2.5, 0.0), 1.0, 1e-15));
-  CHECK(unfamiliarity(1.0, 1.0, 0.5) > unfamiliarity(1.0, 1.0, 0.6));
-  CHECK(unfamiliarity(1.1, 1.0, 0.5) > unfamiliarity(1.0, 1.0, 0.5));
+  CHECK(near(ood_score(1.17 * 2.5, 2.5, 1.0), 1.0, 1e-15));
+  CHECK(near(ood_score(0.77 * 2.5, 2.5, 0.0), 1.0, 1e-15));
+  CHECK(ood_score(1.0, 1.0, 0.5) > ood_score(1.0, 1.0, 0.6));
+  CHECK(ood_score(1.1, 1.0, 0.5) > ood_score(1.0, 1.0, 0.5));
   // Neither more than all nor less than nothing is missing; undefined is all.
-  CHECK(unfamiliarity(1.0, 1.0, 3.0) == unfamiliarity(1.0, 1.0, 1.0));
-  CHECK(unfamiliarity(1.0, 1.0, -3.0) == unfamiliarity(1.0, 1.0, 0.0));
-  CHECK(unfamiliarity(1.0, 1.0, std::numeric_limits<double>::quiet_NaN()) == unfamiliarity(1.0, 1.0, 0.0));
+  CHECK(ood_score(1.0, 1.0, 3.0) == ood_score(1.0, 1.0, 1.0));
+  CHECK(ood_score(1.0, 1.0, -3.0) == ood_score(1.0, 1.0, 0.0));
+  CHECK(ood_score(1.0, 1.0, std::numeric_limits<double>::quiet_NaN()) == ood_score(1.0, 1.0, 0.0));
 }
 
 }  // namespace decid

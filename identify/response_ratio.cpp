@@ -1,5 +1,5 @@
 // Whether a recording follows the tilt: see following.hpp.
-#include "identify/following.hpp"
+#include "identify/response_ratio.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -19,22 +19,22 @@ constexpr std::size_t smoothing = 4;
 constexpr double sensor_from = 0.25, sensor_to = 0.4;
 
 constexpr auto lanes = static_cast<std::size_t>(sim::fft_lanes);
-constexpr int groups = Following::trials / sim::fft_lanes;
-static_assert(groups * sim::fft_lanes == Following::trials);
+constexpr int groups = ResponseRatio::trials / sim::fft_lanes;
+static_assert(groups * sim::fft_lanes == ResponseRatio::trials);
 
 }  // namespace
 
-void Following::Simulated::put(int trial, std::span<const double> sway_rad) {
+void ResponseRatio::Simulated::put(int trial, std::span<const double> sway_rad) {
   sways_[static_cast<std::size_t>(trial)].assign(sway_rad.begin(), sway_rad.end());
 }
 
-Following::Following(const sim::Protocol& protocol)
+ResponseRatio::ResponseRatio(const sim::Protocol& protocol)
     : fft_(protocol.samples()),
       lines_(std::min(
           static_cast<std::size_t>(fft_.bins()),
           1 + static_cast<std::size_t>(highest_hz * protocol.samples() / protocol.experiment.sample_rate_hz))) {}
 
-double Following::measure(const Simulated& simulated, std::span<const float> sway_rad, Spread* spread) const {
+double ResponseRatio::measure(const Simulated& simulated, std::span<const float> sway_rad, Spread* spread) const {
   const auto stands = [](const std::vector<double>& sway) { return !sway.empty(); };
   const auto standing = std::ranges::count_if(simulated.sways_, stands);
   if (standing < fewest_trials) return std::numeric_limits<double>::quiet_NaN();
@@ -115,7 +115,7 @@ double Following::measure(const Simulated& simulated, std::span<const float> swa
   return found / expected;
 }
 
-double unfamiliarity(double distance, double usual, double following) {
+double ood_score(double distance, double usual, double following) {
   constexpr double weight = 0.4, most = 1.0, border = 1.17;
   const double missing = std::isnan(following) ? most : std::clamp(1 - following, 0.0, most);
   return (distance / usual + weight * missing) / border;

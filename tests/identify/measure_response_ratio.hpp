@@ -1,21 +1,22 @@
-// Following of a recording, with trials simulated for it alone.
+// ResponseRatio of a recording, with trials simulated for it alone.
 #pragma once
 
 #include <vector>
 
-#include "identify/following.hpp"
+#include "identify/response_ratio.hpp"
 
 namespace decid::test {
 
 class FollowingAlone {
  public:
-  explicit FollowingAlone(const sim::Simulator& simulator) : simulator_(simulator), following_(simulator.protocol()) {}
+  explicit FollowingAlone(const sim::Simulator& simulator)
+      : simulator_(simulator), response_ratio_(simulator.protocol()) {}
 
   double measure(const sim::Parameters& parameters, std::span<const float> sway_rad,
-                 Following::Spread* spread = nullptr) const {
-    Following::Simulated simulated;
+                 ResponseRatio::Spread* spread = nullptr) const {
+    ResponseRatio::Simulated simulated;
     simulator_.run_all(
-        Following::trials,
+        ResponseRatio::trials,
         [&](int i) {
           return sim::TrialInput{sim::single_pendulum().parameters.simulable(parameters),
                                  Random(0, Stream::vestibular_noise, static_cast<std::uint64_t>(i))};
@@ -23,12 +24,12 @@ class FollowingAlone {
         [&](int i, const sim::Outcome& outcome, std::span<double> sway) {
           if (outcome.valid) simulated.put(i, sway);
         });
-    return following_.measure(simulated, sway_rad, spread);
+    return response_ratio_.measure(simulated, sway_rad, spread);
   }
 
  private:
   const sim::Simulator& simulator_;
-  Following following_;
+  ResponseRatio response_ratio_;
 };
 
 }  // namespace decid::test
