@@ -74,7 +74,7 @@ TEST_CASE("the page is whole, self-contained and small") {
     CHECK(page.find(loading) == std::string::npos);
   }
   CHECK(count(page, "</script>") == 3);
-  CHECK(page.size() < 700'000);
+  CHECK(page.size() < 500'000);
 }
 
 TEST_CASE("the data are those of the identification") {
