@@ -319,7 +319,7 @@ void warn_of_length(Recording& recording, const sim::Protocol& protocol, const P
                     (place.first == 0                       ? "end"
                      : place.last == protocol.samples() - 1 ? "start"
                                                             : "ends") +
-                    "; decid replaced them by the mirror image of their neighbours");
+                    "; the mirror image of their neighbours replaces them");
   }
 }
 
@@ -406,7 +406,7 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   if (options.start_s && recording.tilt_was_found) recording.signals.remove(platform_tilt);
   const Signal<double>* tilt = recording.signals.find(platform_tilt);
   if (options.start_s && tilt) {
-    throw Error(where(recording), "a start and a tilt column both define the protocol's start",
+    throw Error(where(recording), "a start and a tilt both define the protocol's start",
                 either(recording, "give one of them",
                        "give " + setting("begin") + " or " + setting("tilt_column") + ", not both"));
   }

@@ -68,9 +68,9 @@ TEST_CASE("streamed trials depend on their number alone and do not repeat") {
   for (const int index : {-1, 10}) {
     const std::vector<int> wrong{index};
     check_error([&] { source->take(Part::training, 0, wrong, [](std::size_t, const auto&, const auto&) {}); },
-                {"no trial", "0 to 9"});
+                {"does not exist", "0 to 9"});
     check_error([&] { source->take(Part::validation, 0, wrong, [](std::size_t, const auto&, const auto&) {}); },
-                {"no trial", "0 to 3"});
+                {"does not exist", "0 to 3"});
   }
   // Trials that a training has not seen are the next epoch's.
   source->take(Part::unseen, 2, std::vector<int>{7}, [&](std::size_t, const sim::Parameters& p, const Sway& sway) {
@@ -101,7 +101,7 @@ TEST_CASE("a data set's halves are its training and its validation trials") {
   }
   const std::vector<int> beyond{source->trials(Part::training)};
   check_error([&] { source->take(Part::training, 0, beyond, [](std::size_t, const auto&, const auto&) {}); },
-              {"no trial"});
+              {"does not exist"});
   CHECK(source->identity() == stored_source(data)->identity());
   CHECK(source->identity() != stored_source(generate({noisy_protocol(), 21, 0, 6}))->identity());
   Dataset one_half = data;
@@ -308,7 +308,7 @@ TEST_CASE("a feed gives every trial of an epoch once, the same for any number of
       CHECK(std::ranges::equal(next.images.subspan(i * values, values), fed[1][first + i].second));
   }
   CHECK(read_epoch(rest) == fed[2]);
-  check_error([&] { Feed(*source, encoding, scaling.targets, batch, 9, 1, epochs, {}, 20); }, {"feed", "trial 20"});
+  check_error([&] { Feed(*source, encoding, scaling.targets, batch, 9, 1, epochs, {}, 20); }, {"epoch", "sample 20"});
   Feed no_epochs(*source, encoding, scaling.targets, batch, 9, epochs, epochs);
   check_error([&] { no_epochs.next(); }, {"feed", "no batch left"});
   Feed other(*source, encoding, scaling.targets, batch, 10, 0, 1);
@@ -337,7 +337,7 @@ TEST_CASE("a feed passes on its source's exceptions") {
   const Broken source;
   const ImageMaker images = two_columns(source.protocol().samples(), false);
   const RowScaling rows;
-  check_error([&] { Feed(source, {images, rows}, {}, 0, 1, 0, 1); }, {"feed", "0 trials"});
+  check_error([&] { Feed(source, {images, rows}, {}, 0, 1, 0, 1); }, {"epoch", "0 samples"});
   Feed feed(source, {images, rows}, {}, 4, 1, 0, 1);
   CHECK(feed.next().trials == 4);
   CHECK_THROWS_WITH_AS(feed.next(), "the disk is gone", std::runtime_error);

@@ -122,7 +122,7 @@ TEST_CASE("units that are no angle's are refused, a column of tilt alone too; mi
     check_error(reading("time," + std::string(name) + "\n0,1\n0.01,2\n"), {name, "by its name", "unit"});
   check_error(reading("time,sway\ns,V\n0,1\n0.01,2\n"), {"sway (V) is a voltage"});
   CHECK(read("time,sway (AP)\n0,1\n0.01,2\n").signals.samples() == 2);  // a note is no unit
-  check_error(reading("time,tilt_deg\n0,1\n0.01,2\n"), {"the platform's tilt, 'tilt_deg', but none of sway"});
+  check_error(reading("time,tilt_deg\n0,1\n0.01,2\n"), {"the platform's tilt, 'tilt_deg', but no sway column"});
   CHECK(near(read("time (min),sway_deg\n0,1\n0.01,2\n0.02,3\n").rate_hz, 100.0 / 60.0, 1e-12));
 }
 
@@ -160,7 +160,7 @@ TEST_CASE("a unit that is not the name's is used, and warned of") {
   const Warning* found = warning(as_given.warnings, "unit_differs");
   REQUIRE(found != nullptr);
   CHECK(found->severity == Severity::caution);
-  CHECK(found->text.starts_with("sway_deg has another unit"));
+  CHECK(found->text.starts_with("sway_deg has a unit in its name"));
   CHECK(warning(read("time,sway (V)\n0,.1\n0.01,.2\n", {.unit = Unit::radian}).warnings, "unit_differs") != nullptr);
   CHECK(warning(read("time,sway_deg\n0,.1\n0.01,.2\n", {.unit = Unit::degree}).warnings, "unit_differs") == nullptr);
 }
@@ -193,8 +193,8 @@ TEST_CASE("a header with other names than columns is refused, so that no unit is
 }
 
 TEST_CASE("a damaged row is not taken for a line above the table") {
-  check_error(reading("time,sway\n0,1,1\n0.01,2\n0.02,3\n0.03,4\n"), {"line 2 has 3 columns", "before it 2"});
-  check_error(reading("0,1,1\n0.01,2\n0.02,3\n0.03,4\n"), {"line 2 has 2 columns", "before it 3"});
+  check_error(reading("time,sway\n0,1,1\n0.01,2\n0.02,3\n0.03,4\n"), {"line 2 has 3 columns", "before it have 2"});
+  check_error(reading("0,1,1\n0.01,2\n0.02,3\n0.03,4\n"), {"line 2 has 2 columns", "before it have 3"});
   check_error(reading("1,2,3\ntime,sway\n0,1\n0.01,2\n0.02,3\n"), {"columns"});
   CHECK(find_preamble("").lines == 0);
   CHECK(find_preamble("a\nb\nc\n").lines == 0);

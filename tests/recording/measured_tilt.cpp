@@ -78,13 +78,13 @@ TEST_CASE("measured tilts that cannot be read are refused with file and setting"
   check(good, R"("file": "t.csv", "rate_hz": 0)", {"measured.rate_hz is 0"});
   check(good, R"("file": "t.csv", "rate_hz": 0.99)", {"measured.rate_hz is 0.99", "1 to 100,000"});
   check(good, R"("file": "t.csv", "rate_hz": 1e9)", {"measured.rate_hz is 1e+09", "1 to 100,000"});
-  check("time,tilt_deg\n0,0\n10,1\n20,0\n", file, {"t.csv", "its times say 0.1 Hz", "milliseconds", "time_ms"});
+  check("time,tilt_deg\n0,0\n10,1\n20,0\n", file, {"t.csv", "its times give 0.1 Hz", "milliseconds", "time_ms"});
   check("tilt_deg\n1\n2\n", R"("file": "t.csv", "rate_hz": 100000)", {"t.csv", "make 0 at"});
   check("time,tilt,tilt\n0,0,0\n0.01,1,1\n", file, {"2 columns are called 'tilt', numbers 2 and 3", "measured.column"});
   check("time,tilt_deg/s\n0,0\n0.01,1\n", file, {"tilt_deg/s is a velocity", "measured.unit"});
   check(good, R"("file": "t.csv", "angle": 1)", {"unknown key 'measured.angle'"});
   check(good, R"("file": "t.csv", "lead_in_s": 0.005)", {"p.json", "measured lead_in_s"});
-  check(good, R"("file": "t.csv", "rate_hz": 50)", {"t.csv", "measured.rate_hz is 50, its times say 100 Hz"});
+  check(good, R"("file": "t.csv", "rate_hz": 50)", {"t.csv", "measured.rate_hz is 50, and its times give 100 Hz"});
   check("", file, {"p.json", "t.csv", "no lines of data"});
   check("tilt_deg\n1\n2\n", file, {"t.csv", "no time column", "measured.rate_hz"});
   check("time,tilt_deg\n0,0\n", file, {"t.csv", "only one sample"});
@@ -127,7 +127,7 @@ TEST_CASE("a rate that is given beside times") {
   CHECK(samples("time,tilt_deg\n0,0\n0.0099,1\n0.0198,2\n").size() == 3);
   CHECK(samples("time,tilt_deg\n0,0\n0.01,1\n0.03,2\n0.04,3\n0.05,3\n").size() == 5);
   CHECK(samples("time,tilt_deg\n0,0\n0,1\n0,2\n0,3\n").size() == 4);
-  check_error([&] { samples("time,tilt_deg\n0,0\n0.0098,1\n0.0196,2\n"); }, {"is 100, its times say 102.041 Hz"});
+  check_error([&] { samples("time,tilt_deg\n0,0\n0.0098,1\n0.0196,2\n"); }, {"is 100, and its times give 102.041 Hz"});
 }
 
 TEST_CASE("a measured cycle that is resampled goes round") {

@@ -142,12 +142,12 @@ TEST_CASE("the rate comes from the time, or from the user") {
   check_error(reading("time,sway\n0,1\n0.01,2\n0.0231,3\n0.03,4\n0.04,5\n"), {"line 4", "steps by 0.0131"});
   const Recording contradicted = read("time,sway\n0,1\n0.02,2\n0.04,3\n", {.rate_hz = 100.0});
   CHECK(contradicted.rate_hz == 100.0);
-  CHECK(warns(contradicted, "says 50 Hz"));
-  CHECK(warns(contradicted, "given is 100 Hz"));
+  CHECK(warns(contradicted, "gives 50 Hz"));
+  CHECK(warns(contradicted, "given rate, 100 Hz"));
   CHECK_FALSE(warns(read("time,sway\n0,1\n0.02,2\n", {.rate_hz = 50.0}), "given"));
   CHECK(contains(read("time,sway\n0,1\n0.5,2\n1,3\n").rate_advice, "time_ms"));
   // Milliseconds taken for seconds, and seconds for milliseconds.
-  check_error(reading("time,sway\n0,1\n10,2\n20,3\n"), {"r.csv", "'time' says 0.1 Hz", "milliseconds", "time_ms"});
+  check_error(reading("time,sway\n0,1\n10,2\n20,3\n"), {"r.csv", "'time' gives 0.1 Hz", "milliseconds", "time_ms"});
   check_error(reading("time_us,sway\n0,1\n1,2\n2,3\n"), {"'time_us' gives 1e+06 Hz", "seconds", "rate"});
   CHECK(read("time,sway\n0,1\n10,2\n20,3\n", {.rate_hz = 100.0}).rate_hz == 100.0);
   check_error(reading("sway\n1\n2\n"), {"r.csv", "no time column", "rate"});
@@ -176,8 +176,8 @@ TEST_CASE("files that are no recordings are refused") {
   check_error(reading("time,sway\n"), {"no lines of data"});
   check_error(reading("time,sway\n0,1\n"), {"only one sample"});
   check_error(reading(std::string("t\0i\0", 4)), {"not a text file", "UTF-8"});
-  check_error(reading("time,sway\n0,1\n0.01,2,3\n0.02,3\n"), {"line 3 has 3 columns", "before it 2"});
-  check_error(reading("time,sway\n0,1\n0.01\n0.02,3\n"), {"line 3 has 1 column,", "before it 2"});
+  check_error(reading("time,sway\n0,1\n0.01,2,3\n0.02,3\n"), {"line 3 has 3 columns", "before it have 2"});
+  check_error(reading("time,sway\n0,1\n0.01\n0.02,3\n"), {"line 3 has 1 column;", "before it have 2"});
   check_error(reading("{\"decid\": \"0.2.0\",\n \"recordings\": []}\n"), {"r.csv", "is JSON", "the recording itself"});
   check_error(reading("time,sway\n0,1\n0.01,x\n"), {"line 3, sway", "'x' is not a finite number", "#"});
   check_error(reading("time,sway\n0,1\n0.01,1.5.2\n"), {"line 3, sway", "'1.5.2' is not a finite number"});

@@ -81,7 +81,7 @@ TEST_CASE("a longer recording is cut from the option's start, and the cut is rep
   bring_to_protocol(recording, protocol, {.start_s = 3.5});
   CHECK(warns(recording, "the first 3.5 s are not used"));
   for (const double start : {-0.1, 12.5, std::nan("")}) {
-    check_error([&] { bring_to_protocol(recording, protocol, {.start_s = start}); }, {"is not within its 12.5 s"});
+    check_error([&] { bring_to_protocol(recording, protocol, {.start_s = start}); }, {"lies outside of its 12.5 s"});
   }
   check_error([&] { bring_to_protocol(recording, protocol, {.start_s = 4.0}); }, {"8.5 s of them after the start"});
   // At another rate the start need not be a sample's time. Away from the ends, which are held.
@@ -124,9 +124,9 @@ TEST_CASE("up to 1% that is missing is mirrored, more is refused with the way to
   Recording shorter = ramp(890);
   check_error([&] { bring_to_protocol(shorter, protocol); },
               {"r.csv", "890 samples at 100 Hz (8.9 s)", "'tiny' needs 900 samples at 100 Hz (9 s)",
-               "of its 2 cycles only 1 is whole", "set its cycles to 1", "decid fit", "decid train stream"});
+               "only 1 of its 2 whole cycles", "set its cycles to 1", "to a fit", "a training with stream"});
   Recording half = ramp(300);
-  check_error([&] { bring_to_protocol(half, protocol); }, {"300 samples", "decid train", "rate"});
+  check_error([&] { bring_to_protocol(half, protocol); }, {"300 samples", "train a model", "rate"});
 }
 
 TEST_CASE("an offset and a drift are those of the whole cycles") {
@@ -338,7 +338,7 @@ TEST_CASE("COMTEST's published stimulus is recognised if the protocol is short")
   // To the protocol `short` it is nearly the same movement upside down, 0.88 s later.
   Recording recording = with_tilt(comtest, 0.5, 65.0, 100.0, 1.0, 1e-4);
   check_error([&] { bring_to_protocol(recording, short_one); },
-              {"platform", "COMTEST", "from 0.5 s on", "'short'", "comtest.json"});
+              {"platform", "COMTEST", "from 0.5 s", "'short'", "comtest.json"});
   Recording found = with_tilt(comtest, 0.5, 65.0, 100.0, 1.0, 1e-4);
   found.tilt_was_found = true;
   bring_to_protocol(found, short_one);

@@ -391,8 +391,8 @@ TEST_CASE("C3D: bounds of a file's counts") {
                                            {"POINT:USED", -1, "POINT:USED"},
                                            {"ANALOG:USED", 3, "ANALOG:USED"},
                                            {"POINT:DATA_START", 9, "POINT:DATA_START"},
-                                           {"POINT:FRAMES", 500, "of its 500 frames"},
-                                           {"POINT:FRAMES", -3, "of its 65533 frames"}}) {
+                                           {"POINT:FRAMES", 500, "should have 500 frames"},
+                                           {"POINT:FRAMES", -3, "should have 65533 frames"}}) {
     C3dFile other = trial(intel, true);
     other.integers(name, {values});
     check_error(reading(other.bytes()), {"r.c3d", part});
@@ -401,7 +401,7 @@ TEST_CASE("C3D: bounds of a file's counts") {
   zero.reals("POINT:SCALE", {0.0});
   check_error(reading(zero.bytes()), {"POINT:SCALE"});
   // Records of the parameters.
-  for (const auto& [body, part] : {std::pair{std::string{3, 0}, "of type 3"},
+  for (const auto& [body, part] : {std::pair{std::string{3, 0}, "unknown type 3"},
                                    {std::string{2, 7} + std::string(7, '\xff'), "longer than the file"},
                                    {std::string{2, 1, 20}, "overlaps the next one"},
                                    {std::string{2}, "damaged"}}) {

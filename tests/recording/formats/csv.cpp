@@ -162,14 +162,14 @@ TEST_CASE("csv: text that is not a table is refused with its line") {
   check_error(making("a,b\n"), {"no lines of data"});
   check_error(making("a,b\ns,deg\n"), {"no lines of data"});
   check_error(making(std::string("a\0b", 3)), {"t.csv", "UTF-8"});
-  check_error(making("a,b\n1,2\n# c\n3,4,5\n"), {"t.csv", "line 4 has 3 columns", "before it 2", "#"});
-  check_error(making("a,b\n1,2\n3\n"), {"line 3 has 1 column,", "before it have 2 (between commas"});
+  check_error(making("a,b\n1,2\n# c\n3,4,5\n"), {"t.csv", "line 4 has 3 columns", "before it have 2", "#"});
+  check_error(making("a,b\n1,2\n3\n"), {"line 3 has 1 column;", "before it have 2 (between commas"});
   // The first lines decide what separates.
   check_error(making("Subject: 7\nRate: 100\nPlace: lab\ntime,sway_deg\n0,1\n"),
               {"line 4 has 1 column; the lines before it have 2 (between blanks, as in its first lines)", "#"});
   check_error(making("a;b\n1;2\n3\n"), {"between semicolons"});
   check_error(making("a\tb\n1\t2\n3\n"), {"between tabs"});
-  check_error(making("1,2\n3,4,,\n"), {"line 2 has 4 columns", "before it 2"});
+  check_error(making("1,2\n3,4,,\n"), {"line 2 has 4 columns", "before it have 2"});
   const auto wide = [](int columns) {
     std::string line = "1";
     for (int c = 1; c < columns; ++c) line += ",1";

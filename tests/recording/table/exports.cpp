@@ -40,7 +40,7 @@ TEST_CASE("files of other programs are named in the error") {
                           {"PK\x03\x04mimetypeapplication/vnd.oasis.opendocument"s, "OpenDocument"},
                           {"PK\x03\x04...."s, "ZIP"},
                           {"PK\x03\x04....time.npy"s, "NumPy arrays (.npz)"},
-                          {"PK\x03\x04....sway.npy....parameters.npy"s, "decid evaluate data"},
+                          {"PK\x03\x04....sway.npy....parameters.npy"s, "an evaluation takes the data set as data"},
                           {"<?xml?>\n<mvnx version=\"4\">"s, "MVN"},
                           {"<html><table>"s, "HTML"},
                           {"<a/>"s, "XML"},

@@ -255,7 +255,7 @@ TEST_CASE("a body may be that of a subject") {
   check_error(parsing(R"({"body": {"subject": {"mass_kg": 80, "height_m": 1.8, "age": 30}}})"),
               {"unknown key 'body.subject.age'"});
   check_error(parsing(R"({"body": {"mass_kg": 80, "subject": {"mass_kg": 80, "height_m": 1.8}}})"),
-              {"my.json", "'body.mass_kg' stands beside 'body.subject'"});
+              {"my.json", "'body.mass_kg' contradicts 'body.subject'"});
 }
 
 TEST_CASE("an incomplete body is refused, and the missing keys are named") {
@@ -304,7 +304,7 @@ TEST_CASE("stimuli that are not clear are refused by key") {
   check_error(parsing(R"({"measured": 1})"), {"my.json", "measured is not a JSON object"});
   check_error(parsing(R"({"measured": {"tilt_deg": [0, "1"]}})"), {"'measured.tilt_deg'", "a list of numbers"});
   check_error(parsing(R"({"measured": {"tilt_deg": [0, 1], "unit": "deg"}})"),
-              {"'measured.unit' stands beside 'measured.tilt_deg'"});
+              {"'measured.unit' contradicts 'measured.tilt_deg'"});
   check_error(parsing(R"({"measured": {"tilt_deg": [0]}})"), {"my.json", "measured tilt_deg", "1 entries"});
   // A protocol in a data set or a model needs no other file.
   check_error(parsing(R"({"measured": {"file": "tilt.csv"}})"), {"my.json", "'measured.file' names a file"});
@@ -336,7 +336,7 @@ TEST_CASE("JSON input is bounded, and each key occurs once") {
   const std::string deep = std::string(100'000, '[') + std::string(100'000, ']');
   check_error([&] { sim::protocol_from_json("{\"name\": " + deep + "}", "p.json"); }, {"p.json", "deeper than 32"});
   check_error([] { sim::protocol_from_json(R"({"sequence": {"cycles": 1, "cycles": 2}})", "p.json"); },
-              {"p.json", "'cycles' stands twice"});
+              {"p.json", "'cycles' is repeated"});
 }
 
 TEST_CASE("an unknown key is shown with its beginning, and each known one once") {

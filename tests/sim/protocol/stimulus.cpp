@@ -245,12 +245,12 @@ TEST_CASE("stimuli: every bound") {
       {"raised_cosines moves: has 10001 entries", with(cosines(), [](auto& c) { c.moves.resize(10'001); })},
       {"raised_cosines moves[0] start_s", with(cosines(), [](auto& c) { c.moves[0].start_s = -0.1; })},
       {"raised_cosines moves[0] start_s", with(cosines(), [](auto& c) { c.moves[0].start_s = 0.0005; })},
-      {"raised_cosines moves[1] start_s: is 2.99, before the move before it has ended",
+      {"raised_cosines moves[1] start_s: is 2.99, before the previous move ends",
        with(cosines(), [](auto& c) { c.moves[1].start_s = 2.99; })},
       {"raised_cosines moves[1] duration_s", with(cosines(), [](auto& c) { c.moves[1].duration_s = 0.099; })},
       {"raised_cosines moves[1] duration_s", with(cosines(), [](auto& c) { c.moves[1].duration_s = 0.5005; })},
       {"raised_cosines moves[1] duration_s", with(cosines(), [](auto& c) { c.moves[1].duration_s = not_a_number; })},
-      {"raised_cosines moves[3] duration_s: lets it end after",
+      {"raised_cosines moves[3] duration_s: ends the move after",
        with(cosines(), [](auto& c) { c.moves[3].duration_s = 2.001; })},
       {"raised_cosines moves[0] amplitude_deg: is 0", with(cosines(), [](auto& c) { c.moves[0].amplitude_deg = 0.0; })},
       {"raised_cosines moves[0] amplitude_deg", with(cosines(), [](auto& c) { c.moves[0].amplitude_deg = -45.5; })},
@@ -311,7 +311,7 @@ TEST_CASE("Experiment: equal ones; kinds, and everything in them, count") {
 
 TEST_CASE("Protocol::sequence: only of a sequence") {
   Protocol protocol = playing(sines());
-  CHECK_THROWS_WITH_AS(protocol.sequence(), doctest::Contains("another stimulus"), decid::Error);
+  CHECK_THROWS_WITH_AS(protocol.sequence(), doctest::Contains("does not play a ternary sequence"), decid::Error);
   const Protocol& constant = protocol;
   CHECK_THROWS_AS(constant.sequence(), decid::Error);
 }
