@@ -18,14 +18,14 @@ Json values_json(const sim::Parameters& values) {
   return std::vector<double>(values.begin(), values.end());
 }
 
-/// `count` of them; anything else is an exception of the JSON library's, as a missing key is.
+/// Reads `count` values. Throws the JSON library's exception for anything else, as for a missing key.
 sim::Parameters values_from(const Json& json, std::size_t count) {
   sim::Parameters values(count);
   for (std::size_t p = 0; p < count; ++p) values[p] = json.at(p).get<double>();
   return values;
 }
 
-/// The settings in a file, as they are written today: the protocol says the noise's period.
+/// Returns the settings in a file in today's form, in which the protocol has the noise's period.
 Json settings_of(const Json& calibration, const std::string& file) {
   Json settings = calibration.at("settings");
   Json& protocol = settings.at("protocol");
@@ -33,14 +33,14 @@ Json settings_of(const Json& calibration, const std::string& file) {
   return settings;
 }
 
-/// A setting for a message: texts of JSON that are long lose their middle.
+/// Returns a setting for a message. Shortens long JSON text in the middle.
 std::string shown(const Json& value) {
   constexpr std::size_t most = 40;
   const std::string text = print_json(value);
   return text.size() <= most ? text : text.substr(0, most / 2) + "..." + text.substr(text.size() - most / 4);
 }
 
-/// "seed is 9, and was 90" of the first value that differs; empty if none does. `name`: of the value.
+/// Returns "seed is 9, and was 90" for the first value that differs; empty if none differs. `name`: the value's name.
 std::string first_difference(const Json& earlier, const Json& now, const std::string& name) {
   if (earlier == now) return {};
   if (!earlier.is_object() || !now.is_object()) return name + " is " + shown(now) + ", and was " + shown(earlier);

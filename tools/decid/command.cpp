@@ -46,12 +46,12 @@ Format format_of(Written written) {
   return {"", ""};
 }
 
-/// Endings that programs and people know; any other one may be given to any format.
+/// File endings that programs and people know. Any other ending is valid for every format.
 constexpr const char* known_endings[] = {".csv",  ".tsv",         ".json", ".npz", ".npy", ".mat",  ".html",
                                          ".htm",  ".svg",         ".png",  ".pdf", ".xls", ".xlsx", ".bin",
                                          ".hdf5", ".safetensors", ".onnx", ".c",   ".h",   ".c3d"};
 
-/// Of the name of what is written; empty: nothing.
+/// Returns the error in an output's name; empty if the name is valid.
 std::string what_is_wrong(const std::string& name, Written written) {
   if (name == "-") return "'-' is no file; commands that have --json print their results with it";
   const std::filesystem::path path(name);
@@ -121,7 +121,7 @@ Option add_output_option(const Command& command, const std::string& names, std::
 
 void make_output_folder(const std::filesystem::path& folder) {
   namespace fs = std::filesystem;
-  // Without a slash at its end, after which there is no name.
+  // Remove a slash at the end, because no file name follows it.
   const fs::path path = folder.filename().empty() ? folder.parent_path() : folder;
   std::error_code error;
   if (fs::is_directory(path, error)) return;

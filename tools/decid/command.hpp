@@ -1,4 +1,4 @@
-// What the subcommands share: options that all have, and the functions that add each command to the program.
+// Options that all subcommands share, and the functions that add each command to the program.
 #pragma once
 
 #include <cstdint>
@@ -19,45 +19,48 @@ struct CommonOptions {
 
 /// Adds --threads, --quiet and, for commands that print figures, --json.
 void add_common_options(const Command& command, CommonOptions& options, bool prints_figures);
-/// Applies --threads. Of several ranks only rank 0 says anything.
+/// Applies --threads. With several ranks, only rank 0 prints.
 void apply(CommonOptions& options);
 
-/// --protocol and --sensor-noise of the commands that simulate many trials.
+/// The options --protocol and --sensor-noise of the commands that simulate many trials.
 struct ProtocolOptions {
   std::string name = "default";
   std::vector<double> sensor_noise_deg;  ///< one level, or a range; empty: the protocol's own
 
-  /// As read_protocol().
+  /// Loads the protocol as read_protocol() does.
   sim::Protocol load(bool quiet, std::vector<std::string>* files = nullptr) const;
 };
 void add_protocol_options(const Command& command, ProtocolOptions& options);
-/// The protocol of a name or file. Prints on standard error what was left out of a measured tilt's file, unless
-/// `quiet`. files, unless null: gets the files that were read.
+/// Returns the protocol with this name or from this file. Prints on standard error which parts of a measured tilt's
+/// file it left out, unless `quiet`. files: receives the names of the files that were read, unless null.
 sim::Protocol read_protocol(const std::string& name, bool quiet, std::vector<std::string>* files = nullptr);
 
-/// --seed, from 0 to 2^64 - 1.
+/// Adds --seed, from 0 to 2^64 - 1.
 void add_seed_option(const Command& command, std::uint64_t& seed, const std::string& description);
 
-/// What a command writes under a name that it is given.
+/// The format of an output file, or a folder.
 enum class Written { json, csv, npz, html, svg, safetensors, onnx, samples, folder };
 
-/// `names`: "-o,--output", or of what is written besides. Refuses a name that ends like another format, which readers
-/// would take it for, a folder where a file is written, and "-": nothing else stands for standard output either.
+/// Adds the option `names`: "-o,--output", or the option of another output file. Rejects a name with the ending of
+/// another format, because readers would take the file for that format. Rejects a folder where the command writes a
+/// file. Rejects "-", because no output option accepts it for standard output.
 Option add_output_option(const Command& command, const std::string& names, std::string& output, Written written,
                          const std::string& description);
 
-/// The folder that is written to, made if it is missing. Throws Error if it is something else or cannot be made: the
-/// folder that it lies in must be there, as for a file.
+/// Creates the output folder if it is missing. Throws Error if the path is not a folder or decid cannot create it. The
+/// parent folder must exist, as for a file.
 void make_output_folder(const std::filesystem::path& folder);
 
-/// Returns what a name leads to, links followed. A pipe ("/dev/fd/63") leads to no place: its name is returned.
+/// Returns the path to which a name leads, with links followed. A pipe ("/dev/fd/63") leads to no path: returns its
+/// name.
 std::filesystem::path place_of(const std::filesystem::path& name);
 
-/// Throws Error if `output` is one of `others`, files that are read or written too and would be lost. Empty names are
-/// ignored.
+/// Throws Error if `output` is one of `others`: files that the command also reads or writes and that would be lost.
+/// Ignores empty names.
 void refuse_same_file(const std::string& output, const std::vector<std::string>& others);
 
-/// Each adds one subcommand whose callback does the work. Bad input: Error. Anything else: any other exception.
+/// Each function adds one subcommand whose callback does the work. The callback throws Error for bad input and any
+/// other exception for other failures.
 void add_simulate(const Command& program);
 void add_stimulus(const Command& program);
 void add_dataset(const Command& program);

@@ -17,7 +17,7 @@ constexpr std::string_view magic = "decid fit journal 2\n";
 constexpr std::size_t hash_size = 64;
 constexpr std::size_t front_size = sizeof(std::uint64_t) + hash_size;
 
-/// The text of the entry that `content` begins with, if it is whole.
+/// Returns the text of the entry at the beginning of `content`, if the entry is complete.
 std::optional<std::string_view> entry_of(std::string_view content) {
   std::uint64_t size = 0;
   if (content.size() < front_size) return std::nullopt;
@@ -59,7 +59,7 @@ void FitJournal::read(const std::string& settings) {
   while (const std::optional<std::string_view> text = entry_of(rest)) {
     if (is_first && *text != settings)
       throw Error(file_.path().string(), "is of other settings",
-                  "give the options of the call that wrote it, or leave out --resume to begin anew");
+                  "give the options of the call that wrote it, or leave out --resume to start again");
     try {
       if (!is_first) {
         Entry entry = from_bytes<Entry>(*text);

@@ -1,7 +1,7 @@
-// The journal of a fit of many recordings, beside its output: what is done, so that a later call can go on after a
-// kill. Form: "decid fit journal 2\n", then entries of a length, the SHA-256 of the text, and the text; the first says
-// of which call it is, each other has a recording. An entry that is cut off or damaged, and what follows it, counts as
-// not written.
+// The journal of a fit of many recordings, in a file beside the output. It holds the results so far, so that a later
+// call can resume after a kill. Form: "decid fit journal 2\n", then entries: a length, the SHA-256 of the text, and
+// the text. The first entry identifies the call; each other entry holds a recording. A truncated or damaged entry, and
+// all entries after it, count as not written.
 #pragma once
 
 #include <map>
@@ -15,15 +15,16 @@ namespace decid::tools {
 
 class FitJournal {
  public:
-  /// settings: what must be the same for its results to be those of this call. resume: keeps what is there; else it
-  /// begins empty. Throws Error if another process writes it, or if it is of other settings.
+  /// Opens the journal. settings: the settings that its results must share with this call. resume: keeps the existing
+  /// results; otherwise the journal begins empty. Throws Error if another process writes it, or if it has other
+  /// settings.
   FitJournal(const std::filesystem::path& path, const std::string& settings, bool resume);
 
-  /// Returns a hash of the recording's name and its file's content; empty if that cannot be read.
+  /// Returns a hash of the recording's name and its file's content; empty if the file cannot be read.
   static std::string key(const RecordingSource& recording);
-  /// Returns nothing if it is not there.
+  /// Returns nothing if the journal does not have this recording.
   std::optional<RecordingResult> find(const std::string& key) const;
-  /// On the disk when it returns.
+  /// Adds a result. The result is on the disk when the function returns.
   void append(const std::string& key, const RecordingResult& result);
   void remove();
 

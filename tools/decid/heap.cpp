@@ -22,20 +22,21 @@ void prepare_heap() {
   constexpr std::uintptr_t page = 2 << 20, least = 256 << 10, small_page = 4 << 10;
   mallopt(M_MMAP_THRESHOLD, block);
   mallopt(M_TRIM_THRESHOLD, large + 2 * block);
-  // Eight cores share a heap, as only the first one has large pages: small blocks a thread keeps for itself, and of
-  // large ones it takes a few hundred for a recording, so that they seldom wait for each other.
+  // Eight cores share a heap, because only the first heap has large pages. Each thread caches small blocks itself. A
+  // recording takes a few hundred large blocks, so threads seldom wait for each other.
   mallopt(M_ARENA_MAX, static_cast<int>(std::max(1L, sysconf(_SC_NPROCESSORS_ONLN) / 8)));
   char* const begin = static_cast<char*>(sbrk(0));  // the heap's end
   const std::uintptr_t to_page = page - reinterpret_cast<std::uintptr_t>(begin) % page;
   char* const first = begin + (to_page < least ? to_page + page : to_page);
-  // What lies before the first large page stays unused, as it would be touched 4 KB at a time. It is more than is left
-  // of the heap, which grows by it and by `large`, and ends before that page, which nothing has touched yet: pages that
-  // hold a small one are not made large. volatile, or no compiler would ask for what is not used.
+  // Memory before the first large page stays unused, because it would be touched 4 KB at a time. The allocation is
+  // larger than the rest of the heap, so the heap grows by the allocation and by `large`. It ends before the first
+  // large page, which nothing has touched yet: the system does not enlarge a page that contains a touched small page.
+  // Without volatile, the compiler could remove the unused allocation.
   mallopt(M_TOP_PAD, large);
   void* volatile unused = std::malloc(static_cast<std::size_t>(first - begin) - small_page);
   mallopt(M_TOP_PAD, 1 << 20);
   char* const end = static_cast<char*>(sbrk(0));
-  // A refusal changes nothing but the time it takes.
+  // A failure costs only time.
   if (unused != nullptr && first + page <= end)
     static_cast<void>(madvise(first, static_cast<std::size_t>(end - first) / page * page, MADV_HUGEPAGE));
 #endif

@@ -1,10 +1,10 @@
-// How the program takes memory.
+// Configures how the program allocates memory.
 #pragma once
 
 namespace decid::tools {
 
-/// Before anything is allocated: the heap begins with large pages where the system has them, and keeps what is freed
-/// for what comes next. The libraries leave the heap to whoever uses them.
+/// Configures the heap; call it before the first allocation. The heap begins with large pages where the system has
+/// them, and keeps freed memory for later allocations. The libraries leave the heap to the calling program.
 void prepare_heap();
 
 }  // namespace decid::tools

@@ -1,5 +1,5 @@
-// The command line program. Exit codes: 0 done, 2 wrong usage or bad input (one line on stderr), 1 anything else; it
-// ends by Ctrl-C and SIGTERM (130 and 143 in a shell).
+// The command line program. Exit codes: 0 for success, 2 for wrong usage or bad input (one line on stderr), 1 for
+// anything else. Ctrl-C and SIGTERM end it by the signal (130 and 143 in a shell).
 #include <unistd.h>
 
 #include <algorithm>
@@ -42,7 +42,7 @@ constexpr std::string_view no_memory =
   }
 }
 
-/// Refuses empty arguments: a shell makes them of variables that are not set, and no option means anything by them.
+/// Rejects empty arguments: a shell makes them from unset variables, and no option gives them a meaning.
 void refuse_empty(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
@@ -53,7 +53,7 @@ void refuse_empty(int argc, char** argv) {
   }
 }
 
-/// The option that a setting of the library is here.
+/// Returns the command line option that corresponds to a setting of the library.
 std::string option_of(std::string_view setting) {
   if (setting == "learning_rate") return "--lr";
   if (setting == "trial_column") return "--trial";

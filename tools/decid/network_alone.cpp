@@ -1,4 +1,4 @@
-// A file that is a network alone: see network_alone.hpp.
+// Reads a file that holds only a network: see network_alone.hpp.
 #include "tools/decid/network_alone.hpp"
 
 #include "base/error.hpp"
@@ -7,7 +7,7 @@
 namespace decid::tools {
 namespace {
 
-/// Nothing if it is not safetensors.
+/// Returns nothing if the file is not safetensors.
 std::optional<nn::TensorFile> tensors_of(const std::string& path) {
   try {
     return nn::from_safetensors(read_file(path), path);

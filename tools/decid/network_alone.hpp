@@ -1,4 +1,4 @@
-// A file that is a network alone, as nn::write_network makes it, where a command would take a model.
+// Reads a file that holds only a network, as nn::write_network makes it, where a command would take a model.
 #pragma once
 
 #include <optional>
@@ -14,8 +14,8 @@ struct NetworkAlone {
   std::vector<std::string> skipped;  ///< tensors that no layer has, with their types
 };
 
-/// Returns nothing for an empty path and for a file that holds no network alone; what reads models says what is wrong
-/// with the latter. Throws Error for a network that is damaged.
+/// Returns nothing for an empty path and for a file that does not hold only a network; the model reader then reports
+/// the error. Throws Error for a damaged network.
 std::optional<NetworkAlone> network_alone(const std::string& path);
 
 }  // namespace decid::tools

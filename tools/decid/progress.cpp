@@ -15,7 +15,7 @@ namespace decid::tools {
 
 namespace {
 
-/// Of UTF-8: bytes that do not continue a character.
+/// Returns the number of UTF-8 characters: bytes that do not continue a character.
 std::size_t characters(const std::string& text) {
   return static_cast<std::size_t>(
       std::ranges::count_if(text, [](char byte) { return (static_cast<unsigned char>(byte) & 0xc0) != 0x80; }));

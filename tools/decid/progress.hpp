@@ -7,25 +7,26 @@
 
 namespace decid::tools {
 
-/// A curve of one character a value, ▁ to █, from the least to the largest, on a logarithmic scale if all are positive;
-/// of more than `most` values the last ones.
+/// Returns a curve with one character per value, ▁ to █, from the smallest to the largest value. The scale is
+/// logarithmic if all values are positive. Shows only the last `most` values.
 std::string curve(std::span<const double> values, std::size_t most = 24);
 
 class ProgressBar {
  public:
-  /// `what` names the work, `unit` what is counted ("trials"). What follows counts in parts, so many of which are one.
+  /// Starts a bar. `what` names the work, `unit` the counted items ("trials"). The other functions count in parts;
+  /// `parts` of them make one item.
   ProgressBar(std::string what, std::string unit, long long total, bool quiet, int parts = 1);
   ~ProgressBar();
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// `done` are there already: rate and time left are counted from now.
+  /// Continues from `done` finished parts: rate and time left count from now.
   void go_on_from(long long done);
-  /// Whether there is a bar.
+  /// Returns true if the progress is a bar on a terminal.
   bool terminal() const { return terminal_; }
-  /// note: how the work stands besides.
+  /// Updates the progress. note: text about the state of the work, shown after the figures.
   void update(long long done, const std::string& note = {});
-  /// A line of its own, kept on the screen.
+  /// Prints a line that stays on the screen.
   void line(const std::string& text);
 
  private:

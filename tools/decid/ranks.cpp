@@ -35,21 +35,22 @@ namespace {
 /// Commands that all ranks work on.
 constexpr const char* shared_commands[] = {"train", "dataset",   "evaluate", "identify",
                                            "fit",   "calibrate", "compare",  "selftest"};
-/// Options that name what is written, at rank 0.
+/// Options that name the output files, which rank 0 writes.
 constexpr const char* output_options[] = {"-o", "--output", "--report", "--table", "--draws", "--figure"};
 
 #ifdef DECID_MPI
 std::unique_ptr<mpi::World> world;
 #endif
 
-/// Takes what ranks other than 0 would print.
+/// Discards the output of ranks other than 0.
 class Nowhere : public std::streambuf {
   int overflow(int byte) override { return traits_type::not_eof(byte); }
   std::streamsize xsputn(const char*, std::streamsize count) override { return count; }
 };
 Nowhere nowhere;
 
-/// Of a file that is read: its size and the SHA-256 of its ends, which hold all of most files; empty for anything else.
+/// Returns the size of an input file and the SHA-256 of its ends, which cover most files completely; empty for anything
+/// else.
 std::string digest(const std::string& path) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored)) return {};
@@ -166,7 +167,7 @@ void Session::require_alike() const {
   std::string all;
   for (const std::string& argument : arguments) all += (all.empty() ? "" : " ") + argument;
   require_same("the command", all, "start all ranks with one command");
-  bool written = false;  // the argument is what is written
+  bool written = false;  // the argument names an output
   for (const std::string& argument : arguments) {
     if (!written && !argument.starts_with("-"))
       require_same(argument, digest(argument), "give all hosts the same file");
@@ -196,8 +197,8 @@ int Session::end(int code, const std::string& text, void (*say)(const std::strin
 
 namespace {
 
-/// From a worker: nothing, when it is free; or an item's number and its result. To a worker: first and last, equal to
-/// send it home.
+/// Returns the bytes of a message. A worker sends nothing when it is free, or an item's number and its result. A worker
+/// receives first and last; equal numbers end its work.
 std::string message_of(std::uint64_t number, const std::string& rest) {
   std::string bytes(sizeof(number), '\0');
   std::memcpy(bytes.data(), &number, sizeof(number));
@@ -208,7 +209,7 @@ std::uint64_t number_in(const std::string& bytes, std::size_t place = 0) {
   std::memcpy(&number, bytes.data() + place, sizeof(number));
   return number;
 }
-constexpr std::uint64_t no_item = ~std::uint64_t{0};  // its sender was told to stop
+constexpr std::uint64_t no_item = ~std::uint64_t{0};  // its sender has to stop
 
 using Work = std::function<void(std::size_t first, std::size_t last, const detail::GiveBytes& give)>;
 
@@ -220,7 +221,7 @@ void serve(Communicator& group, const Work& work, const std::function<bool()>& s
     const std::uint64_t first = number_in(order->bytes), last = number_in(order->bytes, sizeof(first));
     if (first == last) return;
     std::mutex mutex;
-    std::vector<std::string> given;  // this thread alone speaks with MPI
+    std::vector<std::string> given;  // only this thread calls MPI
     work(static_cast<std::size_t>(first), static_cast<std::size_t>(last), [&](std::size_t item, std::string bytes) {
       const std::lock_guard lock(mutex);
       given.push_back(message_of(item, bytes));
@@ -230,8 +231,8 @@ void serve(Communicator& group, const Work& work, const std::function<bool()>& s
   }
 }
 
-/// Rank 0's own work goes on in a thread of its own, while its main thread, which alone speaks with MPI, serves the
-/// others.
+/// Distributes the work at rank 0. Rank 0 works in a separate thread, while its main thread serves the other ranks;
+/// only the main thread calls MPI.
 class Giver {
  public:
   Giver(std::size_t count, std::size_t at_once) : count_(count), at_once_(std::max<std::size_t>(at_once, 1)) {}
@@ -256,7 +257,7 @@ class Giver {
     return std::exchange(done_, {});
   }
 
-  /// Until nothing is left; the thread's body.
+  /// Works until no item is left; the thread's body.
   void work_alone(const Work& work) {
     for (RankRange range = next(); range.count() > 0; range = next()) {
       std::atomic<std::size_t> given{0};

@@ -1,6 +1,6 @@
-// The processes that mpirun or srun has started for one call: which command they share, what they must have in common,
-// and how work is given out among them. Rank 0 alone reads answers together, prints and writes; without MPI there is
-// only it.
+// The processes that mpirun or srun started for one call: which commands they share, which settings they must have in
+// common, and how they divide the work. Only rank 0 merges answers, prints and writes. Without MPI there is only rank
+// 0.
 #pragma once
 
 #include <cstddef>
@@ -15,33 +15,35 @@
 
 namespace decid::tools {
 
-/// Null: this process works alone.
+/// Returns null if this is the only process.
 Communicator* ranks();
-/// Prints and writes.
+/// Returns true at the rank that prints and writes.
 bool is_root();
-/// Threads that a process has if nobody says: all processors, or its part of them if other ranks run on the same.
+/// Sets the default number of threads of a process: all processors, or a part of them if other ranks run on the same
+/// machine.
 void share_processors();
 
-/// Throws Error, naming the ranks, unless all have the same text.
+/// Throws Error, naming the ranks, unless all ranks have the same text.
 void require_same(const std::string& what, const std::string& text, const std::string& remedy);
-/// Name and size of each file, for require_same().
+/// Returns the name and size of each file, for require_same().
 std::string listed(const std::vector<std::string>& files);
 
-/// From the first to the last statement of main().
+/// Connects the ranks; lives from the first to the last statement of main().
 class Session {
  public:
-  /// Joins the others, if there are any.
+  /// Joins the other ranks, if there are any.
   Session(int argc, char** argv);
   ~Session();
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  /// Looks whether all have been started alike, as require_same() does: this decid, these arguments, the files that
-  /// they name for reading. Says so if instruction sets differ, unless --quiet is among the arguments.
+  /// Checks that all ranks were started alike, as require_same() does: this decid, these arguments, and the files that
+  /// the arguments name for reading. Prints a message if instruction sets differ, unless --quiet is among the
+  /// arguments.
   void require_alike() const;
-  /// False: rank 0 does all there is to do, as this command is not shared.
+  /// Returns false if rank 0 does all the work, because the ranks do not share this command.
   bool takes_part() const;
-  /// The exit code of all ranks together; the text of one that failed is said once.
+  /// Returns the common exit code of all ranks. Prints the error text of a failed rank once.
   int end(int code, const std::string& text, void (*say)(const std::string&));
 
  private:
@@ -49,28 +51,28 @@ class Session {
   char** argv_;
 };
 
-/// Returns rank 0's value at all.
+/// Returns rank 0's value at all ranks.
 template <class Value>
 Value broadcast_value(Value value) {
   return ranks() == nullptr ? value : from_bytes<Value>(broadcast_text(*ranks(), to_bytes(value)));
 }
 
-/// Hands over the value of an item; from any thread.
+/// Receives the value of an item; any thread may call it.
 template <class Value>
 using Give = std::function<void(std::size_t item, Value value)>;
 
-/// Gives out items 0 .. count - 1 to the ranks as they become free, up to `at_once` at a time. work(first, last, give):
-/// gives the value of each of these once, in any order, or of fewer if it is to stop; called by each rank in a thread
-/// that may be another than the caller's. take(item, value): called at rank 0, by one thread at a time, as they come.
-/// Every rank makes this call. stop: asked at every rank. Returns false at all if the work was stopped. Values travel
-/// as bytes (base/archive.hpp); a process alone moves them.
+/// Distributes items 0 .. count - 1 to the ranks as they become free, up to `at_once` at a time. Every rank calls this
+/// function. work(first, last, give): calls give once for each of these items, in any order, or for fewer if it has to
+/// stop. Each rank calls work in a thread that may differ from the caller's. take(item, value): rank 0 calls it as
+/// values arrive, from one thread at a time. stop: every rank calls it. Returns false at all ranks if the work was
+/// stopped. Values travel as bytes (base/archive.hpp); a single process moves them.
 template <class Value>
 bool share_out(std::size_t count, std::size_t at_once,
                const std::function<void(std::size_t first, std::size_t last, const Give<Value>& give)>& work,
                const Give<Value>& take, const std::function<bool()>& stop);
 
 namespace detail {
-/// The same for one process, and for bytes among several.
+/// Does the same for one process, and for bytes among several processes.
 bool work_alone(std::size_t count, std::size_t at_once,
                 const std::function<void(std::size_t first, std::size_t last)>& work,
                 const std::function<bool()>& stop);

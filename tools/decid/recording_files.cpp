@@ -63,7 +63,7 @@ bool has_any_folders(const fs::path& pattern) {
   return std::ranges::find(pattern, fs::path(any_folders)) != pattern.end();
 }
 
-/// In order; nothing if there is none.
+/// Returns the matches in order; nothing if there is none.
 std::vector<std::string> matches_of(const std::string& pattern) {
   glob_t result{};
   std::vector<std::string> found;
@@ -76,10 +76,10 @@ std::vector<std::string> matches_of(const std::string& pattern) {
 /// Looks for recordings in folders, and counts what it leaves out.
 class Search {
  public:
-  /// `used`: files that the call reads or writes otherwise.
+  /// Creates the search. `used`: files that the call reads or writes for other purposes.
   Search(bool recursive, std::vector<fs::path> used) : recursive_(recursive), used_(std::move(used)) {}
 
-  /// In the order of their names.
+  /// Returns the files of a folder in the order of their names.
   std::vector<std::string> files_in(const std::string& folder) {
     std::vector<std::string> found;
     visit_files(folder, recursive_, [&](const fs::path& path) {
@@ -144,7 +144,7 @@ class Search {
     if (error) throw Error(folder, "cannot be read: " + error.message(), "check the permissions of the folder");
   }
 
-  /// What a pattern with "**" stands for.
+  /// Returns the files that match a pattern with "**".
   std::vector<std::string> files_beneath(const fs::path& pattern) {
     fs::path folder;
     for (const fs::path& part : pattern) {

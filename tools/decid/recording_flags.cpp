@@ -12,7 +12,7 @@
 namespace decid::tools {
 namespace {
 
-/// What --tilt-column and --trial say to have none.
+/// The value of --tilt-column and --trial for none.
 constexpr const char* no_column = "none";
 
 std::optional<recording::Unit> unit_of(const std::string& name) {

@@ -11,17 +11,17 @@
 
 namespace decid::tools {
 
-/// What --mass and --height say.
+/// The values of --mass and --height.
 struct BodyFlags {
   std::optional<double> mass_kg, height_m;
 
-  /// The subject's, if they were given. Throws Error if one stands alone.
+  /// Returns the subject's body, if both values were given. Throws Error if only one was given.
   std::optional<sim::Body> body() const;
 };
-/// --mass and --height.
+/// Adds --mass and --height.
 void add_body_options(const Command& command, BodyFlags& flags);
 
-/// The options themselves.
+/// The values of the options.
 struct RecordingFlags : BodyFlags {
   std::vector<std::string> files;
   std::string column, unit, truth, tilt_column, tilt_unit, invert, detrend = "none";
@@ -32,35 +32,35 @@ struct RecordingFlags : BodyFlags {
   double fill_gaps = 0.0;
   std::optional<double> missing;
 
-  std::vector<RecordingSource> sources;  ///< of the files, once they are found
+  std::vector<RecordingSource> sources;  ///< the recordings in the files, once they are found
 
-  /// Replaces `files` by what they stand for (recording_files.hpp), except `others`. Says on standard error what is
-  /// left out, unless `quiet`.
+  /// Replaces `files` by the files for which they stand (recording_files.hpp), except `others`. Prints on standard
+  /// error which files it left out, unless `quiet`.
   void find_files(const std::vector<std::string>& others, bool quiet);
-  /// Finds the recordings that the files hold, as find_files(); `files` are their names then.
+  /// Finds the recordings in the files, as find_files() finds files; `files` are then their names.
   void find_sources(const std::vector<std::string>& others, bool quiet);
-  /// The files of the recordings, each once.
+  /// Returns the files of the recordings, each once.
   std::vector<std::string> distinct_files() const;
   /// Throws Error for options that contradict each other.
   ReadOptions read_options() const;
-  /// Those of --truth, if it was given. Throws Error for others than the table's.
+  /// Returns the parameters of --truth, if it was given. Throws Error for parameters that are not in the table.
   std::optional<sim::Parameters> known(const sim::ParameterTable& table) const;
 };
-/// How recordings are read: all options that their errors and warnings advise.
+/// Adds the options that control how recordings are read: all that errors and warnings of reading advise.
 void add_reading_options(const Command& command, RecordingFlags& flags);
 inline constexpr const char* reading_options[] = {
     "--column", "--unit",        "--com-height", "--leg",    "--trunk",  "--hip",     "--shoulder",
     "--ankle",  "--skip-lines",  "--section",    "--trial",  "--rate",   "--missing", "--fill-gaps",
     "--begin",  "--tilt-column", "--tilt-unit",  "--invert", "--detrend"};
-/// The recordings themselves, which need not be given, and those options.
+/// Adds the argument for the recordings, which is optional, and the reading options.
 Option add_recording_flags(const Command& command, RecordingFlags& flags);
-/// --truth, of the commands that show estimates.
+/// Adds --truth, an option of the commands that show estimates.
 void add_truth_option(const Command& command, RecordingFlags& flags);
 
-/// Throws the error of a single recording; several are kept, each with its own.
+/// Throws the error of a single recording. With several recordings, each keeps its own error.
 void refuse_alone(const std::vector<RecordingResult>& all);
-/// To be called when all is written: prints a line on standard error for each that could not be used, then throws
-/// Error if there is one.
+/// Prints a line on standard error for each recording that could not be used, then throws Error if there is one. Call
+/// it after all output is written.
 void tell_errors(const std::string& command, const std::vector<RecordingResult>& all);
 
 }  // namespace decid::tools

@@ -1,4 +1,4 @@
-// What `decid compare` prints and shows of a comparison of methods.
+// The output of `decid compare` on a comparison of methods: JSON, text and page.
 #pragma once
 
 #include <string>
@@ -12,12 +12,12 @@ namespace decid::tools {
 /// methods: for each name, description, mse, mse_standard_error, mse_per_parameter, error_per_standard_error (or null),
 /// simulations, seconds (both a trial).
 Json comparison_json(const ComparisonFigures& figures);
-/// The same as a Markdown table, a line for each method.
+/// Returns the same as a Markdown table, with one line per method.
 std::string comparison_text(const ComparisonFigures& figures);
 /// Reads the JSON file that `decid compare -o` wrote; protocol: of the model, which says what the file does not. Throws
 /// Error if it is not one, of its parameters.
 ComparisonFigures read_comparison(const std::string& file, const sim::Protocol& protocol);
-/// The page, self-contained.
+/// Returns the self-contained page.
 std::string comparison_html(const ComparisonFigures& figures);
 
 }  // namespace decid::tools

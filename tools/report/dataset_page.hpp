@@ -1,5 +1,5 @@
-// What `decid dataset` reports on the set it made: the paper's table and its histogram of amplitudes, as JSON and as a
-// page like that of `decid identify`.
+// The report of `decid dataset` on its set: the paper's table and its histogram of amplitudes, as JSON and as a page
+// like the page of `decid identify`.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ struct DatasetFigures {
 /// (over N), min, max and the counts of the equal bins from low to high. Without children both are the same.
 Json dataset_json(const DatasetFigures& figures);
 
-/// The page, self-contained, the same for the same data set.
+/// Returns the self-contained page. The same data set gives the same page.
 std::string dataset_html(const DatasetFigures& figures);
 
 }  // namespace decid::tools

@@ -82,7 +82,7 @@ Json draws_of(const Posterior& found, std::size_t parameters) {
           {"values", std::move(values)}};
 }
 
-/// How many of each chain's draws are in each part of all draws, in order of size.
+/// Counts the draws of each chain in each part of all draws, in order of size.
 Json ranks_of(const Posterior& found, std::size_t parameters) {
   const auto draws = static_cast<std::size_t>(found.draws()), each = static_cast<std::size_t>(found.draws_per_chain());
   Json list = Json::array();
@@ -248,8 +248,8 @@ std::string fit_page(const Report& report) {
     data["recordings"].push_back(taken(recording, {"file", "trust", "parameters", "diagnostics"}));
   return page_html(
       {.title = "Posterior of posture control",
-       .lead = "What recordings of body sway on a tilting platform say about the controller behind them, and "
-               "how sure that is.",
+       .lead = "The controller's parameters, estimated from recordings of body sway on a tilting platform, and "
+               "their uncertainty.",
        .script = std::string(embedded::recordings_js()) + std::string(embedded::density_js()) +
                  std::string(embedded::fit_js()),
        .style = std::string(embedded::density_css()) + std::string(embedded::fit_css()),

@@ -7,12 +7,13 @@
 namespace decid::tools {
 
 /// Gain and phase with the limits of the 95% circle about the response: gain -+ radius (not below 0), phase -+
-/// asin(radius / gain). NaN where the circle is unknown, and for a phase's limits where it holds the origin.
+/// asin(radius / gain). The limits are NaN where the circle is unknown; the phase's limits also where the circle
+/// contains the origin.
 struct Bode {
   double gain, gain_low, gain_high;
   double phase_deg, phase_low_deg, phase_high_deg;
 };
-/// near_deg: the phase is given within 180 degrees of it.
+/// Returns the figures of a point, with the phase within 180 degrees of near_deg.
 Bode bode(const sim::FrfPoint& point, double near_deg);
 
 /// Arrays, an entry a band; null where a figure is not known.

@@ -42,7 +42,7 @@ std::string detail_blocks(const std::vector<Json>& details) {
   return blocks;
 }
 
-/// What a policy calls a script: 'sha256-' and its hash in base 64.
+/// Returns the name of a script in a content security policy: 'sha256-' and its hash in base 64.
 std::string script_hash(std::string_view script) {
   const std::string digits = sha256(script);
   std::string bytes;

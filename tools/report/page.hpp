@@ -16,18 +16,18 @@ namespace decid::tools {
 struct Page {
   std::string_view title, lead, script;
   std::string_view style = {};  ///< added to page.css
-  /// Of each recording what its part of the page alone shows: a block of its own, which is read when that is opened.
-  /// The rest, for tables of all recordings, is in `data`.
+  /// The details of each recording, which only its part of the page shows. Each is a separate block, which the page
+  /// reads when the user opens that part. `data` has the rest, for tables of all recordings.
   std::vector<Json> details = {};
 };
 
-/// Every string in `data` is escaped. Deterministic: no dates, no random ids.
+/// Returns the page. Escapes every string in `data`. Deterministic: no dates, no random ids.
 std::string page_html(const Page& page, const Json& data);
 
-/// Six significant digits, null if not finite: JSON has no NaN.
+/// Returns the value with six significant digits; null if it is not finite, because JSON has no NaN.
 Json page_number(double value);
 
-/// What pages say about a protocol.
+/// Returns the figures of a protocol that pages show.
 Json protocol_figures(const sim::Protocol& protocol);
 
 }  // namespace decid::tools

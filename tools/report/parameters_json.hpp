@@ -9,18 +9,18 @@
 
 namespace decid::tools {
 
-/// The number, or null if it is not finite: JSON has no NaN.
+/// Returns the number, or null if it is not finite: JSON has no NaN.
 Json number_or_null(double value);
 
-/// A list, an object a parameter: name, value, unit, "normalized" (over m g h, null where that has no meaning) and,
-/// when the truth is known, "true". number: how values are written, pages round them.
+/// Returns a list with one object per parameter: name, value, unit, "normalized" (over m g h, null where that has no
+/// meaning) and, if the truth is known, "true". number: formats the values; pages round them.
 Json parameters_json(const sim::ParameterTable& table, const sim::Parameters& parameters, double mgh,
                      const std::optional<sim::Parameters>& truth, Json (*number)(double) = number_or_null);
 
-/// A list of {"code", "severity", "text"}.
+/// Returns a list of {"code", "severity", "text"}.
 Json warnings_json(const Warnings& warnings);
 
-/// {"Kp": values[0], ...}.
+/// Returns {"Kp": values[0], ...}.
 template <class Values>
 Json by_parameter(const sim::ParameterTable& table, const Values& values) {
   Json json;
@@ -28,7 +28,7 @@ Json by_parameter(const sim::ParameterTable& table, const Values& values) {
   return json;
 }
 
-/// {"mse", "matlab_loss", "mse_per_parameter", "trials"}.
+/// Returns {"mse", "matlab_loss", "mse_per_parameter", "trials"}.
 Json evaluation_json(const sim::ParameterTable& table, const Evaluation& evaluation);
 
 }  // namespace decid::tools

@@ -16,10 +16,10 @@ namespace decid::tools {
 /// Returns {"command", "adds"} of the command that gives another answer to the report's recordings, or null.
 Json other_answer_json(const Report& report);
 
-/// Returns what is wrong with recordings that could not be used, a text each.
+/// Returns the errors of recordings that could not be used, one text per recording.
 Json errors_json(const Report& report);
 
-/// parameters_json() of its estimate, with "description", "low" and "high" of the range in `table`.
+/// Returns parameters_json() of the estimate, with "description", "low" and "high" of the range in `table`.
 Json described_parameters(const RecordingResult& recording, const sim::Protocol& protocol,
                           const sim::ParameterTable& table);
 /// Adds "mean", "sd", "interval50" and "interval90" of a quantity. Found: as in
@@ -35,7 +35,7 @@ void add_intervals(Json& json, const Found& found, int quantity) {
   json["interval50"] = interval(0.5);
   json["interval90"] = interval(0.9);
 }
-/// Below the diagonal, row by row.
+/// Returns the correlations below the diagonal, row by row.
 template <class Found>
 Json page_correlations(const Found& found, std::size_t parameters) {
   Json correlations = Json::array();
@@ -47,19 +47,20 @@ Json page_correlations(const Found& found, std::size_t parameters) {
   return correlations;
 }
 
-/// Its measured tilt: "column", "delay_s", "correlation", "gain"; null if there is none.
+/// Returns the recording's measured tilt: "column", "delay_s", "correlation", "gain"; null if there is none.
 Json tilt_to_json(const RecordingResult& recording);
 
-/// The power of ten that makes whole numbers of values whose widest excursion this is: three to four digits of it.
+/// Returns the power of ten that scales values to whole numbers of three to four digits. `widest`: their widest
+/// excursion.
 double whole_per_unit(double widest);
-/// values * per_unit, rounded; null where they are not finite.
+/// Returns values * per_unit, rounded; null where they are not finite.
 Json whole_numbers(std::span<const double> values, double per_unit);
-/// The same of a smooth curve in half the text: each is the step from the one before it that is not null, the first
-/// from 0.
+/// Does the same for a smooth curve, in half the text. Each number is the step from the previous one that is not null;
+/// the first is the step from 0.
 Json whole_steps(std::span<const double> values, double per_unit);
 
-/// Parts what a page knows of a recording: takes these keys out of `recording`, for tables of all recordings, and
-/// leaves the others, which are read when the recording is opened (Page::details).
+/// Splits the data of a recording. Takes these keys out of `recording`, for tables of all recordings. Leaves the other
+/// keys, which the page reads when the user opens the recording (Page::details).
 Json taken(Json& recording, std::initializer_list<const char*> keys);
 
 }  // namespace decid::tools

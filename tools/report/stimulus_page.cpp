@@ -127,7 +127,7 @@ std::string stimulus_html(const sim::Protocol& protocol, const std::string& vers
                   {"velocity", sampled(protocol, [&](int step) { return stimulus.rate_at(step); }).to_json()},
                   {"spectrum", spectrum_json(protocol)}};
   return page_html({.title = "Stimulus",
-                    .lead = "What the platform plays: its tilt in space, its velocity, and the frequencies it holds.",
+                    .lead = "The platform's tilt in space, its velocity, and the frequencies that it contains.",
                     .script = embedded::stimulus_js()},
                    data);
 }

@@ -306,8 +306,8 @@ std::string study_text(const Study& study) {
 std::string study_html(const Study& study, const std::vector<Figure>& figures) {
   const std::string script = std::string(embedded::method_table_js()) + std::string(embedded::study_js());
   return page_html({.title = "Study of a model",
-                    .lead = "The paper's results beside this program's, its figures drawn anew, and what the estimates "
-                            "are worth.",
+                    .lead = "The paper's results beside this program's, its figures redrawn, and the accuracy of the "
+                            "estimates.",
                     .script = script},
                    page_data(study, figures));
 }

@@ -1,4 +1,4 @@
-// What `decid study` reports beside the paper's numbers: as JSON, as a table for people, and as a page.
+// The report of `decid study` beside the paper's numbers: as JSON, as a table for people, and as a page.
 #pragma once
 
 #include <string>
@@ -27,7 +27,7 @@ inline constexpr sim::Parameters deviation{338.0956, 122.7999, 102.1054, 68.5447
 /// learning_curve, comparisons (as in comparison_page.hpp), seconds, notes, paper: the numbers it prints.
 Json study_json(const Study& study);
 
-/// Ours beside the paper's.
+/// Returns this program's numbers beside the paper's.
 std::string study_text(const Study& study);
 
 std::string study_html(const Study& study, const std::vector<Figure>& figures);

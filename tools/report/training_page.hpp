@@ -21,7 +21,7 @@ struct TrainingFigures {
   bool finished = false;
 };
 
-/// The page, self-contained, the same for the same training.
+/// Returns the self-contained page. The same training gives the same page.
 std::string training_html(const TrainingFigures& figures);
 
 }  // namespace decid::tools

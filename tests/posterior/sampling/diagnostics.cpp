@@ -68,7 +68,7 @@ TEST_CASE("effective_draws: as theory has it for autoregressions") {
 }
 
 TEST_CASE(
-    "rhat, effective_draws: figures of a few draws, by the formulas of Vehtari et al. 2021 written anew in Python") {
+    "rhat, effective_draws: figures of a few draws, by the formulas of Vehtari et al. 2021 written again in Python") {
   // Three chains of twelve: with so few, every divisor counts. The figures: diagnostics.py.
   ChainDraws mixed, slow;
   for (int c = 0; c < 3; ++c) {

@@ -33,7 +33,7 @@ TEST_CASE("the models beside it are those that docs/guide/models.md describes") 
   }
 }
 
-/// Mean over 7 z-scored parameters, exact sway.
+/// The mean squared error over 7 z-scored parameters, with noise-free sway.
 constexpr double built_in_mse = 0.20084474340069522;
 
 TEST_CASE("the built-in model's error on a fixed set of fresh trials") {
@@ -61,7 +61,7 @@ constexpr bool sanitized = true;
 constexpr bool sanitized = false;
 #endif
 
-/// Valid fresh trials of a protocol as recordings with 0.02 degrees of sensor noise.
+/// Returns valid test trials of a protocol as recordings with 0.02 degrees of measurement noise.
 std::vector<std::vector<float>> recordings_of(const sim::Protocol& protocol, int count) {
   sim::Protocol noisy = protocol.ideal();
   noisy.noise.sensor = {.low_deg = 0.02, .high_deg = 0.02};
@@ -71,7 +71,7 @@ std::vector<std::vector<float>> recordings_of(const sim::Protocol& protocol, int
   return all;
 }
 
-/// The part of the recordings that identify would warn of.
+/// Returns the fraction of the recordings that identify would flag.
 double part_unfamiliar(const Model& model, const std::vector<std::vector<float>>& recordings) {
   Identifier identifier(model);
   std::vector<recording::Trial> trials;

@@ -179,7 +179,7 @@ TEST_CASE("fit: one bad recording of several does not stop the others, and quiet
   CHECK(contains(result.err, "2 of 3 recordings failed"));
   CHECK(contains(result.out, "bad.csv: not fitted"));
   CHECK(contains(result.out, "Kp_pass"));
-  CHECK(contains(result.out, "simulated anew, two-sided p: 0.05 to 0.2 Hz "));
+  CHECK(contains(result.out, "simulated again, two-sided p: 0.05 to 0.2 Hz "));
   CHECK(contains(result.out, "the intervals may be too narrow"));  // the trial has no sensor noise
   const Json json = read_json(folder / "o.json");
   CHECK(json["body"]["assumed"] == true);

@@ -36,7 +36,7 @@ class Process {
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
 
-  /// Whether `there()` before the process ended.
+  /// Returns true if `there()` held before the process ended.
   bool reaches(const std::function<bool()>& there) {
     while (!there()) {
       if (has_ended()) return false;
@@ -45,7 +45,7 @@ class Process {
     return true;
   }
   void send(int signal) const { ::kill(number_, signal); }
-  /// The signal that it ended by; 0 if it ended otherwise.
+  /// Returns the signal that ended the process; 0 if it ended otherwise.
   int signal_of_end() {
     while (!has_ended()) wait_a_little();
     return WIFSIGNALED(status_) ? WTERMSIG(status_) : 0;

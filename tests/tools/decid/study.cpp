@@ -1,4 +1,4 @@
-// decid study: every number it says is one that another command, or its own tables, give too; its files are there.
+// decid study: another command, or the study's own tables, confirm every number. All its files exist.
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
-// The page of a fit: what it contains, that nothing from outside can become markup, that it is small and reproducible.
-// That its script draws is tests/tools/report/report_chromium.sh's part.
+// The page of a fit: its content, its escaping of text from outside, its size, and that its bytes are reproducible.
+// tests/tools/report/report_chromium.sh tests that its script draws.
 #include "tools/report/fit_page.hpp"
 
 #include <doctest/doctest.h>

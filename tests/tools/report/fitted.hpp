@@ -30,7 +30,7 @@ inline FitRequest quick_request() {
   return request;
 }
 
-/// The last recording's chains are said to disagree.
+/// Returns the report of the recordings, with the last recording's chains marked as disagreeing.
 inline Report fitted_recordings() {
   const sim::Protocol protocol = three_sines();
   const std::filesystem::path file =

@@ -1,5 +1,5 @@
-// The report page: what it contains, that nothing from outside can become markup, that it is small and reproducible.
-// That its script draws is tests/tools/report/report_chromium.sh's part.
+// The report page: its content, its escaping of text from outside, its size, and that its bytes are reproducible.
+// tests/tools/report/report_chromium.sh tests that its script draws.
 #include "tools/report/identify_page.hpp"
 
 #include <doctest/doctest.h>
@@ -26,7 +26,7 @@ using decid::tools::identify_page;
 using json = nlohmann::json;
 namespace sim = decid::sim;
 
-/// What rounding to six significant digits changes at most, of a number that begins with 1.
+/// The largest relative change by rounding to six significant digits, for a number that begins with 1.
 constexpr double six_digits = 5e-6;
 constexpr float nan_float = std::numeric_limits<float>::quiet_NaN();
 constexpr double nan_double = std::numeric_limits<double>::quiet_NaN();

@@ -1,4 +1,4 @@
-// What tests look for in a page.
+// Reads data and text from a page for tests.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -12,14 +12,14 @@ inline std::size_t count(const std::string& text, const std::string& part) {
   return found;
 }
 
-/// A JSON block, from its mark to the first end of a script element: what a browser would take.
+/// Returns a JSON block, from its mark to the first end of a script element, as a browser would read it.
 inline std::string block_of(const std::string& page, const std::string& id = "report-data") {
   const std::string mark = "id=\"" + id + "\">";
   const std::size_t start = page.find(mark) + mark.size();
   return page.substr(start, page.find("</script", start) - start);
 }
 
-/// The data of a page of recordings, each with what is read when it is opened.
+/// Returns the data of a page of recordings, each with the details that a browser reads when the user opens it.
 inline nlohmann::json data_of(const std::string& page) {
   nlohmann::json data = nlohmann::json::parse(block_of(page));
   for (std::size_t i = 0; i < data["recordings"].size(); ++i)

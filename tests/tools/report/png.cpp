@@ -1,4 +1,4 @@
-// PNG files: taken apart chunk by chunk, every checksum computed anew, every pixel compared; base64 of RFC 4648.
+// PNG files: the test parses each chunk, computes every checksum again and compares every pixel. Base64 of RFC 4648.
 #include "tools/report/figures/png.hpp"
 
 #include <doctest/doctest.h>

@@ -35,7 +35,7 @@ std::vector<float> run(const sim::Simulator& simulator, const sim::Parameters& p
   return {sway_rad.begin(), sway_rad.end()};
 }
 
-/// What the recordings of a page have in common.
+/// Returns a report without recordings, with the settings that all recordings of a page share.
 Report nothing_yet(const sim::Simulator& simulator, std::vector<decid::dataset::Channel> channels, int fold) {
   const decid::Explainer explainer(simulator);
   Report all;
@@ -89,7 +89,8 @@ Report several(std::vector<decid::dataset::Channel> channels, int fold = 1) {
   return all;
 }
 
-/// Every recording with a distribution: most of it known well, two gains only together.
+/// Returns the report with a distribution for every recording: most parameters are known well, two gains only in
+/// combination.
 Report sure(Report all) {
   const std::size_t parameters = all.protocol.parameters().size();
   std::vector<double> outputs(decid::mixture_outputs(1, parameters), 0.0);
@@ -115,7 +116,7 @@ std::string dataset_page() {
   return dataset_html(figures);
 }
 
-/// Sixty recordings, every fifth not usable, in two groups.
+/// Returns a page of sixty recordings in two groups. Every fifth recording is not usable.
 std::string page_of_many(Report all) {
   const RecordingResult first = all.recordings.front();
   decid::GroupTable table{"subject", {}};

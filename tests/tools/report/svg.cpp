@@ -16,7 +16,7 @@ bool has(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-/// What `draw` adds to an empty sheet.
+/// Returns the text that `draw` adds to an empty sheet.
 template <class Draw>
 std::string drawn(const Draw& draw) {
   Sheet sheet(300, 200);
@@ -29,7 +29,7 @@ std::string drawn(const Draw& draw) {
   return svg.substr(before.size(), svg.size() - before.size() - end.size());
 }
 
-/// What `draw` adds to a plot whose frame is 200 x 100 pixels at (50, 20).
+/// Returns the text that `draw` adds to a plot whose frame is 200 x 100 pixels at (50, 20).
 template <class Draw>
 std::string plotted(PlotAxis x, PlotAxis y, const Draw& draw) {
   Sheet bare(300, 200), sheet(300, 200);

@@ -1,4 +1,4 @@
-// decid calibrate: posteriors of trials with known parameters, and whether they keep what they promise.
+// decid calibrate: posteriors of trials with known parameters, and their coverage of the true values.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -43,7 +43,7 @@ struct CalibrateOptions {
   posterior::Settings settings;
 };
 
-/// What must be the same for trials to be of one calibration.
+/// Returns the settings that all trials of one calibration share.
 Json settings_json(const CalibrateOptions& options, const sim::Protocol& protocol) {
   return {{"version", version},
           {"protocol", sim::json_of(protocol)},
@@ -83,7 +83,7 @@ std::string network_text(const ParameterCalibration& of) {
   return std::isnan(of.network_mse) ? "-" : format("%.4f", of.network_mse);
 }
 
-/// Nothing where trials of an earlier version have none.
+/// Returns the line of the log scores; empty for trials of an earlier version, which have none.
 std::string scores_text(const Calibration& found) {
   if (std::isnan(found.log_score)) return {};
   std::string text = format("\nlog score %.3f nats a parameter", found.log_score);
@@ -91,7 +91,7 @@ std::string scores_text(const Calibration& found) {
   return text + "\n";
 }
 
-/// The keys by which trials are parted: what makes a recording easy or hard.
+/// The quantities that partition the trials: they make a recording easy or hard to fit.
 struct Key {
   const char *name, *title;
   std::function<double(const sim::Parameters& truth)> of;
@@ -140,17 +140,17 @@ std::string figures_text(const sim::ParameterTable& table, const Calibration& fo
   return text;
 }
 
-/// A network's answers: the built-in one's where it knows the experiment, or those of a model that was given.
+/// The answers of a network: a given model, or the built-in model if it was trained on this experiment.
 class Network {
  public:
-  /// Throws Error if a given model is of another experiment.
+  /// Throws Error if a given model belongs to another experiment.
   Network(const std::string& model, const sim::Protocol& protocol) : model_(model_or_built_in(model)) {
     if (!model.empty()) require_same_experiment(model_, model, protocol, "protocol " + protocol.name);
     if (model_.protocol.experiment == protocol.experiment) identifier_.emplace(model_);
   }
-  /// SHA-256 of its weights; null if it does not know the experiment.
+  /// Returns the SHA-256 of the network's weights; null if the network is for another experiment.
   Json hash() const { return identifier_ ? Json(nn::weights_sha256(model_.network)) : Json(nullptr); }
-  /// Into what the trial says of the network.
+  /// Stores the network's answer in the trial.
   void answer(const std::vector<float>& sway_rad, CalibratedTrial& trial) {
     if (!identifier_) return;
     std::vector<recording::Trial> trials{recording::trial_of(sway_rad)};
@@ -165,17 +165,17 @@ class Network {
   std::optional<Identifier> identifier_;
 };
 
-/// As it is recorded where start and gain are as their priors say.
+/// Returns the protocol with start and gain drawn from their priors.
 sim::Protocol recorded(sim::Protocol protocol, const posterior::Priors& priors) {
   if (priors.start_s > 0.0) protocol.conditions[sim::Condition::start] = {.share = 1.0, .high = priors.start_s};
-  // Uniform, with the prior's standard deviation.
+  // A uniform distribution with the prior's standard deviation.
   if (priors.gain > 0.0)
     protocol.conditions[sim::Condition::gain] = {.share = 1.0, .high = std::sqrt(3.0) * priors.gain};
   if (protocol.standing_s == 0.0) protocol.standing_s = priors.standing_s;
   return protocol;
 }
 
-/// Valid trials of the seed from this attempt on, with start and gain from their priors.
+/// Simulates valid trials of the seed from this attempt on, with start and gain from their priors.
 class Trials {
  public:
   Trials(const sim::Protocol& protocol, const posterior::Priors& priors, std::uint64_t seed, std::uint64_t first)
@@ -186,7 +186,7 @@ class Trials {
     sim::Parameters truth;
     std::vector<float> sway_rad;
   };
-  /// Goes on from this attempt.
+  /// Continues from this attempt.
   void seek(std::uint64_t attempt) { next_ = attempt; }
   Trial next() {
     const sim::Protocol& protocol = simulator_.protocol();
@@ -261,7 +261,7 @@ bool begin_with(const Json& rows, const std::vector<FitCondition>& conditions) {
   return true;
 }
 
-/// The rows that an earlier call wrote; throws Error for those of another call.
+/// Returns the rows that an earlier call wrote. Throws Error for the rows of another call.
 Json earlier_rows(const std::string& path, const Json& settings, const std::vector<FitCondition>& conditions) {
   const Json earlier = parse_json(read_file(path), path);
   if (!earlier.is_object() || !earlier.contains("settings") || !earlier.contains("conditions"))
@@ -272,12 +272,12 @@ Json earlier_rows(const std::string& path, const Json& settings, const std::vect
   return earlier["conditions"];
 }
 
-/// "resuming: faults.json has 3 of 18 rows"; said also where the file is not there yet.
+/// Returns "resuming: faults.json has 3 of 18 rows", also if the file does not exist yet.
 std::string resuming_text(const std::string& path, std::size_t done, std::size_t all, const char* what) {
   return format("resuming: %s has %zu of %zu %s", path.c_str(), done, all, what);
 }
 
-/// The table of recording conditions or faults: fits as users get them, with start and gain unknown.
+/// Makes the table of recording conditions or artefacts: fits as users run them, with start and gain unknown.
 void run_conditions(const CalibrateOptions& options) {
   if (ranks() != nullptr) throw Error("--conditions", "runs in one process", "start it without mpirun");
   if (options.resume && options.output.empty())
@@ -352,7 +352,7 @@ void run_calibrate(const CalibrateOptions& options) {
     if (!trial.network) network.answer(again.sway_rad, trial);
   }
   const sim::ParameterTable table = protocol.ranges();
-  // Of uniform draws: errors do not depend on which trials were valid.
+  // The standard deviation of uniform draws: errors do not depend on which trials were valid.
   sim::Parameters deviation(table.size());
   for (std::size_t p = 0; p < table.size(); ++p) deviation[p] = table[p].range() / std::sqrt(12.0);
 
@@ -377,7 +377,7 @@ void run_calibrate(const CalibrateOptions& options) {
     const int processes = ranks() != nullptr ? ranks()->size() : 1;
     bool going = true;
     while (static_cast<int>(trials.size()) < options.trials && going) {
-      // Several trials a thread, as some take far longer; what comes out does not depend on how many.
+      // Several trials per thread, because some take far longer. The results do not depend on the number.
       std::vector<Trials::Trial> batch;
       const int most = 4 * thread_count() * processes;
       for (int i = 0; i < most && static_cast<int>(trials.size() + batch.size()) < options.trials; ++i)

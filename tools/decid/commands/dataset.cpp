@@ -70,7 +70,8 @@ std::string summary(const DatasetFigures& figures, double seconds) {
   return text + table(figures.request.protocol.parameters(), report);
 }
 
-/// Warns before the work, which goes on: space may be made meanwhile, and what is done is kept.
+/// Warns before the work if space is short. The work continues: the user may free space meanwhile, and decid keeps
+/// finished trials.
 void warn_of_little_space(const DatasetOptions& options, std::uint64_t bytes, const dataset::NpzPartial& partial) {
   std::error_code error;
   const auto folder = std::filesystem::path(partial.file).parent_path();

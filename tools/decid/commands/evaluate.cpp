@@ -1,4 +1,4 @@
-// decid evaluate: the error of a model, or of several beside each other, on a data set.
+// decid evaluate: the error of one model, or of several models side by side, on a data set.
 #include <algorithm>
 #include <iostream>
 #include <memory>
@@ -43,7 +43,8 @@ std::vector<float> outputs_of(Model& model, bool int8, int trials, const Sways& 
   return predict_planned(plan, model, trials, sways);
 }
 
-/// The part that was asked for, if no model was trained on it; the other half of their own data set if none was.
+/// Returns the requested part of the data set. The default is all trials, or the validation half if a model was trained
+/// on the other half. Throws Error as require_not_trained_on() does.
 std::string split_of(const EvaluateOptions& options, std::span<const Model> models,
                      const dataset::TrialIdentity& data) {
   std::string split = options.split.empty() ? "all" : options.split;
@@ -62,7 +63,7 @@ std::string split_of(const EvaluateOptions& options, std::span<const Model> mode
   return split;
 }
 
-/// One of the figures of each parameter, by name.
+/// Returns one of the figures of each parameter, by name.
 template <class Figure>
 Json of_each(const sim::ParameterTable& table, const Calibration& calibration, Figure figure) {
   std::vector<double> values;
@@ -130,7 +131,7 @@ Json json_of(const Evaluated& model) {
   return json;
 }
 
-/// The first model's figures, and beside them those of all.
+/// Returns the first model's figures, and beside them the figures of all models.
 Json json_of(const std::vector<Evaluated>& models) {
   Json json = json_of(models.front());
   for (const Evaluated& each : models) {
@@ -154,7 +155,7 @@ std::string text_of(const Evaluated& model, const std::string& data) {
   return text;
 }
 
-/// A line a model.
+/// Returns one line per model.
 std::string table_of(const std::vector<Evaluated>& models, const std::string& data) {
   std::size_t width = 5;
   bool promises = false;

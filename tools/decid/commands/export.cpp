@@ -41,7 +41,7 @@ struct ExportOptions {
   FirmwareOptions firmware;
 };
 
-/// In a folder that is made if it is missing.
+/// Writes the files in a folder, which it creates if it is missing.
 void write_files(const std::string& folder, const std::string& name, const FirmwareFiles& files) {
   make_output_folder(folder);
   const fs::path stem = fs::path(folder) / name;
@@ -52,7 +52,7 @@ void write_files(const std::string& folder, const std::string& name, const Firmw
   source.commit();
 }
 
-/// The model file's name as an identifier.
+/// Returns the model file's name as an identifier.
 std::string name_of(const std::string& model) {
   std::string name = model.empty() ? "decid_model" : fs::path(model).stem().string();
   for (char& c : name)
@@ -61,7 +61,7 @@ std::string name_of(const std::string& model) {
   return name;
 }
 
-/// What the program itself finds for the self-test's sway, with identify's network.
+/// Returns the outputs that decid itself computes for the self-test's sway, with identify's network.
 TestVector test_vector(const Model& model, const ForBody& body, const FirmwarePlan& plan) {
   TestVector test;
   std::vector<float> image(static_cast<std::size_t>(model.images().shape().size()));
@@ -84,7 +84,7 @@ TestVector test_vector(const Model& model, const ForBody& body, const FirmwarePl
   return test;
 }
 
-/// A network without protocol, image and head: from its input to its outputs.
+/// Exports a network without protocol, image and head: from its input to its outputs.
 void export_alone(const ExportOptions& options, const nn::Network<float>& network, const std::string& name) {
   if (options.firmware.incremental || options.firmware.int8 || options.firmware.familiarity || options.body.mass_kg)
     throw Error(options.model, "is a network alone, which --incremental, --int8, --familiarity and --mass do not fit",
@@ -186,13 +186,14 @@ std::string shown(const sim::Body& body) {
   return format("%.4g kg at %.4g m (m g h %.4g N m/rad)", body.mass_kg, body.com_height_m, body.mgh());
 }
 
-/// To what rounding leaves of a body that was typed from what was printed.
+/// Returns true if two bodies agree to 0.1%: the user may have typed rounded values that decid printed.
 bool are_one_body(const sim::Body& a, const sim::Body& b) {
   const auto near = [](double x, double y) { return std::abs(x - y) <= 1e-3 * y; };
   return near(a.mass_kg, b.mass_kg) && near(a.com_height_m, b.com_height_m) && near(a.inertia_kgm2, b.inertia_kgm2);
 }
 
-/// The body of --mass, --com-height and --inertia, if they were given. `like`: whose build it has without an inertia.
+/// Returns the body of --mass, --com-height and --inertia, if they were given. `like`: the body whose build it has if
+/// there is no inertia.
 std::optional<sim::Body> given_body(const ControllerOptions& options, const sim::Body& like) {
   if (options.mass_kg.has_value() != options.com_height_m.has_value() || (options.inertia_kgm2 && !options.mass_kg))
     throw Error("export controller", "has a part of a body",
@@ -203,8 +204,8 @@ std::optional<sim::Body> given_body(const ControllerOptions& options, const sim:
   return sim::Body{mass, height, options.inertia_kgm2.value_or(per_mass * mass * height * height)};
 }
 
-/// The experiment of the controller: a protocol's tilt, and the body that the gains end up for. `from` is whose they
-/// are so far: the result's body, nothing if the result does not say, or the default body without a result.
+/// Returns the controller's protocol: its tilt, and the body for which decid exports the gains. `from`: the body of the
+/// gains so far. This is the result's body, nothing if the result lacks it, or the default body without a result.
 sim::Protocol controller_protocol(const ControllerOptions& options, const std::optional<sim::Body>& from) {
   const bool scales = !options.scale_to.empty(), is_result = !options.result.empty();
   sim::Protocol protocol = read_protocol(scales ? options.scale_to : options.protocol, options.common.quiet);

@@ -43,13 +43,14 @@ struct FitOptions {
   FitRequest request;
 };
 
-/// Options of recordings alone besides how they are read, and those of a frequency response alone.
+/// Options that apply only to recordings, except the file-reading options, and options that apply only to a frequency
+/// response.
 constexpr const char* of_recordings[] = {"recordings", "--model", "--prior-start", "--prior-noise",  "--max-draws",
                                          "--report",   "--table", "--group",       "--moved-before", "--resume",
                                          "--range",    "--prior", "--recursive"};
 constexpr const char* of_tables[] = {"--amplitude", "--prior-error"};
 
-/// Throws Error for options that do not go with what is to be fitted.
+/// Throws Error for options that do not apply to the input.
 void check_kind(const FitOptions& options, const Command& command) {
   const bool is_table = !options.frf.empty();
   if (!is_table && options.recordings.files.empty())
@@ -66,7 +67,7 @@ void check_kind(const FitOptions& options, const Command& command) {
   if (!is_table) std::ranges::for_each(of_tables, refuse);
 }
 
-/// "NAME=NUMBER,NUMBER" as an option says it of a parameter.
+/// Reads "NAME=NUMBER,NUMBER", an option's text for a parameter.
 struct NamedPair {
   std::string name;
   double first, second;
@@ -93,7 +94,7 @@ NamedPair pair_of(const std::string& text, const char* option, const char* form,
   return pair;
 }
 
-/// What --range and --prior say of the parameters. Throws Error naming the option.
+/// Returns the priors that --range and --prior give for the parameters. Throws Error naming the option.
 std::vector<posterior::ParameterPrior> parameter_priors(const FitOptions& options, const sim::ParameterTable& table) {
   std::vector<posterior::ParameterPrior> all;
   const auto prior_of = [&](const std::string& name) -> posterior::ParameterPrior& {
@@ -126,7 +127,7 @@ std::vector<posterior::ParameterPrior> parameter_priors(const FitOptions& option
   return all;
 }
 
-/// The protocol that was asked for, with the subject's body if one was described.
+/// Returns the chosen protocol, with the subject's body if the options describe one.
 sim::Protocol protocol_of(const FitOptions& options, sim::Protocol protocol) {
   if (const std::optional<sim::Body> body = options.recordings.body()) protocol.experiment.body = *body;
   if (options.amplitude_deg) {
@@ -159,7 +160,8 @@ void run_table(const FitOptions& options, const Command& command) {
   run_frf_fit(asked);
 }
 
-/// Beside the output of several recordings; none where that is no file that stays.
+/// Opens the journal beside the output of several recordings. Returns nothing if there is no output or it is not a
+/// regular file.
 std::optional<FitJournal> journal_of(const FitOptions& options, const std::string& settings) {
   const std::string& output = options.outputs.json;
   if (options.resume && output.empty()) throw Error("--resume", "needs --output", "name the file to go on with");
@@ -168,10 +170,10 @@ std::optional<FitJournal> journal_of(const FitOptions& options, const std::strin
   return std::make_optional<FitJournal>(output + ".journal", settings, options.resume);
 }
 
-/// The recordings of a call by their places: empty until one is begun.
+/// The results of a call's recordings, in order; empty for a recording whose fit has not begun.
 using Results = std::vector<std::optional<RecordingResult>>;
 
-/// How far the recordings are, for the bar.
+/// The progress of all recordings, for the bar.
 class FitProgressBar {
  public:
   FitProgressBar(const Results& results, bool quiet)
@@ -182,7 +184,7 @@ class FitProgressBar {
     for (std::size_t i = 0; i < results.size(); ++i) done_[i] = results[i] ? 1.0 : 0.0;
     bar_.go_on_from(all());
   }
-  /// One of these threads at a time calls it.
+  /// Updates one recording's progress. Only one thread at a time may call it.
   void update(std::size_t recording, double done, const std::string& note = {}) {
     done_[recording] = done;
     bar_.update(all(), note);
@@ -237,7 +239,7 @@ Results fit_all(const FitOptions& options, Fitter& fitter, const ReadOptions& re
   return results;
 }
 
-/// The report of the recordings that were begun, with the groups of the table that has all recordings.
+/// Returns the report of the recordings whose fit began, with the groups of the table of all recordings.
 Report report_of(const FitOptions& options, const Fitter& fitter, Results results, GroupTable groups,
                  std::vector<std::size_t>& places) {
   Report report = fitter.report();

@@ -14,7 +14,8 @@
 namespace decid::tools {
 namespace {
 
-/// Enough to keep all threads busy, few enough to hear of them. An answer does not depend on its company.
+/// Large enough to keep all threads busy, small enough for frequent progress. An answer does not depend on the other
+/// recordings of its batch.
 constexpr std::size_t recordings_at_once = 32, recordings_of_rank = 4;
 
 struct IdentifyOptions {
@@ -24,7 +25,8 @@ struct IdentifyOptions {
   std::string model, group;
 };
 
-/// At rank 0 the report of all recordings, which the ranks identify; at others one without any.
+/// Returns the report of all recordings at rank 0, with the work shared by all ranks; at other ranks a report without
+/// recordings.
 Report identify_all(const IdentifyOptions& options, const Model& model, const ReadOptions& reading) {
   const std::vector<RecordingSource>& sources = options.recordings.sources;
   const std::size_t at_once = ranks() == nullptr ? recordings_at_once : recordings_of_rank;

@@ -24,7 +24,7 @@ struct ImageOptions {
   std::string data, model, preset, image_file, output;
 };
 
-/// The model that sees the trials: a file's, the built-in one, or one that a training would begin with on them.
+/// Returns the model for the trials: a file's, the built-in one, or the initial model of a training on these trials.
 Model viewer(const ImageOptions& options, const dataset::StoredDataset& stored) {
   if (options.preset.empty() && options.image_file.empty()) return model_or_built_in(options.model);
   TrainingSettings settings;

@@ -68,7 +68,7 @@ void print_layers(const std::string& name, const nn::Network<float>& network) {
   std::cout << format("  %-48s %-16s %10zu %12lld\n", "total", "", network.parameter_count(), network.flops());
 }
 
-/// Of a network without protocol, image and head.
+/// Prints a network without protocol, image and head.
 void info_alone(const InfoOptions& options, const NetworkAlone& file) {
   const nn::Network<float>& network = file.network;
   const std::string hash = nn::weights_sha256(network);

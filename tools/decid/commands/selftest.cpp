@@ -1,5 +1,5 @@
-// decid selftest: whether this machine, or each of several and all together, computes the bits that it is to compute.
-// The first two figures are those of docs/develop/determinism.md.
+// decid selftest: checks that this machine, or several machines alone and together, compute the expected bits. The
+// first two figures are those of docs/develop/determinism.md.
 #include <algorithm>
 #include <chrono>
 #include <functional>
@@ -28,7 +28,7 @@ struct SelftestOptions {
   bool mpi = false;
 };
 
-/// From -1 to 1, of its number alone: Chris Wellons' lowbias32.
+/// Returns a number from -1 to 1 that depends only on the arguments: Chris Wellons' lowbias32.
 float scattered(std::uint32_t id, std::size_t index) {
   std::uint32_t h = static_cast<std::uint32_t>(index) * 0x9e3779b9U + id * 0x85ebca6bU + 0x1234567U;
   h = (h ^ (h >> 16U)) * 0x7feb352dU;
@@ -37,7 +37,7 @@ float scattered(std::uint32_t id, std::size_t index) {
   return static_cast<float>(static_cast<double>(h >> 8U) * 0x1p-23 - 1.0);
 }
 
-/// A small network learns three of its images' means: the hash of its weights.
+/// Trains a small network on three means of its images, and returns the hash of its weights.
 std::string steps_hash(int batch, int steps, Communicator* group) {
   constexpr nn::Shape shape{2, 12, 12};
   nn::Network<float> network(
@@ -107,13 +107,14 @@ std::vector<SelfCheck> self_checks() {
            [](Communicator*) { return trials_hash(); }, false}};
 }
 
-/// One check at one rank, or of all together.
+/// One check at one rank, or of all ranks together.
 struct SelfResult {
   std::string check, of, sha256, expected;
   bool ok() const { return sha256 == expected; }
 };
 
-/// What every rank has found alone, in order of ranks: its processor's kernels, then a hash a check.
+/// Returns the results that each rank computed alone, in order of ranks: the processor's kernels, then one hash per
+/// check.
 std::vector<Json> gathered(const Json& own) {
   if (ranks() == nullptr) return {own};
   std::vector<Json> all;

@@ -18,12 +18,12 @@
 namespace decid::tools {
 namespace {
 
-/// Those of the single pendulum; the double one has as many a joint.
+/// Returns the parameters of the single pendulum; the double pendulum has as many for each joint.
 const sim::ParameterTable& table() {
   return sim::single_pendulum().parameters;
 }
 
-/// What was given on the command line, a value or nothing for each parameter.
+/// The values given on the command line: a value or nothing for each parameter.
 using Given = std::vector<std::optional<double>>;
 
 struct SimulateOptions {
@@ -46,7 +46,7 @@ void to_degrees(std::vector<double>& angles) {
   for (double& value : angles) value /= sim::rad_per_deg;
 }
 
-/// The same body without noise on a platform that hardly moves.
+/// Returns the protocol without noise, on a platform that hardly moves.
 sim::Protocol at_rest(sim::Protocol protocol) {
   sim::Sequence small;
   small.amplitude_deg = 1e-3;
@@ -55,8 +55,9 @@ sim::Protocol at_rest(sim::Protocol protocol) {
   return protocol;
 }
 
-/// Throws Error if the body fell: what happened, and what keeps it standing - less noise, less tilt, or other gains,
-/// the first of these that does. stands(protocol, without_noise): whether the same parameters do.
+/// Throws Error if the body fell. The error gives the cause and the first remedy that keeps the body standing: less
+/// noise, less tilt, or other gains. stands(protocol, without_noise): returns true if the same parameters keep the body
+/// standing.
 void require_standing(const sim::Outcome& outcome, const sim::Protocol& protocol,
                       const std::function<bool(const sim::Protocol&, bool without_noise)>& stands,
                       const std::string& other_gains) {
@@ -71,7 +72,7 @@ void require_standing(const sim::Outcome& outcome, const sim::Protocol& protocol
   throw Error("simulate", format("%s after %.2f s", what.c_str(), outcome.end_s), remedy);
 }
 
-/// Time and tilt from where the recording begins.
+/// Returns time and tilt from the beginning of the recording.
 std::vector<std::vector<double>> recorded_tilt(const sim::Protocol& protocol, const sim::Stimulus& stimulus,
                                                std::uint64_t seed) {
   auto columns = time_and_tilt(protocol, stimulus);

@@ -1,4 +1,4 @@
-// decid study: a model beside the paper, in figures and numbers, and what its estimates are worth.
+// decid study: a model compared with the paper, in figures and numbers, and the accuracy of its estimates.
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -69,7 +69,7 @@ void run_study(const StudyOptions& options) {
   study.image = model.image();
   study.network_parameters = model.network.parameter_count();
   study.architecture = model.network.architecture();
-  // What decid train leaves beside a model is its log.
+  // decid train writes its log beside the model.
   std::string log = options.log;
   if (log.empty() && !options.model.empty() && std::filesystem::exists(options.model + ".log.csv"))
     log = options.model + ".log.csv";

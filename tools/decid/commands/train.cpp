@@ -66,7 +66,7 @@ TrainingSettings settings_from(const TrainOptions& options) {
   return settings;
 }
 
-/// MATLAB's loss over the MSE.
+/// Returns the ratio of MATLAB's loss to the MSE.
 double matlab_factor(const Model& model) {
   return 0.5 * static_cast<double>(model.parameters().size());
 }
@@ -81,13 +81,13 @@ double peak_memory_mb() {
 #endif
 }
 
-/// " and 640 trials", of the epoch that was stopped in its middle.
+/// Returns " and 640 trials" for an epoch that was stopped in its middle.
 std::string part_text(const TrainingState& state) {
   return state.part.trials > 0 ? format(" and %d trials", state.part.trials) : std::string();
 }
 
-/// What is there already of the training, from a checkpoint or a finished model; nothing if it is to begin. Throws
-/// Error if it would overwrite those of another one.
+/// Returns the state that a checkpoint or a finished model holds; nothing if the training has not begun. Throws Error
+/// if the training would overwrite the files of another training.
 std::optional<FinishedTraining> begun(const TrainFiles& files, TrainingRequest request) {
   const bool finished = std::filesystem::exists(files.model);
   const bool has_epoch = std::filesystem::exists(files.checkpoint), has_part = std::filesystem::exists(files.stopped);
@@ -97,7 +97,7 @@ std::optional<FinishedTraining> begun(const TrainFiles& files, TrainingRequest r
     TrainingState& state = unfinished.state;
     if (has_epoch && has_part) {
       TrainingState later = state_from_bytes(read_file(files.stopped), files.stopped);
-      // Of the epoch after it, and not one that more epochs have given another schedule.
+      // Use the later state only if it belongs to the next epoch and no extension to more epochs changed its schedule.
       if (later.model.origin == state.model.origin && later.log == state.log) state = std::move(later);
     }
     request.more_epochs = true;  // the model is one for fewer epochs then, from which this training goes on
@@ -141,7 +141,8 @@ void say_done(const TrainOptions& options, const Model& model) {
   if (options.common.json) print_summary(options, model);
 }
 
-/// Trains what is left, with a line, a checkpoint and a log each epoch. False: it was interrupted.
+/// Trains the remaining epochs, with a line, a checkpoint and a log each epoch. Returns false if the training was
+/// interrupted.
 bool train_epochs(const TrainOptions& options, const TrainingSettings& settings, const dataset::TrialSource& source,
                   TrainingState& state, ProgressBar& bar) {
   const TrainFiles files(options.output);
@@ -150,9 +151,9 @@ bool train_epochs(const TrainOptions& options, const TrainingSettings& settings,
                                 : std::vector<std::string>());
   if (is_root() && settings.patience > 0 && !state.log.empty() && state.part.trials == 0 &&
       !std::filesystem::exists(files.best))
-    write_file(files.best, to_bytes(state.model));  // what goes on from a finished model goes on from its best
+    write_file(files.best, to_bytes(state.model));  // a finished model is its best one: continue from it
   long long done_before = 0;
-  int part = state.part.trials;    // done before, of the first epoch
+  int part = state.part.trials;    // trials of the first epoch that were done before
   std::vector<double> validation;  // of the epochs done, for the curve
   for (const EpochLog& e : state.log) validation.push_back(e.validation_mse);
   auto epoch_start = std::chrono::steady_clock::now();
@@ -168,8 +169,8 @@ bool train_epochs(const TrainOptions& options, const TrainingSettings& settings,
     validation.push_back(last.validation_mse);
     epoch_start = std::chrono::steady_clock::now();
     if (!is_root()) return;
-    // The best one first, so that a checkpoint never lacks it; after a kill in between it is made anew, with the
-    // same bits.
+    // Write the best model first, so that no checkpoint lacks it. After a kill in between, decid makes the model again
+    // with the same bits.
     if (settings.patience > 0 && best_epoch(state.log) == last.epoch) write_file(files.best, to_bytes(state.model));
     write_file(files.checkpoint, checkpoint_bytes(state));
     std::filesystem::remove(files.stopped);
@@ -192,14 +193,14 @@ bool train_epochs(const TrainOptions& options, const TrainingSettings& settings,
   }
 }
 
-/// That of the best epoch, at all ranks.
+/// Returns the model of the best epoch, at all ranks.
 Model best_of(const TrainFiles& files) {
   if (ranks() == nullptr) return load_model(files.best);
   const std::string bytes = broadcast_text(*ranks(), is_root() ? read_file(files.best) : std::string());
   return model_from_bytes(bytes, files.best);
 }
 
-/// The finished model: that of the last epoch or, with patience, of the best one.
+/// Returns the finished model: the model of the last epoch or, with patience, of the best epoch.
 Model finished_model(const TrainOptions& options, const TrainingSettings& settings, const dataset::TrialSource& source,
                      TrainingState& state) {
   const TrainFiles files(options.output);
@@ -210,7 +211,7 @@ Model finished_model(const TrainOptions& options, const TrainingSettings& settin
     best.origin.extensions = model.origin.extensions;
     if (best.origin != model.origin)
       throw Error(files.best, "was made with other settings: " + difference(best.origin, model.origin),
-                  "delete it and " + files.checkpoint + " to begin anew");
+                  "delete it and " + files.checkpoint + " to start again");
     model = std::move(best);
   }
   model.log = std::move(state.log);
@@ -233,7 +234,7 @@ void say_finished(const TrainOptions& options, const dataset::TrialSource& sourc
     bar.line("fewer than 1000 trials that it was not trained on: how sure the model says it is stays unchecked");
 }
 
-/// Where a training begins, as rank 0 finds it.
+/// The state in which a training begins, as rank 0 finds it.
 struct Beginning {
   std::optional<TrainingState> state;  ///< of other ranks, and of a training that is done: none
   bool resumed = false;
@@ -254,7 +255,7 @@ Beginning beginning(const TrainOptions& options, const TrainingSettings& setting
   return fresh;
 }
 
-/// Refuses files that would be lost, and places that cannot be written: before the work, not after.
+/// Rejects files that would be lost and paths that decid cannot write: before the work, not after.
 void check_files(const TrainOptions& options, std::vector<std::string> read) {
   const TrainFiles files(options.output);
   for (const std::string& path : files.all()) refuse_same_file(path, read);

@@ -1,5 +1,5 @@
-// The files of a training: the model and what lies beside it while it is made, who may write them, and what they held
-// before.
+// The files of a training: the model and the files beside it during training, the lock against other writers, and the
+// previous contents.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 
 namespace decid::tools {
 
-/// The files of a training: the model and what lies beside it.
+/// The names of a training's files: the model and the files beside it.
 struct TrainFiles {
   explicit TrainFiles(const std::string& output)
       : model(output),
@@ -32,7 +32,7 @@ struct TrainFiles {
   std::array<std::string, 6> all() const { return {model, checkpoint, log, best, stopped, lock}; }
 };
 
-/// Held while a training of that output runs: another one would write the same files.
+/// Locks an output during its training: another training would write the same files.
 class OutputLock {
  public:
   explicit OutputLock(const TrainFiles& files) : file_(files.lock, DiskFile::Access::write) {
@@ -44,7 +44,7 @@ class OutputLock {
   OutputLock& operator=(const OutputLock&) = delete;
 
  private:
-  /// The one that ended in between may have taken the file away.
+  /// Returns false if another training ended in between and removed the lock file.
   bool is_ours() const {
     try {
       return file_.is_still_at_its_path();
@@ -61,7 +61,7 @@ class OutputLock {
   DiskFile file_;
 };
 
-/// What files held before the work, to be put back if that turns out to be worth nothing.
+/// Keeps the previous contents of files, to restore them if the work yields nothing useful.
 class Before {
  public:
   explicit Before(const std::vector<std::string>& paths) {

@@ -1,4 +1,4 @@
-// What the CSV files of decid simulate and decid stimulus have in common.
+// Columns that the CSV files of decid simulate and decid stimulus share.
 #pragma once
 
 #include <vector>
@@ -9,7 +9,7 @@ namespace decid::tools {
 
 inline constexpr int csv_digits = 10;
 
-/// Time and tilt in degrees of every sample.
+/// Returns the time and the tilt in degrees of every sample.
 inline std::vector<std::vector<double>> time_and_tilt(const sim::Protocol& protocol, const sim::Stimulus& stimulus) {
   std::vector<std::vector<double>> columns(2);
   const int samples = protocol.samples(), steps_per_sample = protocol.experiment.steps_per_sample();

@@ -12,7 +12,7 @@
 namespace decid::tools {
 namespace {
 
-/// A gain and a phase, the phase within 180 degrees of another.
+/// A gain and a phase, with the phase within 180 degrees of another phase.
 struct Polar {
   double gain, phase_deg;
 };
@@ -133,12 +133,12 @@ std::string frf_fit_text(const FrfReport& report) {
   const frf::Table& table = report.density.table();
   std::string text = headline(report) + trust_text(found.warnings());
   if (found.explained()) {
-    text += table_heading("mean", "90 % of the draws", report.truth.has_value(), "   told");
+    text += table_heading("mean", "90 % of the draws", report.truth.has_value(), " contraction");
     const sim::Parameters mean = means(report);
     for (std::size_t p = 0; p < ranges.size(); ++p)
       text += parameter_line(found, p, ranges[p], mean[p], protocol.experiment.body.mgh(), report.truth,
-                             format(" %6.2f", found.contraction(static_cast<int>(p))));
-    text += "  told: share of what was open beforehand that the table settles; at 0 the draws are the prior's\n";
+                             format(" %11.2f", found.contraction(static_cast<int>(p))));
+    text += "  contraction: fraction of the prior's variance that the table removes; at 0 the draws are the prior's\n";
   } else {
     text += "  no parameters are shown, as no controller of the model has this response; the nearest ones have:\n";
   }

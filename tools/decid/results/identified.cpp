@@ -16,7 +16,7 @@ const sim::ParameterTable& controller_parameters() {
 
 namespace {
 
-/// The body of a result. Throws Error for one that is none.
+/// Returns the body of a result; nothing if the result has none. Throws Error if it is not a body.
 std::optional<sim::Body> body_in(const Json& result, const std::string& path, const std::string& remedy) {
   const auto found = result.find("body");
   if (found == result.end()) return {};

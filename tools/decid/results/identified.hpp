@@ -1,4 +1,4 @@
-// What decid identify found, read back from its JSON.
+// Reads the results of decid identify back from its JSON.
 #pragma once
 
 #include <optional>
@@ -9,19 +9,19 @@
 
 namespace decid::tools {
 
-/// Of the controller that is exported.
+/// Returns the parameter table of the exported controller.
 const sim::ParameterTable& controller_parameters();
 
-/// What the JSON that decid identify wrote says of one recording.
+/// The result of one recording in the JSON that decid identify wrote.
 struct Identified {
   sim::Parameters parameters;
-  std::optional<sim::Body> body;  ///< whose gains they are; results of earlier versions do not say
-  std::string which;              ///< of several recordings, for people
-  std::string caution;            ///< why they are to be used with caution; empty if they are not
+  std::optional<sim::Body> body;  ///< the body of the gains; missing in results of earlier versions
+  std::string which;              ///< the name of the recording among several, for people
+  std::string caution;            ///< the reason for caution; empty if there is none
 };
 
-/// Recording number `recording`, from 1, of the file. Throws Error for a file that decid identify did not write, and
-/// for values that are not usable, unless `force`.
+/// Reads recording number `recording`, from 1, of the file. Throws Error for a file that decid identify did not write.
+/// Throws Error also for values that are not usable, unless `force`.
 Identified identified(const std::string& path, int recording, bool force);
 
 }  // namespace decid::tools

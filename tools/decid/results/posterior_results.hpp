@@ -1,6 +1,6 @@
-// What distributions are reported with, a network's and posteriors of recordings and of published frequency responses.
-// Found: a type with mean(), deviation(), quantile() and correlation() of its quantities, by number; the parameters
-// come first.
+// Formats a distribution for JSON and text: a network's, or a posterior of recordings or of published frequency
+// responses. Found: a type with mean(), deviation(), quantile() and correlation() of its quantities, by number; the
+// parameters come first.
 #pragma once
 
 #include <initializer_list>
@@ -16,7 +16,7 @@
 
 namespace decid::tools {
 
-/// The limits that hold this share, over a divisor.
+/// Returns the limits of the central interval with this probability, over a divisor.
 template <class Found>
 Json interval(const Found& found, int quantity, double share, double divisor = 1.0) {
   const double tail = 0.5 * (1.0 - share);
@@ -31,7 +31,7 @@ Json quantity_json(const Found& found, int quantity) {
           {"interval90", interval(found, quantity, 0.9)}};
 }
 
-/// Adds to a parameter's object what is found of it.
+/// Adds the standard deviation and the intervals to a parameter's object.
 template <class Found>
 void add_found(Json& parameter, const Found& found, std::size_t p, const sim::ParameterInfo& info, double mgh) {
   const int quantity = static_cast<int>(p);
@@ -41,7 +41,7 @@ void add_found(Json& parameter, const Found& found, std::size_t p, const sim::Pa
   parameter["normalized_interval90"] = info.per_mgh ? interval(found, quantity, 0.9, mgh) : Json(nullptr);
 }
 
-/// Row by row, of the parameters.
+/// Returns the correlations of the parameters, row by row.
 template <class Found>
 Json correlations_json(const Found& found, std::size_t parameters) {
   Json rows = Json::array();
@@ -53,7 +53,7 @@ Json correlations_json(const Found& found, std::size_t parameters) {
   return rows;
 }
 
-/// What every sampler says of its draws; names: of the parameters, `others` of the quantities
+/// Returns the diagnostics that all samplers have. names: the parameters' names; `others`: names of the quantities
 /// behind them.
 template <class Found>
 Json common_diagnostics(const Found& found, std::vector<std::string> names, std::initializer_list<const char*> others) {
@@ -68,18 +68,20 @@ Json common_diagnostics(const Found& found, std::vector<std::string> names, std:
           {"draws", found.draws()},   {"acceptance", found.acceptance()}};
 }
 
-/// A value over m g h, or blanks for a parameter where that has no meaning.
+/// Returns a value over m g h, or blanks for a parameter where that has no meaning.
 inline std::string over_mgh(const sim::ParameterInfo& info, double value, double mgh) {
   return info.per_mgh ? format("%10.4f", value / mgh) : std::string(10, ' ');
 }
 
-/// The heading of parameter_line()s; value: what stands for a parameter, note: what parameter_line() has there.
+/// Returns the heading of parameter_line()s. value: the heading of the parameter's value; note: the heading of
+/// parameter_line()'s note.
 inline std::string table_heading(const char* value, const char* interval, bool truth, const std::string& note = {}) {
   return format("  %-8s %10s %12s %10s %24s %-10s%s%s  %s\n", "", "/ (m g h)", value, "sd", interval, "unit",
                 truth ? "         true" : "", note.c_str(), "range");
 }
 
-/// A table's line of one parameter, up to its range; `value` stands for it, `note` before the range.
+/// Returns a table's line of one parameter, up to its range; `value` is the parameter's value, `note` comes before the
+/// range.
 template <class Found>
 std::string parameter_line(const Found& found, std::size_t p, const sim::ParameterInfo& info, double value, double mgh,
                            const std::optional<sim::Parameters>& truth, const std::string& note = {}) {

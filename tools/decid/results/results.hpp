@@ -13,7 +13,7 @@
 
 namespace decid::tools {
 
-/// Options that change no answer, and those that the JSON has otherwise.
+/// Options that do not change the answer, and options that the JSON reports elsewhere.
 inline const std::vector<std::string> beside_answers{"recordings", "--output", "--draws",    "--report", "--table",
                                                      "--group",    "--resume", "--threads",  "--quiet",  "--json",
                                                      "--protocol", "--model",  "--recursive"};
@@ -24,7 +24,7 @@ inline const std::vector<std::string> beside_answers{"recordings", "--output", "
 /// also "prior" where that is normal, each recording "sensor_noise_deg", "slow_noise_deg", "start_s", "gain",
 /// "diagnostics" and more.
 std::string report_json(const Report& report);
-/// Returns the list in it.
+/// Returns the list of recordings in it.
 Json recordings_json(const Report& report);
 /// Returns a table for each recording, whose body they are of, and the groups.
 std::string report_text(const Report& report);

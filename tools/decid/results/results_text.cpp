@@ -47,13 +47,13 @@ std::string parameters_text(const RecordingResult& id, const Report& report) {
   return point_table(id, report);
 }
 
-/// The p-values in one line.
+/// Returns the p-values in one line.
 std::string check_text(const PredictiveCheck& check) {
   if (check.figures.empty()) return {};
   std::string text;
   for (const CheckedFigure& figure : check.figures)
     text += format("%s%s %.2g", text.empty() ? "" : ", ", figure.name.c_str(), figure.p);
-  return "  simulated anew, two-sided p: " + text + "\n";
+  return "  simulated again, two-sided p: " + text + "\n";
 }
 
 /// Returns the lines of a fit below its parameters.

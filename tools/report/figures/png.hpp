@@ -26,10 +26,10 @@ struct Bitmap {
   }
 };
 
-/// The bytes of the file. Throws Error for an empty bitmap.
+/// Returns the bytes of the file. Throws Error for an empty bitmap.
 std::string png(const Bitmap& bitmap);
 
-/// RFC 4648, with padding.
+/// Returns base64 of RFC 4648, with padding.
 std::string base64(std::string_view bytes);
 
 }  // namespace decid::tools

@@ -91,7 +91,7 @@ Figure input_series(const Study& study) {
               height, {"Time (s)", 0, columns[0].back()}, axis_for("", {columns[plane]}, false), header[plane]);
     plot.line(columns[0], columns[plane], {blue, 1});
   }
-  return {"input-image", "What the network sees",
+  return {"input-image", "Network input",
           format("Trial %d of the %s as the network's %d time series of %d values, each the mean of %d samples; of the "
                  "sway the cycles' mean, then how each differs from those before it.",
                  study.sample.index, study.sample.from.c_str(), shape.channels, shape.rows, study.image.block),

@@ -1,4 +1,4 @@
-// Figures of what an estimate is worth: see study_worth.hpp.
+// Figures of the accuracy of an estimate: see study_worth.hpp.
 #include "tools/report/figures/study_worth.hpp"
 
 #include <algorithm>

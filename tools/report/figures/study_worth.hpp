@@ -1,4 +1,4 @@
-// Figures of what an estimate is worth, for study_figures.hpp.
+// Figures of the accuracy of an estimate, for study_figures.hpp.
 #pragma once
 
 #include <vector>
@@ -7,7 +7,7 @@
 
 namespace decid::tools {
 
-/// A bin of fewer trials is not drawn; the table has it.
+/// The minimum number of trials of a bin in a figure; the table has the smaller bins too.
 inline constexpr int fewest_trials_drawn = 10;
 
 /// Error against sway and against noise at each level of sensor noise, and the learning curve if there is one.

@@ -51,7 +51,8 @@ struct PlotAxis {
   bool logarithmic = false;
   std::vector<std::string> names = {};
 };
-/// Limits that hold all finite values and some room, 0 too if asked for; [0, 1] if there are none.
+/// Returns limits that include all finite values with a margin, and 0 if requested; [0, 1] if there are no finite
+/// values.
 PlotAxis axis_for(std::string title, const std::vector<std::span<const double>>& values, bool with_zero);
 
 /// Axes on a sheet. Values that are not finite leave a gap; lines are cut at the frame.
@@ -62,7 +63,7 @@ class Plot {
        const std::string& title = "");
 
   void line(std::span<const double> x, std::span<const double> y, const Sheet::Pen& pen);
-  /// A signal of many samples: of each pixel its extremes.
+  /// Draws a signal of many samples: the extremes of each pixel.
   void signal(std::span<const double> x, std::span<const double> y, const Sheet::Pen& pen);
   void dots(std::span<const double> x, std::span<const double> y, const std::string& colour);
   /// From 0 to height, between the values left and right of the x axis.

@@ -1,7 +1,8 @@
-// What every page shares: its data, text and elements. Text goes in through textContent only, never as markup. The body's
-// attributes say when all is drawn, data-drawn="number of charts", and data-error what was thrown.
+// Functions that every page shares: its data, text and elements. Text enters only through textContent, never as markup. The
+// body's attributes report the state: data-drawn="number of charts" when all is drawn, and data-error with an exception's
+// text.
 "use strict";
-// In another page's frame (bindings/web/page) the report says so to that page too, and prints when it is asked.
+// In another page's frame (bindings/web/page), the report also sends its state to that page, and prints on request.
 const framed = window.parent !== window;
 const tell = text => { if (framed) window.parent.postMessage(text, "*"); };
 if (framed) window.addEventListener("message", event => { if (event.data === "print") window.print(); });

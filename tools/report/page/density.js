@@ -1,4 +1,4 @@
-// What the pages of decid identify and decid fit draw of parameters that are known within limits, after common.js and
+// Draws parameters that are known within limits, for the pages of decid identify and decid fit. Load it after common.js,
 // plot.js and recordings.js.
 
 // ---- densities -----------------------------------------------------------------------------------------------------
@@ -7,10 +7,10 @@
 const finestOf = parameter => Math.min(12, Math.max(decimalsOf(parameter), Math.floor(1.5 - Math.log10(parameter.sd))));
 const between = ([low, high], decimals) => `${fixed(low, decimals)} to ${fixed(high, decimals)}`;
 
-// Where a parameter's value is in its range: 0 to 1.
+// Returns the place of a parameter's value in its range: 0 to 1.
 const placeIn = (parameter, value) => (value - parameter.low) / (parameter.high - parameter.low);
 
-// density: [place in the range, density], the prior being 1.
+// Draws a density: [place in the range, density], with the prior at 1.
 function densityPanel(parameter, density) {
   const width = 320, height = 145, left = 18, right = width - 18, top = 6, base = 98, bar = 112;
   const highest = Math.max(1, ...density.map(([, value]) => value));
@@ -32,7 +32,7 @@ function densityPanel(parameter, density) {
   return element("div", {}, element("h4", {}, parameter.name, " ", element("small", {}, unitOf(parameter))), made);
 }
 
-// A panel of each parameter. whose: what density it is; remark: what the caption ends with.
+// Draws a panel for each parameter. whose: the density's origin; remark: the end of the caption.
 function densityFigure(title, parameters, densities, whose, remark) {
   const known = parameters.some(parameter => "true" in parameter);
   return element("figure", {}, element("h3", {}, title),

@@ -1,7 +1,8 @@
 // Draws the frequency response of a recording and of the identified controller: gain, phase and coherence over a
 // logarithmic axis. After plot.js, before identify.js.
 
-// lines: [name, class, values]; the first has dots. low and high bound the band around it. The first chart has the legend of all.
+// Draws a chart. lines: [name, class, values]; the first line has dots. low and high bound the band around it. The first
+// chart has the legend of all charts.
 function frfChart(frf, title, y, lines, { low, high, legend = false } = {}) {
   const { frequency_hz } = frf, points = values => frequency_hz.map((x, i) => [x, values[i] ?? NaN]);
   const band = low ? [{ name: "95% confidence", class: "soft", band: frequency_hz.map((x, i) => [x, low[i] ?? NaN, high[i] ?? NaN]) }] : [];

@@ -27,7 +27,7 @@ function rangeCell(parameter) {
       element("span", {}, fixed(parameter.high, decimals))));
 }
 
-// Of a network that gives a distribution.
+// Returns true if the network predicts a distribution.
 const isSure = recording => recording.parameters.some(parameter => "sd" in parameter);
 const finest = parameter => "sd" in parameter ? finestOf(parameter) : decimalsOf(parameter);
 const valueOf = parameter => fixed(parameter.value, finest(parameter)) +
@@ -87,7 +87,7 @@ function certainty(recording) {
 
 // ---- sway ----------------------------------------------------------------------------------------------------------
 
-// What was written as steps from one value to the next.
+// Returns the values of a list that holds the steps from each value to the next.
 function summed(list) {
   let sum = 0;
   return list.map(step => step === null ? null : sum += step);

@@ -1,4 +1,4 @@
-// What decid compare found, for its page and that of decid study: a heading, what was compared, the table.
+// Draws the results of decid compare, for its page and the page of decid study: a heading, the compared methods, the table.
 function methodTable(comparison) {
   const count = value => value.toLocaleString("en-US", { maximumFractionDigits: 0 });
   const names = Object.keys(comparison.methods[0].mse_per_parameter);

@@ -1,19 +1,19 @@
-// What the pages of decid identify and decid fit share, after common.js: text about recordings, their contents.
+// Functions that the pages of decid identify and decid fit share, after common.js: text about recordings and their contents.
 const normalizedUnit = parameter => parameter.unit.includes(" s/") ? " s" : "";
 
-// The same value in the unit a reader may think in.
+// Returns the same value in a unit that readers may prefer.
 function inOtherWords(parameter) {
   if (absent(parameter.value)) return null;
   if (parameter.unit === "rad/s") return fixed(parameter.value * 180 / Math.PI, 3) + " deg/s";
   return parameter.unit === "s" ? fixed(1000 * parameter.value, 0) + " ms" : null;
 }
 
-// Cells of the table that is the answer. heading: what stands before it where the table is too narrow for columns.
+// Returns a cell of the results table. heading: the text before the value where the table is too narrow for columns.
 const cell = (heading, text) => element("td", { class: text === "\u2013" ? "number none" : "number", "data-heading": heading }, text);
 const nameCell = parameter => element("th", { scope: "row" }, parameter.name, element("span", { class: "description" },
   element("span", { class: "words" }, parameter.description + (unitOf(parameter) ? ", " : "")), unitOf(parameter)));
 
-// Whether the answer can be used, and everything that was noticed, the gravest first.
+// Shows if the answer can be used, and all warnings, the most serious first.
 function trustBox({ trust, warnings }) {
   const verdict = { usable: "Usable: no check found anything odd", caution: "Use with caution", "not usable": "Not usable" }[trust];
   return element("div", { class: trust === "usable" ? "verdict" : "warning", role: "note", "aria-label": "Can it be used?" },
@@ -45,11 +45,11 @@ const trustWords = { usable: "usable", caution: "with caution", "not usable": "n
 const groupColours = ["--draw", "--again", "--third", "--fourth"];
 const groupOf = index => report.groups ? report.groups.members[index].group : "";
 const reasons = { tilt_of_other_size: "platform tilted another angle", "not usable": "not usable", error: "could not be read" };
-// Why a comparison of groups leaves a recording out, or nothing.
+// Returns why a comparison of groups leaves out a recording, or nothing.
 const leftOut = index => report.groups ? report.groups.members[index].left_out : "";
 const peopleText = count => count === 1 ? "1 person" : `${count} people`;
 
-// What can be used, so that figures of all are of them alone: [recording, its place].
+// Returns the usable recordings, so that summary figures cover only these: [recording, its place].
 const sound = () => report.recordings.map((recording, index) => [recording, index]).filter(([{ trust }]) => trust !== "not usable");
 
 function quantileOf(sorted, share) {
@@ -57,7 +57,7 @@ function quantileOf(sorted, share) {
   return sorted[below] + (place - below) * ((sorted[below + 1] ?? sorted[below]) - sorted[below]);
 }
 
-// A dot a recording over the parameter's range, the middle half of them as a bar with the median; a row a group.
+// Draws one dot per recording over the parameter's range, the middle half as a bar, and the median; one row per group.
 function strip(parameter, rows) {
   const width = 340, row = 26, left = 6, right = width - 6;
   const x = value => left + (right - left) * Math.min(1, Math.max(0, (value - parameter.low) / (parameter.high - parameter.low)));
@@ -101,7 +101,7 @@ function summaryTable() {
     element("tbody", {}, ...rows))));
 }
 
-// How the people of two groups are compared.
+// Describes how the people of two groups are compared.
 function pairedText({ paired, people, unpaired_people: unpaired }, [a, b]) {
   const summary = group => `${group.name}: ${peopleText(group.people)}, ${group.recordings} ${group.recordings === 1 ? "recording" : "recordings"}`;
   const samples = `${summary(a)}; ${summary(b)}. `;
@@ -138,7 +138,7 @@ function comparisonTable(comparison) {
       element("tbody", {}, ...rows))));
 }
 
-// What counts as a person, and which recordings no comparison of groups counts.
+// Describes what counts as a person, and which recordings no comparison of groups includes.
 function groupNotes() {
   const { person_column: column, left_out: out } = report.groups.group_comparison;
   const people = absent(column) ? "The table of groups has no column \u201csubject\u201d: each recording counts as a person. Several recordings of one person would make the intervals too narrow."
@@ -148,7 +148,8 @@ function groupNotes() {
       out.map(({ file, group, reason }) => `${file} (${group}; ${reasons[reason]})`).join(", ") + "."));
 }
 
-// valueCell: of a parameter; last: the last column's heading and, for a recording, what is in it.
+// Draws the table of recordings. valueCell: returns the cell of a parameter; last: the last column's heading, and its
+// content for a recording.
 function recordingTable(valueCell, [heading, last]) {
   const recordings = report.recordings, grouped = Boolean(report.groups);
   const rows = recordings.map((recording, index) => {
@@ -210,8 +211,8 @@ function windowControls(choices, chosen, start, end, show) {
 const openAtFirst = 3;  // the recordings of a page that has no more
 const opened = [];      // a function each: draws the recording, once
 
-// fill: appends to a section what is shown of a recording. One recording is shown; of several each is a fold, which is read and
-// drawn when it is opened.
+// Adds a section for each recording. fill: appends a recording's content to a section. A single recording is shown; each of
+// several recordings is folded, and is read and drawn when the user opens it.
 function sections(fill) {
   const main = document.getElementById("main"), single = report.recordings.length === 1;
   report.recordings.forEach((recording, index) => {
@@ -248,7 +249,7 @@ function showNamed() {
   document.getElementById(`recording-${named[1]}`).scrollIntoView();
 }
 
-// What a reader should know before trusting a figure. whence: where the values and intervals come from.
+// Explains how to read the page before trusting a figure. whence: the origin of the values and intervals.
 function howToRead(whence) {
   const items = [
     ["The coloured box", "says whether the recording can be used at all. Read it first."],
@@ -262,7 +263,7 @@ function howToRead(whence) {
   ];
   const made = element("details", { class: "help" }, element("summary", {}, "How to read this"),
     element("dl", {}, ...items.flatMap(([name, text]) => [element("dt", {}, name), element("dd", {}, text)])));
-  // A sheet of paper has it in full.
+  // Paper shows the full text.
   window.addEventListener("beforeprint", () => { made.open = true; });
   window.addEventListener("afterprint", () => { made.open = false; });
   return made;
