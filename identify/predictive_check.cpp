@@ -261,7 +261,7 @@ std::string PredictiveCheck::warning() const {
     list += format("%s%s%s %.3g%s, simulated %.3g to %.3g (p %.3f)", list.empty() ? "" : "; ", band ? "rms at " : "",
                    one.name.c_str(), one.recorded, one.in_degrees ? " degrees" : "", one.low, one.high, one.p);
   }
-  return list.empty() ? list : "sway simulated anew from the draws does not look like the recording: " + list;
+  return list.empty() ? list : "sway simulated again from the draws does not look like the recording: " + list;
 }
 
 }  // namespace decid

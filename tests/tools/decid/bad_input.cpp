@@ -221,8 +221,8 @@ TEST_CASE("recordings that cannot be used") {
 }
 
 TEST_CASE("recordings of another length or rate are refused with both and a way out") {
-  check_recording_refused(recording(6370, 100, wave), {"6370", "12100", "100 Hz", "decid train"});
-  check_recording_refused(recording(6370, 60, wave), {"6370", "60 Hz", "12100", "100 Hz", "1 is whole", "decid train"});
+  check_recording_refused(recording(6370, 100, wave), {"6370", "12100", "100 Hz", "--stream"});
+  check_recording_refused(recording(6370, 60, wave), {"6370", "60 Hz", "12100", "100 Hz", "only 1 of its 2 whole cycles", "--stream"});
   check_recording_refused(recording(12100, 100, wave), {"12100", "200 Hz", "100 Hz"}, "--rate 200");
   check_recording_refused(recording(12200, 100, wave), {"--begin", "122 s"}, "--begin 130");
   check_recording_refused(recording(20, 100, wave), {"20", "12100"});
@@ -258,7 +258,7 @@ TEST_CASE("an error's advice works") {
   const std::string table = DECID_SOURCE_DIR "/examples/frf.csv";
   check_refused("fit " + table, {"is a frequency response, not a recording", "fit it with --frf " + table});
   check_refused("identify " + table, {"fit it with --frf " + table});
-  check_refused("fit --frf " + cut, {"no column called frequency", "leave --frf out if it is a recording"});
+  check_refused("fit --frf " + cut, {"no column called frequency", "leave --frf out for a recording"});
 }
 
 TEST_CASE("a gap that is too long for --fill-gaps is not advised to be filled") {
@@ -274,7 +274,7 @@ TEST_CASE("options of a recording that contradict each other or are none") {
   check_recording_refused(text, {"--invert", "--tilt-column"}, "--invert tilt");
   check_recording_refused(text, {"--begin", "--tilt-column"}, "--begin 1 --tilt-column 1");
   check_recording_refused(text, {"no column 'tilt'"}, "--tilt-column tilt");
-  check_recording_refused(text, {"is the sway"}, "--tilt-column com_sway_deg");
+  check_recording_refused(text, {"is already the sway"}, "--tilt-column com_sway_deg");
   check_recording_refused(text, {"--detrend"}, "--detrend cubic");
   check_recording_refused(text, {"--fill-gaps"}, "--fill-gaps -1");
 }

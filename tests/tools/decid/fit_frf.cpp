@@ -113,12 +113,12 @@ TEST_CASE("fit --frf refuses invalid input in one line") {
   check_table_refused("frequency,gain\n0.05,0.9\n0.4,1.8\n1.1,0.8\n", {"no column called phase"});
   check_table_refused("frequency,gain,phase\n0,0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n", {"line 2", "not above 0"});
   check_table_refused("frequency,gain,phase\n0.4,1.8,-60\n0.05,0.9,20\n1.1,0.8,-150\n", {"line 3", "sort"});
-  check_table_refused("frequency,gain,phase\n0.05,0.9,20\n0.05,1.8,-60\n1.1,0.8,-150\n", {"line 3", "twice"});
+  check_table_refused("frequency,gain,phase\n0.05,0.9,20\n0.05,1.8,-60\n1.1,0.8,-150\n", {"line 3", "is repeated"});
   check_table_refused("frequency,gain,phase\n0.05,0.9,0.3\n0.4,1.8,-1\n1.1,0.8,-2.6\n",
                       {"may be radians", "phase_rad"});
   check_table_refused("frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n", {"2 rows"});
   check_table_refused("frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n25,0.8,-150\n",
-                      {"nothing at 25 Hz", "--protocol"});
+                      {"no power at 25 Hz", "--protocol"});
   const std::string good = "frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n";
   check_table_refused(good, {"no confidence", "--prior-error above 0"}, "--prior-error 0");
   check_table_refused(good, {"--unit", "not for --frf"}, "--unit deg");

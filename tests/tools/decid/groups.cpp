@@ -42,7 +42,12 @@ Names people(const std::string& table, const Names& recordings) {
 }
 
 std::string refusal(const std::string& table, const Names& recordings) {
-  return message_of([&] { read_table(table, recordings); });
+  try {
+    read_table(table, recordings);
+    return "";
+  } catch (const decid::Error& error) {
+    return error.what();
+  }
 }
 
 }  // namespace

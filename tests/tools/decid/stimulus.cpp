@@ -135,7 +135,7 @@ TEST_CASE("protocol files that the simulator could not play are refused by every
   check(R"({"sequence": {"lead_out_s": 79.11}})", {"p.json", "20011 samples", "lengthen lead_out_s by 0.01 s"});
   check("{\"name\": " + std::string(100'000, '[') + std::string(100'000, ']') + "}",
         {"p.json", "32 levels", "column 41"});
-  check(R"({"name": "a", "name": "b"})", {"p.json", "'name' stands twice"});
+  check(R"({"name": "a", "name": "b"})", {"p.json", "'name' is repeated"});
   check(R"({"measured": {"tilt_deg": [0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6], "lead_out_s": 2, "cycles": 3}})",
         {"p.json", "measured tilt_deg", "jumps by 0.6 degrees", "cycles 1"});
   check(R"({"name": "\u001b]0;x\u0007"})", {"p.json", "control character"});

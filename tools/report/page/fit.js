@@ -256,10 +256,10 @@ function fill(made, recording) {
     element("dl", { class: "figures" },
       figure("Can it be believed?", agreed ? "chains agree" : "chains disagree", `R-hat ${fixed(rhat, 3)} at most; 1 is perfect`),
       figure("Does the model sway like this?", !tested ? "unknown" : isOdd(recording) ? "no" : "yes",
-        tested ? `simulated anew, smallest p ${fixed(smallest, 3)}` : "simulated anew, the body falls"),
+        tested ? `simulated again, smallest p ${fixed(smallest, 3)}` : "simulated again, the body falls"),
       figure("Sway, peak to peak", absent(recording.peak_to_peak_deg) ? "n/a" : fixed(recording.peak_to_peak_deg, 2) + " deg", "of the recording")),
     densities(recording), timelines(recording), pairs(recording),
-    element("h3", {}, "Does sway that is simulated anew look like the recording?"), checkTable(recording),
+    element("h3", {}, "Does sway that is simulated again look like the recording?"), checkTable(recording),
     element("h3", {}, "Whether to believe it"), diagnosis(recording), chainsFold(recording));
 }
 
