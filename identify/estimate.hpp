@@ -14,43 +14,45 @@
 
 namespace decid {
 
-/// What a model's network finds in one trial.
+/// The estimate that a model's network makes from one trial.
 struct Estimate {
-  /// SI units. Those of a trial like the model's training lie in their ranges or a little outside; those of others may
-  /// lie anywhere, below 0 too. A warning names each that is outside.
+  /// SI units. Trials like the model's training give parameters in their ranges or a little outside. Other trials can
+  /// give any value, also below 0. A warning names each parameter that lies outside.
   sim::Parameters parameters;
-  /// How sure the network is of them; `parameters` are its means. Empty if the model's head gives point estimates
-  /// alone.
+  /// The distribution of the parameters; `parameters` are its means. Empty if the model's head gives only point
+  /// estimates.
   std::optional<ParameterDistribution> distribution = {};
   std::vector<float> image;  ///< of the trial, before row scaling, channel-major; its shape is the model's
-  /// How far the features are from those of simulated trials (familiarity.hpp). NaN if the model has no familiarity.
+  /// Distance of the features from the features of simulated trials (familiarity.hpp). NaN if the model has no
+  /// familiarity.
   double distance = std::numeric_limits<double>::quiet_NaN();
   Warnings warnings;  ///< what looks odd
 };
 
-/// Frequency response of sway to tilt: the recording's, and that of the identified controller, band by band.
+/// Frequency responses of sway to tilt, band by band: of the recording and of the identified controller.
 struct FrequencyResponses {
-  int cycles = 0;  ///< of the stimulus, that were analysed
+  int cycles = 0;  ///< stimulus cycles that were analysed
   std::vector<sim::FrfPoint> recorded;
   std::vector<sim::FrfPoint> model;  ///< of the noise-free trial; empty if that fell over
   std::vector<sim::Complex> linear;  ///< of the closed loop at theta = 0
 };
 
-/// What trials simulated from a set of parameters show about the trial that they were identified from.
+/// Comparison of a trial with trials simulated from the parameters identified in it.
 struct Explanation {
   std::vector<float> fitted_rad;  ///< the noise-free trial; shorter than the protocol if the body fell
-  /// Of the noise-free trial beside the recording, means removed; NaN if it fell.
+  /// Residual between the noise-free trial and the recording, means removed; NaN if the body fell.
   double rms_residual_deg = std::numeric_limits<double>::quiet_NaN();
   double variance_accounted_for = std::numeric_limits<double>::quiet_NaN();  ///< 1 - var(residual) / var(sway)
-  /// How much of the controller's response to the tilt is in the recording (following.hpp): 1 all, 0 none; NaN unknown.
+  /// Fraction of the controller's response to the tilt in the recording (response_ratio.hpp): 1 all, 0 none; NaN
+  /// unknown.
   double response_ratio = std::numeric_limits<double>::quiet_NaN();
-  /// Mean and standard deviation of that among trials of the controller; NaN unknown.
+  /// Mean and standard deviation of the response ratio over trials of the controller; NaN unknown.
   double response_ratio_mean = std::numeric_limits<double>::quiet_NaN();
   double response_ratio_sd = std::numeric_limits<double>::quiet_NaN();
-  /// How little the recording is like what the model was trained on (following.hpp); 96 of 100 simulated trials are
-  /// below 1. NaN if the model has no familiarity.
+  /// Out-of-distribution score of the recording (response_ratio.hpp); 96 of 100 simulated trials are below 1. NaN if
+  /// the model has no familiarity.
   double ood_score = std::numeric_limits<double>::quiet_NaN();
-  /// Why the model takes the recording for unlike its training; empty: it does not, or no model has judged.
+  /// The reason why the recording is out of distribution; empty: it is not, or no model has judged it.
   std::string unlike_training;
   std::optional<FrequencyResponses> frf;  ///< empty if the stimulus has none; a warning says why
   Warnings warnings;

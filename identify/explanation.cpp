@@ -13,7 +13,7 @@
 namespace decid {
 namespace {
 
-/// How many noisy trials the noise-free one is compared with, as it is with the recording.
+/// Number of noisy trials that the noise-free trial is compared with, in the same way as with the recording.
 constexpr int compared = 5;
 /// Trials of one answer: those with noise and the noise-free one.
 constexpr int trials_of_answer = ResponseRatio::trials + 1;
@@ -25,7 +25,8 @@ struct Residual {
   double rms_deg, variance_accounted_for;
 };
 
-/// How much of `sway` the trial `fitted` explains, means removed. NaN if it fell over before its end.
+/// Returns the rms residual of the trial `fitted`, degrees, and the fraction of the variance of `sway` that it
+/// explains, means removed. NaN if it fell over before its end.
 Residual residual_of(std::span<const float> sway, std::span<const float> fitted) {
   if (fitted.size() < sway.size()) return {std::nan(""), std::nan("")};
   const double sway_mean = mean(sway), fitted_mean = mean(fitted);

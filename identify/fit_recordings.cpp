@@ -17,7 +17,7 @@ namespace {
 using posterior::Density;
 using posterior::Posterior;
 
-/// Trials that explain and check a recording stand as the density has it.
+/// In trials that explain and check a recording the body stands as in the density.
 sim::Protocol standing(sim::Protocol protocol, double standing_s) {
   if (protocol.standing_s == 0.0) protocol.standing_s = standing_s;
   return protocol;
@@ -28,7 +28,7 @@ sim::Protocol with_body(sim::Protocol protocol, const std::optional<sim::Body>& 
   return protocol;
 }
 
-/// By the measured tilt, else as the request has it; warns of a request that the tilt contradicts.
+/// Uses the measured tilt, else the request; warns if the tilt contradicts the request.
 bool moved_before(const recording::TiltMatch& tilt, bool asked, Warnings& warnings) {
   const bool moved = tilt.moved_before.value_or(asked);
   if (asked && !moved)
@@ -58,7 +58,7 @@ class Fitter::Plan {
     return {std::move(estimates.front()), std::move(explanations.front())};
   }
 
-  /// For recordings whose tilt says where the protocol starts, and whether the platform moved before.
+  /// For recordings whose tilt shows where the protocol starts, and whether the platform moved before.
   const Density& with_known_start(posterior::Priors priors, bool moved_before) {
     const std::lock_guard lock(one_at_a_time_);
     std::optional<Density>& known = moved_before ? moved_before_ : known_start_;
@@ -137,8 +137,8 @@ void Fitter::fit(RecordingResult& result, const posterior::OnProgress& progress)
   Warnings unlike_simulated, unfamiliar;
   const std::string odd = figures.check.warning();
   if (!odd.empty()) add_caution(unlike_simulated, "unlike_simulated", odd);
-  // A recording unlike the network's training is not usable if the draws are odd too. The network alone flags four of a
-  // hundred sound trials.
+  // A recording unlike the network's training is not usable if the draws are odd too. The network on its own flags four
+  // of a hundred clean trials.
   if (!unlike_training.empty())
     unfamiliar.push_back({!odd.empty() || found.apart() ? Severity::invalid : Severity::caution, "out_of_distribution",
                           "by the network, " + unlike_training});

@@ -1,5 +1,5 @@
-// Posteriors of recordings that were brought to a protocol: sampled, checked, explained. One that cannot be used does
-// not stop the others.
+// Posteriors of recordings that were brought to a protocol: sampled, checked, explained. A recording that cannot be
+// used does not stop the others.
 //
 //   Fitter fitter(&model, protocol, body, request);
 //   Report report = fitter.report();
@@ -16,8 +16,8 @@
 
 namespace decid {
 
-/// Where the work stands: the recording, counted from 0, and its sampling. Returns false to stop. Called by one thread
-/// at a time; several recordings are fitted side by side.
+/// Reports progress: the recording, counted from 0, and its sampling. Returns false to stop. Called by one thread at a
+/// time; several recordings are fitted at the same time.
 using FitProgress = std::function<bool(std::size_t recording, const posterior::Progress& progress)>;
 
 /// Called for each recording that was begun when it is done or has an error, by one thread at a time; it may move the
@@ -27,20 +27,20 @@ using OnFitted = std::function<void(std::size_t recording)>;
 /// Fits recordings of one protocol: has the plans that the fits share. The model must outlive it.
 class Fitter {
  public:
-  /// model: whose network answers where it knows the experiment; may be null. body: the subject's; empty: the
+  /// model: its network supplies estimates if it covers the experiment; may be null. body: the subject's; empty: the
   /// protocol's. Throws Error if the protocol cannot be fitted.
   Fitter(const Model* model, sim::Protocol protocol, const std::optional<sim::Body>& body, FitRequest request);
   Fitter(const Fitter&) = delete;
   Fitter& operator=(const Fitter&) = delete;
   ~Fitter();
 
-  /// Returns what the recordings have in common, without any.
+  /// Returns the common values of the recordings, without any recording.
   const Report& report() const noexcept { return report_; }
 
   /// Samples the posterior of each recording without an error, in their order, and checks whether its draws predict the
   /// recording; if they do not, its first warning says so. If chains do not agree, a warning says so, and the estimate
   /// is the network's. A run that is stopped keeps what was drawn until then, begins no other recording, and returns
-  /// false. What comes out does not depend on the number of threads. An error of a recording is its own.
+  /// false. The results do not depend on the number of threads. An error of one recording does not affect the others.
   bool fit(std::span<RecordingResult> read, const FitProgress& progress = {}, const OnFitted& fitted = {});
 
  private:

@@ -17,11 +17,11 @@ using posterior::Posterior;
 
 // at_edge: the prior's probability that counts as an end, and the number of quantities there that is refused; the
 // probability that counts as the last of an end, and the number of quantities there that is cautioned. Three of sixteen
-// sound trials have three quantities in the outer twentieth (docs/guide/warnings.md).
+// clean trials have three quantities in the outer twentieth (docs/guide/warnings.md).
 constexpr double outer = 0.05, outermost = 0.011;  // coordinates end at the outer hundredth
 constexpr std::size_t edges_of_invalid = 4, outermost_of_caution = 2;
 constexpr double divergent_fraction = 0.05;
-/// In a block of 0.1 s the white noise of a sample of so much is about the model's own error.
+/// White noise of this size per sample, in a block of 0.1 s, is about the model's own error.
 constexpr double min_believed_noise_deg = 2e-3;
 constexpr double unexplained_white = 3.0;  // over the white noise that the highest frequencies have
 constexpr double unexplained_slow = 0.5;   // over the sway's standard deviation
@@ -59,7 +59,7 @@ void warn_of_chains(const Density& density, const Posterior& found, bool from_ne
         "the chains do not agree (R-hat %.2f for %s): the recording may fit more than one "
         "controller; these are ",
         *worst, quantity_name(density, quantity).c_str());
-    // The network's answer is as good as that of `identify`, whose own warnings stand beside it.
+    // The network's answer is as good as the answer of `identify`; its own warnings are listed too.
     if (from_network)
       add_info(warnings, "chains_disagree", apart + "the network's values, as decid identify has them");
     else

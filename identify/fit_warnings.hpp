@@ -1,5 +1,5 @@
-// Warns of a posterior: signs that its chains, its model or its priors shaped the answer more than the
-// recording did.
+// Warnings of a posterior: signs that its chains, its model or its priors shaped the answer more than the recording
+// did.
 #pragma once
 
 #include <optional>
@@ -10,8 +10,8 @@
 
 namespace decid {
 
-/// Quantities with half of their draws where their prior has this probability, at either end. The slow noise, which
-/// chains hold while they draw, is not judged.
+/// Returns the quantities that have half of their draws at either end of the prior, where the prior has this
+/// probability. The slow noise, which chains hold while they draw, is not judged.
 std::vector<int> at_edge(const posterior::Density& density, const posterior::Posterior& found, double probability);
 
 /// Returns what the posterior itself shows: `at_edge`, `chains_disagree`, `few_draws`, `divergences`, `little_noise`,

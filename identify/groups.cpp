@@ -19,7 +19,7 @@ double squared(double value) {
   return value * value;
 }
 
-/// difference +- t standard_error, both for this interval alone and for `intervals` together.
+/// Computes difference +- t standard_error, for this interval on its own and for `intervals` together.
 void add_intervals(GroupEffect& effect, double standard_error, double degrees_of_freedom, std::size_t intervals) {
   const auto limits = [&](double probability) {
     const double half_width = student_t_critical(probability, degrees_of_freedom) * standard_error;
@@ -77,7 +77,7 @@ Group summary_of(const std::string& name, const People& people, std::size_t para
   return group;
 }
 
-/// Those of `people` who are also in `others`.
+/// Returns the members of `people` who are also in `others`.
 People also_in(const People& others, const People& people) {
   People both;
   for (const auto& [id, person] : people)

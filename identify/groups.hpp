@@ -6,7 +6,7 @@
 //   difference of two groups of the same n people, from each person's own difference D (paired)
 //     SE^2 = SD^2 / n                  df = n - 1
 //   interval: difference +- t SE, t of Student's distribution with df
-//   adjusted interval: the same with 0.05 / k in place of 0.05 for k intervals; their joint coverage is at least 95%
+//   adjusted interval: the same with 0.05 / k instead of 0.05 for k intervals; their joint coverage is at least 95%
 //     (Bonferroni; O. Dunn, J. Am. Stat. Assoc. 56 (1961) 52-64), however the parameters depend on each other
 //   Hedges' g = J difference / S, J = 1 - 3 / (4 f - 1) for f >= 2
 //     different people: S^2 = ((n1 - 1) S1^2 + (n2 - 1) S2^2) / f, f = n1 + n2 - 2 (M. Borenstein, L. Hedges,
@@ -31,8 +31,8 @@ struct GroupSample {
 };
 GroupSample group_sample(std::span<const double> values);
 
-/// NaN stands for what is not defined: a group has fewer than two people, or nothing varies;
-/// hedges_g of two paired people too, where J would be 0.
+/// The effect of a difference. NaN: undefined, because a group has fewer than two people, or nothing varies; hedges_g
+/// of two paired people too, where J would be 0.
 struct GroupEffect {
   double difference = 0.0;                                    ///< of the means, first less second
   std::array<double, 2> interval95{}, adjusted_interval95{};  ///< of the difference
@@ -60,7 +60,7 @@ struct GroupTable {
   std::vector<UnusedLine> unused = {};
 };
 
-/// What a comparison needs of a recording.
+/// The part of a recording that a comparison reads.
 struct GroupedRecording {
   std::string group, person;
   std::vector<double> values;  ///< one per parameter; empty: the recording is left out
@@ -76,7 +76,7 @@ struct GroupPair {
   std::size_t first = 0, second = 0;  ///< places in the list of groups
   bool paired = false;                ///< someone is in both groups, so only people in both are compared, however few
   std::array<std::size_t, 2> people{};
-  std::size_t unpaired_people = 0;  ///< those that a paired comparison leaves out: they are in one of the groups only
+  std::size_t unpaired_people = 0;  ///< people in one group only, whom a paired comparison leaves out
   std::vector<GroupEffect> parameters;
 };
 
@@ -88,7 +88,7 @@ struct GroupComparison {
 /// Throws Error for a recording with another number of values than `parameters`.
 GroupComparison compare_groups(std::span<const GroupedRecording> recordings, std::size_t parameters);
 
-/// A table of groups and what it shows of the recordings of a call.
+/// A table of groups and the comparison of the recordings of one call.
 struct GroupReport {
   GroupTable table;
   std::vector<std::string> left_out;  ///< one per recording: why it is not compared, "error", "not usable" or

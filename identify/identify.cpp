@@ -28,11 +28,11 @@ void warn_of_ranges(const sim::ParameterTable& table, Estimate& estimate) {
   }
 }
 
-/// Guessing the middle of the ranges has 1. On the worst recording condition of its training, slow noise of 0.3
-/// degrees, the built-in model has 0.57; after the first of its 128 epochs it had 0.70.
+/// MSE limit: guessing the middle of the ranges gives 1. The built-in model has 0.57 on the worst recording condition
+/// of its training, slow noise of 0.3°. After the first of its 128 epochs it had 0.70.
 constexpr double max_validation_mse = 0.6;
 
-/// Warns of a network whose own validation trials it hardly identifies better than a guess.
+/// Adds a warning if the network identifies its own validation trials hardly better than a guess.
 void warn_of_model(const Model& model, Estimate& estimate) {
   const std::optional<double> error = model.validation_mse();
   if (!error || *error <= max_validation_mse) return;
@@ -43,7 +43,7 @@ void warn_of_model(const Model& model, Estimate& estimate) {
                      *error, max_validation_mse));
 }
 
-/// How far a condition of the training moves what is recorded.
+/// Returns the upper bound of a condition in the training, 0 if the condition never occurs.
 double largest(const sim::Conditions& conditions, sim::Condition condition) {
   return conditions[condition].share > 0.0 ? conditions[condition].high : 0.0;
 }
@@ -71,7 +71,7 @@ void warn_of_sway(const sim::Conditions& trained, const recording::Trial& trial,
                        reach / sim::rad_per_deg, trained_rad / sim::rad_per_deg));
 }
 
-/// Warns of recordings that look unlike anything the network was trained on.
+/// Adds a warning to recordings that are out of distribution.
 void judge(const Model& model, const Estimate& estimate, Explanation& explanation) {
   if (!model.familiarity.known()) {
     const Warnings found = following_warnings(explanation);

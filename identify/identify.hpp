@@ -19,28 +19,28 @@
 
 namespace decid {
 
-/// Where in the samples the protocol starts, and what is subtracted from them.
+/// Options: where in the samples the protocol starts, and what is subtracted from the samples.
 using IdentifyOptions = recording::TrialOptions;
 
 /// Identifies a recording of the model's protocol and explains it. sway_rad: sway of the body's centre of mass, rad, 0
 /// upright, positive in the platform's direction of tilt, at rate_hz; it is resampled and cut to the protocol's rate
 /// and length (recording::bring_to_protocol). body: the subject's; empty: the model's own is assumed (for_body.hpp).
-/// Throws Error for samples that are too short, not finite, or constant, and for a body of a height that the model does
-/// not know. Safe to call from many threads at once.
+/// Throws Error for samples that are too short, not finite, or constant, and for a body height outside the model's
+/// range. Safe to call from many threads at once.
 RecordingResult identify(const Model& model, std::span<const double> sway_rad, double rate_hz,
                          const IdentifyOptions& options = {}, const std::optional<sim::Body>& body = {});
 
-/// For many recordings: makes once what the function above makes at every call. One thread's plan: a copy shares
-/// the network's weights and the simulator, so make one for each thread. The model must outlive it.
+/// Identifies many recordings: sets up once what the function above sets up at every call. One thread's plan: a copy
+/// shares the network's weights and the simulator, so make one for each thread. The model must outlive it.
 class Identifier {
  public:
-  /// How many images go through the network together.
+  /// The maximum number of images that go through the network together.
   static constexpr std::size_t max_at_once = 64;
 
   /// The model must outlive it.
   explicit Identifier(const Model& model) : Identifier(model, for_body(model, "the model", {})) {}
-  /// Of recordings of that body. usually: how many of them estimate() will often have at once; memory is taken for
-  /// these.
+  /// Identifies recordings of that body. usually: the number of recordings that estimate() often gets at once; the
+  /// constructor allocates memory for them.
   Identifier(const Model& model, ForBody body, std::size_t usually = max_at_once);
   explicit Identifier(Model&& model) = delete;
   Identifier(Model&& model, ForBody body, std::size_t usually = max_at_once) = delete;
@@ -58,8 +58,8 @@ class Identifier {
   /// A trial's estimate does not depend on the others. Throws Error for a trial of another length than the protocol's,
   /// and for one with a value that is not finite.
   std::vector<Estimate> estimate(const std::vector<recording::Trial>& trials) { return run(pointers(trials)); }
-  /// Returns how well estimates explain their trials, and how familiar these look to the model: trials are simulated
-  /// from the parameters and compared with them.
+  /// Returns how well estimates explain their trials, and the OOD scores of the trials. Simulates trials from the
+  /// parameters and compares them with the recorded trials.
   std::vector<Explanation> explain(std::span<const Estimate> estimates,
                                    const std::vector<recording::Trial>& trials) const {
     return compare(estimates, pointers(trials));

@@ -14,11 +14,11 @@ namespace decid {
 namespace {
 
 constexpr int fewest_standing = 100;
-/// Slower than the first is drift, above the last there is little but the sensor's noise.
+/// Drift is slower than the first; above the last there is little except measurement noise.
 constexpr double band_edges_hz[] = {0.05, 0.2, 0.5, 1.0, 2.5};
 constexpr std::uint64_t of_sensor = std::uint64_t{1} << 63;
 
-/// Less the straight line of least squares: a sensor's zero and drift say nothing about a controller.
+/// Subtracts the least-squares line: a sensor's offset and drift have no information about a controller.
 std::vector<float> without_line(std::span<const float> values) {
   const auto count = static_cast<double>(values.size());
   const double middle = 0.5 * (count - 1.0), mean = decid::mean(values);
@@ -164,7 +164,7 @@ PredictiveChecker::Shown PredictiveChecker::show(std::span<const float> as_recor
   return shown;
 }
 
-// Between samples the sway is taken for straight: at 100 Hz at 2 Hz that loses 0.2 % at most.
+// Sway is interpolated linearly between samples; at a rate of 100 Hz this loses at most 0.2% at 2 Hz.
 std::vector<float> PredictiveChecker::record(std::span<const double> sway_rad, const posterior::State& draw,
                                              const Random& noise) const {
   std::vector<double> normals(sway_rad.size());
@@ -261,7 +261,7 @@ std::string PredictiveCheck::warning() const {
     list += format("%s%s%s %.3g%s, simulated %.3g to %.3g (p %.3f)", list.empty() ? "" : "; ", band ? "rms at " : "",
                    one.name.c_str(), one.recorded, one.in_degrees ? " degrees" : "", one.low, one.high, one.p);
   }
-  return list.empty() ? list : "sway simulated again from the draws does not look like the recording: " + list;
+  return list.empty() ? list : "sway simulated from the draws does not look like the recording: " + list;
 }
 
 }  // namespace decid

@@ -1,6 +1,6 @@
-// Does sway that is simulated anew from a posterior's draws look like the recording? Each trial has a draw's
-// parameters, start, gain and measurement noise, and vestibular noise of its own. Posterior predictive checks: Gelman,
-// Meng, Stern, Statistica Sinica 6, 1996.
+// Posterior predictive check: compares a recording with sway simulated from a posterior's draws. Each trial has a
+// draw's parameters, start, gain and measurement noise, and independent vestibular noise. Method: Gelman, Meng, Stern,
+// Statistica Sinica 6, 1996.
 #pragma once
 
 #include <optional>
@@ -15,30 +15,32 @@
 
 namespace decid {
 
-/// A figure of the recording beside those of the simulated trials. Sways are about their straight lines of least
-/// squares.
+/// A test quantity of the recording and its distribution over the simulated trials. The least-squares line of each sway
+/// is subtracted first.
 struct CheckedFigure {
-  std::string name;  ///< "0.05 to 0.2 Hz" and other bands: the rms there; "frequency response": how far it is from
-                     ///< the simulated trials' mean, squared, over their variance; "level": the rms; "largest
-                     ///< sway"; "between cycles": the rms of what differs from cycle to cycle
+  std::string name;  ///< "0.05 to 0.2 Hz" and other bands: the rms there; "frequency response": squared distance from
+                     ///< the simulated trials' mean over their variance; "level": the rms; "largest
+                     // /< sway"; "between cycles": the rms of the difference between cycles
   bool in_degrees = true;  ///< else it has no unit
   double recorded = 0.0;
-  double low = 0.0, middle = 0.0, high = 0.0;  ///< 5, 50 and 95 % of the simulated ones are below
-  /// Two-sided: twice the smaller share of n + 1, the recording counted, that is as low or as high; 1 at most.
+  double low = 0.0, middle = 0.0, high = 0.0;  ///< quantiles of the simulated trials: 5%, 50% and 95%
+  /// Two-sided p: twice the smaller of the fractions of trials as low or as high as the recording, which counts among n
+  /// + 1; 1 at most.
   double p = 1.0;
 };
 
 struct PredictiveCheck {
   static constexpr int trials = 400;
-  /// Below this the recording is not taken for one of the model's. Where it is, each figure is below with a
-  /// probability of 0.01 if the parameters are known to be those of the draws, and less if the draws are fitted to it.
+  /// A p below this limit means that the recording does not come from the model. For a recording of the model, each
+  /// figure falls below with probability 0.01 if the draws are the true parameters, and less often if the draws are
+  /// fitted to the recording.
   static constexpr double odd = 0.01;
 
-  int standing = 0;                    ///< trials in which the body did not fall: those that are compared
+  int standing = 0;                    ///< trials in which the body did not fall; only these are compared
   std::vector<CheckedFigure> figures;  ///< empty if they are fewer than 100
-  posterior::Band sway_rad;            ///< of the simulated trials, each about its mean, in blocks; empty likewise
+  posterior::Band sway_rad;  ///< of the simulated trials, each about its mean, in blocks; empty if fewer than 100 stand
 
-  /// What is odd, in words; empty if nothing is.
+  /// Returns a text that lists the figures below `odd`; empty if there are none.
   std::string warning() const;
 };
 

@@ -1,4 +1,4 @@
-// Recordings in files on their way: read and brought to a protocol, identified, explained. One that cannot be
+// Recordings in files: reads them, brings them to a protocol, identifies and explains them. A recording that cannot be
 // used does not stop the others.
 #pragma once
 
@@ -27,21 +27,22 @@ struct RecordingSource {
   std::string name() const { return trial.empty() ? file.string() : file.string() + "#" + trial; }
 };
 
-/// The recordings of files: each file is one, or as many as options.trial_column tells apart. A file that cannot be
-/// read is one, whose error read_recordings() has. Throws Error for standard input, which can be read only once.
+/// Returns the recordings of files: each file is one, or as many as options.trial_column separates. A file that cannot
+/// be read counts as one, and read_recordings() gives its error. Throws Error for standard input, which can be read
+/// only once.
 std::vector<RecordingSource> sources_of(const std::vector<std::filesystem::path>& files,
                                         const recording::RecordingOptions& options);
 
-/// How recordings are to be read.
+/// Settings for reading recordings.
 struct ReadOptions {
   recording::RecordingOptions recording;
   recording::TrialOptions trial;
-  std::optional<sim::Parameters> truth;  ///< known parameters, to be shown beside
+  std::optional<sim::Parameters> truth;  ///< known parameters, shown for comparison
   std::optional<sim::Body> body = {};    ///< of the subject; empty: the protocol's is assumed
 };
 
-/// Returns a recording as a trial of the protocol, with what was assumed as its warnings. Throws Error for one that
-/// cannot be used.
+/// Returns a recording as a trial of the protocol, with warnings for all assumptions. Throws Error if it cannot be
+/// used.
 RecordingResult bring(recording::Recording recording, const recording::ProtocolPlan& plan,
                       const recording::TrialOptions& options);
 
@@ -49,11 +50,11 @@ RecordingResult bring(recording::Recording recording, const recording::ProtocolP
 std::vector<RecordingResult> read_recordings(const sim::Protocol& protocol, const std::vector<RecordingSource>& sources,
                                              const ReadOptions& options);
 
-/// Returns what recordings that an identifier identifies have in common, without any.
+/// Returns a report without recordings, with the common values of an identifier's recordings.
 Report report_of(const Identifier& identifier);
 
-/// Reads, identifies and explains recordings; `name`: what errors call the model. Throws Error for a body that it does
-/// not know (for_body.hpp).
+/// Reads, identifies and explains recordings; `name`: the model's name in errors. Throws Error for a body outside the
+/// model's range (for_body.hpp).
 Report identify_files(const Model& model, const std::string& name, const std::vector<RecordingSource>& sources,
                       const ReadOptions& options);
 

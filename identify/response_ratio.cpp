@@ -1,4 +1,4 @@
-// Whether a recording follows the tilt: see following.hpp.
+// Stimulus response ratio of a recording: see response_ratio.hpp.
 #include "identify/response_ratio.hpp"
 
 #include <algorithm>
@@ -15,7 +15,8 @@ constexpr double highest_hz = 2.5;
 /// How many lines on either side the noise's power is averaged over.
 constexpr std::size_t smoothing = 4;
 
-/// The sensor's noise is read between these parts of the rate: sway has little there, and resampling leaves them alone.
+/// Measurement noise is estimated between these fractions of the rate: sway has little power there, and resampling does
+/// not change it.
 constexpr double sensor_from = 0.25, sensor_to = 0.4;
 
 constexpr auto lanes = static_cast<std::size_t>(sim::fft_lanes);
@@ -98,7 +99,8 @@ double ResponseRatio::measure(const Simulated& simulated, std::span<const float>
     of_sensor += std::norm(response[k]) * sensor / (noise * noise);
   }
   if (spread == nullptr) return found / expected;
-  // Each trial beside the mean of the others. Half of the sensor's power in a line is in phase with the response.
+  // Compares each trial with the mean of the others. Half of the sensor's power in a line is in phase with the
+  // response.
   double sum = 0, squares = 0;
   for (std::size_t i = 0; i < trials; ++i) {
     if (!stands(simulated.sways_[i])) continue;

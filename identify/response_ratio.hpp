@@ -1,7 +1,8 @@
-// Whether a recording follows the tilt as the identified controller would: a matched filter. Trials of the identified
-// parameters, each with another vestibular noise, have the response to the tilt as their mean and noise about it;
-// harmonic by harmonic the recording is laid over that mean, weighted by one over the noise's power. Method: Van Trees,
-// Detection, Estimation, and Modulation Theory, Part I, ch. 4 (detection of a known signal in coloured noise).
+// Stimulus response ratio: how much of the identified controller's response to the tilt a recording has. It is a
+// matched filter. Trials of the identified parameters, each with different vestibular noise, have the response to the
+// tilt as their mean and noise about it. The recording is projected onto that mean, harmonic by harmonic, weighted by
+// one over the noise power. Method: Van Trees, Detection, Estimation, and Modulation Theory, Part I, ch. 4 (detection
+// of a known signal in coloured noise).
 #pragma once
 
 #include <array>
@@ -16,7 +17,7 @@ namespace decid {
 /// The plan for one protocol: immutable, so one serves all threads.
 class ResponseRatio {
  public:
-  /// How many trials are simulated for a measurement: number i has the noise Random(0, Stream::vestibular_noise, i).
+  /// Number of trials simulated for a measurement; trial i has the noise Random(0, Stream::vestibular_noise, i).
   static constexpr int trials = 32;
 
   /// Throws Error if the trial's length has a prime factor above max_fft_prime.
@@ -25,7 +26,7 @@ class ResponseRatio {
   /// The sways of those trials.
   class Simulated {
    public:
-    /// A valid trial's sway; different trials may come from different threads. Trials that fell are left out.
+    /// Stores a valid trial's sway; several threads may store different trials at once. Trials that fell are left out.
     void put(int trial, std::span<const double> sway_rad);
 
    private:
@@ -33,15 +34,16 @@ class ResponseRatio {
     std::array<std::vector<double>, trials> sways_;  // empty: it fell
   };
 
-  /// With Y the recording's spectrum, S the response's and N the noise's power at each line up to 2.5 Hz:
+  /// Computes the ratio. With Y the recording's spectrum, S the response's and N the noise's power at each line up to
+  /// 2.5 Hz:
   ///   sum Re(Y conj S) / N  over  sum |S|^2 / N.
-  /// 1: the response is there as expected; 0: it is not; below: it is reversed. Of 900 valid trials of the default
-  /// protocol with 0.02 degrees of sensor noise, identified by models/ideal.safetensors, 8% are below 0.3, as
-  /// vestibular noise drowns the response; of the same ones started two or ten seconds late, 95%. NaN if the controller
-  /// falls in most of its trials; without any noise, its own (Nv 0) and the sensor's, it may be: N is 0, but for
-  /// rounding. sway_rad: the protocol's samples.
-  /// spread: if it is given, what that is among trials of the controller with the sensor's noise. Its mean is below 1
-  /// where noise drowns the response: S is the mean of some trials, so |S|^2 has their noise over their number in it.
+  /// 1: the response is there as expected; 0: it is not; below: it is reversed. The test set is 900 valid trials of the
+  /// default protocol with 0.02° of measurement noise, identified by models/ideal.safetensors. 8% of them are below
+  /// 0.3, because vestibular noise drowns the response; started two or ten seconds late, 95% are. NaN if the controller
+  /// falls in most of its trials. NaN is possible without vestibular noise (Nv 0) and measurement noise: N is then 0 up
+  /// to rounding. sway_rad: the protocol's samples. spread: unless null, gets the mean and standard deviation of the
+  /// ratio over trials of the controller with measurement noise. The mean is below 1 if noise drowns the response: S is
+  /// the mean of some trials, so |S|^2 contains their noise power over their number.
   struct Spread {
     double mean = 1.0, sd = 0.0;
   };
@@ -52,9 +54,9 @@ class ResponseRatio {
   std::size_t lines_;
 };
 
-/// How little a recording is like what a model was trained on; above 1 its parameters are not to be trusted. It
-/// combines the distance of its features (familiarity.hpp) over what is usual with how little it follows the tilt:
-/// either alone misses every sixth recording with a wrong start. The weights were chosen on 900 trials.
+/// Returns the out-of-distribution score of a recording; above 1 its parameters are not reliable. The score combines
+/// the feature distance (familiarity.hpp), over the usual distance, with a low response ratio. Either term on its own
+/// misses every sixth recording with a wrong start. The weights were chosen on 900 trials.
 double ood_score(double distance, double usual, double following);
 
 }  // namespace decid

@@ -8,7 +8,7 @@
 namespace decid {
 namespace {
 
-/// Empty if the recording counts.
+/// Returns an empty text if the recording is compared.
 std::string reason_to_leave_out(const RecordingResult& result) {
   if (result.error) return "error";
   if (result.trust() == Trust::not_usable) return name(Trust::not_usable);

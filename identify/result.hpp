@@ -23,11 +23,11 @@ struct FitRequest {
 
 /// A fit: the posterior, and the signals and checks that come from it.
 struct FitFigures {
-  /// Whose values the estimate has: the posterior's means or, if its chains do not agree, the network's.
+  /// Source of the estimate: the posterior's means or, if its chains do not agree, the network.
   enum class Answer { posterior, network };
   Answer answer = Answer::posterior;
   posterior::Posterior posterior;
-  std::optional<sim::Parameters> network;  ///< its answer, where it knows the experiment
+  std::optional<sim::Parameters> network;  ///< the network's answer, if it covers the experiment
   posterior::Inferred inferred;
   PredictiveCheck check;
   double samples_noise_deg = 0.0;  ///< the sensor's noise by the samples' second differences
@@ -39,7 +39,7 @@ struct FitFigures {
 };
 const char* name(FitFigures::Answer answer);
 
-/// One recording on its way: read and brought to the protocol; then identified or fitted, and explained.
+/// The results of one recording: read and brought to the protocol; then identified or fitted, and explained.
 struct RecordingResult {
   std::string file;
   std::optional<Error> error = {};       ///< why the recording could not be used; if set, nothing below is
@@ -48,15 +48,14 @@ struct RecordingResult {
   recording::Trial trial;                ///< the recording at the protocol's rate and length
   Estimate estimate;
   Explanation explanation;
-  std::optional<FitFigures> fit = {};  ///< empty if the network alone answered
+  std::optional<FitFigures> fit = {};  ///< empty if only the network answered
   Warnings warnings = {};  ///< of all steps, the gravest first, else in their order; those of the parts are here too
 
   double peak_to_peak_deg() const;
   Trust trust() const { return trust_of(warnings); }
 };
 
-/// Calls use() with the distribution that the values of a result are of: the posterior or the network's. Does nothing
-/// if there is none.
+/// Calls use() with the distribution of a result: the posterior's or the network's. Does nothing if there is none.
 template <class Use>
 void use_distribution(const RecordingResult& result, const Use& use) {
   if (result.fit && result.fit->answer == FitFigures::Answer::posterior)
@@ -68,22 +67,22 @@ void use_distribution(const RecordingResult& result, const Use& use) {
 /// Returns the warnings of several lists, the gravest first, else in their order.
 Warnings gravest_first(std::initializer_list<Warnings> lists);
 
-/// The recordings of one call, and what they have in common.
+/// The recordings of one call, and their common values.
 struct Report {
   sim::Protocol protocol;              ///< with the subject's body, or the one that is assumed
-  bool body_assumed = true;            ///< nobody said whose body it is
+  bool body_assumed = true;            ///< no body was given
   std::vector<float> tilt_rad;         ///< the platform at the trials' samples
   dataset::ImageSettings image;        ///< of the network; unset for a fit
   dataset::ImageShape image_shape{};   ///< of Estimate::image, where that is not empty
-  std::optional<FitRequest> fit = {};  ///< what was asked of a fit
-  bool network_answers = true;         ///< the model's network knows the experiment
+  std::optional<FitRequest> fit = {};  ///< settings of a fit
+  bool network_answers = true;         ///< the model's network covers the experiment
   std::string model, model_sha256;     ///< its name and that of its weights, or empty
   bool recalibrated = false;           ///< so are the network's distributions
   std::vector<std::string> options;    ///< given options that change the answers, such as --unit rad
   std::vector<RecordingResult> recordings;
   std::optional<GroupReport> groups = {};
 
-  /// Returns the parameters with the ranges that they may have: the body's, or those that were asked for.
+  /// Returns the parameters with their ranges: the body's, or the requested ones.
   sim::ParameterTable ranges() const;
 };
 

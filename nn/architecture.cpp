@@ -52,8 +52,8 @@ FullyConnected parse_fully_connected(Shape src, Words& words) {
   return {src, outputs};
 }
 
-/// The pool that `words` describe, name included, up to its padding; nothing, and no word taken, if they describe no
-/// pool.
+/// Parses the pool that `words` describe, name included, up to its padding. Returns nothing, and takes no word, if they
+/// do not describe a pool.
 std::optional<Pool> parse_pool(Shape src, Words& words) {
   Pool pool{};
   if (words.take_if("maxpool"))
@@ -111,7 +111,7 @@ OperationParser parser_of(const std::string& word) {
   return found == registry().parsers.end() ? nullptr : found->second;
 }
 
-/// The end of a residual or concat, whose beginning is `branch`.
+/// Makes the end of a residual or concat, whose beginning is `branch`.
 Join join_of(const Branch& branch, Shape src, const Words& words) {
   const Shape& skipped = branch.shape;
   if (branch.concatenates && (skipped.rows != src.rows || skipped.columns != src.columns))

@@ -1,4 +1,4 @@
-// An architecture's text, a layer a line, and the layers that it makes.
+// Makes layers from an architecture's text, one layer per line.
 #pragma once
 
 #include <string>

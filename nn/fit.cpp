@@ -197,7 +197,7 @@ class Fit final : public TrainingLoop {
       load_checkpoint(network_, state, description(), options_.checkpoint);
   }
 
-  /// All that decides the bits, samples and callbacks apart.
+  /// Describes everything that determines the bits, except samples and callbacks.
   std::string description() const {
     const FitOptions& o = options_;
     return format("epochs %d, batch %d, learning rate %.17g, schedule %s, warm-up %.17g, loss %s, optimiser %s, ",
@@ -208,7 +208,7 @@ class Fit final : public TrainingLoop {
                   training_.size(), validation_.size());
   }
 
-  /// What the network has in the end.
+  /// Gives the network its final weights.
   void keep() {
     if (state.best)
       network_ = *state.best;
@@ -276,7 +276,7 @@ FitLog fit(Network<float>& network, const Samples& samples, const FitOptions& op
     return p->fan_in == 0 || std::ranges::all_of(p->value, [](float w) { return w == 0; });
   };
   if (std::ranges::all_of(network.parameters(), is_blank)) network.initialise(options.seed);
-  // A drawn part, the same at every call: the order of an epoch that never is.
+  // A random part, the same at every call: it uses the order of an epoch that never runs.
   std::vector<int> training = shuffled(samples.count, options.seed, -1), validation;
   if (options.validation_samples) {
     validation = all_of(*options.validation_samples);

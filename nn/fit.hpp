@@ -1,10 +1,12 @@
 // Training in one call. The recipe:
 //
-//   nn::Network net({1, 28, 28}, "conv 32 3x3 pad 1; relu; maxpool 2; fc 10");     // 1. channels, rows, columns;
-//   layers const nn::Samples samples(images, labels, count);                              // 2. values one after the
-//   other const nn::FitLog log = nn::fit(net, samples, {.loss = nn::cross_entropy()});   // 3. epochs, validation, all
-//   of it const std::vector<float> outputs = nn::predict(net, others);                   // 4. any number of samples
-//   nn::write_network(net, "net.safetensors");                                     // 5. nn::read_network() reads it
+//   nn::Network net({1, 28, 28}, "conv 32 3x3 pad 1; relu; maxpool 2; fc 10");    // 1. input shape; layers
+//   const nn::Samples samples(images, labels, count);                             // 2. values one after the other
+//   const nn::FitLog log = nn::fit(net, samples, {.loss = nn::cross_entropy()});  // 3. epochs and validation
+//   const std::vector<float> outputs = nn::predict(net, others);                  // 4. any number of samples
+//   nn::write_network(net, "net.safetensors");                                    // 5. nn::read_network() reads it
+//
+// The input shape is {channels, rows, columns}.
 //
 // Equal arguments give equal bits, for any number of threads, instruction set and compiler. For a loop of your own:
 // nn/training/trainer.hpp.
@@ -68,8 +70,8 @@ struct FitOptions {
                             ///< in the end: 0.999; 0: none
   int frozen_lines = 0;     ///< the first lines of the architecture whose parameters stay as they are
   double validation = 0.1;  ///< fraction of the samples that is drawn for validation and not trained on
-  std::optional<Samples> validation_samples = std::nullopt;  ///< these are validated instead
-  int patience = 0;        ///< stops after so many epochs without a lower validation loss; 0: never
+  std::optional<Samples> validation_samples = std::nullopt;  ///< validation uses these instead
+  int patience = 0;        ///< maximum number of epochs without a lower validation loss; 0: never stop
   std::uint64_t seed = 1;  ///< of weights, order, augmentation and dropout
   std::string checkpoint =
       {};  ///< a file, written after each epoch and at a stop; if it is there, fit() goes on from it

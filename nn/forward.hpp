@@ -34,7 +34,7 @@ void fully_connected_forward(const TensorView<const T>& src, const std::vector<T
   });
 }
 
-/// Of one block; `shape` may be a part of the pool's.
+/// Pools one block; `shape` may cover some of the pool's channels.
 template <class T>
 void pool_block_forward(Pool::Kind kind, const PoolShape& shape, BlockView<const T> src, BlockView<T> dst) {
   const auto run = kind == Pool::Kind::max ? kernels<T>().max_pool_forward : kernels<T>().average_pool_forward;
@@ -51,7 +51,7 @@ void for_each_pool_group(const Pool& pool, int blocks, const Body& body) {
   });
 }
 
-/// A block from a channel on.
+/// Returns the view of a block from a channel on.
 template <class T>
 BlockView<T> from_channel(BlockView<T> view, int channel) {
   view.data += channel * view.channel;
@@ -65,7 +65,7 @@ void pool_forward(const Pool& pool, const TensorView<const T>& src, const Tensor
   });
 }
 
-/// Means, then deviations, of all channels.
+/// Computes the means, then the standard deviations, of all channels.
 template <class T>
 void statistics_forward(const TensorView<const T>& src, const TensorView<T>& dst) {
   const int channels = src.shape().channels;
@@ -75,7 +75,7 @@ void statistics_forward(const TensorView<const T>& src, const TensorView<T>& dst
   });
 }
 
-/// How the activation kernels are to pool.
+/// Returns the kind of pooling for the activation kernels.
 inline Pooling pooling_of(const std::optional<Pool>& pool) {
   return !pool ? Pooling::none : pool->kind == Pool::Kind::max ? Pooling::max : Pooling::average;
 }

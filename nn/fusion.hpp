@@ -1,6 +1,5 @@
 // Fusion in training: a convolution takes the sums of the BatchNorm behind it while the rows that it has just written
-// are in the cache. (BatchNorm's fusion with ReLU and pool is a matter of make_layers, its folding into weights one of
-// inference.)
+// are in the cache. (make_layers fuses BatchNorm with ReLU and pool; inference folds it into weights.)
 #pragma once
 
 #include <algorithm>
@@ -11,8 +10,8 @@
 
 namespace decid::nn {
 
-/// A BatchNorm's two sums a channel over a batch, in double: in each lane row after row, then over the lanes of a
-/// block, then over the blocks, by the trees of kernels.hpp. The bits do not depend on who takes them.
+/// A BatchNorm's two sums per channel over a batch, in double: in each lane row after row, then over the lanes of a
+/// block, then over the blocks, by the trees of kernels.hpp. The bits do not depend on the layer that computes them.
 template <class T>
 class BatchSums {
  public:
@@ -46,7 +45,7 @@ class BatchSums {
  private:
   const RunningStatistics<T>& running_mean_;
   std::size_t channels_;
-  AlignedBuffer<double> parts_;  // two sums a block and channel
+  AlignedBuffer<double> parts_;  // two sums per block and channel
 };
 
 }  // namespace decid::nn

@@ -9,7 +9,7 @@
 namespace decid::nn {
 namespace {
 
-/// Weights and biases with 16 outputs side by side, for a sample alone.
+/// Orders weights and biases with 16 adjacent outputs, for single samples.
 template <class T>
 void pack(Step<T>& step) {
   const std::size_t outputs = step.bias.size(), taps = step.weight.size() / outputs;

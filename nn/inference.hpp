@@ -1,6 +1,6 @@
-// What a trained network computes in inference, lowered once from its layers into steps: BatchNorm is folded into the
-// convolution before it, w' = w scale, b' = fma(b, scale, shift). Batches and single samples (nn/predictor.hpp) run
-// these steps, and so may anyone else: they are all there is.
+// The steps of a trained network in inference, lowered once from its layers: BatchNorm is folded into the convolution
+// before it, w' = w scale, b' = fma(b, scale, shift). Batches and single samples (nn/predictor.hpp) run these steps.
+// The steps describe inference completely, so other programs can run them too.
 #pragma once
 
 #include <optional>
@@ -11,14 +11,14 @@
 
 namespace decid::nn {
 
-/// scale x + shift, one pair a channel; empty: x + 0, which makes -0 a 0.
+/// scale x + shift, one pair per channel; empty: x + 0, which makes -0 a 0.
 template <class T>
 struct Affine {
   std::vector<T> scale, shift;
 };
 
 /// A convolution, a fully connected layer, statistics (nn/layers/layer.hpp, StatisticsPool), an activation:
-/// pool(relu(affine(x))), each as far as it is there; beginning and end of a residual or concat; or an Operation.
+/// pool(relu(affine(x))), each part optional; beginning and end of a residual or concat; or an Operation.
 template <class T>
 struct Step {
   enum class Kind {
@@ -31,46 +31,47 @@ struct Step {
     operation
   } kind = Kind::activation;
   Shape src, dst;
-  // Of a convolution or fully connected layer:
+  // Convolution or fully connected layer:
   Conv2dShape conv{};     ///< a fully connected layer's is the convolution whose only position sees all values
   std::vector<T> weight;  ///< [output][tap], taps by channel, row and column
   std::vector<T> bias;    ///< [output]
   std::vector<T> lane_weight, lane_bias;  ///< the same as [block of 16 outputs][tap][lane] and [output], 0 at the end
-  // Of an activation:
+  // Activation:
   Affine<T> affine;
   bool relu = false;
   std::optional<Pool> pool;
-  // Of an end:
+  // End of a residual or concat:
   Join join{};
-  // Of an operation:
+  // Operation:
   std::shared_ptr<const Operation> operation;
   std::vector<std::vector<T>> parameters;
 
-  /// Convolution or fully connected: has weights.
+  /// Returns true for a convolution or fully connected layer, which have weights.
   bool sums() const { return kind == Kind::convolution || kind == Kind::fully_connected; }
-  /// Works where its input lies.
+  /// Returns true if the step overwrites its input.
   bool in_place() const {
     return (kind == Kind::activation && !pool) || kind == Kind::branch || (kind == Kind::join && !join.concatenates);
   }
-  /// Zeros that it reads around its input.
+  /// Returns the zeros that the step reads around its input.
   Halo halo() const;
 };
 
-/// Immutable, so that any number of threads can share one; it does not need the network any more.
+/// Inference of one network. Immutable, so that any number of threads can share one. It does not refer to the network.
 template <class T>
 class Inference {
  public:
   explicit Inference(const Network<T>& network) : Inference(network.layers()) {}
-  /// Of at least one layer, each with the output of the one before as its input.
+  /// Lowers at least one layer; each layer's input is the output of the layer before.
   explicit Inference(std::span<const Layer<T>> layers);
 
   const Shape& input_shape() const { return steps_.front().src; }
   const Shape& output_shape() const { return steps_.back().dst; }
-  /// One for each layer of the network, in their order.
+  /// Returns one step for each layer of the network, in their order.
   const std::vector<Step<T>>& steps() const { return steps_; }
-  /// Values that the last layer reads, if that is fully connected and not the only one; otherwise 0.
+  /// Returns the number of values that the last layer reads, if it is fully connected and not the only layer; otherwise
+  /// 0.
   int feature_count() const;
-  /// Of weights, in both orders.
+  /// Returns the bytes of the weights, in both orders.
   std::size_t bytes() const;
 
  private:

@@ -29,7 +29,7 @@ Network<T>::Network(Shape input, const std::string& architecture) : input_shape_
     if (c == '{' || c == '}') lines += '\n';
   }
   std::istringstream stream(lines);
-  stream.exceptions(std::ios::badbit);  // or what is left out for want of memory would pass for the end
+  stream.exceptions(std::ios::badbit);  // without this, text dropped for lack of memory would look like the end
   std::vector<std::string> wanted;
   for (std::string line; std::getline(stream, line);)
     if (line.find_first_not_of(" \t\r") != std::string::npos) wanted.push_back(line);

@@ -11,7 +11,7 @@ namespace decid::nn {
 inline constexpr const char* architecture_key = "architecture";
 inline constexpr const char* input_key = "input";
 
-/// Returns a file's content. A file of it is equal for equal networks.
+/// Returns a file's content. Equal networks give equal files.
 TensorFile to_tensors(const Network<float>& network);
 /// Makes the network of such a file; tensors that belong to no layer are skipped. Throws Error, naming `where`, if
 /// metadata or tensors are missing or not those of a network.
@@ -21,7 +21,7 @@ Network<float> from_tensors(TensorFile&& file, const std::string& where);
 void write_network(const Network<float>& network, const std::string& path);
 /// Throws Error if the file cannot be read, was damaged, or holds no network.
 Network<float> read_network(const std::string& path);
-/// Returns whether the metadata are those of a network alone. Models of decid have an image instead of an input.
+/// Returns true if the metadata describe only a network. Models of decid have an image instead of an input.
 bool is_network(const TensorFile& file);
 
 }  // namespace decid::nn

@@ -1,5 +1,5 @@
-// A layer in one file: its line, its shapes, forward and backward. A program registers its own, and from then on the
-// line is one of any architecture, in training and inference:
+// A layer in one file: its line, its shapes, forward and backward. A program registers its own layer; from then on
+// every architecture can use the line, in training and inference:
 //
 //   class Square final : public nn::OperationOf<Square> {
 //    public:
@@ -52,19 +52,20 @@ struct ForwardPass {
 template <class T>
 struct BackwardPass {
   TensorView<const T> src, dst, diff_dst;  ///< a relu behind has made dst's negative values 0
-  const TensorView<T>* diff_src;           ///< null: nobody asks
+  const TensorView<T>* diff_src;           ///< null: not needed
   std::span<const std::span<const T>> parameters;
   const Random* random;           ///< as in forward
   std::span<T* const> gradients;  ///< of each parameter, for each block of 16 samples: see gradient()
 
-  /// Where the gradient of a parameter over the samples of one block goes. The blocks are added up afterwards.
+  /// Returns the place for the gradient of a parameter over the samples of one block. The blocks are added up
+  /// afterwards.
   T* gradient(std::size_t parameter, int block) const {
     return gradients[parameter] + static_cast<std::size_t>(block) * parameters[parameter].size();
   }
 };
 
-/// What a line of an architecture computes. Immutable. Results must not depend on the number of threads, or on what
-/// lies in lanes without a sample.
+/// The computation of one line of an architecture. Immutable. Results must not depend on the number of threads, or on
+/// the values in lanes without a sample.
 class Operation {
  public:
   Operation(Shape src, Shape dst) : src_(src), dst_(dst) {}
@@ -76,7 +77,7 @@ class Operation {
   virtual std::string text() const = 0;
   virtual std::vector<OperationParameter> parameters() const { return {}; }
   virtual long long flops() const { return dst_.size(); }
-  /// Returns whether it draws random numbers in training.
+  /// Returns true if it draws random numbers in training.
   virtual bool is_random() const { return false; }
   /// Returns the zeros that it reads around src, and around diff_dst.
   virtual Halo src_halo() const { return {}; }
@@ -108,10 +109,10 @@ class OperationOf : public Operation {
 };
 
 using OperationPointer = std::shared_ptr<const Operation>;
-/// Makes the operation of a line whose first word was taken, for inputs of shape src. Words throws for what does not
-/// fit.
+/// Makes the operation of a line whose first word was taken, for inputs of shape src. Words throws for arguments that
+/// do not fit.
 using OperationParser = OperationPointer (*)(Shape src, Words& words);
-/// From now on lines that begin with `word` are read by `parser`. Throws Error if another parser has that word.
+/// Registers `parser` for lines that begin with `word`. Throws Error if another parser has that word.
 void register_layer(const std::string& word, OperationParser parser);
 
 /// Calls body(place in a, place in b, ...) for every value of tensors of one shape, planes among threads.

@@ -1,4 +1,4 @@
-// A trained network's outputs for images.
+// Computes a trained network's outputs for images.
 #pragma once
 
 #include <cstddef>
@@ -15,12 +15,13 @@ class SingleExecutor;
 
 /// The memory of one thread's predictions. Several predictors share one Inference; a predictor's calls must come one
 /// after the other. Nothing is allocated after construction. Up to 8 images go through the network one after the other,
-/// more of them in batches of up to 64: neither that nor the images beside it changes a bit of an image's outputs.
+/// more of them in batches of up to 64. An image's outputs have the same bits for any number of images and any other
+/// images in the batch.
 class Predictor {
  public:
-  /// `max_batch`: the most images that run() will often have; of more, it takes so many at a time.
+  /// `max_batch`: the number of images that run() often gets; it processes more in parts of this size.
   Predictor(std::shared_ptr<const Inference<float>> inference, int max_batch);
-  /// For a network as it is now.
+  /// Copies the current weights of a network.
   Predictor(const Network<float>& network, int max_batch)
       : Predictor(std::make_shared<const Inference<float>>(network), max_batch) {}
   Predictor(Predictor&&) noexcept;
@@ -28,21 +29,21 @@ class Predictor {
   ~Predictor();
 
   const Inference<float>& inference() const { return *inference_; }
-  /// For another predictor, that of another thread.
+  /// Returns the inference for the predictor of another thread.
   const std::shared_ptr<const Inference<float>>& shared_inference() const { return inference_; }
-  /// Values an image in `features`; 0 if the network has none: see Inference.
+  /// Returns the number of `features` values per image; 0 if the network has none: see Inference.
   int feature_count() const { return inference_->feature_count(); }
-  /// Without what the predictors of one Inference share.
+  /// Returns the bytes of this predictor, without the memory that the predictors of one Inference share.
   std::size_t memory_bytes() const;
 
-  /// `images`: n images one after the other, each channel-major, input_shape().size() values. `outputs`: n times
-  /// output_shape().size() values, image after image. `features`: what the last layer reads, n times feature_count()
-  /// values, channel-major; or empty. Throws Error for spans that do not fit together.
+  /// Computes outputs. `images`: n images one after the other, each channel-major, input_shape().size() values.
+  /// `outputs`: n times output_shape().size() values, image after image. `features`: what the last layer reads, n times
+  /// feature_count() values, channel-major; or empty. Throws Error for spans that do not fit together.
   void run(std::span<const float> images, std::span<float> outputs, std::span<float> features = {});
 
-  /// For looking into a network: what its layer `layer`, counted from 0, makes of one image, channel-major. As
-  /// BatchNorm is folded into the convolution before it, that convolution's output is the normalised one, before its
-  /// ReLU. Throws Error if there is no such layer, or for spans of another size.
+  /// Computes the output of layer `layer`, counted from 0, for one image, channel-major. As BatchNorm is folded into
+  /// the convolution before it, that convolution's output is the normalised one, before its ReLU. Throws Error if there
+  /// is no such layer, or for spans of another size.
   void activation(std::size_t layer, std::span<const float> image, std::span<float> values);
 
  private:

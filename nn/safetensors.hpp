@@ -35,12 +35,12 @@ struct TensorFile {
 
 /// The key of the metadata that holds content_sha256.
 inline constexpr const char* content_hash_key = "sha256";
-/// SHA-256 over everything in a file, however it lies in it: of each entry of the metadata but that of the hash itself,
-/// in order of the keys, key, zero byte, value, zero byte; then of each tensor, in order of the names, name, zero byte,
-/// shape ("4,3"), zero byte, values (little-endian). Names and keys in order of their bytes.
+/// Returns the SHA-256 over a file's contents, for any layout of the file: of each entry of the metadata except the
+/// hash itself, in order of the keys, key, zero byte, value, zero byte; then of each tensor, in order of the names,
+/// name, zero byte, shape ("4,3"), zero byte, values (little-endian). Names and keys in order of their bytes.
 std::string content_sha256(const TensorFile& file);
 
-/// The bytes of a file; equal contents give equal bytes. The values start at a multiple of 8 bytes.
+/// Returns the bytes of a file; equal contents give equal bytes. The values start at a multiple of 8 bytes.
 std::string to_safetensors(const TensorFile& file);
 
 /// Throws Error (naming `where`) for anything that the format does not allow: truncated or trailing bytes, bad JSON,
@@ -52,8 +52,8 @@ TensorFile from_safetensors(std::string_view bytes, const std::string& where);
 /// not finite, or a negative variance.
 void save_network(const Network<float>& network, TensorFile& file,
                   const MomentumBuffers<float>* momentum_buffers = nullptr);
-/// Takes them out of `file`, whose values become the network's own, and the velocities unless null; throws Error, and
-/// changes nothing, if one is missing, of another shape, or not finite, or a variance is negative.
+/// Moves the tensors out of `file` into the network, and into the velocities unless null. Throws Error, and changes
+/// nothing, if one is missing, of another shape, or not finite, or a variance is negative.
 void load_network(Network<float>& network, TensorFile&& file, const std::string& where,
                   MomentumBuffers<float>* momentum_buffers = nullptr);
 

@@ -1,5 +1,5 @@
-// One sample at a time through the steps of inference: channels instead of samples in the lanes, so that no lane is
-// idle. Every output is the chain that it is in a batch, so the bits are the same.
+// Inference of one sample at a time: the lanes hold channels instead of samples, so that no lane is idle. Every output
+// is the same chain of operations as in a batch, so the bits are the same.
 #pragma once
 
 #include <span>
@@ -10,16 +10,16 @@
 
 namespace decid::nn {
 
-/// Takes its memory when it is made. Calls of run() and activation() must come one after the other.
+/// Runs one sample. Allocates only in the constructor. Calls of run() and activation() must come one after the other.
 class SingleExecutor {
  public:
   /// `inference` must outlive it.
   explicit SingleExecutor(const Inference<float>& inference);
 
-  /// image: one sample, channel-major, input_shape().size() values. output: output_shape().size() values. features:
-  /// feature_count() values that the last layer reads, or none.
+  /// Computes the output. image: one sample, channel-major, input_shape().size() values. output: output_shape().size()
+  /// values. features: feature_count() values that the last layer reads, or none.
   void run(std::span<const float> image, std::span<float> output, std::span<float> features = {});
-  /// What step `step` makes of an image: steps()[step].dst.size() values, channel-major.
+  /// Computes the output of step `step` for an image: steps()[step].dst.size() values, channel-major.
   void activation(std::size_t step, std::span<const float> image, std::span<float> values);
   std::size_t memory_bytes() const { return (memory_.size() + batch_.size()) * sizeof(float); }
 

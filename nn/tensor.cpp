@@ -23,7 +23,7 @@ void refuse_sample(int sample, int batch, std::size_t values, int size) {
 
 void advise_large_pages([[maybe_unused]] void* memory, [[maybe_unused]] std::size_t bytes) {
 #if defined(__linux__)
-  // Debian's default is pages of 4 KB for all who do not ask. A refusal changes nothing.
+  // Debian's default is pages of 4 KB unless a program requests large ones. A refusal changes nothing.
   static_cast<void>(madvise(memory, bytes, MADV_HUGEPAGE));
 #endif
 }

@@ -1,6 +1,6 @@
-// Tensors of a batch of images, laid out for the bits and the speed at once: 16 samples side by side in the innermost
-// place, [block of 16 samples][channel][row][column][lane]. A lane never mixes with another except in reductions over
-// the batch, so every output is one chain of fused multiply-adds for any vector width.
+// Tensors of a batch of images, laid out for equal bits and speed: 16 samples are adjacent in the innermost dimension,
+// [block of 16 samples][channel][row][column][lane]. A lane never mixes with another except in reductions over the
+// batch, so every output is one chain of fused multiply-adds for any vector width.
 #pragma once
 
 #include <cstddef>
@@ -11,10 +11,10 @@
 
 namespace decid::nn {
 
-/// Samples side by side: one AVX-512 register, two of AVX2, four of SSE or NEON.
+/// Adjacent samples: one AVX-512 register, two of AVX2, four of SSE or NEON.
 inline constexpr int lanes = 16;
 
-/// Of one sample.
+/// The shape of one sample.
 struct Shape {
   int channels = 0, rows = 0, columns = 0;
   int size() const { return channels * rows * columns; }
@@ -26,7 +26,7 @@ struct Halo {
   int rows = 0, columns = 0;
   bool empty() const { return rows == 0 && columns == 0; }
 };
-/// The least that holds both.
+/// Returns the smallest halo that covers both.
 inline Halo larger(Halo a, Halo b) {
   return {a.rows > b.rows ? a.rows : b.rows, a.columns > b.columns ? a.columns : b.columns};
 }
@@ -58,10 +58,10 @@ struct BlockView {
 };
 
 /// Throws Error: sample `sample` of a batch of `batch`, or a span of `values` values where a sample has `size`. Not
-/// inlined: what it makes texts with may not be compiled for an instruction set.
+/// inlined, because the text functions that it calls must not be compiled for an instruction set.
 [[noreturn]] void refuse_sample(int sample, int batch, std::size_t values, int size);
 
-/// Asks the system for large pages for `bytes` bytes at `memory`. A hint: only the speed depends on it.
+/// Asks the system for large pages for `bytes` bytes at `memory`. This is a hint, which affects only the speed.
 void advise_large_pages(void* memory, std::size_t bytes);
 
 /// Memory aligned to a cache line, zeroed; large buffers lie on large pages where the system has them, because a layer
@@ -92,9 +92,9 @@ class AlignedBuffer {
   std::size_t count_ = 0;
 };
 
-/// A batch of samples in memory that someone else owns (an AlignedBuffer). As with std::span, `T` says what may be
-/// changed: TensorView<const T> reads, TensorView<T> reads and writes and converts to it. Around each plane lies a halo
-/// of zeros, so that a convolution reads its padding like any other value.
+/// A batch of samples in memory that it does not own (an AlignedBuffer). As with std::span, `T` determines the access:
+/// TensorView<const T> reads, TensorView<T> reads and writes and converts to it. Around each plane lies a halo of
+/// zeros, so that a convolution reads its padding like any other value.
 template <class T>
 class TensorView {
  public:
@@ -119,7 +119,7 @@ class TensorView {
   int blocks() const { return static_cast<int>(blocks_of(batch_)); }
   /// Lanes of a block that hold samples; the others hold values that no reduction reads.
   int valid_lanes(int block) const { return batch_ - block * lanes < lanes ? batch_ - block * lanes : lanes; }
-  /// Fewer samples in the same memory.
+  /// Sets a smaller number of samples in the same memory.
   void set_batch(int batch) { batch_ = batch; }
 
   BlockView<T> block(int block) const {

@@ -21,7 +21,7 @@ Words::Words(const std::string& line) : line_(line) {
                 "has " + std::to_string(line.size()) + " bytes, more than " + std::to_string(max_bytes),
                 "write one layer a line");
   std::istringstream stream(line);
-  stream.exceptions(std::ios::badbit);  // or what is left out for want of memory would pass for the end
+  stream.exceptions(std::ios::badbit);  // without this, text dropped for lack of memory would look like the end
   for (std::string word; stream >> word;) words_.push_back(word);
 }
 

@@ -1,4 +1,4 @@
-// The words of a layer's line, read one by one with errors that name the line: what a layer's parser is given.
+// The words of a layer's line, read one by one with errors that name the line. A layer's parser reads them.
 #pragma once
 
 #include <string>

@@ -34,7 +34,7 @@ struct CmaEs::State {
   double sigma;
   MatrixXd covariance, axes;  // covariance = axes diag(lengths^2) axes^T
   VectorXd lengths;
-  MatrixXd steps;  // of the generation asked for, a column a point: (x - mean) / sigma
+  MatrixXd steps;  // of the current generation, one column per point: (x - mean) / sigma
   std::vector<double> points;
   bool asked = false;
   int generation = 0;
@@ -145,7 +145,8 @@ const std::vector<double>& CmaEs::ask() {
 
 void CmaEs::tell(std::span<const double> values) {
   if (!state_->asked || values.size() != static_cast<std::size_t>(state_->lambda))
-    throw Error(where, "told " + std::to_string(values.size()) + " values", "tell one for each point asked for");
+    throw Error(where, "tell() got " + std::to_string(values.size()) + " values",
+                "pass one value for each point of ask()");
   state_->update(values);
   state_->asked = false;
 }

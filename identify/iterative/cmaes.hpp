@@ -1,6 +1,6 @@
-// CMA-ES: minimises a function of some numbers by sampling from a Gaussian that learns where and how to search.
-// Source: Hansen, "The CMA Evolution Strategy: A Tutorial", arXiv:1604.00772, with its default constants.
-// Bounds: what is sampled beyond the unit box is mirrored into it (the function is continued evenly).
+// CMA-ES: minimises a function of some numbers by sampling from a Gaussian that adapts its mean and covariance. Source:
+// Hansen, "The CMA Evolution Strategy: A Tutorial", arXiv:1604.00772, with its default constants. Bounds: samples
+// beyond the unit box are mirrored into it (the function is continued evenly).
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 namespace decid::iterative {
 
 /// One search, a generation at a time by ask() and tell(), so that several searches can be evaluated together.
-/// Depends on its arguments alone; the eigenvectors are Eigen's, so other machines may give other last bits.
+/// Its results depend only on its arguments; the eigenvectors are Eigen's, so other machines may give other last bits.
 class CmaEs {
  public:
   /// Starts at `start`, in the unit box, with standard deviation `sigma` along each axis. population: 0 takes
@@ -24,20 +24,20 @@ class CmaEs {
 
   int dimensions() const noexcept;
   int population() const noexcept;
-  int generations() const noexcept;  ///< told so far
+  int generations() const noexcept;  ///< generations passed to tell() so far
 
-  /// The next generation: population() points of dimensions() values in [0, 1], one after the other. Asked again
-  /// before tell(), the same.
+  /// Returns the next generation: population() points of dimensions() values in [0, 1], one after the other. Repeated
+  /// calls before tell() return the same points.
   const std::vector<double>& ask();
   /// Takes the function's values at them; the smaller the better, NaN is worst. Throws Error unless there are
   /// population() values and they were asked for.
   void tell(std::span<const double> values);
 
-  /// Centre of the search, mirrored into the box: the estimate to take if the function is noisy.
+  /// Returns the centre of the search, mirrored into the box: the estimate to take if the function is noisy.
   std::vector<double> mean() const;
-  /// Standard deviation of the search along its longest axis.
+  /// Returns the standard deviation of the search along its longest axis.
   double longest_axis() const noexcept;
-  /// The best point told so far, and its value (infinite before the first).
+  /// Returns the best point passed to tell() so far, and its value (infinite before the first).
   const std::vector<double>& best() const noexcept;
   double best_value() const noexcept;
 
@@ -46,7 +46,7 @@ class CmaEs {
   std::unique_ptr<State> state_;
 };
 
-/// x mirrored at 0 and 1 until it lies between them: 1.2 -> 0.8, -0.3 -> 0.3, 2.1 -> 0.1.
+/// Returns x mirrored at 0 and 1 until it lies between them: 1.2 -> 0.8, -0.3 -> 0.3, 2.1 -> 0.1.
 double mirrored(double x) noexcept;
 
 }  // namespace decid::iterative

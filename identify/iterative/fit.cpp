@@ -20,15 +20,15 @@ constexpr int realisations_each = 16;
 constexpr int rounds = 4;
 constexpr int round_points = 96;
 constexpr int round_realisations = 16;
-constexpr double wider = 1.5;      // a round's variance beside that of the points it is drawn after
+constexpr double wider = 1.5;      // ratio of a round's variance to the variance of the points before
 constexpr double settled = 0.002;  // a search whose longest axis is below this part of the ranges has ended
 constexpr double min_weight = 12;  // effective samples below which the weights of a round are tempered
 constexpr long long rounds_simulations = 1LL * rounds * round_points * round_realisations;
 constexpr long long generation_simulations = 1LL * population * realisations_each;
-constexpr double counted_twice = 2.5;  // errors beside the deviations of draws where a prior has read the recording too
+constexpr double counted_twice = 2.5;  // ratio of errors to standard deviations if the prior used the recording too
 constexpr std::uint64_t rounds_item = 1'000'000;  // random numbers of the rounds, apart from those of the searches
 
-constexpr double widest = 0.28867513459481287;  // deviation of a uniform distribution over the range: 1 / sqrt(12)
+constexpr double widest = 0.28867513459481287;  // sd of a uniform distribution over the range: 1 / sqrt(12)
 
 /// exp(-(value - least) / temperature), the temperature being 1 or, if a few values would have all the weight, that at
 /// which the effective number of samples (sum w)^2 / sum w^2 is `enough`.
@@ -63,7 +63,7 @@ class Fit {
     result.likeliest = sim::Parameters(table.size());
   }
 
-  /// CMA-ES from all starts side by side, so that their trials fill the simulator's lanes together.
+  /// CMA-ES from all starts at once, so that their trials fill the simulator's lanes together.
   void search(std::span<const Start> starts) {
     const std::size_t dimensions = table_.size();
     std::vector<CmaEs> searches;
@@ -168,7 +168,7 @@ class Fit {
     return energy;
   }
 
-  /// The points that the searches met with costs nearest to the best one's.
+  /// Returns the moments of the search points with costs nearest to the best cost.
   Moments<N> around_optimum() {
     std::ranges::stable_sort(met_, {}, &Point<N>::cost);
     std::vector<double> costs;

@@ -21,7 +21,7 @@ constexpr double temperature = 2.0;
 constexpr double fallen_cost = 1e9;     // beyond any trial that stands, which costs some thousand
 constexpr double fallen_earlier = 1e6;  // for a trial's length
 
-/// Levels of sensor noise: each sqrt(2) times the one before.
+/// Levels of measurement noise: each sqrt(2) times the level before.
 constexpr int noise_levels = 21;
 constexpr double lowest_noise_deg = 0.0005;
 

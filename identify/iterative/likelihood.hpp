@@ -1,6 +1,6 @@
-// How likely a recording is under a set of parameters: its spectrum, frequency by frequency, beside those of trials
-// simulated with several realisations of the noise (Whittle, J Roy Stat Soc B 15, 1953, with moments from simulation:
-// synthetic likelihood, Wood, Nature 466, 2010).
+// Likelihood of a recording under a set of parameters. It compares the recording's spectrum, frequency by frequency,
+// with spectra of trials simulated with several realisations of the noise (Whittle, J Roy Stat Soc B 15, 1953, with
+// moments from simulation: synthetic likelihood, Wood, Nature 466, 2010).
 #pragma once
 
 #include <cstdint>
@@ -12,11 +12,11 @@
 
 namespace decid::iterative {
 
-/// The frequencies of a trial that the fit looks at. Blocks of samples are averaged to about 10 Hz; bin k is
-/// Y_k = 1/n sum of y exp(-2 pi i k j / n) of the n blocks, frequency k / T, k = 1 .. bins(), up to 4 Hz. The mean is
-/// subtracted, as recordings have an offset. A cosine taper over a tenth of the trial at either end removes what a
-/// drift from its start to its end would add to every frequency, as the tilt estimate wanders. If the stimulus repeats,
-/// its harmonics hold the response to it, all other bins the residual; no setting has to separate them.
+/// The frequencies of a trial that the fit uses. Blocks of samples are averaged to about 10 Hz; bin k is Y_k = 1/n sum
+/// of y exp(-2 pi i k j / n) of the n blocks, frequency k / T, k = 1 .. bins(), up to 4 Hz. The mean is subtracted, as
+/// recordings have an offset. A cosine taper over a tenth of the trial at either end removes what a drift from its
+/// start to its end would add to every frequency, as the tilt estimate wanders. If the stimulus repeats, its harmonics
+/// hold the response to it, all other bins the residual; no setting has to separate them.
 class TrialSpectrum {
  public:
   static constexpr double highest_hz = 4.0;
@@ -63,10 +63,10 @@ class Likelihood {
   /// The 1/2 is a temperature: the dead band makes the bins depend on each other, so that together they hold less
   /// information than the sum of each. Found on trials of a seed that no figure is quoted for: with 1/2 the squared
   /// errors were about twice the squared standard errors, with 1 four times, and the errors of the mean were larger.
-  /// The sensor's noise s need not be given: the likeliest of a ladder of levels from 0.0005 to 0.5 degrees is used. If
-  /// realisations fall, those that stand are used and - log(part that stands) is added; with fewer than 2 or half of
-  /// them, the cost is beyond any that stands, the larger the earlier they fall. Depends neither on threads nor on
-  /// company.
+  /// The measurement noise s is estimated: the likeliest of a list of levels from 0.0005° to 0.5°. If realisations
+  /// fall, the cost uses the standing ones and adds - log(fraction that stands). With fewer than 2 or half of them
+  /// standing, the cost is larger than any standing cost, and larger the earlier they fall. The cost depends neither on
+  /// threads nor on the other candidates.
   std::vector<Cost> costs(std::span<const sim::Parameters> candidates, int realisations, std::uint64_t seed,
                           std::uint64_t first) const;
 

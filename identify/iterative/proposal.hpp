@@ -1,6 +1,6 @@
 // Weighted points of a population Monte Carlo, their moments, and a Gaussian to draw the next ones from. Private to the
-// fit. N: the number of dimensions, or Eigen::Dynamic. Eigen adds in another order for fixed sizes, so that an N is
-// part of what decides the bits.
+// fit. N: the number of dimensions, or Eigen::Dynamic. Eigen adds in another order for fixed sizes, so that N affects
+// the bits.
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -55,22 +55,22 @@ Moments<N> moments(std::span<const Point<N>> points, std::span<const double> wei
   return m;
 }
 
-/// A Gaussian cut to the unit box, to draw from and to weigh what was drawn.
+/// A Gaussian truncated to the unit box, to draw points and to weigh them.
 template <int N>
 class Proposal {
  public:
-  /// wider: the variance beside that of the points.
+  /// wider: ratio of the variance to the variance of the points.
   Proposal(const Moments<N>& m, double wider) : mean_(m.mean) {
     const Eigen::Index n = mean_.size();
     // No direction narrower than a thousandth of the ranges: the points it came from may lie in a plane.
     const Matrix<N> covariance = wider * m.covariance + 1e-6 * Matrix<N>::Identity(n, n);
     factor_ = covariance.llt().matrixL();
   }
-  /// Minus the logarithm of its density, up to a constant.
+  /// Returns minus the logarithm of its density, up to a constant.
   double energy(const Vector<N>& unit) const {
     return 0.5 * factor_.template triangularView<Eigen::Lower>().solve(unit - mean_).squaredNorm();
   }
-  /// Draws until one is in the box; as the mean is, at worst one in some hundred is.
+  /// Draws until a point is in the box. The mean is in the box, so at worst one in some hundred points is.
   Vector<N> draw(const Random& random, std::uint64_t& next) const {
     constexpr int tries = 20'000;
     Vector<N> unit = mean_;

@@ -16,14 +16,14 @@ namespace decid {
 namespace {
 
 constexpr int batch = 64;
-/// How many trials are learned from, and how many show what is usual.
+/// Numbers of trials for learning, and for measuring the usual distance.
 constexpr int max_learned = 6144, max_shown = 4096;
 constexpr double usual_part = 0.97, learned_part = 0.6;
 constexpr int trials_a_feature = 8;
-/// The part of the mean variance that is added to each, so that constant features can be divided by.
+/// Fraction of the mean variance that is added to each variance, so that constant features cause no division by 0.
 constexpr double ridge = 1e-3;
 
-/// Of so many trials, how many are learned from.
+/// Returns how many of `trials` are used for learning.
 int learned_of(int trials) {
   return static_cast<int>(learned_part * std::min(trials, max_learned + max_shown));
 }

@@ -1,5 +1,6 @@
-// A model's answers for another body than its own. What a controller does to a body depends on its parameters over
-// m g h and on the body's height; so the network is shown the height, and its answers are taken times the body's m g h.
+// A model's answers for another body than its own. The effect of a controller on a body depends on its parameters over
+// m g h and on the body's height. Therefore the height is an input of the network, and its answers are multiplied by
+// the body's m g h.
 #pragma once
 
 #include <optional>
@@ -13,24 +14,24 @@ struct ForBody {
   sim::Protocol protocol;      ///< the model's, with this body
   sim::ParameterTable ranges;  ///< of this body
   double height = 1.0;         ///< over the model's body's (dataset::Sway)
-  bool assumed = true;         ///< no body is known: it is the model's own
+  bool assumed = true;         ///< no body was given: it is the model's own
 
-  /// What the model says of its own body, of this one.
+  /// Converts parameters of the model's body to this body.
   sim::Parameters from_model(const Model& model, const sim::Parameters& parameters) const;
-  /// The other way.
+  /// Converts parameters of this body to the model's body.
   sim::Parameters to_model(const Model& model, const sim::Parameters& parameters) const;
 };
 
-/// Empty: the model's own body. Throws Error, which calls the model `name`, unless the model knows bodies of that
-/// height: those of its protocol's `heights`, and a hundredth more at either end.
+/// Returns the plan for a body; empty: the model's own body. Throws Error, which calls the model `name`, unless the
+/// height lies in the protocol's `heights`, extended by a hundredth at either end.
 ForBody for_body(const Model& model, const std::string& name, const std::optional<sim::Body>& body);
-/// Whether for_body() takes the body.
+/// Returns true if for_body() accepts the body.
 bool knows_body(const Model& model, const sim::Body& body);
-/// Whether the model's network answers to recordings of this experiment: its stimulus and rate, of a body that it
-/// knows.
+/// Returns true if the model's network covers recordings of this experiment: the same stimulus and rate, and a body
+/// that for_body() accepts.
 bool knows_experiment(const Model& model, const sim::Experiment& experiment);
-/// Of a data set's trials, in `file`. Throws Error if they are of another experiment than the model, but for the body,
-/// and as for_body() does.
+/// Returns the plan for the trials of a data set in `file`. Throws Error if the experiment, except the body, differs
+/// from the model's, and as for_body() does.
 ForBody for_trials(const Model& model, const std::string& name, const sim::Protocol& trials, const std::string& file);
 
 }  // namespace decid

@@ -59,9 +59,9 @@ class MixtureHead final : public Head {
     }
     return uniform;
   }
-  /// So that all begins near what is known beforehand: logarithms far from 0 make enormous gradients.
+  /// Training begins near the prior, because logarithms far from 0 make enormous gradients.
   float first_weights() const override { return 0.02F; }
-  /// The logarithm of the density of each trial, 0 for a lane without one.
+  /// The logarithm of the density of each trial; 0 for a lane without a trial.
   std::size_t loss_parts(std::size_t) const override { return nn::lanes; }
   void loss(const nn::TensorView<const float>& outputs, std::span<const float> targets, int trials,
             std::size_t parameters, std::span<double> parts, const nn::TensorView<float>& diff) const override {

@@ -17,7 +17,7 @@ namespace {
 constexpr double log_root_two_pi = 0.91893853320467274178;
 constexpr double min_share = 1e-4;  // of a range, from its ends
 
-/// What the density of a share has over that of its coordinate, as a logarithm.
+/// Returns the logarithm of the ratio between the density of a fraction and the density of its coordinate.
 double log_stretch(double x) {
   return 0.5 * x * x + log_root_two_pi;
 }
@@ -108,7 +108,7 @@ double mixture_log_density(std::size_t components, std::span<const double> outpu
       log_density += part.log_diagonal(p) - 0.5 * sum * sum;
     }
     shares[k] = weights[k] + log_density;
-    // Of this component's own logarithm; its share of the whole comes below.
+    // Derivatives of this component's own logarithm; the factor for its weight in the mixture follows below.
     const std::span<double> by = by_output.subspan(k * each, each);
     for (std::size_t p = 0; p < count; ++p) {
       double by_centre = round[p] * diagonal[p];

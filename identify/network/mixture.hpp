@@ -1,10 +1,10 @@
-// A distribution over the parameters as a network's outputs describe it: a mixture of Gaussians in coordinates x that
-// are unbounded, where a parameter is low + range * Phi(x). So beforehand x is standard normal, and nothing is outside
-// of the ranges.
+// A distribution over the parameters, described by a network's outputs: a mixture of Gaussians in unbounded coordinates
+// x, where a parameter is low + range * Phi(x). So the prior of x is standard normal, and no parameter is outside of
+// the ranges.
 //
-// Component k of P parameters has 1 + P + P (P + 1) / 2 outputs: the logarithm of its weight, up to what all have; its
-// centre; the logarithms of the diagonal of A, within +-mixture_limit; what A has below the diagonal, row by row. A is
-// lower triangular, and A^t A the inverse of its covariance.
+// Component k of P parameters has 1 + P + P (P + 1) / 2 outputs: the logarithm of its weight, up to a constant of all
+// components; its centre; the logarithms of the diagonal of A, within +-mixture_limit; the entries of A below the
+// diagonal, row by row. A is lower triangular, and A^t A the inverse of its covariance.
 #pragma once
 
 #include <cstddef>
@@ -13,49 +13,50 @@
 
 namespace decid {
 
-/// Logarithms of the diagonal of A are cut off there: a coordinate is known to e^-7 at best.
+/// Limit of the logarithms of the diagonal of A: the standard deviation of a coordinate is e^-7 or more.
 inline constexpr double mixture_limit = 7.0;
 
 std::size_t mixture_outputs(std::size_t components, std::size_t parameters);
 
-/// Derivatives by the outputs as they are, or as a network is to follow them. As they are, those by the centre of what
-/// is known well are up to some thousand times those of what is not, and those by A are mostly chance, which drowns
-/// what the centres tell the layers before: a network learns the means badly or diverges (Seitzer et al., "On the
-/// pitfalls of heteroscedastic uncertainty estimation with probabilistic neural networks", ICLR 2022;
-/// docs/research/notebook.md). `balanced`: the natural derivative by the centre, that divided by the inverse of the
-/// covariance (Amari, Neural Computation 10, 1998), which is x - centre times the component's share in the density; and
-/// balanced_rate times those by A. Both vanish where the others do.
+/// Kinds of derivatives by the outputs: exact, or balanced for training. Exact derivatives by the centre of a
+/// well-determined parameter are up to some thousand times larger than for an ill-determined one. Exact derivatives by
+/// A are mostly noise, which drowns the signal of the centres in the layers before. A network then learns the means
+/// badly or diverges (Seitzer et al., "On the pitfalls of heteroscedastic uncertainty estimation with probabilistic
+/// neural networks", ICLR 2022; docs/research/notebook.md). `balanced` uses the natural derivative by the centre
+/// (Amari, Neural Computation 10, 1998): the exact one divided by the inverse of the covariance, which is x - centre
+/// times the component's fraction of the density. It uses balanced_rate times the derivatives by A. Both vanish where
+/// the exact ones do.
 enum class Slopes { exact, balanced };
 inline constexpr double balanced_rate = 0.2;
 
-/// The logarithm of the density at x, and its derivatives by the outputs. outputs, by_output: mixture_outputs values.
-/// Throws Error for other numbers.
+/// Computes the logarithm of the density at x, and its derivatives by the outputs. outputs, by_output: mixture_outputs
+/// values. Throws Error for other numbers.
 double mixture_log_density(std::size_t components, std::span<const double> outputs, std::span<const double> x,
                            std::span<double> by_output, Slopes slopes = Slopes::exact);
 
-/// Where a parameter at this share of its range lies. What is nearer to an end than 1e-4 counts as there, as
-/// coordinates are infinite at the ends.
+/// Returns the coordinate x of a parameter at this fraction of its range. Fractions nearer to an end than 1e-4 count as
+/// 1e-4 from it, because coordinates are infinite at the ends.
 double mixture_coordinate(double share);
 
-/// What such outputs say of each parameter, as a share of its range. Densities are of these shares: a parameter that is
-/// known only to lie in its range has 1.
+/// The distribution in such outputs, each parameter as a fraction of its range. Densities refer to these fractions: a
+/// uniform distribution has density 1.
 class Mixture {
  public:
-  Mixture() = default;  ///< of nothing
+  Mixture() = default;  ///< empty
   /// Throws Error for a number of outputs that is not mixture_outputs.
   Mixture(std::size_t components, std::size_t parameters, std::span<const double> outputs);
 
   std::size_t parameters() const noexcept { return parameters_; }
   double mean(std::size_t parameter) const;
   double deviation(std::size_t parameter) const;
-  /// The share of the range that the parameter is below with this probability, 0 < probability < 1.
+  /// Returns the quantile, as a fraction of the range, of this probability, 0 < probability < 1.
   double quantile(std::size_t parameter, double probability) const;
-  /// The probability that it is below this share: 0 and 1 outside of the range.
+  /// Returns the probability that the parameter is below this fraction: 0 and 1 outside of the range.
   double below(std::size_t parameter, double share) const;
   double correlation(std::size_t a, std::size_t b) const;
-  /// Of one parameter, whatever the others are.
+  /// Returns the marginal log density of one parameter.
   double log_density(std::size_t parameter, double share) const;
-  /// Of all together. Throws Error for another number of shares than parameters().
+  /// Returns the joint log density of all parameters. Throws Error for another number of shares than parameters().
   double log_density(std::span<const double> shares) const;
 
   template <class Archive>

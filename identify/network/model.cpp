@@ -36,7 +36,7 @@ nn::Shape network_input(const dataset::ImageMaker& images) {
   return {s.channels, s.rows, s.columns};
 }
 
-/// The protocol, if it plays the cycles that the images fold.
+/// Returns the protocol if it plays the cycles that the images average.
 sim::Protocol checked(sim::Protocol protocol, const dataset::ImageSettings& image) {
   image.validate();
   if (image.fold == 1) return protocol;

@@ -21,7 +21,7 @@
 namespace decid {
 
 struct Model {
-  /// Of its trials. images() and the network were made for its experiment: another one needs another model.
+  /// Protocol of the model's trials. images() and the network fit only its experiment.
   sim::Protocol protocol;
   dataset::RowScaling rows;  ///< empty unless image().standardize_rows
   dataset::TargetScaling targets;
@@ -30,41 +30,42 @@ struct Model {
   Familiarity familiarity;
   Recalibration recalibration;  ///< of the head's distributions
   Origin origin;
-  std::vector<EpochLog> log;  ///< of its finished training; empty: not known
+  std::vector<EpochLog> log;  ///< epochs of its finished training; empty: unknown
 
-  /// A fresh network for these images; weights are not initialised. Throws Error if the architecture does not fit the
-  /// images or the head, or if the images fold cycles that the protocol does not play.
+  /// Creates a new network for these images; weights are not initialised. Throws Error if the architecture does not fit
+  /// the images or the head, or if the images average cycles that the protocol does not play.
   Model(sim::Protocol protocol, dataset::ImageSettings image, const std::string& architecture,
         const Head& head = point_head());
 
-  /// What is identified, in the ranges of the protocol's body.
+  /// Returns the parameters that the model identifies, in the ranges of the protocol's body.
   const sim::ParameterTable& parameters() const { return ranges_; }
-  /// The parameters that one trial's outputs stand for. Throws Error unless there are as many as the network has.
+  /// Returns the parameters that one trial's outputs stand for. Throws Error unless there are as many as the network
+  /// has.
   sim::Parameters decode(std::span<const float> outputs) const;
-  /// What they say of these parameters, recalibrated; empty if the head gives point estimates alone. ranges: of
-  /// parameters(), or what they are for another body. Throws Error as decode() does.
+  /// Returns the recalibrated distribution of the parameters; empty if the head gives only point estimates. ranges:
+  /// parameters(), or the ranges of another body. Throws Error as decode() does.
   std::optional<ParameterDistribution> distribution(std::span<const float> outputs,
                                                     const sim::ParameterTable& ranges) const;
   std::optional<ParameterDistribution> distribution(std::span<const float> outputs) const {
     return distribution(outputs, parameters());
   }
   bool gives_distribution() const { return head->gives_distribution(); }
-  /// Mean squared error of the z-scored parameters on the validation trials, at the epoch that was kept; empty if the
-  /// log is not known. Guessing the middle of the ranges has 1.
+  /// Returns the mean squared error of the z-scored parameters on the validation trials, at the epoch that was kept;
+  /// empty if there is no log. Guessing the middle of the ranges gives 1.
   std::optional<double> validation_mse() const;
 
-  /// Draws the images of trials.
+  /// Returns the maker of the network's inputs.
   const dataset::ImageMaker& images() const { return images_; }
   const dataset::ImageSettings& image() const { return images_.settings(); }
-  /// How a trial becomes the network's input; refers to this model.
+  /// Returns the encoding of trials as network inputs; it refers to this model.
   dataset::Encoding encoding() const { return {images_, rows}; }
-  /// The image of a trial as the network sees it, row scaling applied. sway: of protocol.samples() values;
-  /// image_values: images().shape().size(). Throws Error for a wrong number of either.
+  /// Computes the network input of a trial, row scaling applied. sway: protocol.samples() values; image_values:
+  /// images().shape().size(). Throws Error for a wrong number of either.
   void make_input(const dataset::Sway& sway, std::span<float> image_values) const {
     encoding().encode(sway, image_values);
   }
-  /// What images() drew as the network sees it, in place: row scaling applied. image_values: those of one image,
-  /// images().shape().size().
+  /// Applies row scaling in place to an image made by images(). image_values: one image, images().shape().size()
+  /// values.
   void scale(std::span<float> image_values) const {
     if (!rows.mean.empty()) rows.apply(image_values, images_.shape().columns);
   }
@@ -78,27 +79,28 @@ struct Model {
 
 struct Checkpoint;  // identify/training/checkpoint.hpp
 
-/// The bytes of a model file; of a checkpoint's unless that is null. They hold their own hash (nn::content_sha256).
+/// Returns the bytes of a model file, or of a checkpoint file unless `checkpoint` is null. They hold their own hash
+/// (nn::content_sha256).
 std::string to_bytes(const Model& model, const Checkpoint* checkpoint = nullptr);
 
-/// Throws Error for a damaged file (a hash is checked where there is one), or one that is not a decid model. Unless
-/// `checkpoint` is null the file must be one; what it has besides the model goes there.
+/// Reads a model. Throws Error for a damaged file (a hash is checked if there is one), or a file that is not a decid
+/// model. Unless `checkpoint` is null the file must be a checkpoint; its other contents go there.
 Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpoint* checkpoint = nullptr);
-/// The model file at `path`. Throws Error if it cannot be read, and as model_from_bytes does.
+/// Reads the model file at `path`. Throws Error if it cannot be read, and as model_from_bytes does.
 Model load_model(const std::filesystem::path& path);
 
-/// The model inside the program.
+/// Returns the model inside the program.
 Model built_in_model();
-/// The model file at `path` (load_model), or the built-in one if the path is empty.
+/// Returns the model of the file at `path` (load_model), or the built-in model if the path is empty.
 Model model_or_built_in(const std::string& path);
-/// What people call the model of model_or_built_in(path): the path, or "built-in model".
+/// Returns the display name of the model of model_or_built_in(path): the path, or "built-in model".
 std::string model_name(const std::string& path);
 
 /// Throws Error if the trials of `file` are of another experiment than the model, which is called `name`.
 void require_same_experiment(const Model& model, const std::string& name, const sim::Protocol& data,
                              const std::string& file);
-/// How the vestibular noise of a data set's trials differs from that of the model's training, for people; empty if it
-/// does not. If it does, Nv means something else.
+/// Describes how the vestibular noise of a data set's trials differs from the model's training; empty if it does not.
+/// If it differs, Nv means something else.
 std::string noise_difference(const sim::Protocol& model, const sim::Protocol& data);
 
 }  // namespace decid

@@ -1,4 +1,4 @@
-// Where a model comes from: see origin.hpp.
+// The origin of a model: see origin.hpp.
 #include "identify/network/origin.hpp"
 
 #include "base/error.hpp"

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t max_image_bytes = std::size_t{32} << 20;
 
-/// Each rank has those of its range_of(); afterwards all have all.
+/// Each rank starts with the outputs of its range_of(); afterwards each rank has all outputs.
 void gather_truth(Communicator& ranks, std::size_t parameters, std::vector<sim::Parameters>& truth) {
   std::vector<double> values(truth.size() * parameters);
   for (std::size_t i = 0; i < truth.size(); ++i)

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int max_shown_trials = 10'240, min_shown_trials = 1'000;
 constexpr double share_step = 1.0 / (Recalibration::probabilities + 1);
-/// Levels of a network that is always sure and wrong would be 0 or 1, where there is nothing to ask for.
+/// Levels of a network that is always certain and wrong would be 0 or 1, where quantiles do not exist.
 constexpr double min_level = 1e-9;
 
 /// The map's corner `i` of 0 .. probabilities + 1.
@@ -25,8 +25,8 @@ double corner(const Recalibration::Levels& levels, std::size_t i) {
   return i <= levels.size() ? levels[i - 1] : 1.0;
 }
 
-/// Where of n sorted values a fresh one lies below with this probability: k of them are below with probability
-/// k / (n + 1) each.
+/// Position among n sorted values below which a new value lies with this probability: k of them are below with
+/// probability k / (n + 1) each.
 double quantile_of(const std::vector<double>& sorted, double probability) {
   const double place = probability * static_cast<double>(sorted.size() + 1) - 1.0;
   const double inside = std::clamp(place, 0.0, static_cast<double>(sorted.size() - 1));
@@ -53,8 +53,8 @@ double Recalibration::share(std::size_t parameter, double level) const {
   return share_step * (static_cast<double>(part) + (level - low) / (high - low));
 }
 
-// The factor weighs trials by what they promise: the mean of (error / deviation)^2 would be that of a few trials whose
-// deviation is next to nothing because they seem to lie at an end of the range.
+// The factor weighs trials by their predicted variance. A few trials near an end of the range, with almost no standard
+// deviation, would dominate the mean of (error / deviation)^2.
 Recalibration recalibration_of(std::size_t parameters, std::span<const Said> said) {
   if (parameters == 0 || said.empty() || said.size() % parameters != 0)
     throw Error("recalibration", format("%zu values for trials of %zu parameters", said.size(), parameters),

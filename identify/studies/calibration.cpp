@@ -27,7 +27,7 @@ double distance_from_uniform(std::vector<double> values) {
   return largest;
 }
 
-/// Without `below`, and what chains have.
+/// Returns a trial without `below` and without the fields of chains.
 template <class Found>
 CalibratedTrial beside(const sim::Parameters& truth, const Found& found) {
   CalibratedTrial trial;

@@ -1,6 +1,6 @@
-// Simulation-based calibration: trials whose parameters are drawn from the prior, and what their posteriors say of
-// them. If the posteriors are right, the truth lies anywhere among their draws with equal probability. Talts,
-// Betancourt, Simpson, Vehtari, Gelman, arXiv:1804.06788.
+// Simulation-based calibration: trials whose parameters are drawn from the prior, and their posteriors. If the
+// posteriors are correct, the rank of the truth among their draws is uniform. Talts, Betancourt, Simpson, Vehtari,
+// Gelman, arXiv:1804.06788.
 #pragma once
 
 #include <cstdint>
@@ -15,17 +15,17 @@
 
 namespace decid {
 
-/// One trial and its posterior, a value a parameter.
+/// One trial and its posterior, one value per parameter.
 struct CalibratedTrial {
   std::uint64_t attempt = 0;  ///< of the base trials of a seed (dataset::base_trial)
   sim::Parameters truth, mean, deviation;
-  std::optional<sim::Parameters> network;  ///< its answer, to stand beside
+  std::optional<sim::Parameters> network;  ///< the network's estimate, for comparison
   /// Logarithm of the density at the truth over the number of parameters, see gaussian_log_score(); NaN unknown.
   double log_score = unknown_score;
-  double network_log_score = unknown_score;  ///< of a network that gives distributions
+  double network_log_score = unknown_score;  ///< for a network that gives distributions
 
   static constexpr double unknown_score = std::numeric_limits<double>::quiet_NaN();
-  std::vector<double> below;  ///< the share of the draws below the truth
+  std::vector<double> below;  ///< fraction of the draws below the truth
   double rhat = 0.0;          ///< the largest
   double effective_draws = 0.0;
   bool agreed = false;
@@ -38,27 +38,28 @@ struct CalibratedTrial {
   }
 };
 
-/// The posterior of a simulated trial beside its truth. ranges: of the prior.
+/// Compares the posterior of a simulated trial with its truth. ranges: of the prior.
 CalibratedTrial calibrate(const sim::Parameters& truth, const posterior::Posterior& found,
                           const sim::ParameterTable& ranges);
-/// What a network says of it; nothing stands where chains have something.
+/// Compares a network's distribution with the truth; fields of chains stay empty.
 CalibratedTrial calibrate(const sim::Parameters& truth, const ParameterDistribution& found);
 
-/// Mean over the parameters of the log density at the truth, nats, of shares of the ranges: 0 where no more is known
-/// than these, 0.69 where what is possible is halved. The density is that of the Gaussian, in the coordinates of
-/// mixture.hpp, that has the draws' mean and covariance: of N independent draws of P parameters it is (P + 3) / (4 N)
-/// too low on average. NaN if the draws do not tell a covariance.
+/// Returns the mean over the parameters of the log density at the truth, nats, over fractions of the ranges: 0 for the
+/// prior, 0.69 if the plausible range is halved. The density is a Gaussian with the draws' mean and covariance, in the
+/// coordinates of mixture.hpp. For N independent draws of P parameters it is (P + 3) / (4 N) too low on average. NaN if
+/// the draws do not determine a covariance.
 double gaussian_log_score(const sim::Parameters& truth, std::span<const posterior::State> draws,
                           const sim::ParameterTable& ranges);
 
-/// Over trials, for one parameter.
+/// Calibration of one parameter over trials.
 struct ParameterCalibration {
   double mse = 0.0;                           ///< of the mean, over `deviation` squared
   double predicted_variance = 0.0;            ///< mean variance of the draws, over the same
   double network_mse = 0.0;                   ///< NaN unless all trials have a network's answer
-  double coverage50 = 0.0, coverage90 = 0.0;  ///< share of the truths in the central intervals
-  /// The largest distance of the shares `below` from uniform (Kolmogorov and Smirnov). Beyond 1.36 / sqrt(trials),
-  /// which is also the half width of a band about the distribution, with probability 0.05 if the posteriors are right.
+  double coverage50 = 0.0, coverage90 = 0.0;  ///< fraction of the truths in the central intervals
+  /// The largest distance of the fractions `below` from uniform (Kolmogorov and Smirnov). If the posteriors are
+  /// correct, it exceeds 1.36 / sqrt(trials) with probability 0.05; that is also the half width of a band about the
+  /// distribution.
   double distance = 0.0;
 };
 
@@ -70,20 +71,21 @@ struct Calibration {
   double band = 0.0;                                ///< 1.36 / sqrt(trials)
 };
 
-/// deviation: what errors are divided by, that of the trials' prior. Throws Error without any trial.
+/// Computes the calibration over trials. deviation: the standard deviation of the trials' prior, which divides the
+/// errors. Throws Error without any trial.
 Calibration calibration_of(std::span<const CalibratedTrial> trials, const sim::Parameters& deviation);
-/// Of those whose chains agree alone.
+/// Computes the calibration over only the trials whose chains agree.
 Calibration calibration_of_agreeing(std::span<const CalibratedTrial> trials, const sim::Parameters& deviation);
 
-/// What the distributions that a network gives are worth, over trials.
+/// Calibration of a network's distributions over trials.
 struct NetworkCalibration {
-  Calibration figures;  ///< of its distributions; nothing stands in network_mse
-  /// Mean logarithm of the density at the truth, of shares of the range, nats: 0 for a network that knows only the
-  /// ranges, 0.69 more halves what is left. Of each parameter whatever the others are; not recalibrated.
+  Calibration figures;  ///< of its distributions; network_mse is not set
+  /// Mean log density at the truth of each parameter's marginal, over fractions of the range, nats; not recalibrated.
+  /// It is 0 for a network that gives only the ranges; 0.69 more halves the remaining range.
   std::vector<double> log_score_per_parameter;
 };
-/// Trials by their outputs (see predict()) and parameters. Empty if the model's head gives point estimates alone.
-/// Throws Error without any trial.
+/// Computes the calibration of trials from their outputs (see predict()) and parameters. Empty if the model's head
+/// gives only point estimates. Throws Error without any trial.
 std::optional<NetworkCalibration> network_calibration(const Model& model, std::span<const float> outputs,
                                                       std::span<const sim::Parameters> truth);
 
@@ -92,14 +94,14 @@ struct CalibrationPart {
   double low = 0.0, high = 0.0;
   Calibration figures;
 };
-/// The trials in three parts of equal size by a key. Throws Error for fewer than three trials.
+/// Splits the trials by a key into three parts of equal size. Throws Error for fewer than three trials.
 std::vector<CalibrationPart> calibration_by(std::span<const CalibratedTrial> trials, const sim::Parameters& deviation,
                                             const std::function<double(const sim::Parameters& truth)>& key);
 
-/// Of the body and its controller without noise and dead band, the delay taken for a lag: (2 (Kd - Kp delay) + Kd_pass)
-/// / (2 sqrt(J (2 Kp + Kp_pass - m g h))); the controller answers sway twice, by servo and by its compensation of
-/// gravity. Low: the sway rings, and many parameters explain it nearly as well. NaN for a body that no stiffness holds
-/// up.
+/// Returns the damping ratio of the body and its controller without noise and dead band, the delay approximated by a
+/// lag: (2 (Kd - Kp delay) + Kd_pass) / (2 sqrt(J (2 Kp + Kp_pass - m g h))). The controller responds to sway twice, by
+/// its servo and by its compensation of gravity. If the ratio is low, the sway rings, and many parameters explain it
+/// nearly as well. NaN if the stiffness is too low to hold the body up.
 double damping_ratio(const sim::Parameters& parameters, const sim::Body& body);
 
 }  // namespace decid

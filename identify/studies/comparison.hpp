@@ -19,8 +19,8 @@ struct MethodFigures {
   double mse_standard_error = 0.0;  ///< of the mean over trials
   double simulations = 0.0;         ///< a trial, on average
   double seconds = 0.0;             ///< a trial, wall time
-  /// Root mean square of error / standard error, over trials and parameters: 1 if standard errors are right, above it
-  /// if they promise too much. Only for the means of fits.
+  /// Root mean square of error / standard error, over trials and parameters: 1 if standard errors are correct, above 1
+  /// if they are too small. Only for the means of fits.
   std::optional<double> error_per_standard_error;
 };
 
@@ -36,7 +36,7 @@ struct ComparisonFigures {
   std::vector<MethodFigures> methods;
 };
 
-/// Errors of estimates, each in the order of the trials. deviation: what z-scores are divided by.
+/// Errors of estimates, each in the order of the trials. deviation: the divisor of z-scores.
 MethodFigures errors_of(std::string name, std::string description, std::span<const sim::Parameters> estimates,
                         std::span<const sim::Parameters> truth, const sim::Parameters& deviation);
 

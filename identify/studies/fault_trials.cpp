@@ -19,10 +19,10 @@ using sim::Condition;
 
 constexpr double memory_s = 0.495;  // of coloured noise: 0.98 of it is left after 10 ms
 
-// Of Stream::recording, beyond what record() uses.
+// Random numbers of Stream::recording beyond the numbers that record() uses.
 constexpr std::uint64_t of_coloured_noise = std::uint64_t{1} << 40, of_gap = std::uint64_t{1} << 41;
 
-/// Sizes at which a condition is looked at.
+/// Sizes at which a condition is tested.
 struct Looked {
   Condition condition;
   const char* what;  // with %g for the size
@@ -56,7 +56,7 @@ void add_coloured_noise(std::span<double> sway, double deviation, double rate_hz
   }
 }
 
-/// Bridges so many samples by a straight line, at a random place.
+/// Bridges `length` samples by a straight line, at a random place.
 void bridge_gap(std::span<double> sway, std::size_t length, const Random& random) {
   if (length + 2 > sway.size()) return;
   const auto first =

@@ -1,5 +1,5 @@
-// Trials that are recorded with a fault of the recording, or of what is recorded: for tables of what estimates are
-// worth where recordings are not what a model expects.
+// Trials with a fault of the recording, or of the recorded body or stimulus. Tables of them show how good estimates are
+// if recordings differ from a model's training.
 #pragma once
 
 #include <cstdint>
@@ -13,28 +13,28 @@
 
 namespace decid {
 
-/// A fault of the recording, or of what was recorded.
+/// A fault of the recording, or of the recorded body or stimulus.
 struct Fault {
   std::string name;       ///< a condition's key (sim/protocol/conditions.hpp), or one of the names below
   double size = 0.0;      ///< in the unit of the name's end, or 0 where there is nothing to measure
   std::string what = {};  ///< in words
 };
 
-/// None; each condition at several sizes, with either sign and both kinds of filter in half of the trials each; sway
-/// that was detrended; and what is no recording of the protocol: sway backwards, upside down, of twice the tilt, of a
-/// body of leg and trunk.
+/// Returns all faults: none; each condition at several sizes, with either sign and both kinds of filter in half of the
+/// trials each; detrended sway. The last ones are not recordings of the protocol: sway backwards, upside down, of twice
+/// the tilt, of a body of leg and trunk.
 std::vector<Fault> all_faults();
 
-/// What recordings of people have, a size each: a body at rest at the first sample ("at_rest"), an offset, drift,
-/// detrending, coloured noise ("coloured_noise_deg": autoregressive, 0.98 from one sample at 100 Hz to the next), a
-/// late start, a wrong gain, coarse steps, a low-pass, 50 samples a second ("rate_hz"), a gap bridged by a straight
-/// line ("gap_s"); and what is no recording of the protocol, as in all_faults().
+/// Returns faults of recordings of people, one size each: a body at rest at the first sample ("at_rest"), an offset,
+/// drift, detrending, coloured noise ("coloured_noise_deg": autoregressive, 0.98 from one sample at 100 Hz to the
+/// next), a late start, a wrong gain, coarse steps, a low-pass, 50 samples a second ("rate_hz"), a gap bridged by a
+/// straight line ("gap_s"). The last ones are not recordings of the protocol, as in all_faults().
 std::vector<Fault> faults_of_people();
 
-/// Returns the protocol with the fault, where the fault is one of the tilt, of the body's standing or a condition.
+/// Returns the protocol with the fault, if the fault concerns the tilt or the body's standing, or is a condition.
 sim::Protocol with_fault(sim::Protocol protocol, const Fault& fault);
 
-/// Why trials of the protocol cannot have the fault; empty: they can.
+/// Returns the reason why trials of the protocol cannot have the fault; empty: they can.
 std::string impossible(const sim::Protocol& protocol, const Fault& fault);
 
 /// Makes the trials of one fault; immutable.
@@ -50,8 +50,8 @@ class FaultTrials {
   /// Throws Error for a tilt that is too large and for a body without segments.
   FaultTrials(const sim::Protocol& protocol, const sim::Protocol& recorded, const Fault& fault, std::uint64_t seed);
 
-  /// Trials first, first + 1, ... of the seed: valid base trials of a stream, or those of so many bodies of leg and
-  /// trunk that stand.
+  /// Returns trials first, first + 1, ... of the seed: valid base trials of a stream, or `count` trials of leg and
+  /// trunk in which the body stands.
   Trials take(int first, int count) const;
 
  private:

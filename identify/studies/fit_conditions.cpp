@@ -1,4 +1,4 @@
-// Fits of recordings as laboratories make them: see fit_conditions.hpp.
+// Fits of realistic recordings: see fit_conditions.hpp.
 #include "identify/studies/fit_conditions.hpp"
 
 #include <algorithm>

@@ -32,7 +32,7 @@ Scores as_scores(std::span<const float> values) {
   return {values.begin(), values.end()};
 }
 
-/// Those of trial `index`.
+/// Returns the scores of trial `index`.
 std::span<const float> scores_at(const Model& model, const std::vector<float>& scores, std::size_t index) {
   return std::span(scores).subspan(index * model.parameters().size(), model.parameters().size());
 }

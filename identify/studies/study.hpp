@@ -1,6 +1,6 @@
-// What `decid study` computes about a model: the figures of the paper's results section, and what its estimates are
-// worth at stated levels of sensor noise. Computed here; tools/report/figures/study_figures.hpp draws it,
-// study_page.hpp reports it.
+// Results of `decid study` about a model: the figures of the paper's results section, and the errors of its estimates
+// at stated levels of measurement noise. Computed here; tools/report/figures/study_figures.hpp draws it, study_page.hpp
+// reports it.
 #pragma once
 
 #include <cstdint>
@@ -21,18 +21,18 @@ namespace decid {
 /// The z-scored values of a set of parameters.
 using Scores = std::vector<double>;
 
-/// A trial with known parameters, identified, and simulated anew from its estimate.
+/// A trial with known parameters, identified, and simulated again from its estimate.
 struct KnownTrial {
   sim::Parameters truth, identified;
   Scores target, output;
   std::vector<float> sway_rad;
   std::vector<float> fitted_rad;  ///< the single pendulum, noise-free; shorter if it fell over
   double peak_to_peak_rad = 0.0;
-  /// Sum of the squared z-scored errors: how the paper's "SE" reads.
+  /// Returns the sum of the squared z-scored errors: our reading of the paper's "SE".
   double squared_error() const;
 };
 
-/// An example: the trial of a set with the median squared error, so that nobody has chosen it.
+/// An example: the trial of a set with the median squared error, so that it is not hand-picked.
 struct Sample {
   std::string from;  ///< "validation half", "fresh trials"
   int index = 0;     ///< among these
@@ -52,7 +52,7 @@ struct StudyData {
   dataset::TrialDistributions before, all;  ///< of enrichment; peak to peak as stored
 };
 
-/// The double inverted pendulum with default parameters: its ankle's against those that the network identifies.
+/// The double inverted pendulum with default parameters: the parameters of its ankle against the identified ones.
 struct DoubleCase {
   KnownTrial trial;                    ///< of noise realisation 0; truth: the ankle's parameters
   std::vector<double> squared_errors;  ///< of each realisation that stood
@@ -63,15 +63,15 @@ struct Bin {
   double low, high;
   int trials = 0;
   Scores mse;       ///< z-scored, of each parameter
-  Scores baseline;  ///< of the training set's mean in place of the network
+  Scores baseline;  ///< of the training set's mean instead of the network
 };
 struct NoiseLevel {
   double sensor_noise_deg;
   Evaluation all;
-  std::vector<Bin> by_amplitude_deg;  ///< peak to peak of the exact sway
+  std::vector<Bin> by_amplitude_deg;  ///< peak to peak of the noise-free sway
   std::vector<Bin> by_nv;
 };
-/// Mean over the parameters.
+/// Returns the mean over the parameters.
 double mean_of(const Scores& scores);
 
 struct LearningPoint {
@@ -93,7 +93,7 @@ struct Study {
   std::optional<RecordingResult> recording;
   Scores recording_output;
   std::vector<NoiseLevel> levels;
-  double faults_noise_deg = 0.02;    ///< sensor noise of the trials with faults
+  double faults_noise_deg = 0.02;    ///< measurement noise of the trials with faults
   std::vector<FaultFigures> faults;  ///< identify/studies/faults.hpp; empty unless asked for
   std::uint64_t fresh_seed = 99;     ///< to be set before anything is computed
   std::vector<LearningPoint> learning_curve;
@@ -102,24 +102,24 @@ struct Study {
   std::vector<std::string> notes;                       ///< what is missing, and why
 };
 
-/// Called with what is done next.
+/// Called with the name of the next step.
 using Announce = std::function<void(const std::string&)>;
 
-/// `data` and `sample`. Throws Error if the data set is of another experiment than the model, or of the seed
+/// Computes `data` and `sample`. Throws Error if the data set is of another experiment than the model, or of the seed
 /// `fresh_seed`.
 void study_dataset(const Model& model, const std::string& file, Study& study, const Announce& announce);
 
-/// `levels`, on `trials` fresh valid base trials of `fresh_seed`, the same at each level; `sample` unless it is there.
-/// Throws Error if the model was trained on trials of that seed.
+/// Computes `levels`, on `trials` valid base trials of `fresh_seed`, the same at each level; computes `sample` if it is
+/// missing. Throws Error if the model was trained on trials of that seed.
 void study_fresh(const Model& model, int trials, const std::vector<double>& levels_deg, Study& study,
                  const Announce& announce);
 
-/// `dip`, or a note if the model's body is not made of segments.
+/// Computes `dip`, or adds a note if the model's body is not made of segments.
 void study_double(const Model& model, int realisations, Study& study, const Announce& announce);
 
-/// A table with columns trials and mse, more trials from row to row.
+/// Reads a table with columns trials and mse, more trials from row to row.
 std::vector<LearningPoint> read_learning_curve(const std::string& file);
-/// The log that decid train leaves beside a model.
+/// Reads the log that decid train writes next to a model.
 std::vector<EpochLog> read_log(const std::string& file);
 
 }  // namespace decid

@@ -12,14 +12,14 @@
 namespace decid {
 namespace {
 
-/// Of the same training, but for the number of epochs and how it came by them.
+/// Returns true if the origins differ at most in the number of epochs and their extensions.
 bool same_but_epochs(Origin there, const Origin& here) {
   there.epochs = here.epochs;
   there.extensions = here.extensions;
   return there == here;
 }
 
-/// What differs, for people; empty: it is of the request, or may become it.
+/// Describes the difference between model and request; empty: the model fits the request, or more epochs make it fit.
 std::string what_differs(const Model& model, const TrainingRequest& request) {
   Origin here = request.origin;
   here.extensions = model.origin.extensions;
@@ -91,7 +91,7 @@ TrainingState load_checkpoint(const std::string& path, const TrainingRequest& re
   if (const std::string differs = what_differs(state.model, request); !differs.empty())
     throw Error(path, "is of an unfinished training " + differs,
                 "give the options it was begun with, " + resume_hint(state.model, request) + "choose another " +
-                    setting("output") + ", or delete it to begin anew");
+                    setting("output") + ", or delete it to begin again");
   if (state.part.trials > 0 && state.model.origin.epochs != request.origin.epochs)
     throw Error(path, "is of a training that was stopped in the middle of an epoch, with another schedule",
                 "finish it with its " + setting("epochs") + " first, then go on to more with " + setting("resume"));
@@ -100,7 +100,7 @@ TrainingState load_checkpoint(const std::string& path, const TrainingRequest& re
 }
 
 FinishedTraining load_finished(const std::string& path, const TrainingRequest& request) {
-  const std::string remedy = "choose another " + setting("output") + ", or delete it to train anew";
+  const std::string remedy = "choose another " + setting("output") + ", or delete it to train again";
   const auto model_there = [&] {
     try {
       return load_model(path);

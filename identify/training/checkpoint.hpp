@@ -1,4 +1,5 @@
-// An unfinished training as a file: the model, its optimiser and its log, and whether a training can go on from it.
+// Files of unfinished trainings: the model, its optimiser and its log, with checks that a training can resume from
+// them.
 #pragma once
 
 #include <optional>
@@ -9,40 +10,41 @@
 
 namespace decid {
 
-/// What the model file of an unfinished training has besides the model.
+/// The contents of an unfinished training's file except the model.
 struct Checkpoint {
   std::string progress;                         ///< a text, not empty
   nn::MomentumBuffers<float> momentum_buffers;  ///< of the optimiser
 };
 
-/// Everything that determines the bits of what the training makes. program: "decid 0.2.0"; from: of a fine tuning.
+/// Returns everything that determines the bits of the trained model. program: "decid 0.2.0"; from: the start of a fine
+/// tuning.
 Origin origin_of(const TrainingSettings& settings, const dataset::TrialSource& source, const std::string& program,
                  std::optional<Origin::Start> from = std::nullopt);
 
-/// The bytes of a checkpoint, and what they hold; errors call it `name`.
+/// Convert a training's state to the bytes of a checkpoint and back; errors call it `name`.
 std::string checkpoint_bytes(const TrainingState& state);
 TrainingState state_from_bytes(const std::string& bytes, const std::string& name = "training");
 
-/// What a command is to train.
+/// The training that a command requests.
 struct TrainingRequest {
   Origin origin;
   dataset::ImageSettings image;
   sim::Protocol protocol;
   bool more_epochs =
-      false;  ///< may go on from a training for fewer epochs, with the schedule of as many as are asked for
+      false;  ///< a training for fewer epochs may be continued, with the schedule of the requested number
 };
 
-/// Reads a checkpoint to resume from; more epochs are noted in its origin. Throws Error, naming what differs, unless it
-/// is of the request; the protocols' names may differ.
+/// Reads a checkpoint to resume from; more epochs are noted in its origin. Throws Error, naming the difference, unless
+/// it fits the request; the protocols' names may differ.
 TrainingState load_checkpoint(const std::string& path, const TrainingRequest& request);
 
 struct FinishedTraining {
   TrainingState state;
-  bool done;  ///< all that was asked for; otherwise the state to go on from
+  bool done;  ///< the request is complete; false: the training resumes from `state`
 };
-/// The finished model at `path` and its log. If it is of fewer epochs, and the request allows more, a training can go
-/// on from it: the log ends with the epoch that was kept then, velocities begin at 0, and its origin says so. Throws
-/// Error, naming what differs, if it is not of the request and would be overwritten.
+/// Reads the finished model at `path` and its log. If it has fewer epochs, and the request allows more, a training can
+/// continue from it. The log then ends with the epoch that was kept, momentum buffers begin at 0, and the origin
+/// records the extension. Throws Error, naming the difference, if it does not fit the request and would be overwritten.
 FinishedTraining load_finished(const std::string& path, const TrainingRequest& request);
 
 }  // namespace decid

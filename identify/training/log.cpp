@@ -1,4 +1,4 @@
-// How a training went: see log.hpp.
+// The log of a training: see log.hpp.
 #include "identify/training/log.hpp"
 
 #include <algorithm>

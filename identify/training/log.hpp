@@ -1,4 +1,4 @@
-// How a training went, a line an epoch: as CSV beside the model, and as JSON inside of model files.
+// The log of a training, one line per epoch: a CSV file next to the model, and JSON inside of model files.
 #pragma once
 
 #include <string>
@@ -17,7 +17,7 @@ struct EpochLog {
   bool operator==(const EpochLog&) const = default;
 };
 
-/// How far an epoch is.
+/// The progress within an epoch.
 struct EpochPart {
   int trials = 0;         ///< that it has seen, whole batches; 0: the epoch has not begun
   double loss_sum = 0.0;  ///< of these
@@ -27,10 +27,10 @@ struct EpochPart {
 
 std::string log_csv(const std::vector<EpochLog>& log, std::size_t parameters);
 
-/// The epoch of the least validation MSE, the first of equals; 0 if there is none yet.
+/// Returns the epoch of the lowest validation MSE, the first of equals; 0 if there is none yet.
 int best_epoch(const std::vector<EpochLog>& log);
-/// The epoch whose weights are the model's: with patience the best one, else the last. Throws std::out_of_range if
-/// there is none.
+/// Returns the epoch whose weights the model has: with patience the best one, else the last. Throws std::out_of_range
+/// if there is none.
 const EpochLog& kept_epoch(const std::vector<EpochLog>& log, int patience);
 
 /// A list of [epoch, training MSE, validation MSE, learning rate]; with a part of an epoch behind it, unless that has

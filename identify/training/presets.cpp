@@ -14,7 +14,7 @@ using dataset::Channel;
 
 namespace {
 
-/// A cycle has planes of its own: more would be most of the network.
+/// Each cycle has separate planes: more cycles would make up most of the network.
 constexpr int max_folded_series = 8, max_series_rows = 2048;
 
 std::vector<Preset> make_presets() {
@@ -128,7 +128,7 @@ Preset with_head(Preset preset, const std::string& head, std::size_t parameters,
 dataset::ImageSettings image_for(const Preset& preset, const sim::Protocol& protocol) {
   dataset::ImageSettings image = preset.image;
   if (image.fold == 1) return image;
-  // Presets that fold are made for 100 Hz.
+  // Presets that average cycles are made for 100 Hz.
   const double rate_hz = protocol.experiment.sample_rate_hz;
   const double cycle = protocol.experiment.cycle_s() * rate_hz, lead_in = protocol.experiment.lead_in_s() * rate_hz;
   const auto whole = [](double samples) { return std::abs(samples - std::round(samples)) < 1e-6; };
@@ -147,7 +147,7 @@ dataset::ImageSettings image_for(const Preset& preset, const sim::Protocol& prot
     image.block = std::max(same_time, (shown + max_series_rows - 1) / max_series_rows);
     image.fold = fold;
     image.first_sample = first_sample;
-    image.window = fold > 1 ? window_samples : dataset::ImageSettings{}.window;  // without a fold it is not read
+    image.window = fold > 1 ? window_samples : dataset::ImageSettings{}.window;  // not read unless cycles are averaged
     return image;
   }
   while (!transformed(window_samples)) --window_samples;

@@ -35,7 +35,7 @@ class SharedLoss {
   SharedLoss(Communicator& ranks, const Head& head, std::size_t parameters)
       : ranks_(ranks), head_(head), parameters_(parameters), width_(head.loss_parts(parameters)) {}
 
-  /// The loss of the whole batch. stop: whether this rank wants to; asked() says whether any does.
+  /// The loss of the whole batch. stop: this rank requests a stop; asked() returns true if any rank does.
   double of(nn::Trainer<float>& trainer, const dataset::Feed::Batch& batch, bool stop) {
     const nn::BatchPartition& share = share_of(batch.trials);
     own_.assign(share.blocks.size() * width_ + 1, 0.0);

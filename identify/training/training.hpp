@@ -1,5 +1,5 @@
-// The training loop: epochs of shuffled batches, scaling from the training trials, a log line and a checkpoint an
-// epoch, resumable to the same bits.
+// The training loop: epochs of shuffled batches, scaling from the training trials, one log line and checkpoint per
+// epoch. It resumes to the same bits.
 #pragma once
 
 #include <cstdint>
@@ -23,11 +23,11 @@ struct TrainingSettings {
   const Head* head = &point_head();  ///< outlives the training
   std::uint64_t seed = 1;
   int scaling_trials = 0;         ///< training trials that row and target scaling are taken from; 0: all of the epoch
-  int patience = 0;               ///< stop after so many epochs in a row without a better validation MSE; 0: never
-  Communicator* ranks = nullptr;  ///< processes that share the training, with the bits of one alone; null: none do
+  int patience = 0;               ///< maximum number of epochs in a row without a better validation MSE; 0: never stop
+  Communicator* ranks = nullptr;  ///< processes that share the training; equal bits; null: one process
 };
 
-/// What a training needs to go on.
+/// The state from which a training continues.
 struct TrainingState {
   Model model;
   std::vector<EpochLog> log;                      ///< of the epochs done
@@ -35,28 +35,29 @@ struct TrainingState {
   EpochPart part{};  ///< of the epoch after these, if the training was stopped in its middle
 };
 
-/// A model ready for its first epoch: scaling measured, weights initialised.
+/// Returns a model ready for its first epoch: scaling measured, weights initialised.
 TrainingState start_training(const dataset::TrialSource& source, const TrainingSettings& settings);
-/// Fine tuning: weights, running statistics and scalings are those of `from`, which errors call `name`. Throws Error
-/// unless its architecture, head, image and parameters are those of the settings; its protocol may be another one.
+/// Starts a fine tuning: takes weights, running statistics and scalings from `from`, which errors call `name`. Throws
+/// Error unless its architecture, head, image and parameters match the settings; its protocol may differ.
 TrainingState start_training(const dataset::TrialSource& source, const TrainingSettings& settings, const Model& from,
                              const std::string& name);
 
-/// A training whose loss has left all bounds; what it made is worth nothing.
+/// Error of a training whose loss has diverged; its model is useless.
 struct Diverged : Error {
   using Error::Error;
 };
-/// Guessing the mean gives an MSE of 1. An epoch's mean loss or validation MSE above this has diverged.
+/// Limit of an epoch's mean loss and validation MSE; above it the training has diverged. Guessing the mean gives an MSE
+/// of 1.
 inline constexpr double max_mse = 1000.0;
 
-/// Gives rank 0's state to all.
+/// Copies rank 0's state to all ranks.
 void share_state(Communicator& ranks, std::optional<TrainingState>& state);
 
-/// Runs the remaining epochs, or fewer if patience ends. With ranks all make this call, from the same state.
+/// Runs the remaining epochs, or fewer if patience ends. With ranks, every rank makes this call, from the same state.
 /// after_batch(samples done in this epoch, samples of an epoch) may return false, at any rank, to stop; then, and only
-/// then, the result is false, and the state that after the last batch, from which a later call goes on to the same
-/// bits. after_epoch is called with the state as it is worth keeping. Throws Diverged if the loss is no longer finite
-/// or an epoch's above max_mse; the state is worth nothing then.
+/// then, the result is false. The state is then the state after the last batch, from which a later call continues to
+/// the same bits. after_epoch is called when the state is ready to save. Throws Diverged if the loss is not finite or
+/// an epoch's loss is above max_mse; the state is useless then.
 bool run_training(const dataset::TrialSource& source, const TrainingSettings& settings, TrainingState& state,
                   const std::function<bool(int, int)>& after_batch, const std::function<void()>& after_epoch);
 

@@ -1,6 +1,6 @@
-// What follows a normalisation, in one pass over a plane: scale and shift, ReLU, and a pool whose windows do not
-// overlap. Backward recomputes the values in between, in registers. Windows of 2 x 2, the common case, are unrolled;
-// others loop.
+// The activation after a normalisation, in one pass over a plane: scale and shift, ReLU, and a pool whose windows do
+// not overlap. Backward recomputes the values in between, in registers. Windows of 2 x 2, the common case, are
+// unrolled; others loop.
 #pragma once
 
 #include "nn/kernels/generic_pool.hpp"
@@ -8,7 +8,8 @@
 namespace decid::nn {
 namespace {
 
-/// What is known when the loops are compiled; Size: rows and columns of a window, 0 for what the shape says.
+/// Constants that are fixed when the loops are compiled; Size: rows and columns of a window, 0 to take them from the
+/// shape.
 template <bool Relu, Pooling Kind, int Size>
 struct ActivationKind {
   static constexpr bool relu = Relu;
@@ -24,14 +25,14 @@ template <class V, class K>
   return K::relu ? V::if_greater(zero, y, zero, y) : y;
 }
 
-/// What ReLU passes on of the derivative by `value`.
+/// Returns the derivative behind ReLU, masked by the sign of `value`.
 template <class V, class K>
 [[gnu::always_inline]] inline typename V::Float masked(typename V::Float value, typename V::Float diff) {
   const typename V::Float zero = V::broadcast(0);
   return K::relu ? V::if_greater(value, zero, diff, zero) : diff;
 }
 
-/// f(ActivationKind) for what `a` and the shape ask for.
+/// Calls f(ActivationKind) with the kind that `a` and the shape require.
 template <class F>
 [[gnu::always_inline]] inline void with_kind(const Activation<float>& a, const PoolShape& s, const F& f) {
   const auto with_relu = [&](auto pooling, auto size) {

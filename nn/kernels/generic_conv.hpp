@@ -43,7 +43,7 @@ struct TapBlock {
   int taps;
 };
 
-/// What a tile reads and writes besides the taps.
+/// The places that a tile reads and writes, except the taps.
 struct TilePlace {
   const float* src;
   std::ptrdiff_t src_column;

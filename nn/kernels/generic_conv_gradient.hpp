@@ -44,7 +44,7 @@ struct GradientPlace {
   std::ptrdiff_t far_row, far_column;
 };
 
-/// Q channels x T taps, and Q sums of diff_dst alone if Bias, of V::width lanes.
+/// Q channels x T taps, and Q sums of only diff_dst if Bias, of V::width lanes.
 template <class V, int Q, int T, bool Bias>
 void gradient_tile(const GradientPlace& tile_place, const std::ptrdiff_t* offset, float* acc_memory) {
   using Float = typename V::Float;
@@ -96,7 +96,7 @@ GradientTile find_gradient_tile(int q, int t, bool bias) {
   return nullptr;
 }
 
-/// What a weight gradient reads, and its channels [first, first + count).
+/// Inputs of a weight gradient, and its channels [first, first + count).
 struct GradientTask {
   const Conv2dShape& shape;
   BlockView<const float> src, diff_dst;
@@ -139,7 +139,7 @@ inline void fetch_stream(const GradientTask& task, const GradientBlock& block, b
   const int strides = s.stride_rows * s.stride_columns, channel = block.src_first + (stream - task.count) / strides;
   const int row = (stream - task.count) % strides / s.stride_columns, column = (stream - task.count) % s.stride_columns;
   place.far = place.src + channel * task.src.channel;
-  // What the taps of the last positions have read is in the cache already.
+  // The cache already holds the values that the taps of the last positions have read.
   if (row_ends)
     place.far +=
         place.rows * place.src_row + (larger(s.kernel_rows - s.stride_rows, 0) + row) * task.src.row + column * lanes;

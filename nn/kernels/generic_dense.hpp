@@ -95,7 +95,7 @@ void fully_connected_backward_src(Shape src_shape, int outputs, const float* dif
 /// output.
 constexpr int dense_values = 128;
 
-/// Those values with samples apart: value k of sample l at [l * dense_values + k].
+/// A chunk of values, separated by sample: value k of sample l at [l * dense_values + k].
 struct DenseChunk {
   alignas(64) float at[lanes * dense_values];
 };

@@ -1,4 +1,5 @@
-// What all generic kernels share: splitting a range evenly into tiles, and the tree that sums the 16 lanes of a block.
+// Shared code of all generic kernels: splitting a range evenly into tiles, and the tree that sums the 16 lanes of a
+// block.
 #pragma once
 
 #include <type_traits>
@@ -43,7 +44,7 @@ template <int N, class F>
   call_each(std::make_integer_sequence<int, N>{}, f);
 }
 
-/// x, in a register, with all the compiler knows of it forgotten: from pointers that move together g++ 12 makes more
+/// Returns x in a register and hides its value from the compiler: from pointers that move together g++ 12 makes more
 /// than there are registers, and loads them from the stack at each use.
 template <class T>
 [[gnu::always_inline]] inline T in_register(T x) {

@@ -6,7 +6,7 @@
 namespace decid::nn {
 namespace {
 
-/// A window's extent: fixed at compile time, or 0 x 0 for what the shape says.
+/// A window's extent: fixed at compile time, or 0 x 0 to take it from the shape.
 template <int Rows, int Columns>
 struct Window {
   explicit Window(const PoolShape& s)
@@ -51,7 +51,8 @@ void clear_for_windows(const PoolShape& s, const BlockView<float>& v, bool overl
     }
 }
 
-/// Whether each value of src belongs to at most one window, so that its gradient is written once and not added up.
+/// Returns true if windows share values of src. Otherwise each value belongs to at most one window, and its gradient is
+/// written once and not added up.
 inline bool windows_overlap(const PoolShape& s) {
   return (s.stride_rows < s.kernel_rows && s.dst_rows > 1) ||
          (s.stride_columns < s.kernel_columns && s.dst_columns > 1);

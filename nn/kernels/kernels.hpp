@@ -1,13 +1,13 @@
-// The engine's arithmetic: one table of kernels an instruction set, all with the same bits.
+// The engine's arithmetic: one table of kernels per instruction set, all with the same bits.
 //
 // The contract of bits. Every value is one chain of fused multiply-adds, acc = fma(a, b, acc), in the order given at
 // each kernel; a chain never depends on the vector width, the tile, the thread or the batch around a sample.
 // Reductions over the batch sum the 16 lanes of a block by the tree l + (l + 8), + 4, + 2, + 1, lanes without a
-// sample counting as 0, and the blocks by tree_sum. Nothing else is summed across lanes. What changes the bits: the
-// program's version. What does not: threads, instruction set, compiler, the samples that share a batch in inference.
+// sample counting as 0, and the blocks by tree_sum. Nothing else is summed across lanes. The program's version changes
+// the bits. Threads, instruction set, compiler, and the samples that share a batch in inference do not change them.
 //
-// A kernel works on one block of 16 samples (or on plain arrays) and knows nothing of threads; layers share the
-// blocks out. A BlockView starts at that block. T is float, or double in the gradient checks.
+// A kernel works on one block of 16 samples (or on plain arrays) and runs in one thread; layers distribute the blocks.
+// A BlockView starts at that block. T is float, or double in the gradient checks.
 #pragma once
 
 #include <cstddef>
@@ -26,8 +26,8 @@ struct Conv2dShape {
   int pad_rows, pad_columns;
 };
 
-/// `rows` rows of dst as a convolution of its own. Its src begins at the first row that they meet,
-/// row stride_rows - pad_rows, in the halo above the plane at first.
+/// Returns `rows` rows of dst as a separate convolution. Its src begins at the first row that they meet, row
+/// stride_rows - pad_rows, in the halo above the plane at first.
 inline Conv2dShape band_of(Conv2dShape s, int rows) {
   s.dst_rows = rows;
   s.src_rows = (rows - 1) * s.stride_rows + s.kernel_rows;
@@ -41,7 +41,7 @@ struct PoolShape {
   int kernel_rows, kernel_columns, stride_rows, stride_columns;
 };
 
-/// What follows a normalisation: scale, shift, ReLU or none, and a pool whose windows do not overlap.
+/// The activation after a normalisation: scale, shift, optional ReLU, and a pool whose windows do not overlap.
 enum class Pooling { none, average, max };
 template <class T>
 struct Activation {
@@ -130,7 +130,7 @@ struct Kernels {
   void (*max_pool_backward)(const PoolShape&, BlockView<const T> src, BlockView<const T> diff_dst,
                             BlockView<T> diff_src);
 
-  /// Of each lane: mean = (chain of additions over the plane, row by row) * (1 / its values); deviation = the square
+  /// For each lane: mean = (chain of additions over the plane, row by row) * (1 / its values); deviation = the square
   /// root of fma(chain of squares of value - mean, 1 / its values, epsilon).
   void (*statistics_pool_forward)(Plane<const T> src, T epsilon, T* mean, T* deviation);
   /// diff_src = fma(diff_deviation * (1 / values) / deviation, src - mean, diff_mean * (1 / values)).
@@ -143,22 +143,22 @@ struct Kernels {
                    T* value);
 };
 
-/// The plain definitions, for reading and for testing the others.
+/// Returns the plain definitions, which are easy to read and test the other kernels.
 template <class T>
 const Kernels<T>& reference_kernels();
 
-/// The kernels in use: for float those of chosen_isa(), see base/isa.hpp; for double the reference.
+/// Returns the kernels in use: for float those of chosen_isa(), see base/isa.hpp; for double the reference.
 template <class T>
 const Kernels<T>& kernels();
-/// Those of an instruction set that is available.
+/// Returns the kernels of an available instruction set.
 const Kernels<float>& kernels_of(Isa isa);
 
-/// Halo that conv2d_forward reads around src: the padding.
+/// Returns the halo that conv2d_forward reads around src: the padding.
 Halo src_halo(const Conv2dShape& shape);
-/// Halo that conv2d_backward_src reads around diff_dst.
+/// Returns the halo that conv2d_backward_src reads around diff_dst.
 Halo diff_halo(const Conv2dShape& shape);
 
-/// The sum over the lanes of a block, by the contract's tree; lanes from `valid` on count as 0.
+/// Returns the sum over the lanes of a block, by the contract's tree; lanes from `valid` on count as 0.
 template <class T>
 T lane_sum(const T* value, int valid) {
   T v[lanes];
@@ -168,8 +168,8 @@ T lane_sum(const T* value, int valid) {
   return v[0];
 }
 
-/// Sum of `count` parts, `stride` values apart, into the first, `size` values each: part i + part i + n/2 for the
-/// smallest power of two n >= count, then n/4, ... A tree of fixed shape that depends on count alone.
+/// Adds `count` parts, `stride` values apart, into the first, `size` values each: part i + part i + n/2 for the
+/// smallest power of two n >= count, then n/4, ... The tree has a fixed shape that depends only on count.
 template <class T>
 void tree_sum(T* parts, int count, std::size_t stride, std::size_t size) {
   int half = 1;

@@ -15,7 +15,8 @@ struct Avx2 {
   static constexpr int tile_channels = 4, tile_columns = 3;
   // 2 x 6 for weight gradients: two channels of diff_dst, so that more positions fit the cache.
   static constexpr int gradient_channels = 2, gradient_columns = 6;
-  // Of the first-level cache, 32 KB in most processors without AVX-512; tried on a Zen 3 (docs/research/benchmarks.md).
+  // Bytes used of the first-level cache, 32 KB in most processors without AVX-512; measured on a Zen 3
+  // (docs/research/benchmarks.md).
   static constexpr int block_bytes() { return 8 * 1024; }
   static constexpr int gradient_bytes(bool strided) { return (strided ? 24 : 18) * 1024; }
   static constexpr int block_taps = 256;
@@ -36,7 +37,7 @@ struct Avx2 {
   [[gnu::always_inline]] static Float if_greater(Float a, Float b, Float x, Float y) {
     return _mm256_blendv_ps(y, x, _mm256_cmp_ps(a, b, _CMP_GT_OQ));
   }
-  /// a > b ? x : y, true for a NaN a, false for a NaN b alone.
+  /// a > b ? x : y, true if a is NaN, false if only b is NaN.
   [[gnu::always_inline]] static Float if_greater_or_nan(Float a, Float b, Float x, Float y) {
     return _mm256_blendv_ps(y, x, _mm256_or_ps(_mm256_cmp_ps(a, b, _CMP_GT_OQ), _mm256_cmp_ps(a, a, _CMP_UNORD_Q)));
   }

@@ -16,8 +16,8 @@ struct Avx512 {
   // ports could serve 24, and far more chains than 2 FMA ports x 4 cycles of latency need.
   static constexpr int tile_channels = 4, tile_columns = 6;
   static constexpr int gradient_channels = 4, gradient_columns = 6;
-  // Of a 48 KB first-level cache. Where registers are computed by halves, a tile's loads are some 25 bytes a cycle at
-  // most, which a second-level cache of 1 MB delivers too (docs/research/benchmarks.md, On a Zen 4).
+  // Bytes used of a 48 KB first-level cache. Where registers are computed by halves, a tile's loads are some 25 bytes a
+  // cycle at most, which a second-level cache of 1 MB delivers too (docs/research/benchmarks.md, On a Zen 4).
   static int block_bytes() { return halves_512_bits() ? 160 * 1024 : 24 * 1024; }
   static int gradient_bytes(bool strided) { return (!halves_512_bits() ? 36 : strided ? 72 : 144) * 1024; }
   static constexpr int block_taps = 1152;
@@ -38,7 +38,7 @@ struct Avx512 {
   [[gnu::always_inline]] static Float if_greater(Float a, Float b, Float x, Float y) {
     return _mm512_mask_blend_ps(_mm512_cmp_ps_mask(a, b, _CMP_GT_OQ), y, x);
   }
-  /// a > b ? x : y, true for a NaN a, false for a NaN b alone.
+  /// a > b ? x : y, true if a is NaN, false if only b is NaN.
   [[gnu::always_inline]] static Float if_greater_or_nan(Float a, Float b, Float x, Float y) {
     // y where a is a number and not greater: a comparison less than an "or" of two masks takes.
     const __mmask16 number = _mm512_cmp_ps_mask(a, a, _CMP_ORD_Q);

@@ -11,7 +11,7 @@ namespace {
 struct Baseline {
   using Float = __m128;
   static constexpr int width = 4;
-  // The emulation wants most of the 16 registers for itself; sharing the conversions to double is what a tile gains.
+  // The emulation uses most of the 16 registers; a tile gains only by sharing the conversions to double.
   static constexpr int tile_channels = 2, tile_columns = 2;
   static constexpr int gradient_channels = 2, gradient_columns = 2;
   static constexpr int block_bytes() { return 24 * 1024; }
@@ -39,7 +39,7 @@ struct Baseline {
     const __m128 mask = _mm_cmpgt_ps(a, b);
     return _mm_or_ps(_mm_and_ps(mask, x), _mm_andnot_ps(mask, y));
   }
-  /// a > b ? x : y, true for a NaN a, false for a NaN b alone.
+  /// a > b ? x : y, true if a is NaN, false if only b is NaN.
   [[gnu::always_inline]] static Float if_greater_or_nan(Float a, Float b, Float x, Float y) {
     const __m128 mask = _mm_or_ps(_mm_cmpgt_ps(a, b), _mm_cmpunord_ps(a, a));
     return _mm_or_ps(_mm_and_ps(mask, x), _mm_andnot_ps(mask, y));
@@ -61,7 +61,7 @@ struct Baseline {
         _mm_castpd_si128(_mm_or_pd(_mm_cmplt_pd(error, zero), _mm_cmpgt_pd(error, zero)));  // all ones or zero
     const __m128i one = _mm_set_epi32(0, 1, 0, 1);
     const __m128i bits = _mm_castpd_si128(sum);
-    // Of an even sum the odd neighbour lies towards the error: away from zero if the signs agree (+1), else -1.
+    // The odd neighbour of an even sum lies towards the error: away from zero if the signs agree (+1), else -1.
     const __m128i even = _mm_andnot_si128(bits, one);
     const __m128i opposed = _mm_srli_epi64(_mm_xor_si128(bits, _mm_castpd_si128(error)), 63);
     const __m128i step = _mm_sub_epi64(even, _mm_add_epi64(_mm_and_si128(opposed, even), _mm_and_si128(opposed, even)));

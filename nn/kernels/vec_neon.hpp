@@ -33,7 +33,7 @@ struct Neon {
   [[gnu::always_inline]] static Float if_greater(Float a, Float b, Float x, Float y) {
     return vbslq_f32(vcgtq_f32(a, b), x, y);
   }
-  /// a > b ? x : y, true for a NaN a, false for a NaN b alone.
+  /// a > b ? x : y, true if a is NaN, false if only b is NaN.
   [[gnu::always_inline]] static Float if_greater_or_nan(Float a, Float b, Float x, Float y) {
     return vbslq_f32(vornq_u32(vcgtq_f32(a, b), vceqq_f32(a, a)), x, y);
   }

@@ -1,5 +1,5 @@
 // A quarter of the 16 lanes with WebAssembly's vectors. Where these are relaxed, their multiply-add is one instruction
-// (base/math/relaxed.hpp asks whether it rounds once); where they are not, it is computed in double and rounded once,
+// (base/math/relaxed.hpp tests whether it rounds once); where they are not, it is computed in double and rounded once,
 // as in vec_baseline.hpp.
 #pragma once
 
@@ -23,7 +23,7 @@ struct Wasm {
   }
   static constexpr int block_taps = 256;
 #else
-  // The emulation wants most of the registers for itself.
+  // The emulation uses most of the registers.
   static constexpr int tile_channels = 2, tile_columns = 2;
   static constexpr int gradient_channels = 2, gradient_columns = 2;
   static constexpr int block_bytes() {
@@ -70,7 +70,7 @@ struct Wasm {
   [[gnu::always_inline]] static Float if_greater(Float a, Float b, Float x, Float y) {
     return wasm_v128_bitselect(x, y, wasm_f32x4_gt(a, b));
   }
-  /// a > b ? x : y, true for a NaN a, false for a NaN b alone.
+  /// a > b ? x : y, true if a is NaN, false if only b is NaN.
   [[gnu::always_inline]] static Float if_greater_or_nan(Float a, Float b, Float x, Float y) {
     return wasm_v128_bitselect(x, y, wasm_v128_or(wasm_f32x4_gt(a, b), wasm_f32x4_ne(a, a)));
   }
@@ -83,7 +83,7 @@ struct Wasm {
     return lower(wasm_i64x2_shuffle(v, v, 1, 1));
   }
 
-  /// product + c, rounded to odd: vec_baseline.hpp says why a float rounded from it is right.
+  /// product + c, rounded to odd: vec_baseline.hpp explains why a float rounded from it is correct.
   [[gnu::always_inline]] static v128_t sum_to_odd(v128_t product, v128_t c) {
     const v128_t sum = wasm_f64x2_add(product, c);
     const v128_t from_c = wasm_f64x2_sub(sum, product);

@@ -2,8 +2,8 @@
 // statistics are sums in double around a pivot, the running mean: one pass, and no cancellation once the running mean
 // is near the mean.
 //
-// The layer keeps nothing but its input. Backward recomputes what lies in between, a band of rows at a time that
-// stays in the first-level cache: memory is what bounds this layer, and arithmetic in the cache is nearly free.
+// The layer keeps only its input. Backward recomputes the intermediate values, a band of rows at a time that stays in
+// the first-level cache. Memory bandwidth limits this layer, and arithmetic in the cache is nearly free.
 #include <omp.h>
 
 #include <algorithm>
@@ -124,7 +124,7 @@ class BatchNormTraining final : public TrainingLayer<T> {
   }
   Plane<T> scratch_plane(const Plane<const T>& like) const {
     AlignedBuffer<T>& scratch = band_scratch<T>();
-    scratch.reserve(band_values());  // does nothing but in a thread that came after the constructor
+    scratch.reserve(band_values());  // has an effect only in a thread that started after the constructor
     return {scratch.data(), static_cast<std::ptrdiff_t>(like.columns) * lanes, like.rows, like.columns};
   }
   PoolShape pool_shape(const Band<T>& band) const {
@@ -151,7 +151,7 @@ class BatchNormTraining final : public TrainingLayer<T> {
     return diff;
   }
 
-  /// What the sums of backward are taken around.
+  /// Returns the pivot of the sums of backward.
   T pivot_of(int channel) const {
     return static_cast<T>(mean_[static_cast<std::size_t>(channel)]);
   }

@@ -1,5 +1,5 @@
-// Two-dimensional convolution (cross-correlation, as everyone's) in training: forward, and backward by hand. Formulas
-// and the order of every sum in kernels/kernels.hpp.
+// Two-dimensional convolution (cross-correlation, as in other libraries) in training: forward, and backward by hand.
+// Formulas and the order of every sum in kernels/kernels.hpp.
 #include <algorithm>
 
 #include "nn/forward.hpp"
@@ -65,8 +65,8 @@ class Conv2dTraining final : public TrainingLayer<T> {
   }
 
  private:
-  /// Values of a group's rows that stay in the second-level cache, and rows at least: so many chains of sums go at
-  /// once.
+  /// Values of a group's rows that stay in the second-level cache, and the minimum number of rows, which is the number
+  /// of concurrent chains of sums.
   static constexpr std::size_t band_values = 1U << 17U;
   static constexpr int band_rows = 4;
 

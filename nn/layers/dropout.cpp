@@ -28,7 +28,7 @@ class Dropout final : public OperationOf<Dropout> {
   }
 
  private:
-  /// Of the 64 bits of each random number, 16 decide on a lane: rates are exact to 2^-16.
+  /// Drops values. Each lane uses 16 of the 64 bits of a random number: rates are exact to 2^-16.
   template <class T>
   void drop(const Random& random, const TensorView<const T>& src, const TensorView<T>& dst) const {
     constexpr int lanes_each = 4, numbers = lanes / lanes_each;

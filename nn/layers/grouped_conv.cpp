@@ -146,7 +146,7 @@ class GroupedConv final : public OperationOf<GroupedConv> {
     return wide;
   }
 
-  /// Of channels [first, last) of a group: the phases' sums one after the other.
+  /// Computes the weight gradients of channels [first, last) of a group: the phases' sums one after the other.
   template <class T>
   void weight_gradients(const BackwardPass<T>& pass, int block, int group, int first, int last) const {
     std::vector<T> wide(group_weights()), bias(static_cast<std::size_t>(group_.dst_channels));

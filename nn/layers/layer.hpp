@@ -1,6 +1,6 @@
-// A trained layer: what it computes, its weights and its running statistics. How it is run lies elsewhere: in training
-// (nn/training_layer.hpp) and in inference (nn/inference.hpp). A new kind of layer is an Operation (nn/operation.hpp),
-// one file; the kinds here are those that are fused, or need kernels of their own.
+// A trained layer: its computation, its weights and its running statistics. Other headers run it: in training
+// (nn/layers/training_layer.hpp) and in inference (nn/inference.hpp). A new kind of layer is an Operation
+// (nn/operation.hpp), one file; the kinds here are those that are fused, or need kernels of their own.
 #pragma once
 
 #include <memory>
@@ -15,7 +15,7 @@
 
 namespace decid::nn {
 
-/// The most values of a parameter, or of one sample of a tensor: a gigabyte; indices fit an int.
+/// The maximum number of values of a parameter, or of one sample of a tensor: a gigabyte; indices fit an int.
 inline constexpr long long max_values = 1LL << 28;
 
 /// Cross-correlation with bias; any kernel and stride, zero padding smaller than the kernel.
@@ -24,7 +24,7 @@ struct Conv2d {
 
   Shape src() const { return {shape.src_channels, shape.src_rows, shape.src_columns}; }
   Shape dst() const { return {shape.dst_channels, shape.dst_rows, shape.dst_columns}; }
-  /// Weights of one output.
+  /// Returns the number of weights of one output.
   int taps() const { return shape.src_channels * shape.kernel_rows * shape.kernel_columns; }
   std::string text() const;
   long long flops() const { return 2LL * dst().size() * taps(); }
@@ -51,7 +51,7 @@ struct Relu {
   long long flops() const { return shape.size(); }
 };
 
-/// Windows without padding; what does not fill a window at the end is left out.
+/// Windows without padding; values at the end that do not fill a window are left out.
 struct Pool {
   enum class Kind { average, global_average, max } kind;
   PoolShape shape;
@@ -80,8 +80,8 @@ struct BatchNorm {
   long long flops() const { return (relu ? 3LL : 2LL) * shape.size() + (pool ? pool->flops() : 0); }
 };
 
-/// Of each channel the mean over rows and columns, and behind all of these the standard deviations
-/// sqrt(variance + epsilon), the variance over as many values as there are. Snyder et al., "X-vectors", ICASSP 2018.
+/// The mean of each channel over rows and columns, and after all means the standard deviations sqrt(variance +
+/// epsilon); the variance divides by the number of values. Snyder et al., "X-vectors", ICASSP 2018.
 struct StatisticsPool {
   static constexpr double epsilon = 1e-5;
 
@@ -104,7 +104,7 @@ struct Branch {
   long long flops() const { return 0; }
 };
 
-/// The end: kept + input, or the channels of both.
+/// The end of a residual or concat: kept + input, or the channels of both.
 struct Join {
   Shape shape, kept;
   bool concatenates = false;
@@ -119,7 +119,7 @@ struct Join {
 
 class Operation;
 
-/// A layer that is one file (nn/operation.hpp): one of decid's own, or one that a program registered.
+/// A layer in one file (nn/operation.hpp): decid's own, or registered by a program.
 struct Extension {
   std::shared_ptr<const Operation> operation;
 
@@ -154,24 +154,25 @@ struct RunningStatistics {
 template <class T>
 class Layer {
  public:
-  /// Parameters and statistics have their initial values, weights 0.
+  /// Creates a layer whose parameters and statistics have their initial values; weights are 0.
   explicit Layer(const LayerKind& kind);
 
   const LayerKind& kind() const { return kind_; }
   Shape src_shape() const;
   Shape dst_shape() const;
-  /// The layer's line in an architecture text, complete: "conv 64 3x3 stride 1x1 pad 1x1"; several, joined by "\n", for
-  /// lines that are fused into one layer.
+  /// Returns the layer's complete line in an architecture text: "conv 64 3x3 stride 1x1 pad 1x1"; several, joined by
+  /// "\n", for lines that are fused into one layer.
   std::string text() const;
-  /// Lines of text(). The name of a tensor in a file has its line's number, so that fusing lines renames none.
+  /// Returns the number of lines of text(). The name of a tensor in a file has its line's number, so that fusing lines
+  /// renames none.
   std::size_t lines() const;
-  /// Floating-point operations of a forward pass of one sample (a fused multiply-add counts 2).
+  /// Returns the floating-point operations of a forward pass of one sample (a fused multiply-add counts 2).
   long long flops() const;
 
-  /// Weight and bias of a convolution or fully connected layer, gamma and beta of BatchNorm.
+  /// Returns weight and bias of a convolution or fully connected layer, gamma and beta of BatchNorm.
   std::span<Parameter<T>> parameters() { return parameters_; }
   std::span<const Parameter<T>> parameters() const { return parameters_; }
-  /// Running mean and variance of BatchNorm.
+  /// Returns running mean and variance of BatchNorm.
   std::span<RunningStatistics<T>> statistics() { return statistics_; }
   std::span<const RunningStatistics<T>> statistics() const { return statistics_; }
 

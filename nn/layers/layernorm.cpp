@@ -11,7 +11,7 @@ namespace {
 
 constexpr double layernorm_epsilon = 1e-5;
 
-/// Of each lane of a block. Sums are chains in double over channel, row and column.
+/// Mean and inverse standard deviation of each lane of a block. Sums are chains in double over channel, row and column.
 struct Moments {
   double mean[lanes], inverse[lanes];
 };

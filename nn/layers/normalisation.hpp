@@ -1,5 +1,5 @@
-// What BatchNorm does to a channel, from its parameters and a mean and variance: the batch's in training, the running
-// ones in inference. Not installed.
+// BatchNorm's scale and shift of a channel, from its parameters and a mean and variance: the batch's in training, the
+// running ones in inference. Not installed.
 #pragma once
 
 #include <cmath>

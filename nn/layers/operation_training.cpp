@@ -40,7 +40,7 @@ class OperationTraining final : public TrainingLayer<T> {
   }
 
  private:
-  /// As they are now: a program may have given them other values.
+  /// Reads the current values, because a program may have changed them.
   std::span<const std::span<const T>> parameters() {
     for (std::size_t k = 0; k < parameters_.size(); ++k) parameters_[k] = this->value(k);
     return parameters_;

@@ -1,5 +1,5 @@
-// The beginning and the end of a residual or concat in training: the end adds or joins what the beginning kept, and
-// hands it the derivative that goes past the block.
+// The beginning and the end of a residual or concat in training: the end adds or joins the input that the beginning
+// kept, and gives it the derivative that bypasses the block.
 #include "nn/layers/skip.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-// What the beginning of a residual or concat keeps for its end in training, and gets back.
+// The input that the beginning of a residual or concat keeps for its end in training, and the derivative that the end
+// returns.
 #pragma once
 
 #include <memory>
@@ -13,7 +14,7 @@ class Skip {
  public:
   Skip(Shape shape, int max_batch) : shape_(shape) { memory_.reserve(TensorView<T>::required(shape, max_batch, {})); }
   TensorView<const T> kept;  ///< the beginning's input, which stays until backward
-  /// The derivative by it that goes past the block.
+  /// Returns the derivative by the kept input that bypasses the block.
   TensorView<T> diff(int batch) { return {memory_.data(), shape_, batch, {}}; }
 
  private:
@@ -21,7 +22,7 @@ class Skip {
   AlignedBuffer<T> memory_;
 };
 
-/// Of the blocks whose end is to come, the innermost last.
+/// The skips of the open blocks, the innermost last.
 template <class T>
 using OpenSkips = std::vector<std::shared_ptr<Skip<T>>>;
 

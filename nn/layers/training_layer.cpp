@@ -1,4 +1,4 @@
-// Which TrainingLayer trains which kind of layer.
+// Makes the TrainingLayer of each kind of layer.
 #include "nn/layers/training_layer.hpp"
 
 #include "nn/layers/training_layers.hpp"

@@ -1,5 +1,4 @@
-// The kinds of layers in training, one file each, and what they share. Formulas in the kernels' table.
-// Not installed.
+// The kinds of layers in training, one file each, and their shared code. Formulas in the kernels' table. Not installed.
 #pragma once
 
 #include <algorithm>
@@ -24,7 +23,7 @@ template <class T>
 std::unique_ptr<TrainingLayer<T>> make_training(Layer<T>& layer, const Pool& pool);
 template <class T>
 std::unique_ptr<TrainingLayer<T>> make_training(Layer<T>& layer, const StatisticsPool& pool);
-/// The beginning puts what it shares with its end on `open`, from which the end takes it.
+/// The beginning of a block pushes its shared data on `open`, and the end pops it.
 template <class T>
 std::unique_ptr<TrainingLayer<T>> make_training(Layer<T>& layer, const Branch& branch, int max_batch,
                                                 OpenSkips<T>& open);

@@ -1,4 +1,4 @@
-// Sums among processes: see reducer.hpp.
+// Sums among processes: see all_reduce.hpp.
 #include "nn/training/all_reduce.hpp"
 
 #include <algorithm>
@@ -9,10 +9,10 @@
 namespace decid::nn {
 namespace {
 
-/// Gradients up to so many bytes cost less sent whole to every rank than in two rounds.
+/// Gradients up to this many bytes cost less if sent whole to every rank than in two rounds.
 constexpr std::size_t small_bytes = 4096;
 
-/// Calls body(offset in the values, pointer, count) for what the pieces have of [first, last).
+/// Calls body(offset in the values, pointer, count) for each part of the pieces within [first, last).
 template <class Pieces, class Pointer, class Body>
 void for_each_piece(const Pieces& pieces, RankRange range, const Pointer& pointer_of, const Body& body) {
   std::size_t begin = 0;

@@ -1,5 +1,5 @@
-// Sums over a batch whose blocks several processes share (nn/training/batch_partition.hpp), with the bits that one
-// process has. Gradients are summed while the layers before theirs are still computed.
+// Sums over a batch whose blocks several processes share (nn/training/batch_partition.hpp), with the bits of a single
+// process. Gradients are summed while the layers before theirs are still computed.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ class AllReduce {
   /// `ranks` must outlive it.
   explicit AllReduce(Communicator& ranks) : ranks_(ranks) {}
 
-  /// Samples of the next step, of all ranks together.
+  /// Sets the samples of the next step, of all ranks together.
   void set_batch(int batch);
   int batch() const { return batch_; }
   const BatchPartition& share() const { return *share_; }
@@ -36,14 +36,14 @@ class AllReduce {
   };
   /// Begins to sum a layer's. `gradients` and what they refer to must stay until finish().
   void start(std::span<const Gradient> gradients);
-  /// Moves on what is under way.
+  /// Advances the sums that are under way.
   void progress();
-  /// Waits until the gradients of all that were begun are there.
+  /// Waits until all sums that were begun are complete.
   void finish();
 
  private:
-  /// A layer's gradients on their way: to each rank the roots of its shard of the values, which it adds up and gives to
-  /// all. Gradients that are small go to all at once.
+  /// A layer's gradients in exchange. Each rank gets the roots of its shard of the values, adds them up and sends the
+  /// sums to all. Small gradients go to all ranks at once.
   struct Sum {
     std::vector<Gradient> gradients;
     std::size_t values = 0;

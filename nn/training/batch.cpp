@@ -10,7 +10,7 @@
 namespace decid::nn {
 namespace {
 
-/// Zeros that the reader of tensor `index` wants around it.
+/// Returns the zeros that the reader of tensor `index` needs around it.
 template <class T>
 Halo halo_of(const std::vector<Step<T>>& steps, std::size_t index) {
   while (index < steps.size() && steps[index].in_place()) ++index;
@@ -62,7 +62,7 @@ BatchExecutor<T>::BatchExecutor(const Inference<T>& inference, int max_batch)
     : inference_(inference), max_batch_(max_batch) {
   if (max_batch < 1 || max_batch > 65536)
     throw Error("batch", "of " + std::to_string(max_batch) + " samples", "give 1 to 65536");
-  // The input has a place of its own, all other tensors two in turn.
+  // The input has a separate place; all other tensors alternate between two.
   const std::vector<Step<T>>& steps = inference.steps();
   const std::size_t input = TensorView<T>::required(inference.input_shape(), max_batch, halo_of(steps, 0));
   std::size_t pair[2] = {0, 0}, dense = 0;

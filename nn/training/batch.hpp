@@ -1,5 +1,4 @@
-// A batch of samples through the steps of inference, 16 of them side by side (nn/tensor.hpp): what a Predictor runs
-// many images with.
+// Inference of a batch of samples, 16 adjacent ones at a time (nn/tensor.hpp). A Predictor runs many images with it.
 #pragma once
 
 #include <vector>
@@ -9,8 +8,8 @@
 
 namespace decid::nn {
 
-/// Takes its memory when it is made. Samples beyond a block of 16 for each thread gain nothing: more activations leave
-/// the cache before they are read.
+/// Runs batches. Allocates only in the constructor. More than one block of 16 samples per thread gains nothing: more
+/// activations leave the cache before they are read.
 template <class T>
 class BatchExecutor {
  public:
@@ -23,13 +22,13 @@ class BatchExecutor {
     for (const AlignedBuffer<T>& kept : kept_) values += kept.size();
     return values * sizeof(T);
   }
-  /// Samples of the next forward, 1 .. max_batch().
+  /// Sets the number of samples of the next forward, 1 .. max_batch().
   void set_batch(int batch);
-  /// Where to load the samples before each forward().
+  /// Returns the tensor to load the samples into before each forward().
   TensorView<T> input() { return tensors_.front(); }
   void forward();
   TensorView<const T> output() const { return tensors_.back(); }
-  /// What the last step read.
+  /// Returns the input of the last step.
   TensorView<const T> features() const { return tensors_[tensors_.size() - 2]; }
 
  private:

@@ -1,4 +1,4 @@
-// Shares of a batch: see share.hpp.
+// Partitions of a batch: see batch_partition.hpp.
 #include "nn/training/batch_partition.hpp"
 
 #include <algorithm>

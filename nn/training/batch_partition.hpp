@@ -1,9 +1,9 @@
-// Which blocks of 16 samples of a batch each of several processes has, and how their sums become those of the whole
-// batch with the bits of tree_sum (kernels/kernels.hpp).
+// Partition of a batch's blocks of 16 samples among processes. Sums of the parts combine to sums of the whole batch
+// with the bits of tree_sum (kernels/kernels.hpp).
 //
 // Read the blocks in the order of their reversed bits, and tree_sum is an ordinary tree over neighbours. A process has
-// a run of neighbours, so whatever subtrees are whole in it are summed where they are; only their roots travel, one
-// where numbers of blocks and processes are powers of two, at most two a level otherwise. The tree above them is the
+// a run of neighbours, so it sums the subtrees that it holds completely; only their roots travel. There is one root if
+// the numbers of blocks and processes are powers of two, otherwise at most two per level. The tree above them is the
 // same for every number of processes.
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace decid::nn {
 
-/// One rank's share.
+/// One rank's part of a batch.
 struct BatchPartition {
   /// to += from.
   struct Addition {
@@ -31,7 +31,7 @@ struct BatchPartition {
 
 BatchPartition share_of(int blocks, int rank, int ranks);
 
-/// The most blocks that a rank has of batches of up to `blocks`.
+/// Returns the maximum number of blocks of a rank for batches of up to `blocks`.
 inline int max_blocks(int blocks, int ranks) {
   return (blocks + ranks - 1) / ranks;
 }

@@ -1,4 +1,5 @@
-// What nn::fit needs to go on, and its file: a network's (nn/network_file.hpp) with further tensors. Not installed.
+// The state from which nn::fit resumes, and its file: a network's (nn/network_file.hpp) with further tensors. Not
+// installed.
 #pragma once
 
 #include <optional>
@@ -18,10 +19,11 @@ struct FitState {
   int best_epoch = 0;  ///< 0: none yet
 };
 
-/// description: of all that decides the bits. Throws Error if the file cannot be written.
+/// Writes a checkpoint. description: of everything that determines the bits. Throws Error if the file cannot be
+/// written.
 void save_checkpoint(const Network<float>& network, const FitState& state, const std::string& description,
                      const std::string& path);
-/// Throws Error, and changes nothing, unless the file is of the same network and description.
+/// Reads a checkpoint. Throws Error, and changes nothing, unless the file is of the same network and description.
 void load_checkpoint(Network<float>& network, FitState& state, const std::string& description, const std::string& path);
 
 }  // namespace decid::nn

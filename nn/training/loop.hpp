@@ -1,10 +1,10 @@
 // The order of a training: epochs of batches, an end of each epoch, a stop anywhere. nn::fit runs it, and so does
-// decid's own training, whose batches come from elsewhere.
+// decid's training, which has a different source of batches.
 #pragma once
 
 namespace decid::nn {
 
-/// Where a training stands. A checkpoint saves it.
+/// The position of a training. A checkpoint saves it.
 struct LoopPosition {
   int epoch = 0;        ///< epochs that are done
   int batch = 0;        ///< batches of the next one that are done
@@ -23,7 +23,7 @@ class TrainingLoop {
   virtual bool after_batch(const LoopPosition& at) = 0;
   /// All batches are done; `at` still counts the epoch as the next. Validates, logs.
   virtual void end_epoch(const LoopPosition& at) = 0;
-  /// `at` counts the epoch now: a state worth saving.
+  /// `at` now includes the epoch, so the state can be saved.
   virtual void after_epoch(const LoopPosition& at) = 0;
 };
 

@@ -52,10 +52,10 @@ void squared_errors(const std::type_identity_t<TensorView<const T>>& output,
                     const TensorView<T>& diff);
 
 /// Loss of a batch: squares[o] = sum over samples of (output - target)^2 of output o, in double: a lane tree a block,
-/// then the blocks in order, so the bits depend on the batch alone. targets: batch x outputs, row-major. output: a
+/// then the blocks in order, so the bits depend only on the batch. targets: batch x outputs, row-major. output: a
 /// tensor of shape (outputs, 1, 1). diff, of the same shape, gets d MSE / d output = 2 (output - target) / (batch *
-/// outputs), with MSE = sum(squares) / (batch * outputs); lanes without a sample get 0.
-/// Throws Error for too few targets or squares, and for tensors of other shapes.
+/// outputs), with MSE = sum(squares) / (batch * outputs); lanes without a sample get 0. Throws Error for too few
+/// targets or squares, and for tensors of other shapes.
 template <class T>
 void mean_squared_error(const std::type_identity_t<TensorView<const T>>& output,
                         std::type_identity_t<std::span<const T>> targets, std::span<double> squares,

@@ -11,7 +11,7 @@
 
 namespace decid::nn {
 
-/// The rule of one step, value by value. It has no memory of its own: OptimiserState has it, and checkpoints save that.
+/// The rule of one step, value by value. It has no memory; OptimiserState holds the memory, and checkpoints save it.
 class Optimiser {
  public:
   /// Values of one parameter that are updated together.

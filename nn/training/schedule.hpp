@@ -6,14 +6,14 @@
 namespace decid::nn {
 
 /// "constant"; "cosine": from the base rate to 0 along half a cosine; "step:EPOCHS:FACTOR": multiplied by FACTOR every
-/// EPOCHS epochs. All but the first `warmup_steps` steps, which rise linearly to the base rate.
+/// EPOCHS epochs. This applies to all steps except the first `warmup_steps`, which rise linearly to the base rate.
 class Schedule {
  public:
   /// Throws Error for a text of another form, or total_steps < 1.
   Schedule(const std::string& text, double base_rate, long long total_steps, long long steps_per_epoch,
            long long warmup_steps = 0);
 
-  /// The rate of step `step`, 0 .. total_steps - 1; beyond either end the rate of the step at that end.
+  /// Returns the rate of step `step`, 0 .. total_steps - 1; beyond either end the rate of the step at that end.
   double rate(long long step) const;
 
  private:

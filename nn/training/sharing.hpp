@@ -1,4 +1,4 @@
-// How layers share a batch among threads: blocks of 16 samples times groups of channels, each computed on its own.
+// Division of a batch among threads: blocks of 16 samples times groups of channels, each computed on its own.
 #pragma once
 
 #include <algorithm>

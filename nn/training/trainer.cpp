@@ -12,8 +12,8 @@
 namespace decid::nn {
 namespace {
 
-/// Throws Error if a BatchNorm has a single value a channel in a batch of that many samples. Such a value is its own
-/// mean: what the layer passes on would not depend on the samples, and the running variance would move towards 0.
+/// Throws Error if a BatchNorm has a single value per channel in a batch of that many samples. Such a value is its own
+/// mean: the layer's output would not depend on the samples, and the running variance would move towards 0.
 template <class T>
 void refuse_lone_values(const Network<T>& network, int batch) {
   const auto is_lone = [](const Layer<T>& layer) {
@@ -84,8 +84,8 @@ Halo Trainer<T>::difference_halo(std::size_t index) const {
   return index > 0 ? layers_[index - 1]->diff_dst_halo() : Halo{};
 }
 
-// The derivative by activation `index` takes its place: the layer that follows allows it, and the one before has no
-// more use for what it made. (The derivative by the input is not computed.)
+// The derivative by activation `index` takes its place: the layer that follows allows it, and the layer before no
+// longer needs its output. (The derivative by the input is not computed.)
 template <class T>
 bool Trainer<T>::difference_replaces_activation(std::size_t index) const {
   return index > 0 && index < layers_.size() && layers_[index]->diff_may_replace_src() &&

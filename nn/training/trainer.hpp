@@ -1,5 +1,5 @@
-// Training of a network: forward and backward over batches, and the optimiser's steps. All that training needs besides
-// the weights lies here and is gone with it: gradients, velocities, activations, scratch.
+// Training of a network: forward and backward over batches, and the optimiser's steps. A Trainer owns all training data
+// except the weights: gradients, momentum buffers, activations, scratch.
 #pragma once
 
 #include <cstdint>
@@ -22,58 +22,58 @@ class TrainingLayer;
 template <class T>
 class AllReduce;
 
-/// One step: load input(), forward(), put the loss's derivative into output_diff(), backward(), step(). Nothing is
-/// allocated after construction, except by threads that join later, once each.
+/// One step: load input(), forward(), put the loss's derivative into output_diff(), backward(), step(). Only threads
+/// that join later allocate after construction, once each.
 template <class T>
 class Trainer {
  public:
-  /// For steps of up to `max_batch` samples, 1 .. 65536. The network must outlive the trainer and stay in its
-  /// place; forward() moves its running statistics, step() its parameters. MomentumBuffers begin at 0.
-  /// ranks, unless null: the processes that share each batch, all of which make the same calls. A rank has the samples
-  /// of some blocks of 16 (own_samples()); weights, statistics and gradients are those of the whole batch, the same at
-  /// every rank and the same bits as those of one process alone.
-  /// with_input_diff: backward() also leaves the derivative by the input.
+  /// Prepares steps of up to `max_batch` samples, 1 .. 65536. The network must outlive the trainer and stay in its
+  /// place; forward() moves its running statistics, step() its parameters. MomentumBuffers begin at 0. ranks, unless
+  /// null: the processes that share each batch, all of which make the same calls. A rank has the samples of some blocks
+  /// of 16 (own_samples()). Weights, statistics and gradients belong to the whole batch; they are equal at every rank,
+  /// with the bits of a single process. with_input_diff: backward() also leaves the derivative by the input.
   Trainer(Network<T>& network, int max_batch, Communicator* ranks = nullptr, bool with_input_diff = false);
   Trainer(Trainer&&) noexcept;
   ~Trainer();
 
   const Network<T>& network() const { return network_; }
   int max_batch() const { return max_batch_; }
-  /// Of activations and their derivatives.
+  /// Returns the bytes of activations and their derivatives.
   std::size_t memory_bytes() const { return memory_.size() * sizeof(T); }
-  /// Samples of the next step, 1 .. max_batch(), of all ranks together. Throws Error, as the constructor does, for
-  /// a batch of 1 if a BatchNorm has a single value a channel then.
+  /// Sets the samples of the next step, 1 .. max_batch(), of all ranks together. Throws Error, as the constructor does,
+  /// for a batch of 1 if a BatchNorm then has a single value per channel.
   void set_batch(int batch);
-  /// Which of a batch's samples this rank loads, ascending, 16 of a block together: all if it is alone. It may have
-  /// none.
+  /// Returns the samples of a batch that this rank loads, ascending, 16 of a block together: all for a single process.
+  /// It may return none.
   std::vector<int> own_samples(int batch) const;
 
-  /// Where to load the samples, own_samples() of them; so for outputs.
+  /// Returns the tensors of inputs and outputs, with own_samples() samples. Load the samples into input().
   TensorView<T> input() { return activations_.front(); }
   TensorView<T> output() { return activations_.back(); }
   TensorView<const T> output() const { return activations_.back(); }
-  /// Where to put d loss / d output before backward().
+  /// Returns the tensor for d loss / d output, to fill before backward().
   TensorView<T> output_diff() { return differences_.back(); }
 
-  /// d loss / d input after backward(), if the trainer was made for it.
+  /// Returns d loss / d input after backward(), if the trainer was made with with_input_diff.
   TensorView<const T> input_diff() const { return differences_.front(); }
 
-  /// The random numbers of layers that draw some (dropout), from now on: those of (seed, step). Without this call they
-  /// draw none. Equal numbers give equal masks, for any number of threads.
+  /// Sets the random numbers of layers that draw some (dropout) to those of (seed, step). Without this call they draw
+  /// none. Equal numbers give equal masks, for any number of threads.
   void set_random(std::uint64_t seed, std::uint64_t step);
-  /// With the batch's statistics in BatchNorm.
+  /// Runs the forward pass with the batch's statistics in BatchNorm.
   void forward();
-  /// Gradients of all parameters from output_diff(), which it overwrites.
+  /// Computes the gradients of all parameters from output_diff(), which it overwrites.
   void backward();
-  /// One step of stochastic gradient descent from the gradients (nn/training/sgd.hpp).
+  /// Takes one step of stochastic gradient descent with the gradients (nn/training/sgd.hpp).
   void step(double learning_rate, const SgdSettings& settings);
 
-  /// d loss / d parameter, by the parameter's index in network().parameters(); shaped as its value. Throws Error if
-  /// there is no such parameter.
+  /// Returns d loss / d parameter, by the parameter's index in network().parameters(); shaped as its value. Throws
+  /// Error if there is no such parameter.
   std::span<T> gradient(std::size_t parameter);
   std::span<const T> gradient(std::size_t parameter) const;
   const MomentumBuffers<T>& momentum_buffers() const { return velocities_; }
-  /// Those of a training that goes on. Throws Error unless there is one for each value of each parameter.
+  /// Sets the momentum buffers of a resumed training. Throws Error unless there is one for each value of each
+  /// parameter.
   void set_velocities(MomentumBuffers<T> momentum_buffers);
 
  private:

@@ -99,18 +99,18 @@ class Chain {
       for (RunningStatistics<T>& s : layer.statistics()) all.push_back(&s);
     return all;
   }
-  /// Of parameters()[parameter].
+  /// Returns the gradient of parameters()[parameter].
   const std::vector<T>& gradient(std::size_t parameter) const { return *gradients_.at(parameter); }
 
   void forward() {
     for (std::size_t i = 0; i < layers_.size(); ++i) training_[i]->forward(activations_[i], activations_[i + 1]);
   }
-  /// From output_diff(); unlike a Trainer's, down to input_diff().
+  /// Runs from output_diff() down to input_diff(), which a Trainer's backward() can omit.
   void backward() {
     for (std::size_t i = layers_.size(); i-- > 0;)
       training_[i]->backward(activations_[i], activations_[i + 1], differences_[i + 1], &differences_[i]);
   }
-  /// Inference, each layer lowered for itself, so that nothing is folded; writes output() alone.
+  /// Runs inference with each layer lowered separately, so that nothing is folded; writes only output().
   void infer() {
     std::vector<T> values = store_batch(input());
     for (const Layer<T>& layer : layers_) {

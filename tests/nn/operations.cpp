@@ -265,7 +265,7 @@ TEST_CASE("dropout: drops its rate, scales the rest, another mask each step; inf
   CHECK(predict(net, ones) == ones);
 }
 
-// A dense, plain formula beside the views and kernels: groups and dilation are what PyTorch's Conv2d says.
+// Compares a plain dense formula with the views and kernels: groups and dilation are defined as in PyTorch's Conv2d.
 TEST_CASE("grouped and dilated convolutions: the sum written out") {
   Network net({4, 8, 7}, "conv 6 3x2 pad 2x1 groups 2 dilation 2x3");
   net.initialise(1);

@@ -237,7 +237,7 @@ TEST_CASE("safetensors: truncation at every byte is refused") {
 }
 
 TEST_CASE("safetensors: F16 and BF16 are read, tensors of other types are skipped by name") {
-  // 1.5, -2^-24 (the least), 65504 (the largest), infinity; then 1.5, -2, 2^-126, 0; then a count.
+  // 1.5, -2^-24 (the smallest), 65504 (the largest), infinity; then 1.5, -2, 2^-126, 0; then a count.
   const std::uint16_t bits[] = {0x3e00, 0x8001, 0x7bff, 0x7c00, 0x3fc0, 0xc000, 0x0080, 0x0000};
   std::string data(reinterpret_cast<const char*>(bits), sizeof bits);
   const std::string header =
@@ -328,7 +328,7 @@ TEST_CASE("safetensors: header lengths that are refused") {
   for (const std::uint64_t length :
        {bytes.size() - 7, std::size_t{100'000'000}, std::size_t{100'000'001}, std::size_t{1} << 63, ~std::size_t{0}}) {
     std::memcpy(bytes.data(), &length, 8);
-    // What is no length at all is not shown as one.
+    // The error does not show an impossible length as a length.
     refused(bytes, length <= 100'000'000 ? "its header should have " + std::to_string(length) + " bytes"
                                          : "is no safetensors file");
   }

@@ -56,8 +56,8 @@ TEST_CASE("lanes: every instruction set computes a single sample alike") {
   const Network<float> network = lived_in_network(shape, odd_network);
   const Inference<float> inference(network);
   CHECK(inference.bytes() > 2 * 4 * network.parameter_count());
-  CHECK(SingleExecutor(inference).memory_bytes() >= sizeof(float) * lanes * 14 * 29);  // what the input alone takes
-  // The kernels themselves, on one layer's worth of numbers.
+  CHECK(SingleExecutor(inference).memory_bytes() >= sizeof(float) * lanes * 14 * 29);  // the input's bytes
+  // The kernels themselves, on the numbers of one layer.
   constexpr int taps = 27, columns = 29, blocks = 3;
   std::vector<float> src(4000), weight(static_cast<std::size_t>(blocks * taps * lanes)), bias(blocks * lanes);
   for (std::size_t i = 0; i < src.size(); ++i) src[i] = static_cast<float>(Random(3, Stream::weights, 1).normal(i));

@@ -25,7 +25,7 @@ std::vector<T> part(int block, std::size_t size, std::uint64_t layer) {
   return values;
 }
 
-/// Those of some blocks, one after the other.
+/// Returns the parts of some blocks, one after the other.
 template <class T>
 std::vector<T> parts(const std::vector<int>& blocks, std::size_t size, std::uint64_t layer) {
   std::vector<T> all(blocks.empty() ? size : 0);

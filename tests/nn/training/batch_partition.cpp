@@ -37,7 +37,7 @@ std::string alone(int blocks) {
   return sums.front().text;
 }
 
-/// What all ranks have at the end.
+/// Returns the sum that all ranks have at the end.
 std::string together(int blocks, int ranks) {
   std::vector<Sum> roots;
   for (int rank = 0; rank < ranks; ++rank) {

@@ -25,7 +25,7 @@ struct Data {
   std::vector<float> inputs, targets;
 };
 
-/// Noise, with a bright pair of columns that says which class it is.
+/// Noise, with a bright pair of columns that marks the class.
 Data made(float brightness) {
   Data d{hashed_values<float>(1, count * 36), {}};
   for (std::size_t n = 0; n < count; ++n) {

@@ -12,7 +12,7 @@ using namespace decid::nn::testing;
 
 namespace {
 
-/// A loss of the test's own, as a program outside would add it: the largest error alone.
+/// A custom loss, as another program would add it: the largest error.
 class LargestError final : public Loss {
  public:
   double sample(std::span<const double> output, std::span<const double> target, std::span<double> diff) const override {

@@ -32,7 +32,7 @@ TEST_CASE("Schedule: cosine from the base rate to nearly 0 along half a period")
   CHECK(schedule.rate(999) < 0.1 * 2.5e-6);  // (pi / 2000)^2 = 2.467e-6
 }
 
-TEST_CASE("Schedule: step multiplies by the factor every so many epochs") {
+TEST_CASE("Schedule: step multiplies by the factor every EPOCHS epochs") {
   const Schedule schedule("step:3:0.5", 0.8, 1000, 10);
   CHECK(schedule.rate(0) == 0.8);
   CHECK(schedule.rate(29) == 0.8);
