@@ -42,16 +42,16 @@ sim::ParameterTable Report::ranges() const {
 
 GroupReport report_groups(GroupTable table, std::span<const RecordingResult> recordings, std::size_t parameters) {
   GroupReport report{std::move(table), {}, {}};
-  std::vector<GroupedRecording> compared;
+  std::vector<GroupedRecording> people;
   for (std::size_t i = 0; i < recordings.size(); ++i) {
     const GroupMember& member = report.table.members.at(i);
     report.left_out.push_back(member.group.empty() ? std::string() : reason_to_leave_out(recordings[i]));
     if (member.group.empty()) continue;
     const sim::Parameters& values = recordings[i].estimate.parameters;
-    GroupedRecording& one = compared.emplace_back(GroupedRecording{member.group, member.person, {}});
+    GroupedRecording& one = people.emplace_back(GroupedRecording{member.group, member.person, {}});
     if (report.left_out.back().empty()) one.values.assign(values.begin(), values.end());
   }
-  report.comparison = compare_groups(compared, parameters);
+  report.comparison = compare_groups(people, parameters);
   return report;
 }
 

@@ -140,8 +140,10 @@ void bench_predictor(benchmark::State& state, const NamedNetwork& named, int bat
 class LayerTimes {
  public:
   LayerTimes(const NamedNetwork& named, int batch) : network_(initialised(named)), batch_(batch) {
+    OpenSkips<float> none;
     for (Layer<float>& layer : network_.layers())
-      layers_.push_back(make_training_layer(layer, batch, layers_.empty() ? nullptr : layers_.back().get()));
+      layers_.push_back(
+          make_training_layer<float>(layer, batch, layers_.empty() ? nullptr : layers_.back().get(), none));
     for (std::size_t i = 0; i <= layers_.size(); ++i) {
       const Shape shape = i > 0 ? layers_[i - 1]->layer().dst_shape() : named.input;
       const Halo halo = i > 0 ? layers_[i - 1]->diff_dst_halo() : Halo{};

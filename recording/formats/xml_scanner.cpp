@@ -10,7 +10,7 @@ namespace decid::recording {
 
 namespace {
 
-constexpr std::string_view blanks = " \t\r\n";
+constexpr std::string_view blank_characters = " \t\r\n";
 
 /// Returns the name after its prefix.
 std::string_view local_name(std::string_view name) {
@@ -102,7 +102,7 @@ XmlScanner::Tag XmlScanner::next() {
   if (ends) tag.remove_prefix(1);
   closes_ = !ends && tag.ends_with("/");
   if (closes_) tag.remove_suffix(1);
-  const std::size_t blank = tag.find_first_of(blanks);
+  const std::size_t blank = tag.find_first_of(blank_characters);
   name_ = local_name(tag.substr(0, blank));
   attributes_ = blank == tag.npos ? std::string_view() : tag.substr(blank);
   return ends ? Tag::close : Tag::open;
@@ -114,8 +114,8 @@ std::string XmlScanner::attribute(std::string_view name) const {
     const std::size_t equals = rest.find('=');
     if (equals == rest.npos) return {};
     std::string_view here = rest.substr(0, equals);
-    while (!here.empty() && blanks.find(here.front()) != blanks.npos) here.remove_prefix(1);
-    while (!here.empty() && blanks.find(here.back()) != blanks.npos) here.remove_suffix(1);
+    while (!here.empty() && blank_characters.find(here.front()) != blank_characters.npos) here.remove_prefix(1);
+    while (!here.empty() && blank_characters.find(here.back()) != blank_characters.npos) here.remove_suffix(1);
     const std::size_t begin = rest.find_first_of("\"'", equals);
     if (begin == rest.npos) return {};
     const std::size_t end = rest.find(rest[begin], begin + 1);

@@ -222,7 +222,8 @@ TEST_CASE("recordings that cannot be used") {
 
 TEST_CASE("recordings of another length or rate are refused with both and a way out") {
   check_recording_refused(recording(6370, 100, wave), {"6370", "12100", "100 Hz", "--stream"});
-  check_recording_refused(recording(6370, 60, wave), {"6370", "60 Hz", "12100", "100 Hz", "only 1 of its 2 whole cycles", "--stream"});
+  check_recording_refused(recording(6370, 60, wave),
+                          {"6370", "60 Hz", "12100", "100 Hz", "only 1 of its 2 whole cycles", "--stream"});
   check_recording_refused(recording(12100, 100, wave), {"12100", "200 Hz", "100 Hz"}, "--rate 200");
   check_recording_refused(recording(12200, 100, wave), {"--begin", "122 s"}, "--begin 130");
   check_recording_refused(recording(20, 100, wave), {"20", "12100"});
