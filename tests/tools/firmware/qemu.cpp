@@ -41,7 +41,7 @@ std::string row(const std::string& what, const std::string& costs) {
   };
   return "| " + what + " | " + kilo("code_bytes") + " | " + kilo("constant_bytes") + " | " + kilo("arena_bytes") +
          " | " + kilo("stack_bytes") + " | " + mega("whole") + " | " + mega("after_last_sample") + " | " +
-         mega("max_part") + " |";
+         mega("largest_part") + " |";
 }
 std::string controller_row(const std::string& what, const std::string& costs) {
   const auto text = [&](const std::string& name) { return std::to_string(cost(costs, "controller_" + name)); };
