@@ -95,10 +95,10 @@ int main(int argc, char** argv) {
     ::execv("/proc/self/exe", argv);
     return 1;
   }
-  const std::filesystem::path seeds = std::filesystem::path(argv[1]) / "tests/fuzz/seeds";
+  const std::filesystem::path golden = std::filesystem::path(argv[1]) / "tests/golden/0.2.0";
   const long stride = argc == 3 ? std::atol(argv[2]) : 1;
-  const std::string protocol_file = seeds / "protocol/tiny.json", model_file = seeds / "model/net.safetensors";
-  const std::string recording_file = seeds / "recording/trial.csv", data_file = seeds / "npz/tiny.npz";
+  const std::string protocol_file = golden / "protocol.json", model_file = golden / "net.safetensors";
+  const std::string recording_file = golden / "trial.csv", data_file = golden / "data.npz";
   const std::string mat_file = std::filesystem::path(argv[1]) / "tests/recording/mat/v7_struct.mat";
   decid_protocol* protocol = nullptr;
   decid_model* model = nullptr;

@@ -23,13 +23,14 @@ import tempfile
 import zipfile
 import zlib
 
-SEEDS = pathlib.Path(__file__).resolve().parents[1] / "fuzz/seeds"
+TESTS = pathlib.Path(__file__).resolve().parents[1]
+GOLDEN = TESTS / "golden/0.2.0"
 MOST_MB, MOST_S = 1000, 1.0
 SIZE = 9_990_000
 
 
-def seed(name):
-    return (SEEDS / name).read_bytes()
+def golden(name):
+    return (GOLDEN / name).read_bytes()
 
 
 def lines(line, before="", size=None):
@@ -204,7 +205,7 @@ def mats():
         "version 4, many variables": lambda: b"".join(many(lambda i: mat_4(f"v{i}", 1, 2))),
         "version 4, most columns": lambda: mat_4("all", 2, SIZE // 2 - 100, 50, 1),
         "version 7.3, nothing else": lambda: b"MATLAB 7.3 MAT-file".ljust(512) + b"\x89HDF\r\n\x1a\n" + b"\0" * (SIZE - 600),
-        "version 7.3 and zeros": lambda: (SEEDS.parents[1] / "recording/mat/v73_h5py.mat").read_bytes().ljust(SIZE, b"\0"),
+        "version 7.3 and zeros": lambda: (TESTS / "recording/mat/v73_h5py.mat").read_bytes().ljust(SIZE, b"\0"),
     }
 
 
@@ -284,7 +285,7 @@ def archive(members, method=zipfile.ZIP_DEFLATED):
 
 def tiny(**others):
     """The seed's members, some of them replaced."""
-    with zipfile.ZipFile(io.BytesIO(seed("npz/tiny.npz"))) as file:
+    with zipfile.ZipFile(io.BytesIO(golden("data.npz"))) as file:
         members = {name: file.read(name) for name in file.namelist()}
     description = members["decid.json.npy"]
     del members["decid.json.npy"]
@@ -310,8 +311,8 @@ def archives():
         "300 thousand trials of zeros": lambda: archive(trials(300_000)),
         "20 thousand trials": lambda: archive(trials(20_000), zipfile.ZIP_STORED),
         "an array's long header": lambda: archive(tiny(sway=b"\x93NUMPY\1\0\xff\xff" + b" " * 65535), zipfile.ZIP_STORED),
-        "zeros before the archive": lambda: seed("npz/tiny.npz").rjust(SIZE, b"\0"),
-        "zeros behind the archive": lambda: seed("npz/tiny.npz").ljust(SIZE, b"\0"),
+        "zeros before the archive": lambda: golden("data.npz").rjust(SIZE, b"\0"),
+        "zeros behind the archive": lambda: golden("data.npz").ljust(SIZE, b"\0"),
     }
 
 
@@ -327,7 +328,7 @@ def header_of_many():
 
 
 def model_with(key, text):
-    content = seed("model/point.safetensors")
+    content = golden("point.safetensors")
     length = struct.unpack("<Q", content[:8])[0]
     header = json.loads(content[8:8 + length])
     header["__metadata__"][key] = text
@@ -369,7 +370,7 @@ def within(json_text, key, value):
 def protocols():
     tilt = lambda n: json.dumps({"name": "m", "measured": {"tilt_deg": [0.1] * n}, "sample_rate_hz": 20})
     long_list = lambda item: "[" + ",".join([item] * (SIZE // (len(item) + 1) - 200)) + "]"
-    tiny_text = seed("protocol/tiny.json").decode()
+    tiny_text = golden("protocol.json").decode()
     return {
         "states": lambda: within(tiny_text, "sequence", '{"feedback": [0,0,-1,1], "start": ' + long_list("0") + ', "state_s": 0.05}'),
         "measured tilt": lambda: tilt(SIZE // 5 - 100).encode(),
@@ -393,9 +394,9 @@ def journals():
 # --- which command reads what
 
 def cases():
-    model = ["--model", str(SEEDS / "model/point.safetensors")]
-    trial = str(SEEDS / "recording/trial.csv")
-    protocol = ["--protocol", str(SEEDS / "protocol/tiny.json")]
+    model = ["--model", str(GOLDEN / "point.safetensors")]
+    trial = str(GOLDEN / "trial.csv")
+    protocol = ["--protocol", str(GOLDEN / "protocol.json")]
     calibrate = ["calibrate", "--trials", "2", *protocol, *model, "--max-draws", "8", "--groups", "1"]
 
     def group(kind, files, end, *commands):
@@ -427,7 +428,7 @@ def cases():
         "a log of epochs": lambda: model_with("log", "[" + ",".join(["[1,2,3,4]"] * (SIZE // 10 - 1000)) + "]"),
     }, ".safetensors", ["info", "FILE"])
     for kind, end, command in (("protocol", ".json", ["stimulus", "--protocol", "FILE", "-o", "out.csv"]),
-                               ("image", ".json", ["image", str(SEEDS / "npz/tiny.npz"), "--image", "FILE", "-o", "out.npz"]),
+                               ("image", ".json", ["image", str(GOLDEN / "data.npz"), "--image", "FILE", "-o", "out.npz"]),
                                ("result", ".json", ["export", "controller", "FILE", "-o", "firmware"]),
                                ("comparison", ".json", ["study", *model, "--trials", "2", "--comparison", "FILE", "-o", "study"])):
         yield from group(kind, jsons(), end, command)
@@ -436,7 +437,7 @@ def cases():
     yield from group("result", {"recordings": lambda: b'{"recordings":[' + b"{}," * (SIZE // 3 - 20) + b"{}]}"}, ".json",
                      ["export", "controller", "FILE", "-o", "firmware"])
     yield from group("architecture", {"lines": lambda: lines("relu\n"), "one line": lambda: lines("conv ")}, ".txt",
-                     ["train", "--data", str(SEEDS / "npz/tiny.npz"), "--architecture", "FILE", "-o", "out.safetensors"])
+                     ["train", "--data", str(GOLDEN / "data.npz"), "--architecture", "FILE", "-o", "out.safetensors"])
     yield from group("groups", {
         "separators": lambda: b"file,group" + b"," * (SIZE - 20),
         "empty lines": lambda: b"file,group" + b"\n" * (SIZE - 20),
@@ -454,7 +455,7 @@ def cases():
     yield from group("training log", {
         "rows": lambda: b"epoch,training_mse,validation_mse,learning_rate\n" + numbered("%d,1,1,1", "\n", SIZE - 100),
     }, ".csv", ["study", *model, "--trials", "2", "--log", "FILE", "-o", "study"])
-    front = seed("dataset_journal/two_entries")
+    front = golden("dataset.journal")
     yield from group("journal of a data set", {"zeros behind": lambda: front.ljust(SIZE, b"\0"), "zeros": lambda: b"\0" * SIZE,
                                                "a request of 10 MB": lambda: b"decid journal 1\n" + struct.pack("<II", SIZE - 40, 0) + b"[" * (SIZE - 40)},
                      ".npz.partial.journal", ["dataset", "--count", "3", *protocol, "-o", "STEM"])

@@ -43,13 +43,13 @@ void require(decid_status status) {
 }
 
 /// Data set, training, evaluation, identification, fit, and a file that is refused.
-void round(const fs::path& seeds, const fs::path& mat, const fs::path& scratch, uint64_t seed) {
+void round(const fs::path& golden, const fs::path& mat, const fs::path& scratch, uint64_t seed) {
   decid_protocol* protocol = nullptr;
   decid_dataset* dataset = nullptr;
   decid_model *trained = nullptr, *model = nullptr, *none = nullptr;
   decid_recording *recording = nullptr, *other = nullptr;
   decid_result *identified = nullptr, *fitted = nullptr;
-  require(decid_protocol_load((seeds / "protocol/tiny.json").c_str(), &protocol));
+  require(decid_protocol_load((golden / "protocol.json").c_str(), &protocol));
   decid_dataset_options few;
   decid_dataset_defaults(&few, sizeof few);
   few.count = 64;
@@ -65,7 +65,7 @@ void round(const fs::path& seeds, const fs::path& mat, const fs::path& scratch, 
   require(decid_train(dataset, nullptr, &training, &trained));
   require(decid_model_save(trained, (scratch / "model.safetensors").c_str()));
   require(decid_model_load((scratch / "model.safetensors").c_str(), &model));
-  require(decid_recording_read((seeds / "recording/trial.csv").c_str(), nullptr, &recording));
+  require(decid_recording_read((golden / "trial.csv").c_str(), nullptr, &recording));
   decid_read_options column;
   decid_read_defaults(&column, sizeof column);
   column.column = "COM_x";
@@ -91,7 +91,7 @@ void round(const fs::path& seeds, const fs::path& mat, const fs::path& scratch, 
 
 int main(int argc, char** argv) {
   if (argc != 3) return 2;
-  const fs::path root = argv[1], seeds = root / "tests/fuzz/seeds";
+  const fs::path root = argv[1], golden = root / "tests/golden/0.2.0";
   const double seconds = std::atof(argv[2]);
   std::string folder = fs::temp_directory_path() / "decid-soak-XXXXXX";
   if (::mkdtemp(folder.data()) == nullptr) return 1;
@@ -104,7 +104,7 @@ int main(int argc, char** argv) {
   while (rounds < 2 * warm_up || elapsed() < seconds) {
     // Both kinds of 7.3 and 5 in turn: the former is read in a child.
     const char* const mat = rounds % 2 == 0 ? "v5.mat" : "v73_h5py.mat";
-    round(seeds, root / "tests/recording/mat" / mat, folder, static_cast<uint64_t>(rounds));
+    round(golden, root / "tests/recording/mat" / mat, folder, static_cast<uint64_t>(rounds));
     ++rounds;
     kb = resident_kb();
     used = used_kb();
