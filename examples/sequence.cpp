@@ -15,7 +15,7 @@ void make(int number, const decid::Random*, std::span<float> input, std::span<fl
   const decid::Random random(1, decid::Stream::user, static_cast<std::uint64_t>(number));
   for (std::size_t k = 0; k < length; ++k) {
     double value = 0;
-    for (const std::uint64_t sine : {0, 2})
+    for (const std::uint64_t sine : {std::uint64_t{0}, std::uint64_t{2}})
       value += std::sin(6.283 * (static_cast<double>(k) / random.uniform(sine, 16, 64) + random.uniform(sine + 1)));
     target[k] = static_cast<float>(value);
     input[k] = static_cast<float>(value + 0.5 * random.normal(k + 8));
