@@ -168,7 +168,7 @@ TEST_CASE("a table says what the values say: a line a recording, as many cells w
         std::string::npos);
   CHECK(text.ends_with("\n\"c,d.csv\",," + std::string(3 * 14, ',') + "\"c,d.csv: no \"\"sway\"\"; name it\"\n"));
   std::size_t begin = 0;
-  const std::size_t first_commas = std::ranges::count(text.substr(0, text.find('\n')), ',');
+  const std::ptrdiff_t first_commas = std::ranges::count(text.substr(0, text.find('\n')), ',');
   for (int line = 0; line < 3; ++line) {
     const std::size_t end = text.find('\n', begin);
     CHECK(std::ranges::count(text.substr(begin, end - begin), ',') == first_commas);
