@@ -195,7 +195,7 @@ TensorFile from_safetensors(std::string_view bytes, const std::string& where) {
         file.skipped.push_back(name + " (" + type + ")");
         continue;
       }
-      t.values = values_of(type, data.substr(offsets[0]), count);
+      t.values = values_of(type, data.substr(static_cast<std::size_t>(offsets[0])), count);
       file.tensors.push_back(std::move(t));
     }
   } catch (const Json::exception& error) {
