@@ -25,7 +25,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 BUILD = ROOT / "build/coverage"
-FOLDERS = ("base", "sim", "nn", "dataset", "identify", "tools")
+FOLDERS = ("base", "sim", "nn", "recording", "dataset", "posterior", "identify", "tools")
 # Text that is not code, then the tokens that make a line conditional.
 NO_CODE = re.compile(r'"(?:\\.|[^"\\])*"|\'(?:\\.|[^\'\\])\'|//.*')
 CONDITION = re.compile(r"\b(?:if|for|while|switch|case)\b|\?|&&|\|\||[=!<>]=| [<>] ")

@@ -222,10 +222,11 @@ void serve(Communicator& group, const Work& work, const std::function<bool()>& s
     if (first == last) return;
     std::mutex mutex;
     std::vector<std::string> given;  // only this thread calls MPI
-    work(static_cast<std::size_t>(first), static_cast<std::size_t>(last), [&](std::size_t item, std::string bytes) {
-      const std::lock_guard lock(mutex);
-      given.push_back(message_of(item, bytes));
-    });
+    work(static_cast<std::size_t>(first), static_cast<std::size_t>(last),
+         [&](std::size_t item, const std::string& bytes) {
+           const std::lock_guard lock(mutex);
+           given.push_back(message_of(item, bytes));
+         });
     if (given.size() < last - first || stop()) given.push_back(message_of(no_item, {}));
     for (const std::string& message : given) group.send(0, message);
   }

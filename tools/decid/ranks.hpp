@@ -54,7 +54,9 @@ class Session {
 /// Returns rank 0's value at all ranks.
 template <class Value>
 Value broadcast_value(Value value) {
-  return ranks() == nullptr ? value : from_bytes<Value>(broadcast_text(*ranks(), to_bytes(value)));
+  Communicator* const group = ranks();
+  if (group == nullptr) return value;
+  return from_bytes<Value>(broadcast_text(*group, to_bytes(value)));
 }
 
 /// Receives the value of an item; any thread may call it.

@@ -154,7 +154,7 @@ class Network {
   void answer(const std::vector<float>& sway_rad, CalibratedTrial& trial) {
     if (!identifier_) return;
     std::vector<recording::Trial> trials{recording::trial_of(sway_rad)};
-    const Estimate found = std::move(identifier_->estimate(std::move(trials)).front());
+    const Estimate found = std::move(identifier_->estimate(trials).front());
     trial.network = found.parameters;
     if (found.distribution)
       trial.network_log_score = found.distribution->log_density(trial.truth) / static_cast<double>(trial.truth.size());
