@@ -112,6 +112,8 @@ PYBIND11_MODULE(_nn, module) {
   using namespace decid::python;
   namespace nn = decid::nn;
   module.doc() = "decid::nn for decid.nn, which is what to import.";
+  // pybind11 takes a function of a pointer by value.
+  // NOLINTNEXTLINE(performance-unnecessary-value-param)
   py::register_exception_translator([](std::exception_ptr thrown) {
     try {
       if (thrown) std::rethrow_exception(thrown);
