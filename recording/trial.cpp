@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/math/statistics.hpp"
 #include "base/setting.hpp"
 #include "recording/quality/quality.hpp"
 #include "recording/quality/response_check.hpp"
@@ -325,9 +326,7 @@ void warn_of_length(Recording& recording, const sim::Protocol& protocol, const P
 
 /// Returns the mean of samples begin .. end - 1.
 double mean(const std::vector<double>& signal, std::size_t begin, std::size_t end) {
-  double sum = 0.0;
-  for (std::size_t k = begin; k < end; ++k) sum += signal[k];
-  return sum / static_cast<double>(end - begin);
+  return decid::mean(std::span(signal).subspan(begin, end - begin));
 }
 
 void detrend(std::vector<double>& sway, const sim::Protocol& protocol, Detrend kind, Warnings& warnings) {
