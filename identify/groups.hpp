@@ -17,9 +17,13 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
+
+#include "identify/cohort/cohort.hpp"
+#include "identify/cohort/reliability.hpp"
 
 namespace decid {
 
@@ -94,6 +98,12 @@ struct GroupReport {
   std::vector<std::string> left_out;  ///< one per recording: why it is not compared, "error", "not usable" or
                                       ///< "tilt_of_other_size"; empty: it is, or it is in no group
   GroupComparison comparison;
+  /// The hierarchical model of the recordings' distributions; empty without distributions, or with fewer than two
+  /// groups of two persons.
+  std::optional<cohort::Result> hierarchical = {};
+  /// Reliability per pair of comparison.pairs and parameter, of the persons in both groups; empty lists for groups of
+  /// different people.
+  std::vector<std::vector<std::optional<cohort::Reliability>>> reliability = {};
 };
 
 }  // namespace decid

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <functional>
 
+#include "identify/cohort/of_result.hpp"
+
 namespace decid {
 namespace {
 
@@ -40,19 +42,30 @@ sim::ParameterTable Report::ranges() const {
   return fit ? posterior::ranges_of(fit->priors, protocol.ranges()) : protocol.ranges();
 }
 
-GroupReport report_groups(GroupTable table, std::span<const RecordingResult> recordings, std::size_t parameters) {
-  GroupReport report{std::move(table), {}, {}};
+GroupReport report_groups(GroupTable table, const Report& report) {
+  GroupReport groups{std::move(table), {}, {}};
   std::vector<GroupedRecording> people;
-  for (std::size_t i = 0; i < recordings.size(); ++i) {
-    const GroupMember& member = report.table.members.at(i);
-    report.left_out.push_back(member.group.empty() ? std::string() : reason_to_leave_out(recordings[i]));
+  std::vector<cohort::Recording> members(report.recordings.size());
+  for (std::size_t i = 0; i < report.recordings.size(); ++i) {
+    const GroupMember& member = groups.table.members.at(i);
+    groups.left_out.push_back(member.group.empty() ? std::string() : reason_to_leave_out(report.recordings[i]));
     if (member.group.empty()) continue;
-    const sim::Parameters& values = recordings[i].estimate.parameters;
+    const sim::Parameters& values = report.recordings[i].estimate.parameters;
     GroupedRecording& one = people.emplace_back(GroupedRecording{member.group, member.person, {}});
-    if (report.left_out.back().empty()) one.values.assign(values.begin(), values.end());
+    if (!groups.left_out.back().empty()) continue;
+    one.values.assign(values.begin(), values.end());
+    members[i].participant = member.person;
+    members[i].group = member.group;
   }
-  report.comparison = compare_groups(people, parameters);
-  return report;
+  groups.comparison = compare_groups(people, report.protocol.parameters().size());
+  groups.hierarchical = cohort::analyse_groups(report, members);
+  for (const GroupPair& pair : groups.comparison.pairs) {
+    groups.reliability.emplace_back();
+    if (pair.paired)
+      groups.reliability.back() = cohort::reliability_of(report, members, groups.comparison.groups[pair.first].name,
+                                                         groups.comparison.groups[pair.second].name);
+  }
+  return groups;
 }
 
 }  // namespace decid

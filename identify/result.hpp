@@ -86,8 +86,8 @@ struct Report {
   sim::ParameterTable ranges() const;
 };
 
-/// Compares the groups of `table`, whose members are those of the recordings, in their order. Leaves out recordings
-/// with an error, those that are not usable, and those of a platform that tilted another angle.
-GroupReport report_groups(GroupTable table, std::span<const RecordingResult> recordings, std::size_t parameters);
+/// Compares the groups of `table`, whose members are those of the report's recordings, in their order. Leaves out
+/// recordings with an error, those that are not usable, and those of a platform that tilted another angle.
+GroupReport report_groups(GroupTable table, const Report& report);
 
 }  // namespace decid

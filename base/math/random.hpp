@@ -30,6 +30,7 @@ enum class Stream : std::uint32_t {
   body = 14,             ///< item: attempt; index 0: height
   augmentation = 15,     ///< item: epoch and sample; what nn::fit hands to a sample's callback
   dropout = 16,          ///< item: step and layer
+  cohort = 17,           ///< item: chain and sweep of a hierarchical model over persons
   user = 1U << 16U,      ///< this number and all above: programs that use decid
 };
 

@@ -18,6 +18,10 @@ class ParameterDistribution {
   ParameterDistribution(Mixture mixture, const sim::ParameterTable& table, Recalibration recalibration = {});
 
   std::size_t parameters() const noexcept { return low_.size(); }
+  const Mixture& mixture() const noexcept { return mixture_; }
+  double low(std::size_t parameter) const { return low_[parameter]; }
+  double range(std::size_t parameter) const { return range_[parameter]; }
+  const Recalibration& recalibration() const noexcept { return recalibration_; }
   double mean(int quantity) const;
   double deviation(int quantity) const;
   /// Returns the quantile of the probability `share`, 0 < share < 1.

@@ -47,6 +47,11 @@ class Mixture {
   Mixture(std::size_t components, std::size_t parameters, std::span<const double> outputs);
 
   std::size_t parameters() const noexcept { return parameters_; }
+  std::size_t components() const noexcept { return components_.size(); }
+  // Returns one component, in coordinates x; covariance: a square, row after row.
+  double weight(std::size_t component) const { return components_[component].weight; }
+  std::span<const double> centre(std::size_t component) const { return components_[component].centre; }
+  std::span<const double> covariance(std::size_t component) const { return components_[component].covariance; }
   double mean(std::size_t parameter) const;
   double deviation(std::size_t parameter) const;
   /// Returns the quantile, as a fraction of the range, of this probability, 0 < probability < 1.

@@ -3,47 +3,16 @@
 
 #include <cmath>
 
+#include "base/math/incomplete_beta.hpp"
 #include "base/math/math.hpp"
 
 namespace decid {
 namespace {
 
-/// Stirling's series; the recurrence brings z to 10 or more, where the first term left out is below 1e-15.
-double log_gamma(double z) {
-  double product = 1.0;
-  for (; z < 10.0; z += 1.0) product *= z;
-  const double i = 1.0 / (z * z);
-  const double series =
-      (1.0 / 12.0 -
-       i * (1.0 / 360.0 - i * (1.0 / 1260.0 - i * (1.0 / 1680.0 - i * (1.0 / 1188.0 - i * 691.0 / 360360.0))))) /
-      z;
-  constexpr double half_log_two_pi = 0.91893853320467274;
-  return (z - 0.5) * log(z) - z + half_log_two_pi + series - log(product);
-}
-
 /// log of the beta function of degrees_of_freedom / 2 and 1 / 2.
 double log_beta(double degrees_of_freedom) {
   constexpr double log_gamma_half = 0.57236494292470009;
   return log_gamma(0.5 * degrees_of_freedom) + log_gamma_half - log_gamma(0.5 * degrees_of_freedom + 0.5);
-}
-
-/// The continued fraction of I_x(a, b) a B(a, b) / (x^a (1 - x)^b), by Lentz's algorithm; quick for
-/// x < (a + 1) / (a + b + 2).
-double beta_fraction(double a, double b, double x) {
-  double c = 1.0, d = 1.0 / (1.0 - (a + b) * x / (a + 1.0)), value = d;
-  for (int step = 1; step <= 10'000; ++step) {
-    const double m = step;
-    const double even = m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m));
-    d = 1.0 / (1.0 + even * d);
-    c = 1.0 + even / c;
-    value *= d * c;
-    const double odd = -(a + m) * (a + b + m) * x / ((a + 2.0 * m) * (a + 2.0 * m + 1.0));
-    d = 1.0 / (1.0 + odd * d);
-    c = 1.0 + odd / c;
-    value *= d * c;
-    if (std::abs(d * c - 1.0) < 1e-15) break;
-  }
-  return value;
 }
 
 }  // namespace

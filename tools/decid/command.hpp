@@ -71,6 +71,7 @@ void add_fit(const Command& program);
 void add_calibrate(const Command& program);
 void add_compare(const Command& program);
 void add_study(const Command& program);
+void add_power(const Command& program);
 void add_image(const Command& program);
 void add_info(const Command& program);
 void add_selftest(const Command& program);

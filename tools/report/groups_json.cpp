@@ -2,6 +2,7 @@
 #include "tools/report/groups_json.hpp"
 
 #include "base/files/json_object.hpp"
+#include "tools/report/cohort_json.hpp"
 #include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {
@@ -63,7 +64,9 @@ Json groups_json(const Report& report) {
             {"intervals", found.intervals},
             {"adjustment", "bonferroni"},
             {"left_out", std::move(left_out)},
-            {"unused_lines", std::move(unused)}}}};
+            {"unused_lines", std::move(unused)}}},
+          {"hierarchical", cohort_json(report)},
+          {"reliability", reliability_json(report)}};
 }
 
 Json page_groups(const Report& report) {

@@ -11,7 +11,8 @@ namespace decid::tools {
 ///    "comparisons": [{"groups": [a, b], "paired", "people": [in a, in b], "unpaired_people",
 ///                     "parameters": [{"name", "difference", "interval95", "adjusted_interval95", "hedges_g"}]}],
 ///    "group_comparison": {"person_column", "parameters", "pairs", "intervals", "adjustment",
-///                         "left_out": [{"file", "group", "reason"}], "unused_lines": [{"line", "file"}]}}
+///                         "left_out": [{"file", "group", "reason"}], "unused_lines": [{"line", "file"}]},
+///    "hierarchical": cohort_json(), "reliability": reliability_json()}
 /// with every pair, groups in the order of their names; null of a report without groups.
 Json groups_json(const Report& report);
 

@@ -176,7 +176,7 @@ void add(Report& report, GroupTable& table, const std::string& group, const std:
 }
 
 Json compared(Report& report, GroupTable table) {
-  report.groups = decid::report_groups(std::move(table), report.recordings, parameters().size());
+  report.groups = decid::report_groups(std::move(table), report);
   return decid::tools::groups_json(report);
 }
 
@@ -225,6 +225,8 @@ TEST_CASE("people are compared by the recordings that can be used, the others ar
                                      {{"file", "twice.csv"}, {"group", "a"}, {"reason", "tilt_of_other_size"}},
                                      {{"file", "broken.csv"}, {"group", "b"}, {"reason", "error"}}});
   CHECK(settings["unused_lines"] == Json{{{"line", 7}, {"file", "gone.csv"}}});
+  CHECK(found["hierarchical"].is_null());  // without distributions
+  CHECK(found["reliability"].is_array());
   const Json recordings = decid::tools::recordings_json(report);
   CHECK(recordings[0]["group"] == "a");
   CHECK(recordings[20]["subject"] == "a1");
@@ -299,4 +301,45 @@ TEST_CASE("a group of one has no interval, and three groups have three compariso
   const std::string text = groups_text(report);
   CHECK(contains(text, "each recording counts as a person"));
   CHECK(contains(text, "in 3 pairs of groups"));
+}
+
+TEST_CASE("groups of recordings with distributions also have a hierarchical model") {
+  Report report;
+  GroupTable table{"subject", {}};
+  std::vector<double> outputs;
+  for (const char* group : {"a", "b"})
+    for (int i = 0; i < 3; ++i) {
+      outputs.assign(1, 0.0);
+      outputs.resize(8, 0.3 * i + (*group == 'a' ? 0.8 : -0.8));
+      outputs.resize(15, 1.2);  // sd of a coordinate: exp(-1.2)
+      outputs.resize(decid::mixture_outputs(1, 7), 0.0);
+      RecordingResult made = recording("f", 900.0 + i);
+      made.estimate.distribution = decid::ParameterDistribution(decid::Mixture(1, 7, outputs), report.ranges());
+      add(report, table, group, "s" + std::to_string(i), made);
+    }
+  const Json found = compared(report, table);
+  const Json& model = found["hierarchical"];
+  CHECK(model["draws"] == 4000);
+  CHECK(model["max_rhat"].get<double>() < 1.2);
+  CHECK(model["groups"][0]["persons"] == 3);
+  CHECK(model["groups"][1]["parameters"][6]["between_sd"].get<double>() > 0.0);
+  const Json& pair = model["comparisons"][0];
+  CHECK(pair["groups"] == Json{"a", "b"});
+  CHECK(pair["persons_in_both"] == 3);
+  const Json& effect = pair["parameters"][6];
+  CHECK(effect["name"] == "delay");
+  CHECK(effect["difference"].get<double>() > 0.05);
+  CHECK(effect["simultaneous95"][0] <= effect["interval95"][0]);
+  CHECK(effect["probability_of_direction"].get<double>() > 0.9);
+  CHECK(model["variance"][0]["trial_sd"] == 0.0);
+  CHECK(model["changes"].size() == 3);
+  CHECK(model["changes"][0]["parameters"][0].contains("changed"));
+  REQUIRE(found["reliability"].size() == 1);
+  CHECK(found["reliability"][0]["persons"] == 3);
+  CHECK(found["reliability"][0]["parameters"][0]["icc_single"] == 1.0);  // the values agree exactly
+  const std::string text = groups_text(report);
+  CAPTURE(text);
+  CHECK(contains(text, "hierarchical model"));
+  CHECK(contains(text, "a less b, 3 people in both"));
+  CHECK(decid::tools::page_groups(report)["hierarchical"]["draws"] == 4000);
 }

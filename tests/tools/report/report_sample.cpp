@@ -129,7 +129,7 @@ std::string page_of_many(Report all) {
     if (i % 5 == 4) made.warnings = {{decid::Severity::invalid, "out_of_distribution", "it looks like no trial"}};
     table.members.push_back({i % 2 == 0 ? "patients" : "controls", std::to_string(i < 48 ? i / 2 : i)});
   }
-  all.groups = decid::report_groups(table, all.recordings, all.protocol.parameters().size());
+  all.groups = decid::report_groups(table, all);
   return identify_page(all);
 }
 

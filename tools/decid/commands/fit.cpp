@@ -252,7 +252,7 @@ Report report_of(const FitOptions& options, const Fitter& fitter, Results result
   }
   groups.members = std::move(members);
   if (!options.group.empty())
-    report.groups = report_groups(std::move(groups), report.recordings, report.protocol.parameters().size());
+    report.groups = report_groups(std::move(groups), report);
   return report;
 }
 

@@ -70,7 +70,7 @@ void run_identify(IdentifyOptions options, const Command& command) {
   Report report = identify_all(options, model, reading);
   if (!is_root()) return;
   refuse_alone(report.recordings);
-  if (!options.group.empty()) report.groups = report_groups(groups, report.recordings, model.parameters().size());
+  if (!options.group.empty()) report.groups = report_groups(groups, report);
   report.model = model_name(options.model);
   report.options = command.given(beside_answers);
   if (options.common.json || !options.outputs.json.empty() || !options.outputs.page.empty())

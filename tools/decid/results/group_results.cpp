@@ -61,6 +61,33 @@ std::string left_out_text(const Report& report) {
   return count == 0 ? text : "  Left out: " + counted(count, "recording") + "\n" + text;
 }
 
+std::string cohort_text(const cohort::Result& found, const std::vector<std::string>& names) {
+  std::string text = "Groups, hierarchical model: every recording with its whole uncertainty\n";
+  for (const cohort::Cell& cell : found.cells) {
+    text += "  " + one_line(cell.group) + ": " + people_text(cell.persons) + "\n";
+    text += format("    %-8s %12s %24s %12s\n", "", "mean", "95% interval", "person sd");
+    for (std::size_t p = 0; p < names.size(); ++p)
+      text += format("    %-8s %12.5g %24s %12.3g\n", names[p].c_str(), cell.mean[p].mean,
+                     interval_text(cell.mean[p].interval95).c_str(), cell.between_sd[p].mean);
+  }
+  for (const cohort::Comparison& comparison : found.comparisons) {
+    text += "  " + one_line(found.cells[comparison.first].group) + " less " +
+            one_line(found.cells[comparison.second].group);
+    text += comparison.persons_in_both > 0 ? ", " + people_text(comparison.persons_in_both) + " in both\n" : "\n";
+    text += format("    %-8s %12s %24s %24s %24s %9s\n", "", "difference", "95% interval", "simultaneous interval",
+                   "over the person sd", "direction");
+    for (std::size_t p = 0; p < names.size(); ++p) {
+      const cohort::Effect& effect = comparison.effects[p];
+      text += format("    %-8s %12.4g %24s %24s %24s %8.1f%%\n", names[p].c_str(), effect.difference.mean,
+                     interval_text(effect.difference.interval95).c_str(), interval_text(effect.simultaneous95).c_str(),
+                     interval_text(effect.standardised.interval95).c_str(), 100.0 * effect.direction);
+    }
+  }
+  text += format("  %d draws, R-hat at most %.3f. All simultaneous intervals hold together with 95%%.\n", found.draws,
+                 found.max_rhat);
+  return text;
+}
+
 }  // namespace
 
 std::string groups_text(const Report& report) {
@@ -79,6 +106,7 @@ std::string groups_text(const Report& report) {
       "  %zu parameters were compared%s: %zu adjusted intervals (Bonferroni), with a joint coverage of at least "
       "95%%.\n",
       names.size(), pairs.c_str(), found.intervals);
+  if (report.groups->hierarchical) text += cohort_text(*report.groups->hierarchical, names);
   return text + left_out_text(report);
 }
 

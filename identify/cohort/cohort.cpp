@@ -1,0 +1,271 @@
+// Analysis of a study: see cohort.hpp.
+#include "identify/cohort/cohort.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "base/math/math.hpp"
+#include "base/math/statistics.hpp"
+#include "base/parallel.hpp"
+#include "identify/cohort/sampler.hpp"
+#include "posterior/sampling/diagnostics.hpp"
+
+namespace decid::cohort {
+namespace {
+
+/// Every draw of one quantity, chain after chain.
+using Series = std::vector<double>;
+
+Quantity quantity_of(Series series) {
+  Quantity quantity{mean(series), stddev(series), {}};
+  std::ranges::sort(series);
+  quantity.interval95 = {quantile_of_sorted(series, 0.025), quantile_of_sorted(series, 0.975)};
+  return quantity;
+}
+
+/// All draws, and the study they are of.
+struct Drawn {
+  const Design& design;
+  std::span<const sim::ParameterInfo> ranges;
+  std::vector<Draw> draws;
+
+  Series series(const std::function<double(const Draw&)>& value) const {
+    Series result;
+    result.reserve(draws.size());
+    for (const Draw& draw : draws) result.push_back(value(draw));
+    return result;
+  }
+  double squared_sd(const std::vector<double>& sd, std::size_t p) const { return sd.empty() ? 0.0 : sd[p] * sd[p]; }
+  double person_variance(const Draw& draw, std::size_t cell, std::size_t p) const {
+    const double sd = draw.person_sd[design.group_of_cell[cell] * design.parameters + p];
+    return sd * sd;
+  }
+  /// Returns the value in SI units of a coordinate that still varies by `variance`: the mean of Phi.
+  double value(double x, double variance, std::size_t p) const {
+    return ranges[p].low + ranges[p].range() * normal_distribution(x / std::sqrt(1.0 + variance));
+  }
+};
+
+struct CellSeries {
+  Series mean, sd;
+};
+
+/// The mean of a cell, and the standard deviation of its persons, by the trapezoidal rule over a normal deviate.
+CellSeries cell_series(const Drawn& drawn, std::size_t cell, std::size_t p) {
+  constexpr int nodes = 17;
+  constexpr double reach = 4.8, spacing = 2.0 * reach / (nodes - 1);
+  std::array<double, nodes> weights{};
+  double whole = 0.0;
+  for (int i = 0; i < nodes; ++i) whole += weights[static_cast<std::size_t>(i)] = normal_density(-reach + spacing * i);
+  CellSeries series;
+  for (const Draw& draw : drawn.draws) {
+    const double x = draw.cell_mean[cell * drawn.design.parameters + p];
+    const double trial = drawn.squared_sd(draw.trial_sd, p);
+    const double persons = drawn.person_variance(draw, cell, p) + drawn.squared_sd(draw.visit_sd, p);
+    const double middle = drawn.value(x, persons + trial, p);
+    double squares = 0.0;
+    for (int i = 0; i < nodes; ++i) {
+      const double off = drawn.value(x + std::sqrt(persons) * (-reach + spacing * i), trial, p) - middle;
+      squares += weights[static_cast<std::size_t>(i)] / whole * off * off;
+    }
+    series.mean.push_back(middle);
+    series.sd.push_back(std::sqrt(squares));
+  }
+  return series;
+}
+
+/// Sets intervals that hold all quantities together in 95% of the draws, whatever their dependence: each is the
+/// interval of the same ranks (J. Besag, P. Green, D. Higdon, K. Mengersen, Statistical Science 10 (1995) 3-41, 6.3).
+std::vector<std::array<double, 2>> simultaneous_intervals(const std::vector<Series>& all) {
+  const std::size_t draws = all.front().size();
+  std::vector<std::size_t> order(draws), extremes(draws, 0);
+  for (const Series& series : all) {
+    for (std::size_t i = 0; i < draws; ++i) order[i] = i;
+    std::ranges::stable_sort(order, {}, [&](std::size_t i) { return series[i]; });
+    for (std::size_t rank = 0; rank < draws; ++rank)
+      extremes[order[rank]] = std::max({extremes[order[rank]], rank, draws - 1 - rank});
+  }
+  std::ranges::sort(extremes);
+  const std::size_t high = extremes[std::min(draws - 1, (draws * 95 + 99) / 100 - 1)];
+  std::vector<std::array<double, 2>> intervals;
+  for (Series series : all) {
+    std::ranges::sort(series);
+    intervals.push_back({series[draws - 1 - high], series[high]});
+  }
+  return intervals;
+}
+
+bool comparable(const Design::CellName& a, const Design::CellName& b) {
+  return (a.group != b.group ? 1 : 0) + (a.session != b.session ? 1 : 0) + (a.condition != b.condition ? 1 : 0) == 1;
+}
+
+std::size_t persons_in_both(const Design& design, std::size_t first, std::size_t second) {
+  return static_cast<std::size_t>(std::ranges::count_if(design.persons, [&](const Design::Person& person) {
+    const auto in = [&](std::size_t cell) {
+      return std::ranges::any_of(person.visits, [&](std::size_t v) { return design.visits[v].cell == cell; });
+    };
+    return in(first) && in(second);
+  }));
+}
+
+void add_comparisons(const Drawn& drawn, const std::vector<std::vector<CellSeries>>& cells, Result& result) {
+  const Design& design = drawn.design;
+  std::vector<Series> differences;
+  for (std::size_t a = 0; a < cells.size(); ++a)
+    for (std::size_t b = a + 1; b < cells.size(); ++b) {
+      if (!comparable(design.cells[a], design.cells[b])) continue;
+      Comparison comparison{a, b, persons_in_both(design, a, b), {}};
+      for (std::size_t p = 0; p < design.parameters; ++p) {
+        const CellSeries &first = cells[a][p], &second = cells[b][p];
+        Series difference, standardised;
+        double above = 0.0;
+        for (std::size_t i = 0; i < first.mean.size(); ++i) {
+          difference.push_back(first.mean[i] - second.mean[i]);
+          const double variance = 0.5 * (first.sd[i] * first.sd[i] + second.sd[i] * second.sd[i]);
+          standardised.push_back(difference.back() / std::sqrt(variance));
+          above += difference.back() > 0.0 ? 1.0 : 0.0;
+        }
+        const double share = above / static_cast<double>(difference.size());
+        comparison.effects.push_back(
+            {quantity_of(difference), {}, quantity_of(std::move(standardised)), std::max(share, 1.0 - share)});
+        differences.push_back(std::move(difference));
+      }
+      result.comparisons.push_back(std::move(comparison));
+    }
+  if (differences.empty()) return;
+  const std::vector<std::array<double, 2>> intervals = simultaneous_intervals(differences);
+  for (std::size_t c = 0; c < result.comparisons.size(); ++c)
+    for (std::size_t p = 0; p < design.parameters; ++p)
+      result.comparisons[c].effects[p].simultaneous95 = intervals[c * design.parameters + p];
+}
+
+/// Mean of the cells' means, a coordinate.
+double middle_of(const Drawn& drawn, const Draw& draw, std::size_t p) {
+  double sum = 0.0;
+  for (std::size_t c = 0; c < drawn.design.cells.size(); ++c) sum += draw.cell_mean[c * drawn.design.parameters + p];
+  return sum / static_cast<double>(drawn.design.cells.size());
+}
+
+void add_variances(const Drawn& drawn, std::span<const Recording> recordings, Result& result) {
+  const Design& design = drawn.design;
+  for (std::size_t p = 0; p < design.parameters; ++p) {
+    const auto slope = [&](const Draw& draw) {
+      return drawn.ranges[p].range() * normal_density(middle_of(drawn, draw, p));
+    };
+    const auto part = [&](std::vector<double> Draw::*sd) {
+      return quantity_of(
+          drawn.series([&](const Draw& draw) { return slope(draw) * std::sqrt(drawn.squared_sd(draw.*sd, p)); }));
+    };
+    VarianceParts parts;
+    parts.person = quantity_of(drawn.series([&](const Draw& draw) {
+      double sum = 0.0;
+      for (std::size_t g = 0; g < design.groups; ++g)
+        sum += drawn.squared_sd(draw.person_sd, g * design.parameters + p);
+      return slope(draw) * std::sqrt(sum / static_cast<double>(design.groups));
+    }));
+    parts.visit = part(&Draw::visit_sd);
+    parts.trial = part(&Draw::trial_sd);
+    std::vector<double> variances;
+    for (const Recording& one : recordings) variances.push_back(one.measurement.variance(p));
+    parts.measurement = mean(drawn.series(slope)) * std::sqrt(median(std::move(variances)));
+    result.variances.push_back(parts);
+  }
+}
+
+void add_visits(const Drawn& drawn, Result& result) {
+  const Design& design = drawn.design;
+  std::vector<std::vector<Series>> all;
+  for (std::size_t v = 0; v < design.visits.size(); ++v) {
+    const Design::Visit& visit = design.visits[v];
+    result.visits.push_back({design.persons[visit.person].name, visit.cell, visit.recordings.size(), {}});
+    std::vector<Series>& series = all.emplace_back();
+    for (std::size_t p = 0; p < design.parameters; ++p) {
+      series.push_back(drawn.series([&](const Draw& draw) {
+        return drawn.value(draw.visits[v * design.parameters + p], drawn.squared_sd(draw.trial_sd, p), p);
+      }));
+      result.visits.back().value.push_back(quantity_of(series.back()));
+    }
+  }
+  for (const Design::Person& person : design.persons)
+    for (std::size_t c = 0; c < result.comparisons.size(); ++c) {
+      const auto visit_in = [&](std::size_t cell) {
+        return std::ranges::find_if(person.visits, [&](std::size_t v) { return design.visits[v].cell == cell; });
+      };
+      const auto first = visit_in(result.comparisons[c].first), second = visit_in(result.comparisons[c].second);
+      if (first == person.visits.end() || second == person.visits.end()) continue;
+      Change change{c, *first, *second, {}};
+      for (std::size_t p = 0; p < design.parameters; ++p) {
+        Series difference = all[*first][p];
+        for (std::size_t i = 0; i < difference.size(); ++i) difference[i] -= all[*second][p][i];
+        change.difference.push_back(quantity_of(std::move(difference)));
+      }
+      result.changes.push_back(std::move(change));
+    }
+}
+
+double rhat_of(const Series& series, int chains) {
+  posterior::ChainDraws parts;
+  const std::ptrdiff_t length = std::ssize(series) / chains;
+  for (int chain = 0; chain < chains; ++chain)
+    parts.emplace_back(series.begin() + chain * length, series.begin() + (chain + 1) * length);
+  return posterior::rhat(parts);
+}
+
+std::vector<Draw> sample(const Design& design, std::span<const Recording> recordings, const Settings& settings) {
+  std::vector<std::vector<Draw>> chains(static_cast<std::size_t>(settings.chains));
+  parallel_for(settings.chains, [&](int chain) {
+    const auto number = static_cast<std::size_t>(chain);
+    Sampler sampler(design, recordings, settings.seed, number);
+    for (int i = 0; i < settings.warm_up; ++i) sampler.sweep();
+    for (int i = 0; i < settings.draws; ++i) {
+      sampler.sweep();
+      chains[number].push_back(sampler.draw());
+    }
+  });
+  std::vector<Draw> all;
+  for (std::vector<Draw>& chain : chains)
+    for (Draw& draw : chain) all.push_back(std::move(draw));
+  return all;
+}
+
+}  // namespace
+
+Result analyse(std::span<const Recording> recordings, std::span<const sim::ParameterInfo> ranges,
+               const Settings& settings) {
+  const Design design = design_of(recordings, ranges.size(), settings);
+  const Drawn drawn{design, ranges, sample(design, recordings, settings)};
+  Result result;
+  result.draws = static_cast<int>(drawn.draws.size());
+  std::vector<std::vector<CellSeries>> cells(design.cells.size());
+  for (std::size_t c = 0; c < design.cells.size(); ++c) {
+    Cell cell{design.cells[c].group, design.cells[c].session, design.cells[c].condition, 0, 0, {}, {}};
+    for (const Design::Visit& visit : design.visits) {
+      if (visit.cell != c) continue;
+      ++cell.persons;
+      cell.recordings += visit.recordings.size();
+    }
+    for (std::size_t p = 0; p < design.parameters; ++p) {
+      cells[c].push_back(cell_series(drawn, c, p));
+      for (const Series& series : {cells[c][p].mean, cells[c][p].sd})
+        result.max_rhat = std::max(result.max_rhat, rhat_of(series, settings.chains));
+      cell.mean.push_back(quantity_of(cells[c][p].mean));
+      cell.between_sd.push_back(quantity_of(cells[c][p].sd));
+    }
+    result.cells.push_back(std::move(cell));
+  }
+  add_comparisons(drawn, cells, result);
+  add_variances(drawn, recordings, result);
+  for (std::size_t k = 0; k < settings.covariates.size(); ++k) {
+    std::vector<Quantity>& slopes = result.covariates.emplace_back();
+    for (std::size_t p = 0; p < design.parameters; ++p)
+      slopes.push_back(quantity_of(drawn.series([&](const Draw& draw) {
+        return ranges[p].range() * normal_density(middle_of(drawn, draw, p)) * draw.slopes[k * design.parameters + p] /
+               design.covariate_sd[k];
+      })));
+  }
+  add_visits(drawn, result);
+  return result;
+}
+
+}  // namespace decid::cohort

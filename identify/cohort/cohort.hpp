@@ -1,0 +1,125 @@
+// A hierarchical model over the persons of a study, from the posteriors of their recordings. Every recording keeps its
+// whole uncertainty, and persons whose recordings tell little count little.
+//
+//   std::vector<cohort::Recording> recordings;
+//   recordings.push_back({"p1", "", "patients", "", {}, cohort::Measurement::of_draws(7, fractions)});
+//   const cohort::Result found = cohort::analyse(recordings, ranges, {});
+//   use(found.comparisons[0].effects[sim::Kp].difference.interval95);
+//
+// In the coordinates x of measurement.hpp, for recording t of person i in cell c (one group, session and condition):
+//   x_it = b_c + g z_it + u_i + v_ic + e_it,   u ~ N(0, T_group),  v ~ N(0, V),  e ~ N(0, W), independent by parameter
+//   data: the evidence of each recording about x_it (all parameters together, with their correlations)
+// v exists if a person is in two cells or more, e if a visit (a person in a cell) has two recordings or more. So
+// several recordings of a person share the person's level, and differ by a trial's own deviation, whose size the study
+// determines. A plain product of their likelihoods (e = 0) would take trials of one person for copies, and its
+// intervals are then too narrow.
+//
+// Priors: b_c ~ N(0, 1), which is uniform over the range; g ~ N(0, 1/4) per standard deviation of a covariate; a
+// standard deviation s of a level has density 1 / sqrt(s^2 + c^2) up to 1, where c^2 is the variance that the levels
+// below leave in a person's or visit's mean (G. Box, G. Tiao, Bayesian Inference in Statistical Analysis, 1973, chapter
+// 5): for precise recordings the intervals are those of Student's t. Groups have standard deviations of their own,
+// whose logarithms differ from a common one by N(0, 0.3^2); groups that share persons have a common one.
+//
+// Sampling: Gibbs (sampler.hpp), exact for the evidence. The first stage's posterior under its own prior is the
+// proposal, and its prior is divided out (D. Lunn, J. Barrett, M. Sweeting, S. Thompson, Appl. Stat. 62 (2013)
+// 551-572). The result depends only on the settings, not on threads or machine.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "identify/cohort/measurement.hpp"
+#include "sim/parameters.hpp"
+
+namespace decid::cohort {
+
+/// One recording of a study. Empty texts are values as others are.
+struct Recording {
+  std::string participant, session, group, condition;
+  std::vector<double> covariates;  ///< such as age and weight, one per name in Settings; NaN: unknown, the mean counts
+  Measurement measurement;
+};
+
+struct Settings {
+  std::uint64_t seed = 1;
+  int chains = 4;
+  int warm_up = 250;  ///< sweeps of each chain that are not kept
+  int draws = 1000;   ///< sweeps of each chain that are kept
+  std::vector<std::string> covariates = {};
+};
+
+/// A quantity's posterior: mean, standard deviation, and the central 95% interval.
+struct Quantity {
+  double mean = 0.0, sd = 0.0;
+  std::array<double, 2> interval95{};
+};
+
+/// One group in one session and condition.
+struct Cell {
+  std::string group, session, condition;
+  std::size_t persons = 0, recordings = 0;
+  std::vector<Quantity> mean;        ///< per parameter, SI units: mean of the population, at the covariates' means
+  std::vector<Quantity> between_sd;  ///< per parameter: standard deviation of persons, without measurement and trials
+};
+
+/// The difference of two cells in one parameter.
+struct Effect {
+  Quantity difference;                     ///< first less second, SI units
+  std::array<double, 2> simultaneous95{};  ///< all parameters of all comparisons: joint 95%
+  Quantity standardised;                   ///< over the root of the cells' mean between-person variance
+  double direction = 0.5;                  ///< the probability that the difference has its mean's sign
+};
+
+/// Two cells that differ in the group, the session or the condition only.
+struct Comparison {
+  std::size_t first = 0, second = 0;  ///< cells
+  std::size_t persons_in_both = 0;    ///< above 0: paired
+  std::vector<Effect> effects;        ///< per parameter
+};
+
+/// The standard deviations of a parameter's parts, SI units, at the middle of the cells' means.
+struct VarianceParts {
+  Quantity person;           ///< between persons
+  Quantity visit;            ///< between visits of a person; 0 if nobody has two
+  Quantity trial;            ///< between trials of a visit; 0 if no visit has two
+  double measurement = 0.0;  ///< a recording's own uncertainty: the median of the recordings, prior divided out
+};
+
+/// A person in one cell.
+struct Visit {
+  std::string participant;
+  std::size_t cell = 0, recordings = 0;
+  std::vector<Quantity> value;  ///< per parameter, SI units; the study's other persons inform it
+};
+
+/// Two visits of a person, in cells of one comparison.
+struct Change {
+  std::size_t comparison = 0, first = 0, second = 0;  ///< visits
+  std::vector<Quantity> difference;                   ///< per parameter, first less second
+  /// Returns true if the interval excludes 0; else the change is within measurement error.
+  bool changed(std::size_t parameter) const {
+    return difference[parameter].interval95[0] > 0.0 || difference[parameter].interval95[1] < 0.0;
+  }
+};
+
+struct Result {
+  std::vector<Cell> cells;  ///< by group, session, condition
+  std::vector<Comparison> comparisons;
+  std::vector<VarianceParts> variances;           ///< per parameter
+  std::vector<std::vector<Quantity>> covariates;  ///< covariate by covariate, per parameter: change per unit
+  std::vector<Visit> visits;                      ///< by participant, then cell
+  std::vector<Change> changes;
+  double max_rhat = 1.0;  ///< of all cells' means and standard deviations
+  int draws = 0;
+};
+
+/// Analyses a study. ranges: low end and width of every parameter's range, in which fractions are. Throws Error for no
+/// recordings, for measurements or covariates of another number, a covariate without two values, and settings below 1
+/// chain or 8 draws.
+Result analyse(std::span<const Recording> recordings, std::span<const sim::ParameterInfo> ranges,
+               const Settings& settings);
+
+}  // namespace decid::cohort

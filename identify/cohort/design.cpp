@@ -1,0 +1,113 @@
+// The structure of a study: see design.hpp.
+#include "identify/cohort/design.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "base/error.hpp"
+#include "base/text.hpp"
+
+namespace decid::cohort {
+namespace {
+
+void check(std::span<const Recording> recordings, std::size_t parameters, const Settings& settings) {
+  if (recordings.empty()) throw Error("cohort", "there are no recordings", "give at least one");
+  if (settings.chains < 1 || settings.draws < 8 || settings.warm_up < 0)
+    throw Error("cohort", format("%d chains of %d draws", settings.chains, settings.draws),
+                "give 1 chain and 8 draws or more");
+  for (const Recording& one : recordings) {
+    if (one.measurement.parameters() != parameters)
+      throw Error("cohort",
+                  format("a recording of %s has %zu parameters", one.participant.c_str(), one.measurement.parameters()),
+                  format("give %zu", parameters));
+    if (one.covariates.size() != settings.covariates.size())
+      throw Error("cohort",
+                  format("a recording of %s has %zu covariates", one.participant.c_str(), one.covariates.size()),
+                  format("give %zu; NaN where one is unknown", settings.covariates.size()));
+  }
+}
+
+/// Mean and standard deviation of the known values.
+struct Scale {
+  double mean, sd;
+};
+Scale scale_of(std::span<const Recording> recordings, std::size_t covariate, const std::string& name) {
+  double sum = 0.0, squares = 0.0, count = 0.0;
+  for (const Recording& one : recordings) {
+    const double value = one.covariates[covariate];
+    if (std::isnan(value)) continue;
+    sum += value;
+    count += 1.0;
+  }
+  const double mean = sum / count;
+  for (const Recording& one : recordings)
+    if (const double off = one.covariates[covariate] - mean; !std::isnan(off)) squares += off * off;
+  const double sd = std::sqrt(squares / std::max(count - 1.0, 1.0));
+  if (!(sd > 0.0) || !std::isfinite(sd))
+    throw Error("cohort", "the covariate " + name + " has fewer than two different values", "leave it out");
+  return {mean, sd};
+}
+
+}  // namespace
+
+Design design_of(std::span<const Recording> recordings, std::size_t parameters, const Settings& settings) {
+  check(recordings, parameters, settings);
+  Design design;
+  design.parameters = parameters;
+  std::set<Design::CellName> cells;
+  std::set<std::string> groups;
+  std::map<std::string, std::map<std::size_t, std::vector<std::size_t>>> persons;
+  for (const Recording& one : recordings) {
+    cells.insert({one.group, one.session, one.condition});
+    groups.insert(one.group);
+  }
+  design.cells.assign(cells.begin(), cells.end());
+  design.groups = groups.size();
+  for (const Design::CellName& cell : design.cells)
+    design.group_of_cell.push_back(static_cast<std::size_t>(std::distance(groups.begin(), groups.find(cell.group))));
+  for (std::size_t i = 0; i < recordings.size(); ++i) {
+    const Recording& one = recordings[i];
+    const auto cell = cells.find({one.group, one.session, one.condition});
+    persons[one.participant][static_cast<std::size_t>(std::distance(cells.begin(), cell))].push_back(i);
+  }
+  std::vector<Scale> scales;
+  for (std::size_t k = 0; k < settings.covariates.size(); ++k) {
+    scales.push_back(scale_of(recordings, k, settings.covariates[k]));
+    design.covariate_sd.push_back(scales.back().sd);
+  }
+  bool shared = false;
+  for (const auto& [name, visits] : persons) {
+    design.persons.push_back({name, design.group_of_cell[visits.begin()->first], {}});
+    for (const auto& [cell, members] : visits) {
+      design.persons.back().visits.push_back(design.visits.size());
+      Design::Visit visit{design.persons.size() - 1, cell, members, {}};
+      for (std::size_t k = 0; k < scales.size(); ++k) {
+        double sum = 0.0, count = 0.0;
+        for (const std::size_t i : members)
+          if (const double value = recordings[i].covariates[k]; !std::isnan(value)) {
+            sum += (value - scales[k].mean) / scales[k].sd;
+            count += 1.0;
+          }
+        visit.covariates.push_back(count > 0.0 ? sum / count : 0.0);
+      }
+      design.visits.push_back(std::move(visit));
+      design.has_trial_level |= members.size() > 1;
+    }
+    design.has_visit_level |= visits.size() > 1;
+    shared |= std::ranges::any_of(
+        visits, [&](const auto& visit) { return design.group_of_cell[visit.first] != design.persons.back().group; });
+  }
+  if (shared) {  // a person of two groups has one standard deviation
+    design.groups = 1;
+    design.group_of_cell.assign(design.cells.size(), 0);
+    for (Design::Person& person : design.persons) person.group = 0;
+  }
+  const auto count = static_cast<double>(design.visits.size());
+  design.recordings_per_visit = static_cast<double>(recordings.size()) / count;
+  design.visits_per_person = count / static_cast<double>(design.persons.size());
+  return design;
+}
+
+}  // namespace decid::cohort

@@ -1,0 +1,203 @@
+// Evidence of recordings: see measurement.hpp.
+#include "identify/cohort/measurement.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/math/math.hpp"
+#include "base/math/random.hpp"
+#include "base/text.hpp"
+#include "posterior/cholesky.hpp"
+
+namespace decid::cohort {
+namespace {
+
+using posterior::triangle;
+constexpr double end = 1e-6;           // fractions of a range nearer to an end count as this
+constexpr double min_variance = 1e-8;  // of a coordinate
+constexpr double max_variance = 0.99;  // of a coordinate under its prior, for the variance of its evidence
+
+/// Returns A^-1 of a lower triangle, and half the logarithm of its determinant.
+struct Inverse {
+  std::vector<double> matrix;
+  double half_log_determinant = 0.0;
+};
+Inverse inverse_of(std::size_t size, std::vector<double> matrix) {
+  if (!posterior::factorize(size, matrix))
+    throw Error("cohort", "the parameters of a recording are perfectly correlated", "leave the recording out");
+  Inverse result{std::vector<double>(matrix.size()), 0.0};
+  posterior::invert_lower(size, matrix);
+  for (std::size_t i = 0; i < size; ++i) {
+    result.half_log_determinant += log(matrix[triangle(i) + i]);
+    for (std::size_t j = 0; j <= i; ++j) {
+      double sum = 0.0;
+      for (std::size_t k = i; k < size; ++k) sum = std::fma(matrix[triangle(k) + i], matrix[triangle(k) + j], sum);
+      result.matrix[triangle(i) + j] = sum;
+    }
+  }
+  return result;
+}
+
+/// Brings every variance of a covariance to at most 1, the prior's: rotates to its axes (Jacobi), cuts, rotates back.
+/// A component wider than the prior would be evidence of negative precision.
+void cut_at_prior(std::size_t size, std::vector<double>& covariance) {
+  std::vector<double> a(size * size), axes(size * size, 0.0);
+  for (std::size_t i = 0; i < size; ++i) {
+    axes[i * size + i] = 1.0;
+    for (std::size_t j = 0; j < size; ++j) a[i * size + j] = covariance[triangle(std::max(i, j)) + std::min(i, j)];
+  }
+  const auto rotate = [](double& one, double& other, double c, double s) {
+    const double before = one;
+    one = c * before - s * other;
+    other = s * before + c * other;
+  };
+  for (int sweep = 0; sweep < 30; ++sweep) {
+    double off = 0.0;
+    for (std::size_t i = 0; i < size; ++i)
+      for (std::size_t j = 0; j < i; ++j) off += a[i * size + j] * a[i * size + j];
+    if (off < 1e-24) break;
+    for (std::size_t p = 0; p < size; ++p)
+      for (std::size_t q = p + 1; q < size; ++q) {
+        if (std::abs(a[p * size + q]) < 1e-300) continue;
+        const double turn = (a[q * size + q] - a[p * size + p]) / (2.0 * a[p * size + q]);
+        const double t = (turn >= 0.0 ? 1.0 : -1.0) / (std::abs(turn) + std::sqrt(turn * turn + 1.0));
+        const double c = 1.0 / std::sqrt(t * t + 1.0), s = t * c;
+        for (std::size_t k = 0; k < size; ++k) rotate(a[k * size + p], a[k * size + q], c, s);
+        for (std::size_t k = 0; k < size; ++k) rotate(a[p * size + k], a[q * size + k], c, s);
+        for (std::size_t k = 0; k < size; ++k) rotate(axes[k * size + p], axes[k * size + q], c, s);
+      }
+  }
+  for (std::size_t i = 0; i < size; ++i)
+    for (std::size_t j = 0; j <= i; ++j) {
+      double sum = 0.0;
+      for (std::size_t k = 0; k < size; ++k)
+        sum += axes[i * size + k] * std::clamp(a[k * size + k], min_variance, 1.0) * axes[j * size + k];
+      covariance[triangle(i) + j] = sum;
+    }
+}
+
+/// Mean and covariance of weighted points; points[parameter * count + i].
+struct Moments {
+  std::vector<double> mean, covariance;
+};
+Moments moments_of(std::size_t parameters, std::span<const double> points, std::span<const double> weights) {
+  const std::size_t count = weights.size();
+  Moments moments{std::vector<double>(parameters, 0.0), std::vector<double>(triangle(parameters), 0.0)};
+  for (std::size_t p = 0; p < parameters; ++p)
+    for (std::size_t i = 0; i < count; ++i) moments.mean[p] += weights[i] * points[p * count + i];
+  for (std::size_t p = 0; p < parameters; ++p)
+    for (std::size_t q = 0; q <= p; ++q)
+      for (std::size_t i = 0; i < count; ++i)
+        moments.covariance[triangle(p) + q] +=
+            weights[i] * (points[p * count + i] - moments.mean[p]) * (points[q * count + i] - moments.mean[q]);
+  return moments;
+}
+
+void check_draws(std::size_t parameters, std::span<const double> fractions, std::span<const double> log_weights) {
+  const std::size_t draws = parameters > 0 ? fractions.size() / parameters : 0;
+  if (draws < 16 || draws * parameters != fractions.size() || (!log_weights.empty() && log_weights.size() != draws))
+    throw Error("cohort",
+                format("a recording has %zu values for %zu parameters, and %zu weights", fractions.size(), parameters,
+                       log_weights.size()),
+                "give at least 16 draws, all parameters each, and no weights or one per draw");
+  const auto finite = [](double value) { return std::isfinite(value); };
+  if (!std::ranges::all_of(fractions, finite) || !std::ranges::all_of(log_weights, finite))
+    throw Error("cohort", "a draw is not finite", "leave the recording out");
+}
+
+}  // namespace
+
+void Measurement::set_variances(std::span<const double> posterior_variances) {
+  for (const double value : posterior_variances) {
+    const double below_prior = std::min(value, max_variance);
+    variances_.push_back(below_prior / (1.0 - below_prior));
+  }
+}
+
+Measurement Measurement::of_draws(std::size_t parameters, std::span<const double> fractions,
+                                  std::span<const double> log_weights) {
+  check_draws(parameters, fractions, log_weights);
+  const std::size_t draws = fractions.size() / parameters, count = std::min(draws, max_components);
+  Measurement result;
+  result.parameters_ = parameters;
+  result.centres_.resize(parameters * count);
+  result.log_weights_.assign(count, 0.0);
+  std::vector<double> weights(count, 1.0);
+  const double highest = log_weights.empty() ? 0.0 : *std::ranges::max_element(log_weights);
+  double whole = 0.0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t draw = i * draws / count;
+    if (!log_weights.empty()) weights[i] = exp(log_weights[draw] - highest);
+    whole += weights[i];
+    for (std::size_t p = 0; p < parameters; ++p)
+      result.centres_[p * count + i] = inverse_normal(std::clamp(fractions[draw * parameters + p], end, 1.0 - end));
+  }
+  double squares = 0.0;
+  for (double& weight : weights) {
+    weight /= whole;
+    squares += weight * weight;
+  }
+  Moments moments = moments_of(parameters, result.centres_, weights);
+  std::vector<double> variances;
+  for (std::size_t p = 0; p < parameters; ++p) {
+    double& variance = moments.covariance[triangle(p) + p];
+    variance = std::max(variance * (1.0 + 1e-9), min_variance);
+    variances.push_back(variance);
+  }
+  result.set_variances(variances);
+  const auto d = static_cast<double>(parameters);
+  const double width = exp(log(4.0 * squares / (d + 2.0)) / (d + 4.0));  // 1 / squares: effective number of draws
+  const double narrowed = std::sqrt(1.0 - std::min(width * width, 1.0));
+  std::vector<double> covariance = moments.covariance;
+  for (double& value : covariance) value *= width * width;
+  cut_at_prior(parameters, covariance);
+  result.precisions_.push_back(inverse_of(parameters, std::move(covariance)).matrix);
+  for (std::size_t i = 0; i < count; ++i) {
+    result.log_weights_[i] = log(std::max(weights[i], 1e-300));
+    for (std::size_t p = 0; p < parameters; ++p) {
+      double& centre = result.centres_[p * count + i];
+      centre = moments.mean[p] + narrowed * (centre - moments.mean[p]);
+    }
+  }
+  return result;
+}
+
+Measurement Measurement::of_distribution(const ParameterDistribution& distribution) {
+  const Mixture& mixture = distribution.mixture();
+  const std::size_t parameters = mixture.parameters(), count = mixture.components();
+  Measurement result;
+  result.parameters_ = parameters;
+  result.shapes_ = Shapes::own;
+  result.centres_.resize(parameters * count);
+  std::vector<double> weights;
+  for (std::size_t k = 0; k < count; ++k) {
+    weights.push_back(mixture.weight(k));
+    for (std::size_t p = 0; p < parameters; ++p) result.centres_[p * count + k] = mixture.centre(k)[p];
+  }
+  const Moments centres = moments_of(parameters, result.centres_, weights);
+  std::vector<double> variances(parameters, 0.0);
+  for (std::size_t k = 0; k < count; ++k) {
+    std::vector<double> covariance(triangle(parameters));
+    for (std::size_t p = 0; p < parameters; ++p) {
+      const double factor = distribution.recalibration().factor(p);
+      double& centre = result.centres_[p * count + k];
+      centre = centres.mean[p] + factor * (centre - centres.mean[p]);
+      for (std::size_t q = 0; q <= p; ++q)
+        covariance[triangle(p) + q] =
+            factor * distribution.recalibration().factor(q) * mixture.covariance(k)[p * parameters + q];
+    }
+    cut_at_prior(parameters, covariance);
+    for (std::size_t p = 0; p < parameters; ++p) {
+      const double off = result.centres_[p * count + k] - centres.mean[p];
+      variances[p] += weights[k] * (covariance[triangle(p) + p] + off * off);
+    }
+    Inverse inverse = inverse_of(parameters, std::move(covariance));
+    result.log_weights_.push_back(log(std::max(weights[k], 1e-300)) + inverse.half_log_determinant);
+    result.precisions_.push_back(std::move(inverse.matrix));
+  }
+  result.set_variances(variances);
+  return result;
+}
+
+}  // namespace decid::cohort

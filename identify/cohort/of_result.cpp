@@ -1,0 +1,126 @@
+// Recordings of a report as recordings of a cohort: see of_result.hpp.
+#include "identify/cohort/of_result.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "base/error.hpp"
+#include "identify/result.hpp"
+
+namespace decid::cohort {
+namespace {
+
+/// Returns the logarithms of uniform over normal prior density at the draws; empty if all priors are uniform.
+std::vector<double> log_weights(const posterior::Priors& priors, const sim::ParameterTable& ranges,
+                                std::span<const posterior::State> states) {
+  std::vector<double> weights;
+  for (const posterior::ParameterPrior& prior : priors.parameters) {
+    if (!prior.normal) continue;
+    const auto named = std::ranges::find(ranges, prior.name, &sim::ParameterInfo::name);
+    if (named == ranges.end()) continue;
+    const auto p = static_cast<std::size_t>(std::distance(ranges.begin(), named));
+    weights.resize(states.size(), 0.0);
+    for (std::size_t i = 0; i < states.size(); ++i) {
+      const double off = (states[i].parameters[p] - prior.normal->mean) / prior.normal->sd;
+      weights[i] += 0.5 * off * off;
+    }
+  }
+  return weights;
+}
+
+bool same_ranges(const ParameterDistribution& distribution, const sim::ParameterTable& ranges) {
+  if (distribution.parameters() != ranges.size()) return false;
+  for (std::size_t p = 0; p < ranges.size(); ++p) {
+    const double tolerance = 1e-9 * ranges[p].range();
+    if (!(std::abs(distribution.low(p) - ranges[p].low) <= tolerance &&
+          std::abs(distribution.range(p) - ranges[p].range()) <= tolerance))
+      return false;
+  }
+  return true;
+}
+
+/// The values of a person in a group; sums, then means.
+struct Mean {
+  double recordings = 0.0;
+  std::vector<double> values, variances;
+};
+
+}  // namespace
+
+std::optional<Measurement> measurement_of(const RecordingResult& result, const Report& report) {
+  const sim::ParameterTable ranges = report.ranges();
+  if (result.fit && result.fit->answer == FitFigures::Answer::posterior) {
+    const std::span<const posterior::State> states = result.fit->posterior.states();
+    if (states.size() < 16) return std::nullopt;
+    std::vector<double> fractions;
+    for (const posterior::State& state : states)
+      for (const double value : ranges.to_unit(state.parameters)) fractions.push_back(value);
+    const posterior::Priors none;
+    return Measurement::of_draws(ranges.size(), fractions,
+                                 log_weights(report.fit ? report.fit->priors : none, ranges, states));
+  }
+  const std::optional<ParameterDistribution>& distribution = result.estimate.distribution;
+  if (!distribution || !same_ranges(*distribution, ranges)) return std::nullopt;
+  return Measurement::of_distribution(*distribution);
+}
+
+std::optional<Result> analyse_groups(const Report& report, std::span<const Recording> members) {
+  std::vector<Recording> recordings;
+  std::map<std::string, std::set<std::string>> persons;
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    if (members[i].group.empty()) continue;
+    std::optional<Measurement> measurement = measurement_of(report.recordings[i], report);
+    if (!measurement) continue;
+    Recording& one = recordings.emplace_back(members[i]);
+    one.measurement = std::move(*measurement);
+    persons[one.group].insert(one.participant);
+  }
+  if (std::ranges::count_if(persons, [](const auto& group) { return group.second.size() > 1; }) < 2)
+    return std::nullopt;
+  std::erase_if(recordings, [&](const Recording& one) { return persons[one.group].size() < 2; });
+  const sim::ParameterTable table = report.ranges();
+  const std::vector<sim::ParameterInfo> ranges(table.begin(), table.end());
+  return analyse(recordings, ranges, {});
+}
+
+std::vector<std::optional<Reliability>> reliability_of(const Report& report, std::span<const Recording> members,
+                                                       const std::string& first, const std::string& second) {
+  const std::size_t parameters = report.protocol.parameters().size();
+  std::map<std::string, std::array<Mean, 2>> persons;
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    if (members[i].group != first && members[i].group != second) continue;
+    const RecordingResult& result = report.recordings[i];
+    Mean& mean = persons[members[i].participant][members[i].group == first ? 0 : 1];
+    mean.recordings += 1.0;
+    mean.values.resize(parameters);
+    mean.variances.resize(parameters);
+    for (std::size_t p = 0; p < parameters; ++p) {
+      mean.values[p] += result.estimate.parameters[p];
+      use_distribution(result, [&](const auto& distribution) {
+        const double sd = distribution.deviation(static_cast<int>(p));
+        mean.variances[p] += sd * sd;
+      });
+    }
+  }
+  std::vector<std::optional<Reliability>> found;
+  for (std::size_t p = 0; p < parameters; ++p) {
+    std::vector<double> values, variances;
+    for (const auto& [name, visits] : persons) {
+      if (visits[0].recordings < 1.0 || visits[1].recordings < 1.0) continue;
+      for (const Mean& visit : visits) {
+        values.push_back(visit.values[p] / visit.recordings);
+        variances.push_back(visit.variances[p] / (visit.recordings * visit.recordings));
+      }
+    }
+    try {
+      found.emplace_back(reliability(2, values, variances));
+    } catch (const Error&) {  // one person, or no variance
+      found.emplace_back(std::nullopt);
+    }
+  }
+  return found;
+}
+
+}  // namespace decid::cohort

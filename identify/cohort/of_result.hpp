@@ -1,0 +1,29 @@
+// Recordings of a report as recordings of a cohort.
+#pragma once
+
+#include <optional>
+
+#include "identify/cohort/cohort.hpp"
+#include "identify/cohort/reliability.hpp"
+
+namespace decid {
+struct RecordingResult;
+struct Report;
+}  // namespace decid
+
+namespace decid::cohort {
+
+/// Returns the evidence of a recording of the report: the draws of its posterior, with normal priors divided out, or
+/// the network's distribution. Empty if it has neither, fewer than 16 draws, or a distribution over other ranges.
+std::optional<Measurement> measurement_of(const RecordingResult& result, const Report& report);
+
+/// Analyses the groups of a report. members: one per recording, with participant and group; an empty group leaves it
+/// out. Empty unless two groups have two persons with evidence each.
+std::optional<Result> analyse_groups(const Report& report, std::span<const Recording> members);
+
+/// Returns the reliability of the values of persons in both groups, per parameter; empty where it is undefined. The
+/// visits are the groups, in their order.
+std::vector<std::optional<Reliability>> reliability_of(const Report& report, std::span<const Recording> members,
+                                                       const std::string& first, const std::string& second);
+
+}  // namespace decid::cohort

@@ -1,0 +1,77 @@
+// Power of a study: see power.hpp.
+#include "identify/cohort/power.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/math/incomplete_beta.hpp"
+#include "base/math/math.hpp"
+#include "base/text.hpp"
+#include "identify/network/student_t.hpp"
+
+namespace decid::cohort {
+namespace {
+
+constexpr std::size_t max_persons = 10'000;
+
+/// Returns P(|T| > critical) of Student's noncentral distribution: over the found standard deviation s, relative to the
+/// true one, whose logarithm is integrated by the trapezoidal rule.
+double noncentral_tails(double critical, double noncentrality, double freedom) {
+  const double half_width = 12.0 / std::sqrt(freedom) + 0.05, half = 0.5 * freedom;
+  constexpr int nodes = 400;
+  const double low = -half_width * (freedom < 6.0 ? 3.0 : 1.0), step = (half_width - low) / nodes;
+  double sum = 0.0, whole = 0.0;
+  for (int i = 0; i <= nodes; ++i) {
+    const double log_s = low + step * i, s = exp(log_s);
+    const double density = exp(freedom * log_s - half * (s * s - 1.0));  // of log s, up to a constant
+    whole += density;
+    sum += density *
+           (normal_distribution(noncentrality - critical * s) + normal_distribution(-noncentrality - critical * s));
+  }
+  return sum / whole;
+}
+
+double variance_of(const PowerDesign& design) {
+  const double own = design.paired ? design.visit_sd : design.person_sd;
+  return own * own + (design.trial_sd * design.trial_sd + design.measurement_sd * design.measurement_sd) /
+                         static_cast<double>(design.trials);
+}
+
+}  // namespace
+
+double power_of(const PowerDesign& design, double difference, double significance) {
+  double lowest = 0.0;
+  for (const double sd : {design.person_sd, design.visit_sd, design.trial_sd, design.measurement_sd})
+    if (!(sd >= 0.0)) lowest = sd;
+  if (design.persons < 2 || design.trials < 1 || !(lowest >= 0.0))
+    throw Error("power",
+                format("%zu persons, %zu trials, standard deviation %g", design.persons, design.trials, lowest),
+                "give two persons or more, one trial or more, and standard deviations of 0 or more");
+  const double variance = variance_of(design);
+  if (!(variance > 0.0) || !std::isfinite(variance) || !std::isfinite(difference))
+    throw Error("power", format("the variance is %g and the difference %g", variance, difference),
+                "give finite values, and a standard deviation above 0");
+  const auto n = static_cast<double>(design.persons);
+  const double freedom = design.paired ? n - 1.0 : 2.0 * n - 2.0;
+  return noncentral_tails(student_t_critical(significance, freedom),
+                          std::abs(difference) / std::sqrt(2.0 * variance / n), freedom);
+}
+
+std::size_t persons_for(PowerDesign design, double difference, double power, double significance) {
+  if (!(power > 0.0 && power < 1.0))
+    throw Error("power", format("a power of %g is wanted", power), "give one between 0 and 1");
+  std::size_t low = 2, high = max_persons;
+  const auto enough = [&](std::size_t persons) {
+    design.persons = persons;
+    return power_of(design, difference, significance) >= power;
+  };
+  if (!enough(high)) return 0;
+  while (low < high) {
+    const std::size_t middle = (low + high) / 2;
+    enough(middle) ? high = middle : low = middle + 1;
+  }
+  return low;
+}
+
+}  // namespace decid::cohort

@@ -1,0 +1,100 @@
+// Reliability of repeated visits: see reliability.hpp.
+#include "identify/cohort/reliability.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "base/error.hpp"
+#include "base/math/incomplete_beta.hpp"
+#include "base/math/statistics.hpp"
+#include "base/text.hpp"
+
+namespace decid::cohort {
+namespace {
+
+constexpr double normal_975 = 1.9599639845400543;
+
+/// Mean squares of a two-way table.
+struct MeanSquares {
+  double persons, visits, rest;
+};
+MeanSquares mean_squares(std::size_t visits, std::span<const double> values) {
+  const std::size_t persons = values.size() / visits;
+  const double all = mean(values);
+  std::vector<double> of_person, of_visit(visits, 0.0);
+  for (std::size_t i = 0; i < persons; ++i) of_person.push_back(mean(values.subspan(i * visits, visits)));
+  for (std::size_t i = 0; i < values.size(); ++i) of_visit[i % visits] += values[i] / static_cast<double>(persons);
+  double between_persons = 0.0, between_visits = 0.0, rest = 0.0;
+  for (const double value : of_person) between_persons += (value - all) * (value - all);
+  for (const double value : of_visit) between_visits += (value - all) * (value - all);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double off = values[i] - of_person[i / visits] - of_visit[i % visits] + all;
+    rest += off * off;
+  }
+  const auto n = static_cast<double>(persons), k = static_cast<double>(visits);
+  return {k * between_persons / (n - 1.0), n * between_visits / (k - 1.0), rest / ((n - 1.0) * (k - 1.0))};
+}
+
+/// Returns the interval of ICC(2,1).
+std::array<double, 2> interval_of(double icc, const MeanSquares& squares, double n, double k) {
+  const double a = k * icc / (n * (1.0 - icc)), b = 1.0 + k * icc * (n - 1.0) / (n * (1.0 - icc));
+  const double by_visits = a * squares.visits, by_rest = b * squares.rest, sum = by_visits + by_rest;
+  const double freedom = sum * sum / (by_visits * by_visits / (k - 1.0) + by_rest * by_rest / ((n - 1.0) * (k - 1.0)));
+  const double low = f_critical(0.025, n - 1.0, freedom), high = f_critical(0.025, freedom, n - 1.0);
+  const double others = k * squares.visits + (k * n - k - n) * squares.rest;
+  return {n * (squares.persons - low * squares.rest) / (low * others + n * squares.persons),
+          n * (high * squares.persons - squares.rest) / (others + n * high * squares.persons)};
+}
+
+double of_average(double icc, double k) {
+  return k * icc / (1.0 + (k - 1.0) * icc);
+}
+
+}  // namespace
+
+Reliability reliability(std::size_t visits, std::span<const double> values,
+                        std::span<const double> measurement_variances) {
+  const std::size_t persons = visits > 0 ? values.size() / visits : 0;
+  if (visits < 2 || persons < 2 || persons * visits != values.size() ||
+      (!measurement_variances.empty() && measurement_variances.size() != values.size()))
+    throw Error("reliability", format("%zu values of %zu visits", values.size(), visits),
+                "give two persons or more, two visits or more, and a value for each");
+  const MeanSquares squares = mean_squares(visits, values);
+  const auto n = static_cast<double>(persons), k = static_cast<double>(visits);
+  const double whole = squares.persons + squares.visits + squares.rest;
+  if (!std::isfinite(whole) || whole <= 0.0)
+    throw Error("reliability", "the values are all equal, or one is not finite", "leave this parameter out");
+
+  Reliability found;
+  found.persons = persons;
+  found.visits = visits;
+  const double visit_variance = (squares.visits - squares.rest) / n, person_part = squares.persons - squares.rest;
+  found.icc_single = person_part / (squares.persons + (k - 1.0) * squares.rest + k * visit_variance);
+  found.icc_average = person_part / (squares.persons + visit_variance);
+  if (squares.rest > 1e-20 * squares.persons) {  // else visits agree except for rounding
+    found.icc_single95 = interval_of(found.icc_single, squares, n, k);
+    for (std::size_t end = 0; end < 2; ++end) found.icc_average95[end] = of_average(found.icc_single95[end], k);
+  } else {
+    found.icc_single95 = {found.icc_single, found.icc_single};
+    found.icc_average95 = {found.icc_average, found.icc_average};
+  }
+  found.standard_error = std::sqrt(squares.rest + std::max(0.0, visit_variance));
+  found.minimal_detectable_change = normal_975 * std::sqrt(2.0) * found.standard_error;
+  found.person_sd = std::sqrt(std::max(0.0, person_part / k));
+  found.visit_sd = std::sqrt(std::max(0.0, visit_variance));
+  found.rest_sd = std::sqrt(squares.rest);
+  const double measured = measurement_variances.empty() ? 0.0 : mean(measurement_variances);
+  found.measurement_sd = std::sqrt(measured);
+  found.within_person_sd = std::sqrt(std::max(0.0, squares.rest - measured));
+  return found;
+}
+
+VisitChange change_of(const Estimated& first, const Estimated& second, double within_person_sd) {
+  const double sd = std::sqrt(first.sd * first.sd + second.sd * second.sd + 2.0 * within_person_sd * within_person_sd);
+  const double difference = second.value - first.value;
+  return {
+      difference, {difference - normal_975 * sd, difference + normal_975 * sd}, std::abs(difference) > normal_975 * sd};
+}
+
+}  // namespace decid::cohort

@@ -1,0 +1,50 @@
+// Reliability of repeated visits, from a two-way table of persons and visits: P. Shrout, J. Fleiss, Psychol. Bull. 86
+// (1979) 420-428; K. McGraw, S. Wong, Psychol. Methods 1 (1996) 30-46 (intervals); R's irr::icc(model = "twoway", type
+// = "agreement") has the same values. MSR, MSC, MSE: mean squares of n persons, k visits, and the rest.
+//   ICC(2,1) = (MSR - MSE) / (MSR + (k - 1) MSE + k (MSC - MSE) / n)    one visit of a person
+//   ICC(2,k) = (MSR - MSE) / (MSR + (MSC - MSE) / n)                    the mean of all k
+//   standard error of measurement: root of MSE + max(0, MSC - MSE) / n, which counts that visits differ for everybody
+//   minimal detectable change = 1.96 sqrt(2) standard errors (J. Weir, J. Strength Cond. Res. 19 (2005) 231-240)
+// The rest is partly the recording's own uncertainty, which a posterior states, and partly the person's.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+namespace decid::cohort {
+
+struct Reliability {
+  std::size_t persons = 0, visits = 0;
+  double icc_single = 0.0, icc_average = 0.0;  ///< ICC(2,1) and ICC(2,k)
+  std::array<double, 2> icc_single95{}, icc_average95{};
+  double standard_error = 0.0;             ///< of measurement
+  double minimal_detectable_change = 0.0;  ///< with 95%
+  double person_sd = 0.0;                  ///< between persons
+  double visit_sd = 0.0;                   ///< between visits, of everybody alike
+  double rest_sd = 0.0;                    ///< root of MSE
+  double measurement_sd = 0.0;             ///< the posteriors' part of rest_sd
+  double within_person_sd = 0.0;           ///< the other part: root of MSE - measurement_sd^2, or 0
+};
+
+/// Computes the reliability. values: person by person, all visits each. measurement_variances: of the values, in their
+/// order; empty: unknown, as if 0. Throws Error for fewer than two persons or visits, another number of values, values
+/// that are not finite, and values without any variance.
+Reliability reliability(std::size_t visits, std::span<const double> values,
+                        std::span<const double> measurement_variances = {});
+
+/// A value with its standard deviation.
+struct Estimated {
+  double value, sd;
+};
+/// The change between two visits of one person.
+struct VisitChange {
+  double difference = 0.0;  ///< second less first
+  std::array<double, 2> interval95{};
+  bool changed = false;  ///< the interval excludes 0; else the change is within measurement error
+};
+/// Compares two visits of one person, whose errors are independent and Gaussian. within_person_sd: of the person's
+/// values from visit to visit, if known (Reliability, or cohort::VarianceParts).
+VisitChange change_of(const Estimated& first, const Estimated& second, double within_person_sd = 0.0);
+
+}  // namespace decid::cohort

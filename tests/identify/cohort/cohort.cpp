@@ -1,0 +1,254 @@
+// The hierarchical model: against numerical integration; pairs, trials, covariates, changes; the same bits.
+#include "identify/cohort/cohort.hpp"
+
+#include <doctest/doctest.h>
+#include <omp.h>
+
+#include <cmath>
+#include <functional>
+
+#include "base/error.hpp"
+#include "base/math/math.hpp"
+#include "base/math/random.hpp"
+#include "tests/identify/cohort/made_up.hpp"
+#include "tests/near.hpp"
+
+using decid::Random;
+using decid::Stream;
+using decid::cohort::Quantity;
+using decid::cohort::Recording;
+using decid::cohort::Result;
+using namespace decid::test;
+
+namespace {
+
+/// The population's mean, as a fraction: expectation and standard deviation under the exact posterior, by a grid over
+/// the mean and the standard deviation of coordinates, from the evidence's likelihood of both.
+std::array<double, 2> by_grid(double noise_variance, const std::function<double(double, double)>& log_likelihood) {
+  double whole = 0.0, sum = 0.0, squares = 0.0;
+  for (int i = 0; i < 800; ++i)
+    for (int j = 0; j < 300; ++j) {
+      const double mean = -4.0 + 0.01 * (i + 0.5), log_sd = std::log(0.001) * (1.0 - (j + 0.5) / 300.0);
+      const double variance = std::exp(2.0 * log_sd);
+      const double log_prior = -0.5 * mean * mean + log_sd - 0.5 * std::log(variance + noise_variance);
+      const double weight = std::exp(log_prior + log_likelihood(mean, variance));
+      const double value = decid::normal_distribution(mean / std::sqrt(1.0 + variance));
+      whole += weight;
+      sum += weight * value;
+      squares += weight * value * value;
+    }
+  return {sum / whole, std::sqrt(squares / whole - sum * sum / whole / whole)};
+}
+
+double log_normal(double off, double variance) {
+  return -0.5 * (off * off / variance + std::log(variance));
+}
+
+/// Persons of two groups with two parameters, evidence with sd 0.3 about coordinates with sd 0.4 between persons.
+std::vector<Recording> study(int persons, double difference, int recordings = 1, double trial_sd = 0.0) {
+  Normals normal(3);
+  std::vector<Recording> all;
+  for (const char* group : {"a", "b"})
+    for (int i = 0; i < persons; ++i) {
+      const double shift = *group == 'a' ? difference : 0.0;
+      const double one = shift + 0.4 * normal(), other = 0.4 * normal();
+      for (int t = 0; t < recordings; ++t) {
+        const auto measured = [&](double value) { return value + trial_sd * normal() + 0.3 * normal(); };
+        const double first = measured(one), second = measured(other);
+        all.push_back({group + std::to_string(i), "", group, "", {}, gaussian({first, second}, 0.3)});
+      }
+    }
+  return all;
+}
+
+/// Four standard deviations: about one seed in 10,000 fails.
+bool holds(const Quantity& quantity, double value) {
+  return std::abs(quantity.mean - value) <= 4.0 * quantity.sd;
+}
+
+}  // namespace
+
+TEST_CASE("cohort: a group's mean is that of the exact posterior") {
+  const std::vector<double> at{-0.5, 0.1, 0.4, 0.9, 0.2};
+  const std::vector<double> sd{0.3, 0.5, 0.2, 0.8, 0.4};
+  std::vector<Recording> recordings;
+  double precision = 0.0;
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    recordings.push_back({std::to_string(i), "", "", "", {}, gaussian({at[i]}, sd[i])});
+    precision += 1.0 / (sd[i] * sd[i]) / 5.0;
+  }
+  const std::array<double, 2> exact = by_grid(1.0 / precision, [&](double centre, double variance) {
+    double sum = 0.0;
+    for (std::size_t i = 0; i < at.size(); ++i) sum += log_normal(at[i] - centre, variance + sd[i] * sd[i]);
+    return sum;
+  });
+  const Result found = analyse(recordings, 1);
+  const double mean = exact[0], deviation = exact[1];
+  CAPTURE(mean);
+  CAPTURE(deviation);
+  REQUIRE(found.cells.size() == 1);
+  CHECK(found.cells[0].persons == 5);
+  // 6,000 draws, at least 1,500 of them effective: four standard errors.
+  CHECK(within(found.cells[0].mean[0].mean, mean, 4.0 * deviation / std::sqrt(1500.0)));
+  CHECK(near(found.cells[0].mean[0].sd, deviation, 4.0 / std::sqrt(2.0 * 1500.0)));
+  CHECK(found.max_rhat < 1.02);
+  CHECK(found.comparisons.empty());
+}
+
+TEST_CASE("cohort: evidence with two modes, from draws, is that of the exact posterior") {
+  // Under its uniform prior a recording has modes at -1 and 1 of sd 0.2; three others are precise, near 0.8.
+  const Random random(8, Stream::user, 1);
+  std::vector<double> draws;
+  for (std::uint64_t i = 0; i < 4096; ++i)
+    draws.push_back(decid::normal_distribution((i / 16 % 2 == 0 ? -1.0 : 1.0) + 0.2 * random.normal(i)));
+  std::vector<Recording> recordings{{"x", "", "", "", {}, decid::cohort::Measurement::of_draws(1, draws)}};
+  const std::vector<double> at{0.7, 0.8, 0.9};
+  double precision = 1.0 / recordings[0].measurement.variance(0);
+  for (const double value : at) {
+    recordings.push_back({std::to_string(value), "", "", "", {}, gaussian({value}, 0.1)});
+    precision += 100.0;
+  }
+  // Evidence of a mode: precision 25 - 1, mean 25 m / 24; both modes weigh the same.
+  const std::array<double, 2> exact = by_grid(4.0 / precision, [&](double centre, double variance) {
+    double sum = 0.0;
+    for (const double value : at) sum += log_normal(value - centre, variance + 0.01);
+    const double wide = variance + 1.0 / 24.0, below = log_normal(-25.0 / 24.0 - centre, wide);
+    return sum + std::log(std::exp(below) + std::exp(log_normal(25.0 / 24.0 - centre, wide)));
+  });
+  const Result found = analyse(recordings, 1);
+  const double mean = exact[0], deviation = exact[1];
+  CAPTURE(mean);
+  CAPTURE(deviation);
+  CHECK(within(found.cells[0].mean[0].mean, mean, 0.15 * deviation));
+  CHECK(near(found.cells[0].mean[0].sd, deviation, 0.15));
+}
+
+TEST_CASE("cohort: a difference is found, in units and over the persons' standard deviation") {
+  const Result found = analyse(study(40, 0.6), 2);
+  REQUIRE(found.comparisons.size() == 1);
+  CHECK(found.comparisons[0].persons_in_both == 0);
+  const auto& effects = found.comparisons[0].effects;
+  const double total = std::sqrt(1.0 + 0.16);
+  CHECK(holds(effects[0].difference, decid::normal_distribution(0.6 / total) - 0.5));
+  CHECK(effects[0].difference.interval95[0] > 0.0);
+  CHECK(holds(effects[0].standardised, 0.6 / 0.4));
+  CHECK(effects[0].direction > 0.99);
+  CHECK(holds(effects[1].difference, 0.0));
+  CHECK(effects[1].direction >= 0.5);
+  for (const auto& effect : effects) {
+    CHECK(effect.simultaneous95[0] <= effect.difference.interval95[0]);
+    CHECK(effect.simultaneous95[1] >= effect.difference.interval95[1]);
+  }
+  CHECK(holds(found.cells[1].between_sd[1], 0.4 * decid::normal_density(0.0)));
+  CHECK(holds(found.variances[1].person, 0.4 * decid::normal_density(0.0)));
+  CHECK(found.variances[1].trial.mean == 0.0);
+  CHECK(found.visits.size() == 80);
+  CHECK(found.changes.empty());
+}
+
+TEST_CASE("cohort: shrinkage is undone") {
+  // Evidence of sd 1.5: a network's means keep 1 / (1 + 2.25) = 31% of a difference.
+  Normals normal(4);
+  std::vector<Recording> recordings;
+  for (int i = 0; i < 400; ++i) {
+    const bool first = i < 200;
+    const double at = (first ? 0.4 : -0.4) + 0.3 * normal() + 1.5 * normal();
+    recordings.push_back({std::to_string(i), "", first ? "a" : "b", "", {}, gaussian({at}, 1.5)});
+  }
+  decid::cohort::Settings settings;
+  settings.draws = 400;
+  const Quantity difference = analyse(recordings, 1, settings).comparisons[0].effects[0].difference;
+  CHECK(holds(difference, 2.0 * decid::normal_distribution(0.4 / std::sqrt(1.09)) - 1.0));
+  CHECK(difference.interval95[0] > 0.31 * 0.3);
+}
+
+TEST_CASE("cohort: persons in two sessions are compared in pairs, and their changes have intervals") {
+  Normals normal(6);
+  std::vector<Recording> recordings;
+  for (int i = 0; i < 15; ++i) {
+    const double own = 0.8 * normal();
+    const double change = i == 0 ? 1.2 : 0.25 + 0.05 * normal();
+    for (const bool second : {false, true})
+      recordings.push_back({"p" + std::to_string(i),
+                            second ? "2" : "1",
+                            "all",
+                            "",
+                            {},
+                            gaussian({own + (second ? change : 0.0) + 0.1 * normal()}, 0.1)});
+  }
+  const Result found = analyse(recordings, 1);
+  REQUIRE(found.comparisons.size() == 1);
+  CHECK(found.comparisons[0].persons_in_both == 15);
+  const Quantity& difference = found.comparisons[0].effects[0].difference;
+  CHECK(difference.interval95[1] < 0.0);  // first less second
+  // An unpaired comparison would have 0.8 phi sqrt(2 / 15) = 0.11 for its standard deviation.
+  CHECK(difference.sd < 0.06);
+  REQUIRE(found.changes.size() == 15);
+  CHECK(found.changes[0].changed(0));
+  CHECK(found.visits[found.changes[0].first].participant == "p0");
+  CHECK(found.variances[0].visit.mean > 0.0);
+}
+
+TEST_CASE("cohort: several recordings of a person share the person's level") {
+  const Result found = analyse(study(20, 0.0, 4, 0.2), 2);
+  CHECK(found.visits.size() == 40);
+  CHECK(found.visits[0].recordings == 4);
+  CHECK(found.cells[0].recordings == 80);
+  CHECK(holds(found.variances[0].trial, 0.2 * decid::normal_density(0.0)));
+  CHECK(holds(found.variances[0].person, 0.4 * decid::normal_density(0.0)));
+}
+
+TEST_CASE("cohort: a covariate's effect is per unit, and groups are compared at its mean") {
+  Normals normal(7);
+  std::vector<Recording> recordings;
+  decid::cohort::Settings settings;
+  settings.covariates = {"age"};
+  for (int i = 0; i < 60; ++i) {
+    // Persons of "a" are 20 years older; the parameter falls by 0.02 per year and does not depend on the group.
+    const bool first = i < 30;
+    const double age = (first ? 60.0 : 40.0) + 8.0 * normal();
+    const double x = -0.02 * (age - 50.0) + 0.1 * normal() + 0.2 * normal();
+    recordings.push_back({std::to_string(i), "", first ? "a" : "b", "", {age}, gaussian({x}, 0.2)});
+  }
+  const Result found = analyse(recordings, 1, settings);
+  CHECK(holds(found.covariates[0][0], -0.02 * decid::normal_density(0.0)));
+  CHECK(found.covariates[0][0].interval95[1] < 0.0);
+  CHECK(holds(found.comparisons[0].effects[0].difference, 0.0));
+  recordings[3].covariates[0] = std::nan("");  // unknown: the mean
+  CHECK(analyse(recordings, 1, settings).covariates[0][0].interval95[1] < 0.0);
+}
+
+TEST_CASE("cohort: the same bits for any number of threads, others for another seed") {
+  const std::vector<Recording> recordings = study(4, 0.3);
+  decid::cohort::Settings settings;
+  settings.draws = 30;
+  settings.warm_up = 10;
+  const int threads = omp_get_max_threads();
+  std::vector<double> means;
+  for (const int count : {1, 3}) {
+    omp_set_num_threads(count);
+    means.push_back(analyse(recordings, 2, settings).comparisons[0].effects[1].difference.mean);
+  }
+  omp_set_num_threads(threads);
+  settings.seed = 2;
+  means.push_back(analyse(recordings, 2, settings).comparisons[0].effects[1].difference.mean);
+  CHECK(means[0] == means[1]);
+  CHECK(means[0] != means[2]);
+}
+
+TEST_CASE("cohort: studies that cannot be analysed are refused") {
+  std::vector<Recording> recordings = study(2, 0.0);
+  decid::cohort::Settings settings;
+  CHECK_THROWS_AS(analyse({}, 2), decid::Error);
+  CHECK_THROWS_AS(analyse(recordings, 3), decid::Error);
+  settings.draws = 7;
+  CHECK_THROWS_AS(analyse(recordings, 2, settings), decid::Error);
+  settings = {};
+  settings.chains = 0;
+  CHECK_THROWS_AS(analyse(recordings, 2, settings), decid::Error);
+  settings = {};
+  settings.covariates = {"age"};
+  CHECK_THROWS_AS(analyse(recordings, 2, settings), decid::Error);
+  for (Recording& one : recordings) one.covariates = {50.0};
+  CHECK_THROWS_AS(analyse(recordings, 2, settings), decid::Error);  // all of one age
+}

@@ -1,0 +1,149 @@
+// Groups of a report by the hierarchical model: distributions of networks, draws of fits, priors, reliability.
+#include "identify/cohort/of_result.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "base/math/math.hpp"
+#include "base/math/random.hpp"
+#include "identify/result.hpp"
+#include "sim/body_model.hpp"
+#include "tests/near.hpp"
+
+using decid::GroupTable;
+using decid::ParameterDistribution;
+using decid::RecordingResult;
+using decid::Report;
+using namespace decid::test;
+
+namespace {
+
+/// A recording with a network's distribution: every coordinate of its posterior is N(at, 0.6^2).
+RecordingResult read_by_network(const Report& report, double at) {
+  const decid::sim::ParameterTable ranges = report.ranges();
+  const std::size_t count = ranges.size();
+  std::vector<double> outputs{0.0};
+  outputs.resize(1 + count, at);
+  outputs.resize(1 + 2 * count, -std::log(0.6));
+  outputs.resize(decid::mixture_outputs(1, count), 0.0);
+  RecordingResult made;
+  made.estimate.distribution = ParameterDistribution(decid::Mixture(1, count, outputs), ranges);
+  made.estimate.parameters = decid::sim::Parameters(count);
+  for (std::size_t p = 0; p < count; ++p)
+    made.estimate.parameters[p] = made.estimate.distribution->mean(static_cast<int>(p));
+  return made;
+}
+
+/// Sets the draws of a posterior.
+struct Filler {
+  std::vector<decid::posterior::State> states;
+  template <class... Fields>
+  void operator()(Fields&... fields) {
+    (set(fields), ...);
+  }
+  template <class Field>
+  void set(Field&) {}
+  void set(std::vector<decid::posterior::State>& field) { field = states; }
+};
+
+RecordingResult fitted(const Report& report, double at, std::size_t draws = 64) {
+  const decid::sim::ParameterTable ranges = report.ranges();
+  const decid::Random random(2, decid::Stream::user, 0);
+  Filler filler;
+  for (std::size_t i = 0; i < draws; ++i) {
+    std::vector<double> fractions;
+    for (std::size_t p = 0; p < ranges.size(); ++p)
+      fractions.push_back(decid::normal_distribution(at + 0.3 * random.normal(i * ranges.size() + p)));
+    filler.states.emplace_back().parameters = ranges.from_unit(fractions);
+  }
+  RecordingResult made = read_by_network(report, 0.0);
+  made.fit.emplace().posterior.archive(filler);
+  return made;
+}
+
+/// Adds three persons to each of two groups.
+void add_groups(Report& report, GroupTable& table, bool same_persons) {
+  for (const bool second : {false, true})
+    for (int i = 0; i < 3; ++i) {
+      report.recordings.push_back(read_by_network(report, 0.2 * i + (second ? 0.5 : -0.5) + 0.01 * i * i));
+      table.members.push_back({second ? "b" : "a", (second && !same_persons ? "x" : "y") + std::to_string(i)});
+    }
+}
+
+}  // namespace
+
+TEST_CASE("cohort: groups of a report are analysed by their distributions") {
+  Report report;
+  GroupTable table{"subject", {}};
+  add_groups(report, table, false);
+  const decid::GroupReport groups = decid::report_groups(table, report);
+  REQUIRE(groups.hierarchical);
+  REQUIRE(groups.hierarchical->comparisons.size() == 1);
+  CHECK(groups.hierarchical->cells[0].group == "a");
+  CHECK(groups.hierarchical->cells[1].persons == 3);
+  const decid::cohort::Effect& effect = groups.hierarchical->comparisons[0].effects[decid::sim::Delay];
+  // In seconds, larger than the difference of the posteriors' means, which shrink towards the middle.
+  const double of_means = groups.comparison.pairs[0].parameters[decid::sim::Delay].difference;
+  CHECK(of_means < -0.05);
+  CHECK(effect.difference.mean < of_means);
+  CHECK(effect.difference.mean > -0.24);
+  REQUIRE(groups.reliability.size() == 1);
+  CHECK(groups.reliability[0].empty());
+}
+
+TEST_CASE("cohort: recordings without a distribution over the ranges are not in the hierarchical model") {
+  Report report;
+  GroupTable table{"subject", {}};
+  add_groups(report, table, false);
+  report.recordings[0].estimate.distribution.reset();
+  REQUIRE(decid::report_groups(table, report).hierarchical);
+  CHECK(decid::report_groups(table, report).hierarchical->cells[0].persons == 2);
+  report.recordings[1].estimate.distribution.reset();  // one person is left
+  CHECK_FALSE(decid::report_groups(table, report).hierarchical);
+
+  CHECK(decid::cohort::measurement_of(report.recordings[2], report));
+  report.fit.emplace().priors.parameters = {{"delay", decid::posterior::ParameterPrior::Range{0.0, 0.2}, {}}};
+  CHECK_FALSE(decid::cohort::measurement_of(report.recordings[2], report));
+}
+
+TEST_CASE("cohort: draws of a fit are evidence, and a normal prior is taken back") {
+  Report report;
+  report.fit.emplace();
+  const RecordingResult fit = fitted(report, 0.4);
+  const auto uniform = decid::cohort::measurement_of(fit, report);
+  REQUIRE(uniform);
+  CHECK(uniform->components() == 64);
+  CHECK_FALSE(decid::cohort::measurement_of(fitted(report, 0.4, 15), report));
+  const auto centre = [](const decid::cohort::Measurement& measurement) {
+    double sum = 0.0, whole = 0.0;
+    for (std::size_t k = 0; k < measurement.components(); ++k) {
+      const double weight = std::exp(measurement.log_weight(k));
+      sum += weight * measurement.centre(k, decid::sim::Kp);
+      whole += weight;
+    }
+    return sum / whole;
+  };
+  // Under a prior below the draws they were drawn downwards: without it the evidence is higher.
+  report.fit->priors.parameters = {{"Kp", {}, decid::posterior::ParameterPrior::Normal{700.0, 150.0}}};
+  const auto taken_back = decid::cohort::measurement_of(fit, report);
+  REQUIRE(taken_back);
+  CHECK(centre(*taken_back) > centre(*uniform) + 0.05);
+}
+
+TEST_CASE("cohort: persons in both groups have a reliability and changes") {
+  Report report;
+  GroupTable table{"subject", {}};
+  add_groups(report, table, true);
+  const decid::GroupReport groups = decid::report_groups(table, report);
+  REQUIRE(groups.hierarchical);
+  CHECK(groups.hierarchical->comparisons[0].persons_in_both == 3);
+  CHECK(groups.hierarchical->changes.size() == 3);
+  REQUIRE(groups.reliability.size() == 1);
+  REQUIRE(groups.reliability[0].size() == 7);
+  REQUIRE(groups.reliability[0][0]);
+  CHECK(groups.reliability[0][0]->persons == 3);
+  CHECK(groups.reliability[0][0]->measurement_sd > 0.0);
+  for (RecordingResult& one : report.recordings) one.estimate.parameters[0] = 900.0;
+  CHECK_FALSE(decid::report_groups(table, report).reliability[0][0]);
+}

@@ -1,0 +1,69 @@
+// Reliability of visits: the published example of Shrout and Fleiss, with figures of mpmath with 30 digits.
+#include "identify/cohort/reliability.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "base/error.hpp"
+#include "tests/near.hpp"
+
+using decid::cohort::change_of;
+using decid::cohort::Reliability;
+using decid::cohort::reliability;
+using namespace decid::test;
+
+TEST_CASE("reliability: Shrout and Fleiss 1979, table 2") {
+  const std::vector<double> values{9, 2, 5, 8, 6, 1, 3, 2, 8, 4, 6, 8, 7, 1, 2, 6, 10, 5, 6, 9, 6, 2, 4, 7};
+  const Reliability found = reliability(4, values);
+  CHECK(found.persons == 6);
+  CHECK(near(found.icc_single, 184.0 / 635.0, 1e-12));
+  CHECK(near(found.icc_average, 736.0 / 1187.0, 1e-12));
+  CHECK(near(found.icc_single95[0], 0.0187865133747119876, 1e-10));
+  CHECK(near(found.icc_single95[1], 0.761084369648952894, 1e-10));
+  CHECK(near(found.icc_average95[0], 0.0711368153025032683, 1e-10));
+  CHECK(near(found.icc_average95[1], 0.92723204016772193, 1e-10));
+  CHECK(near(found.standard_error, 2.50277623628020108, 1e-12));
+  CHECK(near(found.minimal_detectable_change, 6.93721431470444772, 1e-12));
+}
+
+TEST_CASE("reliability: two visits of five persons, split into measurement and person") {
+  const std::vector<double> values{812, 830, 905, 880, 777, 790, 860, 845, 930, 955};
+  const Reliability found = reliability(2, values, std::vector<double>(10, 100.0));
+  CHECK(near(found.icc_single, 0.949497023198521864, 1e-12));
+  CHECK(near(found.icc_average, 0.97409435551811289, 1e-12));
+  CHECK(near(found.icc_single95[0], 0.606713569530367602, 1e-10));
+  CHECK(near(found.icc_average95[1], 0.99730068228272757, 1e-10));
+  CHECK(near(found.minimal_detectable_change, 42.9048606439483166, 1e-12));
+  CHECK(near(found.rest_sd * found.rest_sd,
+             found.measurement_sd * found.measurement_sd + found.within_person_sd * found.within_person_sd, 1e-12));
+  CHECK(found.measurement_sd == 10.0);
+  CHECK(reliability(2, values, std::vector<double>(10, 1e4)).within_person_sd == 0.0);
+}
+
+TEST_CASE("reliability: visits that agree exactly have a reliability of 1") {
+  const Reliability found = reliability(2, std::vector<double>{1, 1, 2, 2, 3, 3});
+  CHECK(found.icc_single == 1.0);
+  CHECK(found.icc_average95[0] == 1.0);
+  CHECK(found.minimal_detectable_change == 0.0);
+}
+
+TEST_CASE("reliability: tables that cannot be used are refused") {
+  const std::vector<double> values{1, 2, 3, 4};
+  CHECK_THROWS_AS(reliability(1, values), decid::Error);
+  CHECK_THROWS_AS(reliability(4, values), decid::Error);
+  CHECK_THROWS_AS(reliability(3, values), decid::Error);
+  CHECK_THROWS_AS(reliability(0, values), decid::Error);
+  CHECK_THROWS_AS(reliability(2, values, std::vector<double>{1.0}), decid::Error);
+  CHECK_THROWS_AS(reliability(2, std::vector<double>{2, 2, 2, 2}), decid::Error);
+  CHECK_THROWS_AS(reliability(2, std::vector<double>{2, 1, std::nan(""), 2}), decid::Error);
+}
+
+TEST_CASE("reliability: a person has changed if the interval excludes 0") {
+  CHECK(change_of({10.0, 3.0}, {22.0, 4.0}).changed);  // sd 5: interval 12 -+ 9.8
+  CHECK(near(change_of({10.0, 3.0}, {22.0, 4.0}).interval95[0], 12.0 - 5.0 * 1.9599639845400543, 1e-13));
+  CHECK_FALSE(change_of({10.0, 3.0}, {19.0, 4.0}).changed);
+  CHECK_FALSE(change_of({10.0, 3.0}, {22.0, 4.0}, 3.0).changed);
+  CHECK(change_of({22.0, 3.0}, {10.0, 4.0}).difference == -12.0);
+}

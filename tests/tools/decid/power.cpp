@@ -1,0 +1,44 @@
+// decid power: predicted power and persons, from given standard deviations and from simulated recordings.
+#include "tests/near.hpp"
+#include "tests/tools/decid/run.hpp"
+
+using namespace decid::test;
+using Json = nlohmann::json;
+
+TEST_CASE("decid/power: given standard deviations have the power of Cohen's table") {
+  const Json found = run_json(
+      "power --difference delay=0.01 --person-sd delay=0.016 --measurement-sd delay=0.012 --persons 64 --json");
+  CHECK(found["persons"] == 64);
+  const Json& delay = found["parameters"].at(0);
+  CHECK(delay["name"] == "delay");
+  CHECK(near(delay["power"].get<double>(), 0.801459557922, 1e-7));  // 0.5 standard deviations, 64 per group
+  CHECK(delay["persons_needed"] == 64);
+  // Per cent are of the mean; four trials quarter the recording's variance.
+  const Json other =
+      run_json("power --difference kp=-15% --at Kp=800 --person-sd Kp=10% --measurement-sd Kp=60 --trials 4 --json");
+  CHECK(near(other["parameters"][0]["difference"].get<double>(), -120.0, 1e-12));
+  CHECK(near(other["parameters"][0]["person_sd"].get<double>(), 80.0, 1e-12));
+  CHECK(other["trials"] == 4);
+  const Json pairs =
+      run_json("power --difference kp=30 --visit-sd Kp=20 --measurement-sd Kp=20 --paired --persons 10 --json");
+  CHECK(pairs["paired"] == true);
+  CHECK(pairs["parameters"][0]["power"].get<double>() > 0.5);
+}
+
+TEST_CASE("decid/power: recordings are simulated where their standard deviation is unknown") {
+  const Json found = run_json("power --difference delay=0.02 --recordings 20 --sensor-noise 0.02 --json");
+  const double sd = found["parameters"][0]["measurement_sd"].get<double>();
+  CHECK(sd > 0.005);
+  CHECK(sd < 0.06);
+  const Result text = run_ok("power --difference delay=0.02 --recordings 20 --sensor-noise 0.02");
+  CHECK(contains(text.out, "delay"));
+  CHECK(contains(text.out, "12 persons per group, 1 trial each"));
+}
+
+TEST_CASE("decid/power: values that cannot be are refused") {
+  check_refused("power --difference height=3", {"--difference", "names no parameter"});
+  check_refused("power --difference delay", {"--difference", "names no parameter"});
+  check_refused("power --difference delay=much", {"is not a number"});
+  check_refused("power --difference delay=0.02 --at delay=0.5", {"delay", "0.24"});
+  check_refused("power --difference delay=0.02 --measurement-sd delay=-1", {"-1"});
+}

@@ -1,0 +1,196 @@
+// decid power: how many persons and trials a difference between two groups or visits needs.
+#include "identify/cohort/power.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <iostream>
+#include <memory>
+
+#include "base/error.hpp"
+#include "base/files/json_object.hpp"
+#include "base/text.hpp"
+#include "base/version.hpp"
+#include "identify/cohort/planning.hpp"
+#include "tools/decid/command.hpp"
+
+namespace decid::tools {
+namespace {
+
+struct PowerOptions {
+  CommonOptions common;
+  std::vector<std::string> differences, at, person_sd, visit_sd, trial_sd, measurement_sd;
+  cohort::PowerDesign design;
+  int persons = 12, trials = 1, recordings = 200;
+  double power = 0.8;
+  std::vector<double> sensor_noise_deg;
+  std::uint64_t seed = 1;
+  std::string model;
+};
+
+/// A number, or per cent of a reference.
+double number_of(const std::string& option, const std::string& text, double reference) {
+  double value = 0.0;
+  const bool is_percent = text.ends_with('%');
+  const char* end = text.data() + text.size() - (is_percent ? 1 : 0);
+  const auto [read, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc() || read != end || !std::isfinite(value))
+    throw Error(option, "'" + text + "' is not a number", "give a number, or per cent such as -15%");
+  return is_percent ? 0.01 * value * reference : value;
+}
+
+/// Sets values from texts NAME=VALUE; per cent are of `reference`. Returns which were given.
+std::vector<bool> read_values(const std::string& option, const std::vector<std::string>& texts,
+                              const sim::ParameterTable& table, const sim::Parameters& reference,
+                              sim::Parameters& values) {
+  std::vector<bool> given(table.size(), false);
+  for (const std::string& text : texts) {
+    const std::size_t equals = text.find('=');
+    const std::string name = text.substr(0, equals);
+    const auto info = std::ranges::find_if(
+        table, [&](const sim::ParameterInfo& one) { return one.name == name || one.option == name; });
+    if (equals == std::string::npos || info == table.end())
+      throw Error(option, "'" + text + "' names no parameter", "give NAME=VALUE, such as delay=0.02 or Kp=-15%");
+    const auto p = static_cast<std::size_t>(std::distance(table.begin(), info));
+    values[p] = number_of(option, text.substr(equals + 1), reference[p]);
+    given[p] = true;
+  }
+  return given;
+}
+
+void run_power(const PowerOptions& options) {
+  const Model model = model_or_built_in(options.model);
+  const sim::ParameterTable& table = model.parameters();
+  sim::Protocol protocol = model.protocol;
+  if (!options.sensor_noise_deg.empty())
+    protocol.noise.sensor = {options.sensor_noise_deg.front(), options.sensor_noise_deg.back()};
+  sim::Parameters at = table.middle(), difference(table.size()), person(table.size()), visit(table.size()),
+                  trial(table.size());
+  read_values("--at", options.at, table, table.middle(), at);
+  const std::vector<bool> wanted = read_values("--difference", options.differences, table, at, difference);
+  for (std::size_t p = 0; p < table.size(); ++p) {
+    person[p] = table[p].range() / 8.0;
+    visit[p] = table[p].range() / 24.0;
+  }
+  read_values("--person-sd", options.person_sd, table, at, person);
+  read_values("--visit-sd", options.visit_sd, table, at, visit);
+  read_values("--trial-sd", options.trial_sd, table, at, trial);
+  sim::Parameters measured(table.size());
+  const std::vector<bool> known = read_values("--measurement-sd", options.measurement_sd, table, at, measured);
+  if (!std::ranges::equal(wanted, known, [](bool is_wanted, bool is_known) { return is_known || !is_wanted; })) {
+    const sim::Parameters simulated =
+        cohort::measurement_sd(model, protocol, at, person, options.recordings, options.seed);
+    for (std::size_t p = 0; p < table.size(); ++p)
+      if (!known[p]) measured[p] = simulated[p];
+  }
+
+  Json list = Json::array();
+  std::string text = format("%-8s %12s %12s %12s %12s %10s %8s\n", "", "mean", "difference", "person sd", "recording",
+                            "power", "persons");
+  for (std::size_t p = 0; p < table.size(); ++p) {
+    if (!wanted[p]) continue;
+    cohort::PowerDesign design = options.design;
+    design.persons = static_cast<std::size_t>(options.persons);
+    design.trials = static_cast<std::size_t>(options.trials);
+    design.person_sd = person[p];
+    design.visit_sd = visit[p];
+    design.trial_sd = trial[p];
+    design.measurement_sd = measured[p];
+    const double power = cohort::power_of(design, difference[p]);
+    const std::size_t needed = cohort::persons_for(design, difference[p], options.power);
+    text += format("%-8s %12.5g %12.4g %12.4g %12.4g %9.1f%% %8s\n", table[p].name.c_str(), at[p], difference[p],
+                   person[p], measured[p], 100.0 * power, needed > 0 ? std::to_string(needed).c_str() : "-");
+    list.push_back({{"name", table[p].name},
+                    {"unit", table[p].unit},
+                    {"mean", at[p]},
+                    {"difference", difference[p]},
+                    {"person_sd", person[p]},
+                    {"visit_sd", visit[p]},
+                    {"trial_sd", trial[p]},
+                    {"measurement_sd", measured[p]},
+                    {"power", power},
+                    {"persons_needed", needed > 0 ? Json(needed) : Json(nullptr)}});
+  }
+  if (options.common.json) {
+    std::cout << print_json({{"decid", version},
+                             {"persons", options.persons},
+                             {"trials", options.trials},
+                             {"paired", options.design.paired},
+                             {"power_wanted", options.power},
+                             {"parameters", std::move(list)}})
+              << '\n';
+    return;
+  }
+  std::cout << text
+            << format("Power of a 95%% interval: %d persons%s, %s each. Persons: for a power of %g%%.\n",
+                      options.persons, options.design.paired ? " in pairs" : " per group",
+                      counted(options.trials, "trial").c_str(), 100.0 * options.power);
+}
+
+}  // namespace
+
+void add_power(const Command& program) {
+  auto options = std::make_shared<PowerOptions>();
+  const Command command =
+      program.add_subcommand("power", "Predict how many persons and trials a difference between groups needs");
+  command.section("Difference");
+  command
+      .add_option("--difference", options->differences,
+                  "Look for this difference of the groups' means: NAME=VALUE in SI units, or per cent of the mean")
+      .repeatable()
+      .required();
+  command
+      .add_option("--at", options->at, "Set a group's mean: NAME=VALUE, in SI units; default: the middle of the range")
+      .repeatable();
+  command
+      .add_option("--person-sd", options->person_sd,
+                  "Set the standard deviation between persons: NAME=VALUE, or per cent of the mean; default: an eighth "
+                  "of the range")
+      .repeatable();
+  command
+      .add_option("--visit-sd", options->visit_sd,
+                  "Set a person's standard deviation from visit to visit, with --paired; default: a 24th of the range")
+      .repeatable();
+  command
+      .add_option("--trial-sd", options->trial_sd, "Set a person's standard deviation from trial to trial; default: 0")
+      .repeatable();
+  command
+      .add_option("--measurement-sd", options->measurement_sd,
+                  "Set the standard deviation of one recording; default: the model's, on simulated recordings")
+      .repeatable();
+  command.section("Study");
+  command.add_option("--persons", options->persons, "Predict the power for this number of persons per group")
+      .range(2, 10000)
+      .show_default();
+  command.add_option("--trials", options->trials, "Record this number of trials per person and visit")
+      .range(1, 1000)
+      .show_default();
+  command.add_flag("--paired", options->design.paired, "Compare two visits of the same persons");
+  command.add_option("--power", options->power, "Find the number of persons for this power")
+      .range(0.01, 0.999)
+      .show_default();
+  command.section("Model");
+  command.add_option("--model", options->model, "Use this model file; default: the built-in model");
+  command
+      .add_option(
+          "--sensor-noise", options->sensor_noise_deg,
+          "Simulate recordings with this measurement noise in degrees, or from LOW to HIGH; default: the model's")
+      .values(1, 2);
+  command.add_option("--recordings", options->recordings, "Simulate this number of recordings")
+      .range(1, 100000)
+      .show_default();
+  add_seed_option(command, options->seed, "Seed the simulated recordings");
+  add_common_options(command, options->common, true);
+  command.footer(
+      "Examples:\n"
+      "  decid power --difference delay=0.02 --difference Kp=-15%\n"
+      "  decid power --difference delay=0.02 --person-sd delay=0.015 --persons 20 --trials 3\n"
+      "  decid power --difference Kp=10% --paired --visit-sd Kp=30 --json\n"
+      "The prediction holds for the t-test of the persons' means, and for decid's hierarchical model.");
+  command.callback([options] {
+    apply(options->common);
+    run_power(*options);
+  });
+}
+
+}  // namespace decid::tools

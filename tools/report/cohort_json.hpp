@@ -1,0 +1,26 @@
+// The hierarchical model of a report's groups, as JSON: identify/cohort/cohort.hpp has the model.
+#pragma once
+
+#include "base/files/json.hpp"
+#include "identify/result.hpp"
+
+namespace decid::tools {
+
+/// Returns
+///   {"draws", "max_rhat",
+///    "groups": [{"name", "persons", "recordings", "parameters": [{"name", "mean", "mean_sd", "mean_interval95",
+///                "between_sd", "between_sd_interval95"}]}],
+///    "comparisons": [{"groups": [a, b], "persons_in_both", "parameters": [{"name", "difference", "sd", "interval95",
+///                     "simultaneous95", "standardised", "standardised_interval95", "probability_of_direction"}]}],
+///    "variance": [{"name", "person_sd", "visit_sd", "trial_sd", "measurement_sd"}],
+///    "changes": [{"subject", "groups": [a, b], "parameters": [{"name", "difference", "interval95", "changed"}]}]}
+/// and null without a hierarchical model.
+Json cohort_json(const Report& report);
+
+/// Returns the reliability of each pair of groups with persons in both:
+///   [{"groups": [a, b], "persons", "parameters": [{"name", "icc_single", "icc_single_interval95", "icc_average",
+///     "icc_average_interval95", "standard_error", "minimal_detectable_change", "person_sd", "visit_sd",
+///     "measurement_sd", "within_person_sd"}]}]
+Json reliability_json(const Report& report);
+
+}  // namespace decid::tools
