@@ -43,29 +43,29 @@ sim::ParameterTable Report::ranges() const {
 }
 
 GroupReport report_groups(GroupTable table, const Report& report) {
-  GroupReport groups{std::move(table), {}, {}};
+  GroupReport made{std::move(table), {}, {}};
   std::vector<GroupedRecording> people;
   std::vector<cohort::Recording> members(report.recordings.size());
   for (std::size_t i = 0; i < report.recordings.size(); ++i) {
-    const GroupMember& member = groups.table.members.at(i);
-    groups.left_out.push_back(member.group.empty() ? std::string() : reason_to_leave_out(report.recordings[i]));
+    const GroupMember& member = made.table.members.at(i);
+    made.left_out.push_back(member.group.empty() ? std::string() : reason_to_leave_out(report.recordings[i]));
     if (member.group.empty()) continue;
     const sim::Parameters& values = report.recordings[i].estimate.parameters;
     GroupedRecording& one = people.emplace_back(GroupedRecording{member.group, member.person, {}});
-    if (!groups.left_out.back().empty()) continue;
+    if (!made.left_out.back().empty()) continue;
     one.values.assign(values.begin(), values.end());
     members[i].participant = member.person;
     members[i].group = member.group;
   }
-  groups.comparison = compare_groups(people, report.protocol.parameters().size());
-  groups.hierarchical = cohort::analyse_groups(report, members);
-  for (const GroupPair& pair : groups.comparison.pairs) {
-    groups.reliability.emplace_back();
+  made.comparison = compare_groups(people, report.protocol.parameters().size());
+  made.hierarchical = cohort::analyse_groups(report, members);
+  for (const GroupPair& pair : made.comparison.pairs) {
+    made.reliability.emplace_back();
     if (pair.paired)
-      groups.reliability.back() = cohort::reliability_of(report, members, groups.comparison.groups[pair.first].name,
-                                                         groups.comparison.groups[pair.second].name);
+      made.reliability.back() = cohort::reliability_of(report, members, made.comparison.groups[pair.first].name,
+                                                       made.comparison.groups[pair.second].name);
   }
-  return groups;
+  return made;
 }
 
 }  // namespace decid

@@ -53,11 +53,11 @@ struct CellSeries {
 
 /// The mean of a cell, and the standard deviation of its persons, by the trapezoidal rule over a normal deviate.
 CellSeries cell_series(const Drawn& drawn, std::size_t cell, std::size_t p) {
-  constexpr int nodes = 17;
-  constexpr double reach = 4.8, spacing = 2.0 * reach / (nodes - 1);
-  std::array<double, nodes> weights{};
+  constexpr int grid = 17;
+  constexpr double farthest = 4.8, apart = 2.0 * farthest / (grid - 1);
+  std::array<double, grid> weights{};
   double whole = 0.0;
-  for (int i = 0; i < nodes; ++i) whole += weights[static_cast<std::size_t>(i)] = normal_density(-reach + spacing * i);
+  for (int i = 0; i < grid; ++i) whole += weights[static_cast<std::size_t>(i)] = normal_density(-farthest + apart * i);
   CellSeries series;
   for (const Draw& draw : drawn.draws) {
     const double x = draw.cell_mean[cell * drawn.design.parameters + p];
@@ -65,8 +65,8 @@ CellSeries cell_series(const Drawn& drawn, std::size_t cell, std::size_t p) {
     const double persons = drawn.person_variance(draw, cell, p) + drawn.squared_sd(draw.visit_sd, p);
     const double middle = drawn.value(x, persons + trial, p);
     double squares = 0.0;
-    for (int i = 0; i < nodes; ++i) {
-      const double off = drawn.value(x + std::sqrt(persons) * (-reach + spacing * i), trial, p) - middle;
+    for (int i = 0; i < grid; ++i) {
+      const double off = drawn.value(x + std::sqrt(persons) * (-farthest + apart * i), trial, p) - middle;
       squares += weights[static_cast<std::size_t>(i)] / whole * off * off;
     }
     series.mean.push_back(middle);

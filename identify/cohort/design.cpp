@@ -57,16 +57,17 @@ Design design_of(std::span<const Recording> recordings, std::size_t parameters, 
   Design design;
   design.parameters = parameters;
   std::set<Design::CellName> cells;
-  std::set<std::string> groups;
+  std::set<std::string> group_names;
   std::map<std::string, std::map<std::size_t, std::vector<std::size_t>>> persons;
   for (const Recording& one : recordings) {
     cells.insert({one.group, one.session, one.condition});
-    groups.insert(one.group);
+    group_names.insert(one.group);
   }
   design.cells.assign(cells.begin(), cells.end());
-  design.groups = groups.size();
+  design.groups = group_names.size();
   for (const Design::CellName& cell : design.cells)
-    design.group_of_cell.push_back(static_cast<std::size_t>(std::distance(groups.begin(), groups.find(cell.group))));
+    design.group_of_cell.push_back(
+        static_cast<std::size_t>(std::distance(group_names.begin(), group_names.find(cell.group))));
   for (std::size_t i = 0; i < recordings.size(); ++i) {
     const Recording& one = recordings[i];
     const auto cell = cells.find({one.group, one.session, one.condition});

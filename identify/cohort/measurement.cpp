@@ -14,7 +14,7 @@ namespace decid::cohort {
 namespace {
 
 using posterior::triangle;
-constexpr double end = 1e-6;           // fractions of a range nearer to an end count as this
+constexpr double range_end = 1e-6;     // fractions of a range nearer to an end count as this
 constexpr double min_variance = 1e-8;  // of a coordinate
 constexpr double max_variance = 0.99;  // of a coordinate under its prior, for the variance of its evidence
 
@@ -131,7 +131,8 @@ Measurement Measurement::of_draws(std::size_t parameters, std::span<const double
     if (!log_weights.empty()) weights[i] = exp(log_weights[draw] - highest);
     whole += weights[i];
     for (std::size_t p = 0; p < parameters; ++p)
-      result.centres_[p * count + i] = inverse_normal(std::clamp(fractions[draw * parameters + p], end, 1.0 - end));
+      result.centres_[p * count + i] =
+          inverse_normal(std::clamp(fractions[draw * parameters + p], range_end, 1.0 - range_end));
   }
   double squares = 0.0;
   for (double& weight : weights) {

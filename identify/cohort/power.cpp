@@ -19,10 +19,10 @@ constexpr std::size_t max_persons = 10'000;
 /// true one, whose logarithm is integrated by the trapezoidal rule.
 double noncentral_tails(double critical, double noncentrality, double freedom) {
   const double half_width = 12.0 / std::sqrt(freedom) + 0.05, half = 0.5 * freedom;
-  constexpr int nodes = 400;
-  const double low = -half_width * (freedom < 6.0 ? 3.0 : 1.0), step = (half_width - low) / nodes;
+  constexpr int grid = 400;
+  const double low = -half_width * (freedom < 6.0 ? 3.0 : 1.0), step = (half_width - low) / grid;
   double sum = 0.0, whole = 0.0;
-  for (int i = 0; i <= nodes; ++i) {
+  for (int i = 0; i <= grid; ++i) {
     const double log_s = low + step * i, s = exp(log_s);
     const double density = exp(freedom * log_s - half * (s * s - 1.0));  // of log s, up to a constant
     whole += density;
