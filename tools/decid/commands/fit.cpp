@@ -251,8 +251,7 @@ Report report_of(const FitOptions& options, const Fitter& fitter, Results result
     if (!options.group.empty()) members.push_back(groups.members[i]);
   }
   groups.members = std::move(members);
-  if (!options.group.empty())
-    report.groups = report_groups(std::move(groups), report);
+  if (!options.group.empty()) report.groups = report_groups(std::move(groups), report);
   return report;
 }
 
