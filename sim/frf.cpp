@@ -145,13 +145,13 @@ std::vector<FrfPoint> FrequencyResponse::measure(std::span<const float> sway_rad
   return points;
 }
 
-std::vector<Complex> FrequencyResponse::linear(const Parameters& parameters, const Body& body) const {
+std::vector<Complex> FrequencyResponse::linear(const Experiment& experiment, const Parameters& parameters) const {
   std::vector<Complex> responses;
   for (const Band& band : bands_) {
     Complex sum = 0.0;
     double power = 0.0;
     for (const Harmonic& harmonic : band) {
-      sum += harmonic.power * closed_loop(parameters, body, harmonic.frequency_hz);
+      sum += harmonic.power * closed_loop(experiment, parameters, harmonic.frequency_hz);
       power += harmonic.power;
     }
     responses.push_back(sum / power);

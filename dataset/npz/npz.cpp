@@ -235,8 +235,7 @@ class Reader {
   bool stored_ = false;
 };
 
-void read_description(const std::string& text, const std::string& where, const sim::BodyModel& body_model,
-                      Dataset& data) {
+void read_description(const std::string& text, const std::string& where, Dataset& data) {
   const Json json = parse_json(text, where);
   JsonObject object(json, where);
   int format = 0;
@@ -248,11 +247,10 @@ void read_description(const std::string& text, const std::string& where, const s
   object.require("seed");
   object.read("seed", data.seed);
   data.protocol = sim::protocol_from_json(print_json(object.require("protocol")), where + ": protocol");
-  data.protocol.experiment.body_model = &body_model;
   std::vector<std::string> names;
   object.require("parameters");
   object.read("parameters", names);
-  const std::vector<std::string> expected = body_model.parameters.names();
+  const std::vector<std::string> expected = data.protocol.parameters().names();
   if (names != expected) {
     std::string list;
     for (const std::string& name : expected) list += (list.empty() ? "" : ", ") + name;
@@ -262,16 +260,16 @@ void read_description(const std::string& text, const std::string& where, const s
 }
 
 /// Reads everything except the values of the sway.
-Dataset read_labels(const Source& source, const Reader& sway, const sim::BodyModel& body_model) {
+Dataset read_labels(const Source& source, const Reader& sway) {
   Dataset data;
-  read_description(Reader(source, "decid.json").bytes(), source.where + ": decid.json", body_model, data);
+  read_description(Reader(source, "decid.json").bytes(), source.where + ": decid.json", data);
   sway.check<float>(0);
   const std::vector<std::size_t>& shape = sway.header().shape;
   if (shape[1] > std::size_t{std::numeric_limits<int>::max()}) {
     throw Error(source.where, "its trials have more than 2^31 - 1 samples", regenerate);
   }
   data.samples = static_cast<int>(shape[1]);
-  const std::size_t count = body_model.parameters.size();
+  const std::size_t count = data.protocol.parameters().size();
   const std::vector<double> parameters = Reader(source, "parameters").values<double>(count);
   data.parameters.assign(parameters.size() / count, sim::Parameters(count));
   for (std::size_t i = 0; i < parameters.size(); ++i) data.parameters[i / count][i % count] = parameters[i];
@@ -281,8 +279,8 @@ Dataset read_labels(const Source& source, const Reader& sway, const sim::BodyMod
   return data;
 }
 
-Dataset read_all(const Source& source, Reader& sway, const sim::BodyModel& body_model) {
-  Dataset data = read_labels(source, sway, body_model);
+Dataset read_all(const Source& source, Reader& sway) {
+  Dataset data = read_labels(source, sway);
   data.sway = sway.values<float>(0);
   for (int i = 0; i < data.trials(); ++i) check_sway(data.trial(i), static_cast<std::size_t>(i), source.where);
   return data;
@@ -307,10 +305,10 @@ void check_dataset(const Dataset& data, const std::string& where) {
   for (int i = 0; i < data.trials(); ++i) check_sway(data.trial(i), static_cast<std::size_t>(i), where);
 }
 
-Dataset read_npz(const std::filesystem::path& path, const sim::BodyModel& body_model) {
+Dataset read_npz(const std::filesystem::path& path) {
   const Source source(path);
   Reader sway(source, "sway");
-  return read_all(source, sway, body_model);
+  return read_all(source, sway);
 }
 
 struct StoredDataset::File {
@@ -320,16 +318,16 @@ struct StoredDataset::File {
 
 StoredDataset::StoredDataset(Dataset data) : data_(std::move(data)) {}
 
-StoredDataset::StoredDataset(const std::filesystem::path& path, const sim::BodyModel& body_model) {
+StoredDataset::StoredDataset(const std::filesystem::path& path) {
   const Source source(path);
   Reader sway(source, "sway");
   DiskFile file(path, DiskFile::Access::read);
   const std::uint64_t member = first_member(file, "sway.npy");
   if (member == 0 || !sway.is_stored()) {
-    data_ = read_all(source, sway, body_model);
+    data_ = read_all(source, sway);
     return;
   }
-  data_ = read_labels(source, sway, body_model);
+  data_ = read_labels(source, sway);
   file_ = std::make_shared<const File>(File{std::move(file), member + sway.header().bytes});
   std::vector<std::byte> header(sway.header().bytes);
   file_->file.read(member, header);

@@ -71,6 +71,7 @@ struct Protocol {
   const Sequence& sequence() const;
 
   const ParameterTable& parameters() const { return experiment.parameters(); }
+  const Family& family() const { return experiment.family(); }
   /// Returns the parameter table with ranges for this body. Ranges of parameters that scale with m g h are the same
   /// relative to its m g h as the table's relative to the default body's.
   ParameterTable ranges() const;

@@ -124,6 +124,7 @@ void read_conditions(const Json& json, const std::string& where, Conditions& con
 Json json_of(const Protocol& protocol) {
   const VestibularNoise& noise = protocol.noise.vestibular;
   Json json{{"name", protocol.name}};
+  if (protocol.experiment.body_model != &single_pendulum()) json["controller"] = protocol.experiment.body_model->name;
   write_stimulus(protocol.experiment.stimulus, json);
   json["sample_rate_hz"] = protocol.experiment.sample_rate_hz;
   json["body"] = {{"mass_kg", protocol.experiment.body.mass_kg},
@@ -156,6 +157,11 @@ Protocol parse_protocol(const std::string& text, const ProtocolText& source) {
   JsonObject object(json, where);
   protocol.name = source.name;
   object.read("name", protocol.name);
+  if (object.find("controller") != nullptr) {
+    std::string controller;
+    object.read("controller", controller);
+    protocol.experiment.body_model = &body_model_of(controller, where + ", controller");
+  }
   object.read("sample_rate_hz", protocol.experiment.sample_rate_hz);
   read_stimulus(object, source, protocol.experiment.sample_rate_hz, protocol.experiment.stimulus);
   if (const Json* part = object.find("body")) read_body(*part, where, protocol.experiment.body);

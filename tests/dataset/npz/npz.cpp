@@ -329,13 +329,10 @@ TEST_CASE("a data set of a made-up body has its fourteen parameters, by their na
   for (std::size_t i = 0; i < data.parameters.size(); ++i)
     data.parameters[i] = base_trial(made_up_body().parameters, 9, i).parameters;
   write_npz(folder / "a.npz", data);
-  const Dataset read = read_npz(folder / "a.npz", made_up_body());
+  const Dataset read = read_npz(folder / "a.npz");
   check_equal(read, data);
   CHECK(read.protocol.experiment == data.protocol.experiment);
-  CHECK(StoredDataset(folder / "a.npz", made_up_body()).about().parameters == data.parameters);
-  check_error([&] { read_npz(folder / "a.npz"); }, {"a.npz: decid.json", "parameters other than Kp, Kd,"});
-  write_npz(folder / "b.npz", small_dataset());
-  check_error([&] { read_npz(folder / "b.npz", made_up_body()); }, {"parameters other than gain_1, gain_2,"});
+  CHECK(StoredDataset(folder / "a.npz").about().parameters == data.parameters);
   require_numpy();
   CHECK(python(folder / "read.py", folder / "a.npz",
                "with np.load(path) as data:\n"

@@ -134,7 +134,7 @@ TEST_CASE("at threshold 0 it is the closed loop") {
   const auto model = responses_of({protocol, empty_table(short_frequencies_hz, 0.1)}, parameters);
   for (std::size_t i = 0; i < model.size(); ++i) {
     // The steps of 1 ms are 2 pi f / 1000 of a radian.
-    const Complex expected = sim::closed_loop(parameters, protocol.experiment.body, short_frequencies_hz[i]);
+    const Complex expected = sim::closed_loop(protocol.experiment, parameters, short_frequencies_hz[i]);
     CHECK(within(std::abs(model[i] - expected), 0.0, 0.01 * std::abs(expected)));
   }
 }
@@ -163,7 +163,7 @@ TEST_CASE("a loop is stable up to the delay at which it oscillates") {
   double least = 1e9;
   parameters[sim::Delay] = stable_s;
   for (double hz = 0.2; hz < 3.0; hz += 0.0005)
-    least = std::min(least, 1.0 / std::abs(sim::closed_loop(parameters, sim::Body{}, hz)));
+    least = std::min(least, 1.0 / std::abs(sim::closed_loop(sim::Experiment{}, parameters, hz)));
   CHECK(least < 2e-3);
   CHECK(stable_s > 0.1);
   parameters[sim::Delay] = 0.0;
