@@ -10,6 +10,7 @@
 
 #include "base/error.hpp"
 #include "base/math/random.hpp"
+#include "sim/streams.hpp"
 
 namespace decid::dataset {
 namespace {
@@ -89,14 +90,14 @@ std::int32_t Generator::parent_of(long long attempt) const {
 sim::TrialInput Generator::trial_of(long long attempt) const {
   const auto item = static_cast<std::uint64_t>(attempt);
   if (!making_children()) return base_trial(ranges_, request_.seed, item);
-  const Random random(request_.seed, Stream::child_parameters, item);
+  const Random random(request_.seed, sim::streams::child_parameters, item);
   sim::Parameters parameters = parents_parameters_[item % parents_.size()];
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const sim::ParameterInfo& info = ranges_[i];
     const double change = random.uniform(i, -child_change, child_change) * info.range();
     parameters[i] = std::clamp(parameters[i] + change, info.low, info.high);
   }
-  return {parameters, Random(request_.seed, Stream::child_noise, item)};
+  return {parameters, Random(request_.seed, sim::streams::child_noise, item)};
 }
 
 /// Parents are chosen by the noise-free sway; the recorded sway is stored.

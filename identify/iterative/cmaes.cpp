@@ -42,7 +42,7 @@ struct CmaEs::State {
   double best_value = std::numeric_limits<double>::infinity();
 
   State(std::span<const double> start, double sigma_, int population, std::uint64_t seed, std::uint64_t item)
-      : random(seed, Stream::fit_search, item), n(static_cast<int>(start.size())), sigma(sigma_) {
+      : random(seed, search_stream, item), n(static_cast<int>(start.size())), sigma(sigma_) {
     const double dimensions = n;
     lambda = population == 0 ? 4 + static_cast<int>(3 * std::log(dimensions)) : population;
     mu = lambda / 2;

@@ -106,7 +106,7 @@ class Fit {
 
   /// Rounds of weighted draws around the optimum, each after the round before.
   void spread() {
-    const Random random(settings_.seed, Stream::fit_search, rounds_item);
+    const Random random(settings_.seed, search_stream, rounds_item);
     std::uint64_t next = 0;
     Moments<N> about = around_optimum();
     double effective = 0;
@@ -203,7 +203,7 @@ Start middle_start(const sim::ParameterTable& table) {
 }
 
 Start random_start(const sim::ParameterTable& table, std::uint64_t seed, std::uint64_t number) {
-  const Random random(seed, Stream::fit_search, 2 * rounds_item + number);
+  const Random random(seed, search_stream, 2 * rounds_item + number);
   std::vector<double> unit;
   for (std::uint64_t p = 0; p < table.size(); ++p) unit.push_back(random.uniform(p));
   return {table.from_unit(unit), 0.3};

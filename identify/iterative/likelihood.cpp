@@ -119,7 +119,7 @@ std::vector<Cost> Likelihood::costs(std::span<const sim::Parameters> candidates,
       static_cast<int>(stood_s.size()),
       [&](int i) {
         const auto index = static_cast<std::size_t>(i);
-        return sim::TrialInput{candidates[index / each], Random(seed, Stream::fit_noise, first + index % each)};
+        return sim::TrialInput{candidates[index / each], Random(seed, noise_stream, first + index % each)};
       },
       [&](int i, const sim::Outcome& outcome, std::span<double> sway) {
         const auto index = static_cast<std::size_t>(i);

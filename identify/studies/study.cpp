@@ -17,6 +17,7 @@
 #include "nn/predictor.hpp"
 #include "recording/formats/csv.hpp"
 #include "sim/double_pendulum.hpp"
+#include "sim/streams.hpp"
 
 namespace decid {
 namespace {
@@ -263,7 +264,7 @@ void study_double(const Model& model, int realisations, Study& study, const Anno
   std::vector<std::vector<float>> sways;
   std::vector<double> com(samples), leg(samples), trunk(samples);
   for (int r = 0; r < realisations; ++r) {
-    const Random noise(study.fresh_seed, Stream::vestibular_noise, static_cast<std::uint64_t>(r));
+    const Random noise(study.fresh_seed, sim::streams::vestibular_noise, static_cast<std::uint64_t>(r));
     if (simulator->run(parameters, noise, {com, leg, trunk}).valid) sways.emplace_back(com.begin(), com.end());
   }
   if (sways.empty()) {

@@ -11,6 +11,7 @@
 #include "base/parallel.hpp"
 #include "posterior/cholesky.hpp"
 #include "posterior/sampling/diagnostics.hpp"
+#include "posterior/streams.hpp"
 
 namespace decid::frf {
 namespace {
@@ -144,7 +145,9 @@ class Run {
 
  private:
   /// Returns the random numbers of a particle; chains have numbers after the population's.
-  Random random_numbers(std::size_t particle) const { return {settings_.seed, Stream::particles, particle}; }
+  Random random_numbers(std::size_t particle) const {
+    return {settings_.seed, posterior::streams::particles, particle};
+  }
 
   void start() {
     parallel_for(settings_.population, [&](int i) {

@@ -9,6 +9,7 @@
 #include "base/aligned.hpp"
 #include "base/math/random.hpp"
 #include "posterior/kernels/kernels.hpp"
+#include "posterior/streams.hpp"
 #include "tests/near.hpp"
 
 using namespace decid;
@@ -20,7 +21,7 @@ namespace {
 /// A A^t of random rows, and 1 on the diagonal: positive definite.
 std::vector<double> positive_definite(std::size_t size) {
   std::vector<double> rows(size * size), matrix(triangle(size));
-  Random(4, Stream::posterior, size).fill_normal(rows);
+  Random(4, posterior::streams::chains, size).fill_normal(rows);
   for (std::size_t i = 0; i < size; ++i) {
     for (std::size_t j = 0; j <= i; ++j) {
       double sum = i == j ? 1.0 : 0.0;

@@ -7,6 +7,7 @@
 #include "base/math/random.hpp"
 #include "recording/recording.hpp"
 #include "recording/tilt_match.hpp"
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/sim/tiny_protocol.hpp"
 
@@ -45,7 +46,7 @@ double tilt_at(const sim::Stimulus& stimulus, const sim::Protocol& protocol, dou
 Recording with_tilt(const sim::Protocol& protocol, double delay_s, double seconds, double rate_hz, double factor = 1.0,
                     double noise_rad = 0.0) {
   const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
-  const Random random(2, Stream::sensor_noise, 0);
+  const Random random(2, sim::streams::sensor_noise, 0);
   Recording recording = ramp(0, rate_hz);
   recording.signals.add({platform_tilt, "platform", {}});
   for (std::size_t k = 0; k < static_cast<std::size_t>(seconds * rate_hz); ++k) {
@@ -96,7 +97,7 @@ TEST_CASE("a longer recording is cut from the option's start, and the cut is rep
 
 TEST_CASE("faults of the samples count where they are used, and from the recording's start") {
   const sim::Protocol protocol = two_cycles();
-  const Random random(3, Stream::sensor_noise, 0);
+  const Random random(3, sim::streams::sensor_noise, 0);
   Recording whole = ramp(0);
   for (std::size_t k = 0; k < 3000; ++k) {
     const bool at_rest = k < 1000 || k >= 2900, is_held = k >= 1500 && k < 1530;

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "sim/streams.hpp"
 #include "tests/near.hpp"
 
 namespace decid::iterative {
@@ -17,7 +18,7 @@ constexpr long long small_budget = 21'000;
 
 std::vector<float> trial(const sim::Simulator& simulator, const sim::Parameters& parameters) {
   std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
-  REQUIRE(simulator.run(parameters, Random(21, Stream::vestibular_noise, 0), sway).valid);
+  REQUIRE(simulator.run(parameters, Random(21, sim::streams::vestibular_noise, 0), sway).valid);
   return {sway.begin(), sway.end()};
 }
 

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "sim/streams.hpp"
 #include "tests/near.hpp"
 
 namespace decid::iterative {
@@ -22,7 +23,7 @@ sim::Protocol short_sines() {
 
 std::vector<float> trial(const sim::Simulator& simulator, const sim::Parameters& parameters, std::uint64_t item) {
   std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
-  REQUIRE(simulator.run(parameters, Random(11, Stream::vestibular_noise, item), sway).valid);
+  REQUIRE(simulator.run(parameters, Random(11, sim::streams::vestibular_noise, item), sway).valid);
   return {sway.begin(), sway.end()};
 }
 
@@ -60,7 +61,7 @@ TEST_CASE("likelihood: the cost is its formula's, Student's t about the realisat
   constexpr std::uint64_t seed = 4, first = 30;
   const sim::Parameters parameters = sim::single_pendulum().parameters.middle();
   std::vector<float> recorded = trial(simulator, parameters, 1);
-  const Random sensor(6, Stream::sensor_noise, 0);
+  const Random sensor(6, sim::streams::sensor_noise, 0);
   for (std::size_t k = 0; k < recorded.size(); ++k)
     recorded[k] += static_cast<float>(0.05 * sim::rad_per_deg * sensor.normal(k));
   std::vector<sim::Complex> y(bins);
@@ -72,7 +73,7 @@ TEST_CASE("likelihood: the cost is its formula's, Student's t about the realisat
     std::vector<std::vector<sim::Complex>> x(realisations, std::vector<sim::Complex>(bins));
     std::vector<double> sway(recorded.size());
     for (std::size_t r = 0; r < realisations; ++r) {
-      REQUIRE(simulator.run(parameters, Random(seed, Stream::fit_noise, first + r), sway).valid);
+      REQUIRE(simulator.run(parameters, Random(seed, iterative::noise_stream, first + r), sway).valid);
       spectrum.of(sway, x[r]);
     }
     double least = HUGE_VAL, likeliest_deg = 0;
@@ -140,7 +141,7 @@ TEST_CASE("likelihood: the sensor's noise is found, and without any the lowest l
   const std::vector<sim::Parameters> one{truth};
   const Cost exact = Likelihood(simulator, sway).costs(one, 2, 1, 0)[0];
   CHECK(exact.sensor_noise_deg == 0.0005);
-  const Random random(5, Stream::sensor_noise, 0);
+  const Random random(5, sim::streams::sensor_noise, 0);
   for (std::size_t k = 0; k < sway.size(); ++k)
     sway[k] += static_cast<float>(0.1 * sim::rad_per_deg * random.normal(k));
   const Cost noisy = Likelihood(simulator, sway).costs(one, 2, 1, 0)[0];

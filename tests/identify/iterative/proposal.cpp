@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "identify/iterative/cmaes.hpp"
 #include "tests/helpers.hpp"
 
 namespace decid::iterative {
@@ -11,7 +12,7 @@ namespace {
 /// Weighted points about 0.4 in n dimensions, neighbours correlated.
 template <int N>
 std::vector<Point<N>> some_points(int n) {
-  const Random random(3, Stream::fit_search, 1);
+  const Random random(3, iterative::search_stream, 1);
   std::vector<Point<N>> points;
   for (std::uint64_t i = 0; i < 60; ++i) {
     Vector<N> unit(n);
@@ -35,7 +36,7 @@ std::vector<double> some_weights() {
 TEST_CASE("a proposal of seven dimensions is the same to rounding, whether its size is fixed or not") {
   const Proposal<7> fixed(moments<7>(some_points<7>(7), some_weights()), 1.5);
   const Proposal<Eigen::Dynamic> sized(moments<Eigen::Dynamic>(some_points<Eigen::Dynamic>(7), some_weights()), 1.5);
-  const Random random(4, Stream::fit_search, 2);
+  const Random random(4, iterative::search_stream, 2);
   std::uint64_t a = 0, b = 0;
   for (int i = 0; i < 50; ++i) {
     const Vector<7> one = fixed.draw(random, a);
@@ -52,7 +53,7 @@ TEST_CASE("draws in fourteen dimensions lie in the box and have the moments that
   constexpr double wider = 1.5;
   const Moments<Eigen::Dynamic> wanted = moments<Eigen::Dynamic>(some_points<Eigen::Dynamic>(n), some_weights());
   const Proposal<Eigen::Dynamic> proposal(wanted, wider);
-  const Random random(5, Stream::fit_search, 3);
+  const Random random(5, iterative::search_stream, 3);
   std::uint64_t next = 0;
   std::vector<Point<Eigen::Dynamic>> drawn;
   double energy = 0.0;

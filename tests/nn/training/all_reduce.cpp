@@ -19,7 +19,7 @@ namespace {
 /// `size` numbers of a block of the batch; whatever order they are added in shows.
 template <class T>
 std::vector<T> part(int block, std::size_t size, std::uint64_t layer) {
-  const Random random(17, Stream::vestibular_noise, layer * 1000 + static_cast<std::uint64_t>(block));
+  const Random random(17, Stream{3}, layer * 1000 + static_cast<std::uint64_t>(block));
   std::vector<T> values;
   for (std::size_t i = 0; i < size; ++i) values.push_back(static_cast<T>(random.uniform(i) - 0.4));
   return values;

@@ -10,6 +10,7 @@
 #include <variant>
 
 #include "posterior/cholesky.hpp"
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/density/density_points.hpp"
 #include "tests/posterior/trial.hpp"
@@ -50,7 +51,7 @@ double worst_gradient(const Density& density, const Observation& observation, st
 /// model does, if its noise has the period of the density's and begins at 1.6 / period: the basis' harmonic 2 stands
 /// for 1.5 to 2.5 of them.
 void set_simulated_noise(const Density& density, double nv, std::uint64_t item, Values& x) {
-  const Random normals(5, Stream::vestibular_noise, item);
+  const Random normals(5, sim::streams::vestibular_noise, item);
   const double period_s = density.noise_period_s(), radius = std::sqrt(nv * nv + 0.05 * 0.05);
   for (int i = 0; i < density.noise_size() / 2; ++i) {
     const int k = i + 2;
@@ -210,7 +211,7 @@ TEST_CASE("Density: an offset and a straight line change nothing") {
   const Standing standing(sines_protocol());
   std::vector<float> noisy = standing.sway, moved;
   std::vector<double> noise(noisy.size());
-  Random(5, Stream::sensor_noise, 4).fill_normal(noise);
+  Random(5, sim::streams::sensor_noise, 4).fill_normal(noise);
   for (std::size_t i = 0; i < noisy.size(); ++i) {
     const double value = double{noisy[i]} + 0.02 * sim::rad_per_deg * noise[i];
     const double place = static_cast<double>(i) / static_cast<double>(noisy.size());

@@ -8,6 +8,7 @@
 
 #include "base/math/random.hpp"
 #include "posterior/density/density.hpp"
+#include "posterior/streams.hpp"
 #include "tests/posterior/density/dense_noise.hpp"
 
 namespace decid::test {
@@ -19,7 +20,7 @@ using Values = AlignedVector<double>;
 /// Eight chains at different places.
 inline Values random_points(const Density& density, std::uint64_t item) {
   Values x(static_cast<std::size_t>(density.size()) * lanes);
-  Random(3, Stream::posterior, item).fill_normal(x);
+  Random(3, posterior::streams::chains, item).fill_normal(x);
   for (double& value : x) value *= 0.5;
   return x;
 }

@@ -16,6 +16,7 @@
 #include "dataset/image/image.hpp"
 #include "identify/explanation.hpp"
 #include "sim/simulate.hpp"
+#include "sim/streams.hpp"
 #include "tests/tools/report/fitted.hpp"
 #include "tools/report/dataset_page.hpp"
 #include "tools/report/fit_page.hpp"
@@ -31,7 +32,7 @@ namespace sim = decid::sim;
 
 std::vector<float> run(const sim::Simulator& simulator, const sim::Parameters& parameters) {
   std::vector<double> sway_rad(static_cast<std::size_t>(simulator.samples()));
-  simulator.run(parameters, decid::Random(7, decid::Stream::vestibular_noise, 0), sway_rad);
+  simulator.run(parameters, decid::Random(7, decid::sim::streams::vestibular_noise, 0), sway_rad);
   return {sway_rad.begin(), sway_rad.end()};
 }
 
