@@ -15,9 +15,10 @@ from pathlib import Path
 PROGRAM = {
     "tools/mpi": ["base"],
     "tools/report": ["identify"],
+    "tools/compare": ["identify"],
     "tools/firmware": ["identify"],
     "tools/onnx": ["identify"],
-    "tools/decid": ["tools/report", "tools/firmware", "tools/onnx", "tools/mpi"],
+    "tools/decid": ["tools/report", "tools/compare", "tools/firmware", "tools/onnx", "tools/mpi"],
     "bindings/c": ["identify"],
     "bindings/python": ["bindings/c"],
     "bench": ["tools/decid"],
@@ -28,7 +29,7 @@ FOREIGN = [
     (r"<CLI/", "the command-line parser", ["tools/decid"]),
     (r"<matio\.h>", "matio", ["recording"]),
     (r"<zip\.h>", "libzip", ["dataset/npz"]),
-    (r"<Eigen/", "Eigen", ["identify"]),
+    (r"<Eigen/", "Eigen", ["tools/compare"]),
     (r"<pybind11/", "pybind11", ["bindings/python"]),
 ]
 LOOSE = re.compile(r"^(?!\s*//).*\bApprox\b")  # of doctest, however it is named

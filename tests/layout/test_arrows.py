@@ -66,11 +66,11 @@ class Arrows(unittest.TestCase):
         self.check_refused("identify/a.cpp:1", identify__a='#include "tools/report/figures/svg.hpp"')
 
     def test_other_libraries_have_their_place(self):
-        self.check_clean(dataset__npz__a="#include <zip.h>", identify__a="#include <Eigen/Dense>")
+        self.check_clean(dataset__npz__a="#include <zip.h>", tools__compare__a="#include <Eigen/Dense>")
         self.check_refused("only tools/decid may include the command-line parser", identify__a="#include <CLI/CLI.hpp>")
         self.check_refused("only recording may include matio", dataset__image__a="#include <matio.h>")
         self.check_refused("only dataset/npz may include libzip", dataset__image__a="#include <zip.h>")
-        self.check_refused("only identify may include Eigen", nn__a="#include <Eigen/Dense>")
+        self.check_refused("only tools/compare may include Eigen", nn__a="#include <Eigen/Dense>")
 
     def test_a_relative_include_is_refused(self):
         self.check_refused("is not written from the root", sim__a='#include "fft.hpp"')

@@ -1,5 +1,5 @@
 // The fit: see fit.hpp.
-#include "identify/iterative/fit.hpp"
+#include "tools/compare/fit.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,8 +8,8 @@
 #include "base/error.hpp"
 #include "base/math/math.hpp"
 #include "base/text.hpp"
-#include "identify/iterative/cmaes.hpp"
-#include "identify/iterative/proposal.hpp"
+#include "tools/compare/cmaes.hpp"
+#include "tools/compare/proposal.hpp"
 
 namespace decid::iterative {
 namespace {

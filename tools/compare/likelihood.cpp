@@ -1,5 +1,5 @@
 // The simulated likelihood: see likelihood.hpp.
-#include "identify/iterative/likelihood.hpp"
+#include "tools/compare/likelihood.hpp"
 
 #include <algorithm>
 #include <cmath>

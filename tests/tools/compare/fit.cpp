@@ -1,5 +1,5 @@
 // The fit recovers what a trial was simulated with, and repeats itself.
-#include "identify/iterative/fit.hpp"
+#include "tools/compare/fit.hpp"
 
 #include <doctest/doctest.h>
 #include <omp.h>

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "identify/iterative/likelihood.hpp"
+#include "tools/compare/likelihood.hpp"
 
 namespace decid::iterative {
 

@@ -1,5 +1,5 @@
 // CMA-ES: see cmaes.hpp. Names and equations are those of the tutorial's appendix A.
-#include "identify/iterative/cmaes.hpp"
+#include "tools/compare/cmaes.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

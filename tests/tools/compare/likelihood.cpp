@@ -1,5 +1,5 @@
 // The simulated likelihood: its spectrum, that the truth is likelier than what is not, and trials that fall.
-#include "identify/iterative/likelihood.hpp"
+#include "tools/compare/likelihood.hpp"
 
 #include <doctest/doctest.h>
 #include <omp.h>

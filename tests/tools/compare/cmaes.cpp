@@ -1,5 +1,5 @@
 // CMA-ES finds the minima of functions that are known, within bounds too, and repeats itself.
-#include "identify/iterative/cmaes.hpp"
+#include "tools/compare/cmaes.hpp"
 
 #include <doctest/doctest.h>
 

@@ -1,9 +1,9 @@
 // Proposals of the fit's rounds, in seven dimensions of a fixed size and in as many as a table has.
-#include "identify/iterative/proposal.hpp"
+#include "tools/compare/proposal.hpp"
 
 #include <vector>
 
-#include "identify/iterative/cmaes.hpp"
+#include "tools/compare/cmaes.hpp"
 #include "tests/helpers.hpp"
 
 namespace decid::iterative {
