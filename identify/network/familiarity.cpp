@@ -37,7 +37,8 @@ std::vector<float> features_of(nn::Predictor& predictor, int trials, std::span<c
   return features;
 }
 
-/// The inverse of the Cholesky factor of the rows' covariance: a lower triangle, row by row.
+/// Returns the inverse of the Cholesky factor of the rows' covariance: a lower triangle, row by row. Not by
+/// base/math/cholesky.hpp: fused multiply-adds would give model files other bits.
 std::vector<double> whitening_of(const std::vector<float>& rows, const std::vector<double>& mean) {
   const std::size_t n = mean.size(), count = rows.size() / n;
   std::vector<double> covariance(n * n, 0.0);

@@ -7,9 +7,9 @@
 #include <string>
 
 #include "base/error.hpp"
+#include "base/math/cholesky.hpp"
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
-#include "posterior/cholesky.hpp"
 
 namespace decid {
 namespace {
@@ -144,12 +144,12 @@ Mixture::Mixture(std::size_t components, std::size_t parameters, std::span<const
       for (std::size_t j = 0; j < i; ++j) inverse.push_back(part.values[part.below(i, j)]);
       inverse.push_back(decid::exp(part.log_diagonal(i)));
     }
-    posterior::invert_lower(parameters, inverse);
+    invert_lower(parameters, inverse);
     for (std::size_t i = 0; i < parameters; ++i)
       for (std::size_t j = 0; j < parameters; ++j)
         for (std::size_t q = 0; q <= std::min(i, j); ++q) {
           double& to = component.covariance[i * parameters + j];
-          to = std::fma(inverse[posterior::triangle(i) + q], inverse[posterior::triangle(j) + q], to);
+          to = std::fma(inverse[triangle(i) + q], inverse[triangle(j) + q], to);
         }
     components_.push_back(std::move(component));
   }

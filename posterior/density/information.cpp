@@ -6,7 +6,7 @@
 #include <cmath>
 #include <complex>
 
-#include "posterior/cholesky.hpp"
+#include "base/math/cholesky.hpp"
 #include "posterior/sampling/chains.hpp"
 
 namespace decid::posterior {

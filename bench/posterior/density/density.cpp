@@ -8,8 +8,8 @@
 
 #include <vector>
 
+#include "base/math/cholesky.hpp"
 #include "bench/isas.hpp"
-#include "posterior/cholesky.hpp"
 #include "posterior/streams.hpp"
 #include "sim/simulate.hpp"
 #include "sim/streams.hpp"
@@ -64,7 +64,7 @@ void bench_gradient(benchmark::State& state, Isa isa) {
 void bench_information(benchmark::State& state, Isa isa) {
   Recorded recorded(isa);
   const auto size = static_cast<std::size_t>(recorded.density.size());
-  std::vector<double> matrices(posterior::triangle(size) * lanes);
+  std::vector<double> matrices(triangle(size) * lanes);
   FmaPeak peak(name(isa));
   const double seconds = best_seconds(
       state, peak, [&] { recorded.density.information(recorded.observation, recorded.x, matrices, recorded.work); });

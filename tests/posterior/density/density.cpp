@@ -9,7 +9,7 @@
 #include <numeric>
 #include <variant>
 
-#include "posterior/cholesky.hpp"
+#include "base/math/cholesky.hpp"
 #include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/density/density_points.hpp"

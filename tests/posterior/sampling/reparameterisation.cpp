@@ -3,8 +3,8 @@
 
 #include <cmath>
 
+#include "base/math/cholesky.hpp"
 #include "base/math/math.hpp"
-#include "posterior/cholesky.hpp"
 #include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/trial.hpp"

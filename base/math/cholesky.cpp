@@ -1,11 +1,11 @@
 // Cholesky factors: see cholesky.hpp. Rows are processed from left to right (Cholesky-Banachiewicz); four rows share
 // their loads.
-#include "posterior/cholesky.hpp"
+#include "base/math/cholesky.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-namespace decid::posterior {
+namespace decid {
 
 bool factorize(std::size_t size, std::span<double> matrix) {
   for (std::size_t i = 0; i < size; ++i) {
@@ -42,4 +42,18 @@ void invert_lower(std::size_t size, std::span<double> lower) {
   }
 }
 
-}  // namespace decid::posterior
+void solve_lower(std::size_t size, std::span<const double> lower, std::span<double> y) {
+  for (std::size_t i = 0; i < size; ++i) {
+    for (std::size_t k = 0; k < i; ++k) y[i] -= lower[triangle(i) + k] * y[k];
+    y[i] /= lower[triangle(i) + i];
+  }
+}
+
+void solve_upper(std::size_t size, std::span<const double> lower, std::span<double> y) {
+  for (std::size_t i = size; i-- > 0;) {
+    y[i] /= lower[triangle(i) + i];
+    for (std::size_t k = 0; k < i; ++k) y[k] -= lower[triangle(i) + k] * y[i];
+  }
+}
+
+}  // namespace decid
