@@ -23,7 +23,7 @@ struct ComparisonSettings {
   posterior::Settings posterior;
 };
 
-/// The methods besides the network. `fit` starts in the middle of the ranges and at random.
+/// The methods other than the network. `fit` starts in the middle of the ranges and at random.
 enum class Method { posterior, fit, fit_from_network };
 
 /// A method's answer for one trial.
@@ -41,7 +41,7 @@ struct MethodAnswer {
 /// Answers trial by trial, so that processes can share the trials.
 class Comparison {
  public:
-  /// Throws Error if the settings allow too few simulations.
+  /// The model must outlive it. Throws Error if the settings allow too few simulations.
   Comparison(const Model& model, dataset::Dataset data, const ComparisonSettings& settings);
 
   int trials() const { return data_.trials(); }

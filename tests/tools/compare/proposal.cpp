@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "tools/compare/cmaes.hpp"
 #include "tests/helpers.hpp"
+#include "tools/compare/cmaes.hpp"
 
 namespace decid::iterative {
 namespace {
