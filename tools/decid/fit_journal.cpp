@@ -1,9 +1,7 @@
 // The journal of a fit: see fit_journal.hpp.
 #include "tools/decid/fit_journal.hpp"
 
-#include <cstring>
 #include <filesystem>
-#include <string_view>
 
 #include "base/error.hpp"
 #include "base/files/file.hpp"
@@ -12,21 +10,6 @@
 
 namespace decid::tools {
 namespace {
-
-constexpr std::string_view magic = "decid fit journal 2\n";
-constexpr std::size_t hash_size = 64;
-constexpr std::size_t front_size = sizeof(std::uint64_t) + hash_size;
-
-/// Returns the text of the entry at the beginning of `content`, if the entry is complete.
-std::optional<std::string_view> entry_of(std::string_view content) {
-  std::uint64_t size = 0;
-  if (content.size() < front_size) return std::nullopt;
-  std::memcpy(&size, content.data(), sizeof size);
-  if (size > content.size() - front_size) return std::nullopt;
-  const std::string_view text = content.substr(front_size, static_cast<std::size_t>(size));
-  if (sha256(text) != content.substr(sizeof size, hash_size)) return std::nullopt;
-  return text;
-}
 
 /// A recording's entry.
 struct Entry {
@@ -40,38 +23,29 @@ struct Entry {
 }  // namespace
 
 FitJournal::FitJournal(const std::filesystem::path& path, const std::string& settings, bool resume)
-    : file_(path, DiskFile::Access::write) {
-  if (!file_.try_lock()) throw Error(path.string(), "is being written by another process", "wait until that has ended");
-  if (resume) read(settings);
-  file_.truncate(end_);
-  if (end_ > 0) return;
-  file_.write(0, std::string(magic));
-  end_ = magic.size();
-  write_entry(settings);
+    : journal_(path, "decid fit journal 2") {
+  if (!journal_.try_lock())
+    throw Error(path.string(), "is being written by another process", "wait until that has ended");
+  if (resume && read(settings)) return;
+  journal_.start(settings);
 }
 
-void FitJournal::read(const std::string& settings) {
-  const std::string content = read_file(file_.path());
-  std::string_view rest = content;
-  if (!rest.starts_with(magic)) return;
-  rest.remove_prefix(magic.size());
-  bool is_first = true;
-  while (const std::optional<std::string_view> text = entry_of(rest)) {
-    if (is_first && *text != settings)
-      throw Error(file_.path().string(), "is of other settings",
-                  "give the options of the call that wrote it, or leave out --resume to start again");
+bool FitJournal::read(const std::string& settings) {
+  const std::optional<std::string> found = journal_.request();
+  if (!found) return false;
+  if (*found != settings)
+    throw Error(journal_.path().string(), "is of other settings",
+                "give the options of the call that wrote it, or leave out --resume to start again");
+  while (const std::optional<std::string> bytes = journal_.next()) {
     try {
-      if (!is_first) {
-        Entry entry = from_bytes<Entry>(*text);
-        results_.insert_or_assign(std::move(entry.key), std::move(entry.result));
-      }
+      Entry entry = from_bytes<Entry>(*bytes);
+      results_.insert_or_assign(std::move(entry.key), std::move(entry.result));
     } catch (const Error&) {
-      return;
+      journal_.back(bytes->size());
+      break;
     }
-    is_first = false;
-    rest.remove_prefix(front_size + text->size());
-    end_ = content.size() - rest.size();
   }
+  return true;
 }
 
 std::string FitJournal::key(const RecordingSource& recording) {
@@ -93,22 +67,13 @@ std::optional<RecordingResult> FitJournal::find(const std::string& key) const {
 }
 
 void FitJournal::append(const std::string& key, const RecordingResult& result) {
-  write_entry(to_bytes(Entry{key, to_bytes(result)}));
+  journal_.append(to_bytes(Entry{key, to_bytes(result)}));
+  journal_.sync();
 }
 
 void FitJournal::remove() {
   std::error_code ignored;
-  std::filesystem::remove(file_.path(), ignored);
-}
-
-void FitJournal::write_entry(const std::string& text) {
-  const std::uint64_t size = text.size();
-  std::string bytes(sizeof size, '\0');
-  std::memcpy(bytes.data(), &size, sizeof size);
-  bytes += sha256(text) + text;
-  file_.write(end_, bytes);
-  file_.sync();
-  end_ += bytes.size();
+  std::filesystem::remove(journal_.path(), ignored);
 }
 
 }  // namespace decid::tools

@@ -1,14 +1,12 @@
-// The journal of a fit of many recordings, in a file beside the output. It holds the results so far, so that a later
-// call can resume after a kill. Form: "decid fit journal 2\n", then entries: a length, the SHA-256 of the text, and
-// the text. The first entry identifies the call; each other entry holds a recording. A truncated or damaged entry, and
-// all entries after it, count as not written.
+// The journal (base/files/journal.hpp) of a fit of many recordings, in a file next to the output. It holds the results
+// so far, so that a later call can resume after a kill.
 #pragma once
 
 #include <map>
 #include <optional>
 #include <string>
 
-#include "base/files/disk_file.hpp"
+#include "base/files/journal.hpp"
 #include "identify/recordings.hpp"
 
 namespace decid::tools {
@@ -29,11 +27,10 @@ class FitJournal {
   void remove();
 
  private:
-  void read(const std::string& settings);
-  void write_entry(const std::string& text);
+  /// Returns false if the journal has not begun.
+  bool read(const std::string& settings);
 
-  DiskFile file_;
-  std::uint64_t end_ = 0;
+  Journal journal_;
   std::map<std::string, std::string> results_;  // as bytes
 };
 
