@@ -14,8 +14,8 @@
 #include "base/files/json_object.hpp"
 #include "base/parallel.hpp"
 #include "base/per_thread.hpp"
-#include "dataset/npz/libzip.hpp"
-#include "dataset/npz/npz_parts.hpp"
+#include "dataset/npz/detail/libzip.hpp"
+#include "dataset/npz/detail/npz_parts.hpp"
 #include "sim/protocol/protocol_json.hpp"
 
 namespace decid::dataset {

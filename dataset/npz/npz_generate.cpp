@@ -12,9 +12,9 @@
 #include "base/files/json_object.hpp"
 #include "base/parallel.hpp"
 #include "base/per_thread.hpp"
-#include "dataset/npz/journal.hpp"
+#include "dataset/npz/detail/journal.hpp"
+#include "dataset/npz/detail/npz_parts.hpp"
 #include "dataset/npz/npz.hpp"
-#include "dataset/npz/npz_parts.hpp"
 #include "dataset/sets/generator.hpp"
 #include "sim/protocol/protocol_object.hpp"
 

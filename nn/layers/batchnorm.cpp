@@ -10,9 +10,9 @@
 #include <cmath>
 
 #include "base/per_thread.hpp"
-#include "nn/forward.hpp"
-#include "nn/layers/normalisation.hpp"
-#include "nn/layers/training_layers.hpp"
+#include "nn/detail/forward.hpp"
+#include "nn/layers/detail/normalisation.hpp"
+#include "nn/layers/detail/training_layers.hpp"
 
 namespace decid::nn {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "base/error.hpp"
-#include "nn/forward.hpp"
+#include "nn/detail/forward.hpp"
 #include "nn/operation.hpp"
 
 namespace decid::nn {

@@ -10,7 +10,7 @@
 
 #include "base/error.hpp"
 #include "base/setting.hpp"
-#include "recording/clock.hpp"
+#include "recording/detail/clock.hpp"
 #include "recording/table/columns.hpp"
 
 namespace decid::recording {

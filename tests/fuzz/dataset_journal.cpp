@@ -2,7 +2,7 @@
 #include <cstring>
 
 #include "base/files/sha256.hpp"
-#include "dataset/npz/journal.hpp"
+#include "dataset/npz/detail/journal.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 using namespace decid;

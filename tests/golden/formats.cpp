@@ -2,7 +2,7 @@
 // own files beside 0.2.0. Never write the files of an earlier version again.
 #include "base/files/json_object.hpp"
 #include "base/files/sha256.hpp"
-#include "dataset/npz/journal.hpp"
+#include "dataset/npz/detail/journal.hpp"
 #include "dataset/npz/npz.hpp"
 #include "identify/identify.hpp"
 #include "identify/training/checkpoint.hpp"

@@ -88,6 +88,14 @@ class Arrows(unittest.TestCase):
         self.check_clean(sim__a='int i = 2;  // as --rate has it\n// "--rate"\n--i;\nf("a - b", --i, "->");',
                          tools__decid__a='command.add_option("--rate");', tests__sim__a='f("--rate");')
 
+    def test_private_headers_stay_in_their_library(self):
+        self.check_clean(sim__a='#include "sim/detail/b.hpp"', tests__sim__a='#include "sim/detail/b.hpp"')
+        self.check_refused('"sim/detail/b.hpp" is private to sim', identify__a='#include "sim/detail/b.hpp"')
+
+    def test_a_folder_with_too_many_sources_is_refused(self):
+        self.check_clean(**{f"sim__a{i}": "" for i in range(25)}, sim__more__a="")
+        self.check_refused("sim: 26 sources, at most 25", **{f"sim__a{i}": "" for i in range(26)})
+
     def test_approx_is_refused_in_tests(self):
         self.check_refused("adds 1 to the scale", tests__sim__a="CHECK(a == Approx(b));")
 

@@ -1,5 +1,5 @@
 // Uneven times, lost samples and gaps: what is corrected, what is reported, and what is refused.
-#include "recording/clock.hpp"
+#include "recording/detail/clock.hpp"
 
 #include <cmath>
 #include <cstdio>

@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "base/math/random.hpp"
+#include "recording/detail/tilt_match.hpp"
 #include "recording/recording.hpp"
-#include "recording/tilt_match.hpp"
 #include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/sim/tiny_protocol.hpp"

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "recording/detail/stated_rate.hpp"
 #include "recording/formats/mat/mat_variable.hpp"
-#include "recording/stated_rate.hpp"
 #include "recording/table/table.hpp"
 
 namespace decid::recording {

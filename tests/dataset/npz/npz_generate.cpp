@@ -9,7 +9,7 @@
 
 #include "base/files/disk_file.hpp"
 #include "base/files/sha256.hpp"
-#include "dataset/npz/journal.hpp"
+#include "dataset/npz/detail/journal.hpp"
 #include "dataset/npz/npz.hpp"
 #include "sim/protocol/protocol_json.hpp"
 #include "tests/helpers.hpp"

@@ -1,5 +1,5 @@
 // The journal of an unfinished data set: see journal.hpp.
-#include "dataset/npz/journal.hpp"
+#include "dataset/npz/detail/journal.hpp"
 
 namespace decid::dataset {
 namespace {

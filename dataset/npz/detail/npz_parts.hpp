@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "dataset/npz/npy.hpp"
-#include "dataset/npz/zip.hpp"
+#include "dataset/npz/detail/npy.hpp"
+#include "dataset/npz/detail/zip.hpp"
 #include "sim/protocol/protocol.hpp"
 
 namespace decid::dataset {

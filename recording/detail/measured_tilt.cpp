@@ -1,10 +1,10 @@
 // A recorded tilt: see measured_tilt.hpp.
-#include "recording/measured_tilt.hpp"
+#include "recording/detail/measured_tilt.hpp"
 
 #include <cmath>
 
 #include "base/error.hpp"
-#include "recording/clock.hpp"
+#include "recording/detail/clock.hpp"
 #include "recording/resample.hpp"
 #include "recording/table/columns.hpp"
 #include "recording/table/table.hpp"

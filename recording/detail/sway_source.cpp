@@ -1,5 +1,5 @@
 // Sources of the sway: see sway_source.hpp.
-#include "recording/sway_source.hpp"
+#include "recording/detail/sway_source.hpp"
 
 #include <algorithm>
 #include <cmath>

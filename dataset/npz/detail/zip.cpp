@@ -1,5 +1,5 @@
 // Zip archives: see zip.hpp for the format.
-#include "dataset/npz/zip.hpp"
+#include "dataset/npz/detail/zip.hpp"
 
 #include <zlib.h>
 

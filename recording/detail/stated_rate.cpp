@@ -1,6 +1,6 @@
 // Sample rates in words: see stated_rate.hpp. The phrases come from exports of motion capture, force plates, inertial
 // sensors and amplifiers, in English, German, French, Italian and Spanish.
-#include "recording/stated_rate.hpp"
+#include "recording/detail/stated_rate.hpp"
 
 #include <algorithm>
 #include <cmath>

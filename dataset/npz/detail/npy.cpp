@@ -1,6 +1,6 @@
 // The header of a NumPy array file: its dictionary is Python text, of which only NumPy's own form is read. Format:
 // numpy.lib.format, versions 1.0 and 2.0.
-#include "dataset/npz/npy.hpp"
+#include "dataset/npz/detail/npy.hpp"
 
 #include <charconv>
 #include <limits>

@@ -1,6 +1,6 @@
 // Sample times: see clock.hpp. Cubic interpolation is Lagrange's through four points. At a hundredth of the sample rate
 // it errs by less than (2 pi / 100)^4 3 / 128 = 4e-7 of the amplitude.
-#include "recording/clock.hpp"
+#include "recording/detail/clock.hpp"
 
 #include <algorithm>
 #include <cmath>

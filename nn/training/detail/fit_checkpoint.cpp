@@ -1,6 +1,6 @@
 // The file of an unfinished fit: see fit_checkpoint.hpp. Doubles are written with 17 digits, which read back to their
 // bits.
-#include "nn/training/fit_checkpoint.hpp"
+#include "nn/training/detail/fit_checkpoint.hpp"
 
 #include <charconv>
 #include <iterator>
