@@ -2,8 +2,6 @@
 #include "identify/recordings.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <functional>
 #include <iterator>
 
 #include "base/parallel.hpp"

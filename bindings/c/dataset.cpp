@@ -1,5 +1,4 @@
 // Data sets and evaluation in C.
-#include <cmath>
 #include <limits>
 
 #include "base/parallel.hpp"

@@ -1,5 +1,4 @@
 // Protocols and simulation in C.
-#include <cmath>
 #include <limits>
 
 #include "bindings/c/handles.hpp"

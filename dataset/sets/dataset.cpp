@@ -2,7 +2,6 @@
 #include "dataset/sets/dataset.hpp"
 
 #include <cmath>
-#include <stdexcept>
 #include <string>
 
 #include "base/error.hpp"

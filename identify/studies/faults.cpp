@@ -2,7 +2,6 @@
 #include "identify/studies/faults.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <optional>
 

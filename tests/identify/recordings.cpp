@@ -1,7 +1,6 @@
 // Warnings about recordings outside a model's training range: each occurs there, and only there.
 #include "identify/recordings.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <fstream>
 

@@ -2,7 +2,6 @@
 #include "tools/decid/calibrated_trials.hpp"
 
 #include <limits>
-#include <optional>
 
 #include "base/error.hpp"
 #include "base/files/file.hpp"

@@ -3,7 +3,6 @@
 
 #include <zlib.h>
 
-#include <limits>
 #include <stdexcept>
 
 namespace decid::dataset {

@@ -2,7 +2,6 @@
 #include "recording/quality/quality.hpp"
 
 #include <cmath>
-#include <functional>
 #include <string>
 #include <vector>
 

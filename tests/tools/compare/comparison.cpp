@@ -1,8 +1,6 @@
 // The comparison's figures from answers, and a method's answer for a trial.
 #include "tools/compare/comparison.hpp"
 
-#include <cmath>
-
 #include "tests/helpers.hpp"
 #include "tests/near.hpp"
 

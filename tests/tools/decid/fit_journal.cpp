@@ -1,8 +1,6 @@
 // The journal of a fit: what is kept, what a kill leaves, and what does not belong together.
 #include "tools/decid/fit_journal.hpp"
 
-#include <memory>
-
 #include "base/error.hpp"
 #include "identify/result_archive.hpp"
 #include "tests/tools/decid/run.hpp"

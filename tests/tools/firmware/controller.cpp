@@ -1,5 +1,4 @@
 // Exported controllers: the sway of whole trials, to the bit, beside the simulator's.
-#include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 

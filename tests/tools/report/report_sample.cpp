@@ -3,7 +3,6 @@
 // One simulated trial with known parameters, one whose fit fell over and one with an odd name; "folded": with
 // densities; "one": the first of these; "many": sixty of them, in two groups; "fit": the report of fits; "dataset": of
 // a data set.
-#include <cmath>
 #include <cstdio>
 #include <limits>
 #include <string>

@@ -1,5 +1,4 @@
 // decid image: a data set's trials as a network sees them, for NumPy and other engines.
-#include <iostream>
 #include <memory>
 
 #include "base/error.hpp"

@@ -2,7 +2,6 @@
 // damaged ones.
 #include <matio.h>
 
-#include <cmath>
 #include <cstdint>
 #include <cstring>
 
