@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 
 #include "base/error.hpp"
 #include "base/setting.hpp"
+#include "base/text.hpp"
 #include "sim/protocol/protocol.hpp"
 
 namespace decid::recording {
@@ -333,11 +333,8 @@ int named_column(const Table& table, const std::string& column, const std::strin
     if (found.size() == 1) return found.front();
     if (found.size() > 1) refuse_several(table, found, column, where, setting_name);
   }
-  int number = 0;
-  const auto [end, error] = std::from_chars(column.data(), column.data() + column.size(), number);
-  if (error == std::errc() && end == column.data() + column.size() && number >= 1 && number <= table.columns()) {
-    return number - 1;
-  }
+  const int number = number_from<int>(column).value_or(0);
+  if (number >= 1 && number <= table.columns()) return number - 1;
   throw Error(where, "has no column '" + column + "'; its columns are " + list_of(table, -1),
               "give one of them, or its number from 1, as " + setting_name);
 }

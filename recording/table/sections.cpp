@@ -2,12 +2,12 @@
 #include "recording/table/sections.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <optional>
 #include <set>
 
 #include "base/error.hpp"
 #include "base/setting.hpp"
+#include "base/text.hpp"
 #include "recording/table/cells.hpp"
 #include "recording/table/table.hpp"
 
@@ -47,13 +47,6 @@ std::string name_of(std::string_view line) {
   const std::size_t end = line.find_last_not_of(",;\t\" ");
   const std::string_view name = trim(line.substr(0, end + 1));
   return end == line.npos || name.find_first_of(",;\t=") != name.npos ? std::string() : std::string(name);
-}
-
-std::optional<std::size_t> whole_number(const std::string& text) {
-  std::size_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return {};
-  return number;
 }
 
 std::size_t line_ends(std::string_view text) {
@@ -123,7 +116,7 @@ std::string list_of(const std::vector<Section>& sections) {
 
 std::string only_section(std::string_view text, const std::string& section, const std::string& where) {
   const std::vector<Section> sections = find_sections(text);
-  const std::optional<std::size_t> number = whole_number(section);
+  const std::optional<std::size_t> number = number_from<std::size_t>(section);
   const auto is_asked = [&](const Section& one) { return lower(one.name) == lower(section); };
   auto found = std::ranges::find_if(sections, is_asked);
   if (found == sections.end() && number && *number >= 1 && *number <= sections.size())

@@ -1,6 +1,5 @@
 // decid fit: recordings or a published frequency response in, the posterior of their controllers out.
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <iostream>
 #include <memory>
@@ -78,10 +77,9 @@ NamedPair pair_of(const std::string& text, const char* option, const char* form,
   const std::size_t equals = text.find('='), comma = text.find(',', equals == std::string::npos ? 0 : equals);
   if (equals == std::string::npos || comma == std::string::npos) fail("'" + text + "' is not " + form);
   const auto number = [&](std::size_t begin, std::size_t end) {
-    double value = 0.0;
-    const auto [last, error] = std::from_chars(text.data() + begin, text.data() + end, value);
-    if (error != std::errc() || last != text.data() + end || !std::isfinite(value))
-      fail("'" + text.substr(begin, end - begin) + "' is not a number");
+    const std::string word = text.substr(begin, end - begin);
+    const double value = number_from<double>(word).value_or(NAN);
+    if (!std::isfinite(value)) fail("'" + word + "' is not a number");
     return value;
   };
   NamedPair pair{text.substr(0, equals), number(equals + 1, comma), number(comma + 1, text.size())};
