@@ -343,6 +343,18 @@ TEST_CASE("a stored data set reads its sway from the file") {
     CHECK(a == b);
   }
   for (const StoredDataset* data_set : {&stored, &in_memory}) {
+    std::vector<std::vector<float>> taken(3);
+    const auto keep = [&](std::size_t place, std::span<const float> sway) {
+      taken[place].assign(sway.begin(), sway.end());
+    };
+    const auto expected = [&](int trial) {
+      return std::vector<float>(data.trial(trial).begin(), data.trial(trial).end());
+    };
+    data_set->take(37, 3, keep);
+    for (const int i : {0, 1, 2}) CHECK(taken[static_cast<std::size_t>(i)] == expected(37 + i));
+    data_set->take(std::vector<int>{5, 0, 39}, keep);
+    CHECK(taken == std::vector<std::vector<float>>{expected(5), expected(0), expected(39)});
+    check_error([&] { data_set->take(38, 3, keep); }, {"no trial 40"});
     for (const int i : {-1, 40}) check_error([&] { data_set->read(i, a); }, {"no trial", "0 to 39"});
     std::vector<float> wrong(399);
     check_error([&] { data_set->read(0, wrong); }, {"space for 399 samples", "space for 400"});
