@@ -113,7 +113,7 @@ Generator::Result Generator::finish(long long attempt, std::span<double> sway_ra
 RankRange Generator::own_attempts(int attempts, int rank) const {
   const auto count = static_cast<std::size_t>(attempts);
   if (ranks_ == nullptr) return {0, count};
-  const RankRange groups = range_of((count + min_attempts - 1) / min_attempts, rank, ranks_->size());
+  const RankRange groups = rank_range((count + min_attempts - 1) / min_attempts, rank, ranks_->size());
   return {std::min(groups.first * min_attempts, count), std::min(groups.last * min_attempts, count)};
 }
 

@@ -97,7 +97,7 @@ std::vector<float> features_of_trials(const Model& model, nn::Predictor& predict
                                       int epoch, int first, int count, Communicator* ranks) {
   if (ranks != nullptr) {
     const auto all = static_cast<std::size_t>(count), width = static_cast<std::size_t>(feature_count(model.network));
-    const RankRange own = range_of(all, ranks->rank(), ranks->size());
+    const RankRange own = rank_range(all, ranks->rank(), ranks->size());
     std::vector<float> rows(all * width);
     std::ranges::copy(features_of_trials(model, predictor, source, epoch, first + static_cast<int>(own.first),
                                          static_cast<int>(own.count()), nullptr),

@@ -20,7 +20,7 @@ template const Kernels<float>& kernels();
 template const Kernels<double>& kernels();
 
 const Kernels<float>& kernels_of(Isa isa) {
-  return table_of<FloatTables>(isa);
+  return isa_table<FloatTables>(isa);
 }
 
 }  // namespace decid::nn

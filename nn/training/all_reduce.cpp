@@ -61,7 +61,7 @@ void AllReduce<T>::sum(double* parts, std::size_t size) {
 
 template <class T>
 RankRange AllReduce<T>::shard(const Sum& sum, int rank) const {
-  return sum.whole ? RankRange{0, sum.values} : range_of(sum.values, rank, ranks_.size());
+  return sum.whole ? RankRange{0, sum.values} : rank_range(sum.values, rank, ranks_.size());
 }
 
 /// For each rank, the shards of this rank's roots.

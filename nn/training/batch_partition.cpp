@@ -22,7 +22,7 @@ std::vector<int> owners(int blocks, int ranks) {
   std::iota(order.begin(), order.end(), 0);
   std::ranges::sort(order, {}, reversed);
   for (int rank = 0; rank < ranks; ++rank) {
-    const RankRange range = range_of(order.size(), rank, ranks);
+    const RankRange range = rank_range(order.size(), rank, ranks);
     for (std::size_t i = range.first; i < range.last; ++i) owner[static_cast<std::size_t>(order[i])] = rank;
   }
   return owner;

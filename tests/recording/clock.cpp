@@ -87,7 +87,7 @@ TEST_CASE("times rounded to milliseconds are an even grid") {
   for (int k = 0; k < 1200; ++k) times.push_back(k / 120.0);
   const Recording recording = read(sine_at(times, "%.3f,%.9f\n"));
   CHECK(recording.rate_hz == 120.0);
-  CHECK(trust_of(recording.warnings) == Trust::usable);
+  CHECK(worst_trust(recording.warnings) == Trust::usable);
   CHECK(deviation(recording) < 1e-8);
 }
 

@@ -235,7 +235,7 @@ TEST_CASE("a recording of the protocol's length is taken as it is") {
   REQUIRE(sway.size() == 400);
   for (std::size_t k = 0; k < sway.size(); ++k)
     CHECK(sway[k] == static_cast<float>(recording.signals.at(com_sway).rad[k]));
-  CHECK(trust_of(recording.warnings) == Trust::usable);
+  CHECK(worst_trust(recording.warnings) == Trust::usable);
 }
 
 TEST_CASE("another rate is resampled") {

@@ -343,7 +343,7 @@ TEST_CASE("COMTEST's published stimulus is recognised if the protocol is short")
   Recording found = with_tilt(comtest, 0.5, 65.0, 100.0, 1.0, 1e-4);
   found.tilt_was_found = true;
   bring_to_protocol(found, short_one);
-  CHECK(trust_of(found.warnings) == Trust::not_usable);
+  CHECK(worst_trust(found.warnings) == Trust::not_usable);
   CHECK(warns(found, "COMTEST"));
   Recording fits = with_tilt(comtest, 0.5, 65.0, 100.0, 1.0, 1e-4);
   CHECK(within(bring_to_protocol(fits, comtest).tilt->delay_s, 0.5, 1e-3));

@@ -98,7 +98,7 @@ TEST_CASE("Communicator: ranges, texts and messages reach all ranks") {
   test::with_ranks(4, [&](Communicator& own) {
     std::string& text = wrong[static_cast<std::size_t>(own.rank())];
     std::vector<int> values(22);
-    const RankRange range = range_of(11, own.rank(), own.size());
+    const RankRange range = rank_range(11, own.rank(), own.size());
     for (std::size_t i = 2 * range.first; i < 2 * (range.first + range.count()); ++i)
       values[i] = static_cast<int>(i) + 1;
     gather_ranges(own, 11, 2, values);
