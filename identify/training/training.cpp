@@ -67,7 +67,7 @@ class SharedLoss {
     const auto [found, is_new] = shares_.try_emplace(batch);
     if (is_new)
       found->second =
-          nn::share_of(static_cast<int>(nn::TensorView<float>::blocks_of(batch)), ranks_.rank(), ranks_.size());
+          nn::share_of(static_cast<int>(nn::TensorView<float>::block_count(batch)), ranks_.rank(), ranks_.size());
     return found->second;
   }
 
@@ -194,7 +194,7 @@ class ModelTraining final : public nn::TrainingLoop {
       shared_.emplace(*settings.ranks, *model_.head, model_.parameters().size());
       sharing = {settings.ranks->size(), [this](int batch) { return trainer_.own_samples(batch); }};
     }
-    if (!state.momentum_buffers.empty()) trainer_.set_velocities(state.momentum_buffers);
+    if (!state.momentum_buffers.empty()) trainer_.set_momentum_buffers(state.momentum_buffers);
     feed_.emplace(source, model_.encoding(), model_.targets, preset_.batch, settings.seed,
                   static_cast<int>(state.log.size()), preset_.epochs, std::move(sharing), state.part.trials);
   }

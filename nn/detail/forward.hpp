@@ -76,7 +76,7 @@ void statistics_forward(const TensorView<const T>& src, const TensorView<T>& dst
 }
 
 /// Returns the kind of pooling for the activation kernels.
-inline Pooling pooling_of(const std::optional<Pool>& pool) {
+inline Pooling make_pooling(const std::optional<Pool>& pool) {
   return !pool ? Pooling::none : pool->kind == Pool::Kind::max ? Pooling::max : Pooling::average;
 }
 

@@ -137,7 +137,7 @@ class BatchNormTraining final : public TrainingLayer<T> {
 
   Activation<T> activation(int channel) const {
     const Normalisation& n = normalisations_[static_cast<std::size_t>(channel)];
-    return {static_cast<T>(n.scale), static_cast<T>(n.shift), norm_.relu, pooling_of(norm_.pool)};
+    return {static_cast<T>(n.scale), static_cast<T>(n.shift), norm_.relu, make_pooling(norm_.pool)};
   }
 
   /// The derivative by the normalised values of a band. Without a pool that is diff_dst itself, which ReLU masks where

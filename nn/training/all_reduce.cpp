@@ -36,9 +36,9 @@ std::vector<std::size_t> bytes_of(const std::vector<std::size_t>& values) {
 template <class T>
 void AllReduce<T>::set_batch(int batch) {
   batch_ = batch;
-  const int blocks = static_cast<int>(TensorView<T>::blocks_of(batch));
+  const int blocks = static_cast<int>(TensorView<T>::block_count(batch));
   const auto [found, is_new] = shares_.try_emplace(blocks);
-  if (is_new) found->second = share_of(blocks, ranks_.rank(), ranks_.size());
+  if (is_new) found->second = make_partition(blocks, ranks_.rank(), ranks_.size());
   share_ = &found->second;
 }
 
@@ -52,7 +52,7 @@ void AllReduce<T>::sum(double* parts, std::size_t size) {
   }
   received_.resize(static_cast<std::size_t>(share_->root_count()) * size);
   std::vector<std::size_t> sizes;
-  for (const int roots : share_->roots_of) sizes.push_back(static_cast<std::size_t>(roots) * size * sizeof(double));
+  for (const int roots : share_->roots) sizes.push_back(static_cast<std::size_t>(roots) * size * sizeof(double));
   ranks_.all_gather(std::as_bytes(std::span(sent_)), sizes, std::as_writable_bytes(std::span(received_)));
   add_up(share_->all, received_.data(), size, size);
   std::copy_n(received_.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(share_->total) * size), size,
@@ -103,7 +103,7 @@ void AllReduce<T>::start(std::span<const Gradient> gradients) {
   for (int rank = 0; rank < ranks_.size(); ++rank) {
     out.push_back(own_roots * shard(sum, rank).count());
     sent += out.back();
-    in.push_back(static_cast<std::size_t>(share_->roots_of[static_cast<std::size_t>(rank)]) * own_values);
+    in.push_back(static_cast<std::size_t>(share_->roots[static_cast<std::size_t>(rank)]) * own_values);
   }
   sum.sent.resize(sent);
   sum.received.resize(static_cast<std::size_t>(share_->root_count()) * own_values);

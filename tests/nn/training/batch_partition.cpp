@@ -41,13 +41,13 @@ std::string alone(int blocks) {
 std::string together(int blocks, int ranks) {
   std::vector<Sum> roots;
   for (int rank = 0; rank < ranks; ++rank) {
-    const BatchPartition share = share_of(blocks, rank, ranks);
+    const BatchPartition share = make_partition(blocks, rank, ranks);
     std::vector<Sum> own = leaves(share.blocks);
     add_up(share.own, own.data(), 1, 1);
-    CHECK(static_cast<int>(share.roots.size()) == share.roots_of[static_cast<std::size_t>(rank)]);
+    CHECK(static_cast<int>(share.roots.size()) == share.roots[static_cast<std::size_t>(rank)]);
     for (const int root : share.roots) roots.push_back(own[static_cast<std::size_t>(root)]);
   }
-  const BatchPartition share = share_of(blocks, ranks - 1, ranks);
+  const BatchPartition share = make_partition(blocks, ranks - 1, ranks);
   CHECK(static_cast<int>(roots.size()) == share.root_count());
   add_up(share.all, roots.data(), 1, 1);
   return roots[static_cast<std::size_t>(share.total)].text;
@@ -72,7 +72,7 @@ TEST_CASE("share_of: every block has one owner, shares differ by a block, and li
       std::vector<int> all;
       int least = blocks, most = 0;
       for (int rank = 0; rank < ranks; ++rank) {
-        const BatchPartition share = share_of(blocks, rank, ranks);
+        const BatchPartition share = make_partition(blocks, rank, ranks);
         CHECK(std::ranges::is_sorted(share.blocks));
         for (const int block : share.blocks) CHECK(share.owner[static_cast<std::size_t>(block)] == rank);
         all.insert(all.end(), share.blocks.begin(), share.blocks.end());
