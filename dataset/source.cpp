@@ -29,7 +29,7 @@ class StoredSource final : public TrialSource {
   }
 
   const sim::Protocol& protocol() const override { return about().protocol; }
-  TrialIdentity identity() const override { return identity_of(stored_); }
+  TrialIdentity identity() const override { return trial_identity(stored_); }
   int trials(Part part) const override { return static_cast<int>(half(part).size()); }
   int trials_at_once() const override { return 64; }
   void take(Part part, int, std::span<const int> indices, const Take& take) const override {
@@ -93,7 +93,7 @@ class StreamSource final : public TrialSource {
 
 }  // namespace
 
-TrialIdentity identity_of(const StoredDataset& data) {
+TrialIdentity trial_identity(const StoredDataset& data) {
   const Dataset& about = data.about();
   Sha256 hash;
   for (const sim::Parameters& parameters : about.parameters)

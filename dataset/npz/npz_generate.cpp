@@ -257,7 +257,7 @@ class Run {
   std::vector<std::uint32_t> write(const Chunk& chunk) {
     std::uint64_t place = zip_.position();
     for (int rank = 0; ranks_ != nullptr && rank < ranks_->rank(); ++rank)
-      place += chunk.trials_of[static_cast<std::size_t>(rank)] * trial_bytes_;
+      place += chunk.trials_by_rank[static_cast<std::size_t>(rank)] * trial_bytes_;
     const std::vector<std::span<const std::byte>> pieces = bytes_of(chunk.sway);
     std::vector<std::uint32_t> sums(pieces.size());
     parallel_for(static_cast<int>(pieces.size()),
@@ -272,12 +272,12 @@ class Run {
     if (ranks_ != nullptr) {
       sums.push_back(asked_ ? 1 : 0);
       std::vector<std::size_t> sizes;
-      for (const std::size_t trials : chunk.trials_of) sizes.push_back((trials + 1) * sizeof(std::uint32_t));
+      for (const std::size_t trials : chunk.trials_by_rank) sizes.push_back((trials + 1) * sizeof(std::uint32_t));
       const std::vector<std::uint32_t> own = std::move(sums);
       sums.assign(chunk.trials.size() + sizes.size(), 0);
       ranks_->all_gather(std::as_bytes(std::span(own)), sizes, std::as_writable_bytes(std::span(sums)));
       std::size_t place = 0;
-      for (const std::size_t trials : chunk.trials_of) {
+      for (const std::size_t trials : chunk.trials_by_rank) {
         place += trials;
         stop = stop || sums[place] != 0;
         sums.erase(sums.begin() + static_cast<std::ptrdiff_t>(place));

@@ -83,7 +83,7 @@ int Generator::attempts_worth_making(int missing) const {
   return wanted < max_chunk_ ? static_cast<int>(wanted) : max_chunk_;
 }
 
-std::int32_t Generator::parent_of(long long attempt) const {
+std::int32_t Generator::find_parent(long long attempt) const {
   return parents_[static_cast<std::size_t>(attempt) % parents_.size()];
 }
 
@@ -160,7 +160,7 @@ const Chunk& Generator::next() {
 
   chunk.trials.clear();
   chunk.sway.clear();
-  chunk.trials_of.assign(ranks_ != nullptr ? static_cast<std::size_t>(ranks_->size()) : 0, 0);
+  chunk.trials_by_rank.assign(ranks_ != nullptr ? static_cast<std::size_t>(ranks_->size()) : 0, 0);
   int rank = 0;  // of the attempt
   const int before = trials();
   const long long valid_before = before - (children ? base_ : 0);
@@ -172,9 +172,9 @@ const Chunk& Generator::next() {
     if (const Result& result = results[attempt]; result.valid) {
       const std::int32_t number = before + static_cast<std::int32_t>(chunk.trials.size());
       chunk.trials.push_back(
-          {trial_of(first + i).parameters, result.peak_to_peak_rad, children ? parent_of(first + i) : number});
+          {trial_of(first + i).parameters, result.peak_to_peak_rad, children ? find_parent(first + i) : number});
       if (attempt >= own.first && attempt < own.last) chunk.sway.emplace_back(stored(attempt));
-      if (ranks_ != nullptr) ++chunk.trials_of[static_cast<std::size_t>(rank)];
+      if (ranks_ != nullptr) ++chunk.trials_by_rank[static_cast<std::size_t>(rank)];
     }
     const long long valid = valid_before + static_cast<long long>(chunk.trials.size());
     if (made >= patience && valid * attempts_per_valid_trial < made) {

@@ -49,7 +49,7 @@ dataset::Dataset trials_of(const CompareOptions& options, const Model& model) {
     throw Error("--sensor-noise", "is for fresh trials; those of --data have their own", "leave one of them out");
   dataset::Dataset data = dataset::read_npz(options.data);
   require_same_experiment(model, model_name(options.model), data.protocol, options.data);
-  require_not_trained_on(model.origin, dataset::identity_of(data), Measured::all, options.data);
+  require_not_trained_on(model.origin, dataset::trial_identity(data), Measured::all, options.data);
   const auto count = std::min(static_cast<std::size_t>(options.trials), data.parameters.size());
   data.parameters.resize(count);
   data.sway.resize(count * static_cast<std::size_t>(data.samples));

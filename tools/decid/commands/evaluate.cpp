@@ -180,7 +180,7 @@ void evaluate_models(const EvaluateOptions& options) {
   const dataset::Dataset& data = stored.about();
   for (std::size_t i = 0; i < models.size(); ++i)
     static_cast<void>(for_trials(models[i], model_name(options.models[i]), data.protocol, options.data));
-  const std::string split = split_of(options, models, dataset::identity_of(stored));
+  const std::string split = split_of(options, models, dataset::trial_identity(stored));
   std::vector<int> chosen;
   for (int i = 0; i < data.trials(); ++i) {
     const bool training = data.split[static_cast<std::size_t>(i)] == 0;
