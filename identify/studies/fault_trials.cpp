@@ -82,7 +82,7 @@ recording::Trial read(const Fault& fault, const sim::Protocol& protocol, std::ve
     sway.resize((sway.size() + every - 1) / every);
     rate_hz /= static_cast<double>(every);
   }
-  recording::Recording recording = recording::recording_of(sway, rate_hz);
+  recording::Recording recording = recording::make_recording(sway, rate_hz);
   recording::Trial trial = recording::bring_to_protocol(recording, protocol, options);
   warnings = std::move(recording.warnings);
   return trial;

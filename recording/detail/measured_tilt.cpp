@@ -81,7 +81,7 @@ std::vector<double> read_tilt_deg(const TiltFile& file, double sample_rate_hz, W
       file.column.empty() ? find_tilt(table, time, where) : named_column(table, file.column, where, "measured.column");
   if (column == time) time = -1;
   const std::string& name = table.names()[static_cast<std::size_t>(column)];
-  std::optional<Unit> unit = unit_of(name, file.unit, where, "measured.unit");
+  std::optional<Unit> unit = find_unit(name, file.unit, where, "measured.unit");
   if (!unit) unit = table.unit();
   if (!unit) throw Error(where, "the name of " + name + " has no unit", "give measured.unit, \"deg\" or \"rad\"");
   const std::size_t rows = table.rows(column);

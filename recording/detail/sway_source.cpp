@@ -155,7 +155,7 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
 std::vector<double> read_metres(const Table& table, int column, const RecordingOptions& options,
                                 const std::function<std::vector<double>(int)>& read, const std::string& where) {
   const std::string& name = name_of(table, column);
-  const std::optional<double> metres = options.metres_per_unit ? options.metres_per_unit : metres_in_unit_of(name);
+  const std::optional<double> metres = options.metres_per_unit ? options.metres_per_unit : find_metres_per_unit(name);
   if (!metres) throw Error(where, "the name of " + name + " has no unit", "give " + setting("unit") + " mm, cm or m");
   std::vector<double> values = read(column);
   for (double& value : values) value *= *metres;
@@ -321,7 +321,7 @@ SwaySource find_sway_source(const Table& table, int time, const RecordingOptions
     const std::string& name = name_of(table, source.columns.front());
     if (!options.com_height_m) refuse_ankle(name, where);
     if (options.com_height_m && other_quantity(name) == centre_of_pressure)
-      static_cast<void>(unit_of(name, {}, where, setting("unit")));  // throws: not a position of the centre of mass
+      static_cast<void>(find_unit(name, {}, where, setting("unit")));  // throws: not a position of the centre of mass
     warn_of_part(name, recording);
   }
   if (!options.ankle_column.empty()) add(options.ankle_column, setting("ankle"));

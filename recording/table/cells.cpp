@@ -185,7 +185,7 @@ std::string with_unit(std::string name, std::string_view unit) {
   return name;
 }
 
-char separator_of(std::string_view line_before, std::string_view data) {
+char guess_separator(std::string_view line_before, std::string_view data) {
   const std::string_view first = trim(line_before);
   const std::string unquoted = outside_quotes(data);
   const std::string_view line = trim(unquoted);

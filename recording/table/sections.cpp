@@ -72,7 +72,7 @@ std::vector<Section> find_sections(std::string_view text) {
   Cells cells, row;
   std::set<std::string_view> header;  // lines above the first rows
   for_each_line(text, [&](std::string_view line, std::size_t number) {
-    split(line, separator_of(line_before, line), cells);
+    split(line, guess_separator(line_before, line), cells);
     if (std::ranges::all_of(cells, &std::string_view::empty)) return true;  // a spreadsheet's blank line
     line_before = line;
     if (last_line == 0) {

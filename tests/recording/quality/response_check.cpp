@@ -60,7 +60,7 @@ int warned(const std::string& code, const Change& change, std::uint64_t end, std
   for (std::uint64_t i = 0; i < end; i += step) {
     std::vector<double> values = sway(i);
     change(values);
-    Recording recording = recording_of(values, rate_hz);
+    Recording recording = make_recording(values, rate_hz);
     static_cast<void>(bring_to_protocol(recording, plan));
     for (const Warning& warning : recording.warnings)
       if (warning.code == code || (code.empty() && (warning.code == "jumps" || warning.code == "stretch_off" ||
@@ -119,7 +119,7 @@ TEST_CASE("position and size of a slip, and recordings without this check") {
 }
 
 TEST_CASE("a measured tilt says where a stretch is missing") {
-  Recording recording = recording_of(sway(1), rate_hz);
+  Recording recording = make_recording(sway(1), rate_hz);
   std::vector<double> tilt;
   const int steps = simulator().protocol().experiment.steps_per_sample();
   for (int k = 0; k < simulator().samples(); ++k) tilt.push_back(simulator().stimulus().tilt_at(k * steps));
