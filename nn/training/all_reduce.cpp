@@ -52,7 +52,7 @@ void AllReduce<T>::sum(double* parts, std::size_t size) {
   }
   received_.resize(static_cast<std::size_t>(share_->root_count()) * size);
   std::vector<std::size_t> sizes;
-  for (const int roots : share_->roots) sizes.push_back(static_cast<std::size_t>(roots) * size * sizeof(double));
+  for (const int roots : share_->root_counts) sizes.push_back(static_cast<std::size_t>(roots) * size * sizeof(double));
   ranks_.all_gather(std::as_bytes(std::span(sent_)), sizes, std::as_writable_bytes(std::span(received_)));
   add_up(share_->all, received_.data(), size, size);
   std::copy_n(received_.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(share_->total) * size), size,
@@ -103,7 +103,7 @@ void AllReduce<T>::start(std::span<const Gradient> gradients) {
   for (int rank = 0; rank < ranks_.size(); ++rank) {
     out.push_back(own_roots * shard(sum, rank).count());
     sent += out.back();
-    in.push_back(static_cast<std::size_t>(share_->roots[static_cast<std::size_t>(rank)]) * own_values);
+    in.push_back(static_cast<std::size_t>(share_->root_counts[static_cast<std::size_t>(rank)]) * own_values);
   }
   sum.sent.resize(sent);
   sum.received.resize(static_cast<std::size_t>(share_->root_count()) * own_values);

@@ -208,7 +208,7 @@ template <class T>
 void Trainer<T>::set_momentum_buffers(MomentumBuffers<T> momentum_buffers) {
   const auto same_size = [](const auto& a, const auto& b) { return a.size() == b.size(); };
   if (!std::ranges::equal(momentum_buffers, momentum_buffers_, same_size))
-    throw Error("velocities", "are not those of this network's parameters",
+    throw Error("momentum buffers", "are not those of this network's parameters",
                 "give those of a trainer of the same network");
   momentum_buffers_ = std::move(momentum_buffers);
 }

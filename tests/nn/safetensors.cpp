@@ -39,7 +39,7 @@ bool refused(std::string_view bytes, const std::string& part) {
   return as_expected;
 }
 
-/// A network and the velocities of its training.
+/// A network and the momentum buffers of its training.
 struct Trained {
   Network<float> network{{1, 4, 4}, "conv 2 3x3 pad 1; batchnorm; relu; fc 3"};
   MomentumBuffers<float> momentum_buffers;

@@ -44,7 +44,7 @@ std::string together(int blocks, int ranks) {
     const BatchPartition share = make_partition(blocks, rank, ranks);
     std::vector<Sum> own = leaves(share.blocks);
     add_up(share.own, own.data(), 1, 1);
-    CHECK(static_cast<int>(share.roots.size()) == share.roots[static_cast<std::size_t>(rank)]);
+    CHECK(static_cast<int>(share.roots.size()) == share.root_counts[static_cast<std::size_t>(rank)]);
     for (const int root : share.roots) roots.push_back(own[static_cast<std::size_t>(root)]);
   }
   const BatchPartition share = make_partition(blocks, ranks - 1, ranks);

@@ -131,13 +131,13 @@ TEST_CASE("Trainer: a batch in which a BatchNorm has one value a channel is refu
   CHECK(problem([&] { Trainer<float>(without, 1); }) == "none");
 }
 
-TEST_CASE("Trainer: velocities are those of its parameters") {
+TEST_CASE("Trainer: momentum buffers are those of its parameters") {
   Network<float> network({1, 1, 1}, "fc 2");
   Trainer<float> trainer(network, 1);
   CHECK(trainer.momentum_buffers() == MomentumBuffers<float>{{0, 0}, {0, 0}});
   for (const MomentumBuffers<float>& other : {MomentumBuffers<float>{}, {{1, 2}}, {{1, 2}, {3}}, {{1, 2}, {3, 4}, {5}}})
     CHECK(error_of([&] { trainer.set_momentum_buffers(other); }) ==
-          "velocities: are not those of this network's parameters");
+          "momentum buffers: are not those of this network's parameters");
   trainer.set_momentum_buffers({{1, 2}, {3, 4}});
   CHECK(trainer.momentum_buffers() == MomentumBuffers<float>{{1, 2}, {3, 4}});
 }
@@ -188,7 +188,7 @@ TEST_CASE("training: a new trainer has no momentum, and initialise() forgets the
   CHECK(weights_sha256(network) == once);
 }
 
-TEST_CASE("training: goes on with another trainer, its velocities given, to the bit") {
+TEST_CASE("training: goes on with another trainer, its momentum buffers given, to the bit") {
   const auto input = hashed_values<float>(1, 4 * 288), targets = hashed_values<float>(2, 12);
   std::vector<double> squares(3);
   Network<float> network(small_shape, small);
