@@ -1,11 +1,8 @@
 // Text for users and files: formatted, cleaned, tables of numbers.
 #pragma once
 
-#include <charconv>
-#include <optional>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <vector>
 
 namespace decid {
@@ -15,16 +12,6 @@ namespace decid {
 
 /// Returns "1 trial", "2 trials".
 std::string counted(long long count, const std::string& noun);
-
-/// Returns the number that a whole text is, read the same way in every locale. Returns nothing for other text and for
-/// numbers beyond the type's range.
-template <class T>
-std::optional<T> number_from(std::string_view text) {
-  T number{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
-}
 
 /// Formats seconds for users, rounded up: "42 s", "3 min 20 s", "1 h 12 min".
 std::string duration_text(double seconds);

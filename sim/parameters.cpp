@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "base/error.hpp"
-#include "base/text.hpp"
+#include "base/number.hpp"
 
 namespace decid::sim {
 namespace {

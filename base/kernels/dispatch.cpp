@@ -9,7 +9,7 @@ const RandomKernels& RandomTables::reference() {
 }
 
 const RandomKernels& random_kernels(Isa isa) {
-  return isa_table<RandomTables>(isa);
+  return table_of<RandomTables>(isa);
 }
 
 }  // namespace decid

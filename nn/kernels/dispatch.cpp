@@ -9,7 +9,7 @@ namespace decid::nn {
 template <class T>
 const Kernels<T>& kernels() {
   if constexpr (std::is_same_v<T, float>) {
-    static const Kernels<float>& chosen = float_kernels(chosen_isa());
+    static const Kernels<float>& chosen = kernels_of(chosen_isa());
     return chosen;
   } else {
     return reference_kernels<T>();
@@ -19,8 +19,8 @@ const Kernels<T>& kernels() {
 template const Kernels<float>& kernels();
 template const Kernels<double>& kernels();
 
-const Kernels<float>& float_kernels(Isa isa) {
-  return isa_table<FloatTables>(isa);
+const Kernels<float>& kernels_of(Isa isa) {
+  return table_of<FloatTables>(isa);
 }
 
 }  // namespace decid::nn

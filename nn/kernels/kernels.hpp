@@ -151,7 +151,7 @@ const Kernels<T>& reference_kernels();
 template <class T>
 const Kernels<T>& kernels();
 /// Returns the kernels of an available instruction set.
-const Kernels<float>& float_kernels(Isa isa);
+const Kernels<float>& kernels_of(Isa isa);
 
 /// Returns the halo that conv2d_forward reads around src: the padding.
 Halo src_halo(const Conv2dShape& shape);

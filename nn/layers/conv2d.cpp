@@ -26,7 +26,7 @@ template <class T>
 class Conv2dTraining final : public TrainingLayer<T> {
  public:
   Conv2dTraining(Layer<T>& layer, const Conv2dShape& shape, int max_batch) : TrainingLayer<T>(layer), shape_(shape) {
-    const std::size_t blocks = TensorView<T>::block_count(max_batch);
+    const std::size_t blocks = TensorView<T>::blocks_of(max_batch);
     weight_parts_.reserve(blocks * weight().size());
     bias_parts_.reserve(blocks * bias().size());
   }

@@ -5,7 +5,7 @@
 
 #include "base/error.hpp"
 #include "base/math/math.hpp"
-#include "base/text.hpp"
+#include "base/number.hpp"
 
 namespace decid::nn {
 

@@ -9,7 +9,7 @@ const Kernels& Tables::reference() {
 }
 
 const Kernels& kernels(Isa isa) {
-  return isa_table<Tables>(isa);
+  return table_of<Tables>(isa);
 }
 
 }  // namespace decid::posterior

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/error.hpp"
-#include "base/text.hpp"
+#include "base/number.hpp"
 #include "recording/formats/xml_scanner.hpp"
 #include "recording/formats/zip_member.hpp"
 #include "recording/table/sections.hpp"

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "base/text.hpp"
+#include "base/number.hpp"
 #include "recording/table/columns.hpp"
 #include "recording/table/thousands.hpp"
 

@@ -8,8 +8,8 @@
 #include <cstdio>
 
 #include "base/error.hpp"
+#include "base/number.hpp"
 #include "base/setting.hpp"
-#include "base/text.hpp"
 #include "sim/protocol/protocol.hpp"
 
 namespace decid::recording {

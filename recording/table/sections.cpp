@@ -6,8 +6,8 @@
 #include <set>
 
 #include "base/error.hpp"
+#include "base/number.hpp"
 #include "base/setting.hpp"
-#include "base/text.hpp"
 #include "recording/table/cells.hpp"
 #include "recording/table/table.hpp"
 

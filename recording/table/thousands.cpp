@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <string>
 
-#include "base/text.hpp"
+#include "base/number.hpp"
 #include "recording/table/cells.hpp"
 
 namespace decid::recording {

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/number.hpp"
 #include "base/setting.hpp"
-#include "base/text.hpp"
 #include "recording/detail/clock.hpp"
 #include "recording/table/columns.hpp"
 

@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+
 using namespace decid;
 
 TEST_CASE("counted: the plural of all but one") {
@@ -19,17 +20,6 @@ TEST_CASE("duration_text: rounded up") {
 
 TEST_CASE("one_line: control characters are question marks") {
   CHECK(one_line("a\nb\x1b[31m") == "a?b?[31m");
-}
-
-TEST_CASE("number_from: a number is the whole text") {
-  CHECK(decid::number_from<int>("12") == 12);
-  CHECK(decid::number_from<int>("-3") == -3);
-  CHECK(decid::number_from<double>("1.5e3") == 1500.0);
-  for (const char* text : {"", " 1", "1 ", "1x", "x", "+1", "1.5", "99999999999"})
-    CHECK_FALSE(decid::number_from<int>(text).has_value());
-  CHECK_FALSE(decid::number_from<std::size_t>("-1").has_value());
-  CHECK_FALSE(decid::number_from<double>("1e999").has_value());
-  CHECK_FALSE(decid::number_from<double>("1,5").has_value());
 }
 
 TEST_CASE("csv_cell: quoted where RFC 4180 asks for it") {

@@ -279,7 +279,7 @@ TEST_CASE("emulated fused multiply-add of the baseline") {
 #endif
 
 TEST_CASE("kernels of each instruction set") {
-  for (const Isa isa : available_isas()) CHECK(float_kernels(isa).name == std::string(name(isa)));
-  CHECK(&kernels<float>() == &float_kernels(chosen_isa()));
+  for (const Isa isa : available_isas()) CHECK(kernels_of(isa).name == std::string(name(isa)));
+  CHECK(&kernels<float>() == &kernels_of(chosen_isa()));
   CHECK(kernels<double>().name == std::string("reference"));
 }

@@ -9,7 +9,7 @@
 #include <iostream>
 
 #include "base/error.hpp"
-#include "base/text.hpp"
+#include "base/number.hpp"
 #include "recording/protocol_file.hpp"
 #include "sim/protocol/protocol_json.hpp"
 #include "tools/decid/ranks.hpp"

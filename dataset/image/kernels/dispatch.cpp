@@ -9,7 +9,7 @@ const ImageKernels& ImageTables::reference() {
 }
 
 const ImageKernels& image_kernels(Isa isa) {
-  return isa_table<ImageTables>(isa);
+  return table_of<ImageTables>(isa);
 }
 
 }  // namespace decid::dataset

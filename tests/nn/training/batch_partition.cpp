@@ -55,7 +55,7 @@ std::string together(int blocks, int ranks) {
 
 }  // namespace
 
-TEST_CASE("share_of: any number of ranks adds up the tree of one") {
+TEST_CASE("make_partition: any number of ranks adds up the tree of one") {
   for (int blocks = 1; blocks <= 40; ++blocks)
     for (const int ranks : {1, 2, 3, 4, 5, 7, 8, 16, 41}) {
       CAPTURE(blocks);
@@ -64,7 +64,7 @@ TEST_CASE("share_of: any number of ranks adds up the tree of one") {
     }
 }
 
-TEST_CASE("share_of: every block has one owner, shares differ by a block, and little travels") {
+TEST_CASE("make_partition: every block has one owner, shares differ by a block, and little travels") {
   for (const int blocks : {1, 4, 17, 32, 256})
     for (const int ranks : {1, 2, 3, 8, 16}) {
       CAPTURE(blocks);

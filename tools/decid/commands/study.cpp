@@ -7,6 +7,7 @@
 #include "base/error.hpp"
 #include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
+#include "base/number.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
 #include "tools/decid/command.hpp"
