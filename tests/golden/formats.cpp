@@ -11,7 +11,7 @@
 #include "recording/recording.hpp"
 #include "sim/protocol/protocol_json.hpp"
 #include "tests/helpers.hpp"
-#include "tools/decid/calibrated_trials.hpp"
+#include "tools/decid/results/calibrated_trials.hpp"
 #include "tools/decid/results/identified.hpp"
 #include "tools/report/comparison_page.hpp"
 

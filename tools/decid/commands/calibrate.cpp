@@ -14,11 +14,11 @@
 #include "identify/studies/calibration_trials.hpp"
 #include "identify/studies/fit_conditions.hpp"
 #include "sim/protocol/protocol_object.hpp"
-#include "tools/decid/calibrated_trials.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/interrupt.hpp"
 #include "tools/decid/progress.hpp"
 #include "tools/decid/ranks.hpp"
+#include "tools/decid/results/calibrated_trials.hpp"
 #include "tools/report/figures/calibration_figure.hpp"
 #include "tools/report/parameters_json.hpp"
 

@@ -20,7 +20,7 @@
 #include "sim/segments.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/commands/fit_frf.hpp"
-#include "tools/decid/fit_journal.hpp"
+#include "tools/decid/commands/fit_journal.hpp"
 #include "tools/decid/group_file.hpp"
 #include "tools/decid/interrupt.hpp"
 #include "tools/decid/progress.hpp"

@@ -1,5 +1,5 @@
 // The journal of a fit: see fit_journal.hpp.
-#include "tools/decid/fit_journal.hpp"
+#include "tools/decid/commands/fit_journal.hpp"
 
 #include <filesystem>
 

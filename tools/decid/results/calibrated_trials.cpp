@@ -1,5 +1,5 @@
 // Calibrated trials as JSON: see calibrated_trials.hpp.
-#include "tools/decid/calibrated_trials.hpp"
+#include "tools/decid/results/calibrated_trials.hpp"
 
 #include <limits>
 
