@@ -9,6 +9,7 @@
 #include "base/math/statistics.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
+#include "sim/streams.hpp"
 
 namespace decid {
 namespace {
@@ -112,8 +113,9 @@ std::vector<Explainer::Simulated> Explainer::simulate(std::span<const Answer> an
       [&](int i) {
         const int trial = i % trials_of_answer - 1;
         const sim::Parameters& parameters = with_noise[static_cast<std::size_t>(i / trials_of_answer)];
-        return sim::TrialInput{trial < 0 ? family.without_noise(parameters) : parameters,
-                               Random(0, Stream::vestibular_noise, static_cast<std::uint64_t>(std::max(trial, 0)))};
+        return sim::TrialInput{
+            trial < 0 ? family.without_noise(parameters) : parameters,
+            Random(0, sim::streams::vestibular_noise, static_cast<std::uint64_t>(std::max(trial, 0)))};
       },
       [&](int i, const sim::Outcome& outcome, std::span<double> sway) {
         const int trial = i % trials_of_answer - 1;
@@ -166,7 +168,7 @@ std::vector<float> noise_free_trial(const sim::Simulator& simulator, const sim::
   const sim::Protocol& protocol = simulator.protocol();
   const sim::Outcome outcome =
       simulator.run(protocol.family().without_noise(protocol.parameters().simulable(parameters)),
-                    Random(0, Stream::vestibular_noise, 0), sway);
+                    Random(0, sim::streams::vestibular_noise, 0), sway);
   const auto part = standing(outcome, sway, simulator.protocol().experiment.sample_rate_hz);
   return {part.begin(), part.end()};
 }

@@ -69,7 +69,7 @@ struct RecordingResult {
   Warnings warnings = {};  ///< of all steps, the gravest first, else in their order; those of the parts are here too
 
   double peak_to_peak_deg() const;
-  Trust trust() const { return trust_of(warnings); }
+  Trust trust() const { return worst_trust(warnings); }
 };
 
 /// Calls use() with the distribution of a result: the posterior's or the network's. Does nothing if there is none.

@@ -13,7 +13,7 @@
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "nn/predictor.hpp"
-#include "nn/training/fit_checkpoint.hpp"
+#include "nn/training/detail/fit_checkpoint.hpp"
 #include "nn/training/loop.hpp"
 #include "nn/training/schedule.hpp"
 #include "nn/training/trainer.hpp"

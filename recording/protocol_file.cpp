@@ -6,7 +6,7 @@
 
 #include "base/error.hpp"
 #include "base/files/file.hpp"
-#include "recording/measured_tilt.hpp"
+#include "recording/detail/measured_tilt.hpp"
 #include "sim/protocol/protocol_json.hpp"
 
 namespace decid::recording {

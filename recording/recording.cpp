@@ -10,8 +10,8 @@
 #include "base/error.hpp"
 #include "base/math/statistics.hpp"
 #include "base/setting.hpp"
-#include "recording/clock.hpp"
-#include "recording/sway_source.hpp"
+#include "recording/detail/clock.hpp"
+#include "recording/detail/sway_source.hpp"
 #include "recording/table/columns.hpp"
 #include "recording/table/table.hpp"
 #include "recording/table/trials.hpp"
@@ -298,11 +298,11 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   return recording;
 }
 
-std::vector<std::string> trials_of(const std::filesystem::path& path, const RecordingOptions& options) {
+std::vector<std::string> list_trials(const std::filesystem::path& path, const RecordingOptions& options) {
   return trials_in(*read_table(path, options.skip_lines, options.section), options.trial_column, path.string());
 }
 
-Recording recording_of(std::span<const double> sway_rad, double rate_hz) {
+Recording make_recording(std::span<const double> sway_rad, double rate_hz) {
   Recording recording;
   recording.rate_hz = rate_hz;
   if (!is_sample_rate(rate_hz))

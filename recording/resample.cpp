@@ -4,7 +4,6 @@
 #include "recording/resample.hpp"
 
 #include <cmath>
-#include <limits>
 
 #include "base/error.hpp"
 #include "base/math/math.hpp"

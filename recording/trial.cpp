@@ -7,12 +7,12 @@
 #include "base/error.hpp"
 #include "base/math/statistics.hpp"
 #include "base/setting.hpp"
+#include "recording/detail/tilt_before.hpp"
+#include "recording/detail/tilt_match.hpp"
 #include "recording/quality/quality.hpp"
 #include "recording/quality/response_check.hpp"
 #include "recording/resample.hpp"
 #include "recording/table/columns.hpp"
-#include "recording/tilt_before.hpp"
-#include "recording/tilt_match.hpp"
 
 namespace decid::recording {
 

@@ -12,6 +12,7 @@
 #include "sim/kernels/generic_fft.hpp"
 #include "sim/kernels/kernels.hpp"
 #include "sim/protocol/checker.hpp"
+#include "sim/streams.hpp"
 
 namespace decid::sim {
 namespace {
@@ -166,7 +167,7 @@ void VestibularNoiseMaker::velocity_lanes(std::span<const double> nv, std::span<
 
 double sensor_noise_level(const SensorNoise& noise, std::uint64_t seed, std::uint64_t item) {
   if (noise.high_deg == 0.0) return 0.0;
-  const double u = Random(seed, Stream::sensor_noise, item).uniform(0);
+  const double u = Random(seed, streams::sensor_noise, item).uniform(0);
   return noise.low_deg * decid::exp(u * decid::log(noise.high_deg / noise.low_deg)) * rad_per_deg;
 }
 
@@ -174,7 +175,7 @@ void add_sensor_noise(const SensorNoise& noise, std::uint64_t seed, std::uint64_
   const double level = sensor_noise_level(noise, seed, item);
   if (level == 0.0) return;
   std::vector<double> normals(sway_rad.size());
-  Random(seed, Stream::sensor_noise, item).fill_normal(normals, 1);
+  Random(seed, streams::sensor_noise, item).fill_normal(normals, 1);
   for (std::size_t k = 0; k < sway_rad.size(); ++k) sway_rad[k] += level * normals[k];
 }
 

@@ -1,12 +1,12 @@
 // Tables of parameters: see parameters.hpp.
 #include "sim/parameters.hpp"
 
-#include <charconv>
 #include <cmath>
 #include <set>
 #include <sstream>
 
 #include "base/error.hpp"
+#include "base/number.hpp"
 
 namespace decid::sim {
 namespace {
@@ -81,9 +81,8 @@ Parameters ParameterTable::from_text(const std::string& text, const std::string&
     while (index < size() && name != all_[index].name && name != all_[index].option) ++index;
     if (index == size()) fail("'" + name + "' is not a parameter");
     if (!given.insert(index).second) fail("gives " + name + " twice");
-    const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), parameters[index]);
-    if (error != std::errc() || end != value.data() + value.size() || !std::isfinite(parameters[index]))
-      fail("'" + value + "' is not a number");
+    parameters[index] = number_from<double>(value).value_or(NAN);
+    if (!std::isfinite(parameters[index])) fail("'" + value + "' is not a number");
   }
   if (given.size() != size())
     fail("gives " + std::to_string(given.size()) + " of " + std::to_string(size()) + " parameters");

@@ -12,6 +12,7 @@
 #include "base/files/file.hpp"
 #include "base/text.hpp"
 #include "sim/simulate.hpp"
+#include "sim/streams.hpp"
 #include "tools/decid/commands/trial_csv.hpp"
 
 namespace decid::bench {
@@ -41,7 +42,7 @@ class RecordedFile {
   RecordedFile() {
     const sim::Simulator simulator(sim::default_protocol());
     std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
-    simulator.run(sim::single_pendulum().parameters.middle(), Random(7, Stream::vestibular_noise, 0), sway);
+    simulator.run(sim::single_pendulum().parameters.middle(), Random(7, sim::streams::vestibular_noise, 0), sway);
     for (double& s : sway) s /= sim::rad_per_deg;
     auto columns = tools::time_and_tilt(simulator.protocol(), simulator.stimulus());
     columns.insert(columns.begin() + 1, std::move(sway));

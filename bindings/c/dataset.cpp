@@ -1,5 +1,4 @@
 // Data sets and evaluation in C.
-#include <cmath>
 #include <limits>
 
 #include "base/parallel.hpp"
@@ -59,7 +58,7 @@ decid_evaluation evaluate(const decid::Model& model, const std::string& name, co
   const decid::Measured part = split == DECID_TRAINING     ? decid::Measured::training
                                : split == DECID_VALIDATION ? decid::Measured::validation
                                                            : decid::Measured::all;
-  decid::require_not_trained_on(model.origin, decid::dataset::identity_of(stored), part, where);
+  decid::require_not_trained_on(model.origin, decid::dataset::trial_identity(stored), part, where);
   const std::vector<int> chosen = chosen_of(data, split);
   std::vector<decid::sim::Parameters> truth;
   for (const int i : chosen) truth.push_back(body.to_model(model, data.parameters[static_cast<std::size_t>(i)]));

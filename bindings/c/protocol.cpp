@@ -1,10 +1,10 @@
 // Protocols and simulation in C.
-#include <cmath>
 #include <limits>
 
 #include "bindings/c/handles.hpp"
 #include "recording/protocol_file.hpp"
 #include "sim/protocol/protocol_json.hpp"
+#include "sim/streams.hpp"
 
 using namespace decid::c;
 
@@ -22,7 +22,7 @@ namespace {
 /// Trials of a call as the simulator takes them.
 decid::sim::TrialInput trial_input(const double* parameters, std::size_t count, std::size_t trial, std::uint64_t seed) {
   decid::sim::TrialInput input{decid::sim::Parameters(count),
-                               decid::Random(seed + trial, decid::Stream::vestibular_noise, 0)};
+                               decid::Random(seed + trial, decid::sim::streams::vestibular_noise, 0)};
   for (std::size_t p = 0; p < count; ++p) input.parameters[p] = parameters[trial * count + p];
   return input;
 }

@@ -97,7 +97,7 @@ decid_status decid_recording_read(const char* path, const decid_read_options* op
   return made(recording, where, [&] {
     const std::string file = &given(path, where, "path");
     const decid::recording::RecordingOptions how = reading(options_of(options, decid_read_defaults, where), where);
-    if (!how.trial_column.empty() && how.trial.empty()) refuse_unnamed(decid::recording::trials_of(file, how), file);
+    if (!how.trial_column.empty() && how.trial.empty()) refuse_unnamed(decid::recording::list_trials(file, how), file);
     return std::make_unique<decid_recording>(decid::recording::read_recording(file, how));
   });
 }
@@ -109,7 +109,7 @@ decid_status decid_trials_read(const char* path, const decid_read_options* optio
     const decid::recording::RecordingOptions how = reading(options_of(options, decid_read_defaults, where), where);
     if (how.trial_column.empty())
       throw decid::Error(where, "no column tells recordings apart", "give its name as trial_column");
-    return std::make_unique<decid_trials>(decid_trials{decid::recording::trials_of(file, how)});
+    return std::make_unique<decid_trials>(decid_trials{decid::recording::list_trials(file, how)});
   });
 }
 void decid_trials_free(decid_trials* trials) {
@@ -134,7 +134,7 @@ decid_status decid_recording_of(const double* sway, size_t samples, double rate_
     std::vector<double> sway_rad(first, first + samples);
     const double factor = decid::recording::rad_in(*known);
     for (double& value : sway_rad) value *= factor;
-    return std::make_unique<decid_recording>(decid::recording::recording_of(sway_rad, rate_hz));
+    return std::make_unique<decid_recording>(decid::recording::make_recording(sway_rad, rate_hz));
   });
 }
 

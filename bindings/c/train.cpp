@@ -1,5 +1,4 @@
 // Training in C: the steps of `decid train`, its files left out.
-#include <cmath>
 #include <limits>
 
 #include "base/version.hpp"

@@ -115,7 +115,7 @@ std::vector<std::string> trial_names(const std::string& path, const std::string&
   return names;
 }
 
-Recording recording_of(const DoublesIn& sway, double rate_hz, int unit) {
+Recording make_recording(const DoublesIn& sway, double rate_hz, int unit) {
   if (sway.ndim() != 1) throw py::value_error("sway: an array of one dimension is needed, a value a sample");
   decid_recording* made = nullptr;
   run([&, values = sway.data(), samples = static_cast<std::size_t>(sway.size())] {
@@ -391,7 +391,7 @@ PYBIND11_MODULE(_decid, module) {
       .def_property_readonly("tilt", [](const py::object& r) { return recording_signal(r, decid_recording_tilt); });
   module.def("read_recording", read_recording);
   module.def("trial_names", trial_names);
-  module.def("recording_of", recording_of);
+  module.def("recording_of", make_recording);
 
   py::class_<Result>(module, "Result")
       .def_property_readonly("trust",

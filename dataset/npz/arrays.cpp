@@ -3,7 +3,7 @@
 
 #include "base/error.hpp"
 #include "base/files/file.hpp"
-#include "dataset/npz/npz_parts.hpp"
+#include "dataset/npz/detail/npz_parts.hpp"
 
 namespace decid::dataset {
 

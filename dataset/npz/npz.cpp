@@ -8,14 +8,15 @@
 #include <limits>
 #include <memory>
 #include <new>
+#include <numeric>
 
 #include "base/error.hpp"
 #include "base/files/disk_file.hpp"
 #include "base/files/json_object.hpp"
 #include "base/parallel.hpp"
 #include "base/per_thread.hpp"
-#include "dataset/npz/libzip.hpp"
-#include "dataset/npz/npz_parts.hpp"
+#include "dataset/npz/detail/libzip.hpp"
+#include "dataset/npz/detail/npz_parts.hpp"
 #include "sim/protocol/protocol_json.hpp"
 
 namespace decid::dataset {
@@ -333,15 +334,9 @@ StoredDataset::StoredDataset(const std::filesystem::path& path) {
   file_->file.read(member, header);
 
   std::vector<std::uint32_t> parts(data_.parameters.size());
-  parallel_for(trials(), [&](int i) {
-    struct Scratch {
-      std::vector<float> values;
-    };
-    std::vector<float>& values = per_thread<Scratch>().values;
-    values.resize(static_cast<std::size_t>(data_.samples));
-    read(i, values);
-    check_sway(values, static_cast<std::size_t>(i), source.where);
-    parts[static_cast<std::size_t>(i)] = crc32(std::as_bytes(std::span(values)));
+  take(0, trials(), [&](std::size_t i, std::span<const float> values) {
+    check_sway(values, i, source.where);
+    parts[i] = crc32(std::as_bytes(values));
   });
   std::uint32_t sum = crc32(header);
   const std::size_t trial_bytes = static_cast<std::size_t>(data_.samples) * sizeof(float);
@@ -366,6 +361,25 @@ void StoredDataset::read(int index, std::span<float> sway_rad) const {
   if (file_->file.read(file_->start + static_cast<std::uint64_t>(index) * bytes.size(), bytes) != bytes.size()) {
     throw Error(file_->file.path().string(), "became shorter while in use", regenerate);
   }
+}
+
+void StoredDataset::take(std::span<const int> indices, const Take& take) const {
+  parallel_for(static_cast<int>(indices.size()), [&](int i) {
+    struct Scratch {
+      std::vector<float> sway;
+    };
+    std::vector<float>& sway = per_thread<Scratch>().sway;
+    sway.resize(static_cast<std::size_t>(data_.samples));
+    const auto place = static_cast<std::size_t>(i);
+    read(indices[place], sway);
+    take(place, sway);
+  });
+}
+
+void StoredDataset::take(int first, int count, const Take& take) const {
+  std::vector<int> indices(static_cast<std::size_t>(count));
+  std::iota(indices.begin(), indices.end(), first);
+  this->take(indices, take);
 }
 
 }  // namespace decid::dataset

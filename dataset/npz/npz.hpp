@@ -73,6 +73,13 @@ class StoredDataset {
   /// set, a span of another length, and if the file became shorter.
   void read(int index, std::span<float> sway_rad) const;
 
+  /// Receives the trial at a place, in any order and from many threads; the sway is valid only during the call.
+  using Take = std::function<void(std::size_t place, std::span<const float> sway_rad)>;
+  /// Reads the trial at indices[place] for every place. Throws the errors of read().
+  void take(std::span<const int> indices, const Take& take) const;
+  /// Does the same for trials first .. first + count - 1.
+  void take(int first, int count, const Take& take) const;
+
  private:
   struct File;
   Dataset data_;

@@ -12,9 +12,9 @@
 #include "base/files/json_object.hpp"
 #include "base/parallel.hpp"
 #include "base/per_thread.hpp"
-#include "dataset/npz/journal.hpp"
+#include "dataset/npz/detail/journal.hpp"
+#include "dataset/npz/detail/npz_parts.hpp"
 #include "dataset/npz/npz.hpp"
-#include "dataset/npz/npz_parts.hpp"
 #include "dataset/sets/generator.hpp"
 #include "sim/protocol/protocol_object.hpp"
 
@@ -64,12 +64,11 @@ std::string difference(const std::string& found, const std::string& wanted) {
 /// The unfinished file and its journal, which one process at a time may open.
 class Partial {
  public:
-  /// parameters: per trial.
-  Partial(const NpzPartial& paths, std::size_t parameters)
-      : paths_(paths), file_(paths.file, DiskFile::Access::write), journal_(open(file_, paths, parameters)) {}
+  explicit Partial(const NpzPartial& paths)
+      : paths_(paths), file_(paths.file, DiskFile::Access::write), journal_(open(file_, paths)) {}
   /// Opens files that another process has opened; `identity` is that process's identity().
-  Partial(const NpzPartial& paths, std::size_t parameters, const std::string& identity)
-      : paths_(paths), file_(paths.file, DiskFile::Access::write), journal_(paths.journal, parameters) {
+  Partial(const NpzPartial& paths, const std::string& identity)
+      : paths_(paths), file_(paths.file, DiskFile::Access::write), journal_(paths.journal) {
     if (this->identity() != identity)
       throw Error(paths.file.string(), "is not the file that rank 0 writes", "name a folder that all hosts share");
   }
@@ -81,7 +80,7 @@ class Partial {
   }
 
   DiskFile& file() { return file_; }
-  Journal& journal() { return journal_; }
+  ChunkJournal& journal() { return journal_; }
 
   /// Prepares the journal for reading, or begins it; refuses the file of another request.
   void take(const std::string& request) {
@@ -123,16 +122,16 @@ class Partial {
   }
 
  private:
-  static Journal open(DiskFile& file, const NpzPartial& paths, std::size_t parameters) {
+  static ChunkJournal open(DiskFile& file, const NpzPartial& paths) {
     if (!file.try_lock() || !file.is_still_at_its_path()) {
       throw Error(paths.file.string(), "is being written by another decid", "wait for it, or choose another output");
     }
-    return Journal(paths.journal, parameters);
+    return ChunkJournal(paths.journal);
   }
 
   NpzPartial paths_;
   DiskFile file_;
-  Journal journal_;
+  ChunkJournal journal_;
 };
 
 std::vector<std::span<const std::byte>> bytes_of(const std::vector<std::span<const float>>& sway) {
@@ -179,16 +178,18 @@ class Run {
   /// Skips the existing chunks up to the first that differs from the journal; trials: the number that another process
   /// has verified.
   void take_up(std::optional<int> trials_there = {}) {
-    Journal& journal = partial_.journal();
+    ChunkJournal& journal = partial_.journal();
     while (generator_.trials() != trials_there) {
-      const std::optional<JournalEntry> entry = journal.read(generator_.trials());
+      const std::optional<JournalEntry> entry = journal.next(generator_.trials());
       if (!entry) break;
       const std::size_t trials = entry->chunk.trials.size();
-      if (trials > static_cast<std::size_t>(generator_.request().count - generator_.trials())) break;
-      if (!trials_there && crc32_of(partial_.file(), zip_.position(), trials, trial_bytes_) != entry->sway_crc32) break;
+      if (trials > static_cast<std::size_t>(generator_.request().count - generator_.trials()) ||
+          (!trials_there && crc32_of(partial_.file(), zip_.position(), trials, trial_bytes_) != entry->sway_crc32)) {
+        journal.back();
+        break;
+      }
       zip_.skip(trials * trial_bytes_, entry->sway_crc32);
       generator_.restore(entry->chunk);
-      journal.pass(*entry);
       if (ranks_ == nullptr && !go_on()) throw stopped();
     }
   }
@@ -222,16 +223,15 @@ class Run {
     const DatasetRequest& request = generator_.request();
     begin_array<double>(zip_, "parameters",
                         {static_cast<std::size_t>(request.count), request.protocol.parameters().size()});
-    Journal& journal = partial_.journal();
+    ChunkJournal& journal = partial_.journal();
     static_cast<void>(journal.request());  // back to its first entry
     std::vector<sim::Parameters> parameters;
     int trials = 0;
-    while (const std::optional<JournalEntry> entry = journal.read(trials)) {
+    while (const std::optional<JournalEntry> entry = journal.next(trials)) {
       parameters.clear();
       for (const TrialRecord& trial : entry->chunk.trials) parameters.push_back(trial.parameters);
       zip_.write(parameter_bytes(parameters));
       trials += static_cast<int>(parameters.size());
-      journal.pass(*entry);
     }
     if (trials != request.count) {
       throw Error(partial_.file().path().string(), "its journal was damaged during the run",
@@ -257,7 +257,7 @@ class Run {
   std::vector<std::uint32_t> write(const Chunk& chunk) {
     std::uint64_t place = zip_.position();
     for (int rank = 0; ranks_ != nullptr && rank < ranks_->rank(); ++rank)
-      place += chunk.trials_of[static_cast<std::size_t>(rank)] * trial_bytes_;
+      place += chunk.trials_by_rank[static_cast<std::size_t>(rank)] * trial_bytes_;
     const std::vector<std::span<const std::byte>> pieces = bytes_of(chunk.sway);
     std::vector<std::uint32_t> sums(pieces.size());
     parallel_for(static_cast<int>(pieces.size()),
@@ -272,12 +272,12 @@ class Run {
     if (ranks_ != nullptr) {
       sums.push_back(asked_ ? 1 : 0);
       std::vector<std::size_t> sizes;
-      for (const std::size_t trials : chunk.trials_of) sizes.push_back((trials + 1) * sizeof(std::uint32_t));
+      for (const std::size_t trials : chunk.trials_by_rank) sizes.push_back((trials + 1) * sizeof(std::uint32_t));
       const std::vector<std::uint32_t> own = std::move(sums);
       sums.assign(chunk.trials.size() + sizes.size(), 0);
       ranks_->all_gather(std::as_bytes(std::span(own)), sizes, std::as_writable_bytes(std::span(sums)));
       std::size_t place = 0;
-      for (const std::size_t trials : chunk.trials_of) {
+      for (const std::size_t trials : chunk.trials_by_rank) {
         place += trials;
         stop = stop || sums[place] != 0;
         sums.erase(sums.begin() + static_cast<std::ptrdiff_t>(place));
@@ -327,17 +327,16 @@ DatasetReport generate_npz(const fs::path& path, const DatasetRequest& request, 
                            const Progress& progress, const std::function<void(int trials)>& resumed,
                            Communicator* ranks) {
   Generator generator(request, ranks);
-  const std::size_t parameters = request.protocol.parameters().size();
   const bool is_writer = ranks == nullptr || ranks->is_root();
   std::optional<Partial> partial;
   if (is_writer) {
-    partial.emplace(npz_partial(path), parameters);
+    partial.emplace(npz_partial(path));
     partial->take(request_text(request, program));
   }
   if (ranks != nullptr) {
     const std::string identity = broadcast_text(*ranks, is_writer ? partial->identity() : std::string());
     if (!is_writer) {
-      partial.emplace(npz_partial(path), parameters, identity);
+      partial.emplace(npz_partial(path), identity);
       static_cast<void>(partial->journal().request());
     }
     static_cast<void>(gather_texts(*ranks, {}));  // all processes check before any writes

@@ -4,8 +4,8 @@
 #include "base/error.hpp"
 #include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
+#include "dataset/npz/detail/npz_parts.hpp"
 #include "dataset/npz/npz.hpp"
-#include "dataset/npz/npz_parts.hpp"
 #include "sim/protocol/protocol_object.hpp"
 
 namespace decid::dataset {

@@ -2,12 +2,12 @@
 #include "dataset/sets/dataset.hpp"
 
 #include <cmath>
-#include <stdexcept>
 #include <string>
 
 #include "base/error.hpp"
 #include "base/math/random.hpp"
 #include "dataset/sets/generator.hpp"
+#include "sim/streams.hpp"
 
 namespace decid::dataset {
 
@@ -19,12 +19,12 @@ constexpr const char* where = "data set";
 
 sim::TrialInput base_trial(const sim::ParameterTable& ranges, std::uint64_t seed, std::uint64_t attempt,
                            const sim::Heights& heights) {
-  const Random random(seed, Stream::base_parameters, attempt);
+  const Random random(seed, sim::streams::base_parameters, attempt);
   sim::Parameters parameters(ranges.size());
   for (std::size_t i = 0; i < ranges.size(); ++i) parameters[i] = random.uniform(i, ranges[i].low, ranges[i].high);
   const double height =
-      heights.vary() ? Random(seed, Stream::body, attempt).uniform(0, heights.low, heights.high) : 1.0;
-  return {parameters, Random(seed, Stream::vestibular_noise, attempt), height};
+      heights.vary() ? Random(seed, sim::streams::body, attempt).uniform(0, heights.low, heights.high) : 1.0;
+  return {parameters, Random(seed, sim::streams::vestibular_noise, attempt), height};
 }
 
 Dataset generate(const DatasetRequest& request, DatasetReport* report, const Progress& progress) {

@@ -10,6 +10,7 @@
 
 #include "base/error.hpp"
 #include "base/math/random.hpp"
+#include "sim/streams.hpp"
 
 namespace decid::dataset {
 namespace {
@@ -82,21 +83,21 @@ int Generator::attempts_worth_making(int missing) const {
   return wanted < max_chunk_ ? static_cast<int>(wanted) : max_chunk_;
 }
 
-std::int32_t Generator::parent_of(long long attempt) const {
+std::int32_t Generator::find_parent(long long attempt) const {
   return parents_[static_cast<std::size_t>(attempt) % parents_.size()];
 }
 
 sim::TrialInput Generator::trial_of(long long attempt) const {
   const auto item = static_cast<std::uint64_t>(attempt);
   if (!making_children()) return base_trial(ranges_, request_.seed, item);
-  const Random random(request_.seed, Stream::child_parameters, item);
+  const Random random(request_.seed, sim::streams::child_parameters, item);
   sim::Parameters parameters = parents_parameters_[item % parents_.size()];
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const sim::ParameterInfo& info = ranges_[i];
     const double change = random.uniform(i, -child_change, child_change) * info.range();
     parameters[i] = std::clamp(parameters[i] + change, info.low, info.high);
   }
-  return {parameters, Random(request_.seed, Stream::child_noise, item)};
+  return {parameters, Random(request_.seed, sim::streams::child_noise, item)};
 }
 
 /// Parents are chosen by the noise-free sway; the recorded sway is stored.
@@ -112,7 +113,7 @@ Generator::Result Generator::finish(long long attempt, std::span<double> sway_ra
 RankRange Generator::own_attempts(int attempts, int rank) const {
   const auto count = static_cast<std::size_t>(attempts);
   if (ranks_ == nullptr) return {0, count};
-  const RankRange groups = range_of((count + min_attempts - 1) / min_attempts, rank, ranks_->size());
+  const RankRange groups = rank_range((count + min_attempts - 1) / min_attempts, rank, ranks_->size());
   return {std::min(groups.first * min_attempts, count), std::min(groups.last * min_attempts, count)};
 }
 
@@ -159,7 +160,7 @@ const Chunk& Generator::next() {
 
   chunk.trials.clear();
   chunk.sway.clear();
-  chunk.trials_of.assign(ranks_ != nullptr ? static_cast<std::size_t>(ranks_->size()) : 0, 0);
+  chunk.trials_by_rank.assign(ranks_ != nullptr ? static_cast<std::size_t>(ranks_->size()) : 0, 0);
   int rank = 0;  // of the attempt
   const int before = trials();
   const long long valid_before = before - (children ? base_ : 0);
@@ -171,9 +172,9 @@ const Chunk& Generator::next() {
     if (const Result& result = results[attempt]; result.valid) {
       const std::int32_t number = before + static_cast<std::int32_t>(chunk.trials.size());
       chunk.trials.push_back(
-          {trial_of(first + i).parameters, result.peak_to_peak_rad, children ? parent_of(first + i) : number});
+          {trial_of(first + i).parameters, result.peak_to_peak_rad, children ? find_parent(first + i) : number});
       if (attempt >= own.first && attempt < own.last) chunk.sway.emplace_back(stored(attempt));
-      if (ranks_ != nullptr) ++chunk.trials_of[static_cast<std::size_t>(rank)];
+      if (ranks_ != nullptr) ++chunk.trials_by_rank[static_cast<std::size_t>(rank)];
     }
     const long long valid = valid_before + static_cast<long long>(chunk.trials.size());
     if (made >= patience && valid * attempts_per_valid_trial < made) {

@@ -79,7 +79,7 @@ class MixtureHead final : public Head {
       for (std::size_t o = 0; o < count; ++o) values[o] = double{outputs.at(lane, static_cast<int>(o), 0, 0)};
       for (std::size_t p = 0; p < parameters; ++p)
         x[p] = mixture_coordinate(0.5 + double{targets[sample * parameters + p]} / root_twelve);
-      parts[sample] = mixture_log_density(components_, values, x, by_value, Slopes::balanced);
+      parts[sample] = mixture_log_density(components_, values, x, by_value, Gradients::balanced);
       for (std::size_t o = 0; o < count; ++o)
         diff.at(lane, static_cast<int>(o), 0, 0) = static_cast<float>(factor * by_value[o]);
     });

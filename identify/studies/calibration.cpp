@@ -6,9 +6,9 @@
 #include <limits>
 
 #include "base/error.hpp"
+#include "base/math/cholesky.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
-#include "posterior/cholesky.hpp"
 
 namespace decid {
 namespace {
@@ -47,7 +47,7 @@ double gaussian_log_score(const sim::Parameters& truth, std::span<const posterio
   const std::size_t parameters = ranges.size();
   const auto share = [&](std::size_t p, double value) { return (value - ranges[p].low) / ranges[p].range(); };
   const auto count = static_cast<double>(draws.size());
-  std::vector<double> centre(parameters), covariance(posterior::triangle(parameters)), x(parameters);
+  std::vector<double> centre(parameters), covariance(triangle(parameters)), x(parameters);
   const auto each_draw = [&](const auto& body) {
     for (const posterior::State& draw : draws) {
       for (std::size_t p = 0; p < parameters; ++p) x[p] = mixture_coordinate(share(p, draw.parameters[p]));
@@ -60,14 +60,14 @@ double gaussian_log_score(const sim::Parameters& truth, std::span<const posterio
   each_draw([&] {
     for (std::size_t p = 0; p < parameters; ++p)
       for (std::size_t q = 0; q <= p; ++q)
-        covariance[posterior::triangle(p) + q] += (x[p] - centre[p]) * (x[q] - centre[q]) / (count - 1.0);
+        covariance[triangle(p) + q] += (x[p] - centre[p]) * (x[q] - centre[q]) / (count - 1.0);
   });
-  if (!posterior::factorize(parameters, covariance)) return CalibratedTrial::unknown_score;
-  posterior::invert_lower(parameters, covariance);  // A: A (x - centre) is standard normal
+  if (!factorize(parameters, covariance)) return CalibratedTrial::unknown_score;
+  invert_lower(parameters, covariance);  // A: A (x - centre) is standard normal
   for (std::size_t p = 0; p < parameters; ++p) x[p] = mixture_coordinate(share(p, truth[p]));
   double sum = 0.0;
   for (std::size_t p = 0; p < parameters; ++p) {
-    const double* const row = covariance.data() + posterior::triangle(p);
+    const double* const row = covariance.data() + triangle(p);
     double y = 0.0;
     for (std::size_t q = 0; q <= p; ++q) y += row[q] * (x[q] - centre[q]);
     sum += std::log(row[p]) + 0.5 * (x[p] * x[p] - y * y);  // over the density of x beforehand, standard normal

@@ -9,7 +9,6 @@
 #include "base/error.hpp"
 #include "base/files/file.hpp"
 #include "base/parallel.hpp"
-#include "base/per_thread.hpp"
 #include "base/setting.hpp"
 #include "base/text.hpp"
 #include "identify/explanation.hpp"
@@ -17,6 +16,7 @@
 #include "nn/predictor.hpp"
 #include "recording/formats/csv.hpp"
 #include "sim/double_pendulum.hpp"
+#include "sim/streams.hpp"
 
 namespace decid {
 namespace {
@@ -143,15 +143,8 @@ void study_dataset(const Model& model, const std::string& file, Study& study, co
   data.seed = about.seed;
   data.before = data.all = dataset::TrialDistributions(model.parameters());
   std::vector<double> amplitude(static_cast<std::size_t>(stored.trials()));
-  parallel_for(stored.trials(), [&](int i) {
-    struct Scratch {
-      std::vector<float> sway;
-    };
-    std::vector<float>& sway = per_thread<Scratch>().sway;
-    sway.resize(static_cast<std::size_t>(about.samples));
-    stored.read(i, sway);
-    amplitude[static_cast<std::size_t>(i)] = peak_to_peak(sway);
-  });
+  stored.take(0, stored.trials(),
+              [&](std::size_t i, std::span<const float> sway) { amplitude[i] = peak_to_peak(sway); });
   for (std::size_t i = 0; i < amplitude.size(); ++i) {
     const bool base = about.group[i] == static_cast<std::int32_t>(i);
     if (base) data.before.add(about.parameters[i], amplitude[i]);
@@ -263,7 +256,7 @@ void study_double(const Model& model, int realisations, Study& study, const Anno
   std::vector<std::vector<float>> sways;
   std::vector<double> com(samples), leg(samples), trunk(samples);
   for (int r = 0; r < realisations; ++r) {
-    const Random noise(study.fresh_seed, Stream::vestibular_noise, static_cast<std::uint64_t>(r));
+    const Random noise(study.fresh_seed, sim::streams::vestibular_noise, static_cast<std::uint64_t>(r));
     if (simulator->run(parameters, noise, {com, leg, trunk}).valid) sways.emplace_back(com.begin(), com.end());
   }
   if (sways.empty()) {

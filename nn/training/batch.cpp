@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "base/error.hpp"
-#include "nn/forward.hpp"
+#include "nn/detail/forward.hpp"
 #include "nn/operation.hpp"
 
 namespace decid::nn {
@@ -42,7 +42,7 @@ template <class T>
 void activate(const Step<T>& step, const TensorView<T>& src, const TensorView<T>& dst) {
   // A pool whose windows overlap reads what the activation left in its place.
   const bool pools_apart = step.pool && step.pool->overlaps(), pools = step.pool && !pools_apart;
-  const Pooling pooling = pools ? pooling_of(step.pool) : Pooling::none;
+  const Pooling pooling = pools ? make_pooling(step.pool) : Pooling::none;
   const TensorView<T>& activated = pools ? dst : src;
   for_each_plane(src.blocks(), step.src.channels, [&](int block, int channel) {
     const auto c = static_cast<std::size_t>(channel);

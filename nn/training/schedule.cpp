@@ -2,10 +2,10 @@
 #include "nn/training/schedule.hpp"
 
 #include <algorithm>
-#include <charconv>
 
 #include "base/error.hpp"
 #include "base/math/math.hpp"
+#include "base/number.hpp"
 
 namespace decid::nn {
 
@@ -24,13 +24,12 @@ Schedule::Schedule(const std::string& text, double base_rate, long long total_st
     kind_ = Kind::cosine;
   } else if (text.starts_with("step:")) {
     kind_ = Kind::step;
-    const char* end = text.data() + text.size();
-    const auto epochs = std::from_chars(text.data() + 5, end, drop_epochs_);
-    if (epochs.ec != std::errc() || epochs.ptr == end || *epochs.ptr != ':' || drop_epochs_ < 1)
-      fail("has no whole number of epochs of at least 1");
-    const auto factor = std::from_chars(epochs.ptr + 1, end, drop_factor_);
-    if (factor.ec != std::errc() || factor.ptr != end || !(drop_factor_ > 0 && drop_factor_ <= 1))
-      fail("has no factor between 0 and 1");
+    const std::size_t colon = text.find(':', 5);
+    drop_epochs_ =
+        colon == std::string::npos ? 0 : number_from<int>(std::string_view(text).substr(5, colon - 5)).value_or(0);
+    if (drop_epochs_ < 1) fail("has no whole number of epochs of at least 1");
+    drop_factor_ = number_from<double>(std::string_view(text).substr(colon + 1)).value_or(0.0);
+    if (!(drop_factor_ > 0 && drop_factor_ <= 1)) fail("has no factor between 0 and 1");
   } else {
     fail("is not known");
   }

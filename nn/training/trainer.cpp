@@ -56,7 +56,7 @@ Trainer<T>::Trainer(Network<T>& network, int max_batch, Communicator* ranks, boo
     if (all_reduce_) layers_.back()->share_batch(*all_reduce_);
     for (std::size_t k = 0; k < layer.parameters().size(); ++k) gradients_.push_back(&layers_.back()->gradient(k));
   }
-  for (const Parameter<T>* p : parameters_) velocities_.emplace_back(p->value.size(), T(0));
+  for (const Parameter<T>* p : parameters_) momentum_buffers_.emplace_back(p->value.size(), T(0));
   plan();
   set_batch(max_batch);
 }
@@ -156,7 +156,7 @@ std::vector<int> Trainer<T>::own_samples(int batch) const {
   if (ranks_ == nullptr) add(0, batch);
   if (ranks_ != nullptr)
     for (const int block :
-         share_of(static_cast<int>(TensorView<T>::blocks_of(batch)), ranks_->rank(), ranks_->size()).blocks)
+         make_partition(static_cast<int>(TensorView<T>::blocks_of(batch)), ranks_->rank(), ranks_->size()).blocks)
       add(block * lanes, (block + 1) * lanes);
   return samples;
 }
@@ -187,7 +187,7 @@ void Trainer<T>::backward() {
 template <class T>
 void Trainer<T>::step(double learning_rate, const SgdSettings& settings) {
   for (std::size_t k = 0; k < parameters_.size(); ++k)
-    sgd_step<T>(*parameters_[k], *gradients_[k], velocities_[k], learning_rate, settings);
+    sgd_step<T>(*parameters_[k], *gradients_[k], momentum_buffers_[k], learning_rate, settings);
 }
 
 template <class T>
@@ -205,12 +205,12 @@ std::span<T> Trainer<T>::gradient(std::size_t parameter) {
 }
 
 template <class T>
-void Trainer<T>::set_velocities(MomentumBuffers<T> momentum_buffers) {
+void Trainer<T>::set_momentum_buffers(MomentumBuffers<T> momentum_buffers) {
   const auto same_size = [](const auto& a, const auto& b) { return a.size() == b.size(); };
-  if (!std::ranges::equal(momentum_buffers, velocities_, same_size))
-    throw Error("velocities", "are not those of this network's parameters",
+  if (!std::ranges::equal(momentum_buffers, momentum_buffers_, same_size))
+    throw Error("momentum buffers", "are not those of this network's parameters",
                 "give those of a trainer of the same network");
-  velocities_ = std::move(momentum_buffers);
+  momentum_buffers_ = std::move(momentum_buffers);
 }
 
 template class Trainer<float>;

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "posterior/cholesky.hpp"
+#include "base/math/cholesky.hpp"
 #include "posterior/density/elementary.hpp"
 #include "posterior/sampling/chains.hpp"
 

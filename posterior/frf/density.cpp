@@ -6,10 +6,10 @@
 #include <limits>
 
 #include "base/error.hpp"
+#include "base/math/cholesky.hpp"
 #include "base/math/math.hpp"
 #include "base/setting.hpp"
 #include "base/text.hpp"
-#include "posterior/cholesky.hpp"
 
 namespace decid::frf {
 namespace {
@@ -125,7 +125,7 @@ void Density::evaluate(std::span<const double> x, Local& local) const {
     for (std::size_t i = 0; i < quantities; ++i) {
       local.gradient[i] += excess * by_log[i] - precision * real_product(rest, by[i]);
       for (std::size_t j = 0; j <= i; ++j)
-        local.information[posterior::triangle(i) + j] += precision * real_product(by[i], by[j]) + by_log[i] * by_log[j];
+        local.information[triangle(i) + j] += precision * real_product(by[i], by[j]) + by_log[i] * by_log[j];
     }
   }
 }

@@ -9,6 +9,7 @@
 #include "base/math/random.hpp"
 #include "base/math/statistics.hpp"
 #include "base/text.hpp"
+#include "posterior/streams.hpp"
 
 namespace decid::frf {
 namespace {
@@ -27,7 +28,7 @@ double phase_deg(Complex response) {
 
 /// Returns the standard deviations of the quantities under the prior, over stable loops.
 std::vector<double> prior_stddevs(const Density& density, std::uint64_t seed) {
-  const Random random(seed, Stream::particles, of_prior);
+  const Random random(seed, posterior::streams::particles, of_prior);
   std::vector<std::vector<double>> values(Density::quantities);
   std::vector<double> x(Density::size());
   for (std::size_t i = 0; i < prior_draws; ++i) {

@@ -6,16 +6,15 @@
 #include <string>
 
 #include "base/error.hpp"
+#include "base/math/cholesky.hpp"
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
 #include "base/parallel.hpp"
-#include "posterior/cholesky.hpp"
 #include "posterior/sampling/diagnostics.hpp"
+#include "posterior/streams.hpp"
 
 namespace decid::frf {
 namespace {
-
-using posterior::triangle;
 
 constexpr int attempts = 1000;                   // to draw a possible point from the prior
 constexpr double kept_fraction = 0.5;            // of the population's effective number, between powers
@@ -68,28 +67,12 @@ void look_around(Place& place, std::size_t uniform, double power) {
                                                                                           : is_normal ? 1.0
                                                                                                       : of_uniform);
   }
-  if (!posterior::factorize(size, place.factor)) {  // no information: jumps of the prior's size
+  if (!factorize(size, place.factor)) {  // no information: jumps of the prior's size
     std::fill(place.factor.begin(), place.factor.end(), 0.0);
     for (std::size_t i = 0; i < size; ++i) place.factor[triangle(i) + i] = 1.0;
   }
   place.log_determinant = 0.0;
   for (std::size_t i = 0; i < size; ++i) place.log_determinant += decid::log(place.factor[triangle(i) + i]);
-}
-
-/// Replaces y by L^-1 y.
-void solve_lower(std::size_t size, const std::vector<double>& factor, std::vector<double>& y) {
-  for (std::size_t i = 0; i < size; ++i) {
-    for (std::size_t k = 0; k < i; ++k) y[i] -= factor[triangle(i) + k] * y[k];
-    y[i] /= factor[triangle(i) + i];
-  }
-}
-
-/// Replaces y by L^-t y.
-void solve_upper(std::size_t size, const std::vector<double>& factor, std::vector<double>& y) {
-  for (std::size_t i = size; i-- > 0;) {
-    y[i] /= factor[triangle(i) + i];
-    for (std::size_t k = 0; k < i; ++k) y[k] -= factor[triangle(i) + k] * y[i];
-  }
 }
 
 struct Jump {
@@ -144,7 +127,9 @@ class Run {
 
  private:
   /// Returns the random numbers of a particle; chains have numbers after the population's.
-  Random random_numbers(std::size_t particle) const { return {settings_.seed, Stream::particles, particle}; }
+  Random random_numbers(std::size_t particle) const {
+    return {settings_.seed, posterior::streams::particles, particle};
+  }
 
   void start() {
     parallel_for(settings_.population, [&](int i) {

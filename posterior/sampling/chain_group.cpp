@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/math/cholesky.hpp"
 #include "base/math/math.hpp"
-#include "posterior/cholesky.hpp"
+#include "posterior/streams.hpp"
 
 namespace decid::posterior {
 namespace {
@@ -54,7 +55,7 @@ double ChainGroup::noise_deg() const {
 
 void ChainGroup::place(std::span<const State> starts) {
   const sim::ParameterTable& table = density_.ranges();
-  const Random random(settings_.seed, Stream::posterior, starting + number_);
+  const Random random(settings_.seed, streams::chains, starting + number_);
   const std::span<double> x = sampler_.coordinates();
   for (std::size_t l = 0; l < lanes; ++l) {
     State state;
@@ -225,7 +226,7 @@ void ChainGroup::restart(const Sampler::Lanes& badness, double limit) {
   std::vector<std::size_t> good;
   for (std::size_t l = 0; l < lanes; ++l)
     if (badness[l] <= highest) good.push_back(l);
-  const Random random(settings_.seed, Stream::posterior,
+  const Random random(settings_.seed, streams::chains,
                       restarting + number_ * max_windows + static_cast<std::uint64_t>(windows_));
   const std::span<double> x = sampler_.coordinates();
   for (std::size_t l = 0; l < lanes; ++l) {

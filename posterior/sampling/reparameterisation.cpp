@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/math/cholesky.hpp"
 #include "base/math/math.hpp"
-#include "posterior/cholesky.hpp"
 #include "posterior/kernels/kernels.hpp"
 
 namespace decid::posterior {

@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/math/cholesky.hpp"
 #include "base/math/math.hpp"
-#include "posterior/cholesky.hpp"
+#include "posterior/streams.hpp"
 
 namespace decid::posterior {
 namespace {
@@ -19,7 +20,7 @@ Sampler::Sampler(const Density& density, const Observation& observation, std::ui
     : density_(density),
       observation_(observation),
       work_(density),
-      random_(seed, Stream::posterior, group),
+      random_(seed, streams::chains, group),
       size_(static_cast<std::size_t>(density.size())) {
   for (auto* values : {&x_, &start_, &y_, &momentum_, &gradient_, &force_, &direction_})
     values->assign(size_ * lanes, 0.0);

@@ -235,7 +235,7 @@ char CsvTable::find_separator() const {
     last = candidate;
     return ++lines < 2;
   });
-  return separator_of(first, last);
+  return guess_separator(first, last);
 }
 
 void CsvTable::read_header(std::string_view line) {

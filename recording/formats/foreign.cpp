@@ -1,7 +1,6 @@
 // Recognises other file formats: see foreign.hpp. The first bytes come from the formats' specifications.
 #include "recording/formats/foreign.hpp"
 
-#include <algorithm>
 #include <array>
 
 #include "base/error.hpp"

@@ -2,13 +2,13 @@
 #include "recording/formats/xlsx.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <functional>
 #include <map>
 #include <utility>
 #include <vector>
 
 #include "base/error.hpp"
+#include "base/number.hpp"
 #include "recording/formats/xml_scanner.hpp"
 #include "recording/formats/zip_member.hpp"
 #include "recording/table/sections.hpp"
@@ -86,13 +86,6 @@ std::vector<std::string> read_shared_strings(ZipMembers& members, const std::str
   return strings;
 }
 
-/// Returns the number in an attribute, or `otherwise`.
-std::size_t number_in(std::string_view text, std::size_t otherwise) {
-  std::size_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc() && end == text.data() + text.size() ? number : otherwise;
-}
-
 /// Returns the column of a cell's reference, from 0: 27 for "AB12".
 std::size_t column_in(std::string_view reference, std::size_t otherwise) {
   std::size_t column = 0;
@@ -135,7 +128,7 @@ class SheetReader {
   };
 
   void begin_row() {
-    const std::size_t row = number_in(xml_.attribute("r"), rows_.size() + 1);
+    const std::size_t row = number_from<std::size_t>(xml_.attribute("r")).value_or(rows_.size() + 1);
     if (row <= rows_.size() || row > max_sheet_rows) refuse_workbook(where_, "its rows are out of order");
     rows_.resize(row);
     next_column_ = 0;
@@ -162,7 +155,7 @@ class SheetReader {
     if (kind == "e") return {};
     if (kind == "b") return value == "0" ? "FALSE" : "TRUE";
     if (kind != "s") return value;
-    const std::size_t index = number_in(value, shared_.size());
+    const std::size_t index = number_from<std::size_t>(value).value_or(shared_.size());
     if (index >= shared_.size()) refuse_workbook(where_, "a cell's text is missing");
     return shared_[index];
   }

@@ -3,7 +3,6 @@
 #include "recording/formats/zip_member.hpp"
 
 #include <algorithm>
-#include <cstdint>
 
 #include "base/error.hpp"
 #include "recording/formats/inflation.hpp"

@@ -2,15 +2,14 @@
 #include "recording/table/trials.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <map>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/number.hpp"
 #include "base/setting.hpp"
-#include "recording/clock.hpp"
+#include "recording/detail/clock.hpp"
 #include "recording/table/columns.hpp"
 
 namespace decid::recording {
@@ -62,9 +61,8 @@ RowLabels labels_by(const Table& table, const std::vector<int>& columns, const s
 
 /// Returns the index of the element that a trial's name denotes, from 0; nothing without one.
 std::optional<std::size_t> element_of(const TableArray& array, const std::string& trial) {
-  std::size_t number = 0;
-  const auto [end, error] = std::from_chars(trial.data(), trial.data() + trial.size(), number);
-  if (error != std::errc() || end != trial.data() + trial.size() || number < 1 || number > array.elements) return {};
+  const std::size_t number = number_from<std::size_t>(trial).value_or(0);
+  if (number < 1 || number > array.elements) return {};
   return number - 1;
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/sampling/quick.hpp"
 #include "tests/posterior/trial.hpp"
@@ -165,13 +166,13 @@ TEST_CASE("sample: the truth lies in the intervals, and the errors match their p
   int covered = 0, trials = 0, together = 0;
   double error = 0.0, promised = 0.0;
   for (std::uint64_t item = 0; trials < 3; ++item) {
-    const Random random(21, Stream::base_parameters, item);
+    const Random random(21, sim::streams::base_parameters, item);
     std::vector<double> unit;
     for (std::uint64_t i = 0; i < 7; ++i) unit.push_back(random.uniform(i, 0.1, 0.9));
     const sim::Parameters truth = protocol.parameters().from_unit(unit);
     const sim::Simulator simulator(protocol);
     std::vector<double> sway(static_cast<std::size_t>(protocol.samples()));
-    if (!simulator.run(truth, Random(5, Stream::vestibular_noise, item), sway).valid) continue;
+    if (!simulator.run(truth, Random(5, sim::streams::vestibular_noise, item), sway).valid) continue;
     ++trials;
     const Posterior found = sample(density, density.observe(recorded(protocol, truth, 0.02, item)),
                                    {.seed = 1, .groups = 1, .min_draws = 25, .max_draws = 75});

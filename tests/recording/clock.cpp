@@ -1,5 +1,5 @@
 // Uneven times, lost samples and gaps: what is corrected, what is reported, and what is refused.
-#include "recording/clock.hpp"
+#include "recording/detail/clock.hpp"
 
 #include <cmath>
 #include <cstdio>
@@ -7,6 +7,7 @@
 #include "base/math/random.hpp"
 #include "recording/recording.hpp"
 #include "sim/protocol/protocol.hpp"
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 
 using namespace decid;
@@ -44,7 +45,7 @@ double deviation(const Recording& recording, std::size_t margin = 0) {
 }  // namespace
 
 TEST_CASE("jitter is interpolated, and reported") {
-  const Random random(3, Stream::sensor_noise, 0);
+  const Random random(3, sim::streams::sensor_noise, 0);
   std::vector<double> times;
   for (std::size_t k = 0; k <= 1000; ++k) {
     const bool end = k == 0 || k == 1000;
@@ -67,7 +68,7 @@ TEST_CASE("jitter is interpolated, and reported") {
 }
 
 TEST_CASE("interpolation is cubic") {
-  const Random random(3, Stream::sensor_noise, 1);
+  const Random random(3, sim::streams::sensor_noise, 1);
   std::vector<double> times;
   for (std::size_t k = 0; k <= 1000; ++k) {
     // 3 to 12% of a sample early or late: none is taken as it is.
@@ -86,7 +87,7 @@ TEST_CASE("times rounded to milliseconds are an even grid") {
   for (int k = 0; k < 1200; ++k) times.push_back(k / 120.0);
   const Recording recording = read(sine_at(times, "%.3f,%.9f\n"));
   CHECK(recording.rate_hz == 120.0);
-  CHECK(trust_of(recording.warnings) == Trust::usable);
+  CHECK(worst_trust(recording.warnings) == Trust::usable);
   CHECK(deviation(recording) < 1e-8);
 }
 
@@ -139,7 +140,7 @@ namespace {
 
 /// Times whose steps are one of these, in ms.
 std::vector<double> times_of_steps(const std::vector<double>& steps_ms, std::size_t count) {
-  const Random random(4, Stream::sensor_noise, 0);
+  const Random random(4, sim::streams::sensor_noise, 0);
   std::vector<double> times{0.0};
   for (std::size_t k = 1; k < count; ++k) {
     const auto i = static_cast<std::size_t>(random.uniform(k) * static_cast<double>(steps_ms.size()));

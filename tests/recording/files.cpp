@@ -427,7 +427,7 @@ TEST_CASE("a column that is plainly the platform's tilt is used, and left out if
     REQUIRE(trial.tilt);
     CHECK(near(trial.tilt->delay_s, 0.3, 0.02));
     REQUIRE(warning(recording.warnings, "tilt_found") != nullptr);
-    CHECK(trust_of({*warning(recording.warnings, "tilt_found")}) == Trust::usable);
+    CHECK(worst_trust({*warning(recording.warnings, "tilt_found")}) == Trust::usable);
   }
   // With another movement or the other sign the recording is unusable, unless the column is not a tilt.
   for (const double gain : {-1.0, 0.0}) {
@@ -439,7 +439,7 @@ TEST_CASE("a column that is plainly the platform's tilt is used, and left out if
     CHECK(warning(recording.warnings, "tilt_not_used")->severity == Severity::invalid);
     Recording without = read(text("platform_deg", gain, 0), {.find_tilt = false});
     CHECK_FALSE(bring_to_protocol(without, protocol).tilt);
-    CHECK(trust_of(without.warnings) != Trust::not_usable);
+    CHECK(worst_trust(without.warnings) != Trust::not_usable);
     // Named, it is an error.
     Recording named = read(text("platform_deg", gain, 0), {.tilt_column = "platform_deg"});
     CHECK_THROWS_AS(bring_to_protocol(named, protocol), Error);

@@ -1,5 +1,5 @@
 // Measured tilts of protocols: files, columns, units, rates and resampled cycles.
-#include "recording/measured_tilt.hpp"
+#include "recording/detail/measured_tilt.hpp"
 
 #include <cmath>
 #include <cstdio>

@@ -161,11 +161,11 @@ TEST_CASE("the rate comes from the time, or from the user") {
   CHECK(warns(read("time,sway\n0,1\nnoon,2\n0.02,3\n", {.rate_hz = 100.0}), "ignores the time column"));
   for (const double rate : {0.0, -5.0, 0.99, 100'001.0, std::nan(""), HUGE_VAL}) {
     check_error(reading("sway\n1\n2\n", {.rate_hz = rate}), {"Hz is not from 1 to 100,000 Hz", "rate"});
-    check_error([&] { recording_of(std::vector<double>{0.01, 0.02}, rate); }, {"recording", "Hz", "1 to 100,000"});
+    check_error([&] { make_recording(std::vector<double>{0.01, 0.02}, rate); }, {"recording", "Hz", "1 to 100,000"});
   }
   for (const double rate : {1.0, 100'000.0}) {
     CHECK(read("sway\n1\n2\n", {.rate_hz = rate}).rate_hz == rate);
-    CHECK(recording_of(std::vector<double>{0.01, 0.02}, rate).rate_hz == rate);
+    CHECK(make_recording(std::vector<double>{0.01, 0.02}, rate).rate_hz == rate);
   }
 }
 
@@ -208,12 +208,12 @@ TEST_CASE("samples in memory: errors and warnings name neither columns nor optio
     for (const char* part : {"--", "column"}) CHECK_FALSE(contains(text, part));
   };
   for (const std::vector<double>& bad : {std::vector<double>{}, {0.1}, {0.1, 0.1}, {0.1, 2.0}, {0.1, std::nan("")}}) {
-    const Error error = error_of([&] { recording_of(bad, 100.0); });
+    const Error error = error_of([&] { make_recording(bad, 100.0); });
     CHECK(error.where() == "recording");
     plain(error.what());
   }
   for (const std::vector<double>& odd : {std::vector<double>{0.1, 0.5}, {0.1, 0.100001}}) {
-    const Recording recording = recording_of(odd, 100.0);
+    const Recording recording = make_recording(odd, 100.0);
     REQUIRE(recording.warnings.size() == 1);
     plain(recording.warnings.front().text);
   }
@@ -235,7 +235,7 @@ TEST_CASE("a recording of the protocol's length is taken as it is") {
   REQUIRE(sway.size() == 400);
   for (std::size_t k = 0; k < sway.size(); ++k)
     CHECK(sway[k] == static_cast<float>(recording.signals.at(com_sway).rad[k]));
-  CHECK(trust_of(recording.warnings) == Trust::usable);
+  CHECK(worst_trust(recording.warnings) == Trust::usable);
 }
 
 TEST_CASE("another rate is resampled") {

@@ -1,5 +1,5 @@
 // Sample rates in words: phrases that state one, phrases that state something else, and files with several.
-#include "recording/stated_rate.hpp"
+#include "recording/detail/stated_rate.hpp"
 
 #include <string>
 

@@ -5,8 +5,9 @@
 #include <optional>
 
 #include "base/math/random.hpp"
+#include "recording/detail/tilt_match.hpp"
 #include "recording/recording.hpp"
-#include "recording/tilt_match.hpp"
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/sim/tiny_protocol.hpp"
 
@@ -45,7 +46,7 @@ double tilt_at(const sim::Stimulus& stimulus, const sim::Protocol& protocol, dou
 Recording with_tilt(const sim::Protocol& protocol, double delay_s, double seconds, double rate_hz, double factor = 1.0,
                     double noise_rad = 0.0) {
   const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
-  const Random random(2, Stream::sensor_noise, 0);
+  const Random random(2, sim::streams::sensor_noise, 0);
   Recording recording = ramp(0, rate_hz);
   recording.signals.add({platform_tilt, "platform", {}});
   for (std::size_t k = 0; k < static_cast<std::size_t>(seconds * rate_hz); ++k) {
@@ -96,7 +97,7 @@ TEST_CASE("a longer recording is cut from the option's start, and the cut is rep
 
 TEST_CASE("faults of the samples count where they are used, and from the recording's start") {
   const sim::Protocol protocol = two_cycles();
-  const Random random(3, Stream::sensor_noise, 0);
+  const Random random(3, sim::streams::sensor_noise, 0);
   Recording whole = ramp(0);
   for (std::size_t k = 0; k < 3000; ++k) {
     const bool at_rest = k < 1000 || k >= 2900, is_held = k >= 1500 && k < 1530;
@@ -342,7 +343,7 @@ TEST_CASE("COMTEST's published stimulus is recognised if the protocol is short")
   Recording found = with_tilt(comtest, 0.5, 65.0, 100.0, 1.0, 1e-4);
   found.tilt_was_found = true;
   bring_to_protocol(found, short_one);
-  CHECK(trust_of(found.warnings) == Trust::not_usable);
+  CHECK(worst_trust(found.warnings) == Trust::not_usable);
   CHECK(warns(found, "COMTEST"));
   Recording fits = with_tilt(comtest, 0.5, 65.0, 100.0, 1.0, 1e-4);
   CHECK(within(bring_to_protocol(fits, comtest).tilt->delay_s, 0.5, 1e-3));

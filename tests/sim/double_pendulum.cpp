@@ -13,6 +13,7 @@
 
 #include "base/error.hpp"
 #include "base/files/sha256.hpp"
+#include "sim/streams.hpp"
 #include "tests/near.hpp"
 #include "tests/sim/double_constants.hpp"
 
@@ -23,7 +24,7 @@ using namespace decid::test;
 
 namespace {
 
-const Random some_noise(1, Stream::vestibular_noise, 0);
+const Random some_noise(1, streams::vestibular_noise, 0);
 
 struct Run {
   Outcome outcome;
@@ -130,7 +131,7 @@ TEST_CASE("DoubleSimulator: equals the equations written straight down") {
   parameters.hip[Nv] = 0.3;
   parameters.ankle[Delay] = 0.1207;
   parameters.hip[Delay] = 0.0305;
-  check(parameters, Random(2, Stream::child_noise, 3));
+  check(parameters, Random(2, streams::child_noise, 3));
   parameters.ankle[Nv] = 0.0;
   parameters.ankle[Theta] = 0.0;
   check(parameters, some_noise);
@@ -302,7 +303,7 @@ TEST_CASE("DoubleSimulator: noise is the ankle's realisation, each module's own 
   const DoubleSimulator simulator{Protocol{}};
   DoubleParameters parameters = defaults();
   parameters.ankle[Nv] = 0.0;
-  const Random other(9, Stream::child_noise, 9);
+  const Random other(9, streams::child_noise, 9);
   CHECK(simulate(simulator, parameters).com == simulate(simulator, parameters, other).com);
   parameters.hip[Nv] = 0.3;
   CHECK(simulate(simulator, parameters).com != simulate(simulator, parameters, other).com);

@@ -8,6 +8,7 @@
 
 #include "base/error.hpp"
 #include "sim/simulate.hpp"
+#include "sim/streams.hpp"
 #include "tests/near.hpp"
 
 using namespace decid;
@@ -28,7 +29,7 @@ std::vector<float> tilt_of(const Protocol& protocol) {
 std::vector<float> sway_of(const Protocol& protocol, const Parameters& parameters, std::uint64_t realisation) {
   const Simulator simulator(protocol);
   std::vector<double> sway(static_cast<std::size_t>(protocol.samples()));
-  REQUIRE(simulator.run(parameters, Random(5, Stream::vestibular_noise, realisation), sway).valid);
+  REQUIRE(simulator.run(parameters, Random(5, sim::streams::vestibular_noise, realisation), sway).valid);
   return {sway.begin(), sway.end()};
 }
 
@@ -92,7 +93,7 @@ TEST_CASE("FrequencyResponse: 95% of the circles hold the true response") {
       const FrequencyResponse analysis(protocol.experiment, skipped);
       int held = 0, all = 0;
       for (std::uint64_t trial = 0; trial < 150; ++trial) {
-        const Random random(11, Stream::sensor_noise, trial);
+        const Random random(11, sim::streams::sensor_noise, trial);
         std::vector<float> sway(tilt.size());
         for (std::size_t k = 0; k < sway.size(); ++k) {
           sway[k] = static_cast<float>(0.7 * static_cast<double>(tilt[k]) + 0.01 * random.normal(k));
@@ -138,7 +139,7 @@ TEST_CASE("FrequencyResponse: noise alone is not coherent") {
   double sum = 0.0;
   int count = 0;
   for (std::uint64_t trial = 0; trial < 100; ++trial) {
-    const Random random(12, Stream::sensor_noise, trial);
+    const Random random(12, sim::streams::sensor_noise, trial);
     std::vector<float> sway(tilt.size());
     for (std::size_t k = 0; k < sway.size(); ++k) sway[k] = static_cast<float>(0.01 * random.normal(k));
     for (const FrfPoint& point : analysis.measure(sway, tilt)) {
@@ -166,7 +167,7 @@ TEST_CASE("FrequencyResponse: the coherence is that of a single cycle") {
     std::vector<double> mean(static_cast<std::size_t>(analysis.bands()));
     std::vector<FrfPoint> points;
     for (std::uint64_t trial = 0; trial < trials; ++trial) {
-      const Random random(13, Stream::sensor_noise, trial);
+      const Random random(13, sim::streams::sensor_noise, trial);
       std::vector<float> sway(tilt.size());
       for (std::size_t k = 0; k < sway.size(); ++k) {
         sway[k] = static_cast<float>(0.7 * static_cast<double>(tilt[k]) + deviation * random.normal(k));

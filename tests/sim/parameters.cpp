@@ -6,6 +6,7 @@
 
 #include "sim/double_pendulum.hpp"
 #include "sim/simulate.hpp"
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/sim/made_up_body.hpp"
 
@@ -133,6 +134,6 @@ TEST_CASE("a body model that no simulator knows is refused by name, and makes an
   check_error([] { DoubleSimulator{made_up_protocol()}; }, {"fourteen gains"});
   const Simulator simulator(tiny_protocol());
   std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
-  check_error([&] { simulator.run(Parameters(14), Random(1, Stream::vestibular_noise, 0), sway); },
+  check_error([&] { simulator.run(Parameters(14), Random(1, sim::streams::vestibular_noise, 0), sway); },
               {"14 values", "all 7"});
 }

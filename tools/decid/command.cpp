@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <filesystem>
 #include <iostream>
 
 #include "base/error.hpp"
+#include "base/number.hpp"
 #include "recording/protocol_file.hpp"
 #include "sim/protocol/protocol_json.hpp"
 #include "tools/decid/ranks.hpp"
@@ -103,11 +103,9 @@ void add_protocol_options(const Command& command, ProtocolOptions& options) {
 void add_seed_option(const Command& command, std::uint64_t& seed, const std::string& description) {
   // Always decimal: CLI11 takes 010 for octal.
   const auto to_decimal = [](std::string& text) -> std::string {
-    std::uint64_t value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size())
-      return "'" + text + "' is not a whole number from 0 to 18446744073709551615";
-    text = std::to_string(value);
+    const std::optional<std::uint64_t> value = number_from<std::uint64_t>(text);
+    if (!value) return "'" + text + "' is not a whole number from 0 to 18446744073709551615";
+    text = std::to_string(*value);
     return {};
   };
   command.add_option("--seed", seed, description).show_default().rewritten(to_decimal, "UINT").section("Advanced");

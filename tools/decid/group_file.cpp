@@ -25,7 +25,7 @@ using Cells = std::vector<std::string>;
 constexpr std::size_t max_bytes = std::size_t{1} << 22;  // of the table; each cell takes 32 in memory
 
 /// Rows of cells; the file's lines count as rows, those without any text are kept, so that errors can name them.
-std::vector<Cells> rows_of(const std::string& text, char separator) {
+std::vector<Cells> split_rows(const std::string& text, char separator) {
   std::vector<Cells> rows(1, Cells(1));
   bool quoted = false;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -56,7 +56,7 @@ std::string lower_case(std::string text) {
 }
 
 /// As spreadsheets of most languages write it: whichever stands first in the line of names.
-char separator_of(const std::string& text) {
+char guess_separator(const std::string& text) {
   const std::size_t at = text.find_first_of(",;\t\n");
   return at == std::string::npos || text[at] == '\n' ? ',' : text[at];
 }
@@ -112,7 +112,7 @@ std::optional<std::size_t> person_column(const std::string& file, const Cells& n
 Table read_table(const std::string& name) {
   std::string text = recording::to_utf8(read_file(name, max_bytes), name);
   if (text.starts_with("sep=")) text.erase(0, std::min(text.find('\n'), text.size() - 1) + 1);  // Excel's own line
-  Table table{0, 0, {}, rows_of(text, separator_of(text))};
+  Table table{0, 0, {}, split_rows(text, guess_separator(text))};
   const Cells& names = table.rows.front();
   table.file = require_column(name, names, "file");
   table.group = require_column(name, names, "group");

@@ -15,7 +15,7 @@ namespace {
 /// The value of --tilt-column and --trial for none.
 constexpr const char* no_column = "none";
 
-std::optional<recording::Unit> unit_of(const std::string& name) {
+std::optional<recording::Unit> read_unit(const std::string& name) {
   if (name == "deg") return recording::Unit::degree;
   if (name == "rad") return recording::Unit::radian;
   if (name == "mrad") return recording::Unit::milliradian;
@@ -40,7 +40,7 @@ void RecordingFlags::find_files(const std::vector<std::string>& others, bool qui
 ReadOptions RecordingFlags::read_options() const {
   ReadOptions made;
   made.recording.column = column;
-  made.recording.unit = unit_of(unit);
+  made.recording.unit = read_unit(unit);
   made.recording.rate_hz = rate;
   made.recording.fill_gaps_s = fill_gaps;
   made.recording.missing_value = missing;
@@ -58,7 +58,7 @@ ReadOptions RecordingFlags::read_options() const {
   made.recording.body_height_m = height_m;
   made.recording.find_tilt = tilt_column != no_column;
   if (made.recording.find_tilt) made.recording.tilt_column = tilt_column;
-  made.recording.tilt_unit = unit_of(tilt_unit);
+  made.recording.tilt_unit = read_unit(tilt_unit);
   made.recording.invert_sway = invert == "sway" || invert == "both";
   made.recording.invert_tilt = invert == "tilt" || invert == "both";
   made.trial.start_s = begin;

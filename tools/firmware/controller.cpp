@@ -11,6 +11,7 @@
 #include "embedded/firmware_controller.hpp"
 #include "embedded/firmware_controller_header.hpp"
 #include "sim/lanes.hpp"
+#include "sim/streams.hpp"
 
 namespace decid::tools {
 namespace {
@@ -39,7 +40,7 @@ FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Pro
   sim::Parameters noise_free = parameters;
   noise_free[sim::Nv] = 0.0;
   std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
-  const sim::Outcome outcome = simulator.run(noise_free, Random(0, Stream::vestibular_noise, 0), sway);
+  const sim::Outcome outcome = simulator.run(noise_free, Random(0, sim::streams::vestibular_noise, 0), sway);
   if (!outcome.valid)
     throw Error("export controller", format("with these parameters the body falls after %.2f s", outcome.end_s),
                 "shorten --delay, lower --kp or raise --kd");

@@ -7,7 +7,6 @@
 #include <cstdlib>
 #include <limits>
 #include <span>
-#include <string_view>
 
 #include "base/error.hpp"
 #include "base/files/json_object.hpp"

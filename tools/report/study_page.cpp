@@ -91,7 +91,7 @@ Row error_row(const Study& study, const std::string& what, const Evaluation& err
           format("%.4f", mean_by_paper(study, error.mse_per_parameter)), paper};
 }
 
-std::vector<Row> rows_of(const Study& study) {
+std::vector<Row> study_rows(const Study& study) {
   std::vector<Row> rows;
   const Evaluation& fresh = study.levels.front().all;
   if (study.data) {
@@ -196,7 +196,7 @@ Json page_data(const Study& study, const std::vector<Figure>& figures) {
   data["protocol"] = protocol_figures(study.protocol);
   data["convention"] = convention;
   data["rows"] = Json::array();
-  for (const Row& row : rows_of(study))
+  for (const Row& row : study_rows(study))
     data["rows"].push_back({row.what, row.ours, row.ours_matlab, row.ours_by_paper, row.paper});
   data["faults_convention"] = study.faults.empty() ? "" : faults_convention(study);
   data["fault_rows"] = Json::array();
@@ -275,7 +275,7 @@ Json study_json(const Study& study) {
 std::string study_text(const Study& study) {
   std::string text = format("%s\n\n%-30s %20s %14s %14s %14s\n", study.model.c_str(), "", "MSE or figure",
                             "MATLAB's loss", "by paper's sd", "the paper");
-  for (const Row& row : rows_of(study))
+  for (const Row& row : study_rows(study))
     text += format("%-30s %20s %14s %14s %14s\n", row.what.c_str(), row.ours.c_str(), row.ours_matlab.c_str(),
                    row.ours_by_paper.c_str(), row.paper.c_str());
   if (study.data) {

@@ -30,10 +30,10 @@ MatTable::MatTable(std::string_view bytes, const std::filesystem::path& path) : 
   const MatVersion version = mat_version(bytes);
   if (version == MatVersion::none)
     throw Error(where_, "is damaged, or is not a MAT-file that decid reads", remedy_for(""));
-  content_ = columns_of(version == MatVersion::v73  ? read_mat_73(path, bytes.size())
-                        : version == MatVersion::v5 ? read_mat_5(bytes, where_)
-                                                    : read_mat_4(bytes, where_),
-                        where_);
+  content_ = make_columns(version == MatVersion::v73  ? read_mat_73(path, bytes.size())
+                          : version == MatVersion::v5 ? read_mat_5(bytes, where_)
+                                                      : read_mat_4(bytes, where_),
+                          where_);
   const std::vector<MatColumn>& columns = content_.columns;
   if (columns.empty()) {
     const std::string& held = content_.held;

@@ -1,5 +1,4 @@
 // Data sets and evaluation through C: the files and figures of the library.
-#include <cmath>
 
 #include "identify/network/prediction.hpp"
 #include "identify/studies/calibration.hpp"

@@ -103,7 +103,7 @@ TEST_CASE("a part of a file is refused unless it is plain which") {
 
 TEST_CASE("identification refuses the library's invalid input") {
   decid_result* result = nullptr;
-  const OwnedRecording recording = recording_of(simulated(7));
+  const OwnedRecording recording = make_recording(simulated(7));
   decid_identify_options options;
   decid_identify_defaults(&options, sizeof options);
   options.mass_kg = 70.0;
@@ -116,7 +116,7 @@ TEST_CASE("identification refuses the library's invalid input") {
   options.height_m = 1.75;
   options.detrend = 7;
   refused(decid_identify(built_in(), recording.get(), &options, &result), {"no detrending 7"});
-  const OwnedRecording brief = recording_of({0.0, 0.01, 0.0});
+  const OwnedRecording brief = make_recording({0.0, 0.01, 0.0});
   refused(decid_identify(built_in(), brief.get(), nullptr, &result), {"recording: "});
   refused(decid_identify(nullptr, recording.get(), nullptr, &result), {"model is NULL"});
   refused(decid_identify(built_in(), nullptr, nullptr, &result), {"recording is NULL"});
@@ -125,7 +125,7 @@ TEST_CASE("identification refuses the library's invalid input") {
 
 TEST_CASE("options of another library's size are refused if it is newer, and filled up if it is older") {
   decid_result* result = nullptr;
-  const OwnedRecording recording = recording_of(simulated(7));
+  const OwnedRecording recording = make_recording(simulated(7));
   decid_identify_options options;
   decid_identify_defaults(&options, sizeof options);
   options.size = sizeof options + 8;
@@ -159,7 +159,7 @@ TEST_CASE("accessors accept null and indices beyond the end") {
   CHECK(samples == 0);
   CHECK(decid_dataset_trials(nullptr) == 0);
   CHECK(decid_dataset_sway(nullptr) == nullptr);
-  const OwnedRecording recording = recording_of(simulated(7));
+  const OwnedRecording recording = make_recording(simulated(7));
   CHECK(decid_recording_tilt(recording.get()) == nullptr);
   CHECK(std::string(decid_recording_column(recording.get())).empty());
   decid_result_free(nullptr);
@@ -172,7 +172,7 @@ TEST_CASE("accessors accept null and indices beyond the end") {
 #ifndef DECID_SANITIZED  // whose runtimes have threads of their own
 TEST_CASE("a forked process is refused instead of waiting forever") {
   REQUIRE(decid_set_threads(2) == DECID_OK);
-  const OwnedRecording recording = recording_of(simulated(7));
+  const OwnedRecording recording = make_recording(simulated(7));
   decid_result* result = nullptr;
   REQUIRE(decid_identify(built_in(), recording.get(), nullptr, &result) == DECID_OK);
   decid_result_free(result);

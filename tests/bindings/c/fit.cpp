@@ -23,7 +23,7 @@ decid_fit_options brief() {
 // Over 20 s beside other tests: guards the bits of C's fit beside the library's: two fits of the model's protocol.
 TEST_CASE("a fit has the draws of the library's" * doctest::test_suite("slow")) {
   const std::vector<double> sway_rad = simulated(7);
-  const OwnedRecording recording = recording_of(sway_rad);
+  const OwnedRecording recording = make_recording(sway_rad);
   decid_fit_options options = brief();
   options.moved_before = 1;
   std::vector<double> told;
@@ -41,7 +41,7 @@ TEST_CASE("a fit has the draws of the library's" * doctest::test_suite("slow")) 
 
   const Model model = built_in_model();
   RecordingResult expected =
-      bring(recording::recording_of(sway_rad, 100.0), recording::ProtocolPlan(model.protocol), {});
+      bring(recording::make_recording(sway_rad, 100.0), recording::ProtocolPlan(model.protocol), {});
   FitRequest request;
   request.settings.max_draws = request.settings.min_draws = 8;
   request.priors.moved_before = true;
@@ -80,7 +80,7 @@ TEST_CASE("a fit has the draws of the library's" * doctest::test_suite("slow")) 
 }
 
 TEST_CASE("a callback stops a fit") {
-  const OwnedRecording recording = recording_of(simulated(7));
+  const OwnedRecording recording = make_recording(simulated(7));
   decid_fit_options options = brief();
   int calls = 0;
   options.user = &calls;
@@ -92,7 +92,7 @@ TEST_CASE("a callback stops a fit") {
 }
 
 TEST_CASE("a fit refuses priors out of their bounds") {
-  const OwnedRecording recording = recording_of(simulated(7));
+  const OwnedRecording recording = make_recording(simulated(7));
   decid_fit_options options = brief();
   options.prior_gain = 2.0;
   decid_result* result = nullptr;

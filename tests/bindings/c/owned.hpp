@@ -60,7 +60,7 @@ inline std::vector<double> simulated(std::uint64_t seed) {
   return sway_rad;
 }
 
-inline OwnedRecording recording_of(const std::vector<double>& sway_rad) {
+inline OwnedRecording make_recording(const std::vector<double>& sway_rad) {
   return make<OwnedRecording>([&](decid_recording** place) {
     return decid_recording_of(sway_rad.data(), sway_rad.size(), 100.0, DECID_RADIANS, place);
   });

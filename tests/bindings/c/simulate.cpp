@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sim/protocol/protocol_json.hpp"
+#include "sim/streams.hpp"
 #include "tests/bindings/c/owned.hpp"
 
 namespace decid {
@@ -30,7 +31,7 @@ TEST_CASE("trials have the bits of the simulator, alone and together") {
     sim::Parameters own = sim::single_pendulum().parameters.middle();
     own[sim::Kp] += 10.0 * static_cast<double>(trial);
     std::vector<double> expected(samples);
-    REQUIRE(simulator.run(own, Random(40 + trial, Stream::vestibular_noise, 0), expected).valid);
+    REQUIRE(simulator.run(own, Random(40 + trial, sim::streams::vestibular_noise, 0), expected).valid);
     CHECK(
         std::equal(expected.begin(), expected.end(), sway_rad.begin() + static_cast<std::ptrdiff_t>(trial * samples)));
   }
@@ -46,7 +47,7 @@ TEST_CASE("the protocol's sensor noise is added as data sets have it") {
   sim::Protocol protocol = sim::default_protocol();
   protocol.noise.sensor = {0.05, 0.05};
   const sim::Simulator simulator(protocol);
-  simulator.run(middle, Random(5, Stream::vestibular_noise, 0), expected);
+  simulator.run(middle, Random(5, sim::streams::vestibular_noise, 0), expected);
   sim::record(protocol, 5, 0, expected);
   CHECK(sway_rad == expected);
 }

@@ -9,6 +9,7 @@
 #include "base/math/random.hpp"
 #include "sim/protocol/protocol.hpp"
 #include "sim/protocol/stimulus.hpp"
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 
 using namespace decid;
@@ -24,7 +25,7 @@ const std::vector<Channel> all_channels{Channel::modulus,   Channel::log_modulus
                                         Channel::sin_phase, Channel::real,        Channel::imaginary};
 
 std::vector<float> noise(int samples, std::uint64_t item = 0) {
-  const Random random(5, Stream::sensor_noise, item);
+  const Random random(5, sim::streams::sensor_noise, item);
   std::vector<float> signal(static_cast<std::size_t>(samples));
   for (std::size_t k = 0; k < signal.size(); ++k) signal[k] = static_cast<float>(0.01 * random.normal(k));
   return signal;

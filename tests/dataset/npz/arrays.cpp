@@ -4,7 +4,7 @@
 #include <cstring>
 
 #include "base/files/file.hpp"
-#include "dataset/npz/npy.hpp"
+#include "dataset/npz/detail/npy.hpp"
 #include "tests/helpers.hpp"
 
 using namespace decid;

@@ -4,11 +4,12 @@
 #include <sys/resource.h>
 
 #include <csignal>
+#include <cstring>
 #include <map>
 
 #include "base/files/disk_file.hpp"
 #include "base/files/sha256.hpp"
-#include "dataset/npz/journal.hpp"
+#include "dataset/npz/detail/journal.hpp"
 #include "dataset/npz/npz.hpp"
 #include "sim/protocol/protocol_json.hpp"
 #include "tests/helpers.hpp"
@@ -42,6 +43,19 @@ const std::string& expected_hash() {
     return hash_of(folder / "a.npz");
   }();
   return hash;
+}
+
+/// Returns where the entries of a journal begin, behind its request.
+std::vector<std::size_t> entries_of(const std::string& journal) {
+  std::vector<std::size_t> places;
+  for (std::size_t at = journal.find('\n') + 1; at + 72 <= journal.size();) {
+    places.push_back(at);
+    std::uint64_t size = 0;
+    std::memcpy(&size, journal.data() + at, sizeof size);
+    at += 72 + static_cast<std::size_t>(size);
+  }
+  places.erase(places.begin());
+  return places;
 }
 
 /// State on disk after a run was stopped at a given number of progress reports.
@@ -154,8 +168,7 @@ TEST_CASE("an unfinished file that is cut off anywhere goes on from its last sou
     CAPTURE(size);
     try_with(file.substr(0, size), journal);
   }
-  const std::size_t entry = journal.find("etry"), last = journal.rfind("etry");
-  REQUIRE(entry != std::string::npos);
+  const std::size_t entry = entries_of(journal).at(0), last = entries_of(journal).back();
   REQUIRE(last > entry);
   for (const std::size_t size :
        {entry, entry + 3, entry + 40, entry + 41, last - 1, last, last + 39, last + 40 + 72, journal.size() - 1}) {
@@ -187,7 +200,7 @@ TEST_CASE("damaged bytes of an unfinished file are made again") {
     CHECK((resumed < stopped.trials) ==
           (position >= 64 + 128));  // a resumed run writes the arrays before the sway again
   }
-  const std::size_t entry = journal.find("etry"), last = journal.rfind("etry");
+  const std::size_t entry = entries_of(journal).at(0), last = entries_of(journal).back();
   for (const std::size_t position :
        {entry, entry + 4, entry + 8, entry + 16, entry + 32, entry + 36, entry + 50, last + 2, journal.size() - 1}) {
     CAPTURE(position);
@@ -330,6 +343,18 @@ TEST_CASE("a stored data set reads its sway from the file") {
     CHECK(a == b);
   }
   for (const StoredDataset* data_set : {&stored, &in_memory}) {
+    std::vector<std::vector<float>> taken(3);
+    const auto keep = [&](std::size_t place, std::span<const float> sway) {
+      taken[place].assign(sway.begin(), sway.end());
+    };
+    const auto expected = [&](int trial) {
+      return std::vector<float>(data.trial(trial).begin(), data.trial(trial).end());
+    };
+    data_set->take(37, 3, keep);
+    for (const int i : {0, 1, 2}) CHECK(taken[static_cast<std::size_t>(i)] == expected(37 + i));
+    data_set->take(std::vector<int>{5, 0, 39}, keep);
+    CHECK(taken == std::vector<std::vector<float>>{expected(5), expected(0), expected(39)});
+    check_error([&] { data_set->take(38, 3, keep); }, {"no trial 40"});
     for (const int i : {-1, 40}) check_error([&] { data_set->read(i, a); }, {"no trial", "0 to 39"});
     std::vector<float> wrong(399);
     check_error([&] { data_set->read(0, wrong); }, {"space for 399 samples", "space for 400"});
@@ -375,17 +400,17 @@ TEST_CASE("a journal holds as many parameters as a trial has") {
       entry.chunk.trials.push_back(trial);
     }
     {
-      Journal journal(path, parameters);
+      ChunkJournal journal(path);
       journal.start("request");
       journal.append(entry, 0);
       journal.append(entry, 3);
     }
-    Journal journal(path, parameters);
+    ChunkJournal journal(path);
     REQUIRE(journal.request() == "request");
-    // Its front, the text, and for each of two entries 40 bytes and those of three trials.
-    CHECK(fs::file_size(path) == 16 + 8 + 7 + 2 * (40 + 3 * (8 * parameters + 16)));
+    // The name, the text, and two entries of three trials; 72 bytes in front of each.
+    CHECK(fs::file_size(path) == 16 + 72 + 7 + 2 * (72 + 36 + 3 * (8 * parameters + 20)));
     for (const int before : {0, 3}) {
-      const std::optional<JournalEntry> read = journal.read(before);
+      const std::optional<JournalEntry> read = journal.next(before);
       REQUIRE(read);
       CHECK(read->sway_crc32 == entry.sway_crc32);
       CHECK(read->chunk.base_attempts == 9);
@@ -396,8 +421,10 @@ TEST_CASE("a journal holds as many parameters as a trial has") {
         CHECK(read->chunk.trials[i].peak_to_peak_rad == entry.chunk.trials[i].peak_to_peak_rad);
         CHECK(read->chunk.trials[i].group == entry.chunk.trials[i].group);
       }
-      journal.pass(*read);
     }
-    CHECK_FALSE(journal.read(6));
+    CHECK_FALSE(journal.next(6));
+    journal.back();
+    CHECK_FALSE(journal.next(0));
+    CHECK(journal.next(3));
   }
 }

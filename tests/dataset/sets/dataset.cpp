@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <utility>
 
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/sim/made_up_body.hpp"
 
@@ -126,14 +126,14 @@ TEST_CASE("a base trial's parameters are its attempt's numbers, within the range
   const sim::Simulator simulator(tiny_protocol());
   std::vector<double> sway(400), again(400);
   const BaseTrial trial = simulate_base_trial(simulator, 11, 7, sway);
-  const Random random(11, Stream::base_parameters, 7);
+  const Random random(11, sim::streams::base_parameters, 7);
   for (std::size_t i = 0; i < sim::single_pendulum().parameters.size(); ++i) {
     const sim::ParameterInfo& info = sim::single_pendulum().parameters[i];
     CHECK(trial.parameters[i] == random.uniform(i, info.low, info.high));
     CHECK(trial.parameters[i] > info.low);
     CHECK(trial.parameters[i] < info.high);
   }
-  simulator.run(trial.parameters, Random(11, Stream::vestibular_noise, 7), again);
+  simulator.run(trial.parameters, Random(11, sim::streams::vestibular_noise, 7), again);
   CHECK(sway == again);
 }
 
@@ -160,7 +160,7 @@ TEST_CASE("children: round robin over the parents, each near its parent and insi
   while (trial < count) {
     const auto c = static_cast<std::uint64_t>(attempts++);
     const std::int32_t parent = parents[c % parents.size()];
-    const Random random(3, Stream::child_parameters, c);
+    const Random random(3, sim::streams::child_parameters, c);
     sim::Parameters parameters = data.parameters[static_cast<std::size_t>(parent)];
     for (std::size_t i = 0; i < sim::single_pendulum().parameters.size(); ++i) {
       const sim::ParameterInfo& info = sim::single_pendulum().parameters[i];
@@ -168,7 +168,7 @@ TEST_CASE("children: round robin over the parents, each near its parent and insi
       parameters[i] = std::min(std::max(wanted, info.low), info.high);
       clamped = clamped || parameters[i] != wanted;
     }
-    if (!simulator.run(parameters, Random(3, Stream::child_noise, c), sway).valid) continue;
+    if (!simulator.run(parameters, Random(3, sim::streams::child_noise, c), sway).valid) continue;
     REQUIRE(data.group[static_cast<std::size_t>(trial)] == parent);
     CHECK(data.parameters[static_cast<std::size_t>(trial)] == parameters);
     CHECK(same(data.trial(trial), as_float(sway)));

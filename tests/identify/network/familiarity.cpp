@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 #include "base/error.hpp"
 #include "base/math/random.hpp"
 #include "identify/network/model.hpp"
 #include "nn/predictor.hpp"
+#include "sim/streams.hpp"
 #include "tests/near.hpp"
 
 namespace decid {
@@ -39,7 +39,7 @@ Model model(const std::string& architecture = "fc 3; fc 7") {
 
 /// Noise of 0.02 rad instead of simulated sway.
 std::vector<float> sway_of(int trial) {
-  const Random random(11, Stream::sensor_noise, static_cast<std::uint64_t>(trial));
+  const Random random(11, sim::streams::sensor_noise, static_cast<std::uint64_t>(trial));
   std::vector<float> sway(400);
   for (std::size_t k = 0; k < sway.size(); ++k) sway[k] = static_cast<float>(0.02 * random.normal(k));
   return sway;

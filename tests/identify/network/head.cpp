@@ -12,6 +12,7 @@
 #include "identify/training/checkpoint.hpp"
 #include "nn/safetensors.hpp"
 #include "sim/simulate.hpp"
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/sim/made_up_body.hpp"
 
@@ -64,7 +65,7 @@ class MadeUpSource final : public dataset::TrialSource {
       const auto item = static_cast<std::uint64_t>(indices[place] + (part == dataset::Part::training ? 0 : 1000));
       const sim::Parameters parameters = dataset::base_trial(table, 5, item).parameters;
       const std::vector<double> unit = table.to_unit(parameters);
-      const Random noise(6, Stream::sensor_noise, item);
+      const Random noise(6, sim::streams::sensor_noise, item);
       std::vector<float> sway(static_cast<std::size_t>(protocol_.samples()));
       for (std::size_t k = 0; k < sway.size(); ++k) {
         const double turns = static_cast<double>(k) / 20.0;

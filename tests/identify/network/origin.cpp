@@ -150,7 +150,7 @@ TEST_CASE("origin: nobody measures a model on its training") {
 
 TEST_CASE("origin: data sets are known by their trials") {
   const auto identity = [](std::uint64_t seed) {
-    return dataset::identity_of(dataset::generate({.protocol = sim::short_protocol(), .count = 4, .seed = seed}));
+    return dataset::trial_identity(dataset::generate({.protocol = sim::short_protocol(), .count = 4, .seed = seed}));
   };
   CHECK(identity(3) == identity(3));
   CHECK(identity(3).sha256 != identity(4).sha256);

@@ -5,6 +5,7 @@
 
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
+#include "posterior/streams.hpp"
 #include "tests/helpers.hpp"
 
 using namespace decid;
@@ -17,7 +18,7 @@ std::vector<CalibratedTrial> trials_of(double stated, int count) {
   std::vector<CalibratedTrial> trials;
   for (int i = 0; i < count; ++i) {
     CalibratedTrial& trial = trials.emplace_back();
-    const double error = Random(3, Stream::posterior, 0).normal(static_cast<std::uint64_t>(i));
+    const double error = Random(3, posterior::streams::chains, 0).normal(static_cast<std::uint64_t>(i));
     trial.truth = {10.0, 0.0};
     trial.mean = {10.0 + 2.0 * error, 0.0};
     trial.deviation = {2.0 * stated, 1.0};
@@ -76,7 +77,7 @@ TEST_CASE("gaussian_log_score: of Gaussian draws, and of draws that tell no cova
     // Over the standard normal density, which is that of the ranges.
     exact += 0.5 * (centre + off) * (centre + off) - 0.5 * off * off / (spread * spread) - std::log(spread);
     for (std::size_t i = 0; i < count; ++i) {
-      draws[i].parameters[p] = value(p, centre + spread * Random(3, Stream::posterior, p).normal(i));
+      draws[i].parameters[p] = value(p, centre + spread * Random(3, posterior::streams::chains, p).normal(i));
     }
   }
   // The last one is known but for 1e-5 once the first is: correlated, and far narrower than a network's A may be.
@@ -86,8 +87,8 @@ TEST_CASE("gaussian_log_score: of Gaussian draws, and of draws that tell no cova
   truth[last] = value(last, its_centre);
   exact += std::log(spread) - std::log(narrow);
   for (std::size_t i = 0; i < count; ++i)
-    draws[i].parameters[last] = value(last, its_centre + spread * Random(3, Stream::posterior, 0).normal(i) +
-                                                narrow * Random(3, Stream::posterior, last).normal(i));
+    draws[i].parameters[last] = value(last, its_centre + spread * Random(3, posterior::streams::chains, 0).normal(i) +
+                                                narrow * Random(3, posterior::streams::chains, last).normal(i));
   exact /= static_cast<double>(table.size());
   // The logarithms of seven deviations err by 1 / sqrt(2 count), three squares by twice that: four deviations.
   CHECK(

@@ -1,7 +1,6 @@
 // Presets: each makes a network for its image of any protocol, and folded images take the protocol's own cycles.
 #include "identify/training/presets.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <set>
 

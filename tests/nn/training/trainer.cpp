@@ -5,7 +5,6 @@
 #include <doctest/doctest.h>
 
 #include <atomic>
-#include <cmath>
 #include <cstdlib>
 #include <new>
 #include <thread>
@@ -132,13 +131,14 @@ TEST_CASE("Trainer: a batch in which a BatchNorm has one value a channel is refu
   CHECK(problem([&] { Trainer<float>(without, 1); }) == "none");
 }
 
-TEST_CASE("Trainer: velocities are those of its parameters") {
+TEST_CASE("Trainer: momentum buffers are those of its parameters") {
   Network<float> network({1, 1, 1}, "fc 2");
   Trainer<float> trainer(network, 1);
   CHECK(trainer.momentum_buffers() == MomentumBuffers<float>{{0, 0}, {0, 0}});
   for (const MomentumBuffers<float>& other : {MomentumBuffers<float>{}, {{1, 2}}, {{1, 2}, {3}}, {{1, 2}, {3, 4}, {5}}})
-    CHECK(error_of([&] { trainer.set_velocities(other); }) == "velocities: are not those of this network's parameters");
-  trainer.set_velocities({{1, 2}, {3, 4}});
+    CHECK(error_of([&] { trainer.set_momentum_buffers(other); }) ==
+          "momentum buffers: are not those of this network's parameters");
+  trainer.set_momentum_buffers({{1, 2}, {3, 4}});
   CHECK(trainer.momentum_buffers() == MomentumBuffers<float>{{1, 2}, {3, 4}});
 }
 
@@ -188,7 +188,7 @@ TEST_CASE("training: a new trainer has no momentum, and initialise() forgets the
   CHECK(weights_sha256(network) == once);
 }
 
-TEST_CASE("training: goes on with another trainer, its velocities given, to the bit") {
+TEST_CASE("training: goes on with another trainer, its momentum buffers given, to the bit") {
   const auto input = hashed_values<float>(1, 4 * 288), targets = hashed_values<float>(2, 12);
   std::vector<double> squares(3);
   Network<float> network(small_shape, small);
@@ -197,7 +197,7 @@ TEST_CASE("training: goes on with another trainer, its velocities given, to the 
   train_step(trainer, input, targets, squares, 0.1);
   Network<float> resumed = network, forgetful = network;
   Trainer<float> resumed_trainer(resumed, 4), forgetful_trainer(forgetful, 4);
-  resumed_trainer.set_velocities(trainer.momentum_buffers());
+  resumed_trainer.set_momentum_buffers(trainer.momentum_buffers());
   for (Trainer<float>* t : {&trainer, &resumed_trainer, &forgetful_trainer})
     train_step(*t, input, targets, squares, 0.1);
   CHECK(weights_sha256(resumed) == weights_sha256(network));
@@ -241,7 +241,7 @@ TEST_CASE("sgd_step: by hand") {
   bias.value = {2};
   Trainer<float> trainer(network, 1);
   trainer.gradient(0)[0] = trainer.gradient(1)[0] = 1;
-  trainer.set_velocities({{4}, {4}});
+  trainer.set_momentum_buffers({{4}, {4}});
   trainer.step(0.5, {.momentum = 0.25, .weight_decay = 0.125});
   CHECK(trainer.momentum_buffers()[0][0] == 2.25f);  // 0.25 * 4 + (1 + 0.125 * 2)
   CHECK(weight.value[0] == 0.875f);

@@ -9,7 +9,8 @@
 #include <numeric>
 #include <variant>
 
-#include "posterior/cholesky.hpp"
+#include "base/math/cholesky.hpp"
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/density/density_points.hpp"
 #include "tests/posterior/trial.hpp"
@@ -159,7 +160,7 @@ TEST_CASE("Density: an offset and a straight line change nothing") {
   const Standing standing(sines_protocol());
   std::vector<float> noisy = standing.sway, moved;
   std::vector<double> noise(noisy.size());
-  Random(5, Stream::sensor_noise, 4).fill_normal(noise);
+  Random(5, sim::streams::sensor_noise, 4).fill_normal(noise);
   for (std::size_t i = 0; i < noisy.size(); ++i) {
     const double value = double{noisy[i]} + 0.02 * sim::rad_per_deg * noise[i];
     const double place = static_cast<double>(i) / static_cast<double>(noisy.size());

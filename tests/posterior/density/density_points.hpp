@@ -10,6 +10,7 @@
 
 #include "base/math/random.hpp"
 #include "posterior/density/density.hpp"
+#include "posterior/streams.hpp"
 #include "tests/posterior/density/dense_noise.hpp"
 
 namespace decid::test {
@@ -21,7 +22,7 @@ using Values = AlignedVector<double>;
 /// Eight chains at different places.
 inline Values random_points(const Density& density, std::uint64_t item) {
   Values x(static_cast<std::size_t>(density.size()) * lanes);
-  Random(3, Stream::posterior, item).fill_normal(x);
+  Random(3, posterior::streams::chains, item).fill_normal(x);
   for (double& value : x) value *= 0.5;
   return x;
 }
@@ -115,7 +116,7 @@ inline double worst_gradient(const Density& density, const Observation& observat
 /// model does, if its noise has the period of the density's and begins at 1.6 / period: the basis' harmonic 2 stands
 /// for 1.5 to 2.5 of them.
 inline void set_simulated_noise(const Density& density, double nv, std::uint64_t item, Values& x) {
-  const Random normals(5, Stream::vestibular_noise, item);
+  const Random normals(5, sim::streams::vestibular_noise, item);
   const double period_s = density.noise_period_s(), radius = std::sqrt(nv * nv + 0.05 * 0.05);
   for (int i = 0; i < density.noise_size() / 2; ++i) {
     const int k = i + 2;

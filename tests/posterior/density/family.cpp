@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "posterior/cholesky.hpp"
+#include "base/math/cholesky.hpp"
 #include "posterior/density/density.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/density/density_points.hpp"

@@ -7,6 +7,7 @@
 
 #include "base/math/random.hpp"
 #include "sim/noise.hpp"
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/trial.hpp"
 
@@ -58,7 +59,7 @@ TEST_CASE("infer: the bands hold what a simulated trial had" * doctest::test_sui
   REQUIRE(inferred.tilt_estimate_rad.low.size() == 401);
 
   std::vector<double> noise(static_cast<std::size_t>(protocol.samples()) + 1), tilt(noise.size(), 0.0);
-  sim::VestibularNoiseMaker(protocol).velocity(truth[sim::Nv], Random(5, Stream::vestibular_noise, 3), noise);
+  sim::VestibularNoiseMaker(protocol).velocity(truth[sim::Nv], Random(5, sim::streams::vestibular_noise, 3), noise);
   const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
   for (std::size_t k = 1; k < tilt.size(); ++k) {
     tilt[k] = tilt[k - 1];

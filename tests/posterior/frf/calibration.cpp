@@ -8,6 +8,7 @@
 #include "base/parallel.hpp"
 #include "posterior/frf/fit.hpp"
 #include "sim/body_model.hpp"
+#include "sim/streams.hpp"
 #include "tests/posterior/frf/made_table.hpp"
 
 using namespace decid;
@@ -40,7 +41,7 @@ Calibration calibrate(double deviation, int tables) {
   all.errors.resize(all.rhat.size());
   parallel_for(tables, [&](int i) {
     const auto number = static_cast<std::size_t>(i);
-    const Random random(31, Stream::base_parameters, number);
+    const Random random(31, sim::streams::base_parameters, number);
     const frf::State truth = state_of_prior(made, random);
     const frf::Density density(protocol, table_of(made, truth, random), {});
     const frf::Fit found = frf::fit(density, settings);

@@ -1,6 +1,6 @@
 #include "posterior/frf/density.hpp"
 
-#include "posterior/cholesky.hpp"
+#include "base/math/cholesky.hpp"
 #include "sim/body_model.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/frf/made_table.hpp"
@@ -14,7 +14,7 @@ namespace {
 frf::Local evaluated(const Density& density, const std::vector<double>& x) {
   frf::Local local;
   local.gradient.resize(Density::size());
-  local.information.resize(posterior::triangle(Density::size()));
+  local.information.resize(triangle(Density::size()));
   density.evaluate(x, local);
   return local;
 }
@@ -121,7 +121,7 @@ TEST_CASE("the information is that of the responses' and variances' finite diffe
       }
       CAPTURE(i);
       CAPTURE(j);
-      CHECK(within(local.information[posterior::triangle(i) + j], expected, 1e-6 * scale));
+      CHECK(within(local.information[triangle(i) + j], expected, 1e-6 * scale));
     }
   }
 }

@@ -4,6 +4,7 @@
 
 #include "base/files/sha256.hpp"
 #include "sim/body_model.hpp"
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/frf/made_table.hpp"
 
@@ -21,7 +22,7 @@ frf::State known() {
 frf::Fit fit_of(double deviation, const frf::Priors& priors, double (*spoil)(std::size_t) = nullptr) {
   const sim::Protocol protocol = sim::short_protocol();
   const Density made(protocol, empty_table(short_frequencies_hz, 0.02), {});
-  frf::Table table = test::table_of(made, known(), Random(4, Stream::base_parameters, 0));
+  frf::Table table = test::table_of(made, known(), Random(4, sim::streams::base_parameters, 0));
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     table.rows[i].deviation = deviation;
     if (spoil) table.rows[i].response *= spoil(i);

@@ -5,6 +5,7 @@
 #include "base/math/random.hpp"
 #include "sim/frf.hpp"
 #include "sim/simulate.hpp"
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/frf/made_table.hpp"
 
@@ -34,7 +35,7 @@ Simulated simulated(const sim::Simulator& simulator, const sim::FrequencyRespons
   simulator.run_all(
       trials,
       [&](int i) {
-        return sim::TrialInput{parameters, Random(5, Stream::vestibular_noise, static_cast<unsigned>(i))};
+        return sim::TrialInput{parameters, Random(5, sim::streams::vestibular_noise, static_cast<unsigned>(i))};
       },
       [&](int, const sim::Outcome& outcome, std::span<double> sway) {
         CHECK(outcome.valid);
@@ -182,7 +183,7 @@ TEST_CASE("the stability is the simulator's") {
   std::vector<double> sway(static_cast<std::size_t>(quiet.samples()));
   int stable = 0, unstable = 0;
   for (unsigned i = 0; i < 200; ++i) {
-    const Random random(9, Stream::base_parameters, i);
+    const Random random(9, sim::streams::base_parameters, i);
     std::vector<double> unit;
     for (std::size_t p = 0; p < ranges.size(); ++p) unit.push_back(random.uniform(p));
     sim::Parameters parameters = ranges.from_unit(unit);

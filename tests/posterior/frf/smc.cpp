@@ -5,12 +5,12 @@
 #include <cmath>
 #include <limits>
 
-#include "posterior/cholesky.hpp"
+#include "base/math/cholesky.hpp"
 #include "tests/helpers.hpp"
 
 using namespace decid;
 using namespace decid::test;
-using posterior::triangle;
+using triangle;
 
 namespace {
 

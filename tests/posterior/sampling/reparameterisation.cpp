@@ -3,8 +3,9 @@
 
 #include <cmath>
 
+#include "base/math/cholesky.hpp"
 #include "base/math/math.hpp"
-#include "posterior/cholesky.hpp"
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/trial.hpp"
 
@@ -26,7 +27,7 @@ struct Fitted {
   Density density;
   Observation observation = density.observe(recorded(protocol, some_parameters(), 0.02, 0));
   std::size_t noises = static_cast<std::size_t>(density.noise_size()), size = static_cast<std::size_t>(density.size());
-  Random random{11, Stream::base_parameters, 0};
+  Random random{11, sim::streams::base_parameters, 0};
   std::size_t globals = static_cast<std::size_t>(density.globals());
   std::uint64_t drawn = 0;
   Reparameterisation chart;

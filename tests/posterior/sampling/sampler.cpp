@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "posterior/cholesky.hpp"
+#include "base/math/cholesky.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/trial.hpp"
 

@@ -199,7 +199,7 @@ TEST_CASE("C3D: a file is one recording, whatever its channels are called") {
                 {"r.c3d", "is a C3D file, which holds one recording", "leave out trial_column"});
     const TemporaryFolder folder;
     const std::filesystem::path path = write_text(folder / "r.c3d", file.bytes());
-    check_error([&] { trials_of(path, {.trial_column = column}); }, {"r.c3d", "C3D file", "leave out trial_column"});
+    check_error([&] { list_trials(path, {.trial_column = column}); }, {"r.c3d", "C3D file", "leave out trial_column"});
   }
 }
 

@@ -1,7 +1,6 @@
 // Workbooks: what office programs write, what cells may hold, and what an archive may claim.
 #include "recording/formats/xlsx.hpp"
 
-#include <algorithm>
 #include <functional>
 #include <map>
 #include <string>

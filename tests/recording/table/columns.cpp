@@ -86,7 +86,7 @@ TEST_CASE("columns: units of length and angle in the plural") {
                                      {"COM_x meters", 1.0},
                                      {"COM_x metres", 1.0}}) {
     CAPTURE(std::string(name));
-    CHECK(metres_in_unit_of(name) == metres);
+    CHECK(find_metres_per_unit(name) == metres);
     CHECK(quantity(name) == "a length");
   }
   CHECK(unit_in("sway (degrees)") == Unit::degree);

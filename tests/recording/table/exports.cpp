@@ -1,5 +1,4 @@
 // Exports of other programs: formats, clocks, counters, missing values, angles that wrap.
-#include <algorithm>
 #include <cstdio>
 #include <string>
 

@@ -38,7 +38,7 @@ constexpr const char* two =
 
 Strings trials(const std::string& csv, const std::string& by) {
   const TemporaryFolder folder;
-  return trials_of(write_text(folder / "r.csv", csv), {.trial_column = by});
+  return list_trials(write_text(folder / "r.csv", csv), {.trial_column = by});
 }
 
 void check_trial(const std::string& csv, const std::string& by, const std::string& trial, double factor) {

@@ -8,6 +8,7 @@
 #include "identify/identify.hpp"
 #include "identify/network/prediction.hpp"
 #include "identify/training/training.hpp"
+#include "sim/streams.hpp"
 #include "tests/tools/decid/run.hpp"
 
 namespace decid::tools {
@@ -115,7 +116,7 @@ TEST_CASE("the built-in model knows out-of-distribution recordings" * doctest::t
         }) >= 0.73);
   std::uint64_t item = 0;
   CHECK(changed([&](std::vector<float>& sway) {  // white noise of half a degree
-          const Random random(5, Stream::sensor_noise, item++);
+          const Random random(5, sim::streams::sensor_noise, item++);
           for (std::size_t k = 0; k < sway.size(); ++k)
             sway[k] = static_cast<float>(0.5 * sim::rad_per_deg * random.normal(k));
         }) >= 0.95);

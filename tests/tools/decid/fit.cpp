@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "sim/body_model.hpp"
+#include "sim/protocol/protocol_json.hpp"
 #include "tests/tools/decid/run.hpp"
 #include "tools/report/comparison_page.hpp"
 
@@ -108,6 +109,53 @@ TEST_CASE("fit: ranges and priors of parameters" * doctest::test_suite("slow")) 
   CHECK(recording["diagnostics"]["rhat"].size() == 10);
   CHECK(recording["diagnostics"]["effective_draws"].size() == 10);
   CHECK(contains(read_text(folder / "d.npz"), "slow_noise_deg.npy"));
+}
+
+// Over 20 s: guards the way of several controllers through sampling, checks, comparison and output; one fit each.
+TEST_CASE("fit: controllers are compared, and parameters are fixed" * doctest::test_suite("slow")) {
+  const Folder folder;
+  run_ok("simulate --protocol short --nv 0.3 --seed 4 -o " + folder / "t.csv");
+  const auto result = run_ok("fit --quiet --json --protocol short --max-draws 8 --fix Kp=880 --controller dec,dec2015 " +
+                             folder / "t.csv" + " -o " + folder / "o.json");
+  const Json all = Json::parse(result.out), recording = all["recordings"].at(0);
+  CHECK(all["controller"] == "dec");
+  CHECK(recording["parameters"][0]["fixed"] == true);
+  CHECK(recording["parameters"][0]["value"] == 880.0);
+  CHECK(recording["parameters"][0]["sd"] == 0.0);
+  CHECK(recording["parameters"][1]["sd"].get<double>() > 0.0);
+  const Json& controllers = recording["controllers"];
+  REQUIRE(controllers.size() == 2);
+  CHECK(controllers[0]["controller"] == "dec");
+  CHECK(controllers[1]["controller"] == "dec2015");
+  double weights = 0.0, best = -1.0;
+  for (const Json& one : controllers) {
+    weights += one["weight"].get<double>();
+    best = std::max(best, one["difference"].get<double>());
+    CHECK(one["difference_standard_error"].get<double>() >= 0.0);
+  }
+  CHECK(near(weights, 1.0, 1e-9));
+  CHECK(best == 0.0);
+  CHECK(near(controllers[0]["log_predictive_density"].get<double>(),
+             recording["log_predictive_density"]["value"].get<double>(), 1e-12));
+  CHECK(controllers[1]["parameters"].size() == decid::sim::dec2015().parameters.size());
+  CHECK(controllers[1]["parameters"][0]["sd"] == 0.0);  // fixed for both
+  CHECK(controllers[1]["predictive_check"]["figures"].size() == 8);
+}
+
+TEST_CASE("fit refuses invalid controllers and fixed values, by the option") {
+  const Folder folder;
+  run_ok("simulate --seed 4 -o " + folder / "t.csv");
+  const std::string fit = "fit " + folder / "t.csv" + " ";
+  check_refused(fit + "--controller pid", {"--controller", "'pid'"});
+  check_refused(fit + "--controller dec,ic,dec", {"--controller", "dec"});
+  check_refused(fit + "--fix Kp=-1", {"--fix", "Kp"});
+  check_refused(fit + "--fix Kp", {"--fix", "NAME=VALUE"});
+  check_refused(fit + "--fix Kp=900 --range Kp=800,1000", {"--fix", "Kp"});
+  check_refused(fit + "--fix W=0.5", {"--fix", "'W'"});
+  decid::sim::Protocol protocol = decid::sim::default_protocol();
+  protocol.experiment.body_model = &decid::sim::independent_channels();
+  write_text(folder / "ic.json", decid::sim::to_json(protocol));
+  check_refused(fit + "--controller dec2015 --protocol " + folder / "ic.json", {"--controller", "ic"});
 }
 
 TEST_CASE("fit refuses invalid ranges and priors, by the option") {

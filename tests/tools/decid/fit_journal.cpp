@@ -1,7 +1,5 @@
 // The journal of a fit: what is kept, what a kill leaves, and what does not belong together.
-#include "tools/decid/fit_journal.hpp"
-
-#include <memory>
+#include "tools/decid/commands/fit_journal.hpp"
 
 #include "base/error.hpp"
 #include "identify/result_archive.hpp"

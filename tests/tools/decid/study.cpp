@@ -275,13 +275,13 @@ TEST_CASE("a study reads one recording of a file of several, and --trial none re
   write_text(folder / "one.csv", one);
   write_text(folder / "blocks.csv", blocks);
   const std::string study = "study --quiet --json --trials 16 --realisations 1 -o " + folder / "study";
-  const auto recording_of = [&](const std::string& options) {
+  const auto make_recording = [&](const std::string& options) {
     const auto result = run_ok(study + " --recording " + options);
     return Json::parse(result.out).at("recording").at("identified");
   };
-  const Json whole = recording_of(folder / "r.csv");
-  CHECK(recording_of(folder / "blocks.csv" + " --trial none") == whole);
-  CHECK(recording_of(folder / "one.csv" + " --trial block") == whole);
+  const Json whole = make_recording(folder / "r.csv");
+  CHECK(make_recording(folder / "blocks.csv" + " --trial none") == whole);
+  CHECK(make_recording(folder / "one.csv" + " --trial block") == whole);
   check_refused(study + " --recording " + folder / "blocks.csv", {"blocks.csv", "--trial"});
   check_refused(study + " --recording " + folder / "blocks.csv" + " --trial block", {"2 recordings", "--trial block"});
   check_refused(study + " --recording " + folder / "blocks.csv" + " --trial no", {"blocks.csv", "'no'"});

@@ -1,10 +1,10 @@
 // Exported controllers: the sway of whole trials, to the bit, beside the simulator's.
-#include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 
 #include "base/text.hpp"
 #include "sim/lanes.hpp"
+#include "sim/streams.hpp"
 #include "tests/tools/firmware/models.hpp"
 
 namespace decid::tools {
@@ -56,7 +56,7 @@ void check_controller(const sim::Parameters& parameters, const std::string& prot
   CAPTURE(compiler);
   const Folder folder;
   const sim::Simulator simulator(protocol_name == "short" ? sim::short_protocol() : sim::default_protocol());
-  const Random noise(5, Stream::vestibular_noise, 3);
+  const Random noise(5, sim::streams::vestibular_noise, 3);
   std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
   REQUIRE(simulator.run(parameters, noise, sway).valid);
   test::write_text(folder / "trial.bin", as_bytes(trial_for_harness(simulator, parameters, noise)));

@@ -2,7 +2,7 @@
 // wrote.
 #include <nlohmann/json.hpp>
 
-#include "dataset/npz/npy.hpp"
+#include "dataset/npz/detail/npy.hpp"
 #include "identify/training/training.hpp"
 #include "nn/safetensors.hpp"
 #include "tests/tools/onnx/networks.hpp"

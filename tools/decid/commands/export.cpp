@@ -1,6 +1,5 @@
 // decid export: a model, or a controller, as C files for a firmware; a model's network as ONNX.
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cctype>
 #include <cmath>

@@ -1,6 +1,5 @@
 // decid fit: recordings or a published frequency response in, the posterior of their controllers out.
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <iostream>
 #include <memory>
@@ -11,6 +10,7 @@
 #include "base/error.hpp"
 #include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
+#include "base/number.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
@@ -21,7 +21,7 @@
 #include "sim/segments.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/commands/fit_frf.hpp"
-#include "tools/decid/fit_journal.hpp"
+#include "tools/decid/commands/fit_journal.hpp"
 #include "tools/decid/group_file.hpp"
 #include "tools/decid/interrupt.hpp"
 #include "tools/decid/progress.hpp"

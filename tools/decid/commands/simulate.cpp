@@ -12,6 +12,7 @@
 #include "base/text.hpp"
 #include "sim/double_pendulum.hpp"
 #include "sim/protocol/protocol_json.hpp"
+#include "sim/streams.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/commands/trial_csv.hpp"
 
@@ -99,7 +100,7 @@ void simulate_single(const SimulateOptions& options, sim::Protocol protocol) {
   const sim::Simulator simulator(std::move(protocol));
   const sim::Parameters parameters = filled(simulator.protocol().ranges().middle(), options.parameters);
   std::vector<double> sway = room(simulator.samples());
-  const sim::Outcome outcome = simulator.run(parameters, Random(options.seed, Stream::vestibular_noise, 0), sway);
+  const sim::Outcome outcome = simulator.run(parameters, Random(options.seed, sim::streams::vestibular_noise, 0), sway);
   const double stiffness = parameters[sim::Kp_pass] + 2.0 * parameters[sim::Kp],
                mgh = simulator.protocol().experiment.body.mgh();
   require_standing(
@@ -109,7 +110,7 @@ void simulate_single(const SimulateOptions& options, sim::Protocol protocol) {
         if (without_noise) same[sim::Nv] = 0.0;
         const sim::Simulator again(other);
         std::vector<double> unused = room(again.samples());
-        return again.run(same, Random(options.seed, Stream::vestibular_noise, 0), unused).valid;
+        return again.run(same, Random(options.seed, sim::streams::vestibular_noise, 0), unused).valid;
       },
       stiffness <= mgh
           ? format("--kp-pass and twice --kp, %.0f N m/rad, must exceed the body's m g h, %.0f: raise --kp", stiffness,
@@ -131,7 +132,7 @@ void simulate_double(const SimulateOptions& options, sim::Protocol protocol) {
   parameters = {filled(parameters.ankle, options.parameters), filled(parameters.hip, options.hip)};
   std::vector<double> com = room(simulator.samples()), leg = com, trunk = com;
   const sim::Outcome outcome =
-      simulator.run(parameters, Random(options.seed, Stream::vestibular_noise, 0), {com, leg, trunk});
+      simulator.run(parameters, Random(options.seed, sim::streams::vestibular_noise, 0), {com, leg, trunk});
   require_standing(
       outcome, simulator.protocol(),
       [&](const sim::Protocol& other, bool without_noise) {
@@ -139,7 +140,8 @@ void simulate_double(const SimulateOptions& options, sim::Protocol protocol) {
         if (without_noise) same.ankle[sim::Nv] = same.hip[sim::Nv] = 0.0;
         const sim::DoubleSimulator again(other);
         std::vector<double> unused = room(again.samples()), leg_unused = unused, trunk_unused = unused;
-        return again.run(same, Random(options.seed, Stream::vestibular_noise, 0), {unused, leg_unused, trunk_unused})
+        return again
+            .run(same, Random(options.seed, sim::streams::vestibular_noise, 0), {unused, leg_unused, trunk_unused})
             .valid;
       },
       "shorten --delay or --hip-delay, or bring the gains of ankle and hip nearer to their defaults");

@@ -1,5 +1,4 @@
 // decid study: a model compared with the paper, in figures and numbers, and the accuracy of its estimates.
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
@@ -8,6 +7,7 @@
 #include "base/error.hpp"
 #include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
+#include "base/number.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
 #include "tools/decid/command.hpp"
@@ -31,11 +31,8 @@ struct StudyOptions {
 
 std::pair<std::string, double> time_from_text(const std::string& text) {
   const std::size_t equals = text.find('=');
-  double seconds = 0;
-  const char* const end = text.data() + text.size();
-  const char* const begin = text.data() + (equals == std::string::npos ? text.size() : equals + 1);
-  const auto [at, error] = std::from_chars(begin, end, seconds);
-  if (equals == 0 || error != std::errc() || at != end || !std::isfinite(seconds) || seconds < 0)
+  const double seconds = equals == std::string::npos ? NAN : number_from<double>(text.substr(equals + 1)).value_or(NAN);
+  if (equals == 0 || !std::isfinite(seconds) || seconds < 0)
     throw Error("--time", "'" + text + "' is not NAME=SECONDS", "give for example --time training=2400");
   return {text.substr(0, equals), seconds};
 }

@@ -194,7 +194,7 @@ bool train_epochs(const TrainOptions& options, const TrainingSettings& settings,
 }
 
 /// Returns the model of the best epoch, at all ranks.
-Model best_of(const TrainFiles& files) {
+Model load_best(const TrainFiles& files) {
   if (ranks() == nullptr) return load_model(files.best);
   const std::string bytes = broadcast_text(*ranks(), is_root() ? read_file(files.best) : std::string());
   return model_from_bytes(bytes, files.best);
@@ -206,7 +206,7 @@ Model finished_model(const TrainOptions& options, const TrainingSettings& settin
   const TrainFiles files(options.output);
   Model model = std::move(state.model);
   if (settings.patience > 0) {
-    Model best = best_of(files);
+    Model best = load_best(files);
     best.origin.epochs = model.origin.epochs;  // it may be of a training that went on to more of them
     best.origin.extensions = model.origin.extensions;
     if (best.origin != model.origin)

@@ -120,7 +120,7 @@ std::string frf_fit_json(const FrfReport& report) {
                   {"correlations", correlations_json(found, ranges.size())},
                   {"frf", table_json(report)},
                   {"diagnostics", diagnostics_json(found, ranges)},
-                  {"trust", name(trust_of(found.warnings()))},
+                  {"trust", name(worst_trust(found.warnings()))},
                   {"warnings", warnings_json(found.warnings())}};
   // A file name need not be UTF-8; other bytes are replaced.
   return print_json(json) + "\n";

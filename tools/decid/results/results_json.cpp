@@ -1,6 +1,5 @@
 // Reports as JSON: see results.hpp.
 #include <algorithm>
-#include <cmath>
 
 #include "base/files/json_object.hpp"
 #include "base/version.hpp"

@@ -133,7 +133,7 @@ std::string body_text(const sim::Body& body, bool assumed) {
 }
 
 std::string trust_text(const Warnings& warnings) {
-  const Trust trust = trust_of(warnings);
+  const Trust trust = worst_trust(warnings);
   if (trust == Trust::usable) return "  usable: no check found anything odd\n";
   return (trust == Trust::caution ? "  with caution: " : "  NOT USABLE: ") + gravest(warnings)->text + "\n";
 }

@@ -2,7 +2,6 @@
 // damaged ones.
 #include <matio.h>
 
-#include <cmath>
 #include <cstdint>
 #include <cstring>
 
@@ -227,7 +226,7 @@ TEST_CASE("version 7.3: arrays of structures and cells have elements, pages and 
   }
   check_made(read_recording(folder / "cell.mat", {.column = "sway{2}", .rate_hz = 50.0}), 2.0);
   check_made(read_recording(folder / "cell.mat", {.column = "cube(:,1,2)", .rate_hz = 50.0}), 2.0);
-  CHECK(trials_of(folder / "cell.mat", {.trial_column = "sway"}).size() == 2);
+  CHECK(list_trials(folder / "cell.mat", {.trial_column = "sway"}).size() == 2);
 }
 
 TEST_CASE("version 7.3: an answer of the process that reads it is taken whole or not at all") {
