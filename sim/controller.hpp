@@ -64,7 +64,8 @@ class DelayLine {
 inline Protocol checked(Protocol protocol) {
   protocol.validate();
   if (protocol.experiment.body_model == &single_pendulum()) return protocol;
-  throw Error("protocol " + protocol.name, "its body model is '" + protocol.experiment.body_model->name + "'",
+  throw Error(Code::not_supported, "protocol " + protocol.name,
+              "its body model is '" + protocol.experiment.body_model->name + "'",
               "use that model's simulator; this one has the parameters of the single pendulum");
 }
 
@@ -73,14 +74,14 @@ inline Protocol checked(Protocol protocol) {
 inline void check_parameters(const Parameters& parameters, const std::string& whose = {}) {
   const ParameterTable& table = single_pendulum().parameters;
   if (parameters.size() != table.size()) {
-    throw Error(whose + "parameters", "has " + std::to_string(parameters.size()) + " values",
+    throw Error(Code::size_mismatch, whose + "parameters", "has " + std::to_string(parameters.size()) + " values",
                 "give all " + std::to_string(table.size()));
   }
   for (std::size_t i = 0; i < table.size(); ++i) {
     const double value = parameters[i];
     const double largest = i == Delay ? longest_delay_s : std::numeric_limits<double>::max();
     if (value >= 0.0 && value <= largest) continue;  // false for NaN
-    throw Error(whose + "parameter " + table[i].name, "is " + given_text(value),
+    throw Error(Code::setting_out_of_range, whose + "parameter " + table[i].name, "is " + given_text(value),
                 i == Delay ? "give a delay from 0 to " + given_text(longest_delay_s) + " s"
                            : "give a finite value, 0 or above");
   }

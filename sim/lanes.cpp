@@ -101,8 +101,8 @@ void Lanes::prepare(const std::function<int()>& next, const Simulator::TrialOf& 
     const TrialInput trial = trial_of(index);
     check_parameters(trial.parameters);
     if (!(trial.height >= 0.1 && trial.height <= 10.0))
-      throw Error("trial", "has a body height of " + given_text(trial.height) + " times the protocol's",
-                  "give 0.1 to 10 times");
+      throw Error(Code::setting_out_of_range, "trial",
+                  "has a body height of " + given_text(trial.height) + " times the protocol's", "give 0.1 to 10 times");
     waiting_.push_back(
         {index, trial.parameters, setup_.protocol.experiment.body.of_height(trial.height), nullptr, silence_.data()});
     nv.push_back(trial.parameters[Nv]);

@@ -73,7 +73,7 @@ double frequency_weight(double hz) {
 const sim::Protocol& of_single_pendulum(const sim::Protocol& protocol) {
   protocol.validate();
   if (&protocol.parameters() != &sim::single_pendulum().parameters)
-    throw Error("protocol " + protocol.name, "has another body model than the single pendulum",
+    throw Error(Code::not_supported, "protocol " + protocol.name, "has another body model than the single pendulum",
                 "use a protocol of the single pendulum");
   return protocol;
 }
@@ -105,12 +105,12 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
   for (std::size_t i = 0; i < quantiles_.size(); ++i)
     quantiles_[i] = quantile_of(priors, ranges_[i].name, ranges_[i].low, ranges_[i].range());
   if (blocks_ < fewest_blocks) {
-    throw Error("protocol " + protocol.name, format("lasts %g s", protocol.duration_s()),
+    throw Error(Code::setting_out_of_range, "protocol " + protocol.name, format("lasts %g s", protocol.duration_s()),
                 "give a protocol of at least 2 s");
   }
   if (noise_.size() == 0 && protocol.noise.vestibular.scale_deg > 0.0) {
-    throw Error("protocol " + protocol.name + ", vestibular_noise", "has a single frequency",
-                "give low_hz below high_hz; the posterior models the noise as a band");
+    throw Error(Code::setting_out_of_range, "protocol " + protocol.name + ", vestibular_noise",
+                "has a single frequency", "give low_hz below high_hz; the posterior models the noise as a band");
   }
   const sim::Experiment& experiment = protocol.experiment;
   const int block_steps = block_samples_ * experiment.steps_per_sample();
@@ -235,7 +235,8 @@ void Density::check(const Observation& observation, std::span<const double> x, s
   if (x.size() == all && results == expected && observation.sway.size() == static_cast<std::size_t>(blocks_) &&
       observation.torque.size() == s_.size())
     return;
-  throw Error("posterior", format("got %zu coordinates and space for %zu results", x.size(), results),
+  throw Error(Code::size_mismatch, "posterior",
+              format("got %zu coordinates and space for %zu results", x.size(), results),
               format("give %zu and %zu, and an observation of this density", all, expected));
 }
 

@@ -41,7 +41,8 @@ struct Entry {
 
 FitJournal::FitJournal(const std::filesystem::path& path, const std::string& settings, bool resume)
     : file_(path, DiskFile::Access::write) {
-  if (!file_.try_lock()) throw Error(path.string(), "is being written by another process", "wait until that has ended");
+  if (!file_.try_lock())
+    throw Error(Code::file_in_use, path.string(), "is being written by another process", "wait until that has ended");
   if (resume) read(settings);
   file_.truncate(end_);
   if (end_ > 0) return;
@@ -58,7 +59,7 @@ void FitJournal::read(const std::string& settings) {
   bool is_first = true;
   while (const std::optional<std::string_view> text = entry_of(rest)) {
     if (is_first && *text != settings)
-      throw Error(file_.path().string(), "is of other settings",
+      throw Error(Code::file_differs, file_.path().string(), "is of other settings",
                   "give the options of the call that wrote it, or leave out --resume to start again");
     try {
       if (!is_first) {

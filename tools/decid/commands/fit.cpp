@@ -54,13 +54,13 @@ constexpr const char* of_tables[] = {"--amplitude", "--prior-error"};
 void check_kind(const FitOptions& options, const Command& command) {
   const bool is_table = !options.frf.empty();
   if (!is_table && options.recordings.files.empty())
-    throw Error("fit", "neither a recording nor a frequency response is named",
+    throw Error(Code::setting_missing, "fit", "neither a recording nor a frequency response is named",
                 "name CSV, MAT, C3D or .xlsx files, or a table with --frf");
   const auto refuse = [&](const char* option) {
     if (command.count(option) == 0) return;
     if (is_table && std::string(option) == "recordings")
-      throw Error("--frf", "does not go with recordings", "fit them in a call of their own");
-    throw Error(option, is_table ? "is not for --frf" : "is for --frf alone", "leave it out");
+      throw Error(Code::setting_conflict, "--frf", "does not go with recordings", "fit them in a call of their own");
+    throw Error(Code::setting_conflict, option, is_table ? "is not for --frf" : "is for --frf alone", "leave it out");
   };
   if (is_table) std::ranges::for_each(of_recordings, refuse);
   if (is_table) std::ranges::for_each(reading_options, refuse);
@@ -74,7 +74,9 @@ struct NamedPair {
 };
 
 NamedPair pair_of(const std::string& text, const char* option, const char* form, const sim::ParameterTable& table) {
-  const auto fail = [&](const std::string& problem) { throw Error(option, problem, std::string("give ") + form); };
+  const auto fail = [&](const std::string& problem) {
+    throw Error(Code::setting_malformed, option, problem, std::string("give ") + form);
+  };
   const std::size_t equals = text.find('='), comma = text.find(',', equals == std::string::npos ? 0 : equals);
   if (equals == std::string::npos || comma == std::string::npos) fail("'" + text + "' is not " + form);
   const auto number = [&](std::size_t begin, std::size_t end) {
@@ -89,7 +91,7 @@ NamedPair pair_of(const std::string& text, const char* option, const char* form,
   if (std::ranges::find(names, pair.name) == names.end()) {
     std::string all;
     for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
-    throw Error(option, "'" + pair.name + "' is not a parameter", "name one of " + all);
+    throw Error(Code::setting_unknown, option, "'" + pair.name + "' is not a parameter", "name one of " + all);
   }
   return pair;
 }
@@ -102,7 +104,7 @@ std::vector<posterior::ParameterPrior> parameter_priors(const FitOptions& option
     return found != all.end() ? *found : all.emplace_back(posterior::ParameterPrior{name, {}, {}});
   };
   const auto twice = [](const char* option, const std::string& name) {
-    throw Error(option, "is given twice for " + name, "give it once");
+    throw Error(Code::setting_conflict, option, "is given twice for " + name, "give it once");
   };
   for (const std::string& text : options.ranges) {
     const NamedPair pair = pair_of(text, "--range", "NAME=LOW,HIGH", table);
@@ -121,8 +123,8 @@ std::vector<posterior::ParameterPrior> parameter_priors(const FitOptions& option
   try {
     static_cast<void>(posterior::ranges_of(priors, table));
   } catch (const Error& error) {
-    throw Error(error.where().starts_with("range") ? "--range" : "--prior", error.where() + " " + error.problem(),
-                error.remedy());
+    throw Error(error.code(), error.where().starts_with("range") ? "--range" : "--prior",
+                error.where() + " " + error.problem(), error.remedy());
   }
   return all;
 }
@@ -132,7 +134,8 @@ sim::Protocol protocol_of(const FitOptions& options, sim::Protocol protocol) {
   if (const std::optional<sim::Body> body = options.recordings.body()) protocol.experiment.body = *body;
   if (options.amplitude_deg) {
     if (!std::holds_alternative<sim::Sequence>(protocol.experiment.stimulus))
-      throw Error("--amplitude", "protocol '" + protocol.name + "' plays no ternary sequence, the tilt that it scales",
+      throw Error(Code::setting_conflict, "--amplitude",
+                  "protocol '" + protocol.name + "' plays no ternary sequence, the tilt that it scales",
                   "leave it out, and give the amplitudes in the protocol's file");
     protocol.sequence().amplitude_deg = *options.amplitude_deg;
   }
@@ -164,7 +167,8 @@ void run_table(const FitOptions& options, const Command& command) {
 /// regular file.
 std::optional<FitJournal> journal_of(const FitOptions& options, const std::string& settings) {
   const std::string& output = options.outputs.json;
-  if (options.resume && output.empty()) throw Error("--resume", "needs --output", "name the file to go on with");
+  if (options.resume && output.empty())
+    throw Error(Code::setting_missing, "--resume", "needs --output", "name the file to go on with");
   const bool is_file = !std::filesystem::exists(output) || std::filesystem::is_regular_file(output);
   if (output.empty() || options.recordings.files.size() < 2 || !is_file) return std::nullopt;
   return std::make_optional<FitJournal>(output + ".journal", settings, options.resume);
