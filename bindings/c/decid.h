@@ -14,7 +14,7 @@
      }
 
    Errors. Every function that can fail returns a decid_status. Unless it is DECID_OK, nothing was made or changed, and
-   the thread's decid_error_..() give the place, the problem and the remedy. A function that makes a handle stores it in
+   the thread's decid_error_..() give the code, the place, the problem and the remedy. A function that makes a handle stores it in
    its last argument, or NULL if it fails. No C++ exception leaves the library, and it never prints, exits or aborts.
    Where the system has no thread left, the OpenMP runtime ends the process.
 
@@ -56,8 +56,9 @@ typedef enum decid_status {
 } decid_status;
 
 /* The error of this thread's last call that failed; "" before any. Valid until the thread's next call that fails.
-   text: "where: problem; remedy". */
+   text: "where: problem; remedy"; code: "file_missing" and so on, for programs (docs/reference/errors.md). */
 DECID_API const char* decid_error_text(void);
+DECID_API const char* decid_error_code(void);
 DECID_API const char* decid_error_where(void);
 DECID_API const char* decid_error_problem(void);
 DECID_API const char* decid_error_remedy(void);
