@@ -140,7 +140,7 @@ TEST_CASE("decid reads what NumPy writes, stored, deflated, or in header format 
   REQUIRE(python(folder / "save.py", folder / "a.npz",
                  "arrays = dict(np.load(path))\narrays['sway'] = np.zeros((250_000, 80), np.float32)\n"
                  "np.savez_compressed(path, **arrays)\n"));
-  check_error([&] { read_npz(folder / "a.npz"); }, {"a.npz: sway", "compressed too strongly"});
+  check_error([&] { read_npz(folder / "a.npz"); }, Code::file_unsupported, "a.npz");
 }
 
 TEST_CASE("a data set from before the noise had a period of its own keeps the trial's length") {
@@ -163,7 +163,7 @@ TEST_CASE("arrays that do not belong into a data set are refused by name") {
   const TemporaryFolder folder;
   struct Case {
     const char* change;
-    std::initializer_list<const char*> parts;
+    Code code, std::string_view fact = {};
   };
   const Case cases[] = {
       {"del arrays['sway']", {"a.npz", "no array 'sway'"}},
@@ -224,12 +224,12 @@ TEST_CASE("arrays that do not belong into a data set are refused by name") {
 
 TEST_CASE("files that are no archives, or are cut off, are refused") {
   const TemporaryFolder folder;
-  check_error([&] { read_npz(folder / "none.npz"); }, {"none.npz", "cannot be opened as an .npz file", "No such file"});
-  check_error([&] { read_npz(folder.path()); }, {"cannot be opened as an .npz file"});
+  check_error([&] { read_npz(folder / "none.npz"); }, Code::file_missing, "none.npz");
+  check_error([&] { read_npz(folder.path()); }, Code::file_missing);
   write_text(folder / "text.npz", "time,sway\n0,1\n");
-  check_error([&] { read_npz(folder / "text.npz"); }, {"text.npz", "cannot be opened as an .npz file", "zip"});
+  check_error([&] { read_npz(folder / "text.npz"); }, Code::file_missing, "text.npz");
   write_text(folder / "empty.npz", "");
-  check_error([&] { read_npz(folder / "empty.npz"); }, {"empty.npz"});
+  check_error([&] { read_npz(folder / "empty.npz"); }, Code::setting_out_of_range, "empty.npz");
 
   write_npz(folder / "a.npz", small_dataset());
   const std::string whole = read_text(folder / "a.npz");
@@ -237,7 +237,7 @@ TEST_CASE("files that are no archives, or are cut off, are refused") {
                                  whole.size() - 200, whole.size() - 22, whole.size() - 1}) {
     CAPTURE(size);
     write_text(folder / "cut.npz", whole.substr(0, size));
-    check_error([&] { read_npz(folder / "cut.npz"); }, {"cut.npz", "cannot be opened as an .npz file", "truncated"});
+    check_error([&] { read_npz(folder / "cut.npz"); }, Code::file_missing, "cut.npz");
   }
 }
 
@@ -253,22 +253,22 @@ TEST_CASE("damaged bytes are detected") {
   // A value of the sway: only the checksum can show it.
   const std::size_t magic = whole.find("\x93NUMPY");
   REQUIRE(magic != std::string::npos);
-  check_error([&] { read_npz(damaged(magic + 1000, '\x01')); }, {"damaged.npz: sway", "is damaged", "CRC"});
-  check_error([&] { read_npz(damaged(magic, 'x')); }, {"sway", "is not a NumPy array"});
-  check_error([&] { read_npz(damaged(magic + 6, '\x03')); }, {"sway", "NumPy format 3.0"});
-  check_error([&] { read_npz(damaged(magic + 9, '\x7f')); }, {"sway", "NumPy header"});
-  check_error([&] { read_npz(damaged(magic + 10, '[')); }, {"sway", "not of the form"});
+  check_error([&] { read_npz(damaged(magic + 1000, '\x01')); }, Code::file_damaged, "damaged.npz");
+  check_error([&] { read_npz(damaged(magic, 'x')); }, Code::file_damaged);
+  check_error([&] { read_npz(damaged(magic + 6, '\x03')); }, Code::file_unsupported, "3.0");
+  check_error([&] { read_npz(damaged(magic + 9, '\x7f')); }, Code::file_damaged);
+  check_error([&] { read_npz(damaged(magic + 10, '[')); }, Code::file_damaged);
   // A shape that no file of this size can hold is refused before any memory is asked for.
   const std::size_t shape = whole.find("(5, 400)");
   REQUIRE(shape != std::string::npos);
-  check_error([&] { read_npz(damaged(shape + 1, '9')); }, {"sway", "differs from its shape, 9 x 400"});
+  check_error([&] { read_npz(damaged(shape + 1, '9')); }, Code::file_damaged, "9 x");
   // Sizes in the directory at the archive's end: 2^31 bytes of sway.
   const std::size_t entry = whole.find("PK\x01\x02");
   REQUIRE(entry != std::string::npos);
   std::string content = whole;
   for (const std::size_t field : {20u, 24u}) content.replace(entry + field, 4, std::string("\x00\x00\x00\x80", 4));
   write_text(folder / "large.npz", content);
-  check_error([&] { read_npz(folder / "large.npz"); }, {"large.npz"});
+  check_error([&] { read_npz(folder / "large.npz"); }, Code::file_damaged, "large.npz");
   // Any one byte (a name's, say, or a date's): either the file still reads as the same data, or there is an Error;
   // nothing else may happen.
   int refused = 0;
@@ -290,18 +290,18 @@ TEST_CASE("data that the reader would refuse is not written") {
   const TemporaryFolder folder;
   Dataset data = small_dataset();
   data.sway[7] = std::numeric_limits<float>::quiet_NaN();
-  check_error([&] { write_npz(folder / "a.npz", data); }, {"a.npz", "sway of trial 0"});
+  check_error([&] { write_npz(folder / "a.npz", data); }, Code::file_damaged, "0");
   data = small_dataset();
   data.split.pop_back();
-  check_error([&] { write_npz(folder / "a.npz", data); }, {"a.npz", "split does not have"});
-  check_error([&] { write_npz(folder / "a.npz", Dataset{}); }, {"a.npz", "no trials"});
+  check_error([&] { write_npz(folder / "a.npz", data); }, Code::file_damaged, "a.npz");
+  check_error([&] { write_npz(folder / "a.npz", Dataset{}); }, Code::trials_missing, "a.npz");
   CHECK(folder.files() == 0);
 }
 
 TEST_CASE("a failure to write leaves the old file and nothing else") {
   const TemporaryFolder folder;
-  check_error([&] { write_npz(folder / "no" / "a.npz", small_dataset()); }, {"a.npz", "folder"});
-  check_error([&] { write_npz("/dev/null", small_dataset()); }, {"/dev/null", "not a regular file"});
+  check_error([&] { write_npz(folder / "no" / "a.npz", small_dataset()); }, Code::file_unwritable, "a.npz");
+  check_error([&] { write_npz("/dev/null", small_dataset()); }, Code::file_unwritable, "/dev/null");
   write_text(folder / "a.npz", "old");
   // A limit on the size of files stands for a full disk.
   rlimit before{};
@@ -325,7 +325,7 @@ TEST_CASE("a data set of a made-up body has its fourteen parameters, by their na
   const TemporaryFolder folder;
   Dataset data = small_dataset();
   data.protocol.experiment.body_model = &made_up_body();
-  check_error([&] { write_npz(folder / "a.npz", data); }, {"the parameters of trial 0 do not match its body model"});
+  check_error([&] { write_npz(folder / "a.npz", data); }, Code::file_damaged, "0 do");
   for (std::size_t i = 0; i < data.parameters.size(); ++i)
     data.parameters[i] = base_trial(made_up_body().parameters, 9, i).parameters;
   write_npz(folder / "a.npz", data);
@@ -333,9 +333,9 @@ TEST_CASE("a data set of a made-up body has its fourteen parameters, by their na
   check_equal(read, data);
   CHECK(read.protocol.experiment == data.protocol.experiment);
   CHECK(StoredDataset(folder / "a.npz", made_up_body()).about().parameters == data.parameters);
-  check_error([&] { read_npz(folder / "a.npz"); }, {"a.npz: decid.json", "parameters other than Kp, Kd,"});
+  check_error([&] { read_npz(folder / "a.npz"); }, Code::file_unsupported, "a.npz");
   write_npz(folder / "b.npz", small_dataset());
-  check_error([&] { read_npz(folder / "b.npz", made_up_body()); }, {"parameters other than gain_1, gain_2,"});
+  check_error([&] { read_npz(folder / "b.npz", made_up_body()); }, Code::file_unsupported, "gain_1");
   require_numpy();
   CHECK(python(folder / "read.py", folder / "a.npz",
                "with np.load(path) as data:\n"
