@@ -180,7 +180,7 @@ TEST_CASE("identify: samples that are not a recording are refused") {
   for (const float value : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
     std::vector<recording::Trial> two = trials(2);
     two[1].sway_rad()[12099] = value;
-    check_error([&] { identifier.estimate(two); }, Code::value_invalid, "1");
+    check_error([&] { identifier.estimate(two); }, Code::value_invalid, "trial 1");
   }
   CHECK(identifier.estimate({}).empty());
   CHECK(identifier.explain({}, {}).empty());

@@ -120,7 +120,7 @@ TEST_CASE("sample: settings that make no draws are refused") {
                                        &Settings::trial_draws, &Settings::block, &Settings::max_draws}) {
     Settings settings = quick();
     settings.*setting = 0;
-    check_error([&] { sample(density, observation, settings); }, Code::setting_out_of_range, "0");
+    check_error([&] { sample(density, observation, settings); }, Code::setting_out_of_range, "is 0");
   }
 }
 

@@ -64,7 +64,7 @@ TEST_CASE("measured tilts that cannot be read are refused with file and setting"
     write_text(folder / "t.csv", csv);
     const auto path = write_text(folder / "p.json", R"({"measured": {)" + measured + "}}");
     INFO(csv, measured);
-    check_error([&] { load_protocol(path.string()); }, parts);
+    check_error([&] { load_protocol(path.string()); }, code, fact);
   };
   const std::string good = "time,tilt_deg\n0,0\n0.01,1\n0.02,2\n";
   const char* file = R"("file": "t.csv")";

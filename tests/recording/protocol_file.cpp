@@ -32,10 +32,10 @@ TEST_CASE("implausible protocols: refused in files that people write, read from 
   const TemporaryFolder folder;
   const auto check = [&](const std::string& text, Code code, std::string_view fact = {}) {
     const auto path = write_text(folder / "p.json", text);
-    check_error([&] { load_protocol(path.string()); }, parts);
+    check_error([&] { load_protocol(path.string()); }, code, fact);
     CHECK_NOTHROW(sim::protocol_from_json(text, "a model from before"));
   };
-  check(R"({"name": "a\u001b[2Jb"})", {"p.json", "protocol name", "control character at byte 2"});
+  check(R"({"name": "a\u001b[2Jb"})", Code::setting_malformed, "byte 2");
   check(R"({"body": {"mass_kg": 86.283, "com_height_m": 0.99119, "inertia_kgm2": 80}})", Code::setting_out_of_range,
         "inertia_kgm2");
   std::string ramp = "0";

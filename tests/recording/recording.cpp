@@ -171,7 +171,7 @@ TEST_CASE("files that are no recordings are refused") {
   check_error(reading("\n\n# only this\n"), Code::file_empty);
   check_error(reading("time,sway\n"), Code::file_empty);
   check_error(reading("time,sway\n0,1\n"), Code::recording_too_short);
-  check_error(reading(std::string("t\0i\0", 4)), Code::file_unsupported, "-8");
+  check_error(reading(std::string("t\0i\0", 4)), Code::file_unsupported, "UTF-8");
   check_error(reading("time,sway\n0,1\n0.01,2,3\n0.02,3\n"), Code::table_unclear, "line 3");
   check_error(reading("time,sway\n0,1\n0.01\n0.02,3\n"), Code::table_unclear, "line 3");
   check_error(reading("{\"decid\": \"0.2.0\",\n \"recordings\": []}\n"), Code::file_unsupported, "r.csv");

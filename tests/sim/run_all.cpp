@@ -104,7 +104,7 @@ TEST_CASE("Simulator::run_all: each trial with its own body") {
       return trial;
     };
     decid::test::check_error([&] { simulator.run_all(1, giant, [](int, const Outcome&, std::span<double>) {}); },
-                             Code::setting_out_of_range, "0.1 to");
+                             decid::Code::setting_out_of_range, "0.1 to");
   }
 }
 

@@ -116,7 +116,8 @@ TEST_CASE("a model is not measured on trials of its training's seed, nor on anot
   const OwnedDataset data =
       make<OwnedDataset>([&](decid_dataset** place) { return decid_dataset_make(other.get(), &asked, place); });
   refused(decid_evaluate(built_in(), data.get(), DECID_ALL, &found, sizeof found), Code::file_differs);
-  refused(decid_evaluate(built_in(), data.get(), 3, &found, sizeof found), Code::setting_unknown, "3");
+  refused(decid_evaluate(built_in(), data.get(), 3, &found, sizeof found), Code::setting_unknown,
+          "there is no split 3");
   refused(decid_evaluate(built_in(), data.get(), DECID_ALL, nullptr, sizeof found), Code::size_mismatch);
 }
 

@@ -50,7 +50,7 @@ TEST_CASE("bad input gives where, what and a remedy, and no handle") {
   refused(decid_recording_of(sway, 3, 100.0, DECID_RADIANS, &recording), Code::setting_missing);
   refused(decid_recording_of(sway, 2, 0.0, DECID_RADIANS, &recording), Code::setting_out_of_range, "0 Hz");
   refused(decid_recording_of(sway, 2, 100.0, DECID_BY_NAME, &recording), Code::unit_unknown);
-  refused(decid_recording_of(sway, 2, 100.0, 9, &recording), Code::setting_unknown, "9");
+  refused(decid_recording_of(sway, 2, 100.0, 9, &recording), Code::setting_unknown, "there is no unit 9");
   refused(decid_recording_of(nullptr, 2, 100.0, DECID_RADIANS, &recording), Code::setting_missing);
   CHECK(recording == nullptr);
   refused(decid_set_threads(0), Code::setting_out_of_range, "decid_set_threads");
@@ -115,7 +115,7 @@ TEST_CASE("identification refuses the library's invalid input") {
   options.mass_kg = 70.0;
   options.height_m = 1.75;
   options.detrend = 7;
-  refused(decid_identify(built_in(), recording.get(), &options, &result), Code::setting_unknown, "7");
+  refused(decid_identify(built_in(), recording.get(), &options, &result), Code::setting_unknown, "no detrending 7");
   const OwnedRecording brief = recording_of({0.0, 0.01, 0.0});
   refused(decid_identify(built_in(), brief.get(), nullptr, &result), Code::setting_missing);
   refused(decid_identify(nullptr, recording.get(), nullptr, &result), Code::not_supported);
@@ -131,7 +131,8 @@ TEST_CASE("options of another library's size are refused if it is newer, and fil
   options.size = sizeof options + 8;
   refused(decid_identify(built_in(), recording.get(), &options, &result), Code::size_mismatch, "48");
   options.size = 0;
-  refused(decid_identify(built_in(), recording.get(), &options, &result), Code::size_mismatch, "0");
+  refused(decid_identify(built_in(), recording.get(), &options, &result), Code::size_mismatch,
+          "its options have a size of 0");
   // A header without what stands behind the body: its garbage is not read.
   decid_identify_defaults(&options, offsetof(decid_identify_options, begin_s));
   options.begin_s = -1e9;

@@ -201,13 +201,13 @@ TEST_CASE("an unfinished file of another request is refused and left as it is") 
   const Stopped stopped(1);
   const std::string file = read_text(stopped.partial.file), journal = read_text(stopped.partial.journal);
   const auto refused = [&](DatasetRequest other, const char* name, Code code, std::string_view fact = {}) {
-    check_error([&] { generate_npz(stopped.path, other, name); }, parts);
+    check_error([&] { generate_npz(stopped.path, other, name); }, code, fact);
     CHECK(read_text(stopped.partial.file) == file);
     CHECK(read_text(stopped.partial.journal) == journal);
   };
   DatasetRequest other = request();
   other.seed = 4;
-  refused(other, program, Code::file_damaged, "3");
+  refused(other, program, Code::file_damaged, "seed 3, not 4");
   other = request();
   other.count = 1301;
   refused(other, program, Code::file_damaged, "1300");
@@ -292,7 +292,7 @@ TEST_CASE("outputs that cannot be, and requests that cannot be met, leave nothin
   check_error([&] { generate_npz(folder / "a.npz", quiet, program); }, Code::file_damaged, "5 base");
   DatasetRequest none = wanted;
   none.count = 0;
-  check_error([&] { generate_npz(folder / "a.npz", none, program); }, Code::setting_out_of_range, "1");
+  check_error([&] { generate_npz(folder / "a.npz", none, program); }, Code::setting_out_of_range, "at least 1");
   CHECK(folder.files() == 0);
 }
 
@@ -355,7 +355,7 @@ TEST_CASE("a stored data set reads its sway from the file") {
   check_error([&] { StoredDataset(folder / "c.npz"); }, Code::file_damaged, "c.npz");
   content.replace(1000, 4, std::string("\x00\x00\xc0\x7f", 4));
   write_text(folder / "c.npz", content);
-  check_error([&] { StoredDataset(folder / "c.npz"); }, Code::file_damaged, "0");
+  check_error([&] { StoredDataset(folder / "c.npz"); }, Code::file_damaged, "sway of trial 0");
   fs::resize_file(folder / "a.npz", 3000);
   check_error([&] { stored.read(39, a); }, Code::file_damaged, "a.npz");
 }

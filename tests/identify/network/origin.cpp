@@ -94,7 +94,7 @@ TEST_CASE("origin: a fine tuning names what it began with, a longer training whe
       [&] {
         require_not_trained_on(made, {Kind::stored, 7, "zz"}, Measured::all, "d.npz");
       },
-      Code::data_reused, "7");
+      Code::data_reused, "seed 7");
   made.from->trials = {{Kind::stored, {}, "aa"}};
   check_error(
       [&] {
@@ -134,9 +134,10 @@ TEST_CASE("origin: differences are named") {
 
 TEST_CASE("origin: nobody measures a model on its training") {
   const dataset::TrialIdentity same_seed{Kind::stored, 7, "aa"}, other_seed{Kind::stored, 8, "aa"};
-  check_error([&] { require_not_trained_on(origin(), same_seed, Measured::all, "d.npz"); }, Code::data_reused, "7");
+  check_error([&] { require_not_trained_on(origin(), same_seed, Measured::all, "d.npz"); }, Code::data_reused,
+              "seed 7");
   check_error([&] { require_not_trained_on(origin(), same_seed, Measured::validation, "d.npz"); }, Code::data_reused,
-              "7");
+              "seed 7");
   require_not_trained_on(origin(), other_seed, Measured::all, "d.npz");
   // Unknown seeds are not equal.
   require_not_trained_on(origin_from_json("{}", "m"), same_seed, Measured::all, "d.npz");
@@ -153,7 +154,7 @@ TEST_CASE("origin: nobody measures a model on its training") {
       [&] {
         require_not_trained_on(stored, {Kind::stored, 7, "bb"}, Measured::all, "d.npz");
       },
-      Code::data_reused, "7");
+      Code::data_reused, "seed 7");
   require_not_trained_on(stored, {Kind::stored, 9, "cc"}, Measured::all, "d.npz");
 }
 

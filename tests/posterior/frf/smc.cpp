@@ -107,7 +107,7 @@ TEST_CASE("settings that are too small are errors") {
       frf::sample_smc(2, 0, ridge, settings);
     };
   };
-  check_error(with([](auto& s) { s.population = 4; }), Code::setting_out_of_range, "4");
+  check_error(with([](auto& s) { s.population = 4; }), Code::setting_out_of_range, "16 or more");
   check_error(with([](auto& s) { s.stage_moves = 0; }), Code::column_unsuitable, "stage_moves");
   check_error(with([](auto& s) { s.settling_transitions = -1; }), Code::unit_unknown, "settling_transitions");
   check_error(with([](auto& s) { s.chains = 0; }), Code::internal);
@@ -118,5 +118,5 @@ TEST_CASE("settings that are too small are errors") {
   const auto never = [](std::span<const double>, frf::Local& local) {
     local.misfit = std::numeric_limits<double>::infinity();
   };
-  check_error([&] { frf::sample_smc(1, 0, never, plain); }, Code::setting_out_of_range, "0");
+  check_error([&] { frf::sample_smc(1, 0, never, plain); }, Code::setting_out_of_range, "likelihood is 0");
 }

@@ -15,7 +15,7 @@ frf::Table read(const std::string& text) {
 
 void check_refused(const std::string& text, Code code, std::string_view fact = {}) {
   INFO(text);
-  check_error([&] { read(text); }, parts);
+  check_error([&] { read(text); }, code, fact);
 }
 
 const std::string rows = "0.05,0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n";

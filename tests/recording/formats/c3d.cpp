@@ -265,7 +265,7 @@ TEST_CASE("C3D: lines above a table and sections are refused") {
   check_error(reading(trial(intel, true).bytes(), options), Code::file_damaged, "skip_lines");
   options.skip_lines = {};
   options.section = "1";
-  check_error(reading(trial(intel, true).bytes(), options), Code::file_damaged, "3");
+  check_error(reading(trial(intel, true).bytes(), options), Code::file_damaged, "C3D file");
 }
 
 TEST_CASE("C3D: the rate is that of POINT:RATE, else of the header; several and none are refused") {
@@ -361,8 +361,8 @@ TEST_CASE("C3D: files that are cut short, anywhere") {
     CAPTURE(length);
     check_error(reading(bytes.substr(0, length)), Code::internal, "r.c3d");
   }
-  check_error(reading(""), Code::file_damaged, "3");
-  check_error(reading("time,sway_deg\n0,1\n" + std::string(600, ' ')), Code::file_damaged, "3");
+  check_error(reading(""), Code::file_damaged, "not a C3D file");
+  check_error(reading("time,sway_deg\n0,1\n" + std::string(600, ' ')), Code::file_damaged, "not a C3D file");
 }
 
 TEST_CASE("C3D: bounds of a file's counts") {
@@ -373,7 +373,7 @@ TEST_CASE("C3D: bounds of a file's counts") {
     put(changed, at, file.word(value));
     return changed;
   };
-  check_error(reading(header(0, 0x5000)), Code::file_damaged, "3");
+  check_error(reading(header(0, 0x5000)), Code::file_damaged, "not a C3D file");
   check_error(reading(header(0, 0x50FF)), Code::file_damaged);
   check_error(reading(header(2, 4)), Code::file_damaged);
   check_error(reading(header(4, 2)), Code::file_damaged);

@@ -162,7 +162,7 @@ TEST_CASE("csv: text that is not a table is refused with its line") {
   check_error(making("# c\n\n"), Code::file_empty);
   check_error(making("a,b\n"), Code::file_empty);
   check_error(making("a,b\ns,deg\n"), Code::file_empty);
-  check_error(making(std::string("a\0b", 3)), Code::file_unsupported, "-8");
+  check_error(making(std::string("a\0b", 3)), Code::file_unsupported, "UTF-8");
   check_error(making("a,b\n1,2\n# c\n3,4,5\n"), Code::table_unclear, "line 4");
   check_error(making("a,b\n1,2\n3\n"), Code::table_unclear, "line 3");
   // The first lines decide what separates.

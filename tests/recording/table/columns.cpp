@@ -129,7 +129,7 @@ TEST_CASE("columns: one is named as it stands, in another case, without its unit
   CHECK(named("7") == 3);  // a name before a number
   for (const char* none : {"0", "5", "-1", "2x", "swa", "99999999999", ""}) {
     INFO(none);
-    check_error([&] { named(none); }, Code::column_missing, "1");
+    check_error([&] { named(none); }, Code::column_missing, "from 1, as column");
   }
   const CsvTable twice("a,A\n1,2\n3,4\n", "t.csv");
   check_error([&] { named_column(twice, "a (x)", "t.csv", "column"); }, Code::column_missing);

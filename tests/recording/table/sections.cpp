@@ -63,8 +63,8 @@ TEST_CASE("a section is chosen by its name or number, and lines keep their numbe
   wrong.replace(wrong.find("2,0,2,1"), 7, "2,0,x,1");
   check_error(reading(wrong, section("2", "angle")), Code::column_unsuitable, "line 16, angle (deg)");
   check_error(reading(vicon, section("Joints")), Code::setting_unknown, "'Trajectories'");
-  check_error(reading(vicon, section("4")), Code::setting_unknown, "4");
-  check_error(reading(vicon, section("0")), Code::setting_unknown, "0");
+  check_error(reading(vicon, section("4")), Code::setting_unknown, "has no section 4");
+  check_error(reading(vicon, section("0")), Code::setting_unknown, "has no section 0");
   check_error(reading(vicon + "\n" + vicon, section("devices")), Code::recording_ambiguous, "'devices'");
 }
 

@@ -16,6 +16,7 @@
 #include "tests/helpers.hpp"
 
 using namespace decid::sim;
+using decid::Code;
 using namespace decid::test;
 
 namespace {
@@ -265,7 +266,7 @@ TEST_CASE("conditions in protocol files") {
   CHECK(keys.size() == condition_count);
 
   const auto refused = [](const std::string& inner, Code code, std::string_view fact = {}) {
-    check_error([&] { protocol_from_json(R"({"recording": {)" + inner + "}}", "my.json"); }, parts);
+    check_error([&] { protocol_from_json(R"({"recording": {)" + inner + "}}", "my.json"); }, code, fact);
   };
   refused(R"("wind": {"size": 1})", Code::internal, "my.json");
   refused(R"("gain": 0.1)", Code::setting_out_of_range, "recording.gain");

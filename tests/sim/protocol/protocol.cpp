@@ -157,7 +157,7 @@ TEST_CASE("Protocol: standing") {
 
   // Twice what is simulated must be a length that can be transformed: 12,109 is a prime.
   protocol.standing_s = 0.09;
-  check_error([&] { protocol.validate(); }, Code::setting_out_of_range, "standing_s");
+  check_error([&] { protocol.validate(); }, decid::Code::setting_out_of_range, "standing_s");
 }
 
 TEST_CASE("Protocol::validate: the noise's band holds a harmonic, unless it is silent") {

@@ -56,7 +56,7 @@ TEST_CASE("an error's advice works") {
     std::string changed = read_text(mine);
     const std::size_t at = changed.find("\"cycles\": ") + 10;
     write_text(mine, changed.replace(at, 1, number));
-    CHECK(run_decid(fit + " --protocol " + mine).code == 0);
+    run_ok(fit + " --protocol " + mine);
   }
 }
 
@@ -79,9 +79,9 @@ TEST_CASE("an output may have another ending, or none; a page has one of two") {
   const std::string trial = folder / "t.csv";
   run_ok("simulate --quiet -o " + trial);
   for (const char* name : {"all", "all.2024", "all.txt", "all.csv.json", "all.JSON"})
-    CHECK(run_decid("identify " + trial + " -o " + folder / name).code == 0);
-  CHECK(run_decid("identify " + trial + " --report " + folder / "page.HTM").code == 0);
-  CHECK(run_decid("identify " + trial + " -o /dev/null").code == 0);
+    run_ok("identify " + trial + " -o " + folder / name);
+  run_ok("identify " + trial + " --report " + folder / "page.HTM");
+  run_ok("identify " + trial + " -o /dev/null");
 }
 
 TEST_CASE("a folder that is written is made, or is there") {
@@ -92,7 +92,7 @@ TEST_CASE("a folder that is written is made, or is there") {
     for (const char* name : {"made", "made/", "with_slash/", "with.json"}) {
       if (std::string(name) == "with.json")
         std::filesystem::create_directory(folder / name);  // there, it is no mistake
-      CHECK(run_decid(command + folder / name).code == 0);
+      run_ok(command + folder / name);
       CHECK(std::filesystem::exists(folder / name + (command == study ? "/study.json" : "/decid_controller.c")));
     }
   }

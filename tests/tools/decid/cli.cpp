@@ -34,16 +34,15 @@ TEST_CASE("several processes are refused by a program that is built without MPI"
   const auto started = run_decid("info", "OMPI_COMM_WORLD_SIZE=2 ");
   CHECK(started.code == 2);
   CHECK(contains(started.err, "started 2 times by mpirun or srun, and is built without MPI"));
-  CHECK(run_decid("info", "OMPI_COMM_WORLD_SIZE=1 ").code == 0);
+  run_ok("info", "OMPI_COMM_WORLD_SIZE=1 ");
 }
 #endif
 
 TEST_CASE("simulate writes a trial that its seed determines") {
   const Folder folder;
-  const auto first = run_decid("simulate --kp 900 --seed 7 --threads 1 -o " + folder / "a.csv");
-  CHECK(first.code == 0);
+  const auto first = run_ok("simulate --kp 900 --seed 7 --threads 1 -o " + folder / "a.csv");
   CHECK(first.out.empty());
-  CHECK(run_decid("simulate --kp 900 --seed 7 -o " + folder / "b.csv").code == 0);
+  run_ok("simulate --kp 900 --seed 7 -o " + folder / "b.csv");
   CHECK(run_decid("simulate --kp 900 --seed 8 --quiet -o " + folder / "c.csv").err.empty());
   CHECK(read_text(folder / "a.csv") == read_text(folder / "b.csv"));
   CHECK(read_text(folder / "a.csv") != read_text(folder / "c.csv"));
@@ -65,15 +64,15 @@ TEST_CASE("simulate writes a trial that its seed determines") {
 
 TEST_CASE("simulate without noise does not depend on the seed") {
   const Folder folder;
-  CHECK(run_decid("simulate --nv 0 --seed 1 -o " + folder / "a.csv").code == 0);
-  CHECK(run_decid("simulate --nv 0 --seed 2 -o " + folder / "b.csv").code == 0);
+  run_ok("simulate --nv 0 --seed 1 -o " + folder / "a.csv");
+  run_ok("simulate --nv 0 --seed 2 -o " + folder / "b.csv");
   CHECK(read_text(folder / "a.csv") == read_text(folder / "b.csv"));
 }
 
 TEST_CASE("stimulus writes the tilt that simulate plays") {
   const Folder folder;
-  CHECK(run_decid("stimulus -o " + folder / "stim.csv").code == 0);
-  CHECK(run_decid("simulate -o " + folder / "trial.csv").code == 0);
+  run_ok("stimulus -o " + folder / "stim.csv");
+  run_ok("simulate -o " + folder / "trial.csv");
   std::string header;
   const auto stimulus = read_csv(folder / "stim.csv", header);
   CHECK(header == "time,tilt_deg");
@@ -140,8 +139,7 @@ TEST_CASE("export controller refuses unusable results, and names values replaced
   const std::string command = "export controller " + folder / "r.json" + " -o " + folder / "c";
   check_refused(command, "not usable for recording 1: Kp_pass is below 0");
   CHECK_FALSE(std::filesystem::exists(folder / "c"));
-  const auto forced = run_decid(command + " --force");
-  CHECK(forced.code == 0);
+  const auto forced = run_ok(command + " --force");
   CHECK(contains(forced.err, "Kp_pass = -342 is below 0: the controller has 0"));
 }
 
@@ -174,7 +172,7 @@ TEST_CASE("data set, training, evaluation and identification of a protocol of on
   CHECK(info.at("protocol").at("name") == "quick");
 
   run_ok("simulate" + protocol + " -o " + folder / "trial.csv");
-  CHECK(run_decid("identify" + model + " " + folder / "trial.csv").code == 0);
+  run_ok("identify" + model + " " + folder / "trial.csv");
   const auto other = run_decid("evaluate --data " + folder / "data.npz");  // the built-in model knows another protocol
   CHECK(other.code == 2);
   CHECK(contains(other.err, "another experiment"));
@@ -242,6 +240,5 @@ TEST_CASE("a model for bodies of many heights: trained, identified with, evaluat
   const std::string other = protocol("other.json", R"(, "body": {"subject": {"mass_kg": 60, "height_m": 1.65}})");
   run_ok("dataset --quiet --count 20 --seed 9" + other + " -o " + folder / "d.npz");
   CHECK(run_json("evaluate --json --data " + folder / "d.npz" + model).at("trials") == 20);
-  CHECK(run_decid("study --quiet --trials 16 --realisations 3 --sensor-noise 0 -o " + folder / "study" + model).code ==
-        0);
+  run_ok("study --quiet --trials 16 --realisations 3 --sensor-noise 0 -o " + folder / "study" + model);
 }

@@ -144,18 +144,15 @@ TEST_CASE("fit: Ctrl-C keeps the draws" * doctest::test_suite("slow")) {
   std::string files;
   for (int i = 0; i < 100; ++i) files += " " + folder / "t.csv";
   // A line of progress comes every 10 s; Ctrl-C after one that was written in the middle of drawing.
-  const std::string command = std::string(DECID_PROGRAM) + " fit --protocol short --max-draws 50" + files + " -o " +
-                              folder / "o.json" + " --report " + folder / "r.html" + " >" + folder / "out" + " 2>" +
-                              folder / "err" + " & child=$!; while kill -0 $child && ! grep -q 'R-hat' " +
-                              folder / "err" + "; do sleep 0.02; done; kill -INT $child; wait $child; test $? -eq 130";
-  REQUIRE(std::system(command.c_str()) == 0);
-  const std::string err = read_text(folder / "err");
+  const auto [code, out, err] = interrupted(
+      "fit --protocol short --max-draws 50" + files + " -o " + folder / "o.json" + " --report " + folder / "r.html",
+      "grep -q R-hat $err");
   CAPTURE(err);
   CHECK(contains(err, "what was drawn until then was written; --resume goes on"));
   CHECK(contains(err, " of 100 recordings, "));
   CHECK(std::filesystem::exists(folder / "o.json.journal"));
   CHECK(contains(err, ", drawing, R-hat "));
-  CHECK(contains(read_text(folder / "out"), "Body: "));  // its last line, printed before the end
+  CHECK(contains(out, "Body: "));  // its last line, printed before the end
   const Json recordings = read_json(folder / "o.json")["recordings"];
   CHECK((recordings.size() >= 1 && recordings.size() < 100));
   // The last recordings begun, one per thread, have some draws or none.
@@ -225,15 +222,11 @@ TEST_CASE("calibrate: figures of trials, resumed as if never stopped" * doctest:
   const auto open = run_ok(command + "3 --trials 1 --prior-start 0.1 --prior-gain 0.1");
   CHECK(Json::parse(open.out)["trials"][0]["truth"] == whole["trials"][0]["truth"]);
   CHECK(Json::parse(open.out)["trials"][0]["mean"] != whole["trials"][0]["mean"]);
-  const auto parted = run_decid(command + " --trials 3 --resume --figure " + folder / "c.svg");
-  CAPTURE(parted.err);
-  CHECK(parted.code == 0);
+  const auto parted = run_ok(command + " --trials 3 --resume --figure " + folder / "c.svg");
   CHECK(Json::parse(parted.out)["parts"]["damping_ratio"].size() == 3);
   CHECK(contains(read_text(folder / "c.svg"), "theta"));
   // In words: every parameter, the scores, and the parts that three trials make.
-  const auto said = run_decid(std::string(command).replace(command.find(" --json"), 7, "") + " --trials 3 --resume");
-  CAPTURE(said.err);
-  CHECK(said.code == 0);
+  const auto said = run_ok(std::string(command).replace(command.find(" --json"), 7, "") + " --trials 3 --resume");
   CHECK(said.out.starts_with("3 trials, chains of "));
   for (const decid::sim::ParameterInfo& info : decid::sim::single_pendulum().parameters)
     CHECK(contains(said.out, "| " + std::string(info.name) + " |"));
@@ -251,9 +244,7 @@ TEST_CASE("calibrate: figures of trials, resumed as if never stopped" * doctest:
   check_refused(command + " --trials 2 --resume", "protocol.vestibular_noise.period_s is 127.4, and was");
   write_text(folder / "short.json", R"({"name": "short", "vestibular_noise": {"period_s": "trial"}, "sequence": {
       "feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "cycles": 3, "lead_in_s": 1.97, "lead_out_s": 1.73}})");
-  CHECK(
-      run_decid(std::string(command).replace(command.find("short"), 5, folder / "short.json") + " --trials 2 --resume")
-          .code == 0);
+  run_ok(std::string(command).replace(command.find("short"), 5, folder / "short.json") + " --trials 2 --resume");
   write_text(folder / "c.json", "{}");
   check_refused(command + " --trials 2 --resume", "c.json");
 }
@@ -286,8 +277,7 @@ TEST_CASE("calibrate: tables of faults and of conditions, resumed row by row" * 
   CHECK(again["conditions"][0]["usable"] == 77);
   CHECK(again["conditions"][5]["figures"] == made["conditions"][5]["figures"]);
   // A call that resumes says how many rows there are.
-  const auto told = run_decid("calibrate --faults --protocol " + folder / "p.json" + options + " --resume");
-  CHECK(told.code == 0);
+  const auto told = run_ok("calibrate --faults --protocol " + folder / "p.json" + options + " --resume");
   CHECK(told.err == "calibrate: resuming: " + folder / "f.json" + " has 18 of 18 rows\n");
   check_refused(faults + " --resume --seed 9", "seed is 9, and was 2026");
   check_refused(std::string(faults).replace(faults.find("--trials 1"), 10, "--trials 2") + " --resume",
@@ -302,8 +292,7 @@ TEST_CASE("calibrate: tables of faults and of conditions, resumed row by row" * 
   check_refused(faults + " --resume", "f.json: ");
   write_text(folder / "f.json", "[]");
   check_refused(faults + " --resume", "f.json: ");
-  const auto table = run_decid("calibrate --conditions " + folder / "p.json" + " --trials 1 --max-draws 8 --quiet");
-  CHECK(table.code == 0);
+  const auto table = run_ok("calibrate --conditions " + folder / "p.json" + " --trials 1 --max-draws 8 --quiet");
   CHECK(std::count(table.out.begin(), table.out.end(), '\n') == 4);  // two lines of the header, none, offset_deg
   CHECK(contains(table.out, "| offset_deg |"));
 }
@@ -364,9 +353,7 @@ TEST_CASE("compare: the table, the JSON and the page say the same" * doctest::te
   // On trials of a data set, which have their own noise; in words.
   run_ok("dataset --quiet --count 2 --seed 77 -o " + folder / "d.npz");
   const std::string on_data = "compare --trials 1 --quiet --data " + folder / "d.npz" + small;
-  const auto said = run_decid(on_data);
-  CAPTURE(said.err);
-  CHECK(said.code == 0);
+  const auto said = run_ok(on_data);
   CHECK(contains(said.out, "d.npz"));
   CHECK(contains(said.out, "iterative fit from network"));
   // Whoever looks at the page needs nothing else.

@@ -68,8 +68,7 @@ TEST_CASE("identify names files left out of a folder, unless --quiet") {
   run_ok("simulate -o " + folder / "in/t.csv");
   run_ok("simulate --seed 2 -o " + folder / "in/day1/u.csv");
   write_text(folder / "in/participants.tsv", "participant_id\n");
-  const auto run = run_decid("identify " + folder / "in");
-  CHECK(run.code == 0);
+  const auto run = run_ok("identify " + folder / "in");
   CHECK(run.err.starts_with("note: left out: "));
   CHECK(contains(run.err, "1 folder within (--recursive"));
   CHECK(run_decid("identify --quiet " + folder / "in").err.empty());
@@ -82,8 +81,7 @@ TEST_CASE("identify prints, writes JSON and a report") {
   const Folder folder;
   const std::string trial = folder / "trial.csv";
   run_ok("simulate --seed 3 -o " + trial);
-  const auto text = run_decid("identify " + trial + " -o " + folder / "out.json" + " --report " + folder / "out.html");
-  CHECK(text.code == 0);
+  const auto text = run_ok("identify " + trial + " -o " + folder / "out.json" + " --report " + folder / "out.html");
   CHECK(contains(text.out, "Kp_pass"));
   CHECK(run_decid("identify --quiet " + trial).out == text.out);  // quiet silences messages, not results
   const auto printed = run_decid("identify " + trial + " --json");

@@ -87,8 +87,7 @@ TEST_CASE("identify: a folder, a quoted pattern, a table and groups") {
   CHECK(delay["adjusted_interval95"][1].get<double>() > delay["interval95"][1].get<double>());
   CHECK(contains(read_text(folder / "r.html"), "hedges_g"));
 
-  const Result some = run_decid("identify --json '" + folder / "in/s[23].csv" + "'");
-  CHECK(some.code == 0);
+  const Result some = run_ok("identify --json '" + folder / "in/s[23].csv" + "'");
   REQUIRE(Json::parse(some.out)["recordings"].size() == 2);
   CHECK(Json::parse(some.out)["recordings"][1]["parameters"] == json["recordings"][2]["parameters"]);
   CHECK(contains(run_decid("identify " + folder / "in/s1.csv" + " " + folder / "in/s2.csv" + " --group " +
@@ -151,20 +150,18 @@ TEST_CASE("groups: a line of no recording is noted, a recording given twice is r
   for (int i = 1; i <= 2; ++i) simulate(folder / std::to_string(i) + ".csv", "--seed " + std::to_string(i));
   write_text(folder / "g.csv", "file,group\n1.csv,a\n2.csv,b\n3.csv,b\n");
   const std::string both = folder / "1.csv" + " " + folder / "2.csv" + " ", group = " --group " + folder / "g.csv";
-  const Result noted = run_decid("identify --json " + both + group);
-  CAPTURE(noted.err);
-  CHECK(noted.code == 0);
+  const Result noted = run_ok("identify --json " + both + group);
   CHECK(contains(noted.err, "note: "));
   CHECK(contains(noted.err, "g.csv, line 4: "));
   const Json settings = Json::parse(noted.out)["group_comparison"];
   CHECK(settings["unused_lines"] == Json{{{"line", 4}, {"file", "3.csv"}}});
   CHECK(run_decid("identify --quiet --json " + both + group).err.empty());
-  CHECK(run_decid("identify --quiet " + both + folder / "1.csv").code == 0);  // without groups it harms nobody
+  run_ok("identify --quiet " + both + folder / "1.csv");  // without groups it harms nobody
   // Recordings of one file are several.
   write_text(folder / "long.csv", long_table(read_text(folder / "1.csv"), read_text(folder / "2.csv"), ""));
   write_text(folder / "g.csv", "file,group\nlong.csv#1,a\nlong.csv#2,b\n");
   const std::string trials = "identify --quiet --trial trial " + folder / "long.csv" + group;
-  CHECK(run_decid(trials).code == 0);
+  run_ok(trials);
   check_refused(trials + " " + folder / "./long.csv", "long.csv#1: is the same recording as ");
 }
 
@@ -200,9 +197,7 @@ TEST_CASE("fit: going on after a stop makes the bytes of a call that was never s
   // Recordings in the journal are not fitted again: each fit prints the seconds that it took then.
   write_text(folder / "marked.json.journal", journal);
   std::filesystem::remove(folder / "in/s0.csv");
-  const Result mended = run_decid(command + " --resume" + outputs("marked"));
-  CAPTURE(mended.err);
-  CHECK(mended.code == 0);
+  const Result mended = run_ok(command + " --resume" + outputs("marked"));
   REQUIRE(contains(mended.out, "R-hat "));
   CHECK(contains(whole.out, mended.out));
   CHECK(mended.err.empty());
@@ -211,9 +206,8 @@ TEST_CASE("fit: going on after a stop makes the bytes of a call that was never s
 
   // Two of them in one file.
   write_text(folder / "long.csv", long_table(read_text(folder / "in/s1.csv"), read_text(folder / "in/s2.csv"), ""));
-  const Result together = run_decid("fit --protocol short --max-draws 8 --quiet --json --trial trial " +
-                                    folder / "long.csv" + " -o " + folder / "long.json");
-  CHECK(together.code == 0);
+  const Result together = run_ok("fit --protocol short --max-draws 8 --quiet --json --trial trial " +
+                                 folder / "long.csv" + " -o " + folder / "long.json");
   for (std::size_t i = 0; i < 2; ++i) {
     const Json recording = Json::parse(together.out)["recordings"][i];
     CHECK(recording["file"] == folder / "long.csv" + "#" + std::to_string(i + 1));

@@ -42,6 +42,21 @@ inline Result run_ok(const std::string& arguments, const std::string& before = {
   return result;
 }
 
+/// Runs the program, sends Ctrl-C once the shell's condition holds ("grep -qs epoch $err": its standard error), and
+/// expects it to end by that signal. A shell without job control starts children with SIGINT ignored; the program sets
+/// its own handler all the same.
+inline Result interrupted(const std::string& arguments, const std::string& condition) {
+  const Folder folder;
+  const std::string command = "err=" + folder / "err" + "; " DECID_PROGRAM " " + arguments + " >" + folder / "out" +
+                              " 2>$err & child=$!; while kill -0 $child && ! { " + condition +
+                              "; }; do sleep 0.02; done; kill -INT $child; wait $child";
+  const int status = std::system(command.c_str());
+  Result result{WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(folder / "out"), read_text(folder / "err")};
+  CAPTURE(result.err);
+  REQUIRE(result.code == 130);
+  return result;
+}
+
 /// Returns the JSON that the program prints. Its exit code may be an error's.
 inline nlohmann::json run_json(const std::string& arguments) {
   return nlohmann::json::parse(run_decid(arguments).out);

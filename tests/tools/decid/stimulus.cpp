@@ -134,8 +134,7 @@ TEST_CASE("stimulus_html: its data, escaped and thinned") {
 
 TEST_CASE("simulate --model dip: columns, defaults, options of the hip") {
   const Folder folder;
-  const auto first = run_decid("simulate --model dip --seed 7 -o " + folder / "a.csv");
-  CHECK(first.code == 0);
+  const auto first = run_ok("simulate --model dip --seed 7 -o " + folder / "a.csv");
   CHECK(contains(first.err, "hip"));
   std::string header;
   const auto columns = columns_of(read_text(folder / "a.csv"), header);
@@ -152,17 +151,16 @@ TEST_CASE("simulate --model dip: columns, defaults, options of the hip") {
   }
   CHECK(largest > 0.1);
   CHECK(largest <= 5.0);
-  CHECK(run_decid("simulate --model dip --seed 7 --hip-delay 0.07 --kp-pass 125.84721 --quiet -o " + folder / "b.csv")
-            .code == 0);
-  CHECK(run_decid("simulate --model dip --seed 7 --hip-delay 0.08 --quiet -o " + folder / "c.csv").code == 0);
+  run_ok("simulate --model dip --seed 7 --hip-delay 0.07 --kp-pass 125.84721 --quiet -o " + folder / "b.csv");
+  run_ok("simulate --model dip --seed 7 --hip-delay 0.08 --quiet -o " + folder / "c.csv");
   CHECK(read_text(folder / "c.csv") != read_text(folder / "a.csv"));
   CHECK(run_decid("simulate --model dip --seed 8 --quiet -o " + folder / "d.csv").err.empty());
   CHECK(read_text(folder / "d.csv") != read_text(folder / "a.csv"));
   // The body is the protocol's.
-  CHECK(run_decid("simulate --model dip --protocol " + examples + "sines.json -o " + folder / "e.csv").code == 0);
+  run_ok("simulate --model dip --protocol " + examples + "sines.json -o " + folder / "e.csv");
   CHECK(columns_of(read_text(folder / "e.csv"), header)[0].size() == 6000);
-  CHECK(run_decid("simulate --model sip -o " + folder / "f.csv").code == 0);
-  CHECK(run_decid("simulate -o " + folder / "g.csv").code == 0);
+  run_ok("simulate --model sip -o " + folder / "f.csv");
+  run_ok("simulate -o " + folder / "g.csv");
   CHECK(read_text(folder / "f.csv") == read_text(folder / "g.csv"));
 }
 
@@ -193,11 +191,9 @@ TEST_CASE("a data set and a model carry their protocol, whatever its kind; other
   REQUIRE(trained.code == 0);
   const Json info = run_json("info --json " + model);
   CHECK(info.at("protocol").at("measured").at("tilt_deg").size() == 1000);
-  CHECK(run_decid("evaluate --model " + model + " --data " + folder / "one.npz").code == 0);
+  run_ok("evaluate --model " + model + " --data " + folder / "one.npz");
   check_refused("evaluate --model " + model + " --data " + folder / "two.npz", "'two.json'");
-  CHECK(
-      run_decid("identify --quiet --model " + model + " --report " + folder / "r.html " + folder / "trial.csv").code ==
-      0);
+  run_ok("identify --quiet --model " + model + " --report " + folder / "r.html " + folder / "trial.csv");
   check_refused("identify " + folder / "trial.csv", "2000 samples");
 
   write_text(folder / "image.json", R"({"window": 6050, "half_spectrum": true, "rows": 256, "fold": 2})");
@@ -205,9 +201,7 @@ TEST_CASE("a data set and a model carry their protocol, whatever its kind; other
                     " -o " + folder / "n.safetensors",
                 "one.json");
   // The preset's own image is made to fit.
-  CHECK(run_decid("train --quiet --preset best --epochs 1 --data " + folder / "one.npz" + " -o " +
-                  folder / "n.safetensors")
-            .code == 0);
+  run_ok("train --quiet --preset best --epochs 1 --data " + folder / "one.npz" + " -o " + folder / "n.safetensors");
 }
 
 TEST_CASE("a stopped training on fresh trials goes on with its own protocol only") {
@@ -217,19 +211,14 @@ TEST_CASE("a stopped training on fresh trials goes on with its own protocol only
     return "train --stream --stream-trials 64 --validation-trials 8 --preset small --epochs 2000 --protocol " +
            protocol + " " + more + " -o " + model;
   };
-  const std::string command = std::string(DECID_PROGRAM) + " " + train(examples + "sines.json", "") + " 2>" +
-                              folder / "err" + " & child=$!; while ! test -e " + model +
-                              ".checkpoint; do sleep 0.02; done; kill -INT $child; wait $child; test $? -eq 130";
-  REQUIRE(std::system(command.c_str()) == 0);
+  interrupted(train(examples + "sines.json", ""), "test -e " + model + ".checkpoint");
   check_refused(train(examples + "raised_cosines.json", "--resume"));
   check_refused(train(examples + "sines.json", "--resume --sensor-noise 0.01"));
   // A renamed protocol is the same one: training resumes, until it is stopped again.
   Json renamed = read_json(examples + "sines.json");
   renamed["name"] = "another name";
   write_text(folder / "renamed.json", renamed.dump());
-  const std::string again = std::string(DECID_PROGRAM) + " " + train(folder / "renamed.json", "--resume") + " 2>" +
-                            folder / "err" + " & child=$!; sleep 1; kill -INT $child; wait $child; test $? -eq 130";
-  CHECK(std::system(again.c_str()) == 0);
+  interrupted(train(folder / "renamed.json", "--resume"), "sleep 1");
 }
 
 TEST_CASE("stimulus gives the tilt's size in words") {
