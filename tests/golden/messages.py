@@ -15,11 +15,16 @@ GOLDEN = HERE.with_name("messages.txt")
 SOURCE = HERE.parents[2]
 
 # Shell functions of the commands: decid reports an exit code other than 2; lines prints its arguments; wave prints a recording of
-# samples at a rate, with the sway of sample k; identify reads a recording of lines, and must leave no output.
+# samples at a rate, with the sway of sample k; protocol, frf and groups write the file that they read; identify must leave no
+# output.
 FUNCTIONS = r"""
 decid() { $DECID "$@" </dev/null; code=$?; [ $code = 2 ] || echo "[$code]" >&2; }
 lines() { printf '%s\n' "$@"; }
 wave() { awk -v n="$1" -v hz="$2" "BEGIN { print \"time,com_sway_deg\"; for (k = 0; k < n; ++k) print k / hz \",\" (${3:-0.3 * (int(k / 7) % 5 - 2)}) }"; }
+stimulus() { decid stimulus --protocol p.json -o s.csv; }
+protocol() { printf '%s' "$1" > p.json; stimulus; }
+frf() { lines "$@" > t.csv; decid fit --frf t.csv -o o.json; }
+groups() { lines "$@" > g.csv; decid identify 1.csv 2.csv --group g.csv; }
 identify() { decid identify r.csv -o o.json --report o.html "$@"; ls o.* 2>/dev/null; }
 """
 
