@@ -49,7 +49,7 @@ class Collector {
 
   void take(std::size_t place, const Sway& sway) {
     if (place >= inputs_.size() / values_)
-      throw Error("images",
+      throw Error(Code::size_mismatch, "images",
                   "got place " + std::to_string(place) + ", and space for " + std::to_string(inputs_.size() / values_),
                   "give space for all of them");
     if (together_ == 1) return encoding_.encode(sway, inputs_.subspan(place * values_, values_));
@@ -175,7 +175,8 @@ Feed::~Feed() {
 
 Feed::Batch Feed::next() {
   if (taken_ == current_.last_batch) {
-    if (!making_->done.valid()) throw Error("feed", "has no batch left", "request only batches of its epochs");
+    if (!making_->done.valid())
+      throw Error(Code::setting_out_of_range, "feed", "has no batch left", "request only batches of its epochs");
     making_->done.get();  // throws at every call if it ended with an exception
     making_->done = {};
     std::swap(current_, coming_);

@@ -13,7 +13,7 @@ namespace {
 void check_indices(std::span<const int> indices, int trials) {
   for (const int index : indices) {
     if (index < 0 || index >= trials)
-      throw Error("trials", "trial " + std::to_string(index) + " does not exist",
+      throw Error(Code::setting_out_of_range, "trials", "trial " + std::to_string(index) + " does not exist",
                   "request 0 to " + std::to_string(trials - 1));
   }
 }
@@ -24,7 +24,7 @@ class StoredSource final : public TrialSource {
     for (int i = 0; i < stored_.trials(); ++i)
       (about().split[static_cast<std::size_t>(i)] == 0 ? training_ : validation_).push_back(i);
     if (training_.empty() || validation_.empty())
-      throw Error("data set", "has no trial in its training or its validation half",
+      throw Error(Code::trials_missing, "data set", "has no trial in its training or its validation half",
                   "make a data set with at least 2 trials");
   }
 
@@ -54,7 +54,7 @@ class StreamSource final : public TrialSource {
   StreamSource(sim::Protocol protocol, std::uint64_t seed, int trials_per_epoch, int validation)
       : simulator_(std::move(protocol)), seed_(seed), training_(trials_per_epoch), validation_(validation) {
     if (training_ < 1 || validation_ < 1)
-      throw Error("stream",
+      throw Error(Code::setting_out_of_range, "stream",
                   std::to_string(training_) + " training and " + std::to_string(validation_) +
                       " validation trials are requested",
                   "request 1 or more of each");

@@ -157,7 +157,7 @@ void Fitter::fit(RecordingResult& result, const posterior::OnProgress& progress)
   figures.posterior = posterior::sample(density, observation, settings, {}, of_one);
   const Posterior& found = figures.posterior;
   if (found.draws() == 0) {
-    result.error = Error(result.file, "was stopped before anything was drawn", "let it run");
+    result.error = Error(Code::stopped, result.file, "was stopped before anything was drawn", "let it run");
     return;
   }
   const sim::ParameterTable& table = density.protocol().parameters();
@@ -245,7 +245,7 @@ bool Fitter::fit(std::span<RecordingResult> read, const FitProgress& progress, c
           return !cut;
         });
     } catch (const Error& error) {
-      result.error = Error(result.file + ", " + error.where(), error.problem(), error.remedy());
+      result.error = Error(error.code(), result.file + ", " + error.where(), error.problem(), error.remedy());
     }
     if (result.error) result.fit.reset();
     if (result.fit) result.fit->stopped = cut;

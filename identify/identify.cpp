@@ -124,7 +124,8 @@ std::vector<Estimate> Identifier::run(const Trials& trials) {
   const auto features = model_.familiarity.known() ? static_cast<std::size_t>(predictor_.feature_count()) : 0;
   for (std::size_t i = 0; i < trials.size(); ++i)
     if (!std::ranges::all_of(trials[i]->sway_rad(), [](float value) { return std::isfinite(value); }))
-      throw Error(format("trial %zu", i), "has sway that is not finite", "interpolate what is missing");
+      throw Error(Code::value_invalid, format("trial %zu", i), "has sway that is not finite",
+                  "interpolate what is missing");
   std::vector<Estimate> all(trials.size());
   for (std::size_t first = 0; first < trials.size(); first += max_at_once) {
     const std::size_t count = std::min(max_at_once, trials.size() - first);

@@ -218,7 +218,8 @@ std::vector<CheckedFigure> PredictiveChecker::compare(const Shown& recorded, std
 PredictiveCheck PredictiveChecker::check(std::span<const posterior::State> draws, const recording::Trial& trial,
                                          std::uint64_t seed) const {
   if (draws.empty() || trial.sway_rad().size() != tilt_rad_.size())
-    throw Error("predictive check", format("%zu draws, %zu samples", draws.size(), trial.sway_rad().size()),
+    throw Error(Code::size_mismatch, "predictive check",
+                format("%zu draws, %zu samples", draws.size(), trial.sway_rad().size()),
                 format("give draws, and the protocol's %zu samples", tilt_rad_.size()));
   constexpr auto count = static_cast<std::size_t>(PredictiveCheck::trials);
   const auto draw_of = [&](int i) -> const posterior::State& {

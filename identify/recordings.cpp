@@ -35,8 +35,8 @@ std::vector<RecordingSource> sources_of(const std::vector<std::filesystem::path>
   std::vector<RecordingSource> sources;
   for (const std::vector<RecordingSource>& some : found) {
     if (some.empty())
-      throw Error(setting("trial_column"), "does not go with standard input, which can be read only once",
-                  "name a file");
+      throw Error(Code::setting_conflict, setting("trial_column"),
+                  "does not go with standard input, which can be read only once", "name a file");
     sources.insert(sources.end(), some.begin(), some.end());
   }
   return sources;
@@ -59,7 +59,7 @@ std::vector<RecordingResult> read_recordings(const sim::Protocol& protocol, cons
       all[i] = bring(recording::read_recording(sources[i].file, its_own), plan, options.trial);
     } catch (const Error& error) {
       const bool is_file = error.where() == sources[i].file.string();
-      all[i].error = is_file ? Error(file, error.problem(), error.remedy()) : error;
+      all[i].error = is_file ? Error(error.code(), file, error.problem(), error.remedy()) : error;
     }
     all[i].file = file;
     all[i].truth = options.truth;

@@ -17,7 +17,7 @@ constexpr std::size_t max_bytes = 200;  // of a layer's line
 
 Words::Words(const std::string& line) : line_(line) {
   if (line.size() > max_bytes)
-    throw Error("a layer's line",
+    throw Error(Code::setting_malformed, "a layer's line",
                 "has " + std::to_string(line.size()) + " bytes, more than " + std::to_string(max_bytes),
                 "write one layer a line");
   std::istringstream stream(line);
@@ -57,7 +57,7 @@ double Words::take_number(double low, double high) {
 
 void Words::fail(const std::string& problem) const {
   throw Error(
-      "layer '" + line_ + "'", problem,
+      Code::setting_malformed, "layer '" + line_ + "'", problem,
       "layers are: conv CHANNELS RxC [stride RxC] [pad RxC] [groups N] [dilation RxC], batchnorm, layernorm, relu, "
       "leakyrelu [SLOPE], gelu, tanh, sigmoid, maxpool RxC [stride RxC] [pad RxC], avgpool RxC [stride RxC] "
       "[pad RxC], globalavgpool, statspool, dropout RATE, fc OUTPUTS, residual { ... }, concat { ... }");

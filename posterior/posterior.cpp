@@ -23,7 +23,7 @@ constexpr double apart_rhat = 1.2;  // chains' means vary by 0.44 of the varianc
 void check(const Settings& settings) {
   const auto at_least = [](const char* setting, int value, int least) {
     if (value < least)
-      throw Error(std::string("posterior, ") + setting, "is " + std::to_string(value),
+      throw Error(Code::setting_out_of_range, std::string("posterior, ") + setting, "is " + std::to_string(value),
                   "give " + std::to_string(least) + " or more");
   };
   at_least("groups", settings.groups, 1);
@@ -93,7 +93,7 @@ class Run {
       : density_(density), settings_(settings), progress_(progress) {
     check(settings);
     if (std::ranges::all_of(observation.sway, [](double sway) { return sway == 0.0; }))
-      throw Error("posterior", "the recording is constant", "give a recording of sway");
+      throw Error(Code::value_invalid, "posterior", "the recording is constant", "give a recording of sway");
     for (int group = 0; group < settings.groups; ++group)
       groups_.emplace_back(density, observation, settings_, group, stopped_);
   }

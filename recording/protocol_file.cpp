@@ -22,7 +22,7 @@ sim::Protocol load_protocol(const std::string& name_or_path, std::vector<std::st
   if (name_or_path == "short") return sim::short_protocol();
   std::error_code ignored;
   if (!std::filesystem::exists(name_or_path, ignored)) {
-    throw Error(name_or_path, "is neither a built-in protocol nor a file",
+    throw Error(Code::file_missing, name_or_path, "is neither a built-in protocol nor a file",
                 "use default, short, or the path of a JSON file");
   }
   if (files) files->push_back(name_or_path);

@@ -28,14 +28,15 @@ const BodyModel& body_model_of(const std::string& name, const std::string& where
     if (model->name == name) return *model;
     names += (names.empty() ? "" : ", ") + model->name;
   }
-  throw Error(where, "'" + name + "' is not a controller", "give one of " + names);
+  throw Error(Code::setting_unknown, where, "'" + name + "' is not a controller", "give one of " + names);
 }
 
 void register_body_model(const BodyModel& model) {
   const std::lock_guard lock(registry_mutex);
   for (const BodyModel* other : registry()) {
     if (other == &model) return;
-    if (other->name == model.name) throw Error("controller " + model.name, "is registered", "give it another name");
+    if (other->name == model.name)
+      throw Error(Code::setting_conflict, "controller " + model.name, "is registered", "give it another name");
   }
   registry().push_back(&model);
 }

@@ -65,7 +65,7 @@ class DelayLine {
 inline Protocol checked(Protocol protocol) {
   protocol.validate();
   if (!protocol.experiment.body_model->family.terms.empty()) return protocol;
-  throw Error("protocol " + protocol.name,
+  throw Error(Code::not_supported, "protocol " + protocol.name,
               "its body model '" + protocol.experiment.body_model->name + "' has only a table",
               "use that model's simulator; this one needs the coefficients of a servo behind a dead band");
 }
@@ -73,14 +73,14 @@ inline Protocol checked(Protocol protocol) {
 /// Throws Error, where = whose + "parameter Kp", unless all values are finite and within the table's allowed values.
 inline void check_parameters(const Parameters& parameters, const ParameterTable& table, const std::string& whose = {}) {
   if (parameters.size() != table.size()) {
-    throw Error(whose + "parameters", "has " + std::to_string(parameters.size()) + " values",
+    throw Error(Code::size_mismatch, whose + "parameters", "has " + std::to_string(parameters.size()) + " values",
                 "give all " + std::to_string(table.size()));
   }
   for (std::size_t i = 0; i < table.size(); ++i) {
     const double value = parameters[i];
     const double most = std::min(table[i].most, std::numeric_limits<double>::max());
     if (value >= table[i].least && value <= most) continue;  // false for NaN
-    throw Error(whose + "parameter " + table[i].name, "is " + given_text(value),
+    throw Error(Code::setting_out_of_range, whose + "parameter " + table[i].name, "is " + given_text(value),
                 std::isfinite(table[i].most) ? "give " + given_text(table[i].least) + " to " + given_text(most) +
                                                    (table[i].unit == "1" ? "" : " " + table[i].unit)
                                              : "give a finite value, " + given_text(table[i].least) + " or above");

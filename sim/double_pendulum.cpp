@@ -107,7 +107,7 @@ Outcome DoubleSimulator::run(const DoubleParameters& parameters, const Random& n
   const auto samples = static_cast<std::size_t>(samples_);
   for (const std::span<double>& out : {sway.com_rad, sway.leg_rad, sway.trunk_rad}) {
     if (out.size() == samples) continue;
-    throw Error("simulation", "an output has space for " + std::to_string(out.size()) + " samples",
+    throw Error(Code::size_mismatch, "simulation", "an output has space for " + std::to_string(out.size()) + " samples",
                 "give space for " + std::to_string(samples));
   }
   const double ankle_nv = parameters.ankle[Nv], hip_nv = parameters.hip[Nv];

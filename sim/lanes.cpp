@@ -105,8 +105,8 @@ void Lanes::prepare(const std::function<int()>& next, const Simulator::TrialOf& 
     const TrialInput trial = trial_of(index);
     check_parameters(trial.parameters, setup_.protocol.parameters());
     if (!(trial.height >= 0.1 && trial.height <= 10.0))
-      throw Error("trial", "has a body height of " + given_text(trial.height) + " times the protocol's",
-                  "give 0.1 to 10 times");
+      throw Error(Code::setting_out_of_range, "trial",
+                  "has a body height of " + given_text(trial.height) + " times the protocol's", "give 0.1 to 10 times");
     const Coefficients coefficients = setup_.protocol.family().coefficients(trial.parameters);
     waiting_.push_back(
         {index, coefficients, setup_.protocol.experiment.body.of_height(trial.height), nullptr, silence_.data()});

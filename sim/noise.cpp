@@ -38,7 +38,7 @@ NoiseBand noise_band(const Protocol& protocol) {
   const NoiseBand band{static_cast<int>(std::ceil(noise.low_hz * period_s - slack)),
                        static_cast<int>(std::floor(noise.high_hz * period_s + slack))};
   if (band.first <= band.last || noise.scale_deg == 0.0) return band;
-  throw Error("protocol " + protocol.name + ", vestibular_noise",
+  throw Error(Code::setting_out_of_range, "protocol " + protocol.name + ", vestibular_noise",
               "no harmonic of the noise's period lies between low_hz and high_hz",
               "widen the band to contain a multiple of " + setting_text(1.0 / period_s) + " Hz, 1 / " +
                   setting_text(period_s) + " s");
@@ -116,7 +116,8 @@ void VestibularNoiseMaker::angle(double nv, const Random& random, std::span<doub
 void VestibularNoiseMaker::synthesize(Quantity quantity, double nv, const Random& random, std::span<double> out) const {
   const auto samples = static_cast<std::size_t>(samples_);
   if (out.size() != samples + 1) {
-    throw Error("vestibular noise", "the output has space for " + std::to_string(out.size()) + " values",
+    throw Error(Code::size_mismatch, "vestibular noise",
+                "the output has space for " + std::to_string(out.size()) + " values",
                 "give space for the trial's samples and one more, " + std::to_string(samples + 1));
   }
   const auto length = static_cast<std::size_t>(fft_.length()), phases = static_cast<std::size_t>(phases_);
@@ -140,7 +141,7 @@ void VestibularNoiseMaker::velocity_lanes(std::span<const double> nv, std::span<
   constexpr std::size_t lanes = fft_lanes;
   const auto samples = static_cast<std::size_t>(samples_);
   if (nv.size() > lanes || random.size() != nv.size() || rate.size() != (samples + 1) * lanes) {
-    throw Error("vestibular noise",
+    throw Error(Code::size_mismatch, "vestibular noise",
                 "got " + std::to_string(nv.size()) + " trials and space for " + std::to_string(rate.size()) + " values",
                 "give at most 8 trials, and space for " + std::to_string((samples + 1) * lanes));
   }

@@ -22,14 +22,16 @@ std::string in_words(std::size_t count) {
 
 ParameterTable::ParameterTable(std::vector<ParameterInfo> parameters) : all_(std::move(parameters)) {
   if (all_.empty() || all_.size() > Parameters::most)
-    throw Error("parameters", "a table has " + std::to_string(all_.size()) + " rows",
+    throw Error(Code::setting_out_of_range, "parameters", "a table has " + std::to_string(all_.size()) + " rows",
                 "give 1 to " + std::to_string(Parameters::most));
   std::set<std::string> names;
   for (const ParameterInfo& info : all_) {
     if (!names.insert(info.name).second || (info.option != info.name && !names.insert(info.option).second))
-      throw Error("parameters", "a table has two parameters called " + info.name, "give each its own name");
+      throw Error(Code::setting_conflict, "parameters", "a table has two parameters called " + info.name,
+                  "give each its own name");
     if (!(info.low < info.high && info.low >= info.least && info.high <= info.most))
-      throw Error("parameters", "the range of " + info.name + " is empty or cannot be simulated",
+      throw Error(Code::setting_out_of_range, "parameters",
+                  "the range of " + info.name + " is empty or cannot be simulated",
                   "give a low end below the high end, both within the allowed values");
   }
 }
@@ -67,7 +69,7 @@ Parameters ParameterTable::from_text(const std::string& text, const std::string&
   const auto fail = [&](const std::string& problem) {
     std::string form;
     for (const ParameterInfo& info : all_) form += (form.empty() ? "" : ",") + info.name + "=..";
-    throw Error(where, problem, "give all " + in_words(size()) + " as " + form);
+    throw Error(Code::setting_malformed, where, problem, "give all " + in_words(size()) + " as " + form);
   };
   Parameters parameters(size());
   std::set<std::size_t> given;

@@ -83,7 +83,8 @@ int Simulator::samples() const noexcept {
 
 Outcome Simulator::run(const Parameters& parameters, const Random& noise, std::span<double> sway_rad) const {
   if (sway_rad.size() != static_cast<std::size_t>(samples())) {
-    throw Error("simulation", "the output has space for " + std::to_string(sway_rad.size()) + " samples",
+    throw Error(Code::size_mismatch, "simulation",
+                "the output has space for " + std::to_string(sway_rad.size()) + " samples",
                 "give space for " + std::to_string(samples()));
   }
   Outcome result{};
@@ -151,7 +152,7 @@ void Simulator::run_until_valid(int count, int attempts, const AttemptOf& trial_
           const auto i = static_cast<std::size_t>(index);
           if (outcome.valid) return finished(index, *trials[i], sway);
           if (attempt[i] == attempts) {
-            throw Error("protocol " + protocol().name,
+            throw Error(Code::body_falls, "protocol " + protocol().name,
                         std::to_string(attempts) + " consecutive trials exceed 5 degrees",
                         "reduce the tilt's amplitude or the noise");
           }

@@ -20,7 +20,8 @@ decid::recording::Detrend detrend_of(int detrend, const char* where) {
     case DECID_DETREND_LINEAR:
       return decid::recording::Detrend::linear;
   }
-  throw decid::Error(where, decid::format("there is no detrending %d", detrend), "give a value of decid_detrend");
+  throw decid::Error(decid::Code::setting_unknown, where, decid::format("there is no detrending %d", detrend),
+                     "give a value of decid_detrend");
 }
 
 /// Converts the options that identify and fit share.
@@ -127,7 +128,8 @@ namespace decid::c {
 
 std::optional<sim::Body> body_of(double mass_kg, double height_m, const char* where) {
   if ((mass_kg == 0.0) != (height_m == 0.0))
-    throw Error(where, "mass or height stands alone", "give both, or neither for the protocol's body");
+    throw Error(Code::setting_missing, where, "mass or height stands alone",
+                "give both, or neither for the protocol's body");
   if (mass_kg == 0.0) return {};
   return sim::body_of_person({.mass_kg = mass_kg, .height_m = height_m});
 }

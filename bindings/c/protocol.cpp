@@ -33,7 +33,8 @@ void simulate(const decid_protocol& given_protocol, const double* parameters, st
   const auto samples = static_cast<std::size_t>(simulator.samples());
   const std::size_t count = given_protocol.ranges.size();
   if (trials > std::size_t{1} << 30)
-    throw decid::Error("decid_simulate", "too many trials", "give a thousand at a time");
+    throw decid::Error(decid::Code::setting_out_of_range, "decid_simulate", "too many trials",
+                       "give a thousand at a time");
   std::vector<double> end_s(trials, -1.0);  // of those that fall
   simulator.run_all(
       static_cast<int>(trials),
@@ -56,7 +57,7 @@ void simulate(const decid_protocol& given_protocol, const double* parameters, st
     if (stood != nullptr)
       stood[trial] = end_s[trial] < 0.0 ? 1 : 0;
     else if (end_s[trial] >= 0.0)
-      throw decid::Error("decid_simulate",
+      throw decid::Error(decid::Code::body_falls, "decid_simulate",
                          decid::format("the body of trial %zu leaves 5 degrees after %.2f s", trial, end_s[trial]),
                          "raise Kp or Kd, lower Nv, the delay or the tilt, or take `stood`, which says which trials "
                          "stand");

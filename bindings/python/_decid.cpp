@@ -355,7 +355,7 @@ PYBIND11_MODULE(_decid, module) {
   module.attr("Error") = py::reinterpret_steal<py::object>(PyErr_NewExceptionWithDoc(
       "decid.Error",
       "Bad input: an argument, a file or a recording. str() reads 'where: problem; remedy', the parts of which are the "
-      "attributes where, problem and remedy.",
+      "attributes where, problem and remedy; the attribute code names its cause ('file_missing').",
       PyExc_ValueError, nullptr));
   module.attr("__version__") = decid_version();
   module.def("set_threads", [](int threads) { run([&] { return decid_set_threads(threads); }); });

@@ -48,12 +48,13 @@ Archive open_archive(const std::string& path, int flags, const std::string& wher
   libzip().error_init(&error, code);
   const std::string problem = libzip().text_of(&error);
   libzip().error_fini(&error);
-  throw Error(where, "cannot be opened as an .npz file: " + problem,
+  throw Error(code == ZIP_ER_NOENT ? Code::file_missing : Code::file_damaged, where,
+              "cannot be opened as an .npz file: " + problem,
               "give a data set made by decid dataset; a download or copy may be truncated");
 }
 
 void require(bool condition, const std::string& where, const std::string& problem) {
-  if (!condition) throw Error(where, problem, regenerate);
+  if (!condition) throw Error(Code::file_damaged, where, problem, regenerate);
 }
 
 template <class Values>
@@ -63,7 +64,8 @@ bool all_finite(const Values& values) {
 
 void check_sway(std::span<const float> sway, std::size_t trial, const std::string& where) {
   if (!all_finite(sway)) {
-    throw Error(where, "the sway of trial " + std::to_string(trial) + " has values that are not finite", regenerate);
+    throw Error(Code::file_damaged, where,
+                "the sway of trial " + std::to_string(trial) + " has values that are not finite", regenerate);
   }
 }
 
@@ -120,14 +122,15 @@ class Reader {
     zip_stat_t stat;
     libzip().stat_init(&stat);
     if (libzip().stat(archive, member.c_str(), 0, &stat) < 0) {
-      throw Error(source.where, "has no array '" + name + "'", "give a data set made by decid dataset");
+      throw Error(Code::file_unsupported, source.where, "has no array '" + name + "'",
+                  "give a data set made by decid dataset");
     }
     if (!(stat.valid & ZIP_STAT_SIZE) || !(stat.valid & ZIP_STAT_COMP_SIZE) || stat.comp_size > source.bytes ||
         stat.size / deflate_limit > stat.comp_size) {
-      throw Error(where_, "claims more values than the file can contain", regenerate);
+      throw Error(Code::file_damaged, where_, "claims more values than the file can contain", regenerate);
     }
     if (stat.size > source.inflated_left)
-      throw Error(where_, "is compressed too strongly for a data set",
+      throw Error(Code::file_unsupported, where_, "is compressed too strongly for a data set",
                   "write it with numpy.savez, which does not compress");
     source.inflated_left -= stat.size;
     size_ = stat.size;
@@ -135,7 +138,9 @@ class Reader {
     stored_ = stat.valid & ZIP_STAT_COMP_METHOD && stat.comp_method == ZIP_CM_STORE;
     member_.reset(libzip().open_member(archive, member.c_str(), 0));
     if (!member_ && libzip().code_of(libzip().error_of(archive)) == ZIP_ER_MEMORY) throw std::bad_alloc();
-    if (!member_) throw Error(where_, std::string("cannot be read: ") + libzip().error_text(archive), regenerate);
+    if (!member_)
+      throw Error(Code::file_damaged, where_, std::string("cannot be read: ") + libzip().error_text(archive),
+                  regenerate);
     read_header();
   }
 
@@ -153,7 +158,8 @@ class Reader {
       read_rest(result.data(), count * sizeof(T));
       return result;
     } catch (const std::bad_alloc&) {
-      throw Error(where_, "needs " + std::to_string(count * sizeof(T) / 1'000'000) + " MB of memory",
+      throw Error(Code::out_of_memory, where_,
+                  "needs " + std::to_string(count * sizeof(T) / 1'000'000) + " MB of memory",
                   "use a machine with more memory or a smaller data set");
     }
   }
@@ -170,7 +176,8 @@ class Reader {
     }
     const std::size_t count = value_count(header_.shape);
     if ((size_ - header_.bytes) % sizeof(T) != 0 || (size_ - header_.bytes) / sizeof(T) != count) {
-      throw Error(where_, "has a number of values that differs from its shape, " + text_of(header_.shape), regenerate);
+      throw Error(Code::file_damaged, where_,
+                  "has a number of values that differs from its shape, " + text_of(header_.shape), regenerate);
     }
   }
 
@@ -219,13 +226,13 @@ class Reader {
   }
 
   [[noreturn]] void refuse(const std::string& found, const std::string& expected) const {
-    throw Error(where_, "the array is " + found, "give " + expected);
+    throw Error(Code::file_unsupported, where_, "the array is " + found, "give " + expected);
   }
 
   [[noreturn]] void damaged() const {
     if (libzip().code_of(libzip().error_of_member(member_.get())) == ZIP_ER_MEMORY) throw std::bad_alloc();
     const std::string detail = libzip().member_error_text(member_.get());
-    throw Error(where_, "is damaged: " + detail, regenerate);
+    throw Error(Code::file_damaged, where_, "is damaged: " + detail, regenerate);
   }
 
   std::string where_;
@@ -242,7 +249,8 @@ void read_description(const std::string& text, const std::string& where, Dataset
   int format = 0;
   object.read("format", format);
   if (format != npz_format_version) {
-    throw Error(where, "is of data set format " + std::to_string(format) + ", and this program reads format 1",
+    throw Error(Code::file_unsupported, where,
+                "is of data set format " + std::to_string(format) + ", and this program reads format 1",
                 "use the decid that wrote it, or make it again");
   }
   object.require("seed");
@@ -255,7 +263,7 @@ void read_description(const std::string& text, const std::string& where, Dataset
   if (names != expected) {
     std::string list;
     for (const std::string& name : expected) list += (list.empty() ? "" : ", ") + name;
-    throw Error(where, "lists parameters other than " + list, regenerate);
+    throw Error(Code::file_unsupported, where, "lists parameters other than " + list, regenerate);
   }
   object.finish();
 }
@@ -267,7 +275,7 @@ Dataset read_labels(const Source& source, const Reader& sway) {
   sway.check<float>(0);
   const std::vector<std::size_t>& shape = sway.header().shape;
   if (shape[1] > std::size_t{std::numeric_limits<int>::max()}) {
-    throw Error(source.where, "its trials have more than 2^31 - 1 samples", regenerate);
+    throw Error(Code::file_too_large, source.where, "its trials have more than 2^31 - 1 samples", regenerate);
   }
   data.samples = static_cast<int>(shape[1]);
   const std::size_t count = data.protocol.parameters().size();
@@ -341,16 +349,18 @@ StoredDataset::StoredDataset(const std::filesystem::path& path) {
   std::uint32_t sum = crc32(header);
   const std::size_t trial_bytes = static_cast<std::size_t>(data_.samples) * sizeof(float);
   for (const std::uint32_t part : parts) sum = crc32_joined(sum, part, trial_bytes);
-  if (sum != sway.crc32()) throw Error(source.where + ": sway", "is damaged: its CRC does not match", regenerate);
+  if (sum != sway.crc32())
+    throw Error(Code::file_damaged, source.where + ": sway", "is damaged: its CRC does not match", regenerate);
 }
 
 void StoredDataset::read(int index, std::span<float> sway_rad) const {
   if (index < 0 || index >= trials()) {
-    throw Error("data set", "has no trial " + std::to_string(index),
+    throw Error(Code::setting_out_of_range, "data set", "has no trial " + std::to_string(index),
                 "request trials 0 to " + std::to_string(trials() - 1));
   }
   if (sway_rad.size() != static_cast<std::size_t>(data_.samples)) {
-    throw Error("data set", "the output has space for " + std::to_string(sway_rad.size()) + " samples",
+    throw Error(Code::size_mismatch, "data set",
+                "the output has space for " + std::to_string(sway_rad.size()) + " samples",
                 "give space for " + std::to_string(data_.samples));
   }
   if (!file_) {
@@ -359,7 +369,7 @@ void StoredDataset::read(int index, std::span<float> sway_rad) const {
   }
   const auto bytes = std::as_writable_bytes(sway_rad);
   if (file_->file.read(file_->start + static_cast<std::uint64_t>(index) * bytes.size(), bytes) != bytes.size()) {
-    throw Error(file_->file.path().string(), "became shorter while in use", regenerate);
+    throw Error(Code::file_damaged, file_->file.path().string(), "became shorter while in use", regenerate);
   }
 }
 

@@ -28,9 +28,11 @@ fs::path target_of(const fs::path& path) {
   std::error_code error;
   const fs::path target = fs::weakly_canonical(path, error);
   const fs::file_status status = fs::status(error ? path : target, error);
-  if (fs::is_directory(status)) throw Error(path.string(), "is a folder", "give the name of a file");
+  if (fs::is_directory(status))
+    throw Error(Code::file_unwritable, path.string(), "is a folder", "give the name of a file");
   if (fs::exists(status) && !fs::is_regular_file(status)) {
-    throw Error(path.string(), "is not a regular file, and a data set cannot be streamed", "give a file on a disk");
+    throw Error(Code::file_unwritable, path.string(), "is not a regular file, and a data set cannot be streamed",
+                "give a file on a disk");
   }
   return target.empty() ? path : target;
 }
@@ -70,7 +72,8 @@ class Partial {
   Partial(const NpzPartial& paths, const std::string& identity)
       : paths_(paths), file_(paths.file, DiskFile::Access::write), journal_(paths.journal) {
     if (this->identity() != identity)
-      throw Error(paths.file.string(), "is not the file that rank 0 writes", "name a folder that all hosts share");
+      throw Error(Code::system_failed, paths.file.string(), "is not the file that rank 0 writes",
+                  "name a folder that all hosts share");
   }
   /// Returns an identity of the file that is independent of its mount.
   std::string identity() const {
@@ -88,9 +91,10 @@ class Partial {
     // The journal's beginning reaches the disk before anything reaches the file, which is worthless without it.
     if (file_.size() == 0) return journal_.start(request);
     const std::string remedy = "delete " + paths_.file.string() + " and " + paths_.journal.string() + " to start again";
-    if (!found) throw Error(paths_.file.string(), "is an unfinished data set whose journal is lost", remedy);
+    if (!found)
+      throw Error(Code::file_damaged, paths_.file.string(), "is an unfinished data set whose journal is lost", remedy);
     if (*found != request) {
-      throw Error(paths_.file.string(),
+      throw Error(Code::file_differs, paths_.file.string(),
                   "is an unfinished data set of another request (" + difference(*found, request) + ")",
                   "give the options it was begun with, or " + remedy);
     }
@@ -111,7 +115,8 @@ class Partial {
     std::error_code error;
     fs::rename(paths_.file, target, error);
     if (error) {
-      throw Error(target.string(), "cannot be replaced: " + error.message(), "check the permissions of its folder");
+      throw Error(Code::file_unwritable, target.string(), "cannot be replaced: " + error.message(),
+                  "check the permissions of its folder");
     }
     fs::remove(paths_.journal, ignored);
     const fs::path folder = target.parent_path().empty() ? "." : target.parent_path();
@@ -124,7 +129,8 @@ class Partial {
  private:
   static ChunkJournal open(DiskFile& file, const NpzPartial& paths) {
     if (!file.try_lock() || !file.is_still_at_its_path()) {
-      throw Error(paths.file.string(), "is being written by another decid", "wait for it, or choose another output");
+      throw Error(Code::file_in_use, paths.file.string(), "is being written by another decid",
+                  "wait for it, or choose another output");
     }
     return ChunkJournal(paths.journal);
   }
@@ -234,7 +240,7 @@ class Run {
       trials += static_cast<int>(parameters.size());
     }
     if (trials != request.count) {
-      throw Error(partial_.file().path().string(), "its journal was damaged during the run",
+      throw Error(Code::file_damaged, partial_.file().path().string(), "its journal was damaged during the run",
                   "run the same command again");
     }
     zip_.end();
@@ -298,7 +304,7 @@ class Run {
   bool go_on() const { return !progress_ || progress_(generator_.trials(), generator_.request().count); }
 
   Error stopped() const {
-    return Error(partial_.file().path().string(),
+    return Error(Code::stopped, partial_.file().path().string(),
                  "stopped after " + std::to_string(generator_.trials()) + " of " +
                      std::to_string(generator_.request().count) + " trials",
                  "run the same command to continue");

@@ -37,7 +37,7 @@ Dataset generate(const DatasetRequest& request, DatasetReport* report, const Pro
   try {
     data.sway.reserve(values);
   } catch (const std::exception&) {  // bad_alloc or length_error
-    throw Error(where,
+    throw Error(Code::out_of_memory, where,
                 std::to_string(request.count) + " trials need " + std::to_string(values * sizeof(float) / 1'000'000) +
                     " MB of memory",
                 "request fewer trials");
@@ -47,7 +47,7 @@ Dataset generate(const DatasetRequest& request, DatasetReport* report, const Pro
     for (const TrialRecord& trial : chunk.trials) data.parameters.push_back(trial.parameters);
     for (const std::span<const float> sway : chunk.sway) data.sway.insert(data.sway.end(), sway.begin(), sway.end());
     if (progress && !progress(data.trials(), request.count)) {
-      throw Error(where,
+      throw Error(Code::stopped, where,
                   "stopped after " + std::to_string(data.trials()) + " of " + std::to_string(request.count) + " trials",
                   "run it again to complete it");
     }
@@ -62,7 +62,7 @@ std::vector<std::uint8_t> split_by_group(const std::vector<std::int32_t>& group)
   std::vector<int> size(group.size(), 0);
   for (const std::int32_t index : group) {
     if (index < 0 || static_cast<std::size_t>(index) >= group.size()) {
-      throw Error(where,
+      throw Error(Code::file_damaged, where,
                   "group " + std::to_string(index) + " is not one of the " + std::to_string(group.size()) + " trials",
                   "give the index of one of the group's trials");
     }
@@ -96,7 +96,7 @@ std::vector<float> TargetScaling::scale(const sim::Parameters& parameters) const
 
 sim::Parameters TargetScaling::unscale(std::span<const float> target) const {
   if (target.size() != mean.size()) {
-    throw Error("targets",
+    throw Error(Code::size_mismatch, "targets",
                 "got " + std::to_string(target.size()) + " values for " + std::to_string(mean.size()) + " parameters",
                 "give one value per parameter");
   }
@@ -108,7 +108,8 @@ sim::Parameters TargetScaling::unscale(std::span<const float> target) const {
 }
 
 TargetScaling target_scaling(const sim::ParameterTable& table, std::span<const sim::Parameters> parameters) {
-  if (parameters.empty()) throw Error("targets", "has no trials for scaling", "give the training half");
+  if (parameters.empty())
+    throw Error(Code::trials_missing, "targets", "has no trials for scaling", "give the training half");
   const auto count = static_cast<double>(parameters.size());
   TargetScaling scaling{sim::Parameters(table.size()), sim::Parameters(table.size())};
   for (std::size_t i = 0; i < table.size(); ++i) {

@@ -27,16 +27,17 @@ constexpr std::uint64_t child_sensor_noise = std::uint64_t{1} << 63;
 
 DatasetRequest checked(DatasetRequest request) {
   if (request.count < 1) {
-    throw Error(generation, std::to_string(request.count) + " trials are requested", "request at least 1");
+    throw Error(Code::setting_out_of_range, generation, std::to_string(request.count) + " trials are requested",
+                "request at least 1");
   }
   if (request.base < 0 || request.base > request.count) {
     throw Error(
-        generation,
+        Code::setting_out_of_range, generation,
         std::to_string(request.base) + " base trials of " + std::to_string(request.count) + " trials are requested",
         "request from 1 to all trials as base trials, or 0 for all");
   }
   if (request.protocol.heights.vary())
-    throw Error(generation, "the protocol has body_heights, and a data set has one body",
+    throw Error(Code::setting_conflict, generation, "the protocol has body_heights, and a data set has one body",
                 "leave out body_heights, or train on a stream, which draws heights");
   return request;
 }
@@ -133,7 +134,7 @@ const Chunk& Generator::next() {
   const bool children = making_children();
   if (children && parents_.empty()) {
     throw Error(
-        generation,
+        Code::trials_missing, generation,
         "none of the " + std::to_string(base_) + " base trials sways more than 0.05 rad, so none can be a parent",
         "request more base trials, or only base trials");
   }
@@ -179,7 +180,7 @@ const Chunk& Generator::next() {
     const long long valid = valid_before + static_cast<long long>(chunk.trials.size());
     if (made >= patience && valid * attempts_per_valid_trial < made) {
       throw Error(
-          generation,
+          Code::body_falls, generation,
           "only " + std::to_string(valid) + " of " + std::to_string(made) + " simulated trials stay within 5 degrees",
           "check body, amplitude and noise of the protocol");
     }

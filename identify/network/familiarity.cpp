@@ -169,7 +169,7 @@ Familiarity learn_familiarity(const Model& model, const dataset::TrialSource& so
 double Familiarity::distance(std::span<const float> features) const {
   const std::size_t n = mean.size();
   if (n == 0 || features.size() != n || whitening.size() != n * (n + 1) / 2)
-    throw Error("familiarity",
+    throw Error(Code::size_mismatch, "familiarity",
                 format("%zu features where %zu are known, with %zu numbers to whiten them", features.size(), n,
                        whitening.size()),
                 "give the features that it was learned from");

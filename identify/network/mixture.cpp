@@ -28,7 +28,7 @@ std::size_t component_outputs(std::size_t parameters) {
 
 void check(std::size_t components, std::size_t parameters, std::size_t outputs) {
   if (outputs == mixture_outputs(components, parameters)) return;
-  throw Error("mixture of " + std::to_string(components),
+  throw Error(Code::size_mismatch, "mixture of " + std::to_string(components),
               std::to_string(outputs) + " outputs for " + std::to_string(parameters) + " parameters",
               "give " + std::to_string(mixture_outputs(components, parameters)));
 }

@@ -98,7 +98,7 @@ CalibratedTrial calibrate(const sim::Parameters& truth, const ParameterDistribut
 }
 
 Calibration calibration_of(std::span<const CalibratedTrial> trials, const sim::Parameters& deviation) {
-  if (trials.empty()) throw Error("calibration", "has no trials", "give one at least");
+  if (trials.empty()) throw Error(Code::trials_missing, "calibration", "has no trials", "give one at least");
   Calibration result;
   result.trials = static_cast<int>(trials.size());
   result.agreed = static_cast<int>(std::ranges::count_if(trials, &CalibratedTrial::agreed));
@@ -166,7 +166,8 @@ std::vector<CalibrationPart> calibration_by(std::span<const CalibratedTrial> tri
                                             const std::function<double(const sim::Parameters& truth)>& key) {
   constexpr std::size_t parts = 3;
   if (trials.size() < parts)
-    throw Error("calibration", format("has %zu trials", trials.size()), "give three at least for three parts");
+    throw Error(Code::trials_missing, "calibration", format("has %zu trials", trials.size()),
+                "give three at least for three parts");
   std::vector<const CalibratedTrial*> sorted;
   for (const CalibratedTrial& trial : trials) sorted.push_back(&trial);
   std::ranges::stable_sort(sorted, {}, [&](const CalibratedTrial* trial) { return key(trial->truth); });

@@ -43,7 +43,8 @@ CalibrationTrials::Trial CalibrationTrials::next() {
     sim::record(protocol, seed_, attempt, sway);
     return {attempt, input.parameters, {sway.begin(), sway.end()}};
   }
-  throw Error("protocol " + protocol.name, "10,000 trials in a row fell", "use a smaller stimulus or less noise");
+  throw Error(Code::body_falls, "protocol " + protocol.name, "10,000 trials in a row fell",
+              "use a smaller stimulus or less noise");
 }
 
 std::optional<CalibratedTrial> calibrate_trial(const posterior::Density& density, const CalibrationTrials::Trial& trial,

@@ -110,14 +110,14 @@ void finish(std::vector<Bin>& all) {
 }
 
 [[noreturn]] void refuse_seed(std::uint64_t seed) {
-  throw Error("fresh trials", "seed " + std::to_string(seed) + " is that of the training's trials",
+  throw Error(Code::data_reused, "fresh trials", "seed " + std::to_string(seed) + " is that of the training's trials",
               "give another " + setting("seed"));
 }
 
 int column_named(const recording::CsvTable& table, const std::string& name, const std::string& file) {
   for (int c = 0; c < table.columns(); ++c)
     if (table.names()[static_cast<std::size_t>(c)] == name) return c;
-  throw Error(file, "has no column '" + name + "'", "give a table whose header has it");
+  throw Error(Code::column_missing, file, "has no column '" + name + "'", "give a table whose header has it");
 }
 
 }  // namespace
@@ -283,7 +283,7 @@ std::vector<LearningPoint> read_learning_curve(const std::string& file) {
   std::vector<LearningPoint> curve;
   for (std::size_t i = 0; i < trials.size(); ++i) {
     if (!(trials[i] > (i > 0 ? trials[i - 1] : 0)) || !(mse[i] >= 0))
-      throw Error(file,
+      throw Error(Code::value_invalid, file,
                   format("%s: trials must grow from row to row, and no mse be negative", table.place_of(i).c_str()),
                   "sort it by trials");
     curve.push_back({trials[i], mse[i]});
@@ -301,7 +301,7 @@ std::vector<EpochLog> read_log(const std::string& file) {
   for (std::size_t i = 0; i < epoch.size(); ++i) {
     log.push_back({static_cast<int>(i) + 1, training[i], validation[i], rate[i]});
     if (epoch[i] != static_cast<double>(i + 1))
-      throw Error(file, format("%s: epochs do not count from 1", table.place_of(i).c_str()),
+      throw Error(Code::value_invalid, file, format("%s: epochs do not count from 1", table.place_of(i).c_str()),
                   "give the log that decid train wrote");
   }
   return log;

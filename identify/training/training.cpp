@@ -87,7 +87,7 @@ std::string in_a_line(const std::string& text) {
 }
 
 Diverged diverged(const Preset& preset, int epoch, const std::string& how) {
-  return Diverged("training", format("diverged in epoch %d of %d: ", epoch, preset.epochs) + how,
+  return Diverged(Code::diverged, "training", format("diverged in epoch %d of %d: ", epoch, preset.epochs) + how,
                   format("lower the learning rate of %g (%s)", preset.learning_rate, setting("learning_rate").c_str()));
 }
 
@@ -137,7 +137,7 @@ TrainingState start_training(const dataset::TrialSource& source, const TrainingS
   const auto refuse = [&](const std::string& what, const std::string& there, const std::string& here) {
     const std::string& preset = from.origin.preset;
     throw Error(
-        name,
+        Code::file_differs, name,
         "has another " + what + " than this training: " + in_a_line(there) + " there, " + in_a_line(here) + " here",
         "give " + (preset.empty() ? "" : setting("preset") + " " + preset + ", with which it was trained, or ") +
             "its " + setting("architecture") + ", " + setting("head") + " and " + setting("image") +

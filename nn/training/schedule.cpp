@@ -13,7 +13,7 @@ Schedule::Schedule(const std::string& text, double base_rate, long long total_st
                    long long warmup_steps)
     : base_rate_(base_rate), total_steps_(total_steps), steps_per_epoch_(steps_per_epoch), warmup_steps_(warmup_steps) {
   const auto fail = [&](const std::string& problem) {
-    throw Error("learning-rate schedule '" + text + "'", problem,
+    throw Error(Code::setting_malformed, "learning-rate schedule '" + text + "'", problem,
                 "give constant, cosine or step:EPOCHS:FACTOR, such as step:10:0.5");
   };
   if (total_steps < 1 || steps_per_epoch < 1 || warmup_steps < 0) fail("spans no step");

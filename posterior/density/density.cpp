@@ -75,7 +75,7 @@ const sim::Protocol& of_family(const sim::Protocol& protocol) {
   protocol.validate();
   const sim::Family& family = protocol.family();
   if (family.terms.empty())
-    throw Error("protocol " + protocol.name,
+    throw Error(Code::not_supported, "protocol " + protocol.name,
                 "its body model '" + protocol.experiment.body_model->name + "' is not a servo behind a dead band",
                 "use a protocol of another controller");
   for (const sim::Coefficient alone : {sim::Coefficient::nv, sim::Coefficient::theta, sim::Coefficient::delay}) {
@@ -85,7 +85,7 @@ const sim::Protocol& of_family(const sim::Protocol& protocol) {
         return other.coefficient == alone || other.parameter == term.parameter;
       });
       if (count != 1 || term.factor != 1.0 || family.constant[alone] != 0.0)
-        throw Error("body model " + protocol.experiment.body_model->name,
+        throw Error(Code::not_supported, "body model " + protocol.experiment.body_model->name,
                     "its noise, threshold or delay is not a parameter of its own", "give each its own parameter");
     }
   }
@@ -119,12 +119,12 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
   for (const sim::ParameterInfo& info : ranges_)
     quantiles_.push_back(quantile_of(priors, info.name, info.low, info.range()));
   if (blocks_ < fewest_blocks) {
-    throw Error("protocol " + protocol.name, format("lasts %g s", protocol.duration_s()),
+    throw Error(Code::setting_out_of_range, "protocol " + protocol.name, format("lasts %g s", protocol.duration_s()),
                 "give a protocol of at least 2 s");
   }
   if (noise_.size() == 0 && protocol.noise.vestibular.scale_deg > 0.0) {
-    throw Error("protocol " + protocol.name + ", vestibular_noise", "has a single frequency",
-                "give low_hz below high_hz; the posterior models the noise as a band");
+    throw Error(Code::setting_out_of_range, "protocol " + protocol.name + ", vestibular_noise",
+                "has a single frequency", "give low_hz below high_hz; the posterior models the noise as a band");
   }
   const sim::Experiment& experiment = protocol.experiment;
   const int block_steps = block_samples_ * experiment.steps_per_sample();
@@ -268,7 +268,8 @@ void Density::check(const Observation& observation, std::span<const double> x, s
   if (x.size() == all && results == expected && observation.sway.size() == static_cast<std::size_t>(blocks_) &&
       observation.torque.size() == s_.size())
     return;
-  throw Error("posterior", format("got %zu coordinates and space for %zu results", x.size(), results),
+  throw Error(Code::size_mismatch, "posterior",
+              format("got %zu coordinates and space for %zu results", x.size(), results),
               format("give %zu and %zu, and an observation of this density", all, expected));
 }
 

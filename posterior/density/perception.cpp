@@ -13,7 +13,8 @@ void Density::perceive(std::span<const double> x, std::span<double> noise_rad_s,
                        Workspace& work) const {
   const auto all = static_cast<std::size_t>(size()) * lanes, results = static_cast<std::size_t>(edges()) * lanes;
   if (x.size() != all || noise_rad_s.size() != results || tilt_rad.size() != results)
-    throw Error("posterior", format("got %zu coordinates and space for %zu results", x.size(), noise_rad_s.size()),
+    throw Error(Code::size_mismatch, "posterior",
+                format("got %zu coordinates and space for %zu results", x.size(), noise_rad_s.size()),
                 format("give %zu and twice %zu", all, results));
   const Chains c = chains(x, {});
   noise_.synthesize(x.data(), work.velocity.data(), work.noise_work.data(), isa_);

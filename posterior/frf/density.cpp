@@ -33,7 +33,8 @@ double real_product(Complex a, Complex b) {
 
 Priors filled(Priors priors, const Table& table) {
   const auto check = [](bool right, const char* setting, double value, const char* remedy) {
-    if (!right) throw Error(std::string("priors, ") + setting, format("is %g", value), remedy);
+    if (!right)
+      throw Error(Code::setting_out_of_range, std::string("priors, ") + setting, format("is %g", value), remedy);
   };
   if (!priors.error) priors.error = table.has_confidence() ? error_beside_confidence : error_alone;
   check(priors.gain >= 0.0 && priors.gain <= max_gain, "gain", priors.gain, "give 0 to 0.9");
@@ -41,7 +42,7 @@ Priors filled(Priors priors, const Table& table) {
   check(priors.error_factor > 1.0 && std::isfinite(priors.error_factor), "error_factor", priors.error_factor,
         "give a factor above 1");
   if (*priors.error == 0.0 && !table.has_confidence())
-    throw Error(table.file, "has no confidence, and the prior error is 0",
+    throw Error(Code::setting_missing, table.file, "has no confidence, and the prior error is 0",
                 "add a confidence column, or give " + setting("prior_error") + " above 0");
   return priors;
 }

@@ -40,7 +40,8 @@ class Cycle {
       harmonics_.push_back(std::llround(point.frequency_hz * cycle_s_));
 
     if (harmonics_.empty())
-      throw Error("frequency response", "the stimulus does not move", "use a protocol with a tilt");
+      throw Error(Code::setting_out_of_range, "frequency response", "the stimulus does not move",
+                  "use a protocol with a tilt");
     const double interval_s = stimulus.interval_steps * sim::integration_step_s;
     const auto first = std::llround(experiment.lead_in_s() / interval_s), count = std::llround(cycle_s_ / interval_s);
     for (long long j = 0; j < count; ++j) {
@@ -126,13 +127,14 @@ Neighbours neighbours_of(const Cycle& cycle, const std::vector<double>& power, c
   const std::size_t nearest = cycle.nearest(row.frequency_hz);
   const double away_hz = std::abs(cycle.frequency_hz(nearest) - row.frequency_hz);
   if (away_hz > 1.001 / cycle.cycle_s())
-    throw Error(where,
+    throw Error(Code::protocol_mismatch, where,
                 format("the stimulus has no power at %g Hz; its nearest frequency is %.4g Hz", row.frequency_hz,
                        cycle.frequency_hz(nearest)),
                 "give the played protocol with " + setting("protocol") + ", or leave such rows out");
   const auto count = static_cast<std::size_t>(row.harmonics);
   if (count > cycle.harmonics())
-    throw Error(where, format("a row is the mean of %zu harmonics; the stimulus has %zu", count, cycle.harmonics()),
+    throw Error(Code::protocol_mismatch, where,
+                format("a row is the mean of %zu harmonics; the stimulus has %zu", count, cycle.harmonics()),
                 "give the played protocol with " + setting("protocol"));
   if (count == 0) {
     const bool is_below = cycle.frequency_hz(nearest) < row.frequency_hz;
@@ -211,7 +213,7 @@ ResponseModel::ResponseModel(const sim::Protocol& protocol, const Table& table)
 
 void ResponseModel::respond(const sim::Parameters& p, std::span<Complex> responses, std::span<Complex> derived) const {
   if (responses.size() != bands_.size() || (!derived.empty() && derived.size() != bands_.size() * derivatives))
-    throw Error("frequency response",
+    throw Error(Code::size_mismatch, "frequency response",
                 format("got space for %zu responses and %zu derivatives", responses.size(), derived.size()),
                 format("give space for %zu, and for none or %zu", bands_.size(), bands_.size() * derivatives));
   std::array<double, velocity_levels> passed;

@@ -29,7 +29,7 @@ constexpr std::uint64_t numbers_a_move = 32;  // random numbers
 void check(std::size_t size, const SmcSettings& settings) {
   const auto at_least = [](const char* setting, int value, int least) {
     if (value < least)
-      throw Error(std::string("particles, ") + setting, "is " + std::to_string(value),
+      throw Error(Code::setting_out_of_range, std::string("particles, ") + setting, "is " + std::to_string(value),
                   "give " + std::to_string(least) + " or more");
   };
   at_least("population", settings.population, settings.chains);
@@ -40,7 +40,8 @@ void check(std::size_t size, const SmcSettings& settings) {
   at_least("min_draws", settings.min_draws, 4);
   at_least("max_draws", settings.max_draws, settings.min_draws);
   if (size < 1 || size > max_coordinates)
-    throw Error("particles", "got " + std::to_string(size) + " coordinates", "give 1 to 28");
+    throw Error(Code::setting_out_of_range, "particles", "got " + std::to_string(size) + " coordinates",
+                "give 1 to 28");
 }
 
 /// A point, and the density's values there at a power of the likelihood.
@@ -146,7 +147,8 @@ class Run {
         evaluate_(place.x, place.local);
         if (std::isfinite(place.local.misfit)) return;
       }
-      throw Error("particles", "the likelihood is 0 at all draws from the prior", "widen the prior");
+      throw Error(Code::setting_out_of_range, "particles", "the likelihood is 0 at all draws from the prior",
+                  "widen the prior");
     });
     moved_ = attempts;
     result_.evaluations += settings_.population;

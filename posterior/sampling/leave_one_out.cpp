@@ -87,10 +87,12 @@ LeaveOneOut leave_one_out(std::span<const double> log_likelihood, int observatio
   const std::size_t count = observations > 1 ? static_cast<std::size_t>(observations) : 0;
   const std::size_t draws = count > 0 ? log_likelihood.size() / count : 0;
   if (draws < fewest_draws || log_likelihood.size() != draws * count)
-    throw Error("leave_one_out", format("%zu values for %d observations", log_likelihood.size(), observations),
+    throw Error(Code::size_mismatch, "leave_one_out",
+                format("%zu values for %d observations", log_likelihood.size(), observations),
                 format("give at least 2 observations, and at least %zu draws of each", fewest_draws));
   if (!std::ranges::all_of(log_likelihood, [](double value) { return std::isfinite(value); }))
-    throw Error("leave_one_out", "has values that are not finite", "give logarithms of likelihoods");
+    throw Error(Code::value_invalid, "leave_one_out", "has values that are not finite",
+                "give logarithms of likelihoods");
   const double limit = std::min(1.0 - decid::log(10.0) / decid::log(static_cast<double>(draws)), 0.7);
   LeaveOneOut result;
   std::vector<double>& each = result.pointwise;

@@ -45,7 +45,8 @@ std::vector<double> stack(std::span<const std::vector<double>> pointwise) {
 std::vector<ComparedModel> compare_models(std::span<const std::vector<double>> pointwise) {
   const std::size_t count = pointwise.empty() ? 0 : pointwise.front().size();
   if (count < 2 || !std::ranges::all_of(pointwise, [&](const auto& model) { return model.size() == count; }))
-    throw Error("compare_models", format("%zu models with %zu observations", pointwise.size(), count),
+    throw Error(Code::size_mismatch, "compare_models",
+                format("%zu models with %zu observations", pointwise.size(), count),
                 "give models of the same observations, at least 2");
   std::vector<ComparedModel> all(pointwise.size());
   for (std::size_t k = 0; k < all.size(); ++k)

@@ -140,7 +140,7 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
   const double last = static_cast<double>(steps.size());
   if (const std::optional<Clock> rounded = coarse_clock(time, unit_s, name)) return *rounded;
   if (usual < 0.0)
-    throw Error(where, "'" + name + "' runs backwards",
+    throw Error(Code::times_uneven, where, "'" + name + "' runs backwards",
                 "reverse the rows, or give " + setting_name + " if the samples are in order");
   Clock clock;
   if (std::all_of(steps.begin(), steps.end(), is_even)) {
@@ -156,7 +156,8 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
   };
   for (std::size_t i = 0; i < steps.size(); ++i)
     if (usual > 0.0 && steps[i] < -10.0 * usual && time[i + 1] <= time.front() + usual)
-      throw Error(where, table.place_of(i + 1) + ": '" + name + "' starts again: the file holds several recordings",
+      throw Error(Code::recording_ambiguous, where,
+                  table.place_of(i + 1) + ": '" + name + "' starts again: the file holds several recordings",
                   "save each recording as its own file");
   if (const std::optional<double> step = rounded_step(time, unit_s)) {
     clock.rate_hz = near_whole(1.0 / (*step * unit_s));
@@ -190,7 +191,7 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
       places += multiple;
       continue;
     }
-    throw Error(where, describe_step(i),
+    throw Error(Code::times_uneven, where, describe_step(i),
                 "correct the times, or give " + setting_name + " if the samples are evenly spaced");
   }
   clock.first_uneven = first_uneven();
@@ -278,9 +279,10 @@ std::string fill_gaps(std::vector<double>& values, double rate_hz, double longes
     while (end < values.size() && std::isnan(values[end])) ++end;
     const std::size_t length = end - begin;
     const double length_s = static_cast<double>(length) / rate_hz;
-    if (length == values.size()) throw Error(where, "all values of " + name + " are missing", "name another column");
+    if (length == values.size())
+      throw Error(Code::value_missing, where, "all values of " + name + " are missing", "name another column");
     if (length_s > longest_s * (1.0 + 1e-9)) {
-      throw Error(where,
+      throw Error(Code::value_missing, where,
                   name + " lacks " + std::to_string(length) + (length == 1 ? " sample (" : " samples (") +
                       six_digits(length_s) + " s) from " + six_digits(static_cast<double>(begin) / rate_hz) +
                       " s after the first one" +

@@ -35,7 +35,8 @@ void refuse_response(const Table& table, const std::string& where) {
     return std::ranges::any_of(table.names(), [&](const std::string& name) { return words(name).front() == part; });
   };
   if (has("frequency") && has("gain"))
-    throw Error(where, "is a frequency response, not a recording", "fit it with " + setting("frf") + " " + where);
+    throw Error(Code::file_unsupported, where, "is a frequency response, not a recording",
+                "fit it with " + setting("frf") + " " + where);
 }
 
 void refuse_ankle(const std::string& name, const std::string& where) {
@@ -45,7 +46,8 @@ void refuse_ankle(const std::string& name, const std::string& where) {
   if (!has_word(name, {"ankle", "sprunggelenk", "sprunggelenkswinkel", "sprunggelenkwinkel", "osg", "dorsiflexion",
                        "plantarflexion"}))
     return;
-  throw Error(where, name + " is an ankle angle by its name: relative to the platform, not in space",
+  throw Error(Code::column_unsuitable, where,
+              name + " is an ankle angle by its name: relative to the platform, not in space",
               "add the platform's tilt, and name the sum sway");
 }
 
@@ -117,7 +119,8 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
   const std::string add = unread.empty()
                               ? "add the sway, or name it with " + setting("column")
                               : "save the sway as a vector of real numbers, or name it with " + setting("column");
-  if (candidates.empty()) throw Error(recording.file, "has a time column but no sway column" + unread, add);
+  if (candidates.empty())
+    throw Error(Code::column_missing, recording.file, "has a time column but no sway column" + unread, add);
   const int tilt = find_tilt_column(table, time, recording.file, setting("column"));
   std::erase(candidates, tilt);
   if (!options.trial_column.empty())
@@ -129,17 +132,17 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
     for (const int column : candidates)
       list += list.size() > 200 ? "" : (list.empty() ? "'" : ", '") + name_of(table, column) + "'";
     throw Error(
-        recording.file, "has several columns that may be the sway: " + list,
+        Code::column_ambiguous, recording.file, "has several columns that may be the sway: " + list,
         std::string("name one with " + setting("column") + ", or the sway's parts with " + setting("leg") + " and " +
                     setting("trunk") + ", or " + setting("hip") + " and " + setting("shoulder")) +
             (decimal_commas ? "; if its numbers have decimal commas, save it with semicolons between them" : "") +
             trial_advice(table));
   }
   if (candidates.empty() && tilt < 0)
-    throw Error(recording.file,
+    throw Error(Code::column_missing, recording.file,
                 "has no sway column except '" + options.trial_column + "' of " + setting("trial_column") + unread, add);
   if (candidates.empty())
-    throw Error(recording.file,
+    throw Error(Code::column_missing, recording.file,
                 "has a column of the platform's tilt, '" + name_of(table, tilt) + "', but no sway column" + unread,
                 add);
   const int sway = candidates.front();
@@ -156,7 +159,9 @@ std::vector<double> read_metres(const Table& table, int column, const RecordingO
                                 const std::function<std::vector<double>(int)>& read, const std::string& where) {
   const std::string& name = name_of(table, column);
   const std::optional<double> metres = options.metres_per_unit ? options.metres_per_unit : find_metres_per_unit(name);
-  if (!metres) throw Error(where, "the name of " + name + " has no unit", "give " + setting("unit") + " mm, cm or m");
+  if (!metres)
+    throw Error(Code::unit_unknown, where, "the name of " + name + " has no unit",
+                "give " + setting("unit") + " mm, cm or m");
   std::vector<double> values = read(column);
   for (double& value : values) value *= *metres;
   return values;
@@ -175,7 +180,7 @@ std::vector<double> angles(const std::vector<double>& displacement_m, double len
   for (const double x : displacement_m) {
     if (!(std::abs(x) < length_m))
       throw Error(
-          where,
+          Code::value_invalid, where,
           what + " is " + three_digits(x) + " m from the upright, at a height of " + three_digits(length_m) + " m",
           "check units and columns; positions count from the ankle (" + setting("ankle") + " COLUMN)");
     result.push_back(std::asin(x / length_m));
@@ -258,7 +263,8 @@ void refuse_same_column(const Table& table, const std::vector<int>& columns, con
   for (std::size_t i = 0; i < columns.size(); ++i)
     if (std::find(columns.begin(), columns.begin() + static_cast<std::ptrdiff_t>(i), columns[i]) !=
         columns.begin() + static_cast<std::ptrdiff_t>(i))
-      throw Error(where, "'" + name_of(table, columns[i]) + "' is named for two signals", "name a column for each");
+      throw Error(Code::setting_conflict, where, "'" + name_of(table, columns[i]) + "' is named for two signals",
+                  "name a column for each");
 }
 
 void warn_of_axes(const Table& table, const std::vector<int>& columns, Recording& recording) {
@@ -281,22 +287,24 @@ SwaySource find_sway_source(const Table& table, int time, const RecordingOptions
   const bool segments = !options.leg_column.empty() || !options.trunk_column.empty();
   const bool markers = !options.hip_column.empty() || !options.shoulder_column.empty();
   if ((segments && markers) || ((segments || markers) && (!options.column.empty() || options.com_height_m))) {
-    throw Error(setting("column") + ", " + setting("com_height") + ", " + setting("leg") + " and " + setting("trunk") +
+    throw Error(Code::setting_conflict,
+                setting("column") + ", " + setting("com_height") + ", " + setting("leg") + " and " + setting("trunk") +
                     ", " + setting("hip") + " and " + setting("shoulder"),
                 "contradict each other: they name several sources of the sway", "give one of them");
   }
   if (segments && (options.leg_column.empty() || options.trunk_column.empty()))
-    throw Error(setting("leg") + ", " + setting("trunk"), "one is missing", "give both columns");
+    throw Error(Code::setting_missing, setting("leg") + ", " + setting("trunk"), "one is missing", "give both columns");
   if (markers && (options.hip_column.empty() || options.shoulder_column.empty()))
-    throw Error(setting("hip") + ", " + setting("shoulder"), "one is missing", "give both columns");
+    throw Error(Code::setting_missing, setting("hip") + ", " + setting("shoulder"), "one is missing",
+                "give both columns");
   if (markers && !options.body_height_m)
-    throw Error(setting("hip") + ", " + setting("shoulder"), "the lengths of the segments are unknown",
-                "give " + setting("mass") + " and " + setting("height"));
+    throw Error(Code::setting_missing, setting("hip") + ", " + setting("shoulder"),
+                "the lengths of the segments are unknown", "give " + setting("mass") + " and " + setting("height"));
   if (!options.ankle_column.empty() && !markers && !options.com_height_m)
-    throw Error(setting("ankle"), "no positions refer to it",
+    throw Error(Code::setting_missing, setting("ankle"), "no positions refer to it",
                 "give " + setting("com_height") + ", or " + setting("hip") + " and " + setting("shoulder"));
   if (options.com_height_m && !(*options.com_height_m > 0.0))
-    throw Error(setting("com_height"), "is " + three_digits(*options.com_height_m) + " m",
+    throw Error(Code::setting_out_of_range, setting("com_height"), "is " + three_digits(*options.com_height_m) + " m",
                 "give metres above the ankles");
   SwaySource source;
   const auto add = [&](const std::string& column, const std::string& setting_name) {
@@ -330,7 +338,7 @@ SwaySource find_sway_source(const Table& table, int time, const RecordingOptions
   const int first = source.columns.front();
   for (const int column : source.columns) {
     if (table.rows(column) == table.rows(first)) continue;
-    throw Error(where,
+    throw Error(Code::size_mismatch, where,
                 name_of(table, first) + " has " + std::to_string(table.rows(first)) + " values, " +
                     name_of(table, column) + " " + std::to_string(table.rows(column)),
                 "name signals of equal length");
@@ -346,7 +354,7 @@ Signal<double> read_sway(const Table& table, const SwaySource& source, const Rec
   Signal<double> sway{com_sway, name_of(table, columns.front()), {}};
   if (source.kind == Kind::angle) {
     if (options.metres_per_unit)
-      throw Error(where, sway.column + " was declared a length",
+      throw Error(Code::setting_missing, where, sway.column + " was declared a length",
                   "give the height of the centre of mass above the "
                   "ankles as " +
                       setting("com_height"));

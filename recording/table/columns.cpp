@@ -212,9 +212,10 @@ std::optional<Unit> find_unit(const std::string& name, std::optional<Unit> given
   if (given) return given;
   if (one_of(words(name).back(), {"gon", "arcmin", "arcsec", "mdeg", "millideg", "millidegrees", "cdeg", "turn",
                                   "turns", "rev", "revolutions"}))
-    throw Error(where, name + " is neither in degrees nor in radians by its name", "convert it to one of them");
+    throw Error(Code::unit_unknown, where, name + " is neither in degrees nor in radians by its name",
+                "convert it to one of them");
   if (const char* quantity = other_quantity(name)) {
-    throw Error(where, name + " is " + quantity + " by its name, not an angle",
+    throw Error(Code::column_unsuitable, where, name + " is " + quantity + " by its name, not an angle",
                 std::string_view(quantity) == "a length" && setting_name == setting("unit")
                     ? "give the height of the centre of mass above the ankles as " + setting("com_height") + ", or " +
                           setting("unit") + " if it is an angle"
@@ -288,9 +289,11 @@ void refuse_several(const Table& table, const std::vector<int>& columns, const s
     return table.own_name(column) != names[static_cast<std::size_t>(column)] || !table.arrays().empty();
   };
   if (std::ranges::none_of(columns, has_path))
-    throw Error(where, std::to_string(columns.size()) + " columns are called '" + name + "', numbers " + numbers,
+    throw Error(Code::column_ambiguous, where,
+                std::to_string(columns.size()) + " columns are called '" + name + "', numbers " + numbers,
                 "give the column's number, from 1, as " + setting_name);
-  throw Error(where, "has several columns called '" + std::string(without_index(name)) + "': " + list,
+  throw Error(Code::column_ambiguous, where,
+              "has several columns called '" + std::string(without_index(name)) + "': " + list,
               "name one with " + setting_name + trial_advice(table));
 }
 
@@ -335,7 +338,7 @@ int named_column(const Table& table, const std::string& column, const std::strin
   }
   const int number = number_from<int>(column).value_or(0);
   if (number >= 1 && number <= table.columns()) return number - 1;
-  throw Error(where, "has no column '" + column + "'; its columns are " + list_of(table, -1),
+  throw Error(Code::column_missing, where, "has no column '" + column + "'; its columns are " + list_of(table, -1),
               "give one of them, or its number from 1, as " + setting_name);
 }
 
@@ -343,9 +346,11 @@ std::optional<StatedRate> stated_rate(const Table& table, const std::string& whe
   const std::vector<StatedRate> rates = candidates(table.stated_rates());
   if (rates.empty()) return {};
   if (rates.size() > 1)
-    throw Error(where, "states several rates: " + list_of(rates), "give the samples per second as " + setting_name);
+    throw Error(Code::rate_unknown, where, "states several rates: " + list_of(rates),
+                "give the samples per second as " + setting_name);
   if (!is_sample_rate(rates.front().hz))
-    throw Error(where, "its own rate is " + six_digits(rates.front().hz) + " Hz, not from 1 to 100,000",
+    throw Error(Code::setting_out_of_range, where,
+                "its own rate is " + six_digits(rates.front().hz) + " Hz, not from 1 to 100,000",
                 "give the samples per second as " + setting_name);
   return rates.front();
 }

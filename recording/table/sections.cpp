@@ -122,10 +122,11 @@ std::string only_section(std::string_view text, const std::string& section, cons
   if (found == sections.end() && number && *number >= 1 && *number <= sections.size())
     found = sections.begin() + static_cast<std::ptrdiff_t>(*number - 1);
   if (found == sections.end())
-    throw Error(where, "has no section " + section,
+    throw Error(Code::setting_unknown, where, "has no section " + section,
                 sections.empty() ? "leave out " + setting("section") : "its sections are " + list_of(sections));
   if (std::ranges::count_if(sections, is_asked) > 1)
-    throw Error(where, "has several sections '" + section + "'", "give the number of one: " + list_of(sections));
+    throw Error(Code::recording_ambiguous, where, "has several sections '" + section + "'",
+                "give the number of one: " + list_of(sections));
   return std::string(line_ends(text.substr(0, found->begin)), '\n') +
          std::string(text.substr(found->begin, found->end - found->begin));
 }

@@ -121,7 +121,7 @@ void Protocol::refuse_implausible() const {
     const auto byte = static_cast<unsigned char>(name[i]);
     const bool second = i + 1 < name.size() && byte == 0xC2 && static_cast<unsigned char>(name[i + 1]) < 0xA0;
     if (byte >= 0x20 && byte != 0x7F && !second) continue;
-    throw Error("protocol name", "has a control character at byte " + std::to_string(i + 1),
+    throw Error(Code::setting_malformed, "protocol name", "has a control character at byte " + std::to_string(i + 1),
                 "give a name of plain text, on one line");
   }
   experiment.refuse_implausible(name);
@@ -140,12 +140,14 @@ double Protocol::noise_period_s() const {
 
 Sequence& Protocol::sequence() {
   if (Sequence* found = std::get_if<Sequence>(&experiment.stimulus)) return *found;
-  throw Error("protocol " + name, "does not play a ternary sequence", "use a protocol that plays a sequence");
+  throw Error(Code::setting_conflict, "protocol " + name, "does not play a ternary sequence",
+              "use a protocol that plays a sequence");
 }
 
 const Sequence& Protocol::sequence() const {
   if (const Sequence* found = std::get_if<Sequence>(&experiment.stimulus)) return *found;
-  throw Error("protocol " + name, "does not play a ternary sequence", "use a protocol that plays a sequence");
+  throw Error(Code::setting_conflict, "protocol " + name, "does not play a ternary sequence",
+              "use a protocol that plays a sequence");
 }
 
 Protocol default_protocol() {

@@ -41,7 +41,7 @@ void refuse_part_of_body(JsonObject& object, const std::string& where) {
     list += (list.empty() ? "'body." : "', 'body.") + std::string(key);
   }
   if (given.empty() || missing.empty()) return;
-  throw Error(where, "has " + given + "' without " + missing + "'",
+  throw Error(Code::setting_missing, where, "has " + given + "' without " + missing + "'",
               "give mass_kg, com_height_m and inertia_kgm2, or body.subject with the mass_kg and height_m of a person");
 }
 
@@ -50,7 +50,8 @@ void read_body(const Json& json, const std::string& where, Body& body) {
   if (const Json* part = object.find("subject")) {
     for (const char* key : body_keys) {
       if (!object.find(key)) continue;
-      throw Error(where, std::string("'body.") + key + "' contradicts 'body.subject', which defines it",
+      throw Error(Code::setting_conflict, where,
+                  std::string("'body.") + key + "' contradicts 'body.subject', which defines it",
                   "keep one of them; body.mass_kg is the mass above the ankles");
     }
     Subject subject;
@@ -63,7 +64,7 @@ void read_body(const Json& json, const std::string& where, Body& body) {
     try {
       body = body_of(segments_of(subject));
     } catch (const Error& error) {
-      throw Error(where, "body." + error.where() + ": " + error.problem(), error.remedy());
+      throw Error(error.code(), where, "body." + error.where() + ": " + error.problem(), error.remedy());
     }
   }
   refuse_part_of_body(object, where);
@@ -185,7 +186,7 @@ Protocol parse_protocol(const std::string& text, const ProtocolText& source) {
     if (is_written_by_people) protocol.refuse_implausible();
   } catch (const Error& error) {
     // validate() does not have the file's name.
-    throw Error(where, error.where() + ": " + error.problem(), error.remedy());
+    throw Error(error.code(), where, error.where() + ": " + error.problem(), error.remedy());
   }
   return protocol;
 }

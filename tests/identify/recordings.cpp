@@ -113,7 +113,7 @@ TEST_CASE("sources: a file is one recording, or one for each trial; one that can
   CHECK(trials[1].name() == file.string() + "#b#");
   CHECK(trials[2].name() == none.string());
   CHECK(trials[2].trial.empty());
-  test::check_error([&] { sources_of({file, "-"}, by_run); }, {"trial_column", "standard input"});
+  test::check_error([&] { sources_of({file, "-"}, by_run); }, Code::setting_conflict, "trial_column");
   // An error says which trial it is of.
   const auto wrong = test::write_text(folder / "wrong.csv", "run,sway_deg\na,1\na,2\nb,1\nb,x\n");
   ReadOptions options{.recording = by_run, .trial = {}, .truth = {}};

@@ -109,8 +109,7 @@ TEST_CASE("sample: some draws are kept whole, evenly over chains and time") {
 
 TEST_CASE("sample: a constant recording is refused") {
   const Density density(sines_protocol(), {});
-  check_error([&] { sample(density, density.observe(std::vector<float>(2000, 0.0F)), quick()); },
-              {"recording is constant"});
+  check_error([&] { sample(density, density.observe(std::vector<float>(2000, 0.0F)), quick()); }, Code::value_invalid);
 }
 
 TEST_CASE("sample: settings that make no draws are refused") {
@@ -122,7 +121,7 @@ TEST_CASE("sample: settings that make no draws are refused") {
                                        &Settings::trial_draws, &Settings::block, &Settings::max_draws}) {
     Settings settings = quick();
     settings.*setting = 0;
-    check_error([&] { sample(density, observation, settings); }, {"posterior, ", "is 0", "or more"});
+    check_error([&] { sample(density, observation, settings); }, Code::setting_out_of_range, "is 0");
   }
 }
 

@@ -14,7 +14,7 @@
 #include "base/error.hpp"
 #include "base/files/sha256.hpp"
 #include "sim/streams.hpp"
-#include "tests/near.hpp"
+#include "tests/helpers.hpp"
 #include "tests/sim/double_constants.hpp"
 
 using namespace decid::sim;
@@ -404,7 +404,7 @@ TEST_CASE("DoubleSimulator: errors") {
   CHECK_THROWS_AS(DoubleSimulator{broken}, decid::Error);
   Protocol odd;
   odd.experiment.body.inertia_kgm2 = 80.0;
-  CHECK_THROWS_WITH_AS(DoubleSimulator{odd}, doctest::Contains("subject"), decid::Error);
+  check_error([&] { DoubleSimulator{odd}; }, decid::Code::setting_missing);
 }
 
 TEST_CASE("DoubleSimulator: the bits of a noisy trial") {

@@ -125,9 +125,9 @@ TEST_CASE("body models: names, and protocols that name their controller") {
     CHECK(read.experiment.body_model == model);
   }
   CHECK(!contains(to_json(default_protocol()), "controller"));
-  check_error([] { body_model_of("pid", "--controller"); }, {"--controller", "'pid'", "dec2015"});
+  check_error([] { body_model_of("pid", "--controller"); }, decid::Code::setting_unknown, "dec2015");
   const BodyModel same{.name = "dec", .parameters = single_pendulum().parameters};
-  check_error([&] { register_body_model(same); }, {"dec", "registered"});
+  check_error([&] { register_body_model(same); }, decid::Code::setting_conflict, "dec");
   CHECK(single_pendulum().family.has_unit_gains());
   CHECK(!dec2015().family.has_unit_gains());
 }

@@ -105,7 +105,7 @@ TEST_CASE("Simulator::run_all: each trial with its own body") {
       return trial;
     };
     decid::test::check_error([&] { simulator.run_all(1, giant, [](int, const Outcome&, std::span<double>) {}); },
-                             {"times the protocol's", "0.1 to 10"});
+                             decid::Code::setting_out_of_range, "0.1 to");
   }
 }
 

@@ -114,13 +114,14 @@ struct CmaEs::State {
 };
 
 CmaEs::CmaEs(std::span<const double> start, double sigma, int population, std::uint64_t seed, std::uint64_t item) {
-  if (start.empty()) throw Error(where, "no dimension", "give a start");
+  if (start.empty()) throw Error(Code::setting_out_of_range, where, "no dimension", "give a start");
   for (const double x : start)
-    if (!(x >= 0 && x <= 1)) throw Error(where, "starts at " + std::to_string(x), "start between 0 and 1");
+    if (!(x >= 0 && x <= 1))
+      throw Error(Code::setting_out_of_range, where, "starts at " + std::to_string(x), "start between 0 and 1");
   if (!(sigma > 0 && std::isfinite(sigma)))
-    throw Error(where, "first step of " + std::to_string(sigma), "give one above 0");
+    throw Error(Code::setting_out_of_range, where, "first step of " + std::to_string(sigma), "give one above 0");
   if (population != 0 && population < 4)
-    throw Error(where, "population of " + std::to_string(population), "give at least 4");
+    throw Error(Code::setting_out_of_range, where, "population of " + std::to_string(population), "give at least 4");
   state_ = std::make_unique<State>(start, sigma, population, seed, item);
 }
 CmaEs::~CmaEs() = default;
@@ -145,7 +146,7 @@ const std::vector<double>& CmaEs::ask() {
 
 void CmaEs::tell(std::span<const double> values) {
   if (!state_->asked || values.size() != static_cast<std::size_t>(state_->lambda))
-    throw Error(where, "tell() got " + std::to_string(values.size()) + " values",
+    throw Error(Code::size_mismatch, where, "tell() got " + std::to_string(values.size()) + " values",
                 "pass one value for each point of ask()");
   state_->update(values);
   state_->asked = false;

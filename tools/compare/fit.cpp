@@ -215,19 +215,20 @@ long long min_simulations(std::size_t starts) {
 
 void check_budget(const Settings& settings, std::size_t starts) {
   if (settings.simulations < min_simulations(starts))
-    throw Error("fit", "a budget of " + std::to_string(settings.simulations) + " simulations",
+    throw Error(Code::setting_out_of_range, "fit",
+                "a budget of " + std::to_string(settings.simulations) + " simulations",
                 "allow " + std::to_string(min_simulations(starts)) + " or more for " +
                     counted(static_cast<long long>(starts), "start"));
 }
 
 Result fit(const sim::Simulator& simulator, std::span<const float> sway_rad, std::span<const Start> starts,
            const Settings& settings) {
-  if (starts.empty()) throw Error("fit", "no start", "give one or more");
+  if (starts.empty()) throw Error(Code::setting_out_of_range, "fit", "no start", "give one or more");
   check_budget(settings, starts.size());
   const sim::ParameterTable table = simulator.protocol().ranges();
   for (const Start& start : starts)
     if (start.parameters.size() != table.size())
-      throw Error("fit", "a start with " + std::to_string(start.parameters.size()) + " parameters",
+      throw Error(Code::size_mismatch, "fit", "a start with " + std::to_string(start.parameters.size()) + " parameters",
                   "give all " + std::to_string(table.size()));
   const Likelihood likelihood(simulator, sway_rad);
   // Figures are quoted for the single pendulum: its fits keep their bits.

@@ -43,7 +43,7 @@ TrialSpectrum::TrialSpectrum(const sim::Protocol& protocol)
       fft_(length_) {
   bins_ = std::min(fft_.bins() - 1, static_cast<int>(highest_hz / bin_hz_));
   if (bins_ < fewest_bins)
-    throw Error("fit",
+    throw Error(Code::setting_out_of_range, "fit",
                 "trials of " + std::to_string(protocol.duration_s()) + " s have " + std::to_string(bins_) +
                     " frequencies up to 4 Hz",
                 "give a protocol that lasts longer than 5 s and is sampled at 10 Hz or more");
@@ -97,20 +97,22 @@ void TrialSpectrum::of(std::span<const double> sway_rad, std::span<sim::Complex>
 Likelihood::Likelihood(const sim::Simulator& simulator, std::span<const float> sway_rad)
     : simulator_(simulator), spectrum_(simulator.protocol()) {
   if (sway_rad.size() != static_cast<std::size_t>(simulator.samples()))
-    throw Error("fit",
+    throw Error(Code::size_mismatch, "fit",
                 "the recording has " + std::to_string(sway_rad.size()) + " samples, the protocol " +
                     std::to_string(simulator.samples()),
                 "give one for each sample of the protocol");
   const std::vector<double> sway(sway_rad.begin(), sway_rad.end());
   for (const double value : sway)
-    if (!std::isfinite(value)) throw Error("fit", "the recording has a value that is not finite", "repair it");
+    if (!std::isfinite(value))
+      throw Error(Code::value_invalid, "fit", "the recording has a value that is not finite", "repair it");
   recorded_.resize(static_cast<std::size_t>(spectrum_.bins()));
   spectrum_.of(sway, recorded_);
 }
 
 std::vector<Cost> Likelihood::costs(std::span<const sim::Parameters> candidates, int realisations, std::uint64_t seed,
                                     std::uint64_t first) const {
-  if (realisations < 2) throw Error("fit", "fewer than 2 realisations of the noise", "ask for at least 2");
+  if (realisations < 2)
+    throw Error(Code::setting_out_of_range, "fit", "fewer than 2 realisations of the noise", "ask for at least 2");
   const auto bins = static_cast<std::size_t>(spectrum_.bins());
   const auto each = static_cast<std::size_t>(realisations);
   std::vector<sim::Complex> spectra(candidates.size() * each * bins);

@@ -123,12 +123,14 @@ void make_output_folder(const std::filesystem::path& folder) {
   const fs::path path = folder.filename().empty() ? folder.parent_path() : folder;
   std::error_code error;
   if (fs::is_directory(path, error)) return;
-  if (fs::exists(path, error)) throw Error(folder.string(), "is a file", "give the name of a folder");
+  if (fs::exists(path, error))
+    throw Error(Code::file_unwritable, folder.string(), "is a file", "give the name of a folder");
   const fs::path around = path.parent_path();
   if (!around.empty() && !fs::exists(around, error))
-    throw Error(folder.string(), "its folder does not exist", "create the folder " + around.string() + " first");
+    throw Error(Code::file_unwritable, folder.string(), "its folder does not exist",
+                "create the folder " + around.string() + " first");
   if (!fs::create_directory(path, error) && !fs::is_directory(path))
-    throw Error(folder.string(), "cannot be made a folder: " + error.message(),
+    throw Error(Code::file_unwritable, folder.string(), "cannot be made a folder: " + error.message(),
                 "choose one in a folder that you may write to");
 }
 
@@ -142,7 +144,7 @@ void refuse_same_file(const std::string& output, const std::vector<std::string>&
   if (output.empty()) return;
   for (const std::string& other : others)
     if (!other.empty() && place_of(output) == place_of(other))
-      throw Error(output, "is read or written already in this call", "give the output another name");
+      throw Error(Code::file_exists, output, "is read or written already in this call", "give the output another name");
 }
 
 sim::Protocol read_protocol(const std::string& name, bool quiet, std::vector<std::string>* files) {

@@ -42,7 +42,8 @@ FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Pro
   std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
   const sim::Outcome outcome = simulator.run(noise_free, Random(0, sim::streams::vestibular_noise, 0), sway);
   if (!outcome.valid)
-    throw Error("export controller", format("with these parameters the body falls after %.2f s", outcome.end_s),
+    throw Error(Code::body_falls, "export controller",
+                format("with these parameters the body falls after %.2f s", outcome.end_s),
                 "shorten --delay, lower --kp or raise --kd");
   const sim::Stimulus& stimulus = simulator.stimulus();
   const int samples =

@@ -325,7 +325,8 @@ std::string literal(float value) {
 
 std::string literal(double value, int digits) {
   if (!std::isfinite(value))
-    throw Error("export", "a number of the model is infinite or not a number", "train the model again");
+    throw Error(Code::file_damaged, "export", "a number of the model is infinite or not a number",
+                "train the model again");
   std::string text = format("%.*g", digits, value);
   if (text.find_first_of(".e") == std::string::npos) text += ".0";
   return text;
@@ -389,7 +390,7 @@ void check_firmware_name(const std::string& name) {
   if (!name.empty() && name.size() <= 40 && std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
       std::ranges::all_of(name, allowed))
     return;
-  throw Error("--name", "'" + name + "' cannot begin the names of C functions",
+  throw Error(Code::setting_malformed, "--name", "'" + name + "' cannot begin the names of C functions",
               "give up to 40 letters, digits and underscores, a letter first");
 }
 

@@ -174,7 +174,8 @@ class Graph {
     if (word == "dropout") return;  // passes on in inference
     if (word == "gelu") return add_gelu();
     if (word == "layernorm") return add_layernorm();
-    throw Error("layer '" + text + "'", "has no operator of ONNX", "export a network of decid's own layers");
+    throw Error(Code::not_supported, "layer '" + text + "'", "has no operator of ONNX",
+                "export a network of decid's own layers");
   }
   static Message pair_attribute(std::string_view name, std::pair<int, int> pair) {
     return ints_attribute(name, {pair.first, pair.second});

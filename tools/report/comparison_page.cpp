@@ -90,7 +90,8 @@ ComparisonFigures read_comparison(const std::string& file, const sim::Protocol& 
     }
     return figures;
   } catch (const Json::exception&) {
-    throw Error(file, "is not a comparison of methods", "give the JSON file that decid compare -o wrote");
+    throw Error(Code::file_unsupported, file, "is not a comparison of methods",
+                "give the JSON file that decid compare -o wrote");
   }
 }
 

@@ -113,7 +113,7 @@ Json image_to_json(const RecordingResult& recording, const Report& of) {
   const std::vector<dataset::Channel>& channels = of.image.channels;
   if (shape.channels != static_cast<int>(channels.size()) || shape.rows < 1 || shape.columns < 1 ||
       static_cast<std::size_t>(shape.size()) != image.size()) {
-    throw Error("report of " + recording.file,
+    throw Error(Code::size_mismatch, "report of " + recording.file,
                 "an image of " + std::to_string(image.size()) + " values does not match its shape of " +
                     std::to_string(shape.channels) + " x " + std::to_string(shape.rows) + " x " +
                     std::to_string(shape.columns),

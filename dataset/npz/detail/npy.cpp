@@ -48,7 +48,8 @@ class Dictionary {
 
  private:
   [[noreturn]] void fail() const {
-    throw Error(where_, "its NumPy header is not of the form {'descr': '<f4', 'fortran_order': False, 'shape': (3, 4)}",
+    throw Error(Code::file_damaged, where_,
+                "its NumPy header is not of the form {'descr': '<f4', 'fortran_order': False, 'shape': (3, 4)}",
                 "write the array with numpy.savez, without records or objects");
   }
 
@@ -129,13 +130,17 @@ std::string npy_header(const std::string& type, const std::vector<std::size_t>& 
 }
 
 NpyHeader parse_npy_header(std::string_view content, const std::string& where) {
-  const auto cut_off = [&] { return Error(where, "its NumPy header is cut off", "make the file again"); };
-  if (!content.starts_with(npy_magic)) throw Error(where, "is not a NumPy array", "write it with numpy.savez");
+  const auto cut_off = [&] {
+    return Error(Code::file_damaged, where, "its NumPy header is cut off", "make the file again");
+  };
+  if (!content.starts_with(npy_magic))
+    throw Error(Code::file_damaged, where, "is not a NumPy array", "write it with numpy.savez");
   if (content.size() < npy_magic.size() + 2) throw cut_off();
   const auto byte = [&](std::size_t index) { return std::size_t{static_cast<unsigned char>(content[index])}; };
   const std::size_t major = byte(6), minor = byte(7);
   if ((major != 1 && major != 2) || minor != 0) {
-    throw Error(where, "is of NumPy format " + std::to_string(major) + "." + std::to_string(minor),
+    throw Error(Code::file_unsupported, where,
+                "is of NumPy format " + std::to_string(major) + "." + std::to_string(minor),
                 "write it in format 1.0 or 2.0");
   }
   const std::size_t length_bytes = major == 1 ? 2 : 4, fixed = 8 + length_bytes;

@@ -59,7 +59,8 @@ class Numbers {
     N number{};
     const auto [end, error] = std::from_chars(text_.data(), text_.data() + text_.size(), number);
     if (error != std::errc())
-      throw Error(where_, "has progress that is not numbers", "delete it to train from the beginning");
+      throw Error(Code::file_damaged, where_, "has progress that is not numbers",
+                  "delete it to train from the beginning");
     text_.remove_prefix(static_cast<std::size_t>(end - text_.data()));
     if (text_.starts_with(' ')) text_.remove_prefix(1);
     return number;
@@ -88,7 +89,8 @@ void read_progress(const std::string& text, const std::string& where, FitState& 
   }
   if (state.at.epoch != static_cast<int>(state.log.size()) || state.at.batch < 0 || state.best_epoch < 0 ||
       state.best_epoch > state.at.epoch)
-    throw Error(where, "has progress that does not fit together", "delete it to train from the beginning");
+    throw Error(Code::file_damaged, where, "has progress that does not fit together",
+                "delete it to train from the beginning");
 }
 
 }  // namespace
@@ -116,11 +118,14 @@ void load_checkpoint(Network<float>& network, FitState& state, const std::string
     return file.metadata.contains(key) ? file.metadata.at(key) : std::string();
   };
   if (text(content_hash_key) != content_sha256(file))
-    throw Error(path, "is no checkpoint of a fit, or is damaged", "delete it to train from the beginning");
+    throw Error(Code::file_damaged, path, "is no checkpoint of a fit, or is damaged",
+                "delete it to train from the beginning");
   const std::string remedy = "give the network and options it was begun with, or delete it to train from the beginning";
-  if (text(architecture_key) != network.architecture()) throw Error(path, "is of another network", remedy);
+  if (text(architecture_key) != network.architecture())
+    throw Error(Code::file_differs, path, "is of another network", remedy);
   if (text(settings_key) != description)
-    throw Error(path, "is of a fit with other options: " + text(settings_key) + "; here " + description, remedy);
+    throw Error(Code::file_differs, path,
+                "is of a fit with other options: " + text(settings_key) + "; here " + description, remedy);
   FitState loaded = state;
   read_progress(text(progress_key), path, loaded);
   for (std::size_t kept = 0; kept < loaded.optimiser.memory.size(); ++kept)

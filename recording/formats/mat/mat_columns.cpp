@@ -410,7 +410,7 @@ class Collector {
   }
 
   [[noreturn]] void refuse_labchart() const {
-    throw Error(where_, "comes from LabChart, and its datastart and dataend do not fit its data",
+    throw Error(Code::file_damaged, where_, "comes from LabChart, and its datastart and dataend do not fit its data",
                 "export it from LabChart again, or as text");
   }
 

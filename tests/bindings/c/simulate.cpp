@@ -61,8 +61,8 @@ TEST_CASE("a body that falls is an error, or a row that ends in NaN") {
   parameters.insert(parameters.end(), weak.begin(), weak.end());
   const std::size_t samples = decid_protocol_samples(played.get());
   std::vector<double> sway_rad(2 * samples);
-  refused(decid_simulate(played.get(), parameters.data(), 2, 1, sway_rad.data(), nullptr),
-          {"decid_simulate: the body of trial 1 leaves 5 degrees after"});
+  refused(decid_simulate(played.get(), parameters.data(), 2, 1, sway_rad.data(), nullptr), Code::body_falls,
+          "decid_simulate");
   unsigned char stood[2] = {7, 7};
   REQUIRE(decid_simulate(played.get(), parameters.data(), 2, 1, sway_rad.data(), stood) == DECID_OK);
   CHECK(stood[0] == 1);
@@ -71,8 +71,8 @@ TEST_CASE("a body that falls is an error, or a row that ends in NaN") {
   CHECK(std::isfinite(sway_rad[samples]));
   CHECK(std::isnan(sway_rad.back()));
   parameters[0] = -1.0;
-  refused(decid_simulate(played.get(), parameters.data(), 2, 1, sway_rad.data(), stood), {"Kp"});
-  refused(decid_simulate(played.get(), nullptr, 2, 1, sway_rad.data(), stood), {"parameters is NULL"});
+  refused(decid_simulate(played.get(), parameters.data(), 2, 1, sway_rad.data(), stood), Code::internal);
+  refused(decid_simulate(played.get(), nullptr, 2, 1, sway_rad.data(), stood), Code::file_unsupported);
 }
 
 }  // namespace decid

@@ -73,7 +73,7 @@ struct Stopped {
             return --reports > 0;
           });
         },
-        {"a.npz.partial", "stopped after", "of 1300 trials", "to continue"});
+        Code::stopped, "1300 trials");
     CHECK_FALSE(fs::exists(path));
     CHECK(folder.files() == 2);
   }
@@ -137,7 +137,7 @@ TEST_CASE("a stopped data set goes on where it stopped, more than once, with the
             stopped.path, request(), program, [&](int, int) { return ++reports < 2; },
             [&](int trials) { resumed = trials; });
       },
-      {"stopped after"});
+      Code::stopped);
   CHECK(resumed == stopped.trials);
   DatasetReport whole;
   generate(request(), &whole);
@@ -213,28 +213,27 @@ TEST_CASE("damaged bytes of an unfinished file are made again") {
 TEST_CASE("an unfinished file of another request is refused and left as it is") {
   const Stopped stopped(1);
   const std::string file = read_text(stopped.partial.file), journal = read_text(stopped.partial.journal);
-  const auto refused = [&](DatasetRequest other, const char* name, std::initializer_list<const char*> parts) {
-    check_error([&] { generate_npz(stopped.path, other, name); }, parts);
+  const auto refused = [&](DatasetRequest other, const char* name, Code code, std::string_view fact = {}) {
+    check_error([&] { generate_npz(stopped.path, other, name); }, code, fact);
     CHECK(read_text(stopped.partial.file) == file);
     CHECK(read_text(stopped.partial.journal) == journal);
   };
   DatasetRequest other = request();
   other.seed = 4;
-  refused(other, program, {"a.npz.partial", "seed 3, not 4", "delete", "a.npz.partial.journal"});
+  refused(other, program, Code::file_damaged, "seed 3, not 4");
   other = request();
   other.count = 1301;
-  refused(other, program, {"count 1300, not 1301"});
+  refused(other, program, Code::file_damaged, "1300");
   other.base = 0;
-  refused(other, program, {"base 1150, not 1301"});
+  refused(other, program, Code::file_damaged, "1150");
   other = request();
   other.protocol.noise.sensor = {0.001, 0.2};
-  refused(other, program, {"another protocol", "give the options"});
-  refused(request(), "decid other", {"program \"decid test\", not \"decid other\""});
+  refused(other, program, Code::file_differs);
+  refused(request(), "decid other", Code::file_unsupported);
   // Without the journal the file's contents are unknown.
   for (const std::size_t size : {std::size_t{0}, std::size_t{10}, std::size_t{30}}) {
     write_text(stopped.partial.journal, journal.substr(0, size));
-    check_error([&] { generate_npz(stopped.path, request(), program); },
-                {"a.npz.partial", "journal is lost", "delete"});
+    check_error([&] { generate_npz(stopped.path, request(), program); }, Code::file_damaged, "a.npz.partial");
     CHECK(read_text(stopped.partial.file) == file);
   }
   // A journal alone holds nothing of worth.
@@ -249,7 +248,7 @@ TEST_CASE("an unfinished file of another request is refused and left as it is") 
 TEST_CASE("base 0 and base = count are the same request") {
   const TemporaryFolder folder;
   DatasetRequest wanted{tiny_protocol(), 1100, 0, 3};
-  check_error([&] { generate_npz(folder / "a.npz", wanted, program, [](int, int) { return false; }); }, {"stopped"});
+  check_error([&] { generate_npz(folder / "a.npz", wanted, program, [](int, int) { return false; }); }, Code::stopped);
   wanted.base = 1100;
   int resumed = 0;
   generate_npz(folder / "a.npz", wanted, program, {}, [&](int trials) { resumed = trials; });
@@ -289,7 +288,7 @@ TEST_CASE("one process at a time") {
   {
     DiskFile other(stopped.partial.file, DiskFile::Access::write);
     REQUIRE(other.try_lock());
-    check_error([&] { generate_npz(stopped.path, request(), program); }, {"a.npz.partial", "another decid"});
+    check_error([&] { generate_npz(stopped.path, request(), program); }, Code::file_in_use, "a.npz.partial");
   }
   CHECK(go_on(stopped.path) == stopped.trials);
 }
@@ -297,16 +296,16 @@ TEST_CASE("one process at a time") {
 TEST_CASE("outputs that cannot be, and requests that cannot be met, leave nothing behind") {
   const TemporaryFolder folder;
   const DatasetRequest wanted{tiny_protocol(), 10, 5, 3};
-  check_error([&] { generate_npz(folder / "no" / "a.npz", wanted, program); }, {"folder does not exist"});
-  check_error([&] { generate_npz(folder.path(), wanted, program); }, {"is a folder"});
-  check_error([&] { generate_npz("/dev/null", wanted, program); }, {"/dev/null", "not a regular file"});
+  check_error([&] { generate_npz(folder / "no" / "a.npz", wanted, program); }, Code::file_unwritable);
+  check_error([&] { generate_npz(folder.path(), wanted, program); }, Code::file_unwritable);
+  check_error([&] { generate_npz("/dev/null", wanted, program); }, Code::file_unwritable, "/dev/null");
   DatasetRequest quiet = wanted;
   quiet.protocol.sequence().amplitude_deg = 0.01;
   quiet.protocol.noise.vestibular.scale_deg = 0.0;
-  check_error([&] { generate_npz(folder / "a.npz", quiet, program); }, {"none of the 5 base trials"});
+  check_error([&] { generate_npz(folder / "a.npz", quiet, program); }, Code::file_damaged, "5 base");
   DatasetRequest none = wanted;
   none.count = 0;
-  check_error([&] { generate_npz(folder / "a.npz", none, program); }, {"at least 1"});
+  check_error([&] { generate_npz(folder / "a.npz", none, program); }, Code::setting_out_of_range, "at least 1");
   CHECK(folder.files() == 0);
 }
 
@@ -354,12 +353,12 @@ TEST_CASE("a stored data set reads its sway from the file") {
     for (const int i : {0, 1, 2}) CHECK(taken[static_cast<std::size_t>(i)] == expected(37 + i));
     data_set->take(std::vector<int>{5, 0, 39}, keep);
     CHECK(taken == std::vector<std::vector<float>>{expected(5), expected(0), expected(39)});
-    check_error([&] { data_set->take(38, 3, keep); }, {"no trial 40"});
-    for (const int i : {-1, 40}) check_error([&] { data_set->read(i, a); }, {"no trial", "0 to 39"});
+    check_error([&] { data_set->take(38, 3, keep); }, Code::setting_out_of_range);
+    for (const int i : {-1, 40}) check_error([&] { data_set->read(i, a); }, Code::setting_out_of_range, "0 to");
     std::vector<float> wrong(399);
-    check_error([&] { data_set->read(0, wrong); }, {"space for 399 samples", "space for 400"});
+    check_error([&] { data_set->read(0, wrong); }, Code::size_mismatch, "399 samples");
     wrong.resize(401);
-    check_error([&] { data_set->read(0, wrong); }, {"space for 401 samples", "space for 400"});
+    check_error([&] { data_set->read(0, wrong); }, Code::size_mismatch, "401 samples");
   }
   // The members in another order: into memory.
   const std::string script =
@@ -378,12 +377,12 @@ TEST_CASE("a stored data set reads its sway from the file") {
   std::string content = read_text(folder / "a.npz");
   content[1000] = static_cast<char>(content[1000] ^ 1);
   write_text(folder / "c.npz", content);
-  check_error([&] { StoredDataset(folder / "c.npz"); }, {"c.npz: sway", "damaged", "CRC"});
+  check_error([&] { StoredDataset(folder / "c.npz"); }, Code::file_damaged, "c.npz");
   content.replace(1000, 4, std::string("\x00\x00\xc0\x7f", 4));
   write_text(folder / "c.npz", content);
-  check_error([&] { StoredDataset(folder / "c.npz"); }, {"sway of trial 0", "not finite"});
+  check_error([&] { StoredDataset(folder / "c.npz"); }, Code::file_damaged, "sway of trial 0");
   fs::resize_file(folder / "a.npz", 3000);
-  check_error([&] { stored.read(39, a); }, {"a.npz", "became shorter"});
+  check_error([&] { stored.read(39, a); }, Code::file_damaged, "a.npz");
 }
 
 TEST_CASE("a journal holds as many parameters as a trial has") {

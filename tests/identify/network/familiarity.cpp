@@ -12,7 +12,7 @@
 #include "identify/network/model.hpp"
 #include "nn/predictor.hpp"
 #include "sim/streams.hpp"
-#include "tests/near.hpp"
+#include "tests/helpers.hpp"
 
 namespace decid {
 namespace {
@@ -117,7 +117,7 @@ TEST_CASE("familiarity: features of another number are refused") {
   const Familiarity known{{0.0F, 1.0F}, {1.0F, 0.0F, 2.0F}, 1.0};
   const std::vector<float> values(3, 1.0F);
   CHECK(near(known.distance(std::span(values).first(2)), std::sqrt(0.5), 1e-15));
-  CHECK_THROWS_WITH_AS(known.distance(std::span(values).first(1)), doctest::Contains("1 features where 2"), Error);
+  check_error([&] { known.distance(std::span(values).first(1)); }, Code::size_mismatch, "1 features");
   CHECK_THROWS_AS(known.distance(values), Error);
   CHECK_THROWS_AS((Familiarity{{0.0F, 1.0F}, {1.0F, 0.0F}, 1.0}.distance(std::span(values).first(2))), Error);
   CHECK_THROWS_AS(Familiarity{}.distance({}), Error);

@@ -145,10 +145,11 @@ TEST_CASE("Mixture: means, deviations, correlations and quantiles are those of i
 
 TEST_CASE("Mixture: another number of outputs is refused") {
   std::vector<double> gradient(5);
-  check_error([&] { mixture_log_density(1, std::vector<double>(5), std::vector<double>(2), gradient); }, {"5 outputs"});
-  check_error([] { Mixture(2, 7, std::vector<double>(71)); }, {"71 outputs", "72"});
-  check_error([] { mixture_head(0); }, {"0 components"});
-  check_error([] { mixture_head(17); }, {"17 components"});
+  check_error([&] { mixture_log_density(1, std::vector<double>(5), std::vector<double>(2), gradient); },
+              Code::size_mismatch, "5 outputs");
+  check_error([] { Mixture(2, 7, std::vector<double>(71)); }, Code::size_mismatch, "71 outputs");
+  check_error([] { mixture_head(0); }, Code::setting_out_of_range, "0 components");
+  check_error([] { mixture_head(17); }, Code::setting_out_of_range, "17 components");
 }
 
 TEST_CASE(

@@ -60,7 +60,7 @@ TEST_CASE("calibration_of: overconfident posteriors are detected") {
 TEST_CASE("calibration_of: those that agree alone, and none") {
   const std::vector<CalibratedTrial> trials = trials_of(1.0, 40);
   CHECK(calibration_of_agreeing(trials, {2.0, 4.0}).trials == 30);
-  check_error([] { calibration_of({}, {1.0}); }, {"calibration", "no trials"});
+  check_error([] { calibration_of({}, {1.0}); }, Code::trials_missing);
 }
 
 TEST_CASE("gaussian_log_score: of Gaussian draws, and of draws that tell no covariance") {
@@ -120,7 +120,7 @@ TEST_CASE("calibration_by: three parts of equal size, in the key's order; a netw
       [&] {
         calibration_by(std::span(trials).first(2), {2.0, 4.0}, [](const auto&) { return 0.0; });
       },
-      {"has 2 trials"});
+      Code::trials_missing, "2 trials");
 }
 
 // J = 100, 400 N m/rad beyond gravity: critical damping is 2 sqrt(100 * 400) = 400.

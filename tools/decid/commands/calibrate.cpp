@@ -178,10 +178,11 @@ bool begin_with(const Json& rows, const std::vector<FitCondition>& conditions) {
 Json earlier_rows(const std::string& path, const Json& settings, const std::vector<FitCondition>& conditions) {
   const Json earlier = parse_json(read_file(path), path);
   if (!earlier.is_object() || !earlier.contains("settings") || !earlier.contains("conditions"))
-    throw Error(path, "is not a table of decid calibrate", "give the file that --faults or --conditions wrote");
+    throw Error(Code::file_unsupported, path, "is not a table of decid calibrate",
+                "give the file that --faults or --conditions wrote");
   require_same_settings(earlier["settings"], settings, path);
   if (!begin_with(earlier["conditions"], conditions))
-    throw Error(path, "has other rows than this call makes", "delete it, or give another --output");
+    throw Error(Code::file_differs, path, "has other rows than this call makes", "delete it, or give another --output");
   return earlier["conditions"];
 }
 
@@ -192,9 +193,10 @@ std::string resuming_text(const std::string& path, std::size_t done, std::size_t
 
 /// Makes the table of recording conditions or artefacts: fits as users run them, with start and gain unknown.
 void run_conditions(const CalibrateOptions& options) {
-  if (ranks() != nullptr) throw Error("--conditions", "runs in one process", "start it without mpirun");
+  if (ranks() != nullptr)
+    throw Error(Code::not_supported, "--conditions", "runs in one process", "start it without mpirun");
   if (options.resume && options.output.empty())
-    throw Error("--resume", "needs --output", "name the file to go on with");
+    throw Error(Code::setting_missing, "--resume", "needs --output", "name the file to go on with");
   std::vector<std::string> inputs;
   ProtocolOptions named = options.protocol;
   if (!options.conditions.empty()) named.name = options.conditions;
@@ -248,7 +250,7 @@ void run_calibrate(const CalibrateOptions& options) {
   for (const std::string& path : {options.output, options.figure})
     if (!path.empty() && is_root()) PendingFile probe(path);
   if (options.resume && options.output.empty())
-    throw Error("--resume", "needs --output", "name the file to go on with");
+    throw Error(Code::setting_missing, "--resume", "needs --output", "name the file to go on with");
   const Json settings = settings_json(options, protocol);
   const Model model = model_or_built_in(options.model);
   if (!options.model.empty()) require_same_experiment(model, options.model, protocol, "protocol " + protocol.name);
@@ -384,7 +386,7 @@ void add_calibrate(const Command& program) {
     options->settings.min_draws = std::min(options->settings.min_draws, options->settings.max_draws);
     apply(options->common);
     if (options->faults && !options->conditions.empty())
-      throw Error("--faults", "beside --conditions", "give one of them");
+      throw Error(Code::setting_conflict, "--faults", "beside --conditions", "give one of them");
     if (options->faults || !options->conditions.empty()) return run_conditions(*options);
     run_calibrate(*options);
   });

@@ -46,7 +46,8 @@ dataset::Dataset trials_of(const CompareOptions& options, const Model& model) {
     return dataset::generate(request);
   }
   if (!options.sensor_noise_deg.empty())
-    throw Error("--sensor-noise", "is for fresh trials; those of --data have their own", "leave one of them out");
+    throw Error(Code::setting_conflict, "--sensor-noise", "is for fresh trials; those of --data have their own",
+                "leave one of them out");
   dataset::Dataset data = dataset::read_npz(options.data);
   require_same_experiment(model, model_name(options.model), data.protocol, options.data);
   require_not_trained_on(model.origin, dataset::trial_identity(data), Measured::all, options.data);

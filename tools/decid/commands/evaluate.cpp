@@ -186,7 +186,8 @@ void evaluate_models(const EvaluateOptions& options) {
     const bool training = data.split[static_cast<std::size_t>(i)] == 0;
     if (split == "all" || training == (split == "training")) chosen.push_back(i);
   }
-  if (chosen.empty()) throw Error(options.data, "has no trial in its " + split + " half", "leave out --split");
+  if (chosen.empty())
+    throw Error(Code::trials_missing, options.data, "has no trial in its " + split + " half", "leave out --split");
   std::vector<Evaluated> all;
   for (std::size_t i = 0; i < models.size(); ++i)
     all.push_back(evaluated(options, models[i], model_name(options.models[i]), stored, chosen));

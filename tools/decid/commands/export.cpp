@@ -86,7 +86,8 @@ TestVector test_vector(const Model& model, const ForBody& body, const FirmwarePl
 /// Exports a network without protocol, image and head: from its input to its outputs.
 void export_alone(const ExportOptions& options, const nn::Network<float>& network, const std::string& name) {
   if (options.firmware.incremental || options.firmware.int8 || options.firmware.familiarity || options.body.mass_kg)
-    throw Error(options.model, "is a network alone, which --incremental, --int8, --familiarity and --mass do not fit",
+    throw Error(Code::setting_conflict, options.model,
+                "is a network alone, which --incremental, --int8, --familiarity and --mass do not fit",
                 "leave them out, or give a model");
   const std::string hash = nn::weights_sha256(network);
   const std::string origin = format("Made by decid %s from %s, weights SHA-256\n   %s.", version,
@@ -195,7 +196,7 @@ bool are_one_body(const sim::Body& a, const sim::Body& b) {
 /// there is no inertia.
 std::optional<sim::Body> given_body(const ControllerOptions& options, const sim::Body& like) {
   if (options.mass_kg.has_value() != options.com_height_m.has_value() || (options.inertia_kgm2 && !options.mass_kg))
-    throw Error("export controller", "has a part of a body",
+    throw Error(Code::setting_missing, "export controller", "has a part of a body",
                 "give --mass and --com-height together, and --inertia with both or not at all");
   if (!options.mass_kg) return {};
   const double mass = *options.mass_kg, height = *options.com_height_m;
@@ -211,13 +212,13 @@ sim::Protocol controller_protocol(const ControllerOptions& options, const std::o
   sim::Body& body = protocol.experiment.body;
   const std::optional<sim::Body> given = given_body(options, from.value_or(sim::Body{}));
   if (!from && (scales || given || !are_one_body(body, sim::Body{})))
-    throw Error(options.result, "does not say whose body its gains are for",
+    throw Error(Code::setting_missing, options.result, "does not say whose body its gains are for",
                 "identify the recording again, with --mass and --height");
   if (given) {
     body = *given;
   } else if (is_result && from && !scales) {
     if (options.names_protocol && !are_one_body(body, *from))
-      throw Error(options.result,
+      throw Error(Code::setting_conflict, options.result,
                   "has gains for a body of " + shown(*from) + ", and protocol " + options.protocol + " another one, " +
                       shown(body),
                   "give --scale-to " + options.protocol +

@@ -56,13 +56,13 @@ constexpr const char* of_tables[] = {"--amplitude", "--prior-error"};
 void check_kind(const FitOptions& options, const Command& command) {
   const bool is_table = !options.frf.empty();
   if (!is_table && options.recordings.files.empty())
-    throw Error("fit", "neither a recording nor a frequency response is named",
+    throw Error(Code::setting_missing, "fit", "neither a recording nor a frequency response is named",
                 "name CSV, MAT, C3D or .xlsx files, or a table with --frf");
   const auto refuse = [&](const char* option) {
     if (command.count(option) == 0) return;
     if (is_table && std::string(option) == "recordings")
-      throw Error("--frf", "does not go with recordings", "fit them in a call of their own");
-    throw Error(option, is_table ? "is not for --frf" : "is for --frf alone", "leave it out");
+      throw Error(Code::setting_conflict, "--frf", "does not go with recordings", "fit them in a call of their own");
+    throw Error(Code::setting_conflict, option, is_table ? "is not for --frf" : "is for --frf alone", "leave it out");
   };
   if (is_table) std::ranges::for_each(of_recordings, refuse);
   if (is_table) std::ranges::for_each(reading_options, refuse);
@@ -73,7 +73,9 @@ void check_kind(const FitOptions& options, const Command& command) {
 struct NamedNumbers {
   NamedNumbers(const std::string& text, std::size_t count, const char* option, const char* form,
                const sim::ParameterTable& table) {
-    const auto fail = [&](const std::string& problem) { throw Error(option, problem, std::string("give ") + form); };
+    const auto fail = [&](const std::string& problem) {
+      throw Error(Code::setting_malformed, option, problem, std::string("give ") + form);
+    };
     const std::size_t equals = text.find('=');
     if (equals == std::string::npos) fail("'" + text + "' is not " + form);
     name = text.substr(0, equals);
@@ -89,7 +91,7 @@ struct NamedNumbers {
     if (std::ranges::find(names, name) != names.end()) return;
     std::string all;
     for (const std::string& one : names) all += (all.empty() ? "" : ", ") + one;
-    throw Error(option, "'" + name + "' is not a parameter", "name one of " + all);
+    throw Error(Code::setting_unknown, option, "'" + name + "' is not a parameter", "name one of " + all);
   }
   std::string name;
   std::vector<double> numbers;
@@ -108,7 +110,7 @@ std::vector<posterior::ParameterPrior> parameter_priors(const FitOptions& option
     for (const std::string& text : texts) {
       const NamedNumbers given(text, count, option, form, table);
       auto& value = prior_of(given.name).*member;
-      if (value) throw Error(option, "is given twice for " + given.name, "give it once");
+      if (value) throw Error(Code::setting_conflict, option, "is given twice for " + given.name, "give it once");
       value = value_of(given.numbers);
     }
   };
@@ -128,7 +130,8 @@ std::vector<posterior::ParameterPrior> parameter_priors(const FitOptions& option
   } catch (const Error& error) {
     const bool fixes = std::ranges::any_of(
         all, [&](const ParameterPrior& prior) { return prior.fixed && error.where().ends_with(" " + prior.name); });
-    throw Error(error.where().starts_with("range") ? "--range"
+    throw Error(error.code(),
+                error.where().starts_with("range") ? "--range"
                 : fixes                            ? "--fix"
                                                    : "--prior",
                 error.where() + " " + error.problem(), error.remedy());
@@ -143,13 +146,14 @@ std::vector<const sim::BodyModel*> controllers_of(const std::string& names, cons
   for (std::string name; std::getline(stream, name, ',');) {
     const sim::BodyModel& model = sim::body_model_of(name, "--controller");
     if (std::ranges::find(all, &model) != all.end())
-      throw Error("--controller", "names " + name + " twice", "name each once");
+      throw Error(Code::setting_conflict, "--controller", "names " + name + " twice", "name each once");
     all.push_back(&model);
   }
   const sim::BodyModel* own = protocol.experiment.body_model;
   if (all.empty()) return {own};
   if (own != &sim::single_pendulum() && std::ranges::find(all, own) == all.end())
-    throw Error("--controller", "does not name " + own->name + ", the controller of protocol '" + protocol.name + "'",
+    throw Error(Code::setting_conflict, "--controller",
+                "does not name " + own->name + ", the controller of protocol '" + protocol.name + "'",
                 "leave it out, or use a protocol without a controller");
   return all;
 }
@@ -159,7 +163,8 @@ sim::Protocol protocol_of(const FitOptions& options, sim::Protocol protocol) {
   if (const std::optional<sim::Body> body = options.recordings.body()) protocol.experiment.body = *body;
   if (options.amplitude_deg) {
     if (!std::holds_alternative<sim::Sequence>(protocol.experiment.stimulus))
-      throw Error("--amplitude", "protocol '" + protocol.name + "' plays no ternary sequence, the tilt that it scales",
+      throw Error(Code::setting_conflict, "--amplitude",
+                  "protocol '" + protocol.name + "' plays no ternary sequence, the tilt that it scales",
                   "leave it out, and give the amplitudes in the protocol's file");
     protocol.sequence().amplitude_deg = *options.amplitude_deg;
   }
@@ -191,7 +196,8 @@ void run_table(const FitOptions& options, const Command& command) {
 /// regular file.
 std::optional<FitJournal> journal_of(const FitOptions& options, const std::string& settings) {
   const std::string& output = options.outputs.json;
-  if (options.resume && output.empty()) throw Error("--resume", "needs --output", "name the file to go on with");
+  if (options.resume && output.empty())
+    throw Error(Code::setting_missing, "--resume", "needs --output", "name the file to go on with");
   const bool is_file = !std::filesystem::exists(output) || std::filesystem::is_regular_file(output);
   if (output.empty() || options.recordings.files.size() < 2 || !is_file) return std::nullopt;
   return std::make_optional<FitJournal>(output + ".journal", settings, options.resume);

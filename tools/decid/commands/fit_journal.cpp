@@ -25,7 +25,7 @@ struct Entry {
 FitJournal::FitJournal(const std::filesystem::path& path, const std::string& settings, bool resume)
     : journal_(path, "decid fit journal 2") {
   if (!journal_.try_lock())
-    throw Error(path.string(), "is being written by another process", "wait until that has ended");
+    throw Error(Code::file_in_use, path.string(), "is being written by another process", "wait until that has ended");
   if (resume && read(settings)) return;
   journal_.start(settings);
 }
@@ -34,7 +34,7 @@ bool FitJournal::read(const std::string& settings) {
   const std::optional<std::string> found = journal_.request();
   if (!found) return false;
   if (*found != settings)
-    throw Error(journal_.path().string(), "is of other settings",
+    throw Error(Code::file_differs, journal_.path().string(), "is of other settings",
                 "give the options of the call that wrote it, or leave out --resume to start again");
   while (const std::optional<std::string> bytes = journal_.next()) {
     try {

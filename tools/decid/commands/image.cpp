@@ -94,7 +94,8 @@ void write_images(const ImageOptions& options, const Model& model, const dataset
 
 void make_images(const ImageOptions& options) {
   if (!options.model.empty() && !(options.preset.empty() && options.image_file.empty()))
-    throw Error("--model", "has images of its own", "leave out --preset and --image, or give them without --model");
+    throw Error(Code::setting_conflict, "--model", "has images of its own",
+                "leave out --preset and --image, or give them without --model");
   refuse_same_file(options.output, {options.data, options.model, options.image_file});
   dataset::ArrayWriter writer(options.output);  // reports an unwritable place before the work, not after
   const dataset::StoredDataset stored(options.data);

@@ -40,7 +40,7 @@ std::vector<Json> gathered(const Json& own) {
 
 void run_selftest(const SelftestOptions& options) {
   if (options.mpi && ranks() == nullptr)
-    throw Error("--mpi", "is for several processes, and there is one",
+    throw Error(Code::not_supported, "--mpi", "is for several processes, and there is one",
                 "start it with mpirun or srun, and a decid that was built with -DDECID_MPI=ON");
   const auto start = std::chrono::steady_clock::now();
   const std::vector<SelfCheck> checks = self_checks();

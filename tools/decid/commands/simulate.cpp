@@ -70,7 +70,7 @@ void require_standing(const sim::Outcome& outcome, const sim::Protocol& protocol
       stands(protocol, true)            ? "without vestibular noise it stands: lower --nv or the noise's scale"
       : stands(at_rest(protocol), true) ? "on a platform at rest it stands: lower the amplitude of the tilt"
                                         : other_gains;
-  throw Error("simulate", format("%s after %.2f s", what.c_str(), outcome.end_s), remedy);
+  throw Error(Code::body_falls, "simulate", format("%s after %.2f s", what.c_str(), outcome.end_s), remedy);
 }
 
 /// Returns time and tilt from the beginning of the recording.
@@ -215,7 +215,8 @@ void add_simulate(const Command& program) {
     for (const sim::ParameterInfo& info : table()) {
       const std::string name = "--hip-" + info.option;
       if (options->model != "dip" && command.count(name) > 0)
-        throw Error(name, "has no effect on the single pendulum, which has no hip", "use it with --model dip");
+        throw Error(Code::setting_conflict, name, "has no effect on the single pendulum, which has no hip",
+                    "use it with --model dip");
     }
     apply(options->common);
     simulate(*options);

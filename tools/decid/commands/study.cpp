@@ -33,7 +33,8 @@ std::pair<std::string, double> time_from_text(const std::string& text) {
   const std::size_t equals = text.find('=');
   const double seconds = equals == std::string::npos ? NAN : number_from<double>(text.substr(equals + 1)).value_or(NAN);
   if (equals == 0 || !std::isfinite(seconds) || seconds < 0)
-    throw Error("--time", "'" + text + "' is not NAME=SECONDS", "give for example --time training=2400");
+    throw Error(Code::setting_malformed, "--time", "'" + text + "' is not NAME=SECONDS",
+                "give for example --time training=2400");
   return {text.substr(0, equals), seconds};
 }
 
@@ -41,7 +42,7 @@ void add_recording(const StudyOptions& options, const Model& model, Study& study
   const ReadOptions reading = options.reading.read_options();
   const std::vector<RecordingSource> sources = sources_of({options.recording}, reading.recording);
   if (sources.size() != 1)
-    throw Error(options.recording,
+    throw Error(Code::recording_ambiguous, options.recording,
                 "holds " + counted(std::ssize(sources), "recording") + " by --trial " + options.reading.trial +
                     ", and a study has one",
                 "save that recording as a file of its own");
@@ -75,7 +76,8 @@ void run_study(const StudyOptions& options) {
   for (const std::string& file : options.comparisons) {
     study.comparisons.push_back(read_comparison(file, model.protocol));
     if (study.comparisons.back().sha256 != study.sha256)
-      throw Error(file, "compares another model than " + study.model, "run decid compare with this --model");
+      throw Error(Code::file_differs, file, "compares another model than " + study.model,
+                  "run decid compare with this --model");
   }
   if (!options.recording.empty()) add_recording(options, model, study);  // reports a bad one before a folder is made
   const std::filesystem::path folder = options.output;
@@ -168,7 +170,7 @@ void add_study(const Command& program) {
   command.callback([options, command] {
     for (const char* name : reading_options)
       if (options->recording.empty() && command.count(name) > 0)
-        throw Error(name, "has no effect without a recording", "use it with --recording");
+        throw Error(Code::setting_conflict, name, "has no effect without a recording", "use it with --recording");
     apply(options->common);
     run_study(*options);
   });

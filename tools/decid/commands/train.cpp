@@ -210,7 +210,8 @@ Model finished_model(const TrainOptions& options, const TrainingSettings& settin
     best.origin.epochs = model.origin.epochs;  // it may be of a training that went on to more of them
     best.origin.extensions = model.origin.extensions;
     if (best.origin != model.origin)
-      throw Error(files.best, "was made with other settings: " + difference(best.origin, model.origin),
+      throw Error(Code::file_differs, files.best,
+                  "was made with other settings: " + difference(best.origin, model.origin),
                   "delete it and " + files.checkpoint + " to start again");
     model = std::move(best);
   }
@@ -267,7 +268,7 @@ void check_files(const TrainOptions& options, std::vector<std::string> read) {
 
 void train(const TrainOptions& options) {
   if (options.data.empty() != options.stream)
-    throw Error("train", "needs trials", "give either --data data.npz or --stream");
+    throw Error(Code::setting_missing, "train", "needs trials", "give either --data data.npz or --stream");
   const TrainFiles files(options.output);
   std::vector<std::string> read{options.data, options.architecture_file, options.image_file, options.from};
   const sim::Protocol protocol =
@@ -403,7 +404,8 @@ void add_train(const Command& program) {
   command.callback([options, command] {
     for (const char* name : {"--protocol", "--sensor-noise", "--stream-trials", "--validation-trials"})
       if (!options->stream && command.count(name) > 0)
-        throw Error(name, "has no effect on a data set, which was simulated already", "use it with --stream");
+        throw Error(Code::setting_conflict, name, "has no effect on a data set, which was simulated already",
+                    "use it with --stream");
     apply(options->common);
     train(*options);
   });

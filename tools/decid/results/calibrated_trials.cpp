@@ -58,7 +58,8 @@ std::string first_difference(const Json& earlier, const Json& now, const std::st
 
 void require_same_settings(const Json& earlier, const Json& now, const std::string& file) {
   if (const std::string text = first_difference(earlier, now, {}); !text.empty())
-    throw Error(file, "was written with other settings: " + text, "give the same options, or another --output");
+    throw Error(Code::file_differs, file, "was written with other settings: " + text,
+                "give the same options, or another --output");
 }
 
 Json trial_json(const CalibratedTrial& trial) {
@@ -112,7 +113,7 @@ std::vector<CalibratedTrial> earlier_trials(const std::string& file, const Json&
       trials.back().network_log_score = CalibratedTrial::unknown_score;
     }
   } catch (const Json::exception&) {
-    throw Error(file, "is not a calibration", "give the file that decid calibrate -o wrote");
+    throw Error(Code::file_unsupported, file, "is not a calibration", "give the file that decid calibrate -o wrote");
   }
   return trials;
 }

@@ -121,7 +121,7 @@ void add_fit(Json& recording, const FitFigures& fitted, const sim::Protocol& pro
 
 /// A recording's object.
 Json recording_json(const RecordingResult& id, const Report& report) {
-  if (id.error) return {{"file", id.file}, {"error", id.error->what()}};
+  if (id.error) return {{"file", id.file}, {"error", id.error->what()}, {"code", name(id.error->code())}};
   const sim::ParameterTable table = report.ranges();
   const Explanation& explanation = id.explanation;
   const std::optional<recording::TiltMatch>& tilt = id.trial.tilt;
