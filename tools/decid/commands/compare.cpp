@@ -32,7 +32,7 @@ constexpr double network_spread = 0.08;
 
 struct CompareOptions {
   CommonOptions common;
-  std::string model, data, output, report;
+  std::string model, controller, data, output, report;
   std::vector<double> sensor_noise_deg;
   int trials = 100, starts = 2;
   std::uint64_t seed = 2026;
@@ -98,6 +98,7 @@ struct Stopwatch {
 ComparisonFigures compare(const CompareOptions& options) {
   iterative::check_budget({options.simulations, options.seed}, static_cast<std::size_t>(options.starts));
   const Model model = model_or_built_in(options.model);
+  require_controller(options.controller, model.protocol, model_name(options.model));
   const dataset::Dataset data = trials_of(options, model);
   const int trials = data.trials();
   ComparisonFigures figures{.version = version,
@@ -267,6 +268,7 @@ void add_compare(const Command& program) {
       .values(1, 2);
   command.add_option("--data", options->data, "Use the trials of this data set instead of new ones");
   command.add_option("--model", options->model, "Use this model file; default: the built-in model");
+  add_controller_of_model(command, options->controller);
   command.section("Advanced");
   command
       .add_option("--starts", options->starts,
