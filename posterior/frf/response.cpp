@@ -175,7 +175,7 @@ ResponseModel::Line ResponseModel::line_at(double frequency_hz, double weight) c
 }
 
 ResponseModel::ResponseModel(const sim::Protocol& protocol, const Table& table)
-    : protocol_(posterior::of_single_pendulum(protocol)), noise_rad_s_(sim::noise_velocity_deviation(protocol)) {
+    : protocol_(posterior::of_family(protocol)), noise_rad_s_(sim::noise_velocity_deviation(protocol)) {
   const Cycle cycle(protocol.experiment);
   const std::vector<double> levels = cycle.levels_rad_s();
   const std::vector<double> fractions = cycle.fractions(levels);

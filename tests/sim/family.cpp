@@ -19,17 +19,6 @@ using namespace decid::test;
 
 namespace {
 
-std::vector<const BodyModel*> all_models() {
-  register_body_model(third_model());
-  return body_models();
-}
-
-Protocol protocol_of(const BodyModel& model) {
-  Protocol protocol;
-  protocol.experiment.body_model = &model;
-  return protocol;
-}
-
 /// The equations of family.hpp on the 1 ms grid; the sway of every sample.
 std::vector<double> straightforward(const Protocol& protocol, const Parameters& parameters, const Random& noise) {
   using enum Coefficient;
@@ -83,9 +72,8 @@ double relative_difference(const std::vector<double>& expected, const std::vecto
 
 TEST_CASE("Family: the simulator equals the equations written straight down, for every model") {
   for (const BodyModel* model : all_models()) {
-    if (model->family.terms.empty()) continue;
     CAPTURE(model->name);
-    const Protocol protocol = protocol_of(*model);
+    const Protocol protocol = with_model({}, *model);
     const Simulator simulator(protocol);
     for (const double place : {0.5, 0.35}) {
       const std::vector<double> unit(model->parameters.size(), place);
@@ -100,9 +88,8 @@ TEST_CASE("Family: the simulator equals the equations written straight down, for
 
 TEST_CASE("Family: a dead band before the gravity gain, for every model and instruction set") {
   for (const BodyModel* model : all_models()) {
-    if (model->family.terms.empty()) continue;
     CAPTURE(model->name);
-    Protocol protocol = protocol_of(*model);
+    Protocol protocol = with_model(Protocol{}, *model);
     const Parameters parameters = model->parameters.middle();
     const Run without = simulate(Simulator(protocol), parameters);
     protocol.gravity_dead_band_deg = 0.07;
@@ -141,9 +128,8 @@ TEST_CASE("Family: the parameter that alone determines a coefficient") {
 
 TEST_CASE("Family: small sway follows each model's transfer function") {
   for (const BodyModel* model : all_models()) {
-    if (model->family.terms.empty()) continue;
     CAPTURE(model->name);
-    Protocol protocol = protocol_of(*model);
+    Protocol protocol = with_model({}, *model);
     protocol.sequence().amplitude_deg = 0.01;
     protocol.sequence().cycles = 6;  // slow feedback has settled in the last one
     Parameters parameters = model->family.without_noise(model->parameters.middle());
@@ -181,7 +167,7 @@ TEST_CASE("Family: independent channels are v = a - W f") {
 TEST_CASE("body models: names, and protocols that name their controller") {
   for (const BodyModel* model : all_models()) {
     CHECK(&body_model_of(model->name, "test") == model);
-    const Protocol read = protocol_from_json(to_json(protocol_of(*model)), "test");
+    const Protocol read = protocol_from_json(to_json(with_model({}, *model)), "test");
     CHECK(read.experiment.body_model == model);
   }
   CHECK(!contains(to_json(default_protocol()), "controller"));
