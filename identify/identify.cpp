@@ -81,10 +81,11 @@ void judge(const Model& model, const Estimate& estimate, Explanation& explanatio
   explanation.ood_score = ood_score(estimate.distance, model.familiarity.usual, explanation.response_ratio);
   if (explanation.ood_score <= 1.0) return;  // false for NaN
   const bool stands = std::isfinite(explanation.rms_residual_deg);
+  const double noise = model.protocol.family().coefficients(estimate.parameters)[sim::Coefficient::nv];
   const std::string response =
       std::isnan(explanation.response_ratio)
           ? "how much of the response to the tilt it has is not known, as the identified controller " +
-                std::string(stands && estimate.parameters[sim::Nv] <= 0.0 ? "has no noise" : "falls")
+                std::string(stands && noise <= 0.0 ? "has no noise" : "falls")
           : format("it has %.2f of the response to the tilt that the identified controller would have",
                    explanation.response_ratio);
   explanation.unlike_training = format(

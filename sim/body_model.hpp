@@ -16,6 +16,7 @@ struct BodyModel {
   std::string description{};  ///< for users
   /// Without terms the model has only a table, and cannot be simulated.
   Family family{};
+  std::string source{};  ///< of equations and ranges, for users
 };
 
 /// The parameters of `dec`, in the order used everywhere. Models that have these parameters too begin with them.

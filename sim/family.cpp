@@ -23,6 +23,16 @@ bool Family::has_unit_gains() const {
          !varies(Coefficient::slow, 0.0) && !varies(Coefficient::torque, 0.0);
 }
 
+std::optional<std::size_t> Family::parameter_of(Coefficient coefficient) const {
+  std::optional<std::size_t> found;
+  for (const Term& term : terms) {
+    if (term.coefficient != coefficient) continue;
+    if (found && *found != term.parameter) return {};
+    found = term.parameter;
+  }
+  return found;
+}
+
 Parameters Family::without_noise(Parameters parameters) const {
   for (const Term& term : terms) {
     if (term.coefficient == Coefficient::nv) parameters[term.parameter] = 0.0;

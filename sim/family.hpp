@@ -14,6 +14,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "sim/parameters.hpp"
@@ -65,6 +66,8 @@ struct Family {
   /// Returns true for members with gains of 1 and neither slow nor torque feedback, as in the paper: their trials take
   /// fewer operations.
   bool has_unit_gains() const;
+  /// Returns the parameter that alone determines a coefficient; nothing if it is constant or depends on several.
+  std::optional<std::size_t> parameter_of(Coefficient coefficient) const;
   /// Returns the parameters with those of the vestibular noise set to 0.
   Parameters without_noise(Parameters parameters) const;
 };

@@ -65,6 +65,8 @@ Lanes::Lanes(const Setup& setup)
       silence_((samples_ + 1) * fft_lanes, 0.0),
       sways_(std::make_unique_for_overwrite<double[]>((Pendulums::count + 1) * samples_)) {
   step_constants_ = make_step_constants(setup.protocol.experiment, setup.stimulus);
+  step_constants_.gravity_dead_band = setup.protocol.gravity_dead_band_deg * rad_per_deg;
+  step_constants_.unit_gains = step_constants_.unit_gains && step_constants_.gravity_dead_band == 0.0;
   intervals_ = setup.stimulus.rate_rad_s.size() / samples_;
   lanes_->row = Pendulums::longest_lag;
   for (int lane = 0; lane < Pendulums::count; ++lane) rest(lane);
@@ -158,6 +160,7 @@ void Lanes::begin(int lane, const Prepared& trial, double* sway) {
   p.reach[lane] = of[position] + of[gravity];
   p.tilt[lane] = of[tilt];
   p.tilt_over_servo[lane] = of[tilt] - of[position];
+  p.minus_gravity[lane] = -of[gravity];
   p.slow_gain[lane] = of[slow];
   p.torque_gain[lane] = of[torque] / (c * trial.body.mgh());
   const Lag lag(of[delay]);

@@ -100,6 +100,15 @@ typedef struct decid_parameter_info {
 
 /* "default", "short", or the path of a JSON file (docs/reference/protocols.md). */
 DECID_API decid_status decid_protocol_load(const char* name_or_path, decid_protocol** protocol);
+/* The same with a controller: a name of decid_controller_name, or NULL for the protocol's. A file that names another
+   controller is DECID_BAD_INPUT. The controller determines the parameters. */
+DECID_API decid_status decid_protocol_load_controller(const char* name_or_path, const char* controller,
+                                                      decid_protocol** protocol);
+DECID_API const char* decid_protocol_controller(const decid_protocol* protocol); /* "dec" */
+/* Controllers: "dec", the paper's, and others (docs/reference/posture-model.md); NULL for an index that is too large. */
+DECID_API size_t decid_controllers(void);
+DECID_API const char* decid_controller_name(size_t index);
+DECID_API const char* decid_controller_description(size_t index);
 DECID_API void decid_protocol_free(decid_protocol* protocol);
 DECID_API size_t decid_protocol_samples(const decid_protocol* protocol); /* of a trial */
 DECID_API double decid_protocol_rate_hz(const decid_protocol* protocol);

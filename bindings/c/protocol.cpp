@@ -64,13 +64,36 @@ void simulate(const decid_protocol& given_protocol, const double* parameters, st
   }
 }
 
+decid_status load(const char* name_or_path, const char* controller, decid_protocol** protocol, const char* where) {
+  return made(protocol, where, [&] {
+    const std::string name = &given(name_or_path, where, "name_or_path");
+    return std::make_unique<decid_protocol>(
+        decid::recording::load_protocol(name, nullptr, nullptr, text_or_empty(controller)));
+  });
+}
+
 }  // namespace
 
 decid_status decid_protocol_load(const char* name_or_path, decid_protocol** protocol) {
-  return made(protocol, "decid_protocol_load", [&] {
-    const std::string name = &given(name_or_path, "decid_protocol_load", "name_or_path");
-    return std::make_unique<decid_protocol>(decid::recording::load_protocol(name));
-  });
+  return load(name_or_path, nullptr, protocol, "decid_protocol_load");
+}
+decid_status decid_protocol_load_controller(const char* name_or_path, const char* controller,
+                                            decid_protocol** protocol) {
+  return load(name_or_path, controller, protocol, "decid_protocol_load_controller");
+}
+const char* decid_protocol_controller(const decid_protocol* protocol) {
+  return protocol == nullptr ? nullptr : protocol->protocol().experiment.body_model->name.c_str();
+}
+size_t decid_controllers(void) {
+  return decid::sim::body_models().size();
+}
+const char* decid_controller_name(size_t index) {
+  const auto all = decid::sim::body_models();
+  return index < all.size() ? all[index]->name.c_str() : nullptr;
+}
+const char* decid_controller_description(size_t index) {
+  const auto all = decid::sim::body_models();
+  return index < all.size() ? all[index]->description.c_str() : nullptr;
 }
 void decid_protocol_free(decid_protocol* protocol) {
   delete protocol;

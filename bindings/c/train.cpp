@@ -15,8 +15,9 @@ decid::TrainingSettings settings_of(const decid_train_options& asked, const deci
                                     bool stream) {
   decid::TrainingSettings settings;
   decid::Preset& preset = settings.preset = decid::preset_named(text_or_empty(asked.preset));
-  if (asked.architecture != nullptr) preset.architecture = asked.architecture;
   if (asked.head != nullptr) preset.head = asked.head;
+  preset = decid::with_head(preset, preset.head, source.protocol().parameters().size(), "head");
+  if (asked.architecture != nullptr) preset.architecture = asked.architecture;
   if (asked.schedule != nullptr) preset.schedule = asked.schedule;
   if (asked.epochs != 0) preset.epochs = asked.epochs;
   if (asked.batch != 0) preset.batch = asked.batch;

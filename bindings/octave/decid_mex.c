@@ -393,18 +393,19 @@ static mxArray* trial_names(const mxArray* source, const mxArray* options) {
   return names;
 }
 
-/* Options: seed, protocol, and each parameter by its name. */
+/* Options: seed, protocol, controller, and each parameter by its name. */
 static mxArray* simulate(const mxArray* options) {
   double values[DECID_MOST_PARAMETERS];
-  const char* names[DECID_MOST_PARAMETERS + 3] = {"seed", "protocol"};
+  const char* names[DECID_MOST_PARAMETERS + 4] = {"seed", "protocol", "controller"};
   const char* played = text(options, "protocol");
+  const char* controller = text(options, "controller");
   const int seed = whole(options, "seed", 1);
   size_t p, count, samples;
   mxArray *made, *sway;
-  require(decid_protocol_load(played == NULL ? "default" : played, &protocol));
+  require(decid_protocol_load_controller(played == NULL ? "default" : played, controller, &protocol));
   count = decid_protocol_parameters(protocol);
   samples = decid_protocol_samples(protocol);
-  for (p = 0; p < count; ++p) names[p + 2] = decid_protocol_parameter(protocol, p)->name;
+  for (p = 0; p < count; ++p) names[p + 3] = decid_protocol_parameter(protocol, p)->name;
   refuse_unknown(options, names);
   for (p = 0; p < count; ++p) {
     const decid_parameter_info* info = decid_protocol_parameter(protocol, p);
@@ -416,7 +417,7 @@ static mxArray* simulate(const mxArray* options) {
   add(made, "sway", sway);
   add(made, "tilt", column_of(decid_protocol_tilt(protocol), samples));
   add(made, "rate", mxCreateDoubleScalar(decid_protocol_rate_hz(protocol)));
-  for (p = 0; p < count; ++p) add(made, names[p + 2], mxCreateDoubleScalar(values[p]));
+  for (p = 0; p < count; ++p) add(made, names[p + 3], mxCreateDoubleScalar(values[p]));
   return made;
 }
 

@@ -6,10 +6,17 @@ namespace {
 
 // ---- Protocols and models ----
 
-Protocol load_protocol(const std::string& name_or_path) {
+Protocol load_protocol(const std::string& name_or_path, const OptionalText& controller) {
   decid_protocol* made = nullptr;
-  run([&] { return decid_protocol_load(name_or_path.c_str(), &made); });
+  run([&] { return decid_protocol_load_controller(name_or_path.c_str(), text_or_null(controller), &made); });
   return {std::shared_ptr<decid_protocol>(made, decid_protocol_free)};
+}
+
+py::dict controllers() {
+  py::dict all;
+  for (std::size_t i = 0; i < decid_controllers(); ++i)
+    all[decid_controller_name(i)] = py::str(decid_controller_description(i));
+  return all;
 }
 
 py::list protocol_parameters(const Protocol& protocol) {
@@ -364,9 +371,11 @@ PYBIND11_MODULE(_decid, module) {
       .def_property_readonly("samples", [](const Protocol& p) { return decid_protocol_samples(p.get()); })
       .def_property_readonly("rate_hz", [](const Protocol& p) { return decid_protocol_rate_hz(p.get()); })
       .def_property_readonly("json", [](const Protocol& p) { return decid_protocol_json(p.get()); })
+      .def_property_readonly("controller", [](const Protocol& p) { return decid_protocol_controller(p.get()); })
       .def_property_readonly("parameters", protocol_parameters)
       .def_property_readonly("tilt", protocol_tilt);
   module.def("load_protocol", load_protocol);
+  module.def("controllers", controllers);
   module.def("simulate", simulate);
 
   py::class_<Model>(module, "Model")

@@ -181,10 +181,13 @@ std::vector<CalibrationPart> calibration_by(std::span<const CalibratedTrial> tri
   return result;
 }
 
-double damping_ratio(const sim::Parameters& parameters, const sim::Body& body) {
-  const double stiffness = 2.0 * parameters[sim::Kp] + parameters[sim::Kp_pass] - body.mgh();
-  const double damping =
-      2.0 * (parameters[sim::Kd] - parameters[sim::Kp] * parameters[sim::Delay]) + parameters[sim::Kd_pass];
+double damping_ratio(const sim::Parameters& parameters, const sim::Experiment& experiment) {
+  using enum sim::Coefficient;
+  const sim::Body& body = experiment.body;
+  const sim::Coefficients of = experiment.family().coefficients(parameters);
+  const double responses = of[position] + of[gravity];
+  const double stiffness = responses * of[kp] + of[kp_pass] - body.mgh();
+  const double damping = responses * (of[kd] - of[kp] * of[delay]) + of[kd_pass];
   return damping / (2.0 * std::sqrt(body.inertia_kgm2 * stiffness));
 }
 

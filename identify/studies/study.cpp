@@ -227,7 +227,7 @@ void study_fresh(const Model& model, int trials, const std::vector<double>& leve
       const Scores target = as_scores(model.targets.scale(truth[i]));
       const Scores output = as_scores(scores_at(model, scores[l], i));
       add(level.by_amplitude_deg, amplitude_deg[i], target, output);
-      add(level.by_nv, truth[i][sim::Nv], target, output);
+      add(level.by_nv, model.protocol.family().coefficients(truth[i])[sim::Coefficient::nv], target, output);
     }
     finish(level.by_amplitude_deg);
     finish(level.by_nv);
@@ -243,6 +243,11 @@ void study_fresh(const Model& model, int trials, const std::vector<double>& leve
 }
 
 void study_double(const Model& model, int realisations, Study& study, const Announce& announce) {
+  if (model.protocol.experiment.body_model != &sim::single_pendulum()) {
+    study.notes.push_back("no double pendulum: its joints have the controller dec, the model has " +
+                          model.protocol.experiment.body_model->name);
+    return;
+  }
   announce("leg and trunk");
   std::optional<sim::DoubleSimulator> simulator;
   try {

@@ -8,11 +8,14 @@
 namespace decid::sim {
 namespace {
 
-/// `vectors` registers of trials that advance alternately, so that one computes during the others' latency. unit_gains:
-/// StepConstants::unit_gains.
-template <class V, int vectors, bool unit_gains>
+/// Terms of a trial's controller: gains of 1, other gains, and other gains with a dead band before the gravity gain.
+enum class Terms { unit_gains, gains, dead_band };
+
+/// `vectors` registers of trials that advance alternately, so that one computes during the others' latency.
+template <class V, int vectors, Terms terms>
 class Group {
   using D = typename V::D;
+  static constexpr bool unit_gains = terms == Terms::unit_gains;
 
  public:
   [[gnu::always_inline]] Group(Pendulums& p, const StepConstants& step_constants, int first)
@@ -44,7 +47,8 @@ class Group {
     }
     for (int v = 0; v < vectors; ++v) {
       V::scatter(p_.samples + lane(v), sample, sway_[v]);
-      next[v] = tilt_gain(v) * V::gather(p_.noise_rate + lane(v), (sample + std::ptrdiff_t{1}) * Pendulums::noise_apart);
+      next[v] =
+          tilt_gain(v) * V::gather(p_.noise_rate + lane(v), (sample + std::ptrdiff_t{1}) * Pendulums::noise_apart);
       slope_[v] = (next[v] - noise_[v]) * step_constants_.per_step;
     }
     const int intervals = step_constants_.steps_per_sample / step_constants_.interval_steps;
@@ -106,8 +110,14 @@ class Group {
       const D reach = V::load(p_.reach + lane(v));
       const D slow_rate = V::fma(V::load(p_.slow_gain + lane(v)), sway_[v], -(slow_leak_ * slow_[v]));
       const D torque_rate = V::fma(V::load(p_.torque_gain + lane(v)), active_[v], -(torque_leak_ * torque_[v]));
-      const D angle = V::fma(reach, sway_[v], error_[v] + (slow_[v] + torque_[v]));
-      const D angle_rate = V::fma(reach, rate_[v], q + (slow_rate + torque_rate));
+      D angle = V::fma(reach, sway_[v], error_[v] + (slow_[v] + torque_[v]));
+      D angle_rate = V::fma(reach, rate_[v], q + (slow_rate + torque_rate));
+      if constexpr (terms == Terms::dead_band) {
+        const D gravity = V::load(p_.minus_gravity + lane(v));
+        const D within = V::max(V::min(sway_[v], dead_band_), -dead_band_);
+        angle = V::fma(gravity, within, angle);
+        angle_rate = V::fma(gravity, V::abs(sway_[v]) < dead_band_ ? rate_[v] : D{}, angle_rate);
+      }
       command = V::fma(kp, angle, kd * angle_rate);
       slow_[v] = V::fma(slow_rate, step_s_, slow_[v]);
       torque_[v] = V::fma(torque_rate, step_s_, torque_[v]);
@@ -150,20 +160,21 @@ class Group {
   const StepConstants& step_constants_;
   int first_;
   D step_s_ = V::set(step_constants_.step_s);
+  D dead_band_ = V::set(step_constants_.gravity_dead_band);
   D slow_leak_ = V::set(step_constants_.slow_leak), torque_leak_ = V::set(step_constants_.torque_leak);
   D sway_[vectors], rate_[vectors], error_[vectors], newer_[vectors], largest_[vectors], noise_[vectors];
   D slope_[vectors], platform_rate_[vectors], drive_[vectors], drive_slope_[vectors];
   D slow_[vectors], torque_[vectors], active_[vectors], excess_rate_[vectors];  // without unit gains only
 };
 
-template <class V, int vectors, bool unit_gains>
+template <class V, int vectors, Terms terms>
 int advance_family(Pendulums& p, const StepConstants& step_constants, int samples) {
   static_assert(Pendulums::count % (vectors * V::width) == 0);
   int row = p.row;
   for (int sample = 0; sample < samples; ++sample, row += step_constants.steps_per_sample) {
     bool within = true;
     for (int first = 0; first < p.lanes; first += vectors * V::width) {
-      Group<V, vectors, unit_gains> group(p, step_constants, first);
+      Group<V, vectors, terms> group(p, step_constants, first);
       within = (row < p.last_first_row ? group.template advance<true>(sample, row)
                                        : group.template advance<false>(sample, row)) &&
                within;
@@ -176,8 +187,10 @@ int advance_family(Pendulums& p, const StepConstants& step_constants, int sample
 
 template <class V, int vectors>
 int advance_pendulums(Pendulums& p, const StepConstants& step_constants, int samples) {
-  return step_constants.unit_gains ? advance_family<V, vectors, true>(p, step_constants, samples)
-                                   : advance_family<V, vectors, false>(p, step_constants, samples);
+  if (step_constants.unit_gains) return advance_family<V, vectors, Terms::unit_gains>(p, step_constants, samples);
+  return step_constants.gravity_dead_band > 0.0
+             ? advance_family<V, vectors, Terms::dead_band>(p, step_constants, samples)
+             : advance_family<V, vectors, Terms::gains>(p, step_constants, samples);
 }
 
 }  // namespace

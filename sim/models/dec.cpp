@@ -18,13 +18,16 @@ const BodyModel& single_pendulum() {
                                    {"theta", "theta", "Foot rotation velocity threshold", "rad/s", 0.0, 0.0052, false},
                                    {"delay", "delay", "Lumped delay", "s", 0.0, 0.24, false, 0.0, longest_delay_s},
                                }),
-                               "DEC controller of the paper", [] {
+                               "DEC controller of the paper",
+                               [] {
                                  Family family;
                                  family.constant[position] = family.constant[tilt] = family.constant[gravity] = 1.0;
                                  family.terms = {{Kp, kp}, {Kd, kd},       {Kp_pass, kp_pass}, {Kd_pass, kd_pass},
                                                  {Nv, nv}, {Theta, theta}, {Delay, delay}};
                                  return family;
-                               }()};
+                               }(),
+                               "Lippi, Mergner, Maurer, Deep Learning for Posture Control Nonlinear Model System and "
+                               "Noise Identification; ranges: table 1"};
   return model;
 }
 

@@ -19,13 +19,15 @@ const BodyModel& independent_channels() {
                                    {"Nv", "nv", "Vestibular noise gain", "1", 0.0, 1.0, false},
                                    {"delay", "delay", "Lumped delay", "s", 0.1, 0.3, false, 0.0, longest_delay_s},
                                }),
-                               "Independent channels of proprioception and vestibular sense", [] {
+                               "Independent channels of proprioception and vestibular sense",
+                               [] {
                                  Family family;
                                  family.constant[position] = family.constant[tilt] = 1.0;
                                  family.terms = {{0, kp}, {1, kd}, {2, tilt, -1.0}, {3, torque}, {4, nv}, {5, delay}};
                                  family.torque_time_s = 20.0;
                                  return family;
-                               }()};
+                               }(),
+                               "Peterka, J Neurophysiol 88, 2002, and 118, 2018"};
   return model;
 }
 

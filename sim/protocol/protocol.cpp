@@ -95,6 +95,7 @@ void Protocol::validate() const {
   Checker(name).within("body_heights low", heights.low, 0.5, 1.0);
   Checker(name).within("body_heights high", heights.high, 1.0, 2.0);
   validate_standing(Checker(name), *this);
+  Checker(name).within("gravity_dead_band_deg", gravity_dead_band_deg, 0.0, 5.0);
 }
 
 Protocol Protocol::ideal() const {

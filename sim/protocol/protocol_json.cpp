@@ -138,6 +138,7 @@ Json json_of(const Protocol& protocol) {
                               {"period_s", protocol.noise_period_s()}};
   json["sensor_noise_deg"] = range_json(protocol.noise.sensor.low_deg, protocol.noise.sensor.high_deg);
   if (protocol.standing_s > 0.0) json["standing_s"] = protocol.standing_s;
+  if (protocol.gravity_dead_band_deg > 0.0) json["gravity_dead_band_deg"] = protocol.gravity_dead_band_deg;
   if (protocol.heights.vary()) json["body_heights"] = range_json(protocol.heights.low, protocol.heights.high);
   if (Json recording = conditions_json(protocol.conditions); !recording.empty())
     json["recording"] = std::move(recording);
@@ -157,6 +158,7 @@ Protocol parse_protocol(const std::string& text, const ProtocolText& source) {
   Protocol protocol = default_protocol();
   JsonObject object(json, where);
   protocol.name = source.name;
+  protocol.experiment.body_model = source.controller;
   object.read("name", protocol.name);
   if (object.find("controller") != nullptr) {
     std::string controller;
@@ -174,6 +176,7 @@ Protocol parse_protocol(const std::string& text, const ProtocolText& source) {
   if (const Json* part = object.find("sensor_noise_deg"))
     read_range(object, "sensor_noise_deg", *part, sensor.low_deg, sensor.high_deg);
   object.read("standing_s", protocol.standing_s);
+  object.read("gravity_dead_band_deg", protocol.gravity_dead_band_deg);
   if (const Json* part = object.find("body_heights"))
     read_range(object, "body_heights", *part, protocol.heights.low, protocol.heights.high);
   if (const Json* part = object.find("recording")) read_conditions(*part, where, protocol.conditions);

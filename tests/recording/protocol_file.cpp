@@ -20,6 +20,29 @@ TEST_CASE("protocols are loaded by name or from a file") {
   check_error([&] { load_protocol(bad.string()); }, Code::setting_malformed, "line 1");
 }
 
+TEST_CASE("protocols: a controller by name, which a file must not contradict") {
+  for (const char* name : {"default", "short"}) {
+    const sim::Protocol protocol = load_protocol(name, nullptr, nullptr, "ic");
+    CHECK(protocol.experiment.body_model == &sim::independent_channels());
+    CHECK(protocol.samples() == load_protocol(name).samples());
+  }
+  const TemporaryFolder folder;
+  const std::string none = write_text(folder / "none.json", "{}").string(),
+                    dec = write_text(folder / "dec.json", R"({"controller": "dec"})").string(),
+                    lab = write_text(folder / "lab.json", R"({"controller": "dec2015"})").string();
+  const auto model = [](const std::string& file, const std::string& controller) {
+    return load_protocol(file, nullptr, nullptr, controller).experiment.body_model;
+  };
+  CHECK(model(none, "") == &sim::single_pendulum());
+  CHECK(model(none, "ic") == &sim::independent_channels());
+  CHECK(model(lab, "") == &sim::dec2015());
+  CHECK(model(lab, "dec2015") == &sim::dec2015());
+  CHECK(model(dec, "dec") == &sim::single_pendulum());
+  check_error([&] { model(lab, "ic"); }, {"lab.json", "'dec2015'", "controller is 'ic'"});
+  check_error([&] { model(dec, "ic"); }, {"dec.json", "'dec'", "controller is 'ic'"});
+  check_error([&] { model(none, "pid"); }, {"controller", "'pid'", "dec2015"});
+}
+
 TEST_CASE("a file without a name is named after itself") {
   const TemporaryFolder folder;
   CHECK(load_protocol(write_text(folder / "my exp.v2.json", "{}").string()).name == "my exp.v2");

@@ -1,11 +1,12 @@
 // Tests of sim/family.hpp and sim/body_model.hpp: every model of the family against its equations written straight
-// down, a model of this file among them, and against its transfer function.
+// down, a model of a test among them, and against its transfer function.
 #include "sim/family.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <string>
 
+#include "base/isa.hpp"
 #include "sim/protocol/protocol_json.hpp"
 #include "tests/helpers.hpp"
 #include "tests/sim/run.hpp"
@@ -28,7 +29,7 @@ std::vector<double> straightforward(const Protocol& protocol, const Parameters& 
   const int per_sample = protocol.experiment.steps_per_sample();
   std::vector<double> noise_rate(static_cast<std::size_t>(protocol.samples()) + 1);
   VestibularNoiseMaker(protocol).velocity(c[nv], noise, noise_rate);
-  const double dt = 0.001;
+  const double dt = 0.001, band = protocol.gravity_dead_band_deg * rad_per_deg;
   double a = 0.0, a_rate = 0.0, e = 0.0, q = 0.0, r = 0.0, delayed = 0.0;
   std::vector<double> u, sway;
   for (int k = 0; k < protocol.experiment.steps(); ++k) {
@@ -40,8 +41,9 @@ std::vector<double> straightforward(const Protocol& protocol, const Parameters& 
     const double e_rate = c[tilt] * (heard - std::clamp(heard, -c[theta], c[theta]));
     const double q_rate = c[slow] * a - q / family.slow_time_s;
     const double r_rate = c[torque] * delayed / body.mgh() - r / family.torque_time_s;
-    u.push_back(c[kp] * (c[position] * (a - f) + e + c[gravity] * a + q + r) +
-                c[kd] * (c[position] * (a_rate - f_rate) + e_rate + c[gravity] * a_rate + q_rate + r_rate));
+    const double felt = a - std::clamp(a, -band, band), felt_rate = std::abs(a) < band ? 0.0 : a_rate;
+    u.push_back(c[kp] * (c[position] * (a - f) + e + c[gravity] * felt + q + r) +
+                c[kd] * (c[position] * (a_rate - f_rate) + e_rate + c[gravity] * felt_rate + q_rate + r_rate));
     e += dt * e_rate;
     q += dt * q_rate;
     r += dt * r_rate;
@@ -56,6 +58,16 @@ std::vector<double> straightforward(const Protocol& protocol, const Parameters& 
   return sway;
 }
 
+/// Returns the largest difference over the largest expected value.
+double relative_difference(const std::vector<double>& expected, const std::vector<double>& found) {
+  double largest = 0.0, difference = 0.0;
+  for (std::size_t k = 0; k < expected.size(); ++k) {
+    largest = std::max(largest, std::abs(expected[k]));
+    difference = std::max(difference, std::abs(expected[k] - found[k]));
+  }
+  return difference / largest;
+}
+
 }  // namespace
 
 TEST_CASE("Family: the simulator equals the equations written straight down, for every model") {
@@ -68,16 +80,50 @@ TEST_CASE("Family: the simulator equals the equations written straight down, for
       const Parameters parameters = model->parameters.from_unit(unit);
       const Run trial = simulate(simulator, parameters);
       REQUIRE(trial.outcome.valid);
-      const std::vector<double> expected = straightforward(protocol, parameters, some_noise);
-      double largest = 0.0, difference = 0.0;
-      for (std::size_t k = 0; k < expected.size(); ++k) {
-        largest = std::max(largest, std::abs(expected[k]));
-        difference = std::max(difference, std::abs(expected[k] - trial.sway[k]));
-      }
       // Slow states keep errors of rounding for some 10,000 steps.
-      CHECK(difference < 1e-11 * largest);
+      CHECK(relative_difference(straightforward(protocol, parameters, some_noise), trial.sway) < 1e-11);
     }
   }
+}
+
+TEST_CASE("Family: a dead band before the gravity gain, for every model and instruction set") {
+  for (const BodyModel* model : all_models()) {
+    CAPTURE(model->name);
+    Protocol protocol = with_model(Protocol{}, *model);
+    const Parameters parameters = model->parameters.middle();
+    const Run without = simulate(Simulator(protocol), parameters);
+    protocol.gravity_dead_band_deg = 0.07;
+    const std::vector<double> expected = straightforward(protocol, parameters, some_noise);
+    const Run plain = simulate(Simulator(protocol, decid::Isa::reference), parameters);
+    REQUIRE(plain.outcome.valid);
+    CHECK(relative_difference(expected, plain.sway) < 1e-11);
+    // `ic` has no gravity gain.
+    CHECK((relative_difference(without.sway, plain.sway) > 0.01) == (model != &independent_channels()));
+    for (const decid::Isa isa : decid::available_isas()) {
+      CAPTURE(name(isa));
+      CHECK(simulate(Simulator(protocol, isa), parameters).sway == plain.sway);
+      protocol.gravity_dead_band_deg = 0.0;
+      CHECK(simulate(Simulator(protocol, isa), parameters).sway == without.sway);
+      protocol.gravity_dead_band_deg = 0.07;
+    }
+    const Protocol read = protocol_from_json(to_json(protocol), "test");
+    CHECK(read.gravity_dead_band_deg == 0.07);
+    CHECK(to_json(read) == to_json(protocol));
+  }
+  CHECK(!contains(to_json(default_protocol()), "dead_band"));
+  check_error([] { protocol_from_json(R"({"gravity_dead_band_deg": -0.1})", "p.json"); },
+              {"p.json", "gravity_dead_band_deg: is -0.1"});
+  check_error([] { protocol_from_json(R"({"gravity_dead_band_deg": 5.1})", "p.json"); }, {"is 5.1"});
+}
+
+TEST_CASE("Family: the parameter that alone determines a coefficient") {
+  CHECK(single_pendulum().family.parameter_of(Coefficient::nv) == Nv);
+  CHECK(!single_pendulum().family.parameter_of(Coefficient::slow));
+  CHECK(independent_channels().family.parameter_of(Coefficient::tilt) == 2);
+  Family family = third_model().family;
+  CHECK(family.parameter_of(Coefficient::gravity) == 2);
+  family.terms.push_back({4, Coefficient::gravity});
+  CHECK(!family.parameter_of(Coefficient::gravity));
 }
 
 TEST_CASE("Family: small sway follows each model's transfer function") {

@@ -93,6 +93,8 @@ void apply(CommonOptions& options) {
 void add_protocol_options(const Command& command, ProtocolOptions& options) {
   command.add_option("--protocol", options.name, "Simulate this protocol: default, short, or a JSON file")
       .show_default();
+  add_controller_option(command, options.controller,
+                        "Simulate this controller (decid info --controllers); default: the protocol's, else dec");
   command
       .add_option("--sensor-noise", options.sensor_noise_deg,
                   "Add measurement noise with this standard deviation in degrees, or one drawn from LOW HIGH for each "
@@ -147,16 +149,35 @@ void refuse_same_file(const std::string& output, const std::vector<std::string>&
       throw Error(Code::file_exists, output, "is read or written already in this call", "give the output another name");
 }
 
-sim::Protocol read_protocol(const std::string& name, bool quiet, std::vector<std::string>* files) {
+Option add_controller_option(const Command& command, std::string& controller, const std::string& description) {
+  std::vector<std::string> names;
+  for (const sim::BodyModel* model : sim::body_models()) names.push_back(model->name);
+  return command.add_option("--controller", controller, description).one_of(names);
+}
+
+Option add_controller_of_model(const Command& command, std::string& controller) {
+  return add_controller_option(command, controller,
+                               "Require a model of this controller (decid info --controllers); default: any");
+}
+
+void require_controller(const std::string& controller, const sim::Protocol& model, const std::string& name) {
+  const std::string& own = model.experiment.body_model->name;
+  if (!controller.empty() && controller != own)
+    throw Error(Code::setting_conflict, "--controller", "is " + controller + ", and " + name + " was trained on " + own,
+                "give a model of this controller with --model, or leave --controller out");
+}
+
+sim::Protocol read_protocol(const std::string& name, bool quiet, std::vector<std::string>* files,
+                            const std::string& controller) {
   Warnings warnings;
-  sim::Protocol protocol = recording::load_protocol(name, files, &warnings);
+  sim::Protocol protocol = recording::load_protocol(name, files, &warnings, controller);
   for (const Warning& warning : warnings)
     if (!quiet) std::cerr << "note: the tilt of " << name << ": " << warning.text << '\n';
   return protocol;
 }
 
 sim::Protocol ProtocolOptions::load(bool quiet, std::vector<std::string>* files) const {
-  sim::Protocol protocol = read_protocol(name, quiet, files);
+  sim::Protocol protocol = read_protocol(name, quiet, files, controller);
   if (!sensor_noise_deg.empty()) protocol.noise.sensor = {sensor_noise_deg.front(), sensor_noise_deg.back()};
   protocol.validate();
   return protocol;

@@ -305,6 +305,26 @@ std::string constants(const Model& model, const FirmwarePlan& plan) {
   return text;
 }
 
+/// Returns the enumerators of the parameters, each with its meaning and unit.
+std::string places(const sim::ParameterTable& table) {
+  const auto enumerator = [&](std::size_t i) {
+    std::string name = "DECID_FW_";
+    for (const char c : table[i].option)
+      name += c == '-' ? '_' : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    return name + (i + 1 < table.size() ? "," : "");
+  };
+  std::size_t width = 0;
+  for (std::size_t i = 0; i < table.size(); ++i) width = std::max(width, enumerator(i).size());
+  std::string text;
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    std::string meaning = table[i].description;
+    if (!meaning.empty()) meaning[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(meaning[0])));
+    text += "  " + enumerator(i) + std::string(width - enumerator(i).size(), ' ') + " /* " + comment(meaning) + ", " +
+            comment(table[i].unit) + " */\n";
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string define(const std::string& name, long long value) {
@@ -404,6 +424,7 @@ FirmwareFiles firmware_files(const Model& model, const ForBody& body, const Firm
   std::string header = "/* " + origin + "\n   How to use it: docs/guide/firmware.md of decid. */\n";
   header += embedded::firmware_header();
   header = replaced(header, "@CONSTANTS@", constants(model, plan));
+  header = replaced(header, "@PLACES@", places(model.parameters()));
   header = replaced(header, "@DEVIATIONS@",
                     components(model) > 0 ? std::string(embedded::firmware_deviations()) : std::string());
   header = replaced(header, "@FAMILIARITY@",

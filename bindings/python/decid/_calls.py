@@ -47,6 +47,11 @@ def _samples_of(values: ArrayLike) -> np.ndarray:
     return np.asarray(values, dtype=np.float64)
 
 
+def controllers() -> dict[str, str]:
+    """The posture controllers that decid simulates and trains models of: a description by each name."""
+    return _decid.controllers()
+
+
 def set_threads(threads: int) -> None:
     """How many threads the calls of this thread work with; all cores unless it is said. No result depends on it."""
     _decid.set_threads(threads)
@@ -153,12 +158,16 @@ class Trials:
 
 
 def simulate(protocol: Union[Protocol, Path] = "default", seed: int = 1, allow_falls: bool = False,
-             **parameters: ArrayLike) -> Trials:
+             controller: Optional[str] = None, **parameters: ArrayLike) -> Trials:
     """Simulates the single pendulum as it is recorded, with the bits of `decid simulate --seed`.
+
+    controller: a name of controllers(), for a protocol given by name or path; None: the protocol's.
 
     parameters: Kp=900, delay=0.1, ..., SI units; those left out have the middle of their range. Arrays of one dimension
     make as many trials, trial i with the noise of seed + i. A body that falls raises decid.Error unless allow_falls."""
-    played = as_protocol(protocol)
+    if controller is not None and isinstance(protocol, Protocol):
+        raise _error("controller", "is known of this protocol", "leave it out, or give the protocol's name or path")
+    played = as_protocol(protocol) if controller is None else Protocol(protocol, controller)
     infos = played.parameters
     unknown = set(parameters) - {info.name for info in infos}
     if unknown:

@@ -37,6 +37,38 @@ TEST_CASE("trials have the bits of the simulator, alone and together") {
   }
 }
 
+TEST_CASE("controllers by name, with their own parameters") {
+  REQUIRE(decid_controllers() >= 3);
+  CHECK(decid_controller_name(0) == std::string("dec"));
+  CHECK(!std::string(decid_controller_description(1)).empty());
+  CHECK(decid_controller_name(1000) == nullptr);
+  CHECK(decid_controller_description(1000) == nullptr);
+  CHECK(decid_protocol_controller(nullptr) == nullptr);
+  CHECK(decid_protocol_controller(protocol("short").get()) == std::string("dec"));
+  for (std::size_t i = 0; i < decid_controllers(); ++i) {
+    const std::string name = decid_controller_name(i);
+    CAPTURE(name);
+    const sim::BodyModel& model = sim::body_model_of(name, "test");
+    if (model.family.terms.empty()) continue;
+    const auto played = make<OwnedProtocol>(
+        [&](decid_protocol** place) { return decid_protocol_load_controller("short", name.c_str(), place); });
+    CHECK(decid_protocol_controller(played.get()) == name);
+    REQUIRE(decid_protocol_parameters(played.get()) == model.parameters.size());
+    CHECK(decid_protocol_parameter(played.get(), 2)->name == model.parameters[2].name);
+    sim::Protocol expected = sim::short_protocol();
+    expected.experiment.body_model = &model;
+    const sim::Parameters middle = model.parameters.middle();
+    std::vector<double> sway_rad(decid_protocol_samples(played.get())), simulated(sway_rad.size());
+    REQUIRE(decid_simulate(played.get(), middle.begin(), 1, 5, sway_rad.data(), nullptr) == DECID_OK);
+    sim::Simulator(expected).run(middle, Random(5, sim::streams::vestibular_noise, 0), simulated);
+    CHECK(sway_rad == simulated);
+  }
+  decid_protocol* none = nullptr;
+  refused(decid_protocol_load_controller("short", "pid", &none), {"'pid'", "dec2015"});
+  refused(decid_protocol_load_controller(nullptr, "dec", &none), {"name_or_path is NULL"});
+  CHECK(none == nullptr);
+}
+
 TEST_CASE("the protocol's sensor noise is added as data sets have it") {
   const TemporaryFolder folder;
   const auto path = write_text(folder / "noisy.json", R"({"sensor_noise_deg": 0.05})");

@@ -149,6 +149,25 @@ class Identification(WithFolder):
         np.testing.assert_array_equal(many.sway[1], trial.sway)
         self.assertTrue(many.stood.all())
 
+    def test_controllers_have_their_own_parameters(self):
+        self.assertEqual(list(decid.controllers()), ["dec", "dec2015", "ic"])
+        path = self.folder / "trial.csv"
+        program("simulate", "--seed", 9, "--controller", "ic", "--weight", 0.5, "--protocol", "short", "--quiet", "-o", path)
+        table = np.genfromtxt(path, delimiter=",", names=True)
+        trial = decid.simulate("short", seed=9, controller="ic", W=0.5)
+        self.assertEqual(list(trial.parameters), ["Kp", "Kd", "W", "Kt", "Nv", "delay"])
+        self.assertEqual(["%.10g" % value for value in np.rad2deg(trial.sway[:500])],
+                         ["%.10g" % value for value in table["com_sway_deg"][:500]])
+        protocol = decid.Protocol("short", controller="ic")
+        self.assertEqual(protocol.controller, "ic")
+        self.assertEqual(protocol.settings["controller"], "ic")
+        np.testing.assert_array_equal(decid.simulate(protocol, seed=9, W=0.5).sway, trial.sway)
+        self.assertEqual(decid.Protocol().controller, "dec")
+        for call in (lambda: decid.simulate(protocol, controller="ic"), lambda: decid.Protocol("short", "pid"),
+                     lambda: decid.simulate(controller="dec2015", W=0.5)):
+            with self.assertRaises(decid.Error):
+                call()
+
     def test_a_fall_is_refused_unless_allowed(self):
         with self.assertRaisesRegex(decid.Error, "the body of trial 1 falls"):
             decid.simulate(Kp=[800, 0], Kp_pass=100)

@@ -125,7 +125,8 @@ TEST_CASE("calibration_by: three parts of equal size, in the key's order; a netw
 
 // J = 100, 400 N m/rad beyond gravity: critical damping is 2 sqrt(100 * 400) = 400.
 TEST_CASE("damping_ratio: of a body whose values are round") {
-  decid::sim::Body body;
+  decid::sim::Experiment experiment;
+  decid::sim::Body& body = experiment.body;
   body.inertia_kgm2 = 100.0;
   decid::sim::Parameters parameters = decid::sim::single_pendulum().parameters.middle();
   parameters[decid::sim::Kp] = 500.0;
@@ -133,5 +134,9 @@ TEST_CASE("damping_ratio: of a body whose values are round") {
   parameters[decid::sim::Kd] = 125.0;
   parameters[decid::sim::Kd_pass] = 50.0;
   parameters[decid::sim::Delay] = 0.1;
-  CHECK(near(damping_ratio(parameters, body), 0.5, 1e-12));
+  CHECK(near(damping_ratio(parameters, experiment), 0.5, 1e-12));
+  // The same loop: half the servo, half the weight of the gravity estimate, twice the gains.
+  experiment.body_model = &decid::sim::dec2015();
+  CHECK(near(damping_ratio({1000.0, 250.0, parameters[2], 50.0, 0.1, 0.0, 0.1, 0.6, 0.7, 0.4, 0.1}, experiment), 0.5,
+             1e-12));
 }

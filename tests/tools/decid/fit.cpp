@@ -159,33 +159,6 @@ TEST_CASE("fit refuses invalid controllers and fixed values, by the option") {
   check_refused(fit + "--controller dec2015 --protocol " + folder / "ic.json", "--controller");
 }
 
-TEST_CASE("fit refuses invalid input in one line") {
-  const Folder folder;
-  run_ok("simulate --seed 4 -o " + folder / "t.csv");
-  write_text(folder / "short.csv", "time,com_sway_deg\n0,0\n0.01,0.1\n0.02,0.2\n");
-  check_refused("fit " + folder / "t.csv" + " --max-draws 0", {"--max-draws"});
-  check_refused("fit " + folder / "t.csv" + " --prior-start -1", {"--prior-start"});
-  check_refused("fit " + folder / "t.csv" + " --mass 70", {"--mass, --height", "give both"});
-  check_refused("fit " + folder / "t.csv" + " --height 170 --mass 70", {"--height"});
-  check_refused("fit " + folder / "t.csv" + " --rate 200", {"60.5 s", "121 s"});
-  run_ok("simulate --protocol short --seed 4 -o " + folder / "s.csv");
-  check_refused("fit " + folder / "s.csv", {"63.7 s", "121 s"});
-  check_refused("fit " + folder / "short.csv", {"short.csv"});
-  check_refused("fit " + folder / "none.csv", {"none.csv"});
-  check_refused("fit " + folder / "t.csv" + " --begin 2", {"119 s of them"});
-  check_refused("fit " + folder / "t.csv" + " --begin 1 --tilt-column 3", {"--begin", "--tilt-column"});
-  write_text(folder / "noise.mat", "no MAT-file");
-  check_refused("fit " + folder / "noise.mat", {"noise.mat"});
-  std::filesystem::create_symlink("t.csv", folder / "same");
-  check_refused("fit " + folder / "t.csv" + " -o " + folder / "same", {"another name"});
-  check_refused("fit " + folder / "t.csv" + " -o " + folder / "o" + " --draws " + folder / "o", {"another name"});
-  check_refused("fit " + folder / "t.csv" + " --draws " + folder / "no/d.npz", {"d.npz"});
-  check_refused("fit " + folder / "t.csv" + " -o " + folder / "o" + " --report " + folder / "o", {"another name"});
-  check_refused("fit " + folder / "t.csv" + " --report " + folder / "no/r.html", {"r.html"});
-  check_refused("compare --data " + folder / "none.npz", {"none.npz"});
-  check_refused("compare --trials 0", {"--trials"});
-}
-
 TEST_CASE("fit: one bad recording of several does not stop the others, and quiet leaves the figures" *
           doctest::test_suite("slow")) {
   const Folder folder;

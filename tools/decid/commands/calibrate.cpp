@@ -90,9 +90,13 @@ struct Key {
   std::function<double(const sim::Parameters& truth)> of;
 };
 std::vector<Key> keys(const sim::Protocol& protocol) {
-  return {{"theta", "theta (rad/s)", [](const sim::Parameters& truth) { return truth[sim::Theta]; }},
-          {"damping_ratio", "damping ratio",
-           [body = protocol.experiment.body](const sim::Parameters& truth) { return damping_ratio(truth, body); }}};
+  std::vector<Key> all;
+  if (const std::optional<std::size_t> theta = protocol.family().parameter_of(sim::Coefficient::theta))
+    all.push_back({"theta", "theta (rad/s)", [i = *theta](const sim::Parameters& truth) { return truth[i]; }});
+  all.push_back({"damping_ratio", "damping ratio", [experiment = protocol.experiment](const sim::Parameters& truth) {
+                   return damping_ratio(truth, experiment);
+                 }});
+  return all;
 }
 
 Json parts_json(const std::vector<CalibratedTrial>& trials, const sim::Protocol& protocol,

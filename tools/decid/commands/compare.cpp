@@ -24,7 +24,7 @@ namespace {
 
 struct CompareOptions {
   CommonOptions common;
-  std::string model, data, output, report;
+  std::string model, controller, data, output, report;
   std::vector<double> sensor_noise_deg;
   int trials = 100;
   ComparisonSettings settings;
@@ -80,6 +80,7 @@ std::vector<MethodAnswer> answers_of(const Comparison& comparison, Method method
 
 ComparisonFigures compare(const CompareOptions& options) {
   const Model model = model_or_built_in(options.model);
+  require_controller(options.controller, model.protocol, model_name(options.model));
   Comparison comparison(model, trials_of(options, model), options.settings);
   const int trials = comparison.trials();
   ComparisonFigures figures{
@@ -137,6 +138,7 @@ void add_compare(const Command& program) {
       .values(1, 2);
   command.add_option("--data", options->data, "Use the trials of this data set instead of new ones");
   command.add_option("--model", options->model, "Use this model file; default: the built-in model");
+  add_controller_of_model(command, options->controller);
   command.section("Advanced");
   command
       .add_option("--starts", options->settings.starts,

@@ -21,7 +21,7 @@ namespace {
 struct StudyOptions {
   CommonOptions common;
   RecordingFlags reading;
-  std::string model, data, log, recording, learning_curve, output;
+  std::string model, controller, data, log, recording, learning_curve, output;
   std::vector<std::string> times, comparisons;
   std::vector<double> levels_deg{0, 0.01, 0.02, 0.05, 0.1};
   bool faults = false;
@@ -57,6 +57,7 @@ void run_study(const StudyOptions& options) {
   Study study;
   for (const std::string& text : options.times) study.seconds.push_back(time_from_text(text));
   Model model = model_or_built_in(options.model);
+  require_controller(options.controller, model.protocol, model_name(options.model));
   study.model = model_name(options.model);
   study.sha256 = nn::weights_sha256(model.network);
   study.version = version;
@@ -124,6 +125,7 @@ void add_study(const Command& program) {
   const Command command = program.add_subcommand("study", "Compare a model with the paper: table, figures, accuracy");
   command.section("Model");
   command.add_option("--model", options->model, "Use this model file; default: the built-in model");
+  add_controller_of_model(command, options->controller);
   command.add_option(
       "--data", options->data,
       "Show the training and validation errors of this data set, on which the model was trained, and its figures");

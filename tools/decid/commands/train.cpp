@@ -16,7 +16,6 @@
 #include "identify/training/checkpoint.hpp"
 #include "nn/kernels/kernels.hpp"
 #include "nn/training/schedule.hpp"
-#include "sim/body_model.hpp"
 #include "sim/protocol/protocol_json.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/commands/train_files.hpp"
@@ -56,9 +55,7 @@ TrainingSettings settings_from(const TrainOptions& options) {
   preset.sgd.weight_decay = options.weight_decay.value_or(preset.sgd.weight_decay);
   preset.schedule = options.schedule.value_or(preset.schedule);
   nn::Schedule(preset.schedule, preset.learning_rate, 1, 1);  // reports a wrong one before the work, not after
-  if (options.head && !options.architecture_file.empty()) preset.head = *options.head;
-  if (options.head && options.architecture_file.empty())
-    preset = with_head(preset, *options.head, sim::single_pendulum().parameters.size(), "--head");
+  preset.head = options.head.value_or(preset.head);
   settings.head = &head_named(preset.head, "--head");
   settings.seed = options.seed;
   settings.patience = options.patience;
@@ -281,6 +278,9 @@ void train(const TrainOptions& options) {
   const std::unique_ptr<dataset::TrialSource> source =
       options.stream ? dataset::stream_source(protocol, options.seed, options.stream_trials, options.validation_trials)
                      : dataset::stored_source(dataset::StoredDataset(options.data));
+  if (options.architecture_file.empty())
+    settings.preset =
+        with_head(settings.preset, settings.preset.head, source->protocol().parameters().size(), "--head");
   if (options.image_file.empty()) settings.preset.image = image_for(settings.preset, source->protocol());
   const std::optional<Model> from = options.from.empty() ? std::nullopt : std::optional(load_model(options.from));
   std::optional<Origin::Start> start;
@@ -402,7 +402,7 @@ void add_train(const Command& program) {
       "  decid train --stream --preset series --protocol mine.json --sensor-noise 0.001 0.1 -o mine.safetensors\n"
       "  decid train --stream --preset series --epochs 80 --resume -o mine.safetensors");
   command.callback([options, command] {
-    for (const char* name : {"--protocol", "--sensor-noise", "--stream-trials", "--validation-trials"})
+    for (const char* name : {"--protocol", "--controller", "--sensor-noise", "--stream-trials", "--validation-trials"})
       if (!options->stream && command.count(name) > 0)
         throw Error(Code::setting_conflict, name, "has no effect on a data set, which was simulated already",
                     "use it with --stream");

@@ -10,11 +10,13 @@
 
 namespace decid::tools {
 
-const sim::ParameterTable& controller_parameters() {
-  return sim::single_pendulum().parameters;
-}
-
 namespace {
+
+/// Returns the controller of a result: its protocol's. Results of earlier versions have no protocol.
+const sim::BodyModel& controller_in(const Json& result, const std::string& path) {
+  const Json name = result.value(Json::json_pointer("/protocol/controller"), Json(sim::single_pendulum().name));
+  return sim::body_model_of(name.is_string() ? name.get<std::string>() : name.dump(), path);
+}
 
 /// Returns the body of a result; nothing if the result has none. Throws Error if it is not a body.
 std::optional<sim::Body> body_in(const Json& result, const std::string& path, const std::string& remedy) {
@@ -55,8 +57,9 @@ Identified identified(const std::string& path, int recording, bool force) {
                   "mend the recording, or take its values all the same with --force");
     caution = text;
   }
-  const sim::ParameterTable& table = controller_parameters();
-  Identified result{sim::Parameters(table.size()), body_in(json, path, remedy), {}, caution};
+  const sim::BodyModel& controller = controller_in(json, path);
+  const sim::ParameterTable& table = controller.parameters;
+  Identified result{&controller, sim::Parameters(table.size()), body_in(json, path, remedy), {}, caution};
   if (all.size() > 1) result.which = format("recording %d of %zu", recording, all.size());
   for (std::size_t i = 0; i < table.size(); ++i) {
     try {
