@@ -33,6 +33,7 @@ double Quantile::slope(double x) const {
 }
 
 double Quantile::coordinate(double value) const {
+  if (range == 0.0) return 0.0;
   const double probability = sd == 0.0
                                  ? (value - low) / range
                                  : (normal_distribution((value - mean) / sd) - probability_low) / probability_range;
@@ -73,6 +74,14 @@ sim::ParameterTable ranges_of(const Priors& priors, const sim::ParameterTable& t
     if (std::ranges::find(named, prior.name) != named.end())
       throw Error("prior of " + prior.name, "is given twice", "give it once");
     named.push_back(prior.name);
+    if (prior.fixed) {
+      if (prior.range || prior.normal)
+        throw Error("prior of " + prior.name, "fixes the parameter and also gives it a range or a normal prior",
+                    "give one of them");
+      if (!(*prior.fixed >= info->least && *prior.fixed <= info->most && std::isfinite(*prior.fixed)))
+        throw Error("prior of " + prior.name, format("fixes it at %g", *prior.fixed),
+                    format("give %g to %g", info->least, std::min(info->most, max_range_factor * info->high)));
+    }
     if (prior.range) {
       const auto [low, high] = *prior.range;
       if (!(low >= 0.0 && high > low && std::isfinite(high)))
@@ -103,7 +112,9 @@ sim::ParameterTable ranges_of(const Priors& priors, const sim::ParameterTable& t
 Quantile quantile_of(const Priors& priors, const std::string& name, double low, double range) {
   Quantile quantile{.low = low, .range = range};
   for (const ParameterPrior& prior : priors.parameters) {
-    if (prior.name != name || !prior.normal) continue;
+    if (prior.name != name) continue;
+    if (prior.fixed) return {.low = *prior.fixed, .range = 0.0};
+    if (!prior.normal) continue;
     quantile.mean = prior.normal->mean;
     quantile.sd = prior.normal->sd;
     const auto below = [&](double value) { return normal_distribution((value - quantile.mean) / quantile.sd); };

@@ -93,7 +93,8 @@ LeaveOneOut leave_one_out(std::span<const double> log_likelihood, int observatio
     throw Error("leave_one_out", "has values that are not finite", "give logarithms of likelihoods");
   const double limit = std::min(1.0 - decid::log(10.0) / decid::log(static_cast<double>(draws)), 0.7);
   LeaveOneOut result;
-  std::vector<double> each, of(draws), weights(draws);
+  result.max_reliable_shape = limit;
+  std::vector<double>&each = result.pointwise, of(draws), weights(draws);
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t draw = 0; draw < draws; ++draw) of[draw] = log_likelihood[draw * count + i];
     std::ranges::transform(of, weights.begin(), [](double value) { return -value; });
@@ -105,6 +106,7 @@ LeaveOneOut leave_one_out(std::span<const double> log_likelihood, int observatio
     result.effective_parameters += seen - each.back();
     result.max_shape = i == 0 ? shape : std::max(result.max_shape, shape);
     result.unreliable += shape > limit ? 1 : 0;
+    result.shapes.push_back(shape);
   }
   double squares = 0.0;
   const double mean = result.log_density / static_cast<double>(count);

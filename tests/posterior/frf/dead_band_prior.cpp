@@ -24,10 +24,18 @@ double passes(double nv, double theta) {
   return frf::mean_passed(0.0041, 0.0155 * nv, theta) / 0.0041;
 }
 
+posterior::Quantile uniform(std::size_t parameter) {
+  return {.low = ranges()[parameter].low, .range = ranges()[parameter].range()};
+}
+
+frf::DeadBandPrior uniform_prior() {
+  return {uniform(sim::Nv), uniform(sim::Theta), passes};
+}
+
 }  // namespace
 
 TEST_CASE("uniform ranks are uniform Nv and theta") {
-  const frf::DeadBandPrior prior(ranges(), passes);
+  const frf::DeadBandPrior prior = uniform_prior();
   constexpr int side = 300;
   std::vector<double> nv, theta, products;
   for (int i = 0; i < side; ++i) {
@@ -50,7 +58,7 @@ TEST_CASE("uniform ranks are uniform Nv and theta") {
 }
 
 TEST_CASE("the passed fraction depends only on its rank") {
-  const frf::DeadBandPrior prior(ranges(), passes);
+  const frf::DeadBandPrior prior = uniform_prior();
   double before = 0.0;
   for (double rank = 0.05; rank < 1.0; rank += 0.05) {
     CAPTURE(rank);
@@ -70,7 +78,7 @@ TEST_CASE("the passed fraction depends only on its rank") {
 }
 
 TEST_CASE("ranks at their ends stay in the ranges") {
-  const frf::DeadBandPrior prior(ranges(), passes);
+  const frf::DeadBandPrior prior = uniform_prior();
   for (const double first : {0.0, 1.0}) {
     for (const double second : {0.0, 1.0}) {
       const auto point = prior.at(first, second);

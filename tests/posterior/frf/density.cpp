@@ -13,8 +13,8 @@ namespace {
 
 frf::Local evaluated(const Density& density, const std::vector<double>& x) {
   frf::Local local;
-  local.gradient.resize(Density::size());
-  local.information.resize(posterior::triangle(Density::size()));
+  local.gradient.resize(density.size());
+  local.information.resize(posterior::triangle(density.size()));
   density.evaluate(x, local);
   return local;
 }
@@ -31,9 +31,9 @@ TEST_CASE("a state's values follow from its coordinates") {
   CHECK(near(state.parameters[sim::Kp], ranges[sim::Kp].low + 0.6 * ranges[sim::Kp].range(), 1e-12));
   CHECK(near(state.gain, 0.8 + 0.4 * 0.55, 1e-12));
   CHECK(near(state.error, 0.01 * std::pow(3.0, 0.8), 1e-12));
-  CHECK(Density::value(state, sim::Delay) == state.parameters[sim::Delay]);
-  CHECK(Density::value(state, Density::gain) == state.gain);
-  CHECK(Density::value(state, Density::error) == state.error);
+  CHECK(density.value(state, sim::Delay) == state.parameters[sim::Delay]);
+  CHECK(density.value(state, density.gain()) == state.gain);
+  CHECK(density.value(state, density.error()) == state.error);
 }
 
 TEST_CASE("the misfit is that of the errors, written out") {
@@ -61,7 +61,7 @@ TEST_CASE("the gradient is that of finite differences") {
     const frf::Local local = evaluated(density, middle);
     double largest = 0.0;
     for (const double value : local.gradient) largest = std::max(largest, std::abs(value));
-    for (std::size_t i = 0; i < Density::size(); ++i) {
+    for (std::size_t i = 0; i < density.size(); ++i) {
       if (i == sim::Nv || i == sim::Theta) continue;
       CAPTURE(i);
       std::vector<double> below = middle, above = middle;
@@ -93,9 +93,9 @@ TEST_CASE("the information is that of the responses' and variances' finite diffe
     for (std::size_t row = 0; row < rows; ++row)
       log.push_back(std::log(density.variance(row, responses[row], state.error)));
   };
-  std::vector<std::vector<sim::Complex>> by(Density::size(), std::vector<sim::Complex>(rows));
-  std::vector<std::vector<double>> by_log(Density::size(), std::vector<double>(rows));
-  for (std::size_t q = 0; q < Density::size(); ++q) {
+  std::vector<std::vector<sim::Complex>> by(density.size(), std::vector<sim::Complex>(rows));
+  std::vector<std::vector<double>> by_log(density.size(), std::vector<double>(rows));
+  for (std::size_t q = 0; q < density.size(); ++q) {
     std::vector<sim::Complex> low, high;
     std::vector<double> log_low, log_high;
     at(q, -h, low, log_low);
@@ -110,7 +110,7 @@ TEST_CASE("the information is that of the responses' and variances' finite diffe
   at(0, 0.0, here, log_here);
   const frf::Local local = evaluated(density, middle);
   const auto is_smooth = [](std::size_t q) { return q != sim::Nv && q != sim::Theta; };
-  for (std::size_t i = 0; i < Density::size(); ++i) {
+  for (std::size_t i = 0; i < density.size(); ++i) {
     for (std::size_t j = 0; j <= i; ++j) {
       if (!is_smooth(i) || !is_smooth(j)) continue;
       double expected = 0.0, scale = 0.0;

@@ -93,7 +93,7 @@ std::string headline(const FrfReport& report) {
 std::string frf_fit_json(const FrfReport& report) {
   const frf::Fit& found = report.found;
   const sim::Protocol& protocol = report.density.model().protocol();
-  const sim::ParameterTable ranges = protocol.ranges();
+  const sim::ParameterTable& ranges = report.density.ranges();
   const frf::Table& table = report.density.table();
   const double mgh = protocol.experiment.body.mgh();
   Json parameters = parameters_json(ranges, means(report), mgh, report.truth);
@@ -115,8 +115,8 @@ std::string frf_fit_json(const FrfReport& report) {
                    {{"chi_square", found.misfit().chi_square},
                     {"degrees_of_freedom", found.misfit().degrees_of_freedom},
                     {"p_value", number_or_null(found.misfit().p_value)}}},
-                  {"gain", quantity_json(found, frf::Density::gain)},
-                  {"error", quantity_json(found, frf::Density::error)},
+                  {"gain", quantity_json(found, found.gain())},
+                  {"error", quantity_json(found, found.error())},
                   {"correlations", correlations_json(found, ranges.size())},
                   {"frf", table_json(report)},
                   {"diagnostics", diagnostics_json(found, ranges)},
@@ -129,7 +129,7 @@ std::string frf_fit_json(const FrfReport& report) {
 std::string frf_fit_text(const FrfReport& report) {
   const frf::Fit& found = report.found;
   const sim::Protocol& protocol = report.density.model().protocol();
-  const sim::ParameterTable ranges = protocol.ranges();
+  const sim::ParameterTable& ranges = report.density.ranges();
   const frf::Table& table = report.density.table();
   std::string text = headline(report) + trust_text(found.warnings());
   if (found.explained()) {
@@ -142,13 +142,13 @@ std::string frf_fit_text(const FrfReport& report) {
   } else {
     text += "  no parameters are shown, as no controller of the model has this response; the nearest ones have:\n";
   }
-  if (found.deviation(frf::Density::gain) > 0.0)
-    text += format("  the table's over the true gain %.3g +- %.2g\n", found.mean(frf::Density::gain),
-                   found.deviation(frf::Density::gain));
-  if (found.deviation(frf::Density::error) > 0.0)
+  if (found.deviation(found.gain()) > 0.0)
+    text += format("  the table's over the true gain %.3g +- %.2g\n", found.mean(found.gain()),
+                   found.deviation(found.gain()));
+  if (found.deviation(found.error()) > 0.0)
     text += format("  errors%s %.2g +- %.1g %% of the response\n",
                    table.has_confidence() ? " beyond the table's confidence" : "",
-                   100.0 * found.mean(frf::Density::error), 100.0 * found.deviation(frf::Density::error));
+                   100.0 * found.mean(found.error()), 100.0 * found.deviation(found.error()));
   text += format("  %8s %9s %9s %20s %9s %9s %20s %9s\n", "Hz", "gain", "model", "90 % of the draws", "phase", "model",
                  "90 % of the draws", "distance");
   const std::vector<Shown> rows = shown_rows(report);
@@ -176,8 +176,8 @@ void write_frf_draws(const std::filesystem::path& path, const FrfReport& report)
     chain.push_back(number);
   }
   const std::vector<dataset::NamedArray> arrays{{"parameters", {draws, parameters}, matrix},
-                                                {"gain", {draws}, found.draws_of(frf::Density::gain)},
-                                                {"error", {draws}, found.draws_of(frf::Density::error)},
+                                                {"gain", {draws}, found.draws_of(found.gain())},
+                                                {"error", {draws}, found.draws_of(found.error())},
                                                 {"chain", {draws}, chain}};
   dataset::write_arrays(path, arrays);
 }
