@@ -90,7 +90,7 @@ bool Posterior::apart() const {
 class Run {
  public:
   Run(const Density& density, const Observation& observation, const Settings& settings, const OnProgress& progress)
-      : settings_(settings), progress_(progress) {
+      : density_(density), settings_(settings), progress_(progress) {
     check(settings);
     if (std::ranges::all_of(observation.sway, [](double sway) { return sway == 0.0; }))
       throw Error("posterior", "the recording is constant", "give a recording of sway");
@@ -163,7 +163,8 @@ class Run {
       r.acceptance_ += group.acceptance() / settings_.groups;
     }
     r.energy_fraction_ = energy_fraction(energy);
-    for (int quantity = 0; quantity < Density::globals - Density::held; ++quantity) {
+    for (std::size_t place = 0; place + Density::held < static_cast<std::size_t>(density_.globals()); ++place) {
+      const int quantity = density_.quantity(place);
       ChainDraws chains;
       for (int chain = 0; chain < r.chains_; ++chain) {
         std::vector<double>& values = chains.emplace_back();
@@ -191,6 +192,7 @@ class Run {
     if (!progress_({stage, done_, worst})) stopped_ = true;
   }
 
+  const Density& density_;
   const Settings settings_;
   const OnProgress& progress_;
   std::deque<ChainGroup> groups_;

@@ -148,7 +148,7 @@ decid_result::decid_result(decid::RecordingResult of, const decid::Report& commo
   for (std::size_t q = 0; q < quantities.size(); ++q) {
     quantities[q].rhat = found.rhat()[q];
     quantities[q].effective_draws = found.effective_draws()[q];
-    draws.push_back(found.draws_of(static_cast<int>(q)));
+    draws.push_back(found.draws_of(found.quantity(q)));
   }
 }
 
@@ -268,13 +268,12 @@ const decid_parameter* decid_result_parameter(const decid_result* result, size_t
 }
 double decid_result_correlation(const decid_result* result, size_t a, size_t b) {
   if (result == nullptr || a >= result->quantities.size() || b >= result->quantities.size()) return unknown;
-  const int first = static_cast<int>(a), second = static_cast<int>(b);
   const bool of_parameters = a < result->ranges.size() && b < result->ranges.size();
   const std::optional<decid::FitFigures>& fit = result->result.fit;
   if (fit && !(of_parameters && fit->answer == decid::FitFigures::Answer::network))
-    return fit->posterior.correlation(first, second);
+    return fit->posterior.correlation(fit->posterior.quantity(a), fit->posterior.quantity(b));
   const auto& distribution = result->result.estimate.distribution;
-  return distribution ? distribution->correlation(first, second) : unknown;
+  return distribution ? distribution->correlation(static_cast<int>(a), static_cast<int>(b)) : unknown;
 }
 const decid_figures* decid_result_figures(const decid_result* result) {
   return result == nullptr ? nullptr : &result->figures;

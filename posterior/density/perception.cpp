@@ -30,7 +30,8 @@ void Density::perceive(std::span<const double> x, std::span<double> noise_rad_s,
       const std::size_t at = edge * lanes + l;
       noise_rad_s[at] = c.noise_gain[l] * work.velocity[bin * lanes + l];
       tilt_rad[at] = tilt[l];
-      tilt[l] += undamp_s * 0.5 * (work.halves[2 * bin * lanes + l] + work.halves[(2 * bin + 1) * lanes + l]);
+      tilt[l] += c[sim::Coefficient::tilt][l] * undamp_s * 0.5 *
+                 (work.halves[2 * bin * lanes + l] + work.halves[(2 * bin + 1) * lanes + l]);
     }
   }
 }

@@ -10,6 +10,7 @@
 #include "base/math/math.hpp"
 #include "base/setting.hpp"
 #include "base/text.hpp"
+#include "posterior/density/density.hpp"
 #include "posterior/density/elementary.hpp"
 #include "posterior/frf/stability.hpp"
 #include "sim/frf.hpp"
@@ -158,15 +159,6 @@ Neighbours neighbours_of(const Cycle& cycle, const std::vector<double>& power, c
   return best;
 }
 
-const sim::Protocol& checked(const sim::Protocol& protocol) {
-  protocol.validate();
-  if (protocol.family().terms.empty())
-    throw Error("protocol " + protocol.name,
-                "its body model '" + protocol.experiment.body_model->name + "' has no transfer function",
-                "use a servo behind a dead band: dec, dec2015 or ic");
-  return protocol;
-}
-
 }  // namespace
 
 double mean_passed(double signal, double deviation, double theta) {
@@ -191,7 +183,7 @@ ResponseModel::Line ResponseModel::line_at(double frequency_hz, double weight) c
 }
 
 ResponseModel::ResponseModel(const sim::Protocol& protocol, const Table& table)
-    : protocol_(checked(protocol)), noise_rad_s_(sim::noise_velocity_deviation(protocol)) {
+    : protocol_(posterior::of_family(protocol)), noise_rad_s_(sim::noise_velocity_deviation(protocol)) {
   const Cycle cycle(protocol.experiment);
   const std::vector<double> levels = cycle.levels_rad_s();
   const std::vector<double> fractions = cycle.fractions(levels);

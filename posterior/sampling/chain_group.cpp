@@ -154,8 +154,8 @@ void ChainGroup::learn_in_window(int leapfrog_steps, bool last) {
 /// Sets the slow noise to the median of the means of the window's chains: one of them may be elsewhere.
 void ChainGroup::hold_slow_noise() {
   const std::span<double> x = sampler_.coordinates();
-  for (std::size_t global = 0; global < Density::globals; ++global) {
-    if (!Density::is_held(global)) continue;
+  for (std::size_t global = 0; global < static_cast<std::size_t>(density_.globals()); ++global) {
+    if (!density_.is_held(global)) continue;
     Sampler::Lanes means{};
     for (std::size_t i = 0; i < globals_.size(); ++i)
       means[i % lanes] += globals_[i][global] * lanes / static_cast<double>(globals_.size());

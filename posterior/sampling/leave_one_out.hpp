@@ -16,8 +16,8 @@ struct LeaveOneOut {
   double effective_parameters = 0.0;
   double max_shape = 0.0;  ///< of the weights' tails (k)
   int unreliable = 0;  ///< observations whose shape is above min(1 - 1 / log10(draws), 0.7): few draws dominate them
-  std::vector<double> pointwise;  ///< the logarithm of each observation's density
-  std::vector<double> shapes;     ///< of each observation's weights
+  std::vector<double> pointwise{};  ///< log p(observation | all others) of each observation, nats
+  std::vector<double> shapes{};     ///< of each observation's weights
   double max_reliable_shape = 0.7;
 };
 

@@ -11,72 +11,61 @@
 namespace decid::posterior {
 namespace {
 
-constexpr int max_iterations = 100'000;
-constexpr double settled = 1e-9;  // change of a weight per iteration
+constexpr int max_iterations = 10'000;
+constexpr double settled = 1e-10;  // the largest change of a weight
 
-/// Returns the weights that maximise the sum of the logarithms of the mixture's densities, by expectation and
-/// maximisation, whose steps cannot leave the simplex.
-std::vector<double> stacking_weights(std::span<const std::vector<double>> pointwise) {
+/// Returns the weights that maximise sum_i log sum_k w_k p_ki, a concave function, by expectation maximisation.
+std::vector<double> stack(std::span<const std::vector<double>> pointwise) {
   const std::size_t models = pointwise.size(), count = pointwise.front().size();
-  std::vector<double> density(models * count);  // over the largest of the observation
+  std::vector<std::vector<double>> density(models, std::vector<double>(count));
   for (std::size_t i = 0; i < count; ++i) {
-    double largest = pointwise.front()[i];
+    double largest = pointwise[0][i];
     for (const std::vector<double>& model : pointwise) largest = std::max(largest, model[i]);
-    for (std::size_t k = 0; k < models; ++k) density[i * models + k] = decid::exp(pointwise[k][i] - largest);
+    for (std::size_t k = 0; k < models; ++k) density[k][i] = decid::exp(pointwise[k][i] - largest);
   }
   std::vector<double> weights(models, 1.0 / static_cast<double>(models)), next(models);
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
-    std::fill(next.begin(), next.end(), 0.0);
+    std::ranges::fill(next, 0.0);
     for (std::size_t i = 0; i < count; ++i) {
-      double mixture = 0.0;
-      for (std::size_t k = 0; k < models; ++k) mixture += weights[k] * density[i * models + k];
+      double all = 0.0;
+      for (std::size_t k = 0; k < models; ++k) all = std::fma(weights[k], density[k][i], all);
       for (std::size_t k = 0; k < models; ++k)
-        next[k] += weights[k] * density[i * models + k] / mixture / static_cast<double>(count);
+        next[k] += weights[k] * density[k][i] / (all * static_cast<double>(count));
     }
     double change = 0.0;
     for (std::size_t k = 0; k < models; ++k) change = std::max(change, std::abs(next[k] - weights[k]));
-    weights.swap(next);
+    weights = next;
     if (change < settled) break;
   }
   return weights;
 }
 
-void check(std::span<const std::vector<double>> pointwise) {
-  const std::size_t count = pointwise.empty() ? 0 : pointwise.front().size();
-  if (count < 2)
-    throw Error("compare_models", format("%zu models of %zu observations", pointwise.size(), count),
-                "give at least one model and 2 observations");
-  for (const std::vector<double>& model : pointwise) {
-    if (model.size() != count)
-      throw Error("compare_models", format("models of %zu and %zu observations", count, model.size()),
-                  "give all models the same observations");
-    if (!std::ranges::all_of(model, [](double value) { return std::isfinite(value); }))
-      throw Error("compare_models", "has values that are not finite", "give logarithms of densities");
-  }
-}
-
 }  // namespace
 
 std::vector<ComparedModel> compare_models(std::span<const std::vector<double>> pointwise) {
-  check(pointwise);
-  const auto count = static_cast<double>(pointwise.front().size());
-  std::vector<ComparedModel> compared(pointwise.size());
-  for (std::size_t k = 0; k < compared.size(); ++k)
-    for (const double value : pointwise[k]) compared[k].log_density += value;
+  const std::size_t count = pointwise.empty() ? 0 : pointwise.front().size();
+  if (count < 2 || !std::ranges::all_of(pointwise, [&](const auto& model) { return model.size() == count; }))
+    throw Error("compare_models", format("%zu models with %zu observations", pointwise.size(), count),
+                "give models of the same observations, at least 2");
+  std::vector<ComparedModel> all(pointwise.size());
+  for (std::size_t k = 0; k < all.size(); ++k)
+    for (const double value : pointwise[k]) all[k].log_density += value;
   const auto best =
-      static_cast<std::size_t>(std::ranges::max_element(compared, {}, &ComparedModel::log_density) - compared.begin());
-  const std::vector<double> weights = stacking_weights(pointwise);
-  for (std::size_t k = 0; k < compared.size(); ++k) {
-    compared[k].difference = compared[k].log_density - compared[best].log_density;
+      static_cast<std::size_t>(std::ranges::max_element(all, {}, &ComparedModel::log_density) - all.begin());
+  const std::vector<double> weights = stack(pointwise);
+  const auto n = static_cast<double>(count);
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    all[k].weight = weights[k];
+    if (k == best) continue;
+    all[k].difference = all[k].log_density - all[best].log_density;
     double squares = 0.0;
-    for (std::size_t i = 0; i < pointwise[k].size(); ++i) {
-      const double off = pointwise[k][i] - pointwise[best][i] - compared[k].difference / count;
-      squares += off * off;
+    for (std::size_t i = 0; i < count; ++i) {
+      const double apart = pointwise[k][i] - pointwise[best][i] - all[k].difference / n;
+      squares = std::fma(apart, apart, squares);
     }
-    compared[k].standard_error = std::sqrt(squares * count / (count - 1.0));
-    compared[k].weight = weights[k];
+    all[k].standard_error = std::sqrt(squares * n / (n - 1.0));
   }
-  return compared;
+  return all;
 }
 
 }  // namespace decid::posterior

@@ -64,7 +64,7 @@ TEST_CASE("sample: progress runs to its end, and stopping keeps the draws") {
   CHECK(drawing);
   CHECK(found.draws_per_chain() == 10);
   CHECK(found.chains() == 8);
-  CHECK(found.rhat().size() == Density::globals - Density::held);
+  CHECK(found.rhat().size() == sim::Delay + 1 + 3);
   const Posterior none = sample(density, observation, quick(), {}, [](const Progress&) { return false; });
   CHECK(none.draws() == 0);
   CHECK(none.apart());
@@ -129,7 +129,7 @@ TEST_CASE("sample: summaries of the draws") {
   const sim::Protocol protocol = sines_protocol();
   const Density density(protocol, {.start_s = 0.0, .gain = 0.0});
   const Posterior found = sample(density, density.observe(recorded(protocol, some_parameters(), 0.02, 0)), quick());
-  for (int quantity = 0; quantity < Density::sensor_noise; ++quantity) {
+  for (int quantity = 0; quantity <= static_cast<int>(sim::Delay); ++quantity) {
     const sim::ParameterInfo& info = protocol.parameters()[static_cast<std::size_t>(quantity)];
     CHECK(found.quantile(quantity, 0.0) >= info.low);
     CHECK(found.quantile(quantity, 1.0) <= info.high);
@@ -150,7 +150,7 @@ TEST_CASE("sample: summaries of the draws") {
     }
   }
   CHECK(found.deviation(Density::start) == 0.0);
-  CHECK(found.rhat()[Density::gain] == 1.0);
+  CHECK(found.rhat()[found.place(Density::gain)] == 1.0);
   CHECK(found.correlation(Density::gain, sim::Kp) == 0.0);
 }
 

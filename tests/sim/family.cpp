@@ -9,6 +9,7 @@
 #include "sim/protocol/protocol_json.hpp"
 #include "tests/helpers.hpp"
 #include "tests/sim/run.hpp"
+#include "tests/sim/third_model.hpp"
 
 using namespace decid::sim;
 using decid::Random;
@@ -16,47 +17,6 @@ using decid::Stream;
 using namespace decid::test;
 
 namespace {
-
-// A model that the library does not have: all coefficients free, a gain that acts on two of them.
-const BodyModel& third_model() {
-  using enum Coefficient;
-  static const BodyModel model{.name = "third",
-                               .parameters = ParameterTable({
-                                   {"Kp", "kp", "Active proportional gain", "N m/rad", 700.0, 1200.0, true},
-                                   {"Kd", "kd", "Active derivative gain", "N m s/rad", 200.0, 350.0, true},
-                                   {"share", "share", "Share of the servo", "1", 0.6, 1.0, false, 0.0, 1.0},
-                                   {"slow", "slow", "Slow feedback", "1/s", 0.0, 0.2, false},
-                                   {"torque", "torque", "Torque feedback", "1/s", 0.0, 0.03, false},
-                                   {"Nv", "nv", "Vestibular noise gain", "1", 0.0, 1.0, false},
-                                   {"theta", "theta", "Threshold", "rad/s", 0.0, 0.005, false},
-                                   {"delay", "delay", "Lumped delay", "s", 0.05, 0.2, false, 0.0, longest_delay_s},
-                               }),
-                               .family = [] {
-                                 Family family;
-                                 family.constant[tilt] = 0.2;
-                                 family.constant[gravity] = 1.3;
-                                 family.constant[kp_pass] = 110.0;
-                                 family.constant[kd_pass] = 60.0;
-                                 family.terms = {
-                                     {0, kp},   {1, kd},     {2, position}, {2, tilt, 0.7}, {2, gravity, -0.5},
-                                     {3, slow}, {4, torque}, {5, nv},       {6, theta},     {7, delay}};
-                                 family.slow_time_s = 12.0;
-                                 family.torque_time_s = 17.0;
-                                 return family;
-                               }()};
-  return model;
-}
-
-std::vector<const BodyModel*> all_models() {
-  register_body_model(third_model());
-  return body_models();
-}
-
-Protocol protocol_of(const BodyModel& model) {
-  Protocol protocol;
-  protocol.experiment.body_model = &model;
-  return protocol;
-}
 
 /// The equations of family.hpp on the 1 ms grid; the sway of every sample.
 std::vector<double> straightforward(const Protocol& protocol, const Parameters& parameters, const Random& noise) {
@@ -100,9 +60,8 @@ std::vector<double> straightforward(const Protocol& protocol, const Parameters& 
 
 TEST_CASE("Family: the simulator equals the equations written straight down, for every model") {
   for (const BodyModel* model : all_models()) {
-    if (model->family.terms.empty()) continue;
     CAPTURE(model->name);
-    const Protocol protocol = protocol_of(*model);
+    const Protocol protocol = with_model({}, *model);
     const Simulator simulator(protocol);
     for (const double place : {0.5, 0.35}) {
       const std::vector<double> unit(model->parameters.size(), place);
@@ -123,9 +82,8 @@ TEST_CASE("Family: the simulator equals the equations written straight down, for
 
 TEST_CASE("Family: small sway follows each model's transfer function") {
   for (const BodyModel* model : all_models()) {
-    if (model->family.terms.empty()) continue;
     CAPTURE(model->name);
-    Protocol protocol = protocol_of(*model);
+    Protocol protocol = with_model({}, *model);
     protocol.sequence().amplitude_deg = 0.01;
     protocol.sequence().cycles = 6;  // slow feedback has settled in the last one
     Parameters parameters = model->family.without_noise(model->parameters.middle());
@@ -163,7 +121,7 @@ TEST_CASE("Family: independent channels are v = a - W f") {
 TEST_CASE("body models: names, and protocols that name their controller") {
   for (const BodyModel* model : all_models()) {
     CHECK(&body_model_of(model->name, "test") == model);
-    const Protocol read = protocol_from_json(to_json(protocol_of(*model)), "test");
+    const Protocol read = protocol_from_json(to_json(with_model({}, *model)), "test");
     CHECK(read.experiment.body_model == model);
   }
   CHECK(!contains(to_json(default_protocol()), "controller"));

@@ -30,7 +30,7 @@ constexpr double shown_step_s = 0.1;
 constexpr double share_units = 9999.0;  // of the draws' own range
 
 void add_figures(Json& quantity_json, const Posterior& found, int quantity) {
-  const auto place = static_cast<std::size_t>(quantity);
+  const std::size_t place = found.place(quantity);
   add_intervals(quantity_json, found, quantity);
   quantity_json["rhat"] = page_number(found.rhat()[place]);
   quantity_json["effective_draws"] = page_number(found.effective_draws()[place]);

@@ -62,7 +62,7 @@ TEST_CASE("a fit has the draws of the library's" * doctest::test_suite("slow")) 
   REQUIRE(expected.fit->answer == FitFigures::Answer::network);
   REQUIRE(estimate.distribution);
   for (std::size_t q = 0; q < 10; ++q) {
-    const auto quantity = static_cast<int>(q);
+    const int quantity = found.quantity(q);
     const double* draws = decid_result_draws(result.get(), q);
     const decid_parameter& parameter = *decid_result_parameter(result.get(), q);
     CHECK(std::vector<double>(draws, draws + sampling->draws) == found.draws_of(quantity));
@@ -75,7 +75,7 @@ TEST_CASE("a fit has the draws of the library's" * doctest::test_suite("slow")) 
   CHECK(decid_result_parameter(result.get(), 0)->value == estimate.parameters[0]);
   CHECK(std::string(decid_result_parameter(result.get(), 7)->name) == "sensor_noise_deg");
   CHECK(std::isnan(decid_result_parameter(result.get(), 9)->normalized));
-  CHECK(decid_result_correlation(result.get(), 0, 9) == found.correlation(0, 9));
+  CHECK(decid_result_correlation(result.get(), 0, 9) == found.correlation(0, found.quantity(9)));
   CHECK(decid_result_correlation(result.get(), 0, 1) == estimate.distribution->correlation(0, 1));
 }
 
