@@ -16,14 +16,14 @@ namespace {
 
 using posterior::triangle;
 
-constexpr int attempts = 1000;
+constexpr int max_attempts = 1000;
 constexpr double first_damping = 1e-2, max_damping = 1e10, least_damping = 1e-12;
 constexpr double least_information = 1e-9;  // of a coordinate without effect
 constexpr double settled = 1e-14;           // relative decrease of the misfit
 constexpr double alike = 1e-6;
 constexpr std::uint64_t of_starts = std::uint64_t{1} << 33;  // the particle number of these random numbers
 
-struct Place {
+struct End {
   std::vector<double> x;
   Local local;
 };
@@ -32,53 +32,52 @@ class Descent {
  public:
   Descent(std::size_t uniform, const Evaluate& evaluate) : uniform_(uniform), evaluate_(evaluate) {}
 
-  Place place_at(std::vector<double> x) const {
-    Place place{std::move(x), {}};
-    const std::size_t size = place.x.size();
-    place.local.gradient.resize(size);
-    place.local.information.resize(triangle(size));
-    evaluate_(place.x, place.local);
-    for (std::size_t i = uniform_; i < size && std::isfinite(place.local.misfit); ++i) {
-      place.local.misfit += 0.5 * place.x[i] * place.x[i];
-      place.local.gradient[i] += place.x[i];
-      place.local.information[triangle(i) + i] += 1.0;
+  End end_at(std::vector<double> x) const {
+    End end{std::move(x), {}};
+    const std::size_t size = end.x.size();
+    end.local.gradient.resize(size);
+    end.local.information.resize(triangle(size));
+    evaluate_(end.x, end.local);
+    for (std::size_t i = uniform_; i < size && std::isfinite(end.local.misfit); ++i) {
+      end.local.misfit += 0.5 * end.x[i] * end.x[i];
+      end.local.gradient[i] += end.x[i];
+      end.local.information[triangle(i) + i] += 1.0;
     }
-    return place;
+    return end;
   }
 
-  Place operator()(Place place, int max_steps) const {
+  End operator()(End end, int max_steps) const {
     double damping = first_damping;
     for (int step = 0; step < max_steps && damping < max_damping; ++step) {
-      Place next = place_at(stepped(place, damping));
-      if (!(next.local.misfit < place.local.misfit)) {
+      End next = end_at(stepped(end, damping));
+      if (!(next.local.misfit < end.local.misfit)) {
         damping *= 4.0;
         continue;
       }
-      const double decrease = place.local.misfit - next.local.misfit;
-      place = std::move(next);
+      const double decrease = end.local.misfit - next.local.misfit;
+      end = std::move(next);
       damping = std::max(0.2 * damping, least_damping);
-      if (decrease <= settled * std::abs(place.local.misfit)) break;
+      if (decrease <= settled * std::abs(end.local.misfit)) break;
     }
-    return place;
+    return end;
   }
 
  private:
   /// Returns the coordinates after a step in those that do not push against their bounds.
-  std::vector<double> stepped(const Place& place, double damping) const {
+  std::vector<double> stepped(const End& end, double damping) const {
     std::vector<std::size_t> free;
-    for (std::size_t i = 0; i < place.x.size(); ++i) {
-      const bool pushes = i < uniform_ && ((place.x[i] <= 0.0 && place.local.gradient[i] > 0.0) ||
-                                           (place.x[i] >= 1.0 && place.local.gradient[i] < 0.0));
+    for (std::size_t i = 0; i < end.x.size(); ++i) {
+      const bool pushes = i < uniform_ && ((end.x[i] <= 0.0 && end.local.gradient[i] > 0.0) ||
+                                           (end.x[i] >= 1.0 && end.local.gradient[i] < 0.0));
       if (!pushes) free.push_back(i);
     }
     std::vector<double> factor(triangle(free.size())), step(free.size());
     for (std::size_t i = 0; i < free.size(); ++i) {
-      for (std::size_t j = 0; j <= i; ++j)
-        factor[triangle(i) + j] = place.local.information[triangle(free[i]) + free[j]];
+      for (std::size_t j = 0; j <= i; ++j) factor[triangle(i) + j] = end.local.information[triangle(free[i]) + free[j]];
       factor[triangle(i) + i] += damping * factor[triangle(i) + i] + least_information;
-      step[i] = place.local.gradient[free[i]];
+      step[i] = end.local.gradient[free[i]];
     }
-    std::vector<double> x = place.x;
+    std::vector<double> x = end.x;
     if (!posterior::factorize(free.size(), factor)) return x;  // no decrease: the damping rises
     for (std::size_t i = 0; i < free.size(); ++i) {
       for (std::size_t k = 0; k < i; ++k) step[i] -= factor[triangle(i) + k] * step[k];
@@ -104,23 +103,23 @@ Optimum minimise(std::size_t size, std::size_t uniform, const Evaluate& evaluate
     throw Error("optimum", format("has %d starts of %d steps", settings.starts, settings.max_steps),
                 "give 1 or more of each");
   const Descent descent(uniform, evaluate);
-  std::vector<Place> ends(static_cast<std::size_t>(settings.starts));
+  std::vector<End> ends(static_cast<std::size_t>(settings.starts));
   parallel_for(settings.starts, [&](int i) {
     const auto start = static_cast<std::size_t>(i);
     const Random random(settings.seed, Stream::particles, of_starts + start);
-    for (int attempt = 0; attempt < attempts; ++attempt) {
+    for (int attempt = 0; attempt < max_attempts; ++attempt) {
       std::vector<double> x(size);
       const std::uint64_t first = static_cast<std::uint64_t>(attempt) * size;
       for (std::size_t k = 0; k < size; ++k) x[k] = k < uniform ? random.uniform(first + k) : random.normal(first + k);
-      Place place = descent.place_at(std::move(x));
-      if (!std::isfinite(place.local.misfit)) continue;
-      ends[start] = descent(std::move(place), settings.max_steps);
+      End end = descent.end_at(std::move(x));
+      if (!std::isfinite(end.local.misfit)) continue;
+      ends[start] = descent(std::move(end), settings.max_steps);
       return;
     }
     throw Error("optimum", "the misfit is infinite at all draws from the prior", "widen the prior");
   });
-  const Place& best = *std::ranges::min_element(ends, {}, [](const Place& end) { return end.local.misfit; });
-  const auto agreeing = std::ranges::count_if(ends, [&](const Place& end) {
+  const End& best = *std::ranges::min_element(ends, {}, [](const End& end) { return end.local.misfit; });
+  const auto agreeing = std::ranges::count_if(ends, [&](const End& end) {
     return end.local.misfit - best.local.misfit <= alike * std::max(1.0, std::abs(best.local.misfit));
   });
   return {best.x, best.local.misfit, static_cast<int>(agreeing)};

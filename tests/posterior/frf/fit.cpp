@@ -36,6 +36,21 @@ double zigzag(std::size_t row) {
 
 }  // namespace
 
+TEST_CASE("draws are states, and known parameters have one value") {
+  const frf::Fit found = fit_of(0.02, {.parameters = {{"Kd", {}, {}, std::optional<double>(260.0)}}});
+  CHECK(found.draws_of(sim::Kd).front() == 260.0);
+  CHECK(found.deviation(sim::Kd) == 0.0);
+  CHECK(found.rhat()[sim::Kd] == 1.0);
+  CHECK(found.effective_draws()[sim::Kd] == found.draws());
+  CHECK(found.contraction(sim::Kd) == 0.0);
+  const frf::State last = found.state(found.draws() - 1);
+  CHECK(last.parameters[sim::Delay] == found.draws_of(sim::Delay).back());
+  CHECK(last.gain == found.draws_of(found.gain()).back());
+  CHECK(last.error == found.draws_of(found.error()).back());
+  CHECK(found.left() > 0.0);
+  CHECK(found.left() < 0.1);
+}
+
 TEST_CASE("chi-square's tail is that of the tables") {
   CHECK(near(frf::chi_square_beyond(5.991, 2), 0.05, 1e-3));
   CHECK(near(frf::chi_square_beyond(33.924, 22), 0.05, 1e-3));
