@@ -40,6 +40,18 @@ double Quantile::coordinate(double value) const {
   return inverse_normal(std::clamp(probability, edge, 1.0 - edge));
 }
 
+Priors priors_for(Priors priors, const sim::ParameterTable& table) {
+  const std::vector<std::string> names = table.names();
+  std::erase_if(priors.parameters,
+                [&](const ParameterPrior& prior) { return std::ranges::find(names, prior.name) == names.end(); });
+  for (const sim::ParameterInfo& info : table) {
+    const bool named =
+        std::ranges::find(priors.parameters, info.name, &ParameterPrior::name) != priors.parameters.end();
+    if (info.convention && !named) priors.parameters.push_back({.name = info.name, .fixed = info.convention});
+  }
+  return priors;
+}
+
 const Priors& checked(const Priors& priors) {
   const auto check = [](bool right, const char* setting, double value, const char* remedy) {
     if (!right) throw Error(std::string("priors, ") + setting, format("is %g", value), remedy);

@@ -94,7 +94,8 @@ LeaveOneOut leave_one_out(std::span<const double> log_likelihood, int observatio
   const double limit = std::min(1.0 - decid::log(10.0) / decid::log(static_cast<double>(draws)), 0.7);
   LeaveOneOut result;
   result.max_reliable_shape = limit;
-  std::vector<double>&each = result.pointwise, of(draws), weights(draws);
+  std::vector<double>& each = result.pointwise;
+  std::vector<double> of(draws), weights(draws);
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t draw = 0; draw < draws; ++draw) of[draw] = log_likelihood[draw * count + i];
     std::ranges::transform(of, weights.begin(), [](double value) { return -value; });

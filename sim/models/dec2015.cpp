@@ -2,7 +2,10 @@
 // and parameter files of 2015. The servo, the tilt estimate and the estimate of gravity have gains of their own, and
 // the body's angle feeds back slowly. Values for closed eyes, gains over m g h: Kp 1, Kd .30, passive .15 and .045,
 // servo .85, tilt .75, gravity .55, slow .13 /s with 15 s, threshold .33 degrees/s, delay .16 s; the ranges surround
-// them. The laboratory also has a dead band of .07 degrees before the gravity gain, which Protocol can simulate.
+// them. A factor of Kp and Kd that divides the other gains changes nothing, so the laboratory, and a fit here, fix Kp
+// at m g h. The laboratory also has a dead band of .07 degrees before the gravity gain, which Protocol can simulate.
+#include <limits>
+
 #include "sim/body_model.hpp"
 #include "sim/simulate.hpp"
 
@@ -14,7 +17,8 @@ const BodyModel& dec2015() {
   static const BodyModel model{
       "dec2015",
       ParameterTable({
-          {"Kp", "kp", "Active proportional gain", "N m/rad", 0.6 * mgh, 1.5 * mgh, true},
+          {"Kp", "kp", "Active proportional gain", "N m/rad", 0.6 * mgh, 1.5 * mgh, true, 0.0,
+           std::numeric_limits<double>::infinity(), mgh},
           {"Kd", "kd", "Active derivative gain", "N m s/rad", 0.15 * mgh, 0.5 * mgh, true},
           {"Kp_pass", "kp-pass", "Passive stiffness", "N m/rad", 0.05 * mgh, 0.45 * mgh, true},
           {"Kd_pass", "kd-pass", "Passive damping", "N m s/rad", 0.02 * mgh, 0.225 * mgh, true},

@@ -173,6 +173,7 @@ ParameterTable Protocol::ranges() const {
     if (!info.per_mgh) continue;
     info.low *= ratio;
     info.high *= ratio;
+    if (info.convention) *info.convention *= ratio;
   }
   return ParameterTable(std::move(scaled));
 }

@@ -330,6 +330,7 @@ void run_fit(FitOptions options, const Command& command) {
   sim::Protocol protocol = protocol_of(options, given.value_or(model.protocol));
   const std::vector<const sim::BodyModel*> controllers = controllers_of(options.controllers, protocol);
   protocol.experiment.body_model = controllers.front();
+  options.request.others.assign(controllers.begin() + 1, controllers.end());
   options.request.priors.parameters = parameter_priors(options, protocol.ranges());
   reading.truth = recordings.known(protocol.parameters());
   reading.body = recordings.body();
