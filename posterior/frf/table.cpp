@@ -151,6 +151,7 @@ void take_coherence(const Reader& reader, const Column& coherence, const Column&
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const double averages = cycles.values[i] * std::max(1, table.rows[i].harmonics);
     const double squared = coherence.values[i];
+    table.rows[i].coherence = squared;
     table.rows[i].deviation = gains.values[i] * std::sqrt((1.0 - squared) / (2.0 * squared * averages));
   }
 }
@@ -195,7 +196,7 @@ Table read_table(const std::filesystem::path& path) {
   Table table;
   table.file = path.string();
   for (std::size_t i = 0; i < rows; ++i)
-    table.rows.push_back({frequencies.values[i], response_of(gains.values[i], phases.values[i]), 0.0, 0});
+    table.rows.push_back({frequencies.values[i], response_of(gains.values[i], phases.values[i]), 0.0, 0, 0.0});
   read_harmonics(reader, table);
   read_confidence(reader, gains, table);
   return table;

@@ -95,6 +95,7 @@ LeaveOneOut leave_one_out(std::span<const double> log_likelihood, int observatio
                 "give logarithms of likelihoods");
   const double limit = std::min(1.0 - decid::log(10.0) / decid::log(static_cast<double>(draws)), 0.7);
   LeaveOneOut result;
+  result.max_reliable_shape = limit;
   std::vector<double>& each = result.pointwise;
   std::vector<double> of(draws), weights(draws);
   for (std::size_t i = 0; i < count; ++i) {
@@ -108,6 +109,7 @@ LeaveOneOut leave_one_out(std::span<const double> log_likelihood, int observatio
     result.effective_parameters += seen - each.back();
     result.max_shape = i == 0 ? shape : std::max(result.max_shape, shape);
     result.unreliable += shape > limit ? 1 : 0;
+    result.shapes.push_back(shape);
   }
   double squares = 0.0;
   const double mean = result.log_density / static_cast<double>(count);

@@ -38,9 +38,9 @@ TEST_CASE("protocols: a controller by name, which a file must not contradict") {
   CHECK(model(lab, "") == &sim::dec2015());
   CHECK(model(lab, "dec2015") == &sim::dec2015());
   CHECK(model(dec, "dec") == &sim::single_pendulum());
-  check_error([&] { model(lab, "ic"); }, {"lab.json", "'dec2015'", "controller is 'ic'"});
-  check_error([&] { model(dec, "ic"); }, {"dec.json", "'dec'", "controller is 'ic'"});
-  check_error([&] { model(none, "pid"); }, {"controller", "'pid'", "dec2015"});
+  check_error([&] { model(lab, "ic"); }, Code::setting_conflict, "lab.json");
+  check_error([&] { model(dec, "ic"); }, Code::setting_conflict, "dec.json");
+  check_error([&] { model(none, "pid"); }, Code::setting_unknown, "dec2015");
 }
 
 TEST_CASE("a file without a name is named after itself") {

@@ -64,8 +64,8 @@ TEST_CASE("controllers by name, with their own parameters") {
     CHECK(sway_rad == simulated);
   }
   decid_protocol* none = nullptr;
-  refused(decid_protocol_load_controller("short", "pid", &none), {"'pid'", "dec2015"});
-  refused(decid_protocol_load_controller(nullptr, "dec", &none), {"name_or_path is NULL"});
+  refused(decid_protocol_load_controller("short", "pid", &none), Code::setting_unknown, "dec2015");
+  refused(decid_protocol_load_controller(nullptr, "dec", &none), Code::file_unsupported);
   CHECK(none == nullptr);
 }
 

@@ -61,6 +61,8 @@ TEST_CASE("kinds of confidence are one deviation") {
   CHECK(near(with("ci95", "0.196").rows[1].deviation, 0.1, 1e-4));
   CHECK(near(with("radius95", "0.2448").rows[1].deviation, 0.1, 1e-3));
   CHECK(near(with("coherence,cycles", "0.5,8").rows[1].deviation, 1.8 * 0.25, 1e-12));
+  CHECK(with("coherence,cycles", "0.5,8").rows[1].coherence == 0.5);
+  CHECK(with("SD", "0.1").rows[1].coherence == 0.0);
   const frf::Table several = with("coherence,cycles,harmonics", "0.5,8,4");
   CHECK(near(several.rows[1].deviation, 1.8 * 0.125, 1e-12));
   CHECK(several.rows[1].harmonics == 4);

@@ -81,6 +81,67 @@ TEST_CASE("fit --frf takes the body, the tilt's size and known parameters") {
     CHECK(contains(text.out, words));
 }
 
+TEST_CASE("fit --frf takes priors, ranges and known values of parameters") {
+  const std::string usual = example + " --protocol short";
+  const Json json = fitted(usual + " --fix Kd=260 --prior Kp=900,20 --range delay=0.1,0.2");
+  const Json &kp = json["parameters"][decid::sim::Kp], &kd = json["parameters"][decid::sim::Kd];
+  CHECK(kd["value"] == 260.0);
+  CHECK(kd["sd"] == 0.0);
+  CHECK(kd["fixed"] == true);
+  CHECK(kp["prior"]["mean"] == 900.0);
+  CHECK(kp["sd"].get<double>() < 20.0);
+  CHECK(near(kp["prior_sd"].get<double>(), 20.0, 0.1));
+  CHECK(json["parameters"][decid::sim::Delay]["range"] == Json::array({0.1, 0.2}));
+  CHECK_FALSE(kp.contains("fixed"));
+  CHECK(json["controller"] == "dec");
+  CHECK(json["misfit"]["relative_error"].get<double>() < 0.1);
+  CHECK_FALSE(json.contains("controllers"));
+}
+
+// Three fits, and their cross-validation.
+TEST_CASE("fit --frf compares controllers" * doctest::test_suite("slow")) {
+  const Folder folder;
+  const std::string page = folder / "p.html";
+  const auto result =
+      run_ok("fit --frf " + example + " --protocol short --controller dec,ic,dec2015 --fix G_q=0.13 -o " +
+             folder / "o.json" + " --report " + page);
+  for (const char* words : {"log predictive density", "best", "weight", "dec2015", "G_q", "fixed"})
+    CHECK(contains(result.out, words));
+  const Json json = Json::parse(read_text(folder / "o.json"));
+  CHECK(json["controller"] == "dec");
+  REQUIRE(json["controllers"].size() == 3);
+  double weights = 0.0, best = -1.0;
+  for (const Json& each : json["controllers"]) {
+    weights += each["weight"].get<double>();
+    best = std::max(best, each["difference"].get<double>());
+    CHECK(each["difference_standard_error"].get<double>() >= 0.0);
+    CHECK(each["relative_error"].get<double>() > 0.0);
+  }
+  CHECK(near(weights, 1.0, 1e-9));
+  CHECK(best == 0.0);
+  CHECK_FALSE(json["controllers"][0].contains("parameters"));
+  CHECK(json["controllers"][1]["controller"] == "ic");
+  CHECK(json["controllers"][1]["parameters"].size() == 6);
+  CHECK(json["controllers"][2]["parameters"][10]["value"] == 0.13);
+  CHECK(contains(read_text(page), "\"controllers\""));
+  CHECK_FALSE(contains(read_text(page), "\"seconds\""));
+}
+
+TEST_CASE("fit --frf --objective log-ratio is the field's least squares") {
+  const auto value = [](const Json& json, std::size_t p) { return json["parameters"][p]["value"].get<double>(); };
+  const Json json = fitted(example + " --protocol short --objective log-ratio");
+  CHECK(json["fit"]["answer"] == "log-ratio");
+  CHECK(json["misfit"]["relative_error"].get<double>() < 0.1);
+  CHECK(json["passing_gain"].get<double>() > 0.0);
+  CHECK(json["parameters"][decid::sim::Kp]["at_end"] == false);
+  CHECK_FALSE(json["parameters"][decid::sim::Kp].contains("sd"));
+  CHECK(near(value(json, decid::sim::Delay), 0.12, 0.15));  // of the controller behind the example
+  CHECK(json["frf"]["model_gain"].size() == 11);
+  const auto text = run_ok("fit --frf " + example + " --protocol short --objective log-ratio --controller dec,ic");
+  for (const char* words : {"least squares", "dead band passes", "ic, ", "starts agree"})
+    CHECK(contains(text.out, words));
+}
+
 TEST_CASE("fit --frf warns of a table that the model does not explain") {
   const Folder folder;
   write_text(folder / "t.csv",
@@ -97,4 +158,12 @@ TEST_CASE("fit --frf warns of a table that the model does not explain") {
   CHECK(json["trust"] == "not usable");
   CHECK(json["warnings"][0]["code"] == "no_controller");
   CHECK(json["warnings"][1]["code"] == "response_unexplained");
+}
+
+TEST_CASE("fit --frf refuses invalid controllers, priors and objectives") {
+  const std::string good = "frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n";
+  for (const char* options : {"--controller pid", "--fix gravity=1", "--objective log-ratio --prior Kp=900,20",
+                              "--objective modes", "--controller dec,ic --truth Kp=900"})
+    check_table_refused(good, options);
+  check_refused("fit r.csv --objective log-ratio", "--objective");
 }

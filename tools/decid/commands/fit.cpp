@@ -42,15 +42,15 @@ struct FitOptions {
   std::optional<double> amplitude_deg, prior_error, prior_gain;
   std::vector<std::string> ranges, priors, fixed;  ///< of parameters: NAME=LOW,HIGH, NAME=MEAN,SD and NAME=VALUE
   std::string controllers;                         ///< names, separated by commas
+  std::string objective = "posterior";
   FitRequest request;
 };
 
 /// Options that apply only to recordings, except the file-reading options, and options that apply only to a frequency
 /// response.
-constexpr const char* of_recordings[] = {"recordings", "--model", "--prior-start", "--prior-noise",  "--max-draws",
-                                         "--report",   "--table", "--group",       "--moved-before", "--resume",
-                                         "--range",    "--prior", "--recursive",   "--fix",          "--controller"};
-constexpr const char* of_tables[] = {"--amplitude", "--prior-error"};
+constexpr const char* of_recordings[] = {"recordings", "--model", "--prior-start",  "--prior-noise", "--max-draws",
+                                         "--table",    "--group", "--moved-before", "--resume",      "--recursive"};
+constexpr const char* of_tables[] = {"--amplitude", "--prior-error", "--objective"};
 
 /// Throws Error for options that do not apply to the input.
 void check_kind(const FitOptions& options, const Command& command) {
@@ -172,6 +172,21 @@ sim::Protocol protocol_of(const FitOptions& options, sim::Protocol protocol) {
   return protocol;
 }
 
+/// Removes the options for parameters that this controller does not have and another one of the call has.
+FitOptions for_controller(FitOptions options, const sim::BodyModel& controller,
+                          const std::vector<const sim::BodyModel*>& all) {
+  const auto has = [](const sim::BodyModel& model, const std::string& text) {
+    const std::vector<std::string> names = model.parameters.names();
+    return std::ranges::find(names, text.substr(0, text.find('='))) != names.end();
+  };
+  for (auto* texts : {&options.ranges, &options.priors, &options.fixed})
+    std::erase_if(*texts, [&](const std::string& text) {
+      return !has(controller, text) &&
+             std::ranges::any_of(all, [&](const sim::BodyModel* other) { return has(*other, text); });
+    });
+  return options;
+}
+
 void run_table(const FitOptions& options, const Command& command) {
   if (!is_root()) return;  // one answer, on one rank
   std::vector<std::string> inputs{options.frf};
@@ -181,14 +196,30 @@ void run_table(const FitOptions& options, const Command& command) {
   FrfFit asked{.table = options.frf,
                .output = options.outputs.json,
                .draws = options.outputs.draws,
-               .protocol = protocol_of(options, named),
+               .page = options.outputs.page,
+               .controllers = {},
                .truth = {},
-               .priors = {.gain = options.prior_gain.value_or(frf::Priors{}.gain), .error = options.prior_error},
                .particles = {.seed = options.request.settings.seed},
+               .log_ratio = options.objective == "log-ratio",
                .json = options.common.json,
                .options = command.given(beside_answers),
                .body_assumed = !options.recordings.body() && named.experiment.body == sim::Body{}};
-  asked.truth = options.recordings.known(asked.protocol.parameters());
+  sim::Protocol protocol = protocol_of(options, named);
+  const std::vector<const sim::BodyModel*> controllers = controllers_of(options.controllers, protocol);
+  for (const sim::BodyModel* controller : controllers) {
+    protocol.experiment.body_model = controller;
+    frf::Priors priors{
+        .gain = options.prior_gain.value_or(frf::Priors{}.gain),
+        .error = options.prior_error,
+        .parameters = parameter_priors(for_controller(options, *controller, controllers), protocol.ranges())};
+    asked.controllers.push_back({protocol, std::move(priors)});
+  }
+  if (asked.log_ratio && !options.priors.empty())
+    throw Error(Code::setting_conflict, "--prior", "is not for --objective log-ratio, which has only ranges", "give --range or --fix");
+  const sim::ParameterTable& parameters = asked.controllers.front().protocol.parameters();
+  if (asked.controllers.size() == 1) asked.truth = options.recordings.known(parameters);
+  if (asked.controllers.size() > 1 && command.count("--truth") > 0)
+    throw Error(Code::setting_conflict, "--truth", "does not go with several controllers", "name one with --controller");
   run_frf_fit(asked);
 }
 
@@ -368,6 +399,12 @@ void add_fit(const Command& program) {
                   "one answers; default: the protocol's")
       .shown_as("NAME,...");
   command.section("Advanced");
+  command
+      .add_option(
+          "--objective", options->objective,
+          "Fit an --frf table by its posterior, or by least squares of the log ratio of model and table, weighted "
+          "by coherence over frequency (log-ratio); default: posterior")
+      .one_of({"posterior", "log-ratio"});
   command
       .add_option("--prior-start", options->request.priors.start_s,
                   "Allow the recording to start up to this many seconds before or after the protocol; 0: it starts "
