@@ -108,6 +108,11 @@ Calibration calibration_of(std::span<const CalibratedTrial> trials, const sim::P
     result.log_score += trial.log_score / count;
     result.network_log_score += trial.network_log_score / count;
   }
+  const auto is_inferred = [&](std::size_t p) {
+    return std::ranges::any_of(trials, [&](const CalibratedTrial& trial) { return trial.deviation[p] > 0.0; });
+  };
+  double inferred = 0.0;
+  for (std::size_t p = 0; p < deviation.size(); ++p) inferred += is_inferred(p) ? 1.0 : 0.0;
   for (std::size_t p = 0; p < deviation.size(); ++p) {
     ParameterCalibration& of = result.parameters.emplace_back();
     std::vector<double> below;
@@ -124,12 +129,12 @@ Calibration calibration_of(std::span<const CalibratedTrial> trials, const sim::P
       below.push_back(trial.below[p]);
     }
     of.distance = distance_from_uniform(std::move(below));
-    const auto parameters = static_cast<double>(deviation.size());
-    result.all.mse += of.mse / parameters;
-    result.all.predicted_variance += of.predicted_variance / parameters;
-    result.all.network_mse += of.network_mse / parameters;
-    result.all.coverage50 += of.coverage50 / parameters;
-    result.all.coverage90 += of.coverage90 / parameters;
+    if (!is_inferred(p)) continue;
+    result.all.mse += of.mse / inferred;
+    result.all.predicted_variance += of.predicted_variance / inferred;
+    result.all.network_mse += of.network_mse / inferred;
+    result.all.coverage50 += of.coverage50 / inferred;
+    result.all.coverage90 += of.coverage90 / inferred;
     result.all.distance = std::max(result.all.distance, of.distance);
   }
   return result;

@@ -66,7 +66,7 @@ struct ParameterCalibration {
 struct Calibration {
   int trials = 0, agreed = 0;
   std::vector<ParameterCalibration> parameters;
-  ParameterCalibration all;                         ///< means over the parameters; the largest distance
+  ParameterCalibration all;                         ///< means over the inferred parameters; the largest distance
   double log_score = 0.0, network_log_score = 0.0;  ///< means over the trials; NaN unless all have one
   double band = 0.0;                                ///< 1.36 / sqrt(trials)
 };

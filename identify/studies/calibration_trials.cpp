@@ -38,7 +38,9 @@ CalibrationTrials::Trial CalibrationTrials::next() {
   std::vector<double> sway(static_cast<std::size_t>(protocol.samples()));
   for (int tried = 0; tried < 10'000; ++tried) {
     const std::uint64_t attempt = next_++;
-    const sim::TrialInput input = dataset::base_trial(ranges_, seed_, attempt);
+    sim::TrialInput input = dataset::base_trial(ranges_, seed_, attempt);
+    for (std::size_t p = 0; p < ranges_.size(); ++p)
+      if (ranges_[p].convention) input.parameters[p] = *ranges_[p].convention;
     if (!simulator_.run(input.parameters, input.noise, sway).valid) continue;
     sim::record(protocol, seed_, attempt, sway);
     return {attempt, input.parameters, {sway.begin(), sway.end()}};

@@ -21,7 +21,8 @@ sim::Protocol with_priors(sim::Protocol protocol, const posterior::Priors& prior
 /// trials were valid.
 sim::Parameters uniform_deviation(const sim::ParameterTable& ranges);
 
-/// Simulates valid trials of a seed, one after the other.
+/// Simulates valid trials of a seed, one after the other. Parameters that have a convention (sim::ParameterInfo) have
+/// that value.
 class CalibrationTrials {
  public:
   CalibrationTrials(const sim::Protocol& protocol, const posterior::Priors& priors, std::uint64_t seed);
