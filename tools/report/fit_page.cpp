@@ -9,6 +9,7 @@
 #include "base/math/statistics.hpp"
 #include "base/version.hpp"
 #include "embedded/density_css.hpp"
+#include "embedded/controllers_js.hpp"
 #include "embedded/density_js.hpp"
 #include "embedded/fit_css.hpp"
 #include "embedded/fit_js.hpp"
@@ -289,7 +290,7 @@ std::string fit_page(const Report& report) {
        .lead = "The controller's parameters, estimated from recordings of body sway on a tilting platform, and "
                "their uncertainty.",
        .script = std::string(embedded::recordings_js()) + std::string(embedded::density_js()) +
-                 std::string(embedded::fit_js()),
+                 std::string(embedded::controllers_js()) + std::string(embedded::fit_js()),
        .style = std::string(embedded::density_css()) + std::string(embedded::fit_css()),
        .details = std::move(recordings)},
       data);

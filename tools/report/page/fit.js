@@ -258,6 +258,7 @@ function fill(made, recording) {
       figure("Does the model sway like this?", !tested ? "unknown" : isOdd(recording) ? "no" : "yes",
         tested ? `simulated again, smallest p ${fixed(smallest, 3)}` : "simulated again, the body falls"),
       figure("Sway, peak to peak", absent(recording.peak_to_peak_deg) ? "n/a" : fixed(recording.peak_to_peak_deg, 2) + " deg", "of the recording")),
+    ...[controllersSection(recording)].filter(section => section !== null),
     densities(recording), timelines(recording), pairs(recording),
     element("h3", {}, "Does sway that is simulated again look like the recording?"), checkTable(recording),
     element("h3", {}, "Whether to believe it"), diagnosis(recording), chainsFold(recording));
