@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "base/math/math.hpp"
 #include "base/math/cholesky.hpp"
+#include "base/math/math.hpp"
 #include "posterior/density/elementary.hpp"
 
 namespace decid::frf {
@@ -82,7 +82,7 @@ PointEstimate fit_log_ratio(const Density& density, const OptimumSettings& setti
         by[i] = posterior::quotient(derived[row * size + i], responses[row]);
         local.gradient[i] += weights[row] * (ratio * std::conj(by[i])).real();
         for (std::size_t j = 0; j <= i; ++j)
-          local.information[posterior::triangle(i) + j] += weights[row] * (by[i] * std::conj(by[j])).real();
+          local.information[triangle(i) + j] += weights[row] * (by[i] * std::conj(by[j])).real();
       }
     }
   };

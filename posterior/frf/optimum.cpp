@@ -6,15 +6,13 @@
 #include <limits>
 
 #include "base/error.hpp"
+#include "base/math/cholesky.hpp"
 #include "base/math/random.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
-#include "base/math/cholesky.hpp"
 
 namespace decid::frf {
 namespace {
-
-using posterior::triangle;
 
 constexpr int max_attempts = 1000;
 constexpr double first_damping = 1e-2, max_damping = 1e10, least_damping = 1e-12;
@@ -78,7 +76,7 @@ class Descent {
       step[i] = end.local.gradient[free[i]];
     }
     std::vector<double> x = end.x;
-    if (!posterior::factorize(free.size(), factor)) return x;  // no decrease: the damping rises
+    if (!factorize(free.size(), factor)) return x;  // no decrease: the damping rises
     for (std::size_t i = 0; i < free.size(); ++i) {
       for (std::size_t k = 0; k < i; ++k) step[i] -= factor[triangle(i) + k] * step[k];
       step[i] /= factor[triangle(i) + i];
@@ -100,8 +98,8 @@ class Descent {
 
 Optimum minimise(std::size_t size, std::size_t uniform, const Evaluate& evaluate, const OptimumSettings& settings) {
   if (settings.starts < 1 || settings.max_steps < 1)
-    throw Error(Code::setting_out_of_range, "optimum", format("has %d starts of %d steps", settings.starts, settings.max_steps),
-                "give 1 or more of each");
+    throw Error(Code::setting_out_of_range, "optimum",
+                format("has %d starts of %d steps", settings.starts, settings.max_steps), "give 1 or more of each");
   const Descent descent(uniform, evaluate);
   std::vector<End> ends(static_cast<std::size_t>(settings.starts));
   parallel_for(settings.starts, [&](int i) {
@@ -116,7 +114,8 @@ Optimum minimise(std::size_t size, std::size_t uniform, const Evaluate& evaluate
       ends[start] = descent(std::move(end), settings.max_steps);
       return;
     }
-    throw Error(Code::setting_out_of_range, "optimum", "the misfit is infinite at all draws from the prior", "widen the prior");
+    throw Error(Code::setting_out_of_range, "optimum", "the misfit is infinite at all draws from the prior",
+                "widen the prior");
   });
   const End& best = *std::ranges::min_element(ends, {}, [](const End& end) { return end.local.misfit; });
   const auto agreeing = std::ranges::count_if(ends, [&](const End& end) {
