@@ -136,7 +136,7 @@ TEST_CASE("columns whose names exclude sway are refused, even a single one; part
                                        {"gyro_y", "a velocity"},
                                        {"CoP_AP", "a centre of pressure"},
                                        {"COPx (mm)", "a centre of pressure"}})
-    check_error(reading("time," + std::string(name) + "\n0,1\n0.01,2\n"), Code::column_unsuitable, name);
+    check_error(reading("time," + std::string(name) + "\n0,1\n0.01,2\n"), Code::column_unsuitable, quantity);
   check_error(reading("time,COPx_mm\n0,1\n0.01,2\n", {.column = "COPx_mm", .com_height_m = 0.9}),
               Code::column_unsuitable, "COPx_mm");
   for (const char* name : {"head_deg", "trunk_angle_deg", "foot_deg"})
@@ -175,7 +175,7 @@ TEST_CASE("a header with other names than columns is refused, so that no unit is
         std::pair{"time;sway (deg)", "2 names"}, std::pair{"s;cm", "2 names"}, std::pair{"time cop deg", "3 names"},
         std::pair{"COP", "1 name"}, std::pair{"sway_rad,tilt_rad,note", "3 names"}}) {
     const std::string text = header + ("\n" + rows);
-    check_error(reading("Lab 3\n\n" + text), Code::table_unclear, "line 3, '");
+    check_error(reading("Lab 3\n\n" + text), Code::table_unclear, found);
     // The error advises this option.
     check_one_two_three("Lab 3\n\n" + text, {.unit = Unit::degree, .skip_lines = 3});
     check_one_two_three(text, {.column = "2", .unit = Unit::degree, .skip_lines = 1});
