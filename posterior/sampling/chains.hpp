@@ -9,7 +9,7 @@ namespace decid::posterior {
 
 struct Density::Chains {
   using Lanes = std::array<double, lanes>;
-  // Of each global, by its place, and its derivative by its coordinate; for noises only the value.
+  // The value of each global, by its place, and its derivative by its coordinate; noises have only the value.
   std::array<Lanes, max_globals> value, d_coordinate;
   std::array<Lanes, sim::Coefficients::count> coefficients;  // of the family
   const Lanes& operator[](sim::Coefficient c) const { return coefficients[static_cast<std::size_t>(c)]; }

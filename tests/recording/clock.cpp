@@ -110,9 +110,9 @@ TEST_CASE("missing cells are gaps, in the middle and at the ends") {
   const auto text = [](const std::string& a, const std::string& b, const std::string& c) {
     return "time,sway_deg\n0," + a + "\n0.01,1\n0.02," + b + "\n0.03,3\n0.04," + c + "\n";
   };
-  check_error([&] { read(text("0", "", "4")); }, Code::value_missing, "line 4, sway_deg");
+  check_error([&] { read(text("0", "", "4")); }, Code::column_unsuitable, "line 4, sway_deg");
   check_error([&] { read(text("0", "NaN", "4")); }, Code::value_missing, "line 4");
-  check_error([&] { read(text("0", "inf", "4"), {.fill_gaps_s = 1.0}); }, Code::value_missing, "line 4");
+  check_error([&] { read(text("0", "inf", "4"), {.fill_gaps_s = 1.0}); }, Code::value_invalid, "line 4");
   const Recording recording = read(text("", "n/a", "nan"), {.fill_gaps_s = 0.01});
   const double expected[] = {1.0, 1.0, 2.0, 3.0, 3.0};
   REQUIRE(recording.signals.at(com_sway).rad.size() == 5);
@@ -127,9 +127,9 @@ TEST_CASE("no clock's times are refused") {
   // Farther away than any recording is long: found by fuzzing.
   for (const char* far : {"1e9", "1e30", "1e300"})
     check_error([&] { read("time,sway_deg\n0,1\n0.01,2\n0.02,3\n" + std::string(far) + ",4\n", {.fill_gaps_s = 1.0}); },
-                Code::setting_out_of_range, "line 5");
+                Code::times_uneven, "line 5");
   std::vector<double> times{0.0, 0.01, 0.02, 0.0345, 0.04, 0.05};
-  check_error([&] { read(sine_at(times)); }, Code::setting_out_of_range, "line 5");
+  check_error([&] { read(sine_at(times)); }, Code::times_uneven, "line 5");
   times[3] = 0.015;
   check_error([&] { read(sine_at(times)); }, Code::times_uneven, "line 5");
 }
@@ -203,5 +203,5 @@ TEST_CASE("some uneven steps among even ones are a fault, not a clock without a 
   std::vector<double> times;
   for (std::size_t k = 0; k < 500; ++k) times.push_back(0.01 * static_cast<double>(k));
   for (std::size_t k = 100; k < 500; ++k) times[k] += 0.004;
-  check_error([&] { read(sine_at(times)); }, Code::setting_out_of_range, "line 102");
+  check_error([&] { read(sine_at(times)); }, Code::times_uneven, "line 102");
 }

@@ -70,17 +70,17 @@ TEST_CASE("measured tilts that cannot be read are refused with file and setting"
   const char* file = R"("file": "t.csv")";
   check(good, R"("file": "none.csv")", Code::not_supported, "'measured.file'");
   check(good, R"("file": "")", Code::not_supported, "'measured.file'");
-  check(good, R"("file": 3)", Code::not_supported, "'measured.file'");
+  check(good, R"("file": 3)", Code::setting_malformed, "'measured.file'");
   check(good, R"("file": "t.csv", "column": "x")", Code::column_missing, "'x'");
-  check(good, R"("file": "t.csv", "column": 2)", Code::column_missing, "'measured.column'");
-  check(good, R"("file": "t.csv", "unit": "m")", Code::unit_unknown, "'measured.unit'");
+  check(good, R"("file": "t.csv", "column": 2)", Code::setting_malformed, "'measured.column'");
+  check(good, R"("file": "t.csv", "unit": "m")", Code::setting_malformed, "'measured.unit'");
   check(good, R"("file": "t.csv", "rate_hz": 0)", Code::setting_out_of_range, "measured.rate_hz");
   check(good, R"("file": "t.csv", "rate_hz": 0.99)", Code::setting_out_of_range, "measured.rate_hz");
   check(good, R"("file": "t.csv", "rate_hz": 1e9)", Code::setting_out_of_range, "measured.rate_hz");
   check("time,tilt_deg\n0,0\n10,1\n20,0\n", file, Code::setting_out_of_range, "time_ms");
   check("tilt_deg\n1\n2\n", R"("file": "t.csv", "rate_hz": 100000)", Code::setting_out_of_range, "0 at");
-  check("time,tilt,tilt\n0,0,0\n0.01,1,1\n", file, Code::column_missing, "'tilt'");
-  check("time,tilt_deg/s\n0,0\n0.01,1\n", file, Code::setting_conflict, "measured.unit");
+  check("time,tilt,tilt\n0,0,0\n0.01,1,1\n", file, Code::column_ambiguous, "'tilt'");
+  check("time,tilt_deg/s\n0,0\n0.01,1\n", file, Code::column_unsuitable, "measured.unit");
   check(good, R"("file": "t.csv", "angle": 1)", Code::setting_unknown, "'measured.angle'");
   check(good, R"("file": "t.csv", "lead_in_s": 0.005)", Code::setting_out_of_range, "lead_in_s");
   check(good, R"("file": "t.csv", "rate_hz": 50)", Code::setting_conflict, "measured.rate_hz");
@@ -90,14 +90,14 @@ TEST_CASE("measured tilts that cannot be read are refused with file and setting"
   check("time,tilt_deg\n0,0\n0.01,nan\n", file, Code::value_missing, "line 3");
   check("time,tilt_deg\n0,0\n0.01,nan\n", file, Code::setting_out_of_range);
   check("time,tilt_deg\n0,0\n0.01,\n", file, Code::column_unsuitable, "line 3");
-  check("time,tilt_deg\n0,0\n,1\n", file, Code::setting_out_of_range, "line 3, time");
+  check("time,tilt_deg\n0,0\n,1\n", file, Code::column_unsuitable, "line 3, time");
   for (const char* cell : {"nan,1", "0.01,", "0.01,nan"}) {
     write_text(folder / "t.csv", std::string("time,tilt_deg\n0,0\n") + cell + "\n");
     const std::filesystem::path file_name = write_text(folder / "p.json", R"({"measured": {"file": "t.csv"}})");
     CHECK_FALSE(contains(message_of([&] { load_protocol(file_name.string()); }),
                          "fill_gaps"));  // which only recordings have
   }
-  check("time,tilt_deg\n0,0\n0.01,x\n", file, Code::setting_malformed, "line 3");
+  check("time,tilt_deg\n0,0\n0.01,x\n", file, Code::value_invalid, "line 3");
   check("time,tilt_deg\n0,0\n0.01,1\n0.03,2\n0.04,3\n0.05,3\n", file, Code::setting_out_of_range, "line 4");
   check("time,a_deg,b_deg\n0,0,0\n0.01,1,1\n", file, Code::column_missing, "'a_deg', 'b_deg'");
   check("time,tilt\n0,0\n0.01,1\n", file, Code::unit_unknown, "measured.unit");

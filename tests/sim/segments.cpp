@@ -53,15 +53,15 @@ TEST_CASE("segments: a body's subject") {
   CHECK(std::abs(standard.height_m - 1.80) < 0.000005 / 0.55);
   Body heavy;
   heavy.inertia_kgm2 = 103.0;
-  check_error([&] { subject_of(heavy); }, decid::Code::setting_out_of_range);
+  check_error([&] { subject_of(heavy); }, decid::Code::setting_conflict);
 }
 
 TEST_CASE("segments: bounds") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double mass : {0.0, -1.0, 501.0, nan})
-    check_error([&] { segments_of({mass, 1.8}); }, decid::Code::setting_conflict, "mass_kg");
+    check_error([&] { segments_of({mass, 1.8}); }, decid::Code::setting_out_of_range, "mass_kg");
   for (const double height : {0.0, -1.0, 3.1, nan})
-    check_error([&] { segments_of({80.0, height}); }, decid::Code::setting_conflict, "height_m");
+    check_error([&] { segments_of({80.0, height}); }, decid::Code::setting_out_of_range, "height_m");
 }
 
 TEST_CASE("a person's body has a person's weight and height") {

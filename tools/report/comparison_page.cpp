@@ -7,8 +7,8 @@
 #include "base/text.hpp"
 #include "embedded/comparison_js.hpp"
 #include "embedded/method_table_js.hpp"
+#include "tools/report/json/parameters_json.hpp"
 #include "tools/report/page.hpp"
-#include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {
 Json comparison_json(const ComparisonFigures& figures) {

@@ -8,16 +8,16 @@
 #include "base/files/json_object.hpp"
 #include "base/math/statistics.hpp"
 #include "base/version.hpp"
-#include "embedded/density_css.hpp"
 #include "embedded/controllers_js.hpp"
+#include "embedded/density_css.hpp"
 #include "embedded/density_js.hpp"
 #include "embedded/fit_css.hpp"
 #include "embedded/fit_js.hpp"
 #include "embedded/recordings_js.hpp"
-#include "tools/report/groups_json.hpp"
+#include "tools/report/json/groups_json.hpp"
+#include "tools/report/json/parameters_json.hpp"
+#include "tools/report/json/recording_json.hpp"
 #include "tools/report/page.hpp"
-#include "tools/report/parameters_json.hpp"
-#include "tools/report/recording_json.hpp"
 
 namespace decid::tools {
 namespace {

@@ -18,10 +18,10 @@
 #include "embedded/identify_js.hpp"
 #include "embedded/recordings_js.hpp"
 #include "tools/report/frf.hpp"
-#include "tools/report/groups_json.hpp"
+#include "tools/report/json/groups_json.hpp"
+#include "tools/report/json/parameters_json.hpp"
+#include "tools/report/json/recording_json.hpp"
 #include "tools/report/page.hpp"
-#include "tools/report/parameters_json.hpp"
-#include "tools/report/recording_json.hpp"
 
 namespace decid::tools {
 namespace {

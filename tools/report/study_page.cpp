@@ -11,8 +11,8 @@
 #include "embedded/study_js.hpp"
 #include "identify/network/origin_object.hpp"
 #include "tools/report/comparison_page.hpp"
+#include "tools/report/json/parameters_json.hpp"
 #include "tools/report/page.hpp"
-#include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {
 namespace {

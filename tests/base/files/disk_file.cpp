@@ -76,7 +76,7 @@ TEST_CASE("one holds the lock, until it is closed") {
 
 TEST_CASE("an unreadable file is an error with the reason") {
   const TemporaryFile temporary;
-  check_error([&] { DiskFile(temporary.path, DiskFile::Access::read); }, decid::Code::file_unwritable);
+  check_error([&] { DiskFile(temporary.path, DiskFile::Access::read); }, decid::Code::file_missing);
   check_error([&] { DiskFile(temporary.path / "x", DiskFile::Access::write); }, decid::Code::file_unwritable);
   check_error([&] { DiskFile("/", DiskFile::Access::write); }, decid::Code::file_unwritable);
   DiskFile(temporary.path, DiskFile::Access::write).write(0, "content");

@@ -62,7 +62,7 @@ TEST_CASE("a data set equals the library's, in memory, written, and generated in
   refused(decid_dataset_copy_sway(again.get(), trials, 1, copied.data()), Code::setting_out_of_range, "40 to");
   refused(decid_dataset_copy_sway(again.get(), 1, SIZE_MAX, copied.data()), Code::setting_out_of_range, "40");
   decid_dataset* none = nullptr;
-  refused(decid_dataset_read("no.npz", &none), Code::internal, "no.npz");
+  refused(decid_dataset_read("no.npz", &none), Code::file_missing, "no.npz");
 }
 
 TEST_CASE("a callback stops a data set") {
@@ -76,7 +76,7 @@ TEST_CASE("a callback stops a data set") {
   };
   const OwnedProtocol played = protocol("default");
   decid_dataset* dataset = nullptr;
-  refused(decid_dataset_make(played.get(), &options, &dataset), Code::file_differs, "decid_dataset_make");
+  refused(decid_dataset_make(played.get(), &options, &dataset), Code::stopped, "decid_dataset_make");
   CHECK(dataset == nullptr);
   CHECK(last >= 0.0);
   CHECK(last < 0.5);
@@ -109,7 +109,7 @@ TEST_CASE("a model is not measured on trials of its training's seed, nor on anot
   decid_dataset_options options = request();
   options.seed = 1;
   const OwnedDataset trained = make_dataset(options);
-  refused(decid_evaluate(built_in(), trained.get(), DECID_ALL, &found, sizeof found), Code::trials_missing);
+  refused(decid_evaluate(built_in(), trained.get(), DECID_ALL, &found, sizeof found), Code::data_reused);
   const OwnedProtocol other = protocol("short");
   const decid_dataset_options asked = request();
   const OwnedDataset data =
@@ -117,7 +117,7 @@ TEST_CASE("a model is not measured on trials of its training's seed, nor on anot
   refused(decid_evaluate(built_in(), data.get(), DECID_ALL, &found, sizeof found), Code::file_differs);
   refused(decid_evaluate(built_in(), data.get(), 3, &found, sizeof found), Code::setting_unknown,
           "there is no split 3");
-  refused(decid_evaluate(built_in(), data.get(), DECID_ALL, nullptr, sizeof found), Code::size_mismatch);
+  refused(decid_evaluate(built_in(), data.get(), DECID_ALL, nullptr, sizeof found), Code::setting_missing);
 }
 
 }  // namespace decid

@@ -32,7 +32,7 @@ TEST_CASE("the version is the header's") {
 
 TEST_CASE("bad input gives where, what and a remedy, and no handle") {
   decid_model* model = reinterpret_cast<decid_model*>(1);
-  refused(decid_model_load("no/such.safetensors", &model), Code::file_damaged, "no/such.safetensors");
+  refused(decid_model_load("no/such.safetensors", &model), Code::file_missing, "no/such.safetensors");
   CHECK(model == nullptr);
   refused(decid_model_load("", &model), Code::setting_missing, "decid_model_load");
   refused(decid_model_load(nullptr, nullptr), Code::setting_missing, "decid_model_load");
@@ -41,13 +41,13 @@ TEST_CASE("bad input gives where, what and a remedy, and no handle") {
   refused(decid_model_save(built_in(), "/no/such/folder/model"), Code::file_unwritable, "/no/such/folder");
 
   decid_protocol* none = nullptr;
-  refused(decid_protocol_load("no.json", &none), Code::internal, "no.json");
-  refused(decid_protocol_load(nullptr, &none), Code::not_supported, "decid_protocol_load");
+  refused(decid_protocol_load("no.json", &none), Code::file_missing, "no.json");
+  refused(decid_protocol_load(nullptr, &none), Code::setting_missing, "decid_protocol_load");
 
   decid_recording* recording = nullptr;
-  refused(decid_recording_read("no.csv", nullptr, &recording), Code::internal, "no.csv");
+  refused(decid_recording_read("no.csv", nullptr, &recording), Code::file_missing, "no.csv");
   const double sway[] = {0.0, 0.01, NAN};
-  refused(decid_recording_of(sway, 3, 100.0, DECID_RADIANS, &recording), Code::setting_missing);
+  refused(decid_recording_of(sway, 3, 100.0, DECID_RADIANS, &recording), Code::value_invalid);
   refused(decid_recording_of(sway, 2, 0.0, DECID_RADIANS, &recording), Code::setting_out_of_range, "0 Hz");
   refused(decid_recording_of(sway, 2, 100.0, DECID_BY_NAME, &recording), Code::unit_unknown);
   refused(decid_recording_of(sway, 2, 100.0, 9, &recording), Code::setting_unknown, "there is no unit 9");
@@ -78,17 +78,17 @@ TEST_CASE("a part of a file is refused unless it is plain which") {
   refused_to_read(Code::setting_missing, "decid_recording_read");
   options.trial_column = "subject";
   options.trial = nullptr;
-  refused_to_read(Code::setting_missing, "'s0', 's1'");
+  refused_to_read(Code::recording_ambiguous, "'s0', 's1'");
   options.trial = "s2";
-  refused_to_read(Code::internal, "'s2'");
+  refused_to_read(Code::setting_unknown, "'s2'");
   options.trial_column = "person";
-  refused_to_read(Code::size_mismatch, "'person'");
-  refused_to_list(Code::size_mismatch, "'person'");
+  refused_to_read(Code::column_missing, "'person'");
+  refused_to_list(Code::column_missing, "'person'");
   options.trial_column = "sway_deg";
-  refused_to_list(Code::setting_conflict, "'sway_deg'");
+  refused_to_list(Code::column_unsuitable, "'sway_deg'");
   decid_read_defaults(&options, sizeof options);
   options.section = "Trajectories";
-  refused_to_read(Code::setting_conflict, "long.csv");
+  refused_to_read(Code::setting_unknown, "long.csv");
   options.skip_lines = 0;
   refused_to_read(Code::setting_conflict, "decid_recording_read");
   refused_to_list(Code::setting_conflict, "decid_trials_read");
@@ -111,15 +111,15 @@ TEST_CASE("identification refuses the library's invalid input") {
   options.height_m = 0.9;
   refused(decid_identify(built_in(), recording.get(), &options, &result), Code::setting_out_of_range, "86.4");
   options.mass_kg = 20.0;
-  refused(decid_identify(built_in(), recording.get(), &options, &result), Code::setting_missing);
+  refused(decid_identify(built_in(), recording.get(), &options, &result), Code::setting_out_of_range);
   options.mass_kg = 70.0;
   options.height_m = 1.75;
   options.detrend = 7;
   refused(decid_identify(built_in(), recording.get(), &options, &result), Code::setting_unknown, "no detrending 7");
   const OwnedRecording brief = make_recording({0.0, 0.01, 0.0});
-  refused(decid_identify(built_in(), brief.get(), nullptr, &result), Code::setting_missing);
-  refused(decid_identify(nullptr, recording.get(), nullptr, &result), Code::not_supported);
-  refused(decid_identify(built_in(), nullptr, nullptr, &result), Code::value_invalid);
+  refused(decid_identify(built_in(), brief.get(), nullptr, &result), Code::recording_too_short);
+  refused(decid_identify(nullptr, recording.get(), nullptr, &result), Code::setting_missing);
+  refused(decid_identify(built_in(), nullptr, nullptr, &result), Code::setting_missing);
   CHECK(result == nullptr);
 }
 

@@ -86,7 +86,7 @@ TEST_CASE("a callback stops a fit") {
   options.user = &calls;
   options.progress = [](void* user, double, const char*) { return ++*static_cast<int*>(user) >= 2 ? 1 : 0; };
   decid_result* result = nullptr;
-  refused(decid_fit(built_in(), recording.get(), &options, &result), Code::file_differs, "decid_fit");
+  refused(decid_fit(built_in(), recording.get(), &options, &result), Code::stopped, "decid_fit");
   CHECK(calls == 2);
   CHECK(result == nullptr);
 }
@@ -96,23 +96,23 @@ TEST_CASE("a fit refuses priors out of their bounds") {
   decid_fit_options options = brief();
   options.prior_gain = 2.0;
   decid_result* result = nullptr;
-  refused(decid_fit(built_in(), recording.get(), &options, &result), {});
+  refused(decid_fit(built_in(), recording.get(), &options, &result), Code::setting_out_of_range);
   options = brief();
   options.parameter_prior_count = 1;
-  refused(decid_fit(built_in(), recording.get(), &options, &result), Code::size_mismatch, "parameter_priors");
+  refused(decid_fit(built_in(), recording.get(), &options, &result), Code::setting_missing, "parameter_priors");
   const double unknown = std::numeric_limits<double>::quiet_NaN();
   decid_parameter_prior prior{"Kq", 1.0, 2.0, unknown, unknown};
   options.parameter_priors = &prior;
-  refused(decid_fit(built_in(), recording.get(), &options, &result), Code::internal);
+  refused(decid_fit(built_in(), recording.get(), &options, &result), Code::setting_unknown, "Kq");
   prior = {"Kp", 2.0, 1.0, unknown, unknown};
-  refused(decid_fit(built_in(), recording.get(), &options, &result), Code::internal);
+  refused(decid_fit(built_in(), recording.get(), &options, &result), Code::setting_out_of_range, "Kp");
   prior = {nullptr, 1.0, 2.0, unknown, unknown};
-  refused(decid_fit(built_in(), recording.get(), &options, &result), Code::file_unwritable);
+  refused(decid_fit(built_in(), recording.get(), &options, &result), Code::setting_missing);
   prior = {"Kp", 300.0, 2000.0, 1000.0, 0.0};
-  refused(decid_fit(built_in(), recording.get(), &options, &result), Code::internal);
+  refused(decid_fit(built_in(), recording.get(), &options, &result), Code::setting_out_of_range, "Kp");
   options = brief();
   options.max_draws = 0;
-  refused(decid_fit(built_in(), recording.get(), &options, &result), {});
+  refused(decid_fit(built_in(), recording.get(), &options, &result), Code::setting_out_of_range);
 }
 
 }  // namespace decid

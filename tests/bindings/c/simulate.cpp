@@ -103,8 +103,9 @@ TEST_CASE("a body that falls is an error, or a row that ends in NaN") {
   CHECK(std::isfinite(sway_rad[samples]));
   CHECK(std::isnan(sway_rad.back()));
   parameters[0] = -1.0;
-  refused(decid_simulate(played.get(), parameters.data(), 2, 1, sway_rad.data(), stood), Code::internal);
-  refused(decid_simulate(played.get(), nullptr, 2, 1, sway_rad.data(), stood), Code::file_unsupported);
+  refused(decid_simulate(played.get(), parameters.data(), 2, 1, sway_rad.data(), stood), Code::setting_out_of_range,
+          "Kp");
+  refused(decid_simulate(played.get(), nullptr, 2, 1, sway_rad.data(), stood), Code::setting_missing);
 }
 
 }  // namespace decid

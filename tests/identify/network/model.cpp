@@ -141,20 +141,22 @@ TEST_CASE("a model file whose parts do not stand is refused, each with its reaso
                        .usual = 2.0};
   const std::string bytes = to_bytes(whole);
   CHECK(model_from_bytes(bytes, "m").familiarity.usual == 2.0);
-  const auto refused = [&](const char* reason, const auto& change) {
+  const auto refused = [&](const char* reason, const auto& change, Code code = Code::file_damaged) {
     nn::TensorFile file = nn::from_safetensors(bytes, "m");
     file.metadata.erase(nn::content_hash_key);
     change(file);
     CAPTURE(reason);
-    test::check_error([&] { model_from_bytes(nn::to_safetensors(file), "m"); }, Code::internal, reason);
+    test::check_error([&] { model_from_bytes(nn::to_safetensors(file), "m"); }, code, reason);
   };
   const auto tensor = [](nn::TensorFile& file, const char* name) -> std::vector<float>& {
     return std::ranges::find(file.tensors, name, &nn::NamedTensor::name)->values;
   };
-  refused("of format 'another'", [](auto& file) { file.metadata["format"] = "another"; });
+  refused(
+      "of format 'another'", [](auto& file) { file.metadata["format"] = "another"; }, Code::file_unsupported);
   for (const char* key : {"format", "architecture", "image", "protocol", "targets", "origin"}) {
     const std::string reason = "not a decid model: it has no " + std::string(key);
-    refused(reason.c_str(), [&](auto& file) { file.metadata.erase(key); });
+    refused(
+        reason.c_str(), [&](auto& file) { file.metadata.erase(key); }, Code::file_unsupported);
   }
   refused("target scaling that cannot be read", [](auto& file) { file.metadata["targets"] = "{}"; });
   for (const double deviation : {0.0, -1.0})
@@ -171,7 +173,8 @@ TEST_CASE("a model file whose parts do not stand is refused, each with its reaso
   refused("familiarity that is not positive", [](auto& file) { file.metadata["familiarity"] = R"({"usual": 0.0})"; });
   refused("recalibration of distributions that its head does not give",
           [](auto& file) { file.metadata["recalibration"] = "{}"; });
-  refused("outputs of the kind 'another'", [](auto& file) { file.metadata["head"] = "another"; });
+  refused(
+      "outputs of the kind 'another'", [](auto& file) { file.metadata["head"] = "another"; }, Code::file_unsupported);
   // A network of one layer has no features.
   Model flat(sim::short_protocol(), {.window = 1000}, "fc 7");
   flat.targets = whole.targets;

@@ -186,18 +186,18 @@ TEST_CASE("recalibration: a damaged one is refused") {
   Model model = too_sure();
   model.recalibration = learned();
   const Json whole = Json::parse(to_json(model.recalibration));
-  const auto refused = [&](const std::string& text, const char* why) {
+  const auto refused = [&](const std::string& text, const char* why, Code code = Code::file_damaged) {
     nn::TensorFile file = nn::from_safetensors(to_bytes(model), "m");
     file.metadata.erase(nn::content_hash_key);
     file.metadata["recalibration"] = text;
-    check_error([&] { model_from_bytes(nn::to_safetensors(file), "mine"); }, Code::internal, why);
+    check_error([&] { model_from_bytes(nn::to_safetensors(file), "mine"); }, code, why);
   };
   const auto changed = [&](const char* pointer, const Json& value) {
     Json json = whole;
     json[Json::json_pointer(pointer)] = value;
     return json.dump();
   };
-  refused("{", "not valid JSON");
+  refused("{", "line 1", Code::setting_malformed);
   refused("[]", "cannot be read");
   refused("{}", "cannot be read");
   refused(changed("/levels", 3), "1 levels");

@@ -67,7 +67,7 @@ TEST_CASE("presets: with another head the last layer has its outputs, the others
     CHECK(other.architecture == layers + "fc 108");
     CHECK(with_head(other, preset.head, 7, "--head").architecture == preset.architecture);
   }
-  test::check_error([] { with_head(decid::presets()[0], "mixtures", 7, "--head"); }, Code::setting_out_of_range);
+  test::check_error([] { with_head(decid::presets()[0], "mixtures", 7, "--head"); }, Code::setting_unknown);
 }
 
 TEST_CASE("presets: the image of its own protocol is the one that is written down") {
@@ -166,8 +166,8 @@ TEST_CASE("presets: names are unique, and one that is not there is answered with
     CHECK(names.insert(preset.name).second);
     CHECK(&preset_named(preset.name) == &preset);
   }
-  for (const std::string& name : names) test::check_error([&] { preset_named("worst"); }, Code::internal, name);
-  test::check_error([&] { preset_named("Best"); }, Code::internal, "'Best'");
+  for (const std::string& name : names) test::check_error([&] { preset_named("worst"); }, Code::setting_unknown, name);
+  test::check_error([&] { preset_named("Best"); }, Code::setting_unknown, "'Best'");
 }
 
 }  // namespace decid::tools

@@ -161,11 +161,11 @@ TEST_CASE("mean_squared_error: sizes that do not match") {
   CHECK_NOTHROW(loss(12, 3)());
   CHECK_NOTHROW(loss(16, 3)());  // of a larger batch
   for (const auto& [targets, sums] : {std::pair<std::size_t, std::size_t>{11, 3}, {0, 3}, {12, 2}})
-    check_error([&] { loss(targets, sums)(); }, decid::Code::setting_out_of_range, "4 with");
+    check_error(loss(targets, sums), decid::Code::size_mismatch, "batch of 4");
   const std::vector<float> targets(12);
   std::vector<double> squares(3);
   check_error([&] { mean_squared_error(trainer.output(), targets, squares, trainer.input()); },
-              decid::Code::size_mismatch, "1");
+              decid::Code::size_mismatch);
 }
 
 TEST_CASE("training: a new trainer has no momentum, and initialise() forgets the running statistics") {

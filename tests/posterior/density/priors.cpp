@@ -143,7 +143,7 @@ TEST_CASE("ranges_of: the ranges that are given, else the table's") {
 TEST_CASE("ranges_of: priors of no parameter, or of none that can be, are refused") {
   using Range = ParameterPrior::Range;
   using Normal = ParameterPrior::Normal;
-  check_error([] { ranges({{.name = "kp"}}); }, Code::internal);
+  check_error([] { ranges({{.name = "kp"}}); }, Code::setting_unknown, "kp");
   check_error([] { ranges({{.name = "Kp"}, {.name = "Kd"}, {.name = "Kp"}}); }, Code::setting_conflict);
   for (const Range wrong : {Range{-1.0, 2.0}, Range{2.0, 2.0}, Range{3.0, 2.0}, Range{0.0, infinity},
                             Range{not_a_number, 1.0}, Range{0.0, not_a_number}, Range{0.0, 1e6}})

@@ -108,10 +108,10 @@ TEST_CASE("settings that are too small are errors") {
     };
   };
   check_error(with([](auto& s) { s.population = 4; }), Code::setting_out_of_range, "16 or more");
-  check_error(with([](auto& s) { s.stage_moves = 0; }), Code::column_unsuitable, "stage_moves");
-  check_error(with([](auto& s) { s.settling_transitions = -1; }), Code::unit_unknown, "settling_transitions");
-  check_error(with([](auto& s) { s.chains = 0; }), Code::internal);
-  check_error(with([](auto& s) { s.thinning = 0; }), Code::internal);
+  check_error(with([](auto& s) { s.stage_moves = 0; }), Code::setting_out_of_range, "stage_moves");
+  check_error(with([](auto& s) { s.settling_transitions = -1; }), Code::setting_out_of_range, "settling_transitions");
+  check_error(with([](auto& s) { s.chains = 0; }), Code::setting_out_of_range);
+  check_error(with([](auto& s) { s.thinning = 0; }), Code::setting_out_of_range);
   check_error(with([](auto& s) { s.min_draws = 3; }), Code::setting_out_of_range, "min_draws");
   check_error(with([](auto& s) { s.max_draws = 10; }), Code::setting_out_of_range, "max_draws");
   check_error([] { frf::sample_smc(29, 0, ridge, plain); }, Code::setting_out_of_range, "29 coordinates");

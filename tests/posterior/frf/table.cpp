@@ -78,11 +78,11 @@ TEST_CASE("tables that cannot be used are errors") {
   check_refused("frequency,gain,phase\n0,0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n", Code::setting_out_of_range, "line 2");
   check_refused("frequency,gain,phase\n-0.05,0.9,20\n0.4,1.8,-60\n", Code::setting_out_of_range, "line 2");
   check_refused("frequency,gain,phase\n0.4,1.8,-60\n0.05,0.9,20\n1.1,0.8,-150\n", Code::value_invalid, "line 3");
-  check_refused("frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n0.4,1.7,-61\n", Code::value_invalid, "line 4");
+  check_refused("frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n0.4,1.7,-61\n", Code::setting_conflict, "line 4");
   check_refused("frequency,gain,phase\n0.05,-0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n", Code::setting_out_of_range,
                 "line 2");
   check_refused("frequency,gain,phase\n0.05,,20\n0.4,1.8,-60\n1.1,0.8,-150\n", Code::setting_malformed, "line 2");
-  check_refused("frequency,gain,phase\n0.05,0.9,x\n0.4,1.8,-60\n1.1,0.8,-150\n", Code::setting_malformed, "line 2");
+  check_refused("frequency,gain,phase\n0.05,0.9,x\n0.4,1.8,-60\n1.1,0.8,-150\n", Code::value_invalid, "line 2");
   check_refused("frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n", Code::file_too_large, "2 rows");
   check_refused("frequency,gain,phase\n0.05,0.9,0.3\n0.4,1.8,-1\n1.1,0.8,-2.6\n", Code::unit_unknown, "phase_rad");
   check_refused("frequency,gain,phase_deg\n0.05,0.9,0.3\n0.4,1.8,-1\n1.1,0.8,-2.6\n", Code::unit_unknown, "phase_rad");

@@ -64,7 +64,7 @@ TEST_CASE("csv: a decimal comma where it cannot separate") {
   // Without a header's word, two numbers.
   check_table("1,5\n2,25\n", unnamed, {{1, 2}, {5, 25}}, false);
   check_table("a, b\n1, 3\n2, 4\n", a_b, {{1, 2}, {3, 4}});
-  check_error(taking("a;b\n1,5,5;3\n", 0), Code::value_missing, "line 2, a");
+  check_error(taking("a;b\n1,5,5;3\n", 0), Code::value_invalid, "line 2, a");
 }
 
 TEST_CASE("csv: numbers as they are written") {
@@ -75,7 +75,7 @@ TEST_CASE("csv: numbers as they are written") {
     CAPTURE(odd);
     check_error(taking("a;b\n" + odd + ";3\n", 0), Code::table_unclear, "line 2, a");
   }
-  check_error(taking("a;b\n" + std::string(50, 'x') + ";3\n", 0), Code::internal,
+  check_error(taking("a;b\n" + std::string(50, 'x') + ";3\n", 0), Code::value_invalid,
               ("'" + std::string(37, 'x') + "...'").c_str());
 }
 
@@ -97,10 +97,10 @@ TEST_CASE("csv: a line of units becomes part of the names") {
   check_table("a,b\n,\xC2\xB0\n1.5,3\n-2.25,4\n", {"a", "b (\xC2\xB0)"}, numbers);
   check_table("a,b\n1,1\n2,2\n", a_b, {{1, 2}, {1, 2}});  // "1" is a unit, but numbers are data
   // Below the header only, and known ones only.
-  check_error(taking("a,b\n1,1\ns,deg\n", 0), Code::file_too_large, "line 3, a");
+  check_error(taking("a,b\n1,1\ns,deg\n", 0), Code::value_invalid, "line 3, a");
   check_table("a,b,c\ns,N.mm,uV\n1,3,5\n2,4,6\n", {"a (s)", "b (N.mm)", "c (uV)"}, {{1, 2}, {3, 4}, {5, 6}});
   check_table("a,b\ns,furlongs\n1,3\n2,4\n", {"a (s)", "b (furlongs)"}, {{1, 2}, {3, 4}});
-  check_error(taking("a,b,c\ns,some,word\n1,1,1\n", 0), Code::file_too_large, "line 2, a");
+  check_error(taking("a,b,c\ns,some,word\n1,1,1\n", 0), Code::value_invalid, "line 2, a");
 }
 
 TEST_CASE("csv: quotes hold separators, and are no part of names and numbers") {
@@ -135,7 +135,7 @@ TEST_CASE("csv: rows are found in the file") {
   CHECK(table.place_of(1) == "line 8");
   CHECK(table.place_of(2) == "line 9");
   CHECK(CsvTable("1,2\n3,4\n", "t.csv").place_of(1) == "line 2");
-  check_error(taking("# c\n\na,b\ns,deg\r\n1,2\n\n# c\n3,x\n5,6\n", 1), Code::file_too_large, "line 8, b (deg)");
+  check_error(taking("# c\n\na,b\ns,deg\r\n1,2\n\n# c\n3,x\n5,6\n", 1), Code::value_invalid, "line 8, b (deg)");
 }
 
 TEST_CASE("csv: missing cells are refused or kept as gaps; invalid cells are always refused") {
@@ -153,7 +153,7 @@ TEST_CASE("csv: missing cells are refused or kept as gaps; invalid cells are alw
   }
   for (const std::string cell : {"inf", "-inf", "1e999", "x"}) {
     CAPTURE(cell);
-    check_error(taking("a,b\n1,2\n3," + cell + "\n", 1, Missing::kept), Code::value_missing, "line 3, b");
+    check_error(taking("a,b\n1,2\n3," + cell + "\n", 1, Missing::kept), Code::value_invalid, "line 3, b");
   }
 }
 
@@ -201,6 +201,6 @@ TEST_CASE("csv: a truncated last line is left out with a note") {
     CHECK(table.warnings().empty());
   }
   // A line end says that the line was written to its end.
-  check_error(making(three + "7,8\n"), Code::file_too_large, "line 5");
-  check_error(making(three + "x,8"), Code::file_too_large, "line 5");
+  check_error(making(three + "7,8\n"), Code::table_unclear, "line 5");
+  check_error(making(three + "x,8"), Code::table_unclear, "line 5");
 }

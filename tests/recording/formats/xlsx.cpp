@@ -92,7 +92,7 @@ TEST_CASE("XLSX: true and false are words; a first sheet without a table names t
       R"(<row><c t="inlineStr"><is><t>time</t></is></c><c t="inlineStr"><is><t>sway_deg</t></is></c></row>)";
   for (int k = 0; k < 5; ++k)
     rows += "<row><c><v>" + std::to_string(k) + "E-2</v></c><c" + (k == 3 ? " t='b'" : "") + "><v>1</v></c></row>";
-  check_error([&] { read(workbook(rows)); }, Code::value_missing, "line 5, sway_deg");
+  check_error([&] { read(workbook(rows)); }, Code::value_invalid, "line 5, sway_deg");
   std::map<std::string, std::string> parts =
       workbook_parts("<row><c t='inlineStr'><is><t>Measured by Ann</t></is></c></row>");
   parts["xl/workbook.xml"] = R"(<workbook><sheets><sheet name="Notes" r:id="r1"/><sheet name="Chart" r:id="r8"/>)"
@@ -135,7 +135,7 @@ TEST_CASE("XLSX: stored and deflated archives, and bounds of their sizes") {
   for (const char* part : {"xl/workbook.xml", "xl/_rels/workbook.xml.rels", "xl/worksheets/sheet1.xml"})
     check_error(changed([&](auto& parts) { parts.erase(part); }), Code::file_damaged, part);
   check_error(changed([](auto& parts) { parts["xl/workbook.xml"] = "<workbook/>"; }), Code::file_damaged);
-  check_error(changed([](auto& parts) { parts["xl/_rels/workbook.xml.rels"] = "<a/>"; }), Code::file_damaged);
+  check_error(changed([](auto& parts) { parts["xl/_rels/workbook.xml.rels"] = "<a/>"; }), Code::value_missing);
   std::string locked = bytes;
   for (std::size_t at = 0; (at = locked.find("PK\x01\x02", at)) != locked.npos; ++at) locked[at + 8] = 1;
   check_error([&] { read_xlsx(locked, where); }, Code::file_unsupported);

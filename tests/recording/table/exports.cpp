@@ -47,7 +47,7 @@ TEST_CASE("files of other programs are named in the error") {
                           {c3d, "C3D"}}) {
     const char* const what = one.second;  // clang 14 captures no structured binding
     CAPTURE(what);
-    check_error(reading(one.first), Code::internal, what);
+    check_error(reading(one.first), Code::file_unsupported, what);
   }
   check_error([] { refuse_foreign(std::string("\x00\x54\x00", 3), "a.acq", ".acq"); }, Code::file_unsupported);
   refuse_foreign("0       1.5\n0.01    1.6\n", "t.txt", ".txt");  // which is no EDF file
@@ -101,7 +101,7 @@ TEST_CASE("times that are rounded so coarsely that samples share them") {
   const Recording recording = read(text);
   CHECK(recording.rate_hz == 100.0);
   CHECK(has(recording.warnings, "uneven_times"));
-  check_error(reading(damaged), Code::setting_conflict);  // a second is missing
+  check_error(reading(damaged), Code::times_uneven);  // a second is missing
 }
 
 TEST_CASE("several recordings in a file are not joined, whatever the rate") {
@@ -123,7 +123,7 @@ TEST_CASE("counters, forces and quaternions are not sway; the remaining column i
     check_one_two_three(text);
     CHECK(has(read(text).warnings, "column_assumed"));
   }
-  check_error(reading("PacketCounter,Roll,Pitch\n1,0,1\n2,0,2\n"), Code::internal, "'Roll', 'Pitch'");
+  check_error(reading("PacketCounter,Roll,Pitch\n1,0,1\n2,0,2\n"), Code::column_ambiguous, "'Roll', 'Pitch'");
 }
 
 TEST_CASE("names of tilts and sways") {

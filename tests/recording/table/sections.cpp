@@ -48,7 +48,7 @@ TEST_CASE("sections are found by their first lines, with their places") {
 }
 
 TEST_CASE("a section is chosen by its name or number, and lines keep their numbers") {
-  check_error(reading(vicon), Code::table_unclear, "line 10");
+  check_error(reading(vicon), Code::recording_ambiguous, "line 10");
   for (const char* name : {"Model Outputs", "model outputs", "2"}) {
     CAPTURE(name);
     check_one_two_three(vicon, section(name, "angle"));
@@ -61,7 +61,7 @@ TEST_CASE("a section is chosen by its name or number, and lines keep their numbe
   CHECK(near(recording.signals.at(com_sway).rad[2], std::asin(0.12), 1e-12));
   std::string wrong = vicon;
   wrong.replace(wrong.find("2,0,2,1"), 7, "2,0,x,1");
-  check_error(reading(wrong, section("2", "angle")), Code::column_unsuitable, "line 16, angle (deg)");
+  check_error(reading(wrong, section("2", "angle")), Code::value_invalid, "line 16, angle (deg)");
   check_error(reading(vicon, section("Joints")), Code::setting_unknown, "'Trajectories'");
   check_error(reading(vicon, section("4")), Code::setting_unknown, "has no section 4");
   check_error(reading(vicon, section("0")), Code::setting_unknown, "has no section 0");

@@ -74,8 +74,8 @@ TEST_CASE("a column of trials makes each of its values a recording") {
 }
 
 TEST_CASE("columns that do not tell recordings apart, and trials that there are not, are refused") {
-  check_error([] { trials(two, "block"); }, Code::column_unsuitable, "'block'");
-  check_error([] { trials(two, "subject,block"); }, Code::column_unsuitable, "'block'");
+  check_error([] { trials(two, "block"); }, Code::column_missing, "'block'");
+  check_error([] { trials(two, "subject,block"); }, Code::column_missing, "'block'");
   check_error([] { trials("time,angle_deg,run\n0,1,a\n0.01,2,b\n0.02,3,c\n", "run"); }, Code::column_unsuitable,
               "3 values");
   check_error([] { trials("time,angle_deg,run\n0,1,\n0.01,2,\n0.02,3,\n", "run"); }, Code::column_unsuitable, "'run'");
@@ -85,7 +85,7 @@ TEST_CASE("columns that do not tell recordings apart, and trials that there are 
 
 TEST_CASE("several recordings below each other are refused without --trial, with a rate too") {
   for (const RecordingOptions& options : {RecordingOptions{}, RecordingOptions{.rate_hz = 100.0}}) {
-    check_error(reading(two, options), Code::size_mismatch, "line 5");
+    check_error(reading(two, options), Code::recording_ambiguous, "line 5");
     check_error(reading("block,angle_deg\n1,1\n1,2\n1,3\n2,1\n2,2\n", options), Code::size_mismatch, "line 5");
     // Times start again, at their beginning or later.
     for (const char* second : {"0", "0.05"}) {
@@ -93,7 +93,7 @@ TEST_CASE("several recordings below each other are refused without --trial, with
       for (int k = 0; k < 40; ++k) text += std::to_string(k * 0.01) + "," + std::to_string(k % 7) + "\n";
       for (int k = 0; k < 40; ++k)
         text += std::to_string(std::stod(second) + k * 0.01) + "," + std::to_string(k % 7) + "\n";
-      check_error(reading(text, options), Code::column_unsuitable, "line 42");
+      check_error(reading(text, options), Code::recording_ambiguous, "line 42");
     }
   }
   check_one_two_three("trial,time,angle_deg\n4,0,1\n4,0.01,2\n4,0.02,3\n");
@@ -175,7 +175,7 @@ TEST_CASE("--trial none is advised where all rows can be read as one recording, 
 TEST_CASE("a column called trial that holds the times is exchanged with the column of time") {
   std::string text = "trial,time,com_sway_deg\n";
   for (int k = 0; k < 30; ++k) text += std::to_string(k * 0.01) + ",1," + std::to_string(k % 7) + "\n";
-  check_error(reading(text), Code::unit_unknown, "'time'");
+  check_error(reading(text), Code::times_uneven, "'time'");
   CHECK(read(text, {.rate_hz = 100.0}).signals.samples() == 30);
 }
 

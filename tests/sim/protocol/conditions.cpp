@@ -268,13 +268,13 @@ TEST_CASE("conditions in protocol files") {
   const auto refused = [](const std::string& inner, Code code, std::string_view fact = {}) {
     check_error([&] { protocol_from_json(R"({"recording": {)" + inner + "}}", "my.json"); }, code, fact);
   };
-  refused(R"("wind": {"size": 1})", Code::internal, "my.json");
-  refused(R"("gain": 0.1)", Code::setting_out_of_range, "recording.gain");
-  refused(R"("gain": {"share": 0.1})", Code::file_unreadable, "my.json");
-  refused(R"("gain": {"size": "big"})", Code::setting_out_of_range, "my.json");
+  refused(R"("wind": {"size": 1})", Code::setting_unknown, "wind");
+  refused(R"("gain": 0.1)", Code::setting_malformed, "recording.gain");
+  refused(R"("gain": {"share": 0.1})", Code::setting_missing, "size");
+  refused(R"("gain": {"size": "big"})", Code::setting_malformed, "size");
   refused(R"("gain": {"size": [0.2, 0.1]})", Code::setting_out_of_range, "my.json");
   refused(R"("gain": {"size": 1.5})", Code::setting_out_of_range, "1.5");
   refused(R"("gain": {"size": 0.1, "share": 1.5})", Code::setting_out_of_range, "1.5");
-  refused(R"("gain": {"size": 0.1, "often": 1})", Code::internal, "my.json");
+  refused(R"("gain": {"size": 0.1, "often": 1})", Code::setting_unknown, "often");
   refused(R"("low_pass_hz": {"size": [0, 3]})", Code::setting_out_of_range, "low_pass_hz");
 }

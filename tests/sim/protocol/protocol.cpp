@@ -208,7 +208,7 @@ TEST_CASE("Protocol::validate: trials of all lengths that can be transformed, an
   CHECK_NOTHROW(VestibularNoiseMaker{protocol});
   Protocol sequence;
   sequence.sequence().lead_out_s = 79.11;  // 20,011 samples
-  check_error([&] { sequence.validate(); }, decid::Code::internal, "20011");
+  check_error([&] { sequence.validate(); }, decid::Code::setting_out_of_range, "20011");
   sines = {.components = sines.components, .cycle_s = 99.73};  // 9,973 is the largest prime that can be
   protocol.experiment.stimulus = sines;
   CHECK_NOTHROW(protocol.validate());

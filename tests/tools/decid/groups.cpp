@@ -9,7 +9,7 @@
 #include "tools/decid/group_file.hpp"
 #include "tools/decid/results/group_results.hpp"
 #include "tools/decid/results/results.hpp"
-#include "tools/report/groups_json.hpp"
+#include "tools/report/json/groups_json.hpp"
 
 using decid::GroupTable;
 using decid::Json;

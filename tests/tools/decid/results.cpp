@@ -12,7 +12,7 @@
 #include "tools/report/comparison_page.hpp"
 #include "tools/report/dataset_page.hpp"
 #include "tools/report/identify_page.hpp"
-#include "tools/report/parameters_json.hpp"
+#include "tools/report/json/parameters_json.hpp"
 
 namespace decid::tools {
 namespace {

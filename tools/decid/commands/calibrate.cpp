@@ -20,7 +20,7 @@
 #include "tools/decid/ranks.hpp"
 #include "tools/decid/results/calibrated_trials.hpp"
 #include "tools/report/figures/calibration_figure.hpp"
-#include "tools/report/parameters_json.hpp"
+#include "tools/report/json/parameters_json.hpp"
 
 namespace decid::tools {
 namespace {

@@ -13,7 +13,7 @@
 #include "tools/decid/command.hpp"
 #include "tools/decid/ranks.hpp"
 #include "tools/firmware/quantise.hpp"
-#include "tools/report/parameters_json.hpp"
+#include "tools/report/json/parameters_json.hpp"
 
 namespace decid::tools {
 namespace {

@@ -8,7 +8,7 @@
 #include "base/files/json_object.hpp"
 #include "sim/protocol/protocol_json.hpp"
 #include "sim/protocol/protocol_object.hpp"
-#include "tools/report/parameters_json.hpp"
+#include "tools/report/json/parameters_json.hpp"
 
 namespace decid::tools {
 namespace {

@@ -118,7 +118,7 @@ Json answer_json(const FrfAnswer& answer, const std::optional<sim::Parameters>& 
           {"correlations", correlations_json(found, answer.density.ranges().size())},
           {"frf", table_json(answer)},
           {"diagnostics", diagnostics_json(found, answer.density.ranges())},
-          {"trust", name(trust_of(found.warnings()))},
+          {"trust", name(worst_trust(found.warnings()))},
           {"warnings", warnings_json(found.warnings())}};
 }
 

@@ -8,9 +8,9 @@
 #include "tools/decid/results/posterior_results.hpp"
 #include "tools/decid/results/results.hpp"
 #include "tools/report/frf.hpp"
-#include "tools/report/groups_json.hpp"
-#include "tools/report/parameters_json.hpp"
-#include "tools/report/recording_json.hpp"
+#include "tools/report/json/groups_json.hpp"
+#include "tools/report/json/parameters_json.hpp"
+#include "tools/report/json/recording_json.hpp"
 
 namespace decid::tools {
 namespace {

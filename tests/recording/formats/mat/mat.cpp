@@ -42,8 +42,8 @@ TEST_CASE("variables of versions 4 and 5 are columns") {
   REQUIRE(recording.signals.at(platform_tilt).rad.size() == 20);
   CHECK(recording.signals.at(platform_tilt).rad[19] == -5.0 * sim::rad_per_deg);
   check_made(read_recording(made("v5.mat"), {}));
-  check_error(reading(made("v5.mat"), {.skip_lines = 1}), Code::file_damaged, "skip_lines");
-  check_error(reading(made("v5.mat"), {.section = "1"}), Code::file_damaged);
+  check_error(reading(made("v5.mat"), {.skip_lines = 1}), Code::setting_conflict, "skip_lines");
+  check_error(reading(made("v5.mat"), {.section = "1"}), Code::setting_conflict);
   check_made(read_recording(made("v5.mat"), {.column = "k"}), 8.0);  // whole numbers
 }
 
@@ -59,7 +59,7 @@ TEST_CASE("version 7.3 as h5py writes it, with classes that end without a null o
 }
 
 TEST_CASE("fields of structs are columns, and a scalar fs is the rate") {
-  check_error(reading(made("v7_struct.mat")), Code::column_unsuitable, "'trial.signals.COM_x'");
+  check_error(reading(made("v7_struct.mat")), Code::column_ambiguous, "'trial.signals.COM_x'");
   check_made(read_recording(made("v7_struct.mat"), {.column = "trial.signals.COM_x"}));
   check_made(read_recording(made("v7_struct.mat"), {.column = "other.COM_x"}), 2.0);
   check_made(read_recording(made("v7_struct.mat"), {.column = "tilt"}), -2.0);
@@ -291,7 +291,7 @@ TEST_CASE("Octave's own formats are recognised in the error") {
 
 TEST_CASE("files without numbers, damaged ones and those that are none are refused") {
   const TemporaryFolder folder;
-  check_error(reading(folder / "absent.mat"), Code::internal, "absent.mat");
+  check_error(reading(folder / "absent.mat"), Code::file_missing, "absent.mat");
   check_error(reading(made("nothing.mat")), Code::file_empty, "1 x");
   check_error(reading(write_text(folder / "csv.mat", "time,sway\n0,1\n0.01,2\n")), Code::file_damaged, "csv.mat");
   check_error(reading(write_text(folder / "empty.mat", "")), Code::column_unsuitable, "empty.mat");

@@ -383,5 +383,5 @@ TEST_CASE("kinds of variables that are no columns are named; wide and narrow mat
   const MatTable bad(
       mat.file(mat.matrix(mat.head(double_class, 2, 1) + mat.element(9, bytes_of<double>({1, infinite}, true)))),
       "trial.mat");
-  check_error([&] { bad.numbers(0, Missing::kept); }, Code::value_missing, "trial.mat");
+  check_error([&] { bad.numbers(0, Missing::kept); }, Code::value_invalid, "trial.mat");
 }

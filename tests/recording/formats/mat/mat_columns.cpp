@@ -102,7 +102,7 @@ TEST_CASE("structures beside each other: the path says whose sway, its time is t
 }
 
 TEST_CASE("a column of trials in a MAT-file: refused, or each a recording") {
-  check_error(reading("trial_column.mat"), Code::column_missing, "row 21");
+  check_error(reading("trial_column.mat"), Code::recording_ambiguous, "row 21");
   check_error(reading("trial_column.mat", {.rate_hz = 50.0}), Code::recording_ambiguous);
   CHECK(list_trials(made("trial_column.mat"), {.trial_column = "trial"}) == Strings{"3", "7"});
   check_made("trial_column.mat", {.trial_column = "trial", .trial = "3"});
@@ -192,7 +192,7 @@ TEST_CASE("unread variables that hold signals are named with their kind") {
   REQUIRE(at != std::string::npos);
   bytes[at - 20] = 2;  // sparse, by the type of its variable
   bytes.resize(bytes.find("tilt_deg") - 20);
-  check_error([&] { read_recording(write_text(folder / "f.mat", bytes), {}); }, Code::column_ambiguous, "COM_x");
+  check_error([&] { read_recording(write_text(folder / "f.mat", bytes), {}); }, Code::column_missing, "COM_x");
 }
 
 TEST_CASE("a user's own variables beside LabChart's are columns too, LabChart's own are not") {

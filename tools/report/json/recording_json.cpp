@@ -1,11 +1,11 @@
 // Parts of the pages on recordings: see recording_json.hpp.
-#include "tools/report/recording_json.hpp"
+#include "tools/report/json/recording_json.hpp"
 
 #include <cmath>
 
 #include "base/files/json_object.hpp"
+#include "tools/report/json/parameters_json.hpp"
 #include "tools/report/page.hpp"
-#include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {
 

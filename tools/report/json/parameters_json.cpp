@@ -1,5 +1,5 @@
 // Parameters as JSON: see parameters_json.hpp.
-#include "tools/report/parameters_json.hpp"
+#include "tools/report/json/parameters_json.hpp"
 
 #include <cmath>
 

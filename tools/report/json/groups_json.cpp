@@ -1,8 +1,8 @@
 // Groups compared as JSON: see groups_json.hpp.
-#include "tools/report/groups_json.hpp"
+#include "tools/report/json/groups_json.hpp"
 
 #include "base/files/json_object.hpp"
-#include "tools/report/parameters_json.hpp"
+#include "tools/report/json/parameters_json.hpp"
 
 namespace decid::tools {
 namespace {
