@@ -241,7 +241,8 @@ void export_controller(const ControllerOptions& options) {
   if (is_result) chosen = identified(options.result, options.recording, options.force);
   if (!chosen.caution.empty()) std::cerr << options.result << ": " << chosen.caution << '\n';
   if (is_result && !options.controller.empty() && options.controller != chosen.controller->name)
-    throw Error(options.result, "has the controller " + chosen.controller->name + ", not " + options.controller,
+    throw Error(Code::setting_conflict, options.result,
+                "has the controller " + chosen.controller->name + ", not " + options.controller,
                 "leave --controller out");
   const sim::Protocol protocol =
       controller_protocol(options, chosen.body, is_result ? chosen.controller->name : options.controller);
