@@ -33,7 +33,7 @@ double best_seconds(benchmark::State& state, Machine& machine, const std::functi
     times.push_back(cpu_seconds() - start);
     state.SetIterationTime(times.back());
   }
-  return best_of(times);
+  return best(times);
 }
 
 /// Operations of a real FFT as FFTW counts them.

@@ -28,7 +28,7 @@ double status_megabytes(const std::string& key) {
     double kilobytes = 0;
     if (word == key + ":" && file >> kilobytes) return kilobytes * 1.024e-3;
   }
-  throw Error("/proc/self/status", "has no " + key, "memory is measured on Linux only");
+  throw Error(Code::not_supported, "/proc/self/status", "has no " + key, "memory is measured on Linux only");
 }
 
 /// The peak of memory beyond `before`. The kernel's own count (getrusage) would begin with the peak of the process that
@@ -64,7 +64,7 @@ void measure(benchmark::State& state, int threads, const std::function<std::func
     times.push_back(now() - start);
     state.SetIterationTime(times.back());
   }
-  state.counters["best s"] = bench::best_of(times);
+  state.counters["best s"] = bench::best(times);
   state.counters["MB"] = peak.megabytes();
 }
 

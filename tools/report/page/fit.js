@@ -237,6 +237,7 @@ function fill(made, recording) {
       figure("Simulated sway resembles the recording", !tested ? "unknown" : isOdd(recording) ? "no" : "yes",
         tested ? `smallest p ${fixed(smallest, 3)}` : "too few simulated bodies stand"),
       figure("Sway, peak to peak", inDegrees(recording.peak_to_peak_deg, 2), "of the recording")),
+    ...[controllersSection(recording)].filter(section => section !== null),
     densities(recording), timelines(recording), pairs(recording),
     element("h3", {}, "Does simulated sway resemble the recording?"), checkTable(recording), chainsFold(recording));
 }
