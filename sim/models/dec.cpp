@@ -10,13 +10,13 @@ const BodyModel& single_pendulum() {
   using enum Coefficient;
   static const BodyModel model{"dec",
                                ParameterTable({
-                                   {"Kp", "kp", "Active proportional gain", "N m/rad", 503.3943, 1258.4857, true},
-                                   {"Kd", "kd", "Active derivative gain", "N m s/rad", 125.8486, 377.5457, true},
+                                   {"Kp", "kp", "Active stiffness", "N m/rad", 503.3943, 1258.4857, true},
+                                   {"Kd", "kd", "Active damping", "N m s/rad", 125.8486, 377.5457, true},
                                    {"Kp_pass", "kp-pass", "Passive stiffness", "N m/rad", 62.9243, 377.5457, true},
                                    {"Kd_pass", "kd-pass", "Passive damping", "N m s/rad", 62.9243, 188.7729, true},
-                                   {"Nv", "nv", "Vestibular noise gain", "1", 0.0, 1.0, false},
-                                   {"theta", "theta", "Foot rotation velocity threshold", "rad/s", 0.0, 0.0052, false},
-                                   {"delay", "delay", "Lumped delay", "s", 0.0, 0.24, false, 0.0, longest_delay_s},
+                                   {"Nv", "nv", "Sensory noise", "1", 0.0, 1.0, false},
+                                   {"theta", "theta", "Tilt-speed threshold", "rad/s", 0.0, 0.0052, false},
+                                   {"delay", "delay", "Reaction delay", "s", 0.0, 0.24, false, 0.0, longest_delay_s},
                                }),
                                "DEC controller of the paper",
                                [] {

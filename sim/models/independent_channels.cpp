@@ -12,12 +12,12 @@ const BodyModel& independent_channels() {
   const double mgh = Body{}.mgh();  // ranges are those of the default body
   static const BodyModel model{"ic",
                                ParameterTable({
-                                   {"Kp", "kp", "Active proportional gain", "N m/rad", 1.05 * mgh, 2.5 * mgh, true},
-                                   {"Kd", "kd", "Active derivative gain", "N m s/rad", 0.1 * mgh, mgh, true},
+                                   {"Kp", "kp", "Active stiffness", "N m/rad", 1.05 * mgh, 2.5 * mgh, true},
+                                   {"Kd", "kd", "Active damping", "N m s/rad", 0.1 * mgh, mgh, true},
                                    {"W", "weight", "Weight of proprioception", "1", 0.01, 1.0, false, 0.0, 1.0},
                                    {"Kt", "torque-gain", "Torque feedback", "1/s", 0.0, 0.05, false},
-                                   {"Nv", "nv", "Vestibular noise gain", "1", 0.0, 1.0, false},
-                                   {"delay", "delay", "Lumped delay", "s", 0.1, 0.3, false, 0.0, longest_delay_s},
+                                   {"Nv", "nv", "Sensory noise", "1", 0.0, 1.0, false},
+                                   {"delay", "delay", "Reaction delay", "s", 0.1, 0.3, false, 0.0, longest_delay_s},
                                }),
                                "Independent channels of proprioception and vestibular sense",
                                [] {

@@ -14,14 +14,14 @@ inline const sim::BodyModel& third_model() {
   static const sim::BodyModel model{
       .name = "third",
       .parameters = sim::ParameterTable({
-          {"Kp", "kp", "Active proportional gain", "N m/rad", 700.0, 1200.0, true},
-          {"Kd", "kd", "Active derivative gain", "N m s/rad", 200.0, 350.0, true},
+          {"Kp", "kp", "Active stiffness", "N m/rad", 700.0, 1200.0, true},
+          {"Kd", "kd", "Active damping", "N m s/rad", 200.0, 350.0, true},
           {"share", "share", "Share of the servo", "1", 0.6, 1.0, false, 0.0, 1.0},
           {"slow", "slow", "Slow feedback", "1/s", 0.0, 0.2, false},
           {"torque", "torque", "Torque feedback", "1/s", 0.0, 0.03, false},
-          {"Nv", "nv", "Vestibular noise gain", "1", 0.0, 1.0, false},
+          {"Nv", "nv", "Sensory noise", "1", 0.0, 1.0, false},
           {"theta", "theta", "Threshold", "rad/s", 0.0, 0.005, false},
-          {"delay", "delay", "Lumped delay", "s", 0.05, 0.2, false, 0.0, sim::longest_delay_s},
+          {"delay", "delay", "Reaction delay", "s", 0.05, 0.2, false, 0.0, sim::longest_delay_s},
       }),
       .family = [] {
         sim::Family family;

@@ -167,10 +167,13 @@ function busy(what) {
 
 function showProgress(line) {
   const found = line.match(/([0-9.]+)(?:%| of ([0-9]+))/);
-  if (found) at("progress").value = Number(found[1]) / Number(found[2] ?? 100);
-  // Neither the rate nor the sampler's stage.
-  const text = line.replace(/\[[#.]*\] /, "").replace(/, [0-9.]+\/s/, "").replace(/( left),.*/, "$1").trim();
-  if (text !== "") at("status").textContent = text;
+  if (!found) {
+    if (line.trim() !== "") at("status").textContent = line.trim();
+    return;
+  }
+  const part = Number(found[1]) / Number(found[2] ?? 100), left = line.match(/(?:about )?([0-9][0-9a-z ]*) left/);
+  at("progress").value = part;
+  at("status").textContent = `Analysing: ${Math.round(100 * part)}%` + (left ? `, about ${left[1]} left` : "");
 }
 
 let reportAddress = null;

@@ -168,7 +168,7 @@ function checkTable(recording) {
 function diagnosis(recording) {
   const { agreed, chains, draws, rhat, effective_draws, divergences, energy_fraction, restarts } = recording.diagnostics;
   const { value, standard_error, effective_parameters, unreliable, blocks, block_s } = recording.log_density;
-  const noise = recording.others.find(other => other.name === "Measurement noise"), samples = recording.samples_noise_deg;
+  const noise = recording.others.find(other => other.unit === "deg"), samples = recording.samples_noise_deg;
   const items = [
     agreed ? `The ${chains} chains, which began in different places, agree: R-hat is at most ${fixed(rhat, 3)} (1 is perfect). Agreement means at most 1.05, with 100 effective draws of every quantity.`
       : `The ${chains} chains do not agree: R-hat is up to ${fixed(rhat, 2)} (limit 1.05), and a quantity has only ${compact(effective_draws)} effective draws (100 are enough). More than one controller may fit this recording; do not rely on these values.`,

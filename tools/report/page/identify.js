@@ -20,7 +20,8 @@ function correlationTable({ parameters, correlations }) {
 function certainty(recording) {
   return [densityFigure("Certainty of each estimate", recording.parameters, recording.densities,
     report.model.recalibrated ? " Simulated trials outside the training have corrected the intervals."
-      : " No trials outside the training have checked the intervals."), correlationTable(recording)];
+      : " No trials outside the training have checked the intervals."),
+    element("details", { class: "help" }, element("summary", {}, "Which estimates depend on each other"), correlationTable(recording))];
 }
 
 // ---- sway ----------------------------------------------------------------------------------------------------------

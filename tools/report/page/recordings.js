@@ -105,8 +105,8 @@ function aboutRecording({ column, protocol, tilt, warnings }) {
 // Says what to do with the answer.
 function nextSteps({ trust }) {
   const { command, adds } = report.other_answer ?? {};
-  const other = !command ? null : command === "decid fit" && framed ? element("li", {}, `Detailed analysis (button above): ${adds}.`)
-    : element("li", {}, command === "decid fit" ? "Detailed analysis (about 15 s), " : "Quick estimate, ", element("code", {}, command), `: ${adds}.`);
+  const other = !command ? null : command === "decid fit" && framed ? element("li", {}, `Detailed analysis (button above): ${adds.replace(/;[^;]*$/, "")}.`)  // the time is the program's
+    : element("li", {}, command === "decid fit" ? "Detailed analysis, " : "Quick estimate, ", element("code", {}, command), `: ${adds}.`);
   const items = trust === "not usable" ? ["Correct the recording or its settings as described above, then analyse it again."]
     : [...(trust === "caution" ? ["Follow the advice of each warning above, then analyse the recording again."] : []),
       "Compare people by the values relative to gravity, from recordings of the same protocol.",
