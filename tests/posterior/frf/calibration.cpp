@@ -16,10 +16,10 @@ using namespace decid::test;
 namespace {
 
 // Sampled tables per case. The short form guards the sampler in every check, the long form in tools/check --long.
-constexpr int short_form = 40, long_form = 200;
+constexpr int short_form = 20, long_form = 200;
 // Kolmogorov's distance times sqrt(n) exceeds 1.95 with a probability of 1 in 1000; 9 quantities in 2 cases, so that a
 // right sampler fails with 1 in 55 of all seeds. The short form has the same false-alarm rate; it detects errors that
-// are sqrt(5) times as large.
+// are sqrt(10) times as large.
 constexpr double max_distance = 1.95;
 
 struct Calibration {
