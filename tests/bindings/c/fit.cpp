@@ -28,7 +28,8 @@ TEST_CASE("a fit has the draws of the library's") {
   const OwnedModel same = make<OwnedModel>([&](decid_model** place) { return decid_model_load(file, place); });
   const double rate_hz = model.protocol.experiment.sample_rate_hz;
   std::vector<double> sway_rad(static_cast<std::size_t>(model.protocol.samples()));
-  sim::Simulator(model.protocol).run(model.parameters().middle(), Random(7, sim::streams::vestibular_noise, 0), sway_rad);
+  sim::Simulator(model.protocol)
+      .run(model.parameters().middle(), Random(7, sim::streams::vestibular_noise, 0), sway_rad);
   const OwnedRecording recording = make<OwnedRecording>([&](decid_recording** place) {
     return decid_recording_of(sway_rad.data(), sway_rad.size(), rate_hz, DECID_RADIANS, place);
   });

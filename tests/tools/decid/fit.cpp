@@ -199,9 +199,9 @@ TEST_CASE("fit: Ctrl-C keeps the draws" * doctest::test_suite("slow")) {
   std::string files;
   for (int i = 0; i < 100; ++i) files += " " + folder / "t.csv";
   // A line of progress comes every 10 s; Ctrl-C after one that was written in the middle of drawing.
-  const auto [code, out, err] = interrupted(
-      "fit --threads 1 --protocol short --max-draws 50" + files + " -o " + folder / "o.json" + " --report " + folder / "r.html",
-      "grep -q R-hat $err");
+  const auto [code, out, err] = interrupted("fit --threads 1 --protocol short --max-draws 50" + files + " -o " +
+                                                folder / "o.json" + " --report " + folder / "r.html",
+                                            "grep -q R-hat $err");
   CAPTURE(err);
   CHECK(contains(err, "what was drawn until then was written; --resume goes on"));
   CHECK(contains(err, " of 100 recordings, "));
