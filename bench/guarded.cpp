@@ -200,8 +200,10 @@ int run(int argc, char** argv) {
   }
   const auto found = all.find(argv[1]);
   if (argc != 2 || found == all.end())
-    throw Error("bench_guarded", "takes one name, and knows what it prints without", "choose one of those");
-  if (chosen_isa() != isa) throw Error("bench_guarded", "counts instructions of AVX2", "set DECID_ISA=avx2");
+    throw Error(Code::setting_unknown, "bench_guarded", "takes one name, and knows what it prints without",
+                "choose one of those");
+  if (chosen_isa() != isa)
+    throw Error(Code::not_supported, "bench_guarded", "counts instructions of AVX2", "set DECID_ISA=avx2");
   omp_set_num_threads(1);
   const Work work = found->second();
 #pragma omp parallel

@@ -21,7 +21,8 @@ class ScratchFolder {
  public:
   ScratchFolder() {
     std::string name = (std::filesystem::temp_directory_path() / "decid-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw Error(name, "cannot be made", "let TMPDIR name a writable folder");
+    if (mkdtemp(name.data()) == nullptr)
+      throw Error(Code::file_unwritable, name, "cannot be made", "let TMPDIR name a writable folder");
     path_ = name;
   }
   ~ScratchFolder() {

@@ -14,9 +14,9 @@
      }
 
    Errors. Every function that can fail returns a decid_status. Unless it is DECID_OK, nothing was made or changed, and
-   the thread's decid_error_..() give the code, the place, the problem and the remedy. A function that makes a handle stores it in
-   its last argument, or NULL if it fails. No C++ exception leaves the library, and it never prints, exits or aborts.
-   Where the system has no thread left, the OpenMP runtime ends the process.
+   the thread's decid_error_..() give the code, the place, the problem and the remedy. A function that makes a handle
+   stores it in its last argument, or NULL if it fails. No C++ exception leaves the library, and it never prints, exits
+   or aborts. Where the system has no thread left, the OpenMP runtime ends the process.
 
    Ownership. Free each handle with the decid_.._free() of its type, in any order; these take NULL. A pointer that an
    accessor returns belongs to the accessor's handle, and lives as long. Accessors give 0 or NULL for a NULL handle and
@@ -275,8 +275,8 @@ typedef struct decid_parameter {
 typedef struct decid_figures {
   double rms_residual_deg, variance_accounted_for; /* the estimate's noise-free trial against the recording */
   double peak_to_peak_deg;
-  double response_ratio;                                 /* stimulus response ratio: 1 the whole response, 0 none */
-  double ood_score;                             /* out-of-distribution score; above 1: unlike the training trials */
+  double response_ratio;                            /* stimulus response ratio: 1 the whole response, 0 none */
+  double ood_score;                                 /* out-of-distribution score; above 1: unlike the training trials */
   double tilt_delay_s, tilt_correlation, tilt_gain; /* of a measured tilt against the protocol's */
   double mass_kg, com_height_m, inertia_kgm2;       /* the body of stiffness and damping */
   int body_assumed;                                 /* 1: no mass and height were given */
@@ -355,7 +355,7 @@ typedef struct decid_evaluation {
   double mse, matlab_loss;
   double mse_per_parameter[DECID_MOST_PARAMETERS];
   double coverage50, coverage90; /* fraction of the true values in the intervals */
-  double log_score;            /* nats per parameter; 0: only the ranges are known */
+  double log_score;              /* nats per parameter; 0: only the ranges are known */
 } decid_evaluation;
 
 typedef enum decid_split { DECID_ALL = 0, DECID_TRAINING = 1, DECID_VALIDATION = 2 } decid_split;

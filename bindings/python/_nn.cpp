@@ -100,6 +100,7 @@ py::tuple fit(Network& network, const FloatsIn& inputs, const FloatsIn& targets,
 void raise(const Error& error) {
   const py::object type = py::module_::import("decid._decid").attr("Error");
   py::object raised = type(error.what());
+  raised.attr("code") = name(error.code());
   raised.attr("where") = error.where();
   raised.attr("problem") = error.problem();
   raised.attr("remedy") = error.remedy();

@@ -47,7 +47,8 @@ Archive open_archive(const std::string& path, int flags, const std::string& wher
   libzip().error_init(&error, code);
   const std::string problem = libzip().text_of(&error);
   libzip().error_fini(&error);
-  throw Error(Code::file_damaged, where, "cannot be opened as an .npz file: " + problem,
+  throw Error(code == ZIP_ER_NOENT ? Code::file_missing : Code::file_damaged, where,
+              "cannot be opened as an .npz file: " + problem,
               "give a data set made by decid dataset; a download or copy may be truncated");
 }
 

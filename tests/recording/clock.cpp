@@ -151,7 +151,7 @@ std::vector<double> times_of_steps(const std::vector<double>& steps_ms, std::siz
 const Warning& uneven_times(const Recording& recording) {
   for (const Warning& warning : recording.warnings)
     if (warning.code == "uneven_times") return warning;
-  throw Error("test", "no warning of uneven times", "");
+  throw Error(Code::internal, "test", "no warning of uneven times", "");
 }
 
 }  // namespace

@@ -5,6 +5,7 @@ import numpy as np
 __version__: str
 
 class Error(ValueError):
+    code: str
     where: str
     problem: str
     remedy: str

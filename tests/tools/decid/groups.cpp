@@ -195,7 +195,7 @@ TEST_CASE("people are compared by the recordings that can be used, the others ar
   add(report, table, "a", "a1", of_other_tilt("twice.csv"));
   RecordingResult broken;
   broken.file = "broken.csv";
-  broken.error = decid::Error("broken.csv", "none", "try");
+  broken.error = decid::Error(decid::Code::file_damaged, "broken.csv", "none", "try");
   add(report, table, "b", "b2", broken);
   add(report, table, "", "", recording("elsewhere.csv", 1e6));
 

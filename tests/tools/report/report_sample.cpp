@@ -84,7 +84,8 @@ Report several(std::vector<decid::dataset::Channel> channels, int fold = 1) {
   RecordingResult odd = recording(simulator, all);
   odd.file = "</script><script>document.body.dataset.error='markup'</script>.csv";
   RecordingResult failed;
-  failed.error = decid::Error("recordings/<b>subject-06</b>.csv", "line 3, sway: the cell is empty", "give a value");
+  failed.error = decid::Error(decid::Code::value_missing, "recordings/<b>subject-06</b>.csv",
+                              "line 3, sway: the cell is empty", "give a value");
   all.recordings = {recording(simulator, all), failed, fallen, odd};
   return all;
 }
