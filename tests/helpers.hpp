@@ -95,8 +95,8 @@ std::string message_of(const F& f) {
   return error_of(f).what();
 }
 
-/// Calls f, which must throw an Error of this code with a remedy, and with the fact in its message if one is given: a file,
-/// line, key or number. tests/golden/messages.txt has the sentences.
+/// Calls f, which must throw an Error of this code with a remedy, and with the fact in its message if one is given: a
+/// file, line, key or number. tests/golden/messages.txt has the sentences.
 template <class F>
 void check_error(const F& f, Code code, std::string_view fact = {}, const char* file = __builtin_FILE(),
                  int line = __builtin_LINE()) {
