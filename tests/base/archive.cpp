@@ -34,7 +34,11 @@ struct Outer {
 };
 
 Outer some() {
-  return {std::string("a\0b", 3), {{1.5, true}, {-0.0, false}}, {1.0F, 2.5F}, Inner{3.0, true}, Error("w", "p", "r")};
+  return {std::string("a\0b", 3),
+          {{1.5, true}, {-0.0, false}},
+          {1.0F, 2.5F},
+          Inner{3.0, true},
+          Error(Code::file_empty, "w", "p", "r")};
 }
 
 }  // namespace
