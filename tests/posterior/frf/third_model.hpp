@@ -28,7 +28,7 @@ inline const sim::BodyModel& third_model() {
         family.constant[kp_pass] = 110.0;
         family.constant[kd_pass] = 60.0;
         family.terms = {{0, delay},         {1, kp},   {2, kd},     {3, position}, {3, tilt, 0.7},
-                        {3, gravity, -0.5}, {4, slow}, {5, torque}, {6, theta},    {7, nv, 0.8}};
+                        {3, gravity, -0.5}, {4, slow}, {5, torque}, {6, theta},    {7, nv}};
         family.slow_time_s = 12.0;
         family.torque_time_s = 17.0;
         return family;
