@@ -49,8 +49,8 @@ TEST_CASE("rows weigh by coherence over frequency") {
 }
 
 TEST_CASE("the misfit is half the weighted squares of the log ratios") {
-  const frf::Density density(sim::short_protocol(), made(sim::short_protocol(), Random(8, sim::streams::base_parameters, 1)),
-                             {});
+  const frf::Density density(sim::short_protocol(),
+                             made(sim::short_protocol(), Random(8, sim::streams::base_parameters, 1)), {});
   const frf::PointEstimate found = frf::fit_log_ratio(density, {});
   const std::vector<double> weights = frf::log_ratio_weights(density.table());
   double sum = 0.0;
