@@ -142,7 +142,7 @@ TEST_CASE("priors out of their bounds are errors") {
   };
   check_error(with({.gain = -0.1}, 0.1), Code::setting_out_of_range, "-0.1");
   check_error(with({.gain = 1.0}, 0.1), Code::setting_out_of_range, "is 1");
-  check_error(with({.error = 2.0}, 0.1), Code::setting_missing, "is 2");
+  check_error(with({.error = 2.0}, 0.1), Code::setting_out_of_range, "is 2");
   check_error(with({.error_factor = 1.0}, 0.1), Code::setting_out_of_range, "error_factor");
   check_error(with({.error = 0.0}, 0.0), Code::setting_missing, "error above 0");
   CHECK(Density(sim::short_protocol(), empty_table({0.05, 0.4, 1.1}, 0.1), {}).priors().error == 0.01);
