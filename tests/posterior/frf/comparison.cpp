@@ -56,7 +56,7 @@ TEST_CASE("rows left out by importance sampling are those of fits without them" 
 
 TEST_CASE("the model behind a table predicts it best") {
   const sim::Protocol dec = sim::short_protocol(), dec2015 = with_controller(dec, sim::dec2015());
-  const frf::Table table = table_of_prior(dec2015, 0.02, 1);
+  const frf::Table table = table_of_prior(dec2015, 0.005, 1);
   const frf::RowsLeftOut of_dec = left_out(dec, table), of_dec2015 = left_out(dec2015, table);
   CHECK(sum(of_dec2015.pointwise) > sum(of_dec.pointwise) + 4.0);
   const std::vector<std::vector<double>> pointwise{of_dec.pointwise, of_dec2015.pointwise};
