@@ -58,12 +58,14 @@ std::optional<sim::Family::Term> single_term(const sim::Family& family, sim::Coe
 Density::Density(const sim::Protocol& protocol, Table table, const Priors& priors)
     : table_(std::move(table)),
       priors_(filled(priors, table_)),
-      ranges_(posterior::ranges_of({.parameters = priors.parameters}, protocol.ranges())),
+      ranges_(posterior::ranges_of({.parameters = priors.parameters}, protocol.ranges())),  // refuses unknown names
       place_of_(ranges_.size()),
       model_(protocol, table_) {
+  const posterior::Priors of_parameters = posterior::priors_for({.parameters = priors.parameters}, protocol.ranges());
+  priors_.parameters = of_parameters.parameters;
   for (std::size_t p = 0; p < ranges_.size(); ++p) {
     const sim::ParameterInfo& info = ranges_[p];
-    quantiles_.push_back(posterior::quantile_of({.parameters = priors.parameters}, info.name, info.low, info.range()));
+    quantiles_.push_back(posterior::quantile_of(of_parameters, info.name, info.low, info.range()));
     if (quantiles_[p].range == 0.0) continue;
     place_of_[p] = free_.size();
     free_.push_back(p);
