@@ -9,7 +9,7 @@
 namespace decid {
 namespace {
 
-constexpr const char* names[] = {"file_missing",
+constexpr const char* code_names[] = {"file_missing",
                                  "file_unreadable",
                                  "file_unwritable",
                                  "file_damaged",
@@ -47,12 +47,12 @@ constexpr const char* names[] = {"file_missing",
                                  "stopped",
                                  "recordings_failed",
                                  "internal"};
-static_assert(std::size(names) == static_cast<std::size_t>(Code::internal) + 1);
+static_assert(std::size(code_names) == static_cast<std::size_t>(Code::internal) + 1);
 
 }  // namespace
 
 const char* name(Code code) {
-  return names[static_cast<std::size_t>(code)];
+  return code_names[static_cast<std::size_t>(code)];
 }
 
 Code opening_failed(int error) {

@@ -110,7 +110,7 @@ void check_with_confidence(const sim::BodyModel& model, int tables) {
   }
   MESSAGE("warned of " << alarms << " of " << tables << " tables, of " << false_alarms << " of " << small
                        << " that err by less than 1 % beyond their confidence");
-  // Of seven tables three are warned of with a probability of 2 in 1000, if 4 in 100 are.
+  // Three of seven tables are warned of with a probability of 2 in 1000, if 4 in 100 are.
   CHECK(false_alarms <= std::max(2, small / 25));
 }
 
