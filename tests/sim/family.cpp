@@ -113,7 +113,8 @@ TEST_CASE("Family: a dead band before the gravity gain, for every model and inst
   CHECK(!contains(to_json(default_protocol()), "dead_band"));
   check_error([] { protocol_from_json(R"({"gravity_dead_band_deg": -0.1})", "p.json"); },
               decid::Code::setting_out_of_range, "-0.1");
-  check_error([] { protocol_from_json(R"({"gravity_dead_band_deg": 5.1})", "p.json"); }, decid::Code::setting_out_of_range, "5.1");
+  check_error([] { protocol_from_json(R"({"gravity_dead_band_deg": 5.1})", "p.json"); },
+              decid::Code::setting_out_of_range, "5.1");
 }
 
 TEST_CASE("Family: the parameter that alone determines a coefficient") {
