@@ -122,7 +122,7 @@ TEST_CASE("Family: the parameter that alone determines a coefficient") {
   CHECK(!single_pendulum().family.parameter_of(Coefficient::slow));
   CHECK(independent_channels().family.parameter_of(Coefficient::tilt) == 2);
   Family family = third_model().family;
-  CHECK(family.parameter_of(Coefficient::gravity) == 2);
+  CHECK(family.parameter_of(Coefficient::gravity) == 3);
   family.terms.push_back({4, Coefficient::gravity});
   CHECK(!family.parameter_of(Coefficient::gravity));
 }

@@ -5,7 +5,7 @@
 #include "sim/body_model.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/frf/made_table.hpp"
-#include "tests/posterior/frf/third_model.hpp"
+#include "tests/sim/third_model.hpp"
 
 using namespace decid;
 using namespace decid::test;
@@ -55,7 +55,7 @@ TEST_CASE("rows left out by importance sampling are those of fits without them" 
 }
 
 TEST_CASE("the model behind a table predicts it best") {
-  const sim::Protocol dec = sim::short_protocol(), dec2015 = with_controller(dec, sim::dec2015());
+  const sim::Protocol dec = sim::short_protocol(), dec2015 = with_model(dec, sim::dec2015());
   const frf::Table table = table_of_prior(dec2015, 0.005, 1);
   const frf::RowsLeftOut of_dec = left_out(dec, table), of_dec2015 = left_out(dec2015, table);
   CHECK(sum(of_dec2015.pointwise) > sum(of_dec.pointwise) + 4.0);

@@ -4,7 +4,7 @@
 #include "sim/body_model.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/frf/made_table.hpp"
-#include "tests/posterior/frf/third_model.hpp"
+#include "tests/sim/third_model.hpp"
 
 using namespace decid;
 using namespace decid::test;
@@ -193,7 +193,7 @@ using Normal = posterior::ParameterPrior::Normal;
 TEST_CASE("gradients are those of finite differences for every model, with known parameters and normal priors") {
   for (const sim::BodyModel* model : {&sim::dec2015(), &sim::independent_channels(), &third_model()}) {
     CAPTURE(model->name);
-    const sim::Protocol protocol = with_controller(sim::short_protocol(), *model);
+    const sim::Protocol protocol = with_model(sim::short_protocol(), *model);
     const frf::Table table = empty_table(short_frequencies_hz, 0.05);
     const Density density(protocol, table, {});
     const auto fixed = static_cast<std::size_t>(std::ranges::count_if(

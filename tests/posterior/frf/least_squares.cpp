@@ -8,7 +8,7 @@
 #include "sim/body_model.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/frf/made_table.hpp"
-#include "tests/posterior/frf/third_model.hpp"
+#include "tests/sim/third_model.hpp"
 
 using namespace decid;
 using namespace decid::test;
@@ -66,7 +66,7 @@ TEST_CASE("the misfit is half the weighted squares of the log ratios") {
 // a product with the passing gain, so that many parameters have the same response: there the responses agree.
 TEST_CASE("the posterior's mode is the least squares' where their noise is the same" * doctest::test_suite("slow")) {
   for (const sim::BodyModel* model : {&sim::single_pendulum(), &sim::independent_channels(), &sim::dec2015()}) {
-    const sim::Protocol protocol = with_controller(sim::short_protocol(), *model);
+    const sim::Protocol protocol = with_model(sim::short_protocol(), *model);
     double worst = 0.0, apart = 0.0;
     for (std::uint64_t i = 0; i < 20; ++i) {
       const frf::Table table = made(protocol, Random(12, sim::streams::base_parameters, i));

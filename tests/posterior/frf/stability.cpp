@@ -6,8 +6,8 @@
 #include "sim/body_model.hpp"
 #include "sim/simulate.hpp"
 #include "tests/helpers.hpp"
-#include "tests/posterior/frf/third_model.hpp"
 #include "tests/sim/run.hpp"
+#include "tests/sim/third_model.hpp"
 
 using namespace decid;
 using namespace decid::test;
@@ -49,7 +49,7 @@ TEST_CASE("a loop with unit gains has the count's stability") {
 TEST_CASE("stability is the simulator's for every model") {
   for (const sim::BodyModel* model : {&sim::dec2015(), &sim::independent_channels(), &third_model()}) {
     CAPTURE(model->name);
-    sim::Protocol quiet = with_controller(sim::default_protocol(), *model);
+    sim::Protocol quiet = with_model(sim::default_protocol(), *model);
     quiet.noise.vestibular.scale_deg = 0.0;
     quiet.sequence().amplitude_deg = 0.01;
     const sim::Simulator simulator(quiet);
