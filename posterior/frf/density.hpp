@@ -103,7 +103,7 @@ class Density {
   std::vector<std::optional<std::size_t>> place_of_;  // the coordinates of the parameters
   ResponseModel model_;
   struct DeadBand {
-    sim::Family::Term nv, theta;
+    std::size_t nv, theta;  ///< the parameters
     DeadBandPrior prior;
   };
   std::optional<DeadBand> dead_band_;
