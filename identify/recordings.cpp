@@ -2,8 +2,6 @@
 #include "identify/recordings.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <functional>
 #include <iterator>
 
 #include "base/parallel.hpp"
@@ -29,7 +27,7 @@ std::vector<RecordingSource> sources_of(const std::vector<std::filesystem::path>
     const auto i = static_cast<std::size_t>(place);
     if (files[i] == "-") return;
     try {
-      for (const std::string& trial : recording::trials_of(files[i], options)) found[i].emplace_back(files[i], trial);
+      for (const std::string& trial : recording::list_trials(files[i], options)) found[i].emplace_back(files[i], trial);
     } catch (const Error&) {
       found[i] = {files[i]};
     }
@@ -37,8 +35,8 @@ std::vector<RecordingSource> sources_of(const std::vector<std::filesystem::path>
   std::vector<RecordingSource> sources;
   for (const std::vector<RecordingSource>& some : found) {
     if (some.empty())
-      throw Error(setting("trial_column"), "does not go with standard input, which can be read only once",
-                  "name a file");
+      throw Error(Code::setting_conflict, setting("trial_column"),
+                  "does not go with standard input, which can be read only once", "name a file");
     sources.insert(sources.end(), some.begin(), some.end());
   }
   return sources;
@@ -57,11 +55,11 @@ std::vector<RecordingResult> read_recordings(const sim::Protocol& protocol, cons
       recording::RecordingOptions its_own = reading;
       its_own.trial = sources[i].trial;
       // Throws what sources_of() met.
-      if (!its_own.trial_column.empty() && its_own.trial.empty()) recording::trials_of(sources[i].file, its_own);
+      if (!its_own.trial_column.empty() && its_own.trial.empty()) recording::list_trials(sources[i].file, its_own);
       all[i] = bring(recording::read_recording(sources[i].file, its_own), plan, options.trial);
     } catch (const Error& error) {
       const bool is_file = error.where() == sources[i].file.string();
-      all[i].error = is_file ? Error(file, error.problem(), error.remedy()) : error;
+      all[i].error = is_file ? Error(error.code(), file, error.problem(), error.remedy()) : error;
     }
     all[i].file = file;
     all[i].truth = options.truth;

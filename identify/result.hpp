@@ -12,6 +12,7 @@
 #include "identify/groups.hpp"
 #include "identify/predictive_check.hpp"
 #include "posterior/density/inferred.hpp"
+#include "posterior/sampling/model_comparison.hpp"
 #include "recording/trial.hpp"
 
 namespace decid {
@@ -19,6 +20,22 @@ namespace decid {
 struct FitRequest {
   posterior::Priors priors;  ///< where a recording's tilt was measured, its start is known
   posterior::Settings settings;
+  /// A controller that is fitted too, and compared with the protocol's, and the priors of its parameters.
+  struct Other {
+    const sim::BodyModel* controller;
+    std::vector<posterior::ParameterPrior> parameters{};
+  };
+  std::vector<Other> others{};
+};
+
+/// The fit of another controller to the same recording.
+struct ControllerFit {
+  std::string controller;  ///< its name
+  posterior::Posterior posterior;
+  posterior::Band sway_rad;  ///< as Inferred::sway_rad
+  PredictiveCheck check;
+  posterior::ComparedModel compared;
+  Warnings warnings;  ///< of its posterior and of its check
 };
 
 /// A fit: the posterior, and the signals and checks that come from it.
@@ -36,6 +53,9 @@ struct FitFigures {
   double first_edge_s = 0.0;
   double seconds = 0.0;
   bool stopped = false;  ///< before there were as many draws as are wanted
+  /// The place of this fit among all fitted controllers, and the others; empty if only one was fitted.
+  std::optional<posterior::ComparedModel> compared{};
+  std::vector<ControllerFit> others{};
 };
 const char* name(FitFigures::Answer answer);
 
@@ -52,7 +72,7 @@ struct RecordingResult {
   Warnings warnings = {};  ///< of all steps, the gravest first, else in their order; those of the parts are here too
 
   double peak_to_peak_deg() const;
-  Trust trust() const { return trust_of(warnings); }
+  Trust trust() const { return worst_trust(warnings); }
 };
 
 /// Calls use() with the distribution of a result: the posterior's or the network's. Does nothing if there is none.

@@ -13,17 +13,17 @@ namespace decid::cohort {
 namespace {
 
 void check(std::span<const Recording> recordings, std::size_t parameters, const Settings& settings) {
-  if (recordings.empty()) throw Error("cohort", "there are no recordings", "give at least one");
+  if (recordings.empty()) throw Error(Code::trials_missing, "cohort", "there are no recordings", "give at least one");
   if (settings.chains < 1 || settings.draws < 8 || settings.warm_up < 0)
-    throw Error("cohort", format("%d chains of %d draws", settings.chains, settings.draws),
+    throw Error(Code::setting_out_of_range, "cohort", format("%d chains of %d draws", settings.chains, settings.draws),
                 "give 1 chain and 8 draws or more");
   for (const Recording& one : recordings) {
     if (one.measurement.parameters() != parameters)
-      throw Error("cohort",
+      throw Error(Code::size_mismatch, "cohort",
                   format("a recording of %s has %zu parameters", one.participant.c_str(), one.measurement.parameters()),
                   format("give %zu", parameters));
     if (one.covariates.size() != settings.covariates.size())
-      throw Error("cohort",
+      throw Error(Code::size_mismatch, "cohort",
                   format("a recording of %s has %zu covariates", one.participant.c_str(), one.covariates.size()),
                   format("give %zu; NaN where one is unknown", settings.covariates.size()));
   }
@@ -46,7 +46,8 @@ Scale scale_of(std::span<const Recording> recordings, std::size_t covariate, con
     if (const double off = one.covariates[covariate] - mean; !std::isnan(off)) squares += off * off;
   const double sd = std::sqrt(squares / std::max(count - 1.0, 1.0));
   if (!(sd > 0.0) || !std::isfinite(sd))
-    throw Error("cohort", "the covariate " + name + " has fewer than two different values", "leave it out");
+    throw Error(Code::value_invalid, "cohort", "the covariate " + name + " has fewer than two different values",
+                "leave it out");
   return {mean, sd};
 }
 

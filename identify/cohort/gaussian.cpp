@@ -5,12 +5,10 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/math/cholesky.hpp"
 #include "base/math/math.hpp"
-#include "posterior/cholesky.hpp"
 
 namespace decid::cohort {
-
-using posterior::triangle;
 
 void Evidence::clear() {
   std::ranges::fill(precision, 0.0);
@@ -31,9 +29,9 @@ double row_times(std::span<const double> precision, std::size_t i, std::span<con
 void Deviation::prepare(std::span<const double> sd, const Evidence& evidence) {
   root_ = evidence.precision;
   for (std::size_t i = 0; i < size_; ++i) root_[triangle(i) + i] += 1.0 / (sd[i] * sd[i]);
-  if (!posterior::factorize(size_, root_))
-    throw Error("cohort", "the evidence of a recording is not finite", "leave the recording out");
-  posterior::invert_lower(size_, root_);
+  if (!factorize(size_, root_))
+    throw Error(Code::value_invalid, "cohort", "the evidence of a recording is not finite", "leave the recording out");
+  invert_lower(size_, root_);
 }
 
 void Deviation::whiten(const Evidence& evidence, std::span<double> out) const {

@@ -7,7 +7,7 @@
 
 namespace decid::cohort {
 
-/// Evidence exp(b.x - x.A x / 2) about x. A: a lower triangle, row after row (posterior/cholesky.hpp).
+/// Evidence exp(b.x - x.A x / 2) about x. A: a lower triangle, row after row (base/math/cholesky.hpp).
 struct Evidence {
   explicit Evidence(std::size_t size) : precision(size * (size + 1) / 2, 0.0), shift(size, 0.0) {}
   void clear();

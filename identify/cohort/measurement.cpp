@@ -5,15 +5,14 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/math/cholesky.hpp"
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
 #include "base/text.hpp"
-#include "posterior/cholesky.hpp"
 
 namespace decid::cohort {
 namespace {
 
-using posterior::triangle;
 constexpr double range_end = 1e-6;     // fractions of a range nearer to an end count as this
 constexpr double min_variance = 1e-8;  // of a coordinate
 constexpr double max_variance = 0.99;  // of a coordinate under its prior, for the variance of its evidence
@@ -24,10 +23,11 @@ struct Inverse {
   double half_log_determinant = 0.0;
 };
 Inverse inverse_of(std::size_t size, std::vector<double> matrix) {
-  if (!posterior::factorize(size, matrix))
-    throw Error("cohort", "the parameters of a recording are perfectly correlated", "leave the recording out");
+  if (!factorize(size, matrix))
+    throw Error(Code::value_invalid, "cohort", "the parameters of a recording are perfectly correlated",
+                "leave the recording out");
   Inverse result{std::vector<double>(matrix.size()), 0.0};
-  posterior::invert_lower(size, matrix);
+  invert_lower(size, matrix);
   for (std::size_t i = 0; i < size; ++i) {
     result.half_log_determinant += log(matrix[triangle(i) + i]);
     for (std::size_t j = 0; j <= i; ++j) {
@@ -97,13 +97,13 @@ Moments moments_of(std::size_t parameters, std::span<const double> points, std::
 void check_draws(std::size_t parameters, std::span<const double> fractions, std::span<const double> log_weights) {
   const std::size_t draws = parameters > 0 ? fractions.size() / parameters : 0;
   if (draws < 16 || draws * parameters != fractions.size() || (!log_weights.empty() && log_weights.size() != draws))
-    throw Error("cohort",
+    throw Error(Code::size_mismatch, "cohort",
                 format("a recording has %zu values for %zu parameters, and %zu weights", fractions.size(), parameters,
                        log_weights.size()),
                 "give at least 16 draws, all parameters each, and no weights or one per draw");
   const auto finite = [](double value) { return std::isfinite(value); };
   if (!std::ranges::all_of(fractions, finite) || !std::ranges::all_of(log_weights, finite))
-    throw Error("cohort", "a draw is not finite", "leave the recording out");
+    throw Error(Code::value_invalid, "cohort", "a draw is not finite", "leave the recording out");
 }
 
 }  // namespace

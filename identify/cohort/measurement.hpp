@@ -36,7 +36,7 @@ class Measurement {
   /// Returns the variance of one coordinate's evidence, without the prior's part; at most 99.
   double variance(std::size_t parameter) const { return variances_[parameter]; }
 
-  // For the sampler. Symmetric matrices are lower triangles, row after row (posterior/cholesky.hpp).
+  // For the sampler. Symmetric matrices are lower triangles, row after row (base/math/cholesky.hpp).
   std::size_t shapes() const noexcept { return precisions_.size(); }
   /// Returns the precision of the components of one shape, before the prior's 1 is subtracted.
   std::span<const double> precision(std::size_t shape) const { return precisions_[shape]; }

@@ -9,8 +9,10 @@
 #include "base/math/statistics.hpp"
 #include "base/text.hpp"
 #include "identify/cohort/measurement.hpp"
+#include "identify/cohort/streams.hpp"
 #include "identify/identify.hpp"
 #include "sim/protocol/conditions.hpp"
+#include "sim/streams.hpp"
 
 namespace decid::cohort {
 
@@ -18,11 +20,12 @@ sim::Parameters measurement_sd(const Model& model, const sim::Protocol& protocol
                                const sim::Parameters& person_sd, int trials, std::uint64_t seed) {
   const sim::ParameterTable& table = model.parameters();
   if (!model.gives_distribution() || trials < 1)
-    throw Error("power", model.gives_distribution() ? "no recordings are simulated" : "the model gives no distribution",
+    throw Error(model.gives_distribution() ? Code::setting_out_of_range : Code::not_supported, "power",
+                model.gives_distribution() ? "no recordings are simulated" : "the model gives no distribution",
                 "simulate one recording or more, with a model that has a mixture head");
   for (std::size_t p = 0; p < table.size(); ++p)
     if (!(at[p] > table[p].low && at[p] < table[p].high))
-      throw Error("power", format("the mean of %s is %g", table[p].name.c_str(), at[p]),
+      throw Error(Code::setting_out_of_range, "power", format("the mean of %s is %g", table[p].name.c_str(), at[p]),
                   format("give one between %g and %g", table[p].low, table[p].high));
 
   const sim::Simulator simulator(protocol);
@@ -31,11 +34,11 @@ sim::Parameters measurement_sd(const Model& model, const sim::Protocol& protocol
       trials, 1000,
       [&](int index, int attempt) {
         const auto item = static_cast<std::uint64_t>(index) * 1000 + static_cast<std::uint64_t>(attempt);
-        const Random random(seed, Stream::cohort, item);
+        const Random random(seed, streams::cohort, item);
         sim::Parameters person = at;
         for (std::size_t p = 0; p < table.size(); ++p)
           person[p] = std::clamp(at[p] + person_sd[p] * random.normal(p), table[p].low, table[p].high);
-        return sim::TrialInput{person, Random(seed, Stream::vestibular_noise, item)};
+        return sim::TrialInput{person, Random(seed, sim::streams::vestibular_noise, item)};
       },
       [&](int index, const sim::TrialInput&, std::span<double> sway) {
         sim::record(protocol, seed, static_cast<std::uint64_t>(index), sway);

@@ -45,12 +45,12 @@ double power_of(const PowerDesign& design, double difference, double significanc
   for (const double sd : {design.person_sd, design.visit_sd, design.trial_sd, design.measurement_sd})
     if (!(sd >= 0.0)) lowest = sd;
   if (design.persons < 2 || design.trials < 1 || !(lowest >= 0.0))
-    throw Error("power",
+    throw Error(Code::setting_out_of_range, "power",
                 format("%zu persons, %zu trials, standard deviation %g", design.persons, design.trials, lowest),
                 "give two persons or more, one trial or more, and standard deviations of 0 or more");
   const double variance = variance_of(design);
   if (!(variance > 0.0) || !std::isfinite(variance) || !std::isfinite(difference))
-    throw Error("power", format("the variance is %g and the difference %g", variance, difference),
+    throw Error(Code::value_invalid, "power", format("the variance is %g and the difference %g", variance, difference),
                 "give finite values, and a standard deviation above 0");
   const auto n = static_cast<double>(design.persons);
   const double freedom = design.paired ? n - 1.0 : 2.0 * n - 2.0;
@@ -60,7 +60,8 @@ double power_of(const PowerDesign& design, double difference, double significanc
 
 std::size_t persons_for(PowerDesign design, double difference, double power, double significance) {
   if (!(power > 0.0 && power < 1.0))
-    throw Error("power", format("a power of %g is wanted", power), "give one between 0 and 1");
+    throw Error(Code::setting_out_of_range, "power", format("a power of %g is wanted", power),
+                "give one between 0 and 1");
   std::size_t low = 2, high = max_persons;
   const auto enough = [&](std::size_t persons) {
     design.persons = persons;

@@ -58,13 +58,14 @@ Reliability reliability(std::size_t visits, std::span<const double> values,
   const std::size_t persons = visits > 0 ? values.size() / visits : 0;
   if (visits < 2 || persons < 2 || persons * visits != values.size() ||
       (!measurement_variances.empty() && measurement_variances.size() != values.size()))
-    throw Error("reliability", format("%zu values of %zu visits", values.size(), visits),
+    throw Error(Code::size_mismatch, "reliability", format("%zu values of %zu visits", values.size(), visits),
                 "give two persons or more, two visits or more, and a value for each");
   const MeanSquares squares = mean_squares(visits, values);
   const auto n = static_cast<double>(persons), k = static_cast<double>(visits);
   const double whole = squares.persons + squares.visits + squares.rest;
   if (!std::isfinite(whole) || whole <= 0.0)
-    throw Error("reliability", "the values are all equal, or one is not finite", "leave this parameter out");
+    throw Error(Code::value_invalid, "reliability", "the values are all equal, or one is not finite",
+                "leave this parameter out");
 
   Reliability found;
   found.persons = persons;

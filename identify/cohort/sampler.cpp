@@ -5,13 +5,13 @@
 #include <cmath>
 #include <limits>
 
+#include "base/math/cholesky.hpp"
 #include "base/math/math.hpp"
-#include "posterior/cholesky.hpp"
+#include "identify/cohort/streams.hpp"
 
 namespace decid::cohort {
 namespace {
 
-using posterior::triangle;
 constexpr double lowest_log_sd = -6.907755278982137;  // of 0.001
 constexpr double factor_sd = 0.3;                     // of the logarithm of a group's standard deviation
 constexpr std::size_t everybody = std::numeric_limits<std::size_t>::max();
@@ -27,7 +27,7 @@ Sampler::Sampler(const Design& design, std::span<const Recording> recordings, st
       recordings_(recordings),
       seed_(seed),
       chain_(chain),
-      random_(seed, Stream::cohort, chain << 32U),
+      random_(seed, streams::cohort, chain << 32U),
       size_(design.parameters),
       coefficients_(design.cells.size() + design.covariate_sd.size()),
       noise_variance_(size_, 0.0),
@@ -89,7 +89,7 @@ void Sampler::set_sd(const Level& level, std::size_t group) {
 }
 
 void Sampler::sweep() {
-  random_ = Random(seed_, Stream::cohort, (chain_ << 32U) + ++sweep_);
+  random_ = Random(seed_, streams::cohort, (chain_ << 32U) + ++sweep_);
   used_ = 0;
   for (std::size_t r = 0; r < recordings_.size(); ++r) draw_component(r);
   draw_locations();

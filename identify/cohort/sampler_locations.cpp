@@ -3,14 +3,13 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/math/cholesky.hpp"
 #include "base/math/math.hpp"
 #include "identify/cohort/sampler.hpp"
-#include "posterior/cholesky.hpp"
 
 namespace decid::cohort {
 namespace {
 
-using posterior::triangle;
 constexpr double slope_sd = 0.5;  // prior, of a covariate's effect per standard deviation
 
 /// Adds to the log weights of all components of one shape: c.G c / 2 + g.c, as sums over parameters of all components
@@ -191,9 +190,10 @@ void Sampler::absorb_person(std::size_t person) {
 
 void Sampler::draw_coefficients() {
   const std::size_t order = coefficients_ * size_;
-  if (!posterior::factorize(order, matrix_))
-    throw Error("cohort", "the evidence of the recordings is not finite", "leave out recordings that are not usable");
-  posterior::invert_lower(order, matrix_);
+  if (!factorize(order, matrix_))
+    throw Error(Code::value_invalid, "cohort", "the evidence of the recordings is not finite",
+                "leave out recordings that are not usable");
+  invert_lower(order, matrix_);
   std::vector<double> whitened(order, 0.0);
   for (std::size_t i = 0; i < order; ++i) {
     for (std::size_t k = 0; k <= i; ++k) whitened[i] += matrix_[triangle(i) + k] * right_[k];

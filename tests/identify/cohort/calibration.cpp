@@ -18,6 +18,7 @@
 #include "recording/trial.hpp"
 #include "sim/body_model.hpp"
 #include "sim/protocol/conditions.hpp"
+#include "sim/streams.hpp"
 
 using decid::GroupedRecording;
 using decid::Random;
@@ -146,7 +147,7 @@ std::vector<Study> read_by_network(int studies, int persons, double effects) {
         const auto item = static_cast<std::uint64_t>(index) * 1000 + static_cast<std::uint64_t>(attempt);
         Dice dice{Random(12, Stream::user, item)};
         const Values truth = person_of(dice, index / persons % 2 == 1 ? effects : 0.0);
-        return decid::sim::TrialInput{table.from_unit(truth), Random(12, Stream::vestibular_noise, item)};
+        return decid::sim::TrialInput{table.from_unit(truth), Random(12, decid::sim::streams::vestibular_noise, item)};
       },
       [&](int index, const decid::sim::TrialInput&, std::span<double> sway) {
         decid::sim::record(model.protocol, 12, static_cast<std::uint64_t>(index), sway);

@@ -10,9 +10,11 @@
 #include "base/error.hpp"
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
+#include "tests/helpers.hpp"
 #include "tests/identify/cohort/made_up.hpp"
 #include "tests/near.hpp"
 
+using decid::Code;
 using decid::Random;
 using decid::Stream;
 using decid::cohort::Quantity;
@@ -239,16 +241,16 @@ TEST_CASE("cohort: the same bits for any number of threads, others for another s
 TEST_CASE("cohort: studies that cannot be analysed are refused") {
   std::vector<Recording> recordings = study(2, 0.0);
   decid::cohort::Settings settings;
-  CHECK_THROWS_AS(analyse({}, 2), decid::Error);
-  CHECK_THROWS_AS(analyse(recordings, 3), decid::Error);
+  check_error([&] { (void)analyse(std::vector<Recording>{}, 2); }, Code::trials_missing);
+  check_error([&] { (void)analyse(recordings, 3); }, Code::size_mismatch);
   settings.draws = 7;
-  CHECK_THROWS_AS(analyse(recordings, 2, settings), decid::Error);
+  check_error([&] { (void)analyse(recordings, 2, settings); }, Code::setting_out_of_range);
   settings = {};
   settings.chains = 0;
-  CHECK_THROWS_AS(analyse(recordings, 2, settings), decid::Error);
+  check_error([&] { (void)analyse(recordings, 2, settings); }, Code::setting_out_of_range);
   settings = {};
   settings.covariates = {"age"};
-  CHECK_THROWS_AS(analyse(recordings, 2, settings), decid::Error);
+  check_error([&] { (void)analyse(recordings, 2, settings); }, Code::size_mismatch);
   for (Recording& one : recordings) one.covariates = {50.0};
-  CHECK_THROWS_AS(analyse(recordings, 2, settings), decid::Error);  // all of one age
+  check_error([&] { (void)analyse(recordings, 2, settings); }, Code::value_invalid);  // all of one age
 }

@@ -8,9 +8,11 @@
 #include "base/error.hpp"
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
+#include "tests/helpers.hpp"
 #include "tests/identify/cohort/made_up.hpp"
 #include "tests/near.hpp"
 
+using decid::Code;
 using decid::cohort::Measurement;
 using namespace decid::test;
 
@@ -101,12 +103,13 @@ TEST_CASE("cohort: a covariance is cut along its axes only") {
 }
 
 TEST_CASE("cohort: draws that cannot be used are refused") {
-  CHECK_THROWS_AS(Measurement::of_draws(2, fractions(15, 0.0, 0.3)), decid::Error);
+  check_error([&] { (void)Measurement::of_draws(2, fractions(15, 0.0, 0.3)); }, Code::size_mismatch);
   std::vector<double> values = fractions(20, 0.0, 0.3);
-  CHECK_THROWS_AS(Measurement::of_draws(3, values), decid::Error);
-  CHECK_THROWS_AS(Measurement::of_draws(0, values), decid::Error);
-  CHECK_THROWS_AS(Measurement::of_draws(2, values, std::vector<double>(19, 0.0)), decid::Error);
-  CHECK_THROWS_AS(Measurement::of_draws(2, values, std::vector<double>(20, std::nan(""))), decid::Error);
+  check_error([&] { (void)Measurement::of_draws(3, values); }, Code::size_mismatch);
+  check_error([&] { (void)Measurement::of_draws(0, values); }, Code::size_mismatch);
+  check_error([&] { (void)Measurement::of_draws(2, values, std::vector<double>(19, 0.0)); }, Code::size_mismatch);
+  check_error([&] { (void)Measurement::of_draws(2, values, std::vector<double>(20, std::nan(""))); },
+              Code::value_invalid);
   values[3] = std::nan("");
-  CHECK_THROWS_AS(Measurement::of_draws(2, values), decid::Error);
+  check_error([&] { (void)Measurement::of_draws(2, values); }, Code::value_invalid);
 }

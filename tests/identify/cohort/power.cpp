@@ -10,8 +10,10 @@
 #include "base/error.hpp"
 #include "base/math/random.hpp"
 #include "identify/groups.hpp"
+#include "tests/helpers.hpp"
 #include "tests/near.hpp"
 
+using decid::Code;
 using decid::cohort::persons_for;
 using decid::cohort::power_of;
 using decid::cohort::PowerDesign;
@@ -88,16 +90,16 @@ TEST_CASE("power: predicted within three points of simulated studies") {
 }
 
 TEST_CASE("power: designs that cannot be are refused") {
-  CHECK_THROWS_AS(power_of(standard(1), 1.0), decid::Error);
-  CHECK_THROWS_AS(power_of(PowerDesign{}, 1.0), decid::Error);
-  CHECK_THROWS_AS(power_of(standard(5), std::nan("")), decid::Error);
+  check_error([&] { (void)power_of(standard(1), 1.0); }, Code::setting_out_of_range);
+  check_error([&] { (void)power_of(PowerDesign{}, 1.0); }, Code::value_invalid);
+  check_error([&] { (void)power_of(standard(5), std::nan("")); }, Code::value_invalid);
   PowerDesign design = standard(5);
   design.trial_sd = -1.0;
-  CHECK_THROWS_AS(power_of(design, 1.0), decid::Error);
+  check_error([&] { (void)power_of(design, 1.0); }, Code::setting_out_of_range);
   design.trial_sd = std::nan("");
-  CHECK_THROWS_AS(power_of(design, 1.0), decid::Error);
+  check_error([&] { (void)power_of(design, 1.0); }, Code::setting_out_of_range);
   design = standard(5);
   design.trials = 0;
-  CHECK_THROWS_AS(power_of(design, 1.0), decid::Error);
-  CHECK_THROWS_AS(persons_for(standard(5), 1.0, 1.0), decid::Error);
+  check_error([&] { (void)power_of(design, 1.0); }, Code::setting_out_of_range);
+  check_error([&] { (void)persons_for(standard(5), 1.0, 1.0); }, Code::setting_out_of_range);
 }

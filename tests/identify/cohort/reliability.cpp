@@ -7,8 +7,10 @@
 #include <vector>
 
 #include "base/error.hpp"
+#include "tests/helpers.hpp"
 #include "tests/near.hpp"
 
+using decid::Code;
 using decid::cohort::change_of;
 using decid::cohort::Reliability;
 using decid::cohort::reliability;
@@ -51,13 +53,13 @@ TEST_CASE("reliability: visits that agree exactly have a reliability of 1") {
 
 TEST_CASE("reliability: tables that cannot be used are refused") {
   const std::vector<double> values{1, 2, 3, 4};
-  CHECK_THROWS_AS(reliability(1, values), decid::Error);
-  CHECK_THROWS_AS(reliability(4, values), decid::Error);
-  CHECK_THROWS_AS(reliability(3, values), decid::Error);
-  CHECK_THROWS_AS(reliability(0, values), decid::Error);
-  CHECK_THROWS_AS(reliability(2, values, std::vector<double>{1.0}), decid::Error);
-  CHECK_THROWS_AS(reliability(2, std::vector<double>{2, 2, 2, 2}), decid::Error);
-  CHECK_THROWS_AS(reliability(2, std::vector<double>{2, 1, std::nan(""), 2}), decid::Error);
+  check_error([&] { (void)reliability(1, values); }, Code::size_mismatch);
+  check_error([&] { (void)reliability(4, values); }, Code::size_mismatch);
+  check_error([&] { (void)reliability(3, values); }, Code::size_mismatch);
+  check_error([&] { (void)reliability(0, values); }, Code::size_mismatch);
+  check_error([&] { (void)reliability(2, values, std::vector<double>{1.0}); }, Code::size_mismatch);
+  check_error([&] { (void)reliability(2, std::vector<double>{2, 2, 2, 2}); }, Code::value_invalid);
+  check_error([&] { (void)reliability(2, std::vector<double>{2, 1, std::nan(""), 2}); }, Code::value_invalid);
 }
 
 TEST_CASE("reliability: a person has changed if the interval excludes 0") {

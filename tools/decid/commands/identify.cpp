@@ -22,7 +22,7 @@ struct IdentifyOptions {
   CommonOptions common;
   RecordingFlags recordings;
   Outputs outputs;
-  std::string model, group;
+  std::string model, controller, group;
 };
 
 /// Returns the report of all recordings at rank 0, with the work shared by all ranks; at other ranks a report without
@@ -65,6 +65,7 @@ void run_identify(IdentifyOptions options, const Command& command) {
   const GroupTable groups = groups_of(options.group, recordings, options.common.quiet);
 
   const Model model = model_or_built_in(options.model);
+  require_controller(options.controller, model.protocol, model_name(options.model));
   reading.truth = recordings.known(model.parameters());
   reading.body = recordings.body();
   Report report = identify_all(options, model, reading);
@@ -90,6 +91,7 @@ void add_identify(const Command& program) {
   add_truth_option(command, options->recordings);
   command.section("Model");
   command.add_option("--model", options->model, "Use this model file; default: the built-in model");
+  add_controller_of_model(command, options->controller);
   add_report_options(command, options->outputs, false);
   add_group_option(command, options->group);
   add_common_options(command, options->common, true);

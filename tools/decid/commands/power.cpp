@@ -35,7 +35,8 @@ double number_of(const std::string& option, const std::string& text, double refe
   const char* end = text.data() + text.size() - (is_percent ? 1 : 0);
   const auto [read, error] = std::from_chars(text.data(), end, value);
   if (error != std::errc() || read != end || !std::isfinite(value))
-    throw Error(option, "'" + text + "' is not a number", "give a number, or per cent such as -15%");
+    throw Error(Code::setting_malformed, option, "'" + text + "' is not a number",
+                "give a number, or per cent such as -15%");
   return is_percent ? 0.01 * value * reference : value;
 }
 
@@ -50,7 +51,8 @@ std::vector<bool> read_values(const std::string& option, const std::vector<std::
     const auto info = std::ranges::find_if(
         table, [&](const sim::ParameterInfo& one) { return one.name == name || one.option == name; });
     if (equals == std::string::npos || info == table.end())
-      throw Error(option, "'" + text + "' names no parameter", "give NAME=VALUE, such as delay=0.02 or Kp=-15%");
+      throw Error(Code::setting_unknown, option, "'" + text + "' names no parameter",
+                  "give NAME=VALUE, such as delay=0.02 or Kp=-15%");
     const auto p = static_cast<std::size_t>(std::distance(table.begin(), info));
     values[p] = number_of(option, text.substr(equals + 1), reference[p]);
     given[p] = true;

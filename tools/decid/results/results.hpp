@@ -14,9 +14,9 @@
 namespace decid::tools {
 
 /// Options that do not change the answer, and options that the JSON reports elsewhere.
-inline const std::vector<std::string> beside_answers{"recordings", "--output", "--draws",    "--report", "--table",
-                                                     "--group",    "--resume", "--threads",  "--quiet",  "--json",
-                                                     "--protocol", "--model",  "--recursive"};
+inline const std::vector<std::string> beside_answers{"recordings", "--output", "--draws",      "--report",   "--table",
+                                                     "--group",    "--resume", "--threads",    "--quiet",    "--json",
+                                                     "--protocol", "--model",  "--controller", "--recursive"};
 
 /// Returns {"decid": version, "model": ..., "model_sha256": ..., "options": [...], "protocol": {...}, "body": ...,
 /// "other_answer": ..., "recordings": [...]}, and what groups_json() has. With a distribution each parameter also has

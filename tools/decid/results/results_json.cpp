@@ -1,6 +1,5 @@
 // Reports as JSON: see results.hpp.
 #include <algorithm>
-#include <cmath>
 
 #include "base/files/json_object.hpp"
 #include "base/version.hpp"
@@ -9,9 +8,9 @@
 #include "tools/decid/results/posterior_results.hpp"
 #include "tools/decid/results/results.hpp"
 #include "tools/report/frf.hpp"
-#include "tools/report/groups_json.hpp"
-#include "tools/report/parameters_json.hpp"
-#include "tools/report/recording_json.hpp"
+#include "tools/report/json/groups_json.hpp"
+#include "tools/report/json/parameters_json.hpp"
+#include "tools/report/json/recording_json.hpp"
 
 namespace decid::tools {
 namespace {
@@ -62,6 +61,7 @@ Json parameters_of(const RecordingResult& id, const Report& report, const sim::P
     const auto prior = std::ranges::find(priors, table[p].name, &posterior::ParameterPrior::name);
     if (prior != priors.end() && prior->normal)
       list[p]["prior"] = {{"mean", prior->normal->mean}, {"sd", prior->normal->sd}};
+    if (prior != priors.end() && prior->fixed) list[p]["fixed"] = true;
   }
   use_distribution(id, [&](const auto& found) {
     for (std::size_t p = 0; p < table.size(); ++p) add_found(list[p], found, p, table[p], mgh);
@@ -69,7 +69,41 @@ Json parameters_of(const RecordingResult& id, const Report& report, const sim::P
   return list;
 }
 
-void add_fit(Json& recording, const FitFigures& fitted, const sim::ParameterTable& table) {
+sim::Protocol with_controller(sim::Protocol protocol, const std::string& name) {
+  protocol.experiment.body_model = &sim::body_model_of(name, "controller");
+  return protocol;
+}
+
+Json compared_json(const std::string& controller, const posterior::ComparedModel& compared) {
+  return {{"controller", controller},
+          {"log_predictive_density", compared.log_density},
+          {"difference", compared.difference},
+          {"difference_standard_error", compared.standard_error},
+          {"weight", compared.weight}};
+}
+
+/// All fitted controllers, the one that answers first; the others with their parameters.
+Json controllers_json(const FitFigures& fitted, const sim::Protocol& protocol) {
+  Json list = Json::array({compared_json(protocol.experiment.body_model->name, *fitted.compared)});
+  const double mgh = protocol.experiment.body.mgh();
+  for (const ControllerFit& other : fitted.others) {
+    Json& json = list.emplace_back(compared_json(other.controller, other.compared));
+    const sim::Protocol of_other = with_controller(protocol, other.controller);
+    const sim::ParameterTable table = of_other.ranges();
+    sim::Parameters means(table.size());
+    for (std::size_t p = 0; p < table.size(); ++p) means[p] = other.posterior.mean(static_cast<int>(p));
+    json["parameters"] = parameters_json(table, means, mgh, {});
+    for (std::size_t p = 0; p < table.size(); ++p) add_found(json["parameters"][p], other.posterior, p, table[p], mgh);
+    json["correlations"] = correlations_json(other.posterior, table.size());
+    json["diagnostics"] = diagnostics_json(other.posterior, table);
+    json["predictive_check"] = check_json(other.check);
+    json["warnings"] = warnings_json(other.warnings);
+  }
+  return list;
+}
+
+void add_fit(Json& recording, const FitFigures& fitted, const sim::Protocol& protocol,
+             const sim::ParameterTable& table) {
   const Posterior& found = fitted.posterior;
   recording["sensor_noise_deg"] = quantity_json(found, Density::sensor_noise);
   recording["sensor_noise_deg"]["of_samples"] = fitted.samples_noise_deg;
@@ -82,11 +116,12 @@ void add_fit(Json& recording, const FitFigures& fitted, const sim::ParameterTabl
   recording["predictive_check"] = check_json(fitted.check);
   recording["log_predictive_density"] = left_out_json(fitted);
   recording["fit"]["answer"] = name(fitted.answer);
+  if (fitted.compared) recording["controllers"] = controllers_json(fitted, protocol);
 }
 
 /// A recording's object.
 Json recording_json(const RecordingResult& id, const Report& report) {
-  if (id.error) return {{"file", id.file}, {"error", id.error->what()}};
+  if (id.error) return {{"file", id.file}, {"error", id.error->what()}, {"code", name(id.error->code())}};
   const sim::ParameterTable table = report.ranges();
   const Explanation& explanation = id.explanation;
   const std::optional<recording::TiltMatch>& tilt = id.trial.tilt;
@@ -108,7 +143,7 @@ Json recording_json(const RecordingResult& id, const Report& report) {
   recording["trust"] = name(id.trust());
   recording["warnings"] = warnings_json(id.warnings);
   use_distribution(id, [&](const auto& found) { recording["correlations"] = correlations_json(found, table.size()); });
-  if (id.fit) add_fit(recording, *id.fit, table);
+  if (id.fit) add_fit(recording, *id.fit, report.protocol, table);
   return recording;
 }
 
@@ -147,6 +182,7 @@ std::string report_json(const Report& report) {
   Json json{{"decid", version},
             {"model", report.model},
             {"model_sha256", report.model_sha256},
+            {"controller", report.protocol.experiment.body_model->name},
             {"options", report.options},
             {"protocol", sim::json_of(report.protocol)},
             {"body", body_json(report.protocol.experiment.body, report.body_assumed)},

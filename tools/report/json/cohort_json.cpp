@@ -1,0 +1,109 @@
+// The hierarchical model as JSON: see cohort_json.hpp.
+#include "tools/report/json/cohort_json.hpp"
+
+#include "base/files/json_object.hpp"
+#include "tools/report/json/parameters_json.hpp"
+
+namespace decid::tools {
+namespace {
+
+/// Returns a list of what `describe` adds to each parameter's name.
+template <class Describe>
+Json each_parameter(const sim::ParameterTable& parameters, const Describe& describe) {
+  Json list = Json::array();
+  for (std::size_t p = 0; p < parameters.size(); ++p) {
+    Json& one = list.emplace_back(Json{{"name", parameters[p].name}});
+    describe(p, one);
+  }
+  return list;
+}
+
+Json comparison_json(const cohort::Result& found, const cohort::Comparison& comparison,
+                     const sim::ParameterTable& parameters) {
+  return {{"groups", {found.cells[comparison.first].group, found.cells[comparison.second].group}},
+          {"persons_in_both", comparison.persons_in_both},
+          {"parameters", each_parameter(parameters, [&](std::size_t p, Json& one) {
+             const cohort::Effect& effect = comparison.effects[p];
+             one["difference"] = effect.difference.mean;
+             one["sd"] = effect.difference.sd;
+             one["interval95"] = effect.difference.interval95;
+             one["simultaneous95"] = effect.simultaneous95;
+             one["standardised"] = effect.standardised.mean;
+             one["standardised_interval95"] = effect.standardised.interval95;
+             one["probability_of_direction"] = effect.direction;
+           })}};
+}
+
+}  // namespace
+
+Json cohort_json(const Report& report) {
+  if (!report.groups || !report.groups->hierarchical) return nullptr;
+  const cohort::Result& found = *report.groups->hierarchical;
+  const sim::ParameterTable& parameters = report.protocol.parameters();
+  Json groups = Json::array(), comparisons = Json::array(), changes = Json::array();
+  for (const cohort::Cell& cell : found.cells)
+    groups.push_back({{"name", cell.group},
+                      {"persons", cell.persons},
+                      {"recordings", cell.recordings},
+                      {"parameters", each_parameter(parameters, [&](std::size_t p, Json& one) {
+                         one["mean"] = cell.mean[p].mean;
+                         one["mean_sd"] = cell.mean[p].sd;
+                         one["mean_interval95"] = cell.mean[p].interval95;
+                         one["between_sd"] = cell.between_sd[p].mean;
+                         one["between_sd_interval95"] = cell.between_sd[p].interval95;
+                       })}});
+  for (const cohort::Comparison& comparison : found.comparisons)
+    comparisons.push_back(comparison_json(found, comparison, parameters));
+  for (const cohort::Change& change : found.changes) {
+    const cohort::Comparison& comparison = found.comparisons[change.comparison];
+    changes.push_back({{"subject", found.visits[change.first].participant},
+                       {"groups", {found.cells[comparison.first].group, found.cells[comparison.second].group}},
+                       {"parameters", each_parameter(parameters, [&](std::size_t p, Json& one) {
+                          one["difference"] = change.difference[p].mean;
+                          one["interval95"] = change.difference[p].interval95;
+                          one["changed"] = change.changed(p);
+                        })}});
+  }
+  return {{"draws", found.draws},
+          {"max_rhat", found.max_rhat},
+          {"groups", std::move(groups)},
+          {"comparisons", std::move(comparisons)},
+          {"variance", each_parameter(parameters,
+                                      [&](std::size_t p, Json& one) {
+                                        one["person_sd"] = found.variances[p].person.mean;
+                                        one["visit_sd"] = found.variances[p].visit.mean;
+                                        one["trial_sd"] = found.variances[p].trial.mean;
+                                        one["measurement_sd"] = found.variances[p].measurement;
+                                      })},
+          {"changes", std::move(changes)}};
+}
+
+Json reliability_json(const Report& report) {
+  Json list = Json::array();
+  if (!report.groups) return list;
+  const GroupComparison& compared = report.groups->comparison;
+  for (std::size_t i = 0; i < report.groups->reliability.size(); ++i) {
+    const auto& of_pair = report.groups->reliability[i];
+    const GroupPair& pair = compared.pairs[i];
+    if (of_pair.empty()) continue;
+    list.push_back({{"groups", {compared.groups[pair.first].name, compared.groups[pair.second].name}},
+                    {"persons", pair.people[0]},
+                    {"parameters", each_parameter(report.protocol.parameters(), [&](std::size_t p, Json& one) {
+                       if (!of_pair[p]) return;
+                       const cohort::Reliability& found = *of_pair[p];
+                       one["icc_single"] = found.icc_single;
+                       one["icc_single_interval95"] = found.icc_single95;
+                       one["icc_average"] = found.icc_average;
+                       one["icc_average_interval95"] = found.icc_average95;
+                       one["standard_error"] = found.standard_error;
+                       one["minimal_detectable_change"] = found.minimal_detectable_change;
+                       one["person_sd"] = found.person_sd;
+                       one["visit_sd"] = found.visit_sd;
+                       one["measurement_sd"] = found.measurement_sd;
+                       one["within_person_sd"] = found.within_person_sd;
+                     })}});
+  }
+  return list;
+}
+
+}  // namespace decid::tools
