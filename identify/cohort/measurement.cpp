@@ -77,23 +77,6 @@ void cut_at_prior(std::size_t size, std::vector<double>& covariance) {
     }
 }
 
-/// Mean and covariance of weighted points; points[parameter * count + i].
-struct Moments {
-  std::vector<double> mean, covariance;
-};
-Moments moments_of(std::size_t parameters, std::span<const double> points, std::span<const double> weights) {
-  const std::size_t count = weights.size();
-  Moments moments{std::vector<double>(parameters, 0.0), std::vector<double>(triangle(parameters), 0.0)};
-  for (std::size_t p = 0; p < parameters; ++p)
-    for (std::size_t i = 0; i < count; ++i) moments.mean[p] += weights[i] * points[p * count + i];
-  for (std::size_t p = 0; p < parameters; ++p)
-    for (std::size_t q = 0; q <= p; ++q)
-      for (std::size_t i = 0; i < count; ++i)
-        moments.covariance[triangle(p) + q] +=
-            weights[i] * (points[p * count + i] - moments.mean[p]) * (points[q * count + i] - moments.mean[q]);
-  return moments;
-}
-
 void check_draws(std::size_t parameters, std::span<const double> fractions, std::span<const double> log_weights) {
   const std::size_t draws = parameters > 0 ? fractions.size() / parameters : 0;
   if (draws < 16 || draws * parameters != fractions.size() || (!log_weights.empty() && log_weights.size() != draws))
@@ -108,8 +91,25 @@ void check_draws(std::size_t parameters, std::span<const double> fractions, std:
 
 }  // namespace
 
-void Measurement::set_variances(std::span<const double> posterior_variances) {
-  for (const double value : posterior_variances) {
+/// Cuts every component at the prior. The variance of a coordinate's evidence is the whole mixture's, without the
+/// prior.
+Measurement::Measurement(Gaussians gaussians) : parameters_(gaussians.centres.front().size()) {
+  std::vector<double> mean(parameters_, 0.0), variance(parameters_, 0.0);
+  centres_ = std::move(gaussians.centres);
+  for (std::size_t k = 0; k < centres_.size(); ++k)
+    for (std::size_t p = 0; p < parameters_; ++p) mean[p] += gaussians.weights[k] * centres_[k][p];
+  for (std::size_t k = 0; k < centres_.size(); ++k) {
+    std::vector<double>& covariance = gaussians.covariances[k];
+    cut_at_prior(parameters_, covariance);
+    for (std::size_t p = 0; p < parameters_; ++p) {
+      const double off = centres_[k][p] - mean[p];
+      variance[p] += gaussians.weights[k] * (covariance[triangle(p) + p] + off * off);
+    }
+    Inverse inverse = inverse_of(parameters_, std::move(covariance));
+    log_weights_.push_back(log(std::max(gaussians.weights[k], 1e-300)) + inverse.half_log_determinant);
+    precisions_.push_back(std::move(inverse.matrix));
+  }
+  for (const double value : variance) {
     const double below_prior = std::min(value, max_variance);
     variances_.push_back(below_prior / (1.0 - below_prior));
   }
@@ -118,87 +118,41 @@ void Measurement::set_variances(std::span<const double> posterior_variances) {
 Measurement Measurement::of_draws(std::size_t parameters, std::span<const double> fractions,
                                   std::span<const double> log_weights) {
   check_draws(parameters, fractions, log_weights);
-  const std::size_t draws = fractions.size() / parameters, count = std::min(draws, max_components);
-  Measurement result;
-  result.parameters_ = parameters;
-  result.centres_.resize(parameters * count);
-  result.log_weights_.assign(count, 0.0);
-  std::vector<double> weights(count, 1.0);
+  const std::size_t draws = fractions.size() / parameters, count = std::min(draws, max_draws);
+  std::vector<double> weights(count, 1.0), points;
   const double highest = log_weights.empty() ? 0.0 : *std::ranges::max_element(log_weights);
   double whole = 0.0;
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t draw = i * draws / count;
     if (!log_weights.empty()) weights[i] = exp(log_weights[draw] - highest);
     whole += weights[i];
-    for (std::size_t p = 0; p < parameters; ++p)
-      result.centres_[p * count + i] =
-          inverse_normal(std::clamp(fractions[draw * parameters + p], range_end, 1.0 - range_end));
+    for (const double fraction : fractions.subspan(draw * parameters, parameters))
+      points.push_back(inverse_normal(std::clamp(fraction, range_end, 1.0 - range_end)));
   }
-  double squares = 0.0;
-  for (double& weight : weights) {
-    weight /= whole;
-    squares += weight * weight;
-  }
-  Moments moments = moments_of(parameters, result.centres_, weights);
-  std::vector<double> variances;
-  for (std::size_t p = 0; p < parameters; ++p) {
-    double& variance = moments.covariance[triangle(p) + p];
-    variance = std::max(variance * (1.0 + 1e-9), min_variance);
-    variances.push_back(variance);
-  }
-  result.set_variances(variances);
-  const auto d = static_cast<double>(parameters);
-  const double width = exp(log(4.0 * squares / (d + 2.0)) / (d + 4.0));  // 1 / squares: effective number of draws
-  const double narrowed = std::sqrt(1.0 - std::min(width * width, 1.0));
-  std::vector<double> covariance = moments.covariance;
-  for (double& value : covariance) value *= width * width;
-  cut_at_prior(parameters, covariance);
-  result.precisions_.push_back(inverse_of(parameters, std::move(covariance)).matrix);
-  for (std::size_t i = 0; i < count; ++i) {
-    result.log_weights_[i] = log(std::max(weights[i], 1e-300));
-    for (std::size_t p = 0; p < parameters; ++p) {
-      double& centre = result.centres_[p * count + i];
-      centre = moments.mean[p] + narrowed * (centre - moments.mean[p]);
-    }
-  }
-  return result;
+  for (double& weight : weights) weight /= whole;
+  return Measurement(fit_gaussians(parameters, points, weights, min_variance));
 }
 
 Measurement Measurement::of_distribution(const ParameterDistribution& distribution) {
   const Mixture& mixture = distribution.mixture();
-  const std::size_t parameters = mixture.parameters(), count = mixture.components();
-  Measurement result;
-  result.parameters_ = parameters;
-  result.shapes_ = Shapes::own;
-  result.centres_.resize(parameters * count);
-  std::vector<double> weights;
-  for (std::size_t k = 0; k < count; ++k) {
-    weights.push_back(mixture.weight(k));
-    for (std::size_t p = 0; p < parameters; ++p) result.centres_[p * count + k] = mixture.centre(k)[p];
-  }
-  const Moments centres = moments_of(parameters, result.centres_, weights);
-  std::vector<double> variances(parameters, 0.0);
-  for (std::size_t k = 0; k < count; ++k) {
-    std::vector<double> covariance(triangle(parameters));
+  const std::size_t parameters = mixture.parameters();
+  Gaussians gaussians;
+  std::vector<double> mean(parameters, 0.0);
+  for (std::size_t k = 0; k < mixture.components(); ++k)
+    for (std::size_t p = 0; p < parameters; ++p) mean[p] += mixture.weight(k) * mixture.centre(k)[p];
+  for (std::size_t k = 0; k < mixture.components(); ++k) {
+    std::vector<double>& centre = gaussians.centres.emplace_back();
+    std::vector<double>& covariance = gaussians.covariances.emplace_back();
+    gaussians.weights.push_back(mixture.weight(k));
     for (std::size_t p = 0; p < parameters; ++p) {
       const double factor = distribution.recalibration().factor(p);
-      double& centre = result.centres_[p * count + k];
-      centre = centres.mean[p] + factor * (centre - centres.mean[p]);
+      centre.push_back(mean[p] + factor * (mixture.centre(k)[p] - mean[p]));
       for (std::size_t q = 0; q <= p; ++q)
-        covariance[triangle(p) + q] =
-            factor * distribution.recalibration().factor(q) * mixture.covariance(k)[p * parameters + q];
+        covariance.push_back(factor * distribution.recalibration().factor(q) *
+                             mixture.covariance(k)[p * parameters + q]);
     }
-    cut_at_prior(parameters, covariance);
-    for (std::size_t p = 0; p < parameters; ++p) {
-      const double off = result.centres_[p * count + k] - centres.mean[p];
-      variances[p] += weights[k] * (covariance[triangle(p) + p] + off * off);
-    }
-    Inverse inverse = inverse_of(parameters, std::move(covariance));
-    result.log_weights_.push_back(log(std::max(weights[k], 1e-300)) + inverse.half_log_determinant);
-    result.precisions_.push_back(std::move(inverse.matrix));
   }
-  result.set_variances(variances);
-  return result;
+  return Measurement(std::move(gaussians));
 }
 
 }  // namespace decid::cohort

@@ -2,24 +2,24 @@
 // with that prior divided out. Every parameter is a coordinate x with fraction of range = Phi(x), so the uniform prior
 // of x is standard normal, and dividing it out subtracts 1 from the diagonal of a component's precision.
 //
-// The evidence is a mixture of Gaussians in x. A network gives one (identify/network/mixture.hpp). Draws of a sampler
-// become one Gaussian each, of the draws' own covariance times h^2, with centres drawn together by sqrt(1 - h^2), so
-// that the mixture has the draws' mean and covariance (M. West, J. R. Stat. Soc. B 55 (1993) 409-422). h is
-// Silverman's width for the number of draws: about 0.5 for 256 draws of seven parameters, and 0 in the limit.
+// The evidence is a mixture of Gaussians in x. A network gives one (identify/network/mixture.hpp); one to four are
+// fitted to the draws of a sampler (draws_mixture.hpp), and have the draws' mean and covariance.
 #pragma once
 
 #include <cstddef>
 #include <span>
 #include <vector>
 
+#include "identify/cohort/draws_mixture.hpp"
 #include "identify/network/distribution.hpp"
 
 namespace decid::cohort {
 
 class Measurement {
  public:
-  /// The maximum number of components that draws become; more draws are thinned evenly.
-  static constexpr std::size_t max_components = 256;
+  Measurement() = default;  ///< empty
+  /// The maximum number of draws that are used; more are thinned evenly.
+  static constexpr std::size_t max_draws = 1024;
 
   /// Makes the evidence from draws: fractions of the ranges, draw by draw, all parameters each. log_weights: one per
   /// draw, for draws under another prior than the uniform one: the logarithm of uniform over actual prior density;
@@ -36,29 +36,19 @@ class Measurement {
   /// Returns the variance of one coordinate's evidence, without the prior's part; at most 99.
   double variance(std::size_t parameter) const { return variances_[parameter]; }
 
-  // For the sampler. Symmetric matrices are lower triangles, row after row (base/math/cholesky.hpp).
-  std::size_t shapes() const noexcept { return precisions_.size(); }
-  /// Returns the precision of the components of one shape, before the prior's 1 is subtracted.
-  std::span<const double> precision(std::size_t shape) const { return precisions_[shape]; }
-  std::size_t shape_of(std::size_t component) const { return shapes_ == Shapes::common ? 0 : component; }
+  // For the sampler.
+  /// Returns a component's precision, before the prior's 1 is subtracted: a lower triangle (base/math/cholesky.hpp).
+  std::span<const double> precision(std::size_t component) const { return precisions_[component]; }
   /// Returns the logarithm of weight times root of the precision's determinant.
   double log_weight(std::size_t component) const { return log_weights_[component]; }
-  double centre(std::size_t component, std::size_t parameter) const {
-    return centres_[parameter * components() + component];
-  }
-  /// Returns one parameter of all centres.
-  std::span<const double> centres(std::size_t parameter) const {
-    return std::span(centres_).subspan(parameter * components(), components());
-  }
+  double centre(std::size_t component, std::size_t parameter) const { return centres_[component][parameter]; }
 
  private:
-  enum class Shapes { common, own };
-  void set_variances(std::span<const double> posterior_variances);
+  explicit Measurement(Gaussians gaussians);
 
   std::size_t parameters_ = 0;
-  Shapes shapes_ = Shapes::common;  ///< one for all components, or one each
-  std::vector<double> log_weights_, centres_, variances_;
-  std::vector<std::vector<double>> precisions_;
+  std::vector<double> log_weights_, variances_;
+  std::vector<std::vector<double>> centres_, precisions_;
 };
 
 }  // namespace decid::cohort

@@ -49,9 +49,8 @@ class Sampler {
   double sd(const Level& level, std::size_t group, std::size_t parameter) const;
   void set_sd(const Level& level, std::size_t group);
   void set_location_above(std::size_t recording);
-  void set_precision(const Measurement& measurement, std::size_t shape, Evidence& evidence) const;
-  void weigh_common(const Measurement& measurement, const Deviation& node);
-  void weigh_own(const Measurement& measurement, std::size_t component, const Deviation& node);
+  void set_precision(const Measurement& measurement, std::size_t component, Evidence& evidence) const;
+  double weigh(const Measurement& measurement, std::size_t component, const Deviation& node);
   void draw_component(std::size_t recording);
   void draw_locations();
   void absorb_person(std::size_t person);

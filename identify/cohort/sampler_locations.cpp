@@ -12,21 +12,6 @@ namespace {
 
 constexpr double slope_sd = 0.5;  // prior, of a covariate's effect per standard deviation
 
-/// Adds to the log weights of all components of one shape: c.G c / 2 + g.c, as sums over parameters of all components
-/// side by side.
-void add_quadratic(const Measurement& measurement, std::span<const double> g, std::span<const double> quadratic,
-                   std::span<double> log_weights) {
-  const std::size_t size = g.size();
-  for (std::size_t i = 0; i < size; ++i) {
-    const std::span<const double> centres = measurement.centres(i);
-    for (std::size_t k = 0; k < log_weights.size(); ++k) {
-      double factor = 0.5 * quadratic[triangle(i) + i] * centres[k] + g[i];
-      for (std::size_t j = 0; j < i; ++j) factor += quadratic[triangle(i) + j] * measurement.centre(k, j);
-      log_weights[k] += factor * centres[k];
-    }
-  }
-}
-
 }  // namespace
 
 /// Sets sd_ to the standard deviations of the lowest level above a recording, and location_ to the place that it
@@ -45,40 +30,19 @@ void Sampler::set_location_above(std::size_t recording) {
     set_sd(levels_[persons], levels_[persons].group[person]);
 }
 
-/// Sets evidence to one shape's precision less the prior's 1.
-void Sampler::set_precision(const Measurement& measurement, std::size_t shape, Evidence& evidence) const {
-  const std::span<const double> precision = measurement.precision(shape);
+/// Sets evidence to a component's precision less the prior's 1.
+void Sampler::set_precision(const Measurement& measurement, std::size_t component, Evidence& evidence) const {
+  const std::span<const double> precision = measurement.precision(component);
   evidence.precision.assign(precision.begin(), precision.end());
   for (std::size_t p = 0; p < size_; ++p) evidence.precision[triangle(p) + p] -= 1.0;
 }
 
-/// Adds the log weights of components c of a common precision P: with L^-1 of the node and Y = L^-1 P,
-/// c.(Y^t Y - P) c / 2 + c.Y^t L^-1 a, where a is the location over the variance.
-void Sampler::weigh_common(const Measurement& measurement, const Deviation& node) {
-  Evidence whole(size_);
-  const std::span<const double> precision = measurement.precision(0);
-  whole.precision.assign(precision.begin(), precision.end());
-  std::vector<double>& whitened = matrix_;
-  whitened.resize(size_ * size_);
-  node.whiten(whole, whitened);
-  node.whiten(location_, work_);
-  for (std::size_t i = 0; i < size_; ++i)
-    for (std::size_t k = 0; k < size_; ++k) {
-      whole.shift[i] += whitened[k * size_ + i] * work_[k];
-      for (std::size_t j = 0; j <= i; ++j)
-        scratch_.precision[triangle(i) + j] =
-            (k == 0 ? -precision[triangle(i) + j] : scratch_.precision[triangle(i) + j]) +
-            whitened[k * size_ + i] * whitened[k * size_ + j];
-    }
-  add_quadratic(measurement, whole.shift, scratch_.precision, log_weights_);
-}
-
-/// Adds the log weight of one component with a precision P of its own: |L^-1 (P c + a)|^2 / 2 - c.P c / 2, and the
-/// node's determinant.
-void Sampler::weigh_own(const Measurement& measurement, std::size_t component, const Deviation& node) {
+/// Returns the log weight of a component with precision P: |L^-1 (P c + a)|^2 / 2 - c.P c / 2, and the node's
+/// determinant, where a is the location over the variance.
+double Sampler::weigh(const Measurement& measurement, std::size_t component, const Deviation& node) {
   const std::span<const double> precision = measurement.precision(component);
   for (std::size_t p = 0; p < size_; ++p) work_[p] = measurement.centre(component, p);
-  double sum = node.log_root_determinant();
+  double sum = measurement.log_weight(component) + node.log_root_determinant();
   for (std::size_t p = 0; p < size_; ++p) {
     const double by = row_times(precision, p, work_);
     sum -= 0.5 * by * work_[p];
@@ -86,7 +50,7 @@ void Sampler::weigh_own(const Measurement& measurement, std::size_t component, c
   }
   node.whiten(scratch_.shift, work_);
   for (const double value : work_) sum += 0.5 * value * value;
-  log_weights_[component] += sum;
+  return sum;
 }
 
 /// Draws the component given the location that the recording deviates from.
@@ -98,14 +62,10 @@ void Sampler::draw_component(std::size_t recording) {
   set_location_above(recording);
   for (std::size_t p = 0; p < size_; ++p) location_[p] /= sd_[p] * sd_[p];
   log_weights_.resize(count);
-  for (std::size_t k = 0; k < count; ++k) log_weights_[k] = measurement.log_weight(k);
-  for (std::size_t shape = 0; shape < measurement.shapes(); ++shape) {
-    set_precision(measurement, shape, evidence);
+  for (std::size_t k = 0; k < count; ++k) {
+    set_precision(measurement, k, evidence);
     node.prepare(sd_, evidence);
-    if (measurement.shapes() < count)
-      weigh_common(measurement, node);
-    else
-      weigh_own(measurement, shape, node);
+    log_weights_[k] = weigh(measurement, k, node);
   }
 
   const double highest = *std::ranges::max_element(log_weights_);
@@ -115,10 +75,9 @@ void Sampler::draw_component(std::size_t recording) {
   std::size_t chosen = 0;
   while (chosen + 1 < count && (left -= log_weights_[chosen]) > 0.0) ++chosen;
 
-  const std::size_t shape = measurement.shape_of(chosen);
-  set_precision(measurement, shape, evidence);
+  set_precision(measurement, chosen, evidence);
   for (std::size_t p = 0; p < size_; ++p) work_[p] = measurement.centre(chosen, p);
-  for (std::size_t p = 0; p < size_; ++p) evidence.shift[p] = row_times(measurement.precision(shape), p, work_);
+  for (std::size_t p = 0; p < size_; ++p) evidence.shift[p] = row_times(measurement.precision(chosen), p, work_);
 }
 
 /// Passes the evidence of recordings up to the means, draws these, and then everything below them.

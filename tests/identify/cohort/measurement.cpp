@@ -32,17 +32,16 @@ std::vector<double> fractions(std::size_t draws, double centre, double sd) {
 
 /// The mean and the variance of one coordinate of a mixture of draws.
 std::array<double, 2> moments(const Measurement& of_draws, std::size_t parameter) {
-  double weights = 0.0, sum = 0.0, squares = 0.0;
+  double mean = 0.0, square = 0.0;
   for (std::size_t k = 0; k < of_draws.components(); ++k) {
-    const double weight = std::exp(of_draws.log_weight(k)), centre = of_draws.centre(k, parameter);
-    weights += weight;
-    sum += weight * centre;
-    squares += weight * centre * centre;
+    const std::span<const double> precision = of_draws.precision(k);
+    const double determinant = precision[0] * precision[2] - precision[1] * precision[1];
+    const double weight = std::exp(of_draws.log_weight(k)) / std::sqrt(determinant);
+    const double centre = of_draws.centre(k, parameter);
+    mean += weight * centre;
+    square += weight * (centre * centre + precision[parameter == 0 ? 2 : 0] / determinant);
   }
-  const std::span<const double> precision = of_draws.precision(0);
-  const double determinant = precision[0] * precision[2] - precision[1] * precision[1];
-  const double own = precision[parameter == 0 ? 2 : 0] / determinant;
-  return {sum / weights, squares / weights - sum * sum / weights / weights + own};
+  return {mean, square - mean * mean};
 }
 
 }  // namespace
@@ -50,8 +49,7 @@ std::array<double, 2> moments(const Measurement& of_draws, std::size_t parameter
 TEST_CASE("cohort: draws become a mixture with their mean and variance") {
   const std::vector<double> values = fractions(200, 0.4, 0.3);
   const Measurement measurement = Measurement::of_draws(2, values);
-  CHECK(measurement.components() == 200);
-  CHECK(measurement.shapes() == 1);
+  CHECK(measurement.components() == 1);  // they are Gaussian
   for (std::size_t p = 0; p < 2; ++p) {
     double mean = 0.0, square = 0.0;
     for (std::size_t i = 0; i < 200; ++i) {
@@ -65,7 +63,20 @@ TEST_CASE("cohort: draws become a mixture with their mean and variance") {
     const double posterior = square - mean * mean;
     CHECK(near(measurement.variance(p), posterior / (1.0 - posterior), 1e-6));
   }
-  CHECK(Measurement::of_draws(2, fractions(1000, 0.0, 0.3)).components() == Measurement::max_components);
+}
+
+TEST_CASE("cohort: draws in two places become two components") {
+  std::vector<double> values = fractions(400, 0.8, 0.2);
+  const std::vector<double> others = fractions(100, -0.8, 0.2);
+  values.insert(values.end(), others.begin(), others.end());
+  const Measurement measurement = Measurement::of_draws(2, values);
+  REQUIRE(measurement.components() == 2);
+  const std::size_t second = measurement.centre(0, 0) < 0.0 ? 0 : 1;
+  CHECK(within(measurement.centre(second, 0), -0.8, 0.08));  // four standard errors
+  CHECK(within(measurement.centre(1 - second, 0), 0.8, 0.04));
+  CHECK(within(std::exp(measurement.log_weight(second) - measurement.log_weight(1 - second)), 0.25, 0.1));
+  const double mean = moments(measurement, 0)[0];
+  CHECK(within(mean, 0.8 * 0.6, 0.04));
 }
 
 TEST_CASE("cohort: weights take a prior back") {
