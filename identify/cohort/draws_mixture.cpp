@@ -11,8 +11,8 @@
 namespace decid::cohort {
 namespace {
 
-constexpr int trial_steps = 3, max_steps = 60;
-constexpr double converged = 1e-5;  // gain of the mean log density per step
+constexpr int trial_steps = 3, max_steps = 40;
+constexpr double converged = 1e-4;  // gain of the mean log density per step
 
 class DrawsFit {
  public:
@@ -130,13 +130,18 @@ class DrawsFit {
       std::vector<double>&centre = gaussians.centres[k], &covariance = gaussians.covariances[k];
       std::ranges::fill(centre, 0.0);
       std::ranges::fill(covariance, 0.0);
-      for (std::size_t n = 0; n < weights_.size(); ++n)
-        for (std::size_t i = 0; i < size_; ++i) centre[i] += parts_[k][n] / whole * points_[n * size_ + i];
-      for (std::size_t n = 0; n < weights_.size(); ++n)
-        for (std::size_t i = 0; i < size_; ++i) {
-          const double by = parts_[k][n] / whole * (points_[n * size_ + i] - centre[i]);
-          for (std::size_t j = 0; j <= i; ++j) covariance[triangle(i) + j] += by * (points_[n * size_ + j] - centre[j]);
-        }
+      for (std::size_t n = 0; n < weights_.size(); ++n) {
+        const double part = parts_[k][n] / whole;
+        for (std::size_t i = 0; i < size_; ++i) centre[i] += part * points_[n * size_ + i];
+      }
+      std::vector<double> off(size_);
+      for (std::size_t n = 0; n < weights_.size(); ++n) {
+        const double part = parts_[k][n] / whole;
+        double* value = covariance.data();
+        for (std::size_t i = 0; i < size_; ++i) off[i] = points_[n * size_ + i] - centre[i];
+        for (std::size_t i = 0; i < size_; ++i)
+          for (std::size_t j = 0; j <= i; ++j) *value++ += part * off[i] * off[j];
+      }
       for (std::size_t i = 0; i < size_; ++i) {
         double& variance = covariance[triangle(i) + i];
         variance = std::max(variance * (1.0 + 1e-9), min_variance_);

@@ -71,7 +71,11 @@ std::optional<Result> analyse_groups(const Report& report, std::span<const Recor
   std::map<std::string, std::set<std::string>> persons;
   for (std::size_t i = 0; i < members.size(); ++i) {
     if (members[i].group.empty()) continue;
-    std::optional<Measurement> measurement = measurement_of(report.recordings[i], report);
+    std::optional<Measurement> measurement;
+    try {
+      measurement = measurement_of(report.recordings[i], report);
+    } catch (const Error&) {  // its draws are all on a plane
+    }
     if (!measurement) continue;
     Recording& one = recordings.emplace_back(members[i]);
     one.measurement = std::move(*measurement);

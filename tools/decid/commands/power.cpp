@@ -2,13 +2,15 @@
 #include "identify/cohort/power.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <iostream>
 #include <memory>
+#include <optional>
+#include <string_view>
 
 #include "base/error.hpp"
 #include "base/files/json_object.hpp"
+#include "base/number.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
 #include "identify/cohort/planning.hpp"
@@ -30,14 +32,13 @@ struct PowerOptions {
 
 /// A number, or per cent of a reference.
 double number_of(const std::string& option, const std::string& text, double reference) {
-  double value = 0.0;
   const bool is_percent = text.ends_with('%');
-  const char* end = text.data() + text.size() - (is_percent ? 1 : 0);
-  const auto [read, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc() || read != end || !std::isfinite(value))
+  const std::optional<double> value =
+      number_from<double>(std::string_view(text).substr(0, text.size() - (is_percent ? 1 : 0)));
+  if (!value || !std::isfinite(*value))
     throw Error(Code::setting_malformed, option, "'" + text + "' is not a number",
                 "give a number, or per cent such as -15%");
-  return is_percent ? 0.01 * value * reference : value;
+  return is_percent ? 0.01 * *value * reference : *value;
 }
 
 /// Sets values from texts NAME=VALUE; per cent are of `reference`. Returns which were given.

@@ -226,24 +226,25 @@ function cohortTable(comparison) {
   const { draws, groups } = report.groups.hierarchical, number = text => element("th", { scope: "col", class: "number" }, text);
   const [a, b] = comparison.groups.map(name => groups.find(group => group.name === name));
   const rows = comparison.parameters.map((parameter, p) => {
-    const shown = report.recordings[0].parameters[p], decimals = decimalsOf(shown);
+    const shown = report.recordings[0].parameters[p], decimals = decimalsOf(shown), { factor } = shown;
+    const inUnit = value => fixed(factor * value, decimals);
     const mean = group => {
-      const made = cell(group.name, fixed(group.parameters[p].mean, decimals));
-      made.append(" ", element("small", {}, `\u00b1 ${fixed(group.parameters[p].between_sd, decimals)}`));
+      const made = cell(group.name, inUnit(group.parameters[p].mean));
+      made.append(" ", element("small", {}, `\u00b1 ${inUnit(group.parameters[p].between_sd)}`));
       return made;
     };
-    const simultaneous = cell("Simultaneous", between(parameter.simultaneous95, decimals)), [low, high] = parameter.simultaneous95;
+    const interval = (heading, limits) => cell(heading, between(limits.map(value => factor * value), decimals));
+    const simultaneous = interval("Simultaneous", parameter.simultaneous95), [low, high] = parameter.simultaneous95;
     if (low > 0 || high < 0) simultaneous.classList.add("strong");
-    return element("tr", {}, nameCell(shown), mean(a), mean(b), cell("Difference", fixed(parameter.difference, decimals)),
-      cell("95%", between(parameter.interval95, decimals)), simultaneous,
-      cell("Over sd", between(parameter.standardised_interval95, 2)), cell("Direction", `${fixed(100 * parameter.probability_of_direction, 1)}%`));
+    return element("tr", {}, nameCell(shown), mean(a), mean(b), cell("Difference", inUnit(parameter.difference)),
+      interval("95%", parameter.interval95), simultaneous, cell("Over sd", fixed(parameter.standardised, 2)));
   });
   return element("div", {}, element("h3", {}, `${a.name} and ${b.name}, hierarchical model`), element("div", { class: "scroll" }, element("table", { class: "answer compared" },
     element("caption", {}, "Population mean \u00b1 standard deviation between persons, from the whole distribution of every recording: uncertain recordings count less, and " +
       "measurement noise is not counted as a difference between persons. The simultaneous intervals hold together with 95%, and are bold where they leave out 0. " +
-      `Over sd: 95% interval of the difference over the standard deviation between persons. Direction: the probability of the difference\u2019s sign. ${draws} draws.`),
+      `Over sd: the difference over the standard deviation between persons. ${draws} draws.`),
     element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), number(a.name), number(b.name), number("Difference"),
-      number("95% interval"), number("Simultaneous interval"), number("Over sd"), number("Direction"))),
+      number("95% interval"), number("Simultaneous"), number("Over sd"))),
     element("tbody", {}, ...rows))));
 }
 
