@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "posterior/density/density.hpp"
+#include "posterior/sampling/target.hpp"
 
 namespace decid::posterior {
 
@@ -128,5 +129,9 @@ class Posterior {
 /// constant, and for settings below 1, six window_transitions or trial_draws, or four max_draws.
 Posterior sample(const Density& density, const Observation& observation, const Settings& settings,
                  std::span<const State> starts = {}, const OnProgress& progress = {});
+
+/// Draws from the joint posterior of several trials (target.hpp). Returns that of each trial's unknowns, with the same
+/// draws: common unknowns have the same values in all. Result and errors otherwise as of sample().
+std::vector<Posterior> sample_joint(const Target& target, const Settings& settings, const OnProgress& progress = {});
 
 }  // namespace decid::posterior
