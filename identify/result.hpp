@@ -26,6 +26,8 @@ struct FitRequest {
     std::vector<posterior::ParameterPrior> parameters{};
   };
   std::vector<Other> others{};
+  /// Parameters that may differ between conditions where recordings are fitted together (FitGroup).
+  std::vector<std::string> freed{};
 };
 
 /// The fit of another controller to the same recording.
@@ -36,6 +38,13 @@ struct ControllerFit {
   PredictiveCheck check;
   posterior::ComparedModel compared;
   Warnings warnings;  ///< of its posterior and of its check
+};
+
+/// The recordings that were fitted together with one.
+struct JointFit {
+  std::vector<std::string> files;  ///< of all, its own too
+  std::vector<std::string> freed;  ///< parameters that only recordings of one condition have in common
+  std::string condition;           ///< of the recording
 };
 
 /// A fit: the posterior, and the signals and checks that come from it.
@@ -56,6 +65,7 @@ struct FitFigures {
   /// The place of this fit among all fitted controllers, and the others; empty if only one was fitted.
   std::optional<posterior::ComparedModel> compared{};
   std::vector<ControllerFit> others{};
+  std::optional<JointFit> joint{};  ///< empty: the recording was fitted alone
 };
 const char* name(FitFigures::Answer answer);
 

@@ -62,9 +62,13 @@ void archive(Archive& a, ControllerFit& fit) {
   a(fit.controller, fit.posterior, fit.sway_rad, fit.check, fit.compared, fit.warnings);
 }
 template <class Archive>
+void archive(Archive& a, JointFit& fit) {
+  a(fit.files, fit.freed, fit.condition);
+}
+template <class Archive>
 void archive(Archive& a, FitFigures& fit) {
   a(fit.answer, fit.posterior, fit.network, fit.inferred, fit.check, fit.samples_noise_deg, fit.block_s, fit.edge_s,
-    fit.first_edge_s, fit.seconds, fit.stopped, fit.compared, fit.others);
+    fit.first_edge_s, fit.seconds, fit.stopped, fit.compared, fit.others, fit.joint);
 }
 template <class Archive>
 void archive(Archive& a, RecordingResult& result) {
