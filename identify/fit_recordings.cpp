@@ -145,7 +145,8 @@ void Fitter::fit(RecordingResult& result, const posterior::OnProgress& progress)
   result.warnings = gravest_first({result.warnings, unlike_simulated, result.explanation.warnings, unfamiliar,
                                    following_warnings(result.explanation),
                                    posterior_warnings(density, observation, found, from_network), contradictions});
-  figures.inferred = posterior::infer(density, observation, found);
+  figures.inferred = posterior::infer(density, observation, found, report_.fit->keeps_log_likelihood);
+  for (int i = 0; i < found.points(); ++i) figures.stored_draws.push_back(found.draw_of_point(i));
   figures.posterior.drop_points();
   figures.samples_noise_deg = observation.noise_deg;
   figures.block_s = density.block_s();
@@ -155,6 +156,12 @@ void Fitter::fit(RecordingResult& result, const posterior::OnProgress& progress)
 }
 
 bool Fitter::fit(std::span<RecordingResult> read, const FitProgress& progress, const OnFitted& fitted) {
+  return fit_each(
+      read, [this](std::size_t) -> Fitter& { return *this; }, progress, fitted);
+}
+
+bool fit_each(std::span<RecordingResult> read, const std::function<Fitter&(std::size_t recording)>& fitter_of,
+              const FitProgress& progress, const OnFitted& fitted) {
   std::mutex reporting;
   std::atomic<bool> stopped{false};
   std::atomic<std::size_t> begun{0};
@@ -165,7 +172,7 @@ bool Fitter::fit(std::span<RecordingResult> read, const FitProgress& progress, c
     bool cut = false;
     try {
       if (!result.error)
-        fit(result, [&](const posterior::Progress& here) {
+        fitter_of(number).fit(result, [&](const posterior::Progress& here) {
           const std::lock_guard lock(reporting);
           if (progress && !stopped && !progress(number, here)) stopped = true;
           cut = stopped;

@@ -44,12 +44,18 @@ class Fitter {
   bool fit(std::span<RecordingResult> read, const FitProgress& progress = {}, const OnFitted& fitted = {});
 
  private:
+  friend bool fit_each(std::span<RecordingResult> read, const std::function<Fitter&(std::size_t recording)>& fitter_of,
+                       const FitProgress& progress, const OnFitted& fitted);
   class Plan;
   void fit(RecordingResult& result, const posterior::OnProgress& progress);
 
   Report report_;
   std::unique_ptr<Plan> plan_;
 };
+
+/// Does the same as Fitter::fit() with a fitter of its own for each recording; recordings may share one.
+bool fit_each(std::span<RecordingResult> read, const std::function<Fitter&(std::size_t recording)>& fitter_of,
+              const FitProgress& progress = {}, const OnFitted& fitted = {});
 
 /// Reads recordings and fits them. Throws Error if the protocol cannot be fitted.
 Report fit_recordings(const Model* model, const sim::Protocol& protocol, const std::vector<RecordingSource>& sources,

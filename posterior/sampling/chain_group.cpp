@@ -268,7 +268,7 @@ void ChainGroup::begin_round(bool last) {
   last_round_ = last;
   for (std::size_t l = 0; l < lanes; ++l) {
     states_[l].clear();
-    energy_[l].clear();
+    transitions_[l].clear();
     points_[l].clear();
   }
   apart_ = 1;
@@ -291,7 +291,8 @@ void ChainGroup::draw(int count) {
     double accepted = 0.0;
     for (std::size_t l = 0; l < lanes; ++l) {
       states_[l].push_back(density_.state(sampler_.coordinates(), static_cast<int>(l)));
-      energy_[l].push_back(sampler_.energy()[l]);
+      transitions_[l].push_back({sampler_.log_density()[l], sampler_.energy()[l], sampler_.acceptance()[l],
+                                 sampler_.diverged()[l] ? 1.0 : 0.0});
       accepted += sampler_.acceptance()[l] / lanes;
       divergences_ += sampler_.diverged()[l] ? 1 : 0;
     }

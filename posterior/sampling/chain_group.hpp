@@ -30,7 +30,7 @@ class ChainGroup {
   void learn_from_round();
 
   const std::vector<State>& states(int chain) const { return states_[static_cast<std::size_t>(chain)]; }
-  const std::vector<double>& energy(int chain) const { return energy_[static_cast<std::size_t>(chain)]; }
+  const std::vector<Transition>& transitions(int chain) const { return transitions_[static_cast<std::size_t>(chain)]; }
   int draws() const noexcept { return static_cast<int>(states_.front().size()); }
   /// Returns the draws apart() - 1, 2 apart() - 1, ... of a chain, with all coordinates.
   const std::vector<std::vector<double>>& points(int chain) const { return points_[static_cast<std::size_t>(chain)]; }
@@ -77,7 +77,7 @@ class ChainGroup {
 
   // The current round:
   std::array<std::vector<State>, lanes> states_;
-  std::array<std::vector<double>, lanes> energy_;
+  std::array<std::vector<Transition>, lanes> transitions_;
   std::array<std::vector<std::vector<double>>, lanes> points_;
   bool last_round_ = false;
   int apart_ = 1, divergences_ = 0;

@@ -129,11 +129,10 @@ void Sampler::clear_held(std::span<double> values) const {
 
 // Evaluates at y_, coordinates of the reparameterisation; sets x_.
 void Sampler::evaluate() {
-  Lanes log_volume;
-  reparameterisation_.to_density(y_, x_, log_volume, reparameterisation_work_, density_.isa());
+  reparameterisation_.to_density(y_, x_, log_volume_, reparameterisation_work_, density_.isa());
   density_.evaluate(observation_, x_, gradient_, potential_, work_, fixed_noise_deg_);
   reparameterisation_.pull_back(y_, gradient_, reparameterisation_work_, density_.isa());
-  for (std::size_t l = 0; l < lanes; ++l) potential_[l] -= log_volume[l];
+  for (std::size_t l = 0; l < lanes; ++l) potential_[l] -= log_volume_[l];
   clear_held(gradient_);
   kernels(density_.isa()).lower_times(static_cast<int>(size_), metric_.data(), gradient_.data(), force_.data());
   ++leapfrog_steps_;
@@ -155,7 +154,7 @@ void Sampler::move(int leapfrog_steps) {
   start_ = x_;
   reparameterisation_.from_density(x_, y_, reparameterisation_work_, density_.isa());
   evaluate();
-  const Lanes before = potential_;
+  const Lanes before = potential_, volume_before = log_volume_;
   Lanes squares;
   run.squares(static_cast<int>(size_), momentum_.data(), squares.data());
   for (std::size_t l = 0; l < lanes; ++l) energy_[l] = before[l] + 0.5 * squares[l];
@@ -173,7 +172,9 @@ void Sampler::move(int leapfrog_steps) {
     const double change = potential_[l] + 0.5 * squares[l] - energy_[l];
     diverged_[l] = !(change < divergence);
     acceptance_[l] = diverged_[l] ? 0.0 : decid::exp(-std::max(0.0, change));
-    if (choice[l] < acceptance_[l]) continue;
+    const bool accepted = choice[l] < acceptance_[l];
+    log_density_[l] = accepted ? -potential_[l] - log_volume_[l] : -before[l] - volume_before[l];
+    if (accepted) continue;
     for (std::size_t i = 0; i < size_; ++i) x_[i * lanes + l] = start_[i * lanes + l];
     potential_[l] = before[l];
   }

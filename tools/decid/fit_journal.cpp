@@ -13,7 +13,7 @@
 namespace decid::tools {
 namespace {
 
-constexpr std::string_view magic = "decid fit journal 2\n";
+constexpr std::string_view magic = "decid fit journal 3\n";
 constexpr std::size_t hash_size = 64;
 constexpr std::size_t front_size = sizeof(std::uint64_t) + hash_size;
 
@@ -74,9 +74,9 @@ void FitJournal::read(const std::string& settings) {
   }
 }
 
-std::string FitJournal::key(const RecordingSource& recording) {
+std::string FitJournal::key(const RecordingSource& recording, const std::string& settings) {
   try {
-    return sha256(recording.name() + '\n' + sha256(read_file(recording.file)));
+    return sha256(recording.name() + '\n' + sha256(read_file(recording.file)) + settings);
   } catch (const Error&) {
     return {};  // whoever reads the recording reports it
   }

@@ -1,5 +1,5 @@
 // The journal of a fit of many recordings, in a file beside the output. It holds the results so far, so that a later
-// call can resume after a kill. Form: "decid fit journal 2\n", then entries: a length, the SHA-256 of the text, and
+// call can resume after a kill. Form: "decid fit journal 3\n", then entries: a length, the SHA-256 of the text, and
 // the text. The first entry identifies the call; each other entry holds a recording. A truncated or damaged entry, and
 // all entries after it, count as not written.
 #pragma once
@@ -20,8 +20,8 @@ class FitJournal {
   /// settings.
   FitJournal(const std::filesystem::path& path, const std::string& settings, bool resume);
 
-  /// Returns a hash of the recording's name and its file's content; empty if the file cannot be read.
-  static std::string key(const RecordingSource& recording);
+  /// Returns a hash of the recording's name, its file's content and its own settings; empty if the file cannot be read.
+  static std::string key(const RecordingSource& recording, const std::string& settings = {});
   /// Returns nothing if the journal does not have this recording.
   std::optional<RecordingResult> find(const std::string& key) const;
   /// Adds a result. The result is on the disk when the function returns.

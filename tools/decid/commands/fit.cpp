@@ -10,12 +10,14 @@
 #include "base/error.hpp"
 #include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
+#include "base/files/sha256.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
 #include "identify/fit_recordings.hpp"
 #include "identify/network/for_body.hpp"
 #include "identify/result_archive.hpp"
+#include "identify/sheet/study_results.hpp"
 #include "sim/protocol/protocol_object.hpp"
 #include "sim/segments.hpp"
 #include "tools/decid/command.hpp"
@@ -45,17 +47,17 @@ struct FitOptions {
 
 /// Options that apply only to recordings, except the file-reading options, and options that apply only to a frequency
 /// response.
-constexpr const char* of_recordings[] = {"recordings", "--model", "--prior-start", "--prior-noise",  "--max-draws",
-                                         "--report",   "--table", "--group",       "--moved-before", "--resume",
-                                         "--range",    "--prior", "--recursive"};
+constexpr const char* of_recordings[] = {
+    "recordings",     "--model",  "--prior-start", "--prior-noise", "--max-draws", "--report", "--table", "--group",
+    "--moved-before", "--resume", "--range",       "--prior",       "--recursive", "--study",  "--long",  "--excel"};
 constexpr const char* of_tables[] = {"--amplitude", "--prior-error"};
 
 /// Throws Error for options that do not apply to the input.
 void check_kind(const FitOptions& options, const Command& command) {
   const bool is_table = !options.frf.empty();
-  if (!is_table && options.recordings.files.empty())
+  if (!is_table && options.recordings.files.empty() && options.recordings.study.empty())
     throw Error("fit", "neither a recording nor a frequency response is named",
-                "name CSV, MAT, C3D or .xlsx files, or a table with --frf");
+                "name CSV, MAT, C3D or .xlsx files, a sheet with --study, or a table with --frf");
   const auto refuse = [&](const char* option) {
     if (command.count(option) == 0) return;
     if (is_table && std::string(option) == "recordings")
@@ -146,6 +148,8 @@ void run_table(const FitOptions& options, const Command& command) {
   const sim::Protocol named =
       read_protocol(options.protocol.empty() ? "default" : options.protocol, options.common.quiet, &inputs);
   options.outputs.check(inputs);
+  if (options.outputs.draws.ends_with(".csv"))
+    throw Error("--draws", "writes .npz for --frf", "give a name that ends in .npz");
   FrfFit asked{.table = options.frf,
                .output = options.outputs.json,
                .draws = options.outputs.draws,
@@ -198,16 +202,29 @@ class FitProgressBar {
   ProgressBar bar_;
 };
 
+/// Returns a recording's own settings by the sheet, for the journal; empty without a sheet.
+std::string own_settings(const RecordingPlan& plan, std::size_t i) {
+  const PlannedRecording& planned = plan.recordings[i];
+  if (!plan.sheet) return {};
+  std::string text = plan.settings[planned.setting].protocol;
+  if (std::error_code ignored; std::filesystem::is_regular_file(text, ignored)) text += sha256(read_file(text));
+  for (const std::optional<double>& value : {planned.mass_kg, planned.height_m})
+    text += '\n' + (value ? format("%.17g", *value) : std::string());
+  for (const auto& [name, value] : planned.options) text += '\n' + name + '=' + value;
+  return text;
+}
+
 /// Fits the recordings that the journal does not have; the ranks share them.
-Results fit_all(const FitOptions& options, Fitter& fitter, const ReadOptions& reading, FitJournal* journal) {
+Results fit_all(const FitOptions& options, PlanFitter& fitter, const RecordingPlan& plan, FitJournal* journal) {
   const std::vector<RecordingSource>& sources = options.recordings.sources;
   require_same("the list of recordings", listed(options.recordings.files), "give all hosts the same files");
   Results results(sources.size());
   std::vector<std::string> keys(sources.size());
   std::vector<std::size_t> left;
   for (std::size_t i = 0; i < sources.size(); ++i) {
-    if (journal != nullptr) keys[i] = FitJournal::key(sources[i]);
+    if (journal != nullptr) keys[i] = FitJournal::key(sources[i], own_settings(plan, i));
     if (journal != nullptr) results[i] = journal->find(keys[i]);
+    if (results[i]) set_planned(*results[i], plan.recordings[i]);
     if (!results[i]) left.push_back(i);
   }
   left = broadcast_value(left);  // what rank 0 finds counts
@@ -216,9 +233,7 @@ Results fit_all(const FitOptions& options, Fitter& fitter, const ReadOptions& re
   share_out<RecordingResult>(
       left.size(), alone ? left.size() : static_cast<std::size_t>(thread_count()),
       [&](std::size_t first, std::size_t last, const Give<RecordingResult>& give) {
-        std::vector<RecordingSource> some;
-        for (std::size_t i = first; i < last; ++i) some.push_back(sources[left[i]]);
-        std::vector<RecordingResult> read = read_recordings(fitter.report().protocol, some, reading);
+        std::vector<RecordingResult> read = fitter.read(std::span(left).subspan(first, last - first));
         fitter.fit(
             read,
             [&](std::size_t i, const posterior::Progress& here) {
@@ -232,6 +247,7 @@ Results fit_all(const FitOptions& options, Fitter& fitter, const ReadOptions& re
       [&](std::size_t number, RecordingResult result) {
         const std::size_t i = left[number];
         if (journal != nullptr && !result.error && !result.fit->stopped) journal->append(keys[i], result);
+        set_planned(result, plan.recordings[i]);
         results[i] = std::move(result);
         bar.update(i, 1.0);
       },
@@ -240,7 +256,7 @@ Results fit_all(const FitOptions& options, Fitter& fitter, const ReadOptions& re
 }
 
 /// Returns the report of the recordings whose fit began, with the groups of the table of all recordings.
-Report report_of(const FitOptions& options, const Fitter& fitter, Results results, GroupTable groups,
+Report report_of(const FitOptions& options, const PlanFitter& fitter, Results results, GroupTable groups,
                  std::vector<std::size_t>& places) {
   Report report = fitter.report();
   std::vector<GroupMember> members;
@@ -260,14 +276,11 @@ void run_fit(FitOptions options, const Command& command) {
   RecordingFlags& recordings = options.recordings;
   ReadOptions reading = recordings.read_options();
   std::vector<std::string> inputs = options.outputs.files();
-  inputs.insert(inputs.end(), {options.model, options.protocol, options.group});
+  inputs.insert(inputs.end(), {options.model, options.protocol, options.group, recordings.study});
   recordings.find_sources(inputs, options.common.quiet);
-  inputs = recordings.distinct_files();
-  inputs.insert(inputs.end(), {options.model, options.group});
+  inputs.clear();
   std::optional<sim::Protocol> given;
   if (!options.protocol.empty()) given = read_protocol(options.protocol, options.common.quiet, &inputs);
-  options.outputs.check(inputs);
-  const GroupTable groups = groups_of(options.group, recordings, options.common.quiet);
   const Model model = model_or_built_in(options.model);
   const sim::Protocol protocol = protocol_of(options, given.value_or(model.protocol));
   options.request.priors.parameters = parameter_priors(options, protocol.ranges());
@@ -276,14 +289,22 @@ void run_fit(FitOptions options, const Command& command) {
   // A protocol of one's own may describe it.
   if (!reading.body && given && given->experiment.body != sim::Body{}) reading.body = given->experiment.body;
 
+  const RecordingPlan plan = recordings.plan(reading, options.common.quiet);
+  const std::vector<std::string> files = recordings.distinct_files();
+  inputs.insert(inputs.begin(), files.begin(), files.end());
+  inputs.insert(inputs.end(), {recordings.study, options.model, options.group});
+  options.outputs.check(inputs);
+  const GroupTable groups = groups_of(options.group, recordings, options.common.quiet);
+
   const Json settings{{"version", version},
                       {"protocol", sim::json_of(protocol)},
                       {"model", nn::weights_sha256(model.network)},
                       {"options", command.given(beside_answers)}};
   std::optional<FitJournal> journal = is_root() ? journal_of(options, print_json(settings)) : std::nullopt;
   catch_interrupt();
-  Fitter fitter(&model, protocol, reading.body, options.request);
-  Results results = fit_all(options, fitter, reading, journal ? &*journal : nullptr);
+  options.request.keeps_log_likelihood = options.outputs.draws.ends_with(".npz");
+  PlanFitter fitter(&model, protocol, plan, options.request, &inputs);
+  Results results = fit_all(options, fitter, plan, journal ? &*journal : nullptr);
   if (!is_root()) return;
   options.outputs.count = results.size();
   Report report = report_of(options, fitter, std::move(results), groups, options.outputs.places);
@@ -292,6 +313,7 @@ void run_fit(FitOptions options, const Command& command) {
   report.model = model_name(options.model);
   report.model_sha256 = nn::weights_sha256(model.network);
   report.options = command.given(beside_answers);
+  record_call(report, command, recordings.named, inputs);
   options.outputs.write(report, options.common.json);
   const bool failed = std::ranges::any_of(begun, [](const RecordingResult& id) { return id.error.has_value(); });
   if (journal && !failed && begun.size() == options.outputs.count && !interrupted()) journal->remove();
@@ -310,6 +332,7 @@ void add_fit(const Command& program) {
       "fit",
       "Sample the posterior of balance-control parameters from recordings; slower and more accurate than identify");
   add_recording_flags(command, options->recordings);
+  add_study_option(command, options->recordings);
   add_truth_option(command, options->recordings);
   command.section("Input");
   command.add_option("--frf", options->frf,
@@ -379,6 +402,7 @@ void add_fit(const Command& program) {
       "Examples:\n"
       "  decid fit recording.csv --mass 70 --height 1.75 -o result.json --report report.html\n"
       "  decid fit subjects -o results.json --table results.csv --resume\n"
+      "  decid fit --study participants.tsv -o results.json --long long.csv\n"
       "  decid fit recording.csv --range delay=0.05,0.2 --prior Kp=900,100 --draws draws.npz\n"
       "  decid fit --frf response.csv --amplitude 1 --mass 70 --height 1.75 --report response.html");
   command.callback([options, command] {

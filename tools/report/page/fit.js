@@ -269,7 +269,8 @@ function footer() {
     element("p", {}, element("strong", {}, "This is not a diagnosis. "),
       "The intervals say what the recording tells about the parameters of a simplified model of posture control (a single inverted pendulum under disturbance estimation " +
       "and compensation, DEC), if that model is right. No model is people. They hold for the stated protocol and body only."),
-    element("p", {}, `decid ${report.version}, seed ${report.seed}. Up to ${shownDraws} draws are drawn on this page; figures are of all of them.`));
+    element("p", {}, `decid ${report.version}, seed ${report.seed}. Up to ${shownDraws} draws are drawn on this page; figures are of all of them.`),
+    ...callTexts(report.call));
 }
 const shownDraws = 800;
 
