@@ -62,7 +62,7 @@ class ByteReader {
   }
   bool at_end() const noexcept { return rest_.empty(); }
   [[noreturn]] static void fail() {
-    throw Error("stored values", "are cut off or of another version of decid", "make them again");
+    throw Error(Code::file_damaged, "stored values", "are cut off or of another version of decid", "make them again");
   }
 
  private:
@@ -110,9 +110,15 @@ void archive(Archive& a, std::optional<Error>& error) {
   if (error) texts = {error->where(), error->problem(), error->remedy()};
   bool there = error.has_value();
   a(there, texts[0], texts[1], texts[2]);
-  if constexpr (Archive::reads) {
+  if (!there) {
     error.reset();
-    if (there) error.emplace(texts[0], texts[1], texts[2]);
+    return;
+  }
+  Code code = error ? error->code() : Code::internal;
+  a(code);
+  if constexpr (Archive::reads) {
+    if (code < Code{} || code > Code::internal) Archive::fail();
+    error.emplace(code, texts[0], texts[1], texts[2]);
   }
 }
 

@@ -20,8 +20,11 @@ std::vector<int> shuffled(int count, std::uint64_t seed, int epoch) {
 }
 
 EpochBatches::EpochBatches(int samples, int largest) {
-  if (samples < 1) throw Error("epoch", "of " + std::to_string(samples) + " samples", "give 1 or more");
-  if (largest < 1) throw Error("epoch", "batches of " + std::to_string(largest) + " samples", "ask for 1 or more");
+  if (samples < 1)
+    throw Error(Code::setting_out_of_range, "epoch", "of " + std::to_string(samples) + " samples", "give 1 or more");
+  if (largest < 1)
+    throw Error(Code::setting_out_of_range, "epoch", "batches of " + std::to_string(largest) + " samples",
+                "ask for 1 or more");
   count_ = 1 + (samples - 1) / largest;
   smallest_ = samples / count_;
   larger_ = samples % count_;
@@ -30,7 +33,7 @@ EpochBatches::EpochBatches(int samples, int largest) {
 int EpochBatches::beginning_at(int first) const {
   for (int batch = 0; batch < count_; ++batch)
     if (this->first(batch) == first) return batch;
-  throw Error("epoch", "no batch begins with sample " + std::to_string(first),
+  throw Error(Code::setting_out_of_range, "epoch", "no batch begins with sample " + std::to_string(first),
               "give a checkpoint of the same training, begun by this version of decid");
 }
 

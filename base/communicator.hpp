@@ -63,18 +63,19 @@ struct RankRange {
   std::size_t first, last;
   std::size_t count() const { return last - first; }
 };
-inline RankRange range_of(std::size_t count, int rank, int ranks) {
+inline RankRange rank_range(std::size_t count, int rank, int ranks) {
   const auto r = static_cast<std::size_t>(rank), n = static_cast<std::size_t>(ranks);
   return {count * r / n, count * (r + 1) / n};
 }
 
 /// Completes `values`, `width` values of type T for each of `count` items, of which each rank has filled its
-/// range_of(). Afterwards all ranks have all values.
+/// rank_range(). Afterwards all ranks have all values.
 template <class T>
 void gather_ranges(Communicator& ranks, std::size_t count, std::size_t width, std::vector<T>& values) {
   std::vector<std::size_t> sizes;
-  for (int r = 0; r < ranks.size(); ++r) sizes.push_back(range_of(count, r, ranks.size()).count() * width * sizeof(T));
-  const RankRange own = range_of(count, ranks.rank(), ranks.size());
+  for (int r = 0; r < ranks.size(); ++r)
+    sizes.push_back(rank_range(count, r, ranks.size()).count() * width * sizeof(T));
+  const RankRange own = rank_range(count, ranks.rank(), ranks.size());
   const auto begin = values.begin() + static_cast<std::ptrdiff_t>(own.first * width);
   const std::vector<T> sent(begin, begin + static_cast<std::ptrdiff_t>(own.count() * width));
   ranks.all_gather(std::as_bytes(std::span(sent)), sizes, std::as_writable_bytes(std::span(values)));

@@ -91,7 +91,8 @@ Isa isa_from_name(const std::string& where, const std::string& wanted) {
   }
   bool known = false;
   for (const Isa isa : all_isas) known = known || wanted == name(isa);
-  throw Error(where, "instruction set '" + wanted + "' " + (known ? "cannot run on this machine" : "is unknown"),
+  throw Error(known ? Code::not_supported : Code::setting_unknown, where,
+              "instruction set '" + wanted + "' " + (known ? "cannot run on this machine" : "is unknown"),
               "use one of " + available);
 }
 

@@ -21,7 +21,7 @@ Warnings::const_iterator gravest(const Warnings& warnings) {
   return std::ranges::max_element(warnings, {}, &Warning::severity);
 }
 
-Trust trust_of(const Warnings& warnings) {
+Trust worst_trust(const Warnings& warnings) {
   const Severity severity = warnings.empty() ? Severity::info : gravest(warnings)->severity;
   return severity == Severity::invalid   ? Trust::not_usable
          : severity == Severity::caution ? Trust::caution

@@ -36,7 +36,7 @@ Warnings::const_iterator gravest(const Warnings& warnings);
 
 /// The usability of a result, by its most severe warning.
 enum class Trust { usable, caution, not_usable };
-Trust trust_of(const Warnings& warnings);
+Trust worst_trust(const Warnings& warnings);
 /// Returns "usable", "caution", "not usable".
 const char* name(Trust trust);
 

@@ -23,6 +23,7 @@
 #include "sim/double_pendulum.hpp"
 #include "sim/fft.hpp"
 #include "sim/noise.hpp"
+#include "sim/streams.hpp"
 
 using Work = std::function<void()>;
 
@@ -116,8 +117,8 @@ void add_simulator(Guarded& all) {
     return [simulator] {
       const auto samples = static_cast<std::size_t>(simulator->samples());
       std::vector<double> com(samples), leg(samples), trunk(samples);
-      simulator->run(sim::default_double_parameters(simulator->segments()), Random(1, Stream::vestibular_noise, 0),
-                     {com, leg, trunk});
+      simulator->run(sim::default_double_parameters(simulator->segments()),
+                     Random(1, sim::streams::vestibular_noise, 0), {com, leg, trunk});
     };
   };
   all["sim/vestibular_noise"] = []() -> Work {
@@ -126,14 +127,14 @@ void add_simulator(Guarded& all) {
     return [protocol, maker] {
       const std::vector<double> nv(sim::fft_lanes, 0.5);
       std::vector<Random> random;
-      for (std::uint64_t i = 0; i < nv.size(); ++i) random.emplace_back(1, Stream::vestibular_noise, i);
+      for (std::uint64_t i = 0; i < nv.size(); ++i) random.emplace_back(1, sim::streams::vestibular_noise, i);
       std::vector<double> rates((static_cast<std::size_t>(protocol->samples()) + 1) * nv.size());
       maker->velocity_lanes(nv, random, rates, isa);
     };
   };
   all["sim/sensor_noise"] = []() -> Work {
     return [values = std::vector<double>(12100)]() mutable {
-      Random(1, Stream::sensor_noise, 0).fill_normal(values, 1, isa);
+      Random(1, sim::streams::sensor_noise, 0).fill_normal(values, 1, isa);
     };
   };
   for (const int length : {110, 6050})
@@ -200,8 +201,10 @@ int run(int argc, char** argv) {
   }
   const auto found = all.find(argv[1]);
   if (argc != 2 || found == all.end())
-    throw Error("bench_guarded", "takes one name, and knows what it prints without", "choose one of those");
-  if (chosen_isa() != isa) throw Error("bench_guarded", "counts instructions of AVX2", "set DECID_ISA=avx2");
+    throw Error(Code::setting_unknown, "bench_guarded", "takes one name, and knows what it prints without",
+                "choose one of those");
+  if (chosen_isa() != isa)
+    throw Error(Code::not_supported, "bench_guarded", "counts instructions of AVX2", "set DECID_ISA=avx2");
   omp_set_num_threads(1);
   const Work work = found->second();
 #pragma omp parallel

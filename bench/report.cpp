@@ -17,6 +17,7 @@
 
 namespace {
 
+using decid::Code;
 using decid::Error;
 using json = nlohmann::ordered_json;
 
@@ -27,7 +28,7 @@ struct Result {
 
 Result read_result(const std::filesystem::path& path) {
   const auto refuse = [&](const std::string& what) -> Error {
-    return {path.string(), what, "give results of tools/bench -o"};
+    return {Code::file_unsupported, path.string(), what, "give results of tools/bench -o"};
   };
   json content = json::parse(decid::read_file(path), nullptr, false);
   if (!content.is_object() || !content.contains("context") || !content.contains("benchmarks") ||
@@ -56,7 +57,8 @@ std::string short_name(const json& entry) {
 double seconds_of(const json& entry, const std::string& where) {
   static const std::map<std::string, double> units{{"ns", 1e-9}, {"us", 1e-6}, {"ms", 1e-3}, {"s", 1.0}};
   const auto unit = units.find(entry["time_unit"].get<std::string>());
-  if (unit == units.end()) throw Error(where, "has an unknown time_unit", "Google Benchmark has ns, us, ms and s");
+  if (unit == units.end())
+    throw Error(Code::file_unsupported, where, "has an unknown time_unit", "Google Benchmark has ns, us, ms and s");
   return entry["real_time"].get<double>() * unit->second;
 }
 

@@ -28,7 +28,7 @@ double status_megabytes(const std::string& key) {
     double kilobytes = 0;
     if (word == key + ":" && file >> kilobytes) return kilobytes * 1.024e-3;
   }
-  throw Error("/proc/self/status", "has no " + key, "memory is measured on Linux only");
+  throw Error(Code::not_supported, "/proc/self/status", "has no " + key, "memory is measured on Linux only");
 }
 
 /// The peak of memory beyond `before`. The kernel's own count (getrusage) would begin with the peak of the process that

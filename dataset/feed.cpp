@@ -49,7 +49,7 @@ class Collector {
 
   void take(std::size_t place, const Sway& sway) {
     if (place >= inputs_.size() / values_)
-      throw Error("images",
+      throw Error(Code::size_mismatch, "images",
                   "got place " + std::to_string(place) + ", and space for " + std::to_string(inputs_.size() / values_),
                   "give space for all of them");
     if (together_ == 1) return encoding_.encode(sway, inputs_.subspan(place * values_, values_));
@@ -175,7 +175,8 @@ Feed::~Feed() {
 
 Feed::Batch Feed::next() {
   if (taken_ == current_.last_batch) {
-    if (!making_->done.valid()) throw Error("feed", "has no batch left", "request only batches of its epochs");
+    if (!making_->done.valid())
+      throw Error(Code::setting_out_of_range, "feed", "has no batch left", "request only batches of its epochs");
     making_->done.get();  // throws at every call if it ended with an exception
     making_->done = {};
     std::swap(current_, coming_);
@@ -184,7 +185,7 @@ Feed::Batch Feed::next() {
     start();
   }
   const int trials = batches_.size(taken_);
-  const std::size_t first = own_taken_, count = own_of(trials).size();
+  const std::size_t first = own_taken_, count = own_trials(trials).size();
   const auto values = static_cast<std::size_t>(encoding_.images.shape().size());
   ++taken_;
   own_taken_ += count;
@@ -192,7 +193,7 @@ Feed::Batch Feed::next() {
           std::span(current_.targets).subspan(first * targets_.mean.size(), count * targets_.mean.size())};
 }
 
-std::vector<int> Feed::own_of(int trials) const {
+std::vector<int> Feed::own_trials(int trials) const {
   if (sharing_.own) return sharing_.own(trials);
   std::vector<int> all(static_cast<std::size_t>(trials));
   std::iota(all.begin(), all.end(), 0);
@@ -206,7 +207,7 @@ void Feed::start() {
   coming_.last_batch = next_ = std::min(next_ + block_batches_, batches_.count());
   std::vector<int> indices;
   for (int batch = coming_.first_batch; batch < coming_.last_batch; ++batch)
-    for (const int place : own_of(batches_.size(batch)))
+    for (const int place : own_trials(batches_.size(batch)))
       indices.push_back(order_[static_cast<std::size_t>(batches_.first(batch) + place)]);
   // A new thread has its own OpenMP team: it gets as many threads as the caller's.
   making_->done = std::async(std::launch::async,

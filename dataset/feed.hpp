@@ -81,7 +81,7 @@ class Feed {
   /// Starts the block that begins with batch `next_` of epoch `epoch_`, and advances.
   void start();
   void fill(Block& block, int epoch, std::vector<int> indices) const;
-  std::vector<int> own_of(int trials) const;
+  std::vector<int> own_trials(int trials) const;
 
   const TrialSource& source_;
   Encoding encoding_;

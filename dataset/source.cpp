@@ -5,21 +5,15 @@
 
 #include "base/error.hpp"
 #include "base/files/sha256.hpp"
-#include "base/parallel.hpp"
 #include "base/per_thread.hpp"
 
 namespace decid::dataset {
 namespace {
 
-/// A trial on its way to its receiver.
-struct TrialScratch {
-  std::vector<float> sway;
-};
-
 void check_indices(std::span<const int> indices, int trials) {
   for (const int index : indices) {
     if (index < 0 || index >= trials)
-      throw Error("trials", "trial " + std::to_string(index) + " does not exist",
+      throw Error(Code::setting_out_of_range, "trials", "trial " + std::to_string(index) + " does not exist",
                   "request 0 to " + std::to_string(trials - 1));
   }
 }
@@ -30,23 +24,20 @@ class StoredSource final : public TrialSource {
     for (int i = 0; i < stored_.trials(); ++i)
       (about().split[static_cast<std::size_t>(i)] == 0 ? training_ : validation_).push_back(i);
     if (training_.empty() || validation_.empty())
-      throw Error("data set", "has no trial in its training or its validation half",
+      throw Error(Code::trials_missing, "data set", "has no trial in its training or its validation half",
                   "make a data set with at least 2 trials");
   }
 
   const sim::Protocol& protocol() const override { return about().protocol; }
-  TrialIdentity identity() const override { return identity_of(stored_); }
+  TrialIdentity identity() const override { return trial_identity(stored_); }
   int trials(Part part) const override { return static_cast<int>(half(part).size()); }
   int trials_at_once() const override { return 64; }
   void take(Part part, int, std::span<const int> indices, const Take& take) const override {
     check_indices(indices, trials(part));
-    parallel_for(static_cast<int>(indices.size()), [&](int i) {
-      std::vector<float>& sway = per_thread<TrialScratch>().sway;
-      sway.resize(static_cast<std::size_t>(about().samples));
-      const auto place = static_cast<std::size_t>(i);
-      const int trial = half(part)[static_cast<std::size_t>(indices[place])];
-      stored_.read(trial, sway);
-      take(place, about().parameters[static_cast<std::size_t>(trial)], sway);
+    std::vector<int> trials;
+    for (const int index : indices) trials.push_back(half(part)[static_cast<std::size_t>(index)]);
+    stored_.take(trials, [&](std::size_t place, std::span<const float> sway) {
+      take(place, about().parameters[static_cast<std::size_t>(trials[place])], sway);
     });
   }
 
@@ -63,7 +54,7 @@ class StreamSource final : public TrialSource {
   StreamSource(sim::Protocol protocol, std::uint64_t seed, int trials_per_epoch, int validation)
       : simulator_(std::move(protocol)), seed_(seed), training_(trials_per_epoch), validation_(validation) {
     if (training_ < 1 || validation_ < 1)
-      throw Error("stream",
+      throw Error(Code::setting_out_of_range, "stream",
                   std::to_string(training_) + " training and " + std::to_string(validation_) +
                       " validation trials are requested",
                   "request 1 or more of each");
@@ -83,7 +74,10 @@ class StreamSource final : public TrialSource {
     for (const int index : indices) numbers.push_back(first + static_cast<std::uint64_t>(index));
     simulate_stream(
         simulator_, seed_, numbers, [&](std::size_t place, const sim::TrialInput& trial, std::span<double> sway) {
-          std::vector<float>& stored = per_thread<TrialScratch>().sway;
+          struct Scratch {
+            std::vector<float> sway;
+          };
+          std::vector<float>& stored = per_thread<Scratch>().sway;
           sim::record(protocol(), seed_, numbers[place], sway);
           stored.resize(sway.size());
           std::ranges::transform(sway, stored.begin(), [](double value) { return static_cast<float>(value); });
@@ -99,7 +93,7 @@ class StreamSource final : public TrialSource {
 
 }  // namespace
 
-TrialIdentity identity_of(const StoredDataset& data) {
+TrialIdentity trial_identity(const StoredDataset& data) {
   const Dataset& about = data.about();
   Sha256 hash;
   for (const sim::Parameters& parameters : about.parameters)

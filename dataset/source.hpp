@@ -22,7 +22,7 @@ struct TrialIdentity {
 
   bool operator==(const TrialIdentity&) const = default;
 };
-TrialIdentity identity_of(const StoredDataset& data);
+TrialIdentity trial_identity(const StoredDataset& data);
 
 enum class Part {
   training,    ///< an epoch's; may change from epoch to epoch

@@ -9,6 +9,7 @@
 #include "base/math/statistics.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
+#include "sim/streams.hpp"
 
 namespace decid {
 namespace {
@@ -38,11 +39,6 @@ Residual residual_of(std::span<const float> sway, std::span<const float> fitted)
     variance += centred * centred;
   }
   return {std::sqrt(residual / static_cast<double>(sway.size())) / sim::rad_per_deg, 1 - residual / variance};
-}
-
-sim::Parameters without_noise(sim::Parameters parameters) {
-  parameters[sim::Nv] = 0.0;
-  return parameters;
 }
 
 /// The samples before the body fell.
@@ -111,13 +107,15 @@ std::vector<Explainer::Simulated> Explainer::simulate(std::span<const Answer> an
   std::vector<sim::Parameters> with_noise;
   for (const Answer& answer : answers)
     with_noise.push_back(simulator_.protocol().parameters().simulable(answer.parameters));
+  const sim::Family& family = simulator_.protocol().family();
   simulator_.run_all(
       trials_of_answer * static_cast<int>(answers.size()),
       [&](int i) {
         const int trial = i % trials_of_answer - 1;
         const sim::Parameters& parameters = with_noise[static_cast<std::size_t>(i / trials_of_answer)];
-        return sim::TrialInput{trial < 0 ? without_noise(parameters) : parameters,
-                               Random(0, Stream::vestibular_noise, static_cast<std::uint64_t>(std::max(trial, 0)))};
+        return sim::TrialInput{
+            trial < 0 ? family.without_noise(parameters) : parameters,
+            Random(0, sim::streams::vestibular_noise, static_cast<std::uint64_t>(std::max(trial, 0)))};
       },
       [&](int i, const sim::Outcome& outcome, std::span<double> sway) {
         const int trial = i % trials_of_answer - 1;
@@ -146,7 +144,7 @@ Explanation Explainer::explain(const Answer& answer, Simulated simulated) const 
   }
   if (frf_)
     explanation.frf =
-        frequency_responses(*frf_, answer, explanation.fitted_rad, tilt_rad_, simulator_.protocol().experiment.body);
+        frequency_responses(*frf_, answer, explanation.fitted_rad, tilt_rad_, simulator_.protocol().experiment);
   else
     add_info(explanation.warnings, "no_frequency_response", no_frf_);
   return explanation;
@@ -167,8 +165,10 @@ std::vector<Explanation> Explainer::explain(std::span<const Answer> answers) con
 
 std::vector<float> noise_free_trial(const sim::Simulator& simulator, const sim::Parameters& parameters) {
   std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
-  const sim::Outcome outcome = simulator.run(without_noise(simulator.protocol().parameters().simulable(parameters)),
-                                             Random(0, Stream::vestibular_noise, 0), sway);
+  const sim::Protocol& protocol = simulator.protocol();
+  const sim::Outcome outcome =
+      simulator.run(protocol.family().without_noise(protocol.parameters().simulable(parameters)),
+                    Random(0, sim::streams::vestibular_noise, 0), sway);
   const auto part = standing(outcome, sway, simulator.protocol().experiment.sample_rate_hz);
   return {part.begin(), part.end()};
 }
@@ -179,14 +179,14 @@ sim::FrequencyResponse frequency_analysis(const sim::Experiment& experiment) {
 
 FrequencyResponses frequency_responses(const sim::FrequencyResponse& analysis, const Answer& answer,
                                        std::span<const float> fitted_rad, std::span<const float> tilt_rad,
-                                       const sim::Body& body) {
+                                       const sim::Experiment& experiment) {
   const recording::Trial& trial = answer.trial;
   FrequencyResponses found;
   found.cycles = analysis.cycles();
   const recording::Signal<float>* measured = trial.signals.find(recording::platform_tilt);
   found.recorded = analysis.measure(trial.sway_rad(), measured ? measured->rad : tilt_rad);
   if (fitted_rad.size() == trial.sway_rad().size()) found.model = analysis.measure(fitted_rad, tilt_rad);
-  found.linear = analysis.linear(answer.parameters, body);
+  found.linear = analysis.linear(experiment, answer.parameters);
   return found;
 }
 

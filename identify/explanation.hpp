@@ -54,7 +54,7 @@ class Explainer {
 /// Computes the frequency responses of a trial and of its simulated trial, by `analysis`; tilt_rad: the protocol's.
 FrequencyResponses frequency_responses(const sim::FrequencyResponse& analysis, const Answer& answer,
                                        std::span<const float> fitted_rad, std::span<const float> tilt_rad,
-                                       const sim::Body& body);
+                                       const sim::Experiment& experiment);
 /// Returns the analysis of a protocol's trials: it omits the first of three or more cycles, with the transient from
 /// rest. Throws Error as sim::FrequencyResponse does.
 sim::FrequencyResponse frequency_analysis(const sim::Experiment& experiment);

@@ -1,14 +1,17 @@
 // Posteriors of recordings: see fit_recordings.hpp.
 #include "identify/fit_recordings.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <deque>
 #include <limits>
 #include <mutex>
 #include <utility>
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
+#include "base/text.hpp"
 #include "identify/fit_warnings.hpp"
 
 namespace decid {
@@ -39,14 +42,73 @@ bool moved_before(const recording::TiltMatch& tilt, bool asked, Warnings& warnin
 
 }  // namespace
 
+namespace {
+
+/// Compares the controllers of a recording; warns if another one than the protocol's predicts it far better.
+void compare(std::span<const std::vector<double>> pointwise, const std::string& own, FitFigures& figures,
+             Warnings& warnings) {
+  constexpr double significant_sd = 4.0, significant_nats = 4.0;
+  const std::vector<posterior::ComparedModel> places = posterior::compare_models(pointwise);
+  figures.compared = places.front();
+  for (std::size_t i = 0; i < figures.others.size(); ++i) figures.others[i].compared = places[i + 1];
+  const double lost = -places.front().difference;
+  if (!(lost > significant_nats && lost > significant_sd * places.front().standard_error)) return;
+  const auto best =
+      std::ranges::find(figures.others, 0.0, [](const ControllerFit& other) { return other.compared.difference; });
+  Warnings better;
+  add_caution(better, "other_controller",
+              format("controller %s predicts this recording better than %s, by %.0f +- %.0f nats: use its parameters",
+                     best->controller.c_str(), own.c_str(), lost, places.front().standard_error));
+  warnings = gravest_first({better, warnings});
+}
+
+}  // namespace
+
 class Fitter::Plan {
  public:
-  Plan(const Model* model, const sim::Protocol& protocol, const FitRequest& request)
-      : explainer{sim::Simulator(standing(protocol, request.priors.standing_s))},
-        density(protocol, request.priors),
-        checker(explainer.simulator(), density.block_s()) {
+  /// The plan of one controller.
+  class Controller {
+   public:
+    Controller(const sim::Protocol& protocol, const posterior::Priors& priors)
+        : explainer{sim::Simulator(standing(protocol, priors.standing_s))},
+          checker(explainer.simulator(), density.emplace(protocol, priors).block_s()) {}
+
+    const std::string& name() const { return density->protocol().experiment.body_model->name; }
+
+    /// Returns the density for a recording; a tilt shows where the protocol starts, and whether the platform moved
+    /// before. From any thread.
+    const Density& density_for(const recording::Trial& trial, bool moved_before) {
+      if (!trial.tilt) return *density;
+      const std::lock_guard lock(one_at_a_time_);
+      std::optional<Density>& known = moved_before ? moved_before_ : known_start_;
+      if (!known) {
+        posterior::Priors priors = density->priors();
+        priors.start_s = 0.0;
+        priors.moved_before = moved_before;
+        known.emplace(density->protocol(), priors);
+      }
+      return *known;
+    }
+
+    Explainer explainer;
+    std::optional<Density> density;
+    PredictiveChecker checker;
+
+   private:
+    std::mutex one_at_a_time_;  // of what follows
+    std::optional<Density> known_start_, moved_before_;
+  };
+
+  Plan(const Model* model, const sim::Protocol& protocol, const FitRequest& request) : own(protocol, request.priors) {
     if (model != nullptr && knows_experiment(*model, protocol.experiment))
       network_.emplace(*model, for_body(*model, "the model", protocol.experiment.body));
+    for (const FitRequest::Other& other : request.others) {
+      sim::Protocol of_other = protocol;
+      of_other.experiment.body_model = other.controller;
+      posterior::Priors priors = request.priors;
+      priors.parameters = other.parameters;
+      others.emplace_back(of_other, posterior::with_conventions(std::move(priors), of_other.ranges()));
+    }
   }
 
   bool has_network() const noexcept { return network_.has_value(); }
@@ -58,31 +120,18 @@ class Fitter::Plan {
     return {std::move(estimates.front()), std::move(explanations.front())};
   }
 
-  /// For recordings whose tilt shows where the protocol starts, and whether the platform moved before.
-  const Density& with_known_start(posterior::Priors priors, bool moved_before) {
-    const std::lock_guard lock(one_at_a_time_);
-    std::optional<Density>& known = moved_before ? moved_before_ : known_start_;
-    if (!known) {
-      priors.start_s = 0.0;
-      priors.moved_before = moved_before;
-      known.emplace(density.protocol(), priors);
-    }
-    return *known;
-  }
-
-  Explainer explainer;
-  Density density;
-  PredictiveChecker checker;
+  Controller own;
+  std::deque<Controller> others;
 
  private:
-  std::mutex one_at_a_time_;  // of what follows
-  std::optional<Density> known_start_, moved_before_;
+  std::mutex one_at_a_time_;  // of the network
   std::optional<Identifier> network_;
 };
 
-Fitter::Fitter(const Model* model, sim::Protocol protocol, const std::optional<sim::Body>& body, FitRequest request)
-    : plan_(std::make_unique<Plan>(model, with_body(protocol, body), request)) {
-  const std::span<const float> tilt_rad = plan_->explainer.tilt_rad();
+Fitter::Fitter(const Model* model, sim::Protocol protocol, const std::optional<sim::Body>& body, FitRequest request) {
+  request.priors = posterior::with_conventions(std::move(request.priors), with_body(protocol, body).ranges());
+  plan_ = std::make_unique<Plan>(model, with_body(protocol, body), request);
+  const std::span<const float> tilt_rad = plan_->own.explainer.tilt_rad();
   report_.protocol = with_body(std::move(protocol), body);
   report_.body_assumed = !body;
   report_.tilt_rad.assign(tilt_rad.begin(), tilt_rad.end());
@@ -96,15 +145,14 @@ void Fitter::fit(RecordingResult& result, const posterior::OnProgress& progress)
   const posterior::Priors& priors = report_.fit->priors;
   const posterior::Settings& settings = report_.fit->settings;
   const recording::Trial& trial = result.trial;
-  const Density& density =
-      trial.tilt ? plan_->with_known_start(priors, moved_before(*trial.tilt, priors.moved_before, result.warnings))
-                 : plan_->density;
+  const bool moved = trial.tilt ? moved_before(*trial.tilt, priors.moved_before, result.warnings) : priors.moved_before;
+  const Density& density = plan_->own.density_for(trial, moved);
   const posterior::Observation observation = density.observe(trial.sway_rad());
   FitFigures& figures = result.fit.emplace();
-  figures.posterior = posterior::sample(density, observation, settings, {}, progress);
+  figures.posterior = posterior::sample(density, observation, settings, {}, part_of(progress, 0));
   const Posterior& found = figures.posterior;
   if (found.draws() == 0) {
-    result.error = Error(result.file, "was stopped before anything was drawn", "let it run");
+    result.error = Error(Code::stopped, result.file, "was stopped before anything was drawn", "let it run");
     return;
   }
   const sim::ParameterTable& table = density.protocol().parameters();
@@ -130,10 +178,10 @@ void Fitter::fit(RecordingResult& result, const posterior::OnProgress& progress)
   const bool from_network = figures.answer == FitFigures::Answer::network;
   // The inferred noise explains the rest of the sway, and the predictive check tests whether such noise is usual. So a
   // noise-free trial that explains little is not a fault of the recording.
-  result.explanation =
-      plan_->explainer.explain({result.estimate.parameters, trial, from_network ? Severity::caution : Severity::info});
+  result.explanation = plan_->own.explainer.explain(
+      {result.estimate.parameters, trial, from_network ? Severity::caution : Severity::info});
   result.explanation.ood_score = network_unfamiliarity;
-  figures.check = plan_->checker.check(found.states(), trial, settings.seed);
+  figures.check = plan_->own.checker.check(found.states(), trial, settings.seed);
   Warnings unlike_simulated, unfamiliar;
   const std::string odd = figures.check.warning();
   if (!odd.empty()) add_caution(unlike_simulated, "unlike_simulated", odd);
@@ -152,7 +200,46 @@ void Fitter::fit(RecordingResult& result, const posterior::OnProgress& progress)
   figures.block_s = density.block_s();
   figures.edge_s = density.bin_s();
   figures.first_edge_s = density.first_bin_s();
+  fit_others(result, moved, progress);
   figures.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+posterior::OnProgress Fitter::part_of(const posterior::OnProgress& progress, std::size_t fitted) const {
+  if (!progress) return {};
+  return [&progress, fitted, fits = static_cast<double>(1 + plan_->others.size())](const posterior::Progress& here) {
+    return progress({here.stage, (static_cast<double>(fitted) + here.done) / fits, here.rhat});
+  };
+}
+
+void Fitter::fit_others(RecordingResult& result, bool moved, const posterior::OnProgress& progress) {
+  const posterior::Settings& settings = report_.fit->settings;
+  FitFigures& figures = *result.fit;
+  std::vector<ControllerFit> fits;
+  std::vector<std::vector<double>> pointwise{figures.inferred.left_out.pointwise};
+  bool stopped = false;
+  for (Plan::Controller& other : plan_->others) {
+    const Density& density = other.density_for(result.trial, moved);
+    const posterior::Observation observation = density.observe(result.trial.sway_rad());
+    ControllerFit& fit = fits.emplace_back();
+    fit.controller = other.name();
+    const posterior::OnProgress part = part_of(progress, fits.size());
+    fit.posterior = posterior::sample(density, observation, settings, {}, [&](const posterior::Progress& here) {
+      stopped = part && !part(here);
+      return !stopped;
+    });
+    if (stopped) return;  // fits of different lengths are not compared
+    posterior::Inferred inferred = posterior::infer(density, observation, fit.posterior);
+    fit.posterior.drop_points();
+    fit.check = other.checker.check(fit.posterior.states(), result.trial, settings.seed);
+    fit.warnings = posterior_warnings(density, observation, fit.posterior, false);
+    if (const std::string unlike = fit.check.warning(); !unlike.empty())
+      add_caution(fit.warnings, "unlike_simulated", unlike);
+    fit.sway_rad = std::move(inferred.sway_rad);
+    pointwise.push_back(std::move(inferred.left_out.pointwise));
+  }
+  if (fits.empty()) return;
+  figures.others = std::move(fits);
+  compare(pointwise, plan_->own.name(), figures, result.warnings);
 }
 
 bool Fitter::fit(std::span<RecordingResult> read, const FitProgress& progress, const OnFitted& fitted) {
@@ -179,7 +266,7 @@ bool fit_each(std::span<RecordingResult> read, const std::function<Fitter&(std::
           return !cut;
         });
     } catch (const Error& error) {
-      result.error = Error(result.file + ", " + error.where(), error.problem(), error.remedy());
+      result.error = Error(error.code(), result.file + ", " + error.where(), error.problem(), error.remedy());
     }
     if (result.error) result.fit.reset();
     if (result.fit) result.fit->stopped = cut;

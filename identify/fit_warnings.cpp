@@ -52,7 +52,7 @@ void warn_of_edges(const Density& density, const Posterior& found, bool from_net
 
 void warn_of_chains(const Density& density, const Posterior& found, bool from_network, Warnings& warnings) {
   const auto worst = std::ranges::max_element(found.rhat());
-  const int quantity = static_cast<int>(worst - found.rhat().begin());
+  const int quantity = density.quantity(static_cast<std::size_t>(worst - found.rhat().begin()));
   const double fewest = *std::ranges::min_element(found.effective_draws());
   if (found.apart()) {
     const std::string apart = format(
@@ -100,9 +100,9 @@ void warn_of_noise(const posterior::Observation& observation, const Posterior& f
 std::vector<int> at_edge(const Density& density, const Posterior& found, double probability) {
   std::vector<int> edges;
   const double low = inverse_normal(probability);
-  for (int quantity = 0; quantity < Density::globals; ++quantity) {
-    if (Density::is_held(static_cast<std::size_t>(quantity)) || !density.infers(static_cast<Density::Global>(quantity)))
-      continue;
+  for (std::size_t place = 0; place < static_cast<std::size_t>(density.globals()); ++place) {
+    const int quantity = density.quantity(place);
+    if (density.is_held(place) || !density.infers(quantity)) continue;
     std::size_t below = 0, above = 0;
     for (const posterior::State& state : found.states()) {
       const double x = density.prior_coordinate(quantity, Posterior::value(state, quantity));

@@ -51,7 +51,7 @@ std::map<std::string, People> people_of(std::span<const GroupedRecording> record
     People& people = by_name[recording.group];  // a group is listed even if all of its recordings are left out
     if (recording.values.empty()) continue;
     if (recording.values.size() != parameters)
-      throw Error("compare_groups", format("a recording has %zu values", recording.values.size()),
+      throw Error(Code::size_mismatch, "compare_groups", format("a recording has %zu values", recording.values.size()),
                   format("give %zu, one per parameter", parameters));
     Person& person = people[recording.person];
     person.values.resize(parameters);
@@ -132,7 +132,8 @@ GroupEffect independent_effect(const GroupSample& first, const GroupSample& seco
 
 GroupEffect paired_effect(std::span<const double> first, std::span<const double> second, std::size_t intervals) {
   if (first.size() != second.size())
-    throw Error("paired_effect", format("%zu values are paired with %zu", first.size(), second.size()),
+    throw Error(Code::size_mismatch, "paired_effect",
+                format("%zu values are paired with %zu", first.size(), second.size()),
                 "give two values of each person");
   std::vector<double> differences;
   for (std::size_t i = 0; i < first.size(); ++i) differences.push_back(first[i] - second[i]);

@@ -81,10 +81,11 @@ void judge(const Model& model, const Estimate& estimate, Explanation& explanatio
   explanation.ood_score = ood_score(estimate.distance, model.familiarity.usual, explanation.response_ratio);
   if (explanation.ood_score <= 1.0) return;  // false for NaN
   const bool stands = std::isfinite(explanation.rms_residual_deg);
+  const double noise = model.protocol.family().coefficients(estimate.parameters)[sim::Coefficient::nv];
   const std::string response =
       std::isnan(explanation.response_ratio)
           ? "how much of the response to the tilt it has is not known, as the identified controller " +
-                std::string(stands && estimate.parameters[sim::Nv] <= 0.0 ? "has no noise" : "falls")
+                std::string(stands && noise <= 0.0 ? "has no noise" : "falls")
           : format("it has %.2f of the response to the tilt that the identified controller would have",
                    explanation.response_ratio);
   explanation.unlike_training = format(
@@ -124,7 +125,8 @@ std::vector<Estimate> Identifier::run(const Trials& trials) {
   const auto features = model_.familiarity.known() ? static_cast<std::size_t>(predictor_.feature_count()) : 0;
   for (std::size_t i = 0; i < trials.size(); ++i)
     if (!std::ranges::all_of(trials[i]->sway_rad(), [](float value) { return std::isfinite(value); }))
-      throw Error(format("trial %zu", i), "has sway that is not finite", "interpolate what is missing");
+      throw Error(Code::value_invalid, format("trial %zu", i), "has sway that is not finite",
+                  "interpolate what is missing");
   std::vector<Estimate> all(trials.size());
   for (std::size_t first = 0; first < trials.size(); first += max_at_once) {
     const std::size_t count = std::min(max_at_once, trials.size() - first);
@@ -182,7 +184,7 @@ void Identifier::identify(std::span<RecordingResult> read) {
 RecordingResult identify(const Model& model, std::span<const double> sway_rad, double rate_hz,
                          const IdentifyOptions& options, const std::optional<sim::Body>& body) {
   RecordingResult result =
-      bring(recording::recording_of(sway_rad, rate_hz), recording::ProtocolPlan(model.protocol), options);
+      bring(recording::make_recording(sway_rad, rate_hz), recording::ProtocolPlan(model.protocol), options);
   Identifier(model, for_body(model, "the model", body), 1).identify(std::span(&result, 1));
   return result;
 }

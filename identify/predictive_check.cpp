@@ -13,6 +13,9 @@
 namespace decid {
 namespace {
 
+// Random numbers; item: trial simulated from a draw (its sensor noise: with bit 63 set).
+constexpr Stream predictive_stream{12};
+
 constexpr int fewest_standing = 100;
 /// Drift is slower than the first; above the last there is little except measurement noise.
 constexpr double band_edges_hz[] = {0.05, 0.2, 0.5, 1.0, 2.5};
@@ -215,7 +218,8 @@ std::vector<CheckedFigure> PredictiveChecker::compare(const Shown& recorded, std
 PredictiveCheck PredictiveChecker::check(std::span<const posterior::State> draws, const recording::Trial& trial,
                                          std::uint64_t seed) const {
   if (draws.empty() || trial.sway_rad().size() != tilt_rad_.size())
-    throw Error("predictive check", format("%zu draws, %zu samples", draws.size(), trial.sway_rad().size()),
+    throw Error(Code::size_mismatch, "predictive check",
+                format("%zu draws, %zu samples", draws.size(), trial.sway_rad().size()),
                 format("give draws, and the protocol's %zu samples", tilt_rad_.size()));
   constexpr auto count = static_cast<std::size_t>(PredictiveCheck::trials);
   const auto draw_of = [&](int i) -> const posterior::State& {
@@ -227,11 +231,11 @@ PredictiveCheck PredictiveChecker::check(std::span<const posterior::State> draws
       PredictiveCheck::trials,
       [&](int i) {
         return sim::TrialInput{table.simulable(draw_of(i).parameters),
-                               Random(seed, Stream::predictive, static_cast<std::uint64_t>(i))};
+                               Random(seed, predictive_stream, static_cast<std::uint64_t>(i))};
       },
       [&](int i, const sim::Outcome& outcome, std::span<double> sway_rad) {
         if (!outcome.valid) return;
-        const Random noise(seed, Stream::predictive, of_sensor | static_cast<std::uint64_t>(i));
+        const Random noise(seed, predictive_stream, of_sensor | static_cast<std::uint64_t>(i));
         all[static_cast<std::size_t>(i)] = show(record(sway_rad, draw_of(i), noise), tilt_rad_);
       });
   PredictiveCheck check;

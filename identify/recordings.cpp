@@ -2,8 +2,6 @@
 #include "identify/recordings.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <functional>
 #include <iterator>
 
 #include "base/parallel.hpp"
@@ -29,7 +27,7 @@ std::vector<RecordingSource> sources_of(const std::vector<std::filesystem::path>
     const auto i = static_cast<std::size_t>(place);
     if (files[i] == "-") return;
     try {
-      for (const std::string& trial : recording::trials_of(files[i], options)) found[i].emplace_back(files[i], trial);
+      for (const std::string& trial : recording::list_trials(files[i], options)) found[i].emplace_back(files[i], trial);
     } catch (const Error&) {
       found[i] = {files[i]};
     }
@@ -37,8 +35,8 @@ std::vector<RecordingSource> sources_of(const std::vector<std::filesystem::path>
   std::vector<RecordingSource> sources;
   for (const std::vector<RecordingSource>& some : found) {
     if (some.empty())
-      throw Error(setting("trial_column"), "does not go with standard input, which can be read only once",
-                  "name a file");
+      throw Error(Code::setting_conflict, setting("trial_column"),
+                  "does not go with standard input, which can be read only once", "name a file");
     sources.insert(sources.end(), some.begin(), some.end());
   }
   return sources;
@@ -53,11 +51,11 @@ RecordingResult read_source(const recording::ProtocolPlan& plan, const Recording
     reading.mean_is_upright = options.trial.detrend != recording::Detrend::none;
     reading.trial = source.trial;
     // Throws what sources_of() met.
-    if (!reading.trial_column.empty() && reading.trial.empty()) recording::trials_of(source.file, reading);
+    if (!reading.trial_column.empty() && reading.trial.empty()) recording::list_trials(source.file, reading);
     result = bring(recording::read_recording(source.file, reading), plan, options.trial);
   } catch (const Error& error) {
     const bool is_file = error.where() == source.file.string();
-    result.error = is_file ? Error(file, error.problem(), error.remedy()) : error;
+    result.error = is_file ? Error(error.code(), file, error.problem(), error.remedy()) : error;
   }
   result.file = file;
   result.truth = options.truth;

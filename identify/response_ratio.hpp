@@ -17,7 +17,7 @@ namespace decid {
 /// The plan for one protocol: immutable, so one serves all threads.
 class ResponseRatio {
  public:
-  /// Number of trials simulated for a measurement; trial i has the noise Random(0, Stream::vestibular_noise, i).
+  /// Number of trials simulated for a measurement; trial i has the noise Random(0, sim::streams::vestibular_noise, i).
   static constexpr int trials = 32;
 
   /// Throws Error if the trial's length has a prime factor above max_fft_prime.

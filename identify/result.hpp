@@ -13,6 +13,7 @@
 #include "identify/predictive_check.hpp"
 #include "identify/sheet/sheet.hpp"
 #include "posterior/density/inferred.hpp"
+#include "posterior/sampling/model_comparison.hpp"
 #include "recording/trial.hpp"
 
 namespace decid {
@@ -21,6 +22,22 @@ struct FitRequest {
   posterior::Priors priors;  ///< where a recording's tilt was measured, its start is known
   posterior::Settings settings;
   bool keeps_log_likelihood = false;  ///< posterior::Inferred::log_likelihood
+  /// A controller that is fitted too, and compared with the protocol's, and the priors of its parameters.
+  struct Other {
+    const sim::BodyModel* controller;
+    std::vector<posterior::ParameterPrior> parameters{};
+  };
+  std::vector<Other> others{};
+};
+
+/// The fit of another controller to the same recording.
+struct ControllerFit {
+  std::string controller;  ///< its name
+  posterior::Posterior posterior;
+  posterior::Band sway_rad;  ///< as Inferred::sway_rad
+  PredictiveCheck check;
+  posterior::ComparedModel compared;
+  Warnings warnings;  ///< of its posterior and of its check
 };
 
 /// A fit: the posterior, and the signals and checks that come from it.
@@ -39,6 +56,9 @@ struct FitFigures {
   double first_edge_s = 0.0;
   double seconds = 0.0;
   bool stopped = false;  ///< before there were as many draws as are wanted
+  /// The place of this fit among all fitted controllers, and the others; empty if only one was fitted.
+  std::optional<posterior::ComparedModel> compared{};
+  std::vector<ControllerFit> others{};
 };
 const char* name(FitFigures::Answer answer);
 
@@ -58,7 +78,7 @@ struct RecordingResult {
   std::optional<double> mass_kg = {}, height_m = {};  ///< of the person, by the sheet
 
   double peak_to_peak_deg() const;
-  Trust trust() const { return trust_of(warnings); }
+  Trust trust() const { return worst_trust(warnings); }
 };
 
 /// Calls use() with the distribution of a result: the posterior's or the network's. Does nothing if there is none.
@@ -101,7 +121,7 @@ struct Report {
   std::optional<GroupReport> groups = {};
   /// Other bodies and protocols of a study, for RecordingResult::setting 1, 2, ...; 0 is the report's own.
   std::vector<ReportSetting> other_settings = {};
-  std::optional<Sheet> sheet = {};
+  std::optional<StudySheet> sheet = {};
   std::string command = {};                 ///< such as "fit"
   std::vector<std::string> arguments = {};  ///< of the command, except outputs, as given
   std::vector<InputFile> inputs = {};       ///< the files that the answers depend on

@@ -58,9 +58,13 @@ void archive(Archive& a, PredictiveCheck& check) {
   a(check.standing, check.figures, check.sway_rad);
 }
 template <class Archive>
+void archive(Archive& a, ControllerFit& fit) {
+  a(fit.controller, fit.posterior, fit.sway_rad, fit.check, fit.compared, fit.warnings);
+}
+template <class Archive>
 void archive(Archive& a, FitFigures& fit) {
   a(fit.answer, fit.posterior, fit.network, fit.inferred, fit.stored_draws, fit.check, fit.samples_noise_deg,
-    fit.block_s, fit.edge_s, fit.first_edge_s, fit.seconds, fit.stopped);
+    fit.block_s, fit.edge_s, fit.first_edge_s, fit.seconds, fit.stopped, fit.compared, fit.others);
 }
 template <class Archive>
 void archive(Archive& a, RecordingResult& result) {

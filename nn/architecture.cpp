@@ -6,7 +6,7 @@
 #include <tuple>
 
 #include "base/error.hpp"
-#include "nn/layers/layers.hpp"
+#include "nn/layers/detail/layers.hpp"
 #include "nn/words.hpp"
 
 namespace decid::nn {
@@ -127,7 +127,7 @@ void register_layer(const std::string& word, OperationParser parser) {
   const std::lock_guard lock(registry().mutex);
   const auto [place, is_new] = registry().parsers.emplace(word, parser);
   if (!is_new && place->second != parser)
-    throw Error("layer '" + word + "'", "is registered already", "choose another name");
+    throw Error(Code::setting_conflict, "layer '" + word + "'", "is registered already", "choose another name");
 }
 
 template <class T>
@@ -176,7 +176,9 @@ std::vector<Layer<T>> make_layers(Shape src, const std::vector<std::string>& lin
     src = layers.back().dst_shape();
     words.limit(static_cast<long long>(src.rows) * src.columns * src.channels, "outputs");
   }
-  if (!open.empty()) throw Error("network architecture", "has a block without its end", "close each { with a line }");
+  if (!open.empty())
+    throw Error(Code::setting_malformed, "network architecture", "has a block without its end",
+                "close each { with a line }");
   return layers;
 }
 

@@ -13,7 +13,7 @@
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "nn/predictor.hpp"
-#include "nn/training/fit_checkpoint.hpp"
+#include "nn/training/detail/fit_checkpoint.hpp"
 #include "nn/training/loop.hpp"
 #include "nn/training/schedule.hpp"
 #include "nn/training/trainer.hpp"
@@ -25,7 +25,8 @@ constexpr int validated_at_once = 256;
 
 void check(const FitOptions& o) {
   const auto refuse = [](const std::string& setting, double value, const char* allowed) {
-    throw Error("fit", "has a " + setting + format(" of %g", value), std::string("give ") + allowed);
+    throw Error(Code::setting_out_of_range, "fit", "has a " + setting + format(" of %g", value),
+                std::string("give ") + allowed);
   };
   if (o.epochs < 1) refuse("number of epochs", o.epochs, "1 or more");
   if (o.batch < 1) refuse("batch", o.batch, "1 or more samples");
@@ -35,7 +36,8 @@ void check(const FitOptions& o) {
   if (!(o.validation >= 0 && o.validation < 1)) refuse("validation", o.validation, "a fraction from 0 to below 1");
   if (o.patience < 0) refuse("patience", o.patience, "0 for never, or a number of epochs");
   if (o.loss == nullptr || o.optimiser == nullptr)
-    throw Error("fit", "has no loss or no optimiser", "leave the defaults, or give one such as nn::cross_entropy()");
+    throw Error(Code::setting_missing, "fit", "has no loss or no optimiser",
+                "leave the defaults, or give one such as nn::cross_entropy()");
 }
 
 /// The samples at `places` of `samples`, one after the other.
@@ -151,7 +153,7 @@ class Fit final : public TrainingLoop {
     trainer_.forward();
     const double loss = total_loss<float>(*options_.loss, trainer_.output(), loaded.targets, trainer_.output_diff());
     if (!std::isfinite(loss))
-      throw Error("fit", format("diverged in epoch %d: the loss is not finite", at.epoch + 1),
+      throw Error(Code::diverged, "fit", format("diverged in epoch %d: the loss is not finite", at.epoch + 1),
                   format("lower the learning rate of %g, or clip gradients", options_.learning_rate));
     trainer_.backward();
     if (options_.clip_norm > 0) clip(gradients_, options_.clip_norm);
@@ -248,20 +250,22 @@ class Fit final : public TrainingLoop {
 }  // namespace
 
 Samples::Samples(int count_, Load load_) : count(count_), load(std::move(load_)) {
-  if (count < 1 || !load) throw Error("samples", "are none", "give 1 or more, and a function that writes them");
+  if (count < 1 || !load)
+    throw Error(Code::setting_out_of_range, "samples", "are none", "give 1 or more, and a function that writes them");
 }
 
 Samples::Samples(std::span<const float> inputs, std::span<const float> targets, int count_) : count(count_) {
   const auto n = static_cast<std::size_t>(std::max(count, 1));
   if (count < 1 || inputs.empty() || inputs.size() % n != 0 || targets.size() % n != 0)
-    throw Error("samples",
+    throw Error(Code::size_mismatch, "samples",
                 format("are %d where inputs have %zu values and targets %zu", count, inputs.size(), targets.size()),
                 "give as many values for each sample");
   load = [inputs, targets, n](int sample, const Random*, std::span<float> input, std::span<float> target) {
     const auto copy = [&](std::span<const float> from, std::span<float> to, const char* name) {
       const std::size_t width = from.size() / n;
       if (to.size() != width)
-        throw Error("samples", format("have %s of %zu values where the training needs %zu", name, width, to.size()),
+        throw Error(Code::size_mismatch, "samples",
+                    format("have %s of %zu values where the training needs %zu", name, width, to.size()),
                     "give those of the network and its loss");
       std::ranges::copy(from.subspan(static_cast<std::size_t>(sample) * width, width), to.begin());
     };
@@ -285,7 +289,7 @@ FitLog fit(Network<float>& network, const Samples& samples, const FitOptions& op
     validation.assign(training.begin(), training.begin() + count);
     training.erase(training.begin(), training.begin() + count);
   }
-  if (training.empty()) throw Error("fit", "has no sample to train on", "validate fewer of them");
+  if (training.empty()) throw Error(Code::trials_missing, "fit", "has no sample to train on", "validate fewer of them");
   std::ranges::sort(training);
   std::ranges::sort(validation);
   Fit fit(network, samples, options, std::move(training), std::move(validation));

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "nn/layers/normalisation.hpp"
+#include "nn/layers/detail/normalisation.hpp"
 #include "nn/operation.hpp"
 
 namespace decid::nn {

@@ -15,9 +15,11 @@ namespace decid::nn {
 template <class T>
 Network<T>::Network(Shape input, const std::string& architecture) : input_shape_(input) {
   if (input.channels < 1 || input.rows < 1 || input.columns < 1)
-    throw Error("network input", "has no values", "give at least 1 channel, 1 row and 1 column");
+    throw Error(Code::setting_out_of_range, "network input", "has no values",
+                "give at least 1 channel, 1 row and 1 column");
   if (input.channels > max_values / input.rows / input.columns)
-    throw Error("network input", "has more than " + std::to_string(max_values) + " values a sample", "give fewer");
+    throw Error(Code::setting_out_of_range, "network input",
+                "has more than " + std::to_string(max_values) + " values a sample", "give fewer");
   // Lines end at ; too, # begins a comment, and a block's braces end lines.
   std::string lines;
   bool comments = false;
@@ -35,7 +37,8 @@ Network<T>::Network(Shape input, const std::string& architecture) : input_shape_
     if (line.find_first_not_of(" \t\r") != std::string::npos) wanted.push_back(line);
   layers_ = make_layers<T>(input, wanted);
   if (layers_.empty() || std::holds_alternative<Relu>(layers_.front().kind()))
-    throw Error("network architecture", "does not begin with a layer that computes", "start with conv or fc");
+    throw Error(Code::setting_malformed, "network architecture", "does not begin with a layer that computes",
+                "start with conv or fc");
 }
 
 template <class T>

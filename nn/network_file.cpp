@@ -13,7 +13,7 @@ namespace {
 const std::string& metadata(const TensorFile& file, const char* key, const std::string& where) {
   const auto found = file.metadata.find(key);
   if (found == file.metadata.end())
-    throw Error(where, std::string("has no '") + key + "' in its metadata",
+    throw Error(Code::file_unsupported, where, std::string("has no '") + key + "' in its metadata",
                 "give a file that decid wrote of a network");
   return found->second;
 }
@@ -35,7 +35,8 @@ Network<float> from_tensors(TensorFile&& file, const std::string& where) {
   int end = 0;
   if (std::sscanf(text.c_str(), "%6d,%6d,%6d%n", &input.channels, &input.rows, &input.columns, &end) != 3 ||
       end != static_cast<int>(text.size()))
-    throw Error(where, "has the input '" + one_line(text.substr(0, 40)) + "'", "write channels,rows,columns");
+    throw Error(Code::file_damaged, where, "has the input '" + one_line(text.substr(0, 40)) + "'",
+                "write channels,rows,columns");
   Network<float> network(input, metadata(file, architecture_key, where));
   load_network(network, std::move(file), where);
   return network;
@@ -51,7 +52,7 @@ Network<float> read_network(const std::string& path) {
   TensorFile file = from_safetensors(read_file(path), path);
   const auto hash = file.metadata.find(content_hash_key);
   if (hash != file.metadata.end() && hash->second != content_sha256(file))
-    throw Error(path, "is damaged: its content is not that of its hash", "give a whole copy");
+    throw Error(Code::file_damaged, path, "is damaged: its content is not that of its hash", "give a whole copy");
   return from_tensors(std::move(file), path);
 }
 

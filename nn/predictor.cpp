@@ -25,7 +25,9 @@ std::span<T> part(std::span<T> values, std::size_t images, std::size_t first, st
 
 Predictor::Predictor(std::shared_ptr<const Inference<float>> inference, int max_batch)
     : inference_(std::move(inference)), single_(std::make_unique<SingleExecutor>(*inference_)) {
-  if (max_batch < 1) throw Error("predictor", "has a largest batch of " + std::to_string(max_batch), "give at least 1");
+  if (max_batch < 1)
+    throw Error(Code::setting_out_of_range, "predictor", "has a largest batch of " + std::to_string(max_batch),
+                "give at least 1");
   if (max_batch > few_images)
     batch_ =
         std::make_unique<BatchExecutor<float>>(*inference_, std::min({max_batch, max_at_once, lanes * thread_count()}));
@@ -45,13 +47,13 @@ void Predictor::run(std::span<const float> images, std::span<float> outputs, std
   const auto feature_size = static_cast<std::size_t>(feature_count());
   const std::size_t count = images.size() / values;
   if (images.size() != count * values || outputs.size() != count * size)
-    throw Error("predictor",
+    throw Error(Code::size_mismatch, "predictor",
                 "got images of " + std::to_string(images.size()) + " values and room for " +
                     std::to_string(outputs.size()) + " outputs where an image has " + std::to_string(values) + " and " +
                     std::to_string(size),
                 "give spans of those sizes, times the number of images");
   if (!features.empty() && (feature_size == 0 || features.size() != count * feature_size))
-    throw Error("predictor",
+    throw Error(Code::size_mismatch, "predictor",
                 "got room for " + std::to_string(features.size()) + " features where " + std::to_string(count) +
                     " images have " + std::to_string(feature_size) + " each",
                 "give a span of that size, or none");
@@ -80,12 +82,12 @@ void Predictor::run_batch(std::span<const float> images, std::span<float> output
 void Predictor::activation(std::size_t layer, std::span<const float> image, std::span<float> values) {
   const std::vector<Step<float>>& steps = inference_->steps();
   if (layer >= steps.size())
-    throw Error("activation",
+    throw Error(Code::setting_out_of_range, "activation",
                 "of layer " + std::to_string(layer) + " where there are " + std::to_string(steps.size()) + " layers",
                 "count from 0");
   if (image.size() != static_cast<std::size_t>(inference_->input_shape().size()) ||
       values.size() != static_cast<std::size_t>(steps[layer].dst.size()))
-    throw Error("activation", "has an image or room of another size",
+    throw Error(Code::size_mismatch, "activation", "has an image or room of another size",
                 "give input_shape().size() values and room for dst_shape().size()");
   single_->activation(layer, image, values);
 }

@@ -95,11 +95,13 @@ const NamedTensor& TensorFile::find(const std::string& name, std::size_t count, 
   const auto other = std::find_if(skipped.begin(), skipped.end(),
                                   [&](const std::string& text) { return text.starts_with(name + " ("); });
   if (it == tensors.end() && other != skipped.end())
-    throw Error(where, "has a tensor of a type that no layer has: " + *other, "store it as F32, F16 or BF16");
+    throw Error(Code::file_unsupported, where, "has a tensor of a type that no layer has: " + *other,
+                "store it as F32, F16 or BF16");
   if (it == tensors.end())
-    throw Error(where, "holds no tensor '" + name + "'", "give a model file written by this version of decid");
+    throw Error(Code::file_damaged, where, "holds no tensor '" + name + "'",
+                "give a model file written by this version of decid");
   if (it->values.size() != count)
-    throw Error(where,
+    throw Error(Code::file_damaged, where,
                 "has " + std::to_string(it->values.size()) + " values in '" + name + "' where the architecture needs " +
                     std::to_string(count),
                 "give a model file that was not edited");
@@ -140,7 +142,7 @@ std::string to_safetensors(const TensorFile& file) {
   try {
     text = header.dump();
   } catch (const Json::exception&) {
-    throw Error("model", "has metadata or a name that is not UTF-8", "give texts in UTF-8");
+    throw Error(Code::setting_malformed, "model", "has metadata or a name that is not UTF-8", "give texts in UTF-8");
   }
   text.resize((text.size() + 7) / 8 * 8, ' ');
   const std::uint64_t length = text.size();
@@ -157,7 +159,7 @@ std::string to_safetensors(const TensorFile& file) {
 
 TensorFile from_safetensors(std::string_view bytes, const std::string& where) {
   const auto fail = [&](const std::string& problem) {
-    throw Error(where, problem, "give a whole safetensors file, as decid train writes it");
+    throw Error(Code::file_damaged, where, problem, "give a whole safetensors file, as decid train writes it");
   };
   std::uint64_t length = 0;
   if (bytes.size() < sizeof length) fail("is too short (" + std::to_string(bytes.size()) + " bytes) for a model");
@@ -217,9 +219,9 @@ namespace {
 void check_values(const std::vector<float>& values, const std::string& name, bool never_negative,
                   const std::string& where) {
   if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))
-    throw Error(where, "has a value in '" + name + "' that is not finite", "train the model again");
+    throw Error(Code::file_damaged, where, "has a value in '" + name + "' that is not finite", "train the model again");
   if (never_negative && std::any_of(values.begin(), values.end(), [](float v) { return v < 0; }))
-    throw Error(where, "has a negative value in '" + name + "'", "train the model again");
+    throw Error(Code::file_damaged, where, "has a negative value in '" + name + "'", "train the model again");
 }
 
 }  // namespace
@@ -256,7 +258,7 @@ void load_network(Network<float>& network, TensorFile&& file, const std::string&
                            bool never_negative = false) -> NamedTensor& {
     NamedTensor& t = file.find(name, count, where);
     if (!std::equal(t.shape.begin(), t.shape.end(), shape.begin(), shape.end()))
-      throw Error(where, "has another shape for '" + name + "' than the architecture",
+      throw Error(Code::file_damaged, where, "has another shape for '" + name + "' than the architecture",
                   "give a model file that was not edited");
     check_values(t.values, name, never_negative, where);
     return t;

@@ -47,13 +47,13 @@ std::string to_safetensors(const TensorFile& file);
 /// overlapping or missing ranges, shapes that do not fit, names given twice, an unknown type.
 TensorFile from_safetensors(std::string_view bytes, const std::string& where);
 
-/// Adds all parameters and running statistics as "layers.<line>.<name>"; with a trainer's `velocities`, for a
+/// Adds all parameters and running statistics as "layers.<line>.<name>"; with a trainer's `momentum_buffers`, for a
 /// checkpoint, these as "momentum.<line>.<name>". Throws Error, and adds nothing, for values that load_network refuses:
 /// not finite, or a negative variance.
 void save_network(const Network<float>& network, TensorFile& file,
                   const MomentumBuffers<float>* momentum_buffers = nullptr);
-/// Moves the tensors out of `file` into the network, and into the velocities unless null. Throws Error, and changes
-/// nothing, if one is missing, of another shape, or not finite, or a variance is negative.
+/// Moves the tensors out of `file` into the network, and into the momentum buffers unless null. Throws Error, and
+/// changes nothing, if one is missing, of another shape, or not finite, or a variance is negative.
 void load_network(Network<float>& network, TensorFile&& file, const std::string& where,
                   MomentumBuffers<float>* momentum_buffers = nullptr);
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "nn/forward.hpp"
+#include "nn/detail/forward.hpp"
 #include "nn/operation.hpp"
 
 namespace decid::nn {

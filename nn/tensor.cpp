@@ -13,10 +13,11 @@ namespace decid::nn {
 
 void refuse_sample(int sample, int batch, std::size_t values, int size) {
   if (sample < 0 || sample >= batch)
-    throw Error("tensor", "has no sample " + std::to_string(sample) + ": the batch has " + std::to_string(batch),
+    throw Error(Code::setting_out_of_range, "tensor",
+                "has no sample " + std::to_string(sample) + ": the batch has " + std::to_string(batch),
                 "count samples from 0");
   throw Error(
-      "tensor",
+      Code::size_mismatch, "tensor",
       "has samples of " + std::to_string(size) + " values where " + std::to_string(values) + " are given or have room",
       "give a span of that size");
 }

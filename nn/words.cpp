@@ -1,10 +1,10 @@
 // The words of a layer's line: see words.hpp.
 #include "nn/words.hpp"
 
-#include <charconv>
 #include <sstream>
 
 #include "base/error.hpp"
+#include "base/number.hpp"
 #include "base/text.hpp"
 #include "nn/layers/layer.hpp"
 
@@ -17,7 +17,7 @@ constexpr std::size_t max_bytes = 200;  // of a layer's line
 
 Words::Words(const std::string& line) : line_(line) {
   if (line.size() > max_bytes)
-    throw Error("a layer's line",
+    throw Error(Code::setting_malformed, "a layer's line",
                 "has " + std::to_string(line.size()) + " bytes, more than " + std::to_string(max_bytes),
                 "write one layer a line");
   std::istringstream stream(line);
@@ -49,16 +49,15 @@ std::pair<int, int> Words::take_pair(int low, int high) {
 
 double Words::take_number(double low, double high) {
   const std::string word = take();
-  double value = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size() || !(value >= low && value <= high))
+  const std::optional<double> value = number_from<double>(word);
+  if (!value || !(*value >= low && *value <= high))
     fail("'" + word + "' is not a number " + format("from %g to %g", low, high));
-  return value;
+  return *value;
 }
 
 void Words::fail(const std::string& problem) const {
   throw Error(
-      "layer '" + line_ + "'", problem,
+      Code::setting_malformed, "layer '" + line_ + "'", problem,
       "layers are: conv CHANNELS RxC [stride RxC] [pad RxC] [groups N] [dilation RxC], batchnorm, layernorm, relu, "
       "leakyrelu [SLOPE], gelu, tanh, sigmoid, maxpool RxC [stride RxC] [pad RxC], avgpool RxC [stride RxC] "
       "[pad RxC], globalavgpool, statspool, dropout RATE, fc OUTPUTS, residual { ... }, concat { ... }");
@@ -70,11 +69,10 @@ void Words::limit(long long count, const std::string& values) const {
 }
 
 int Words::to_int(const std::string& word, int low, int high) const {
-  int value = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size() || value < low || value > high)
+  const std::optional<int> value = number_from<int>(word);
+  if (!value || *value < low || *value > high)
     fail("'" + word + "' is not a whole number from " + std::to_string(low) + " to " + std::to_string(high));
-  return value;
+  return *value;
 }
 
 }  // namespace decid::nn

@@ -24,7 +24,7 @@ constexpr double apart_rhat = 1.2;  // chains' means vary by 0.44 of the varianc
 void check(const Settings& settings) {
   const auto at_least = [](const char* setting, int value, int least) {
     if (value < least)
-      throw Error(std::string("posterior, ") + setting, "is " + std::to_string(value),
+      throw Error(Code::setting_out_of_range, std::string("posterior, ") + setting, "is " + std::to_string(value),
                   "give " + std::to_string(least) + " or more");
   };
   at_least("groups", settings.groups, 1);
@@ -108,10 +108,10 @@ bool Posterior::apart() const {
 class Run {
  public:
   Run(const Density& density, const Observation& observation, const Settings& settings, const OnProgress& progress)
-      : settings_(settings), progress_(progress) {
+      : density_(density), settings_(settings), progress_(progress) {
     check(settings);
     if (std::ranges::all_of(observation.sway, [](double sway) { return sway == 0.0; }))
-      throw Error("posterior", "the recording is constant", "give a recording of sway");
+      throw Error(Code::value_invalid, "posterior", "the recording is constant", "give a recording of sway");
     for (int group = 0; group < settings.groups; ++group)
       groups_.emplace_back(density, observation, settings_, group, stopped_);
   }
@@ -184,8 +184,8 @@ class Run {
       r.acceptance_ += group.acceptance() / settings_.groups;
     }
     r.energy_fraction_ = energy_fraction(energy);
-    for (int quantity = 0; quantity < Density::globals - Density::held; ++quantity) {
-      const ChainDraws chains = r.chains_of(quantity);
+    for (std::size_t place = 0; place + Density::held < static_cast<std::size_t>(density_.globals()); ++place) {
+      const ChainDraws chains = r.chains_of(density_.quantity(place));
       r.rhat_.push_back(rhat(chains));
       r.effective_.push_back(posterior::effective_draws(chains));
     }
@@ -207,6 +207,7 @@ class Run {
     if (!progress_({stage, done_, worst})) stopped_ = true;
   }
 
+  const Density& density_;
   const Settings settings_;
   const OnProgress& progress_;
   std::deque<ChainGroup> groups_;

@@ -57,8 +57,8 @@ struct Transition {
   }
 };
 
-/// Draws from the posterior. Quantities are Density's globals: the parameters in their order, then the measurement
-/// noise in degrees, start and gain.
+/// Draws from the posterior. Quantities are Density's: the parameters by their index, Density::sensor_noise in degrees,
+/// start, gain and the slow noise.
 class Posterior {
  public:
   int chains() const noexcept { return chains_; }
@@ -81,6 +81,16 @@ class Posterior {
   /// Returns the index of point i in states().
   int draw_of_point(int i) const { return points_.at(static_cast<std::size_t>(i)).draw; }
 
+  /// Returns the number of the controller's parameters; 0 without draws.
+  std::size_t parameters() const noexcept { return states_.empty() ? 0 : states_.front().parameters.size(); }
+  /// Returns the place of a quantity in rhat() and effective_draws(), and the quantity of a place.
+  std::size_t place(int quantity) const noexcept {
+    return quantity < Density::sensor_noise ? static_cast<std::size_t>(quantity)
+                                            : parameters() + static_cast<std::size_t>(quantity - Density::sensor_noise);
+  }
+  int quantity(std::size_t place) const noexcept {
+    return static_cast<int>(place < parameters() ? place : place - parameters() + Density::sensor_noise);
+  }
   static double value(const State& state, int quantity);
   std::vector<double> draws_of(int quantity) const;
   /// Returns the draws of each chain.
@@ -92,7 +102,8 @@ class Posterior {
   /// Returns the correlation of two quantities; 0 if one of them is known.
   double correlation(int a, int b) const;
 
-  // Diagnostics, see diagnostics.hpp. Known quantities have an R-hat of 1.
+  // Diagnostics, see diagnostics.hpp, of the parameters in their order, then of measurement noise, start and gain.
+  // Known quantities have an R-hat of 1.
   const std::vector<double>& rhat() const noexcept { return rhat_; }
   const std::vector<double>& effective_draws() const noexcept { return effective_; }
   /// Effective draws of the 5% and 95% quantiles, the smaller; NaN of fewer than four draws per chain.

@@ -6,7 +6,8 @@
 
 #include "base/error.hpp"
 #include "base/files/file.hpp"
-#include "recording/measured_tilt.hpp"
+#include "base/setting.hpp"
+#include "recording/detail/measured_tilt.hpp"
 #include "sim/protocol/protocol_json.hpp"
 
 namespace decid::recording {
@@ -17,12 +18,18 @@ constexpr std::size_t protocol_limit_bytes = std::size_t{1} << 26;
 
 }  // namespace
 
-sim::Protocol load_protocol(const std::string& name_or_path, std::vector<std::string>* files, Warnings* warnings) {
-  if (name_or_path == "default") return sim::default_protocol();
-  if (name_or_path == "short") return sim::short_protocol();
+sim::Protocol load_protocol(const std::string& name_or_path, std::vector<std::string>* files, Warnings* warnings,
+                            const std::string& controller) {
+  const sim::BodyModel& asked =
+      controller.empty() ? sim::single_pendulum() : sim::body_model_of(controller, setting("controller"));
+  if (name_or_path == "default" || name_or_path == "short") {
+    sim::Protocol protocol = name_or_path == "short" ? sim::short_protocol() : sim::default_protocol();
+    protocol.experiment.body_model = &asked;
+    return protocol;
+  }
   std::error_code ignored;
   if (!std::filesystem::exists(name_or_path, ignored)) {
-    throw Error(name_or_path, "is neither a built-in protocol nor a file",
+    throw Error(Code::file_missing, name_or_path, "is neither a built-in protocol nor a file",
                 "use default, short, or the path of a JSON file");
   }
   if (files) files->push_back(name_or_path);
@@ -37,8 +44,15 @@ sim::Protocol load_protocol(const std::string& name_or_path, std::vector<std::st
     if (files) files->push_back(tilt.path.string());
     return read_tilt_deg(tilt, sample_rate_hz, warnings);
   };
-  return sim::protocol_from_text(read_file(name_or_path, protocol_limit_bytes),
-                                 {.where = name_or_path, .name = path.stem().string(), .read_tilt = read_tilt});
+  sim::Protocol protocol = sim::protocol_from_text(
+      read_file(name_or_path, protocol_limit_bytes),
+      {.where = name_or_path, .name = path.stem().string(), .read_tilt = read_tilt, .controller = &asked});
+  const std::string& own = protocol.experiment.body_model->name;
+  if (!controller.empty() && own != controller)
+    throw Error(Code::setting_conflict, name_or_path,
+                "has the controller '" + own + "', and " + setting("controller") + " is '" + controller + "'",
+                "give the protocol's controller, or none");
+  return protocol;
 }
 
 }  // namespace decid::recording

@@ -10,8 +10,8 @@
 #include "base/error.hpp"
 #include "base/math/statistics.hpp"
 #include "base/setting.hpp"
-#include "recording/clock.hpp"
-#include "recording/sway_source.hpp"
+#include "recording/detail/clock.hpp"
+#include "recording/detail/sway_source.hpp"
 #include "recording/table/columns.hpp"
 #include "recording/table/table.hpp"
 #include "recording/table/trials.hpp"
@@ -60,7 +60,8 @@ void compare_rates(const Table& table, double given_hz, Recording& recording) {
 
 Clock find_clock(const Table& table, int sway, int time, const RecordingOptions& options, Recording& recording) {
   if (options.rate_hz && !is_sample_rate(*options.rate_hz)) {
-    throw Error(recording.file, "the rate " + six_digits(*options.rate_hz) + " Hz is not from 1 to 100,000 Hz",
+    throw Error(Code::setting_out_of_range, recording.file,
+                "the rate " + six_digits(*options.rate_hz) + " Hz is not from 1 to 100,000 Hz",
                 "give the samples per second as " + setting("rate"));
   }
   Clock given;
@@ -71,7 +72,9 @@ Clock find_clock(const Table& table, int sway, int time, const RecordingOptions&
       return given;
     }
     const std::optional<StatedRate> stated = stated_rate(table, recording.file, setting("rate"));
-    if (!stated) throw Error(recording.file, "has no time column", "give the sample rate in Hz as " + setting("rate"));
+    if (!stated)
+      throw Error(Code::rate_unknown, recording.file, "has no time column",
+                  "give the sample rate in Hz as " + setting("rate"));
     if (!table.is_even())
       add_info(recording.warnings, "rate_stated",
                "the rate is " + six_digits(stated->hz) + " Hz by '" + stated->phrase + "' in the file");
@@ -86,10 +89,10 @@ Clock find_clock(const Table& table, int sway, int time, const RecordingOptions&
     const std::vector<std::size_t> starts = restarts(table, time);
     const std::string exchanged = exchanged_with_time(table, starts.empty() ? -1 : sway, time);
     if (!exchanged.empty() && !options.rate_hz)
-      throw Error(error.where(), error.problem() + ", and '" + exchanged + "' contains times",
+      throw Error(error.code(), error.where(), error.problem() + ", and '" + exchanged + "' contains times",
                   "correct the header if the two names are swapped");
     if (!starts.empty())  // A given rate would join the recordings.
-      throw Error(error.where(),
+      throw Error(error.code(), error.where(),
                   table.place_of(starts.front()) + ": " + name + " starts again: the file holds several recordings",
                   remedy_for_several(table, sway, time, starts, options.trial_column));
     if (!options.rate_hz) throw;
@@ -106,7 +109,7 @@ Clock find_clock(const Table& table, int sway, int time, const RecordingOptions&
   }
   recording.rate_advice = time_hint(table.names()[static_cast<std::size_t>(time)], clock.rate_hz);
   if (!is_sample_rate(clock.rate_hz)) {
-    throw Error(recording.file,
+    throw Error(Code::setting_out_of_range, recording.file,
                 "the column " + name + " gives " + six_digits(clock.rate_hz) + " Hz, not from 1 to 100,000",
                 recording.rate_advice);
   }
@@ -170,16 +173,17 @@ void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, 
   const double peak_deg = std::max(upright - *least, *most - upright) / sim::rad_per_deg;
   const double peak_to_peak_deg = (*most - *least) / sim::rad_per_deg;
   if (*least == *most) {
-    throw Error(where, sway.column + " is constant, " + three_digits(*most / sim::rad_per_deg) + " degrees",
+    throw Error(Code::value_invalid, where,
+                sway.column + " is constant, " + three_digits(*most / sim::rad_per_deg) + " degrees",
                 in_memory ? "give samples of sway" : "name the sway column with " + setting("column"));
   }
   if (peak_deg > max_deg) {
     const auto at = (upright - *least > *most - upright ? least : most) - sway.rad.begin();
     if (!in_memory && peak_to_peak_deg < 2.0 * max_plausible_deg)
-      throw Error(where,
+      throw Error(Code::value_invalid, where,
                   sway.column + " is about " + three_digits(middle / sim::rad_per_deg) + " degrees, beyond lying flat",
                   "if that is upright, give " + setting("detrend") + " offset; " + other);
-    throw Error(where,
+    throw Error(Code::value_invalid, where,
                 sway.column + " reaches " + three_digits(peak_deg) + " degrees, beyond lying flat, at sample " +
                     std::to_string(at + 1),
                 in_memory ? other
@@ -193,7 +197,7 @@ void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, 
   }
   const double if_radians_deg = peak_to_peak_deg / sim::rad_per_deg;
   if (guessed && peak_to_peak_deg < small_for_a_guess_deg && if_radians_deg > small_for_a_guess_deg)
-    throw Error(where,
+    throw Error(Code::unit_unknown, where,
                 sway.column + " has no unit, and is " + three_digits(peak_to_peak_deg) +
                     " degrees peak to peak if it is in degrees, " + three_digits(if_radians_deg) + " if in radians",
                 "give " + setting("unit") + " rad or " + setting("unit") + " deg; if these are positions, give " +
@@ -210,9 +214,10 @@ void read_tilt(const Table& table, int column, int sway, const Clock& clock, con
                Recording& recording) {
   const std::string& name = table.names()[static_cast<std::size_t>(column)];
   if (column == sway)
-    throw Error(recording.file, name + " is already the sway", "name the tilt with " + setting("tilt_column"));
+    throw Error(Code::column_unsuitable, recording.file, name + " is already the sway",
+                "name the tilt with " + setting("tilt_column"));
   if (table.rows(column) != table.rows(sway)) {
-    throw Error(recording.file,
+    throw Error(Code::size_mismatch, recording.file,
                 "the tilt " + name + " has " + std::to_string(table.rows(column)) + " values, the sway " +
                     std::to_string(table.rows(sway)),
                 "name signals that were sampled together");
@@ -261,17 +266,18 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   const int sway = source.columns.front();
   if (read->choose(sway)) time = find_time(table);
   if (options.trial_column.empty() && !options.is_one_trial) refuse_several_trials(table, sway, time, recording.file);
-  if (table.rows(sway) < 2) throw Error(recording.file, "has only one sample", "give a whole recording");
+  if (table.rows(sway) < 2)
+    throw Error(Code::recording_too_short, recording.file, "has only one sample", "give a whole recording");
   const std::string& name = table.names()[static_cast<std::size_t>(sway)];
   if (sway == time) {  // the user named this column
     if (!options.rate_hz && table.stated_rates().empty())
       throw Error(
-          recording.file, "the named sway, '" + name + "', is the time column",
+          Code::column_unsuitable, recording.file, "the named sway, '" + name + "', is the time column",
           "name the sway column with " + setting("column") + ", or give " + setting("rate") + " if this is the sway");
     time = -1;
   }
   if (time >= 0 && table.rows(time) != table.rows(sway)) {
-    throw Error(recording.file,
+    throw Error(Code::size_mismatch, recording.file,
                 name + " has " + std::to_string(table.rows(sway)) + " values, its time " +
                     table.names()[static_cast<std::size_t>(time)] + " " + std::to_string(table.rows(time)),
                 "name the sway with " + setting("column") + ", or give " + setting("rate") +
@@ -293,25 +299,29 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
     look_for_tilt(table, source, clock, options, recording);
   }
   if ((options.tilt_unit || options.invert_tilt) && recording.signals.find(platform_tilt) == nullptr)
-    throw Error(recording.file, "no tilt is read for " + setting("tilt_unit") + " or " + setting("invert") + " tilt",
+    throw Error(Code::setting_missing, recording.file,
+                "no tilt is read for " + setting("tilt_unit") + " or " + setting("invert") + " tilt",
                 "name its column with " + setting("tilt_column"));
   return recording;
 }
 
-std::vector<std::string> trials_of(const std::filesystem::path& path, const RecordingOptions& options) {
+std::vector<std::string> list_trials(const std::filesystem::path& path, const RecordingOptions& options) {
   return trials_in(*read_table(path, options.skip_lines, options.section), options.trial_column, path.string());
 }
 
-Recording recording_of(std::span<const double> sway_rad, double rate_hz) {
+Recording make_recording(std::span<const double> sway_rad, double rate_hz) {
   Recording recording;
   recording.rate_hz = rate_hz;
   if (!is_sample_rate(rate_hz))
-    throw Error("recording", "has a rate of " + six_digits(rate_hz) + " Hz", "give 1 to 100,000 Hz");
+    throw Error(Code::setting_out_of_range, "recording", "has a rate of " + six_digits(rate_hz) + " Hz",
+                "give 1 to 100,000 Hz");
   if (sway_rad.size() < 2)
-    throw Error("recording", sway_rad.empty() ? "has no samples" : "has only one sample", "give a whole recording");
+    throw Error(Code::recording_too_short, "recording", sway_rad.empty() ? "has no samples" : "has only one sample",
+                "give a whole recording");
   for (std::size_t k = 0; k < sway_rad.size(); ++k)
     if (!std::isfinite(sway_rad[k]))
-      throw Error("recording", "sample " + std::to_string(k) + " is not finite", "interpolate missing samples");
+      throw Error(Code::value_invalid, "recording", "sample " + std::to_string(k) + " is not finite",
+                  "interpolate missing samples");
   const Signal<double>& sway = recording.signals.add({com_sway, "sway", {sway_rad.begin(), sway_rad.end()}});
   check_size(sway, false, false, recording);
   return recording;

@@ -34,7 +34,7 @@ struct RecordingOptions {
   std::optional<int> skip_lines = {};
   std::string section = {};  ///< one of a text file's tables, by name or number from 1; empty: the only one
   /// The divider of several recordings in a file: a column, several joined by commas, or an array of a MAT-file.
-  /// `trial`: the recording to read, one of trials_of().
+  /// `trial`: the recording to read, one of list_trials().
   std::string trial_column = {}, trial = {};
   bool is_one_trial = false;  ///< all rows are one recording, even if a column called trial or similar changes
   /// Sources of the sway instead of `column` (columns by name or number from 1; sway_source.hpp has the formulas):
@@ -93,11 +93,11 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
 /// Returns the names of a file's recordings by options.trial_column, in the order in which they begin: the values of
 /// the column ("2", "s01,2"), or the numbers of an array's elements from 1. Throws Error for the file as read_recording
 /// does, for a missing column, and for a column that does not distinguish recordings.
-std::vector<std::string> trials_of(const std::filesystem::path& path, const RecordingOptions& options);
+std::vector<std::string> list_trials(const std::filesystem::path& path, const RecordingOptions& options);
 
 /// Makes a recording from samples in memory, rad. Throws Error for fewer than 2 samples, a sample that is not finite, a
 /// constant signal, sway beyond 90 degrees, and a rate outside of 1 to 100,000 Hz. Warns of implausible sizes as
 /// read_recording does.
-Recording recording_of(std::span<const double> sway_rad, double rate_hz);
+Recording make_recording(std::span<const double> sway_rad, double rate_hz);
 
 }  // namespace decid::recording

@@ -4,7 +4,6 @@
 #include "recording/resample.hpp"
 
 #include <cmath>
-#include <limits>
 
 #include "base/error.hpp"
 #include "base/math/math.hpp"
@@ -109,7 +108,7 @@ void check_rates(double from_hz, double to_hz) {
   const auto usable = [](double rate) { return std::isfinite(rate) && rate > 0.0; };
   if (usable(from_hz) && usable(to_hz)) return;
   throw Error(
-      "resample",
+      Code::setting_out_of_range, "resample",
       "the sample rates " + std::to_string(from_hz) + " Hz and " + std::to_string(to_hz) + " Hz are not both positive",
       "give positive rates");
 }
@@ -122,7 +121,8 @@ std::vector<double> resample(const std::vector<double>& signal, double from_hz, 
   // Rounding may move a whole length off its integer.
   const double length = std::floor(static_cast<double>(signal.size()) * (to_hz / from_hz) + 1e-6);
   if (length > longest_result) {
-    throw Error("resample", "the result would have more than 100 million samples", "check the sample rates");
+    throw Error(Code::setting_out_of_range, "resample", "the result would have more than 100 million samples",
+                "check the sample rates");
   }
   const auto count = static_cast<std::size_t>(length);
   const double step = from_hz / to_hz;

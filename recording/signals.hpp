@@ -48,7 +48,7 @@ class Signals {
   /// Throws Error if there is no such signal.
   const Signal<Value>& at(std::string_view name) const {
     if (const Signal<Value>* found = find(name)) return *found;
-    throw Error("signals", std::string(name) + " is missing", "record it too");
+    throw Error(Code::column_missing, "signals", std::string(name) + " is missing", "record it too");
   }
   Signal<Value>& at(std::string_view name) { return const_cast<Signal<Value>&>(std::as_const(*this).at(name)); }
 

@@ -7,12 +7,12 @@
 #include "base/error.hpp"
 #include "base/math/statistics.hpp"
 #include "base/setting.hpp"
+#include "recording/detail/tilt_before.hpp"
+#include "recording/detail/tilt_match.hpp"
 #include "recording/quality/quality.hpp"
 #include "recording/quality/response_check.hpp"
 #include "recording/resample.hpp"
 #include "recording/table/columns.hpp"
-#include "recording/tilt_before.hpp"
-#include "recording/tilt_match.hpp"
 
 namespace decid::recording {
 
@@ -100,7 +100,7 @@ std::string to_write(const sim::Protocol& protocol) {
   problem +=
       "; the model's protocol '" + protocol.name + "' needs " + count_at(needed, protocol.experiment.sample_rate_hz);
   std::string remedy = "give whole trials of the protocol, or use your own model";
-  if (in_memory(recording)) throw Error(where(recording), problem, remedy);
+  if (in_memory(recording)) throw Error(Code::recording_too_short, where(recording), problem, remedy);
   if (whole >= 1 && whole < cycles) {
     problem += ", and has only " + std::to_string(whole) + " of its " + std::to_string(cycles) + " whole cycles";
     remedy = to_write(protocol) + ", set its cycles to " + std::to_string(whole) + ", and give it as " +
@@ -110,7 +110,7 @@ std::string to_write(const sim::Protocol& protocol) {
              setting("stream") + ") and give it as " + setting("model") + "; or give " + setting("rate") +
              " if the time column is wrong";
   }
-  throw Error(where(recording), problem, remedy);
+  throw Error(Code::recording_too_short, where(recording), problem, remedy);
 }
 
 /// Throws Error for a rate that loses the response to the platform, and warns of a rate that loses much of it.
@@ -118,7 +118,8 @@ void check_rate(Recording& recording, double protocol_hz) {
   const std::string rate = six_digits(recording.rate_hz) + " Hz";
   if (recording.rate_hz < slowest_hz)
     throw Error(
-        where(recording), "has " + rate + ", too slow for a protocol of " + six_digits(protocol_hz) + " Hz",
+        Code::protocol_mismatch, where(recording),
+        "has " + rate + ", too slow for a protocol of " + six_digits(protocol_hz) + " Hz",
         recording.rate_advice.empty() ? "record at 25 Hz or faster; 5 Hz is the slowest rate" : recording.rate_advice);
   if (recording.rate_hz < (1.0 - slow_margin) * slow_hz)
     add_caution(recording.warnings, "slow_rate",
@@ -160,7 +161,7 @@ void refuse_comtest(const Signal<double>& tilt, const std::vector<double>& measu
   const Match match = TiltMatcher(expected, static_cast<int>(overhang_of(expected.size()))).match(measured);
   if (match.correlation < good_correlation || match.correlation < std::abs(correlation)) return;
   throw OtherStimulus(
-      where(recording),
+      Code::protocol_mismatch, where(recording),
       "the tilt " + tilt.column + " follows the published COMTEST stimulus (correlation " +
           six_digits(std::round(1e4 * match.correlation) / 1e4) + " from " +
           three_digits(match.delay_samples / protocol.experiment.sample_rate_hz) + " s), not the protocol '" +
@@ -182,14 +183,15 @@ TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, doubl
   const std::string figures = "correlation " + six_digits(std::round(1e4 * match.correlation) / 1e4);
   if (std::abs(match.correlation) < min_correlation) {
     throw OtherStimulus(
-        where(recording),
+        Code::protocol_mismatch, where(recording),
         "the tilt " + tilt.column + " does not follow the protocol '" + protocol.name + "' (" + figures + " at best)",
         either(recording, "give another tilt, or a model for the protocol that was played",
                "name another " + setting("tilt_column") + ", or a model for the protocol that was played"));
   }
   if (match.correlation < 0.0) {
     throw OtherStimulus(
-        where(recording), "the tilt " + tilt.column + " follows the protocol with the other sign (" + figures + ")",
+        Code::protocol_mismatch, where(recording),
+        "the tilt " + tilt.column + " follows the protocol with the other sign (" + figures + ")",
         either(recording, "invert it if only its sensor is mounted in reverse, else invert the sway too",
                "give " + setting("invert") + " tilt if only its sensor is mounted in reverse, or " + setting("invert") +
                    " both if the "
@@ -405,12 +407,12 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   if (options.start_s && recording.tilt_was_found) recording.signals.remove(platform_tilt);
   const Signal<double>* tilt = recording.signals.find(platform_tilt);
   if (options.start_s && tilt) {
-    throw Error(where(recording), "a start and a tilt both define the protocol's start",
+    throw Error(Code::setting_conflict, where(recording), "a start and a tilt both define the protocol's start",
                 either(recording, "give one of them",
                        "give " + setting("begin") + " or " + setting("tilt_column") + ", not both"));
   }
   if (options.start_s && !(*options.start_s >= 0.0 && *options.start_s < recorded_s)) {
-    throw Error(where(recording),
+    throw Error(Code::setting_out_of_range, where(recording),
                 "the start, " + six_digits(*options.start_s) + " s after the first sample, lies outside of its " +
                     six_digits(recorded_s) + " s",
                 either(recording, "give it in seconds after the first sample",

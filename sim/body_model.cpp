@@ -1,22 +1,44 @@
-// Models of body and controller: see body_model.hpp.
+// Names of the models: see body_model.hpp.
 #include "sim/body_model.hpp"
 
-#include "sim/simulate.hpp"
+#include <mutex>
+
+#include "base/error.hpp"
 
 namespace decid::sim {
+namespace {
 
-const BodyModel& single_pendulum() {
-  static const BodyModel model{"single pendulum",
-                               ParameterTable({
-                                   {"Kp", "kp", "Active proportional gain", "N m/rad", 503.3943, 1258.4857, true},
-                                   {"Kd", "kd", "Active derivative gain", "N m s/rad", 125.8486, 377.5457, true},
-                                   {"Kp_pass", "kp-pass", "Passive stiffness", "N m/rad", 62.9243, 377.5457, true},
-                                   {"Kd_pass", "kd-pass", "Passive damping", "N m s/rad", 62.9243, 188.7729, true},
-                                   {"Nv", "nv", "Vestibular noise gain", "1", 0.0, 1.0, false},
-                                   {"theta", "theta", "Foot rotation velocity threshold", "rad/s", 0.0, 0.0052, false},
-                                   {"delay", "delay", "Lumped delay", "s", 0.0, 0.24, false, 0.0, longest_delay_s},
-                               })};
-  return model;
+std::mutex registry_mutex;
+
+std::vector<const BodyModel*>& registry() {
+  static std::vector<const BodyModel*> all{&single_pendulum(), &dec2015(), &independent_channels()};
+  return all;
+}
+
+}  // namespace
+
+std::vector<const BodyModel*> body_models() {
+  const std::lock_guard lock(registry_mutex);
+  return registry();
+}
+
+const BodyModel& body_model_of(const std::string& name, const std::string& where) {
+  std::string names;
+  for (const BodyModel* model : body_models()) {
+    if (model->name == name) return *model;
+    names += (names.empty() ? "" : ", ") + model->name;
+  }
+  throw Error(Code::setting_unknown, where, "'" + name + "' is not a controller", "give one of " + names);
+}
+
+void register_body_model(const BodyModel& model) {
+  const std::lock_guard lock(registry_mutex);
+  for (const BodyModel* other : registry()) {
+    if (other == &model) return;
+    if (other->name == model.name)
+      throw Error(Code::setting_conflict, "controller " + model.name, "is registered", "give it another name");
+  }
+  registry().push_back(&model);
 }
 
 }  // namespace decid::sim

@@ -2,6 +2,7 @@
 // parameters. Not installed.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -60,29 +61,29 @@ class DelayLine {
   Lag lag_;
 };
 
-/// Returns the protocol if it is valid and uses the single pendulum's parameters. Throws Error.
+/// Returns the protocol if it is valid and its body model can be simulated. Throws Error.
 inline Protocol checked(Protocol protocol) {
   protocol.validate();
-  if (protocol.experiment.body_model == &single_pendulum()) return protocol;
-  throw Error("protocol " + protocol.name, "its body model is '" + protocol.experiment.body_model->name + "'",
-              "use that model's simulator; this one has the parameters of the single pendulum");
+  if (!protocol.family().terms.empty()) return protocol;
+  throw Error(Code::not_supported, "protocol " + protocol.name,
+              "its body model '" + protocol.experiment.body_model->name + "' has only a table",
+              "use that model's simulator; this one needs the coefficients of a servo behind a dead band");
 }
 
-/// Throws Error, where = whose + "parameter Kp", unless all values are finite, 0 or above, and the delay is within its
-/// bound.
-inline void check_parameters(const Parameters& parameters, const std::string& whose = {}) {
-  const ParameterTable& table = single_pendulum().parameters;
+/// Throws Error, where = whose + "parameter Kp", unless all values are finite and within the table's allowed values.
+inline void check_parameters(const Parameters& parameters, const ParameterTable& table, const std::string& whose = {}) {
   if (parameters.size() != table.size()) {
-    throw Error(whose + "parameters", "has " + std::to_string(parameters.size()) + " values",
+    throw Error(Code::size_mismatch, whose + "parameters", "has " + std::to_string(parameters.size()) + " values",
                 "give all " + std::to_string(table.size()));
   }
   for (std::size_t i = 0; i < table.size(); ++i) {
     const double value = parameters[i];
-    const double largest = i == Delay ? longest_delay_s : std::numeric_limits<double>::max();
-    if (value >= 0.0 && value <= largest) continue;  // false for NaN
-    throw Error(whose + "parameter " + table[i].name, "is " + given_text(value),
-                i == Delay ? "give a delay from 0 to " + given_text(longest_delay_s) + " s"
-                           : "give a finite value, 0 or above");
+    const double most = std::min(table[i].most, std::numeric_limits<double>::max());
+    if (value >= table[i].least && value <= most) continue;  // false for NaN
+    throw Error(Code::setting_out_of_range, whose + "parameter " + table[i].name, "is " + given_text(value),
+                std::isfinite(table[i].most) ? "give " + given_text(table[i].least) + " to " + given_text(most) +
+                                                   (table[i].unit == "1" ? "" : " " + table[i].unit)
+                                             : "give a finite value, " + given_text(table[i].least) + " or above");
   }
 }
 

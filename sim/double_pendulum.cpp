@@ -102,12 +102,12 @@ DoubleSimulator::DoubleSimulator(Protocol protocol)
       noise_maker_(whole_) {}
 
 Outcome DoubleSimulator::run(const DoubleParameters& parameters, const Random& noise, const DoubleSway& sway) const {
-  check_parameters(parameters.ankle, "ankle ");
-  check_parameters(parameters.hip, "hip ");
+  check_parameters(parameters.ankle, single_pendulum().parameters, "ankle ");
+  check_parameters(parameters.hip, single_pendulum().parameters, "hip ");
   const auto samples = static_cast<std::size_t>(samples_);
   for (const std::span<double>& out : {sway.com_rad, sway.leg_rad, sway.trunk_rad}) {
     if (out.size() == samples) continue;
-    throw Error("simulation", "an output has space for " + std::to_string(out.size()) + " samples",
+    throw Error(Code::size_mismatch, "simulation", "an output has space for " + std::to_string(out.size()) + " samples",
                 "give space for " + std::to_string(samples));
   }
   const double ankle_nv = parameters.ankle[Nv], hip_nv = parameters.hip[Nv];

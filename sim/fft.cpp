@@ -20,7 +20,7 @@ Complex root_of_unity(long long n, long long d) {
 
 void check_length(std::size_t given, int needed, const char* name, int lanes = 1) {
   if (given < static_cast<std::size_t>(needed) * static_cast<std::size_t>(lanes)) {
-    throw Error("FFT", std::string(name) + " has space for " + std::to_string(given) + " values",
+    throw Error(Code::size_mismatch, "FFT", std::string(name) + " has space for " + std::to_string(given) + " values",
                 "give space for " + std::to_string(static_cast<long long>(needed) * lanes));
   }
 }
@@ -53,7 +53,7 @@ int smooth_length(int least) {
 
 std::vector<int> fft_radices(int length) {
   if (length < 1 || length > longest_fft) {
-    throw Error("FFT", "cannot transform " + std::to_string(length) + " values",
+    throw Error(Code::setting_out_of_range, "FFT", "cannot transform " + std::to_string(length) + " values",
                 "give a length from 1 to " + std::to_string(longest_fft));
   }
   std::vector<int> radices;
@@ -67,7 +67,7 @@ std::vector<int> fft_radices(int length) {
   }
   if (max_prime_factor(length) > max_fft_prime) {
     throw Error(
-        "FFT",
+        Code::setting_out_of_range, "FFT",
         "a length of " + std::to_string(length) + " has the prime factor " + std::to_string(max_prime_factor(length)),
         "change the length slightly, to one with prime factors below " + std::to_string(max_fft_prime) +
             "; best are 2, 3 and 5");

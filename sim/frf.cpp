@@ -27,10 +27,12 @@ double quantile_95(double nu) {
 int whole_samples(const Experiment& experiment, int cycles) {
   const double samples = cycles * experiment.cycle_s() * experiment.sample_rate_hz;
   if (cycles < 1) {
-    throw Error("frequency response", "no cycle of the stimulus is left", "skip fewer cycles");
+    throw Error(Code::setting_out_of_range, "frequency response", "no cycle of the stimulus is left",
+                "skip fewer cycles");
   }
   if (std::abs(samples - std::round(samples)) > 1e-6) {
-    throw Error("frequency response", "the stimulus' cycles are " + std::to_string(samples) + " samples long",
+    throw Error(Code::setting_out_of_range, "frequency response",
+                "the stimulus' cycles are " + std::to_string(samples) + " samples long",
                 "choose a sample rate that makes them whole");
   }
   return static_cast<int>(std::round(samples));
@@ -52,8 +54,8 @@ FrequencyResponse::FrequencyResponse(const Experiment& experiment, int skipped_c
   const double opened =
       stimulus.tilt_at(std::min(step_of(end), experiment.steps())) - stimulus.tilt_at(step_of(first_));
   if (std::abs(opened) > 0.01 * stimulus.peak_to_peak_rad()) {
-    throw Error("frequency response", "the stimulus does not end a cycle where it started it",
-                "use a protocol whose tilt returns");
+    throw Error(Code::setting_out_of_range, "frequency response",
+                "the stimulus does not end a cycle where it started it", "use a protocol whose tilt returns");
   }
 
   const std::vector<Complex> x = transform(tilt);
@@ -92,7 +94,7 @@ FrequencyResponse::FrequencyResponse(const Experiment& experiment, int skipped_c
 std::vector<Complex> FrequencyResponse::transform(std::span<const float> signal) const {
   const auto length = static_cast<std::size_t>(fft_.length());
   if (signal.size() < first_ + length) {
-    throw Error("frequency response",
+    throw Error(Code::size_mismatch, "frequency response",
                 "a trial has " + std::to_string(signal.size()) + " samples, and its cycles end at sample " +
                     std::to_string(first_ + length),
                 "give whole trials of the protocol");
@@ -145,13 +147,13 @@ std::vector<FrfPoint> FrequencyResponse::measure(std::span<const float> sway_rad
   return points;
 }
 
-std::vector<Complex> FrequencyResponse::linear(const Parameters& parameters, const Body& body) const {
+std::vector<Complex> FrequencyResponse::linear(const Experiment& experiment, const Parameters& parameters) const {
   std::vector<Complex> responses;
   for (const Band& band : bands_) {
     Complex sum = 0.0;
     double power = 0.0;
     for (const Harmonic& harmonic : band) {
-      sum += harmonic.power * closed_loop(parameters, body, harmonic.frequency_hz);
+      sum += harmonic.power * closed_loop(experiment, parameters, harmonic.frequency_hz);
       power += harmonic.power;
     }
     responses.push_back(sum / power);

@@ -52,7 +52,7 @@ class FrequencyResponse {
   /// Error if there are fewer. A measured tilt replaces the prescribed one, which still defines harmonics and bands.
   std::vector<FrfPoint> measure(std::span<const float> sway_rad, std::span<const float> tilt_rad) const;
   /// Returns closed_loop() averaged over each band like a measured response: for theta = 0.
-  std::vector<Complex> linear(const Parameters& parameters, const Body& body) const;
+  std::vector<Complex> linear(const Experiment& experiment, const Parameters& parameters) const;
 
  private:
   struct Harmonic {

@@ -31,6 +31,10 @@ StepConstants make_step_constants(const Experiment& experiment, const Stimulus& 
   const std::size_t intervals = stimulus.rate_rad_s.size() / static_cast<std::size_t>(experiment.samples());
   step_constants.interval_steps = step_constants.steps_per_sample / static_cast<int>(intervals);
   step_constants.sway_limit_rad = sway_limit_rad;
+  const Family& family = experiment.family();
+  step_constants.unit_gains = family.has_unit_gains();
+  step_constants.slow_leak = 1.0 / family.slow_time_s;
+  step_constants.torque_leak = 1.0 / family.torque_time_s;
   return step_constants;
 }
 
@@ -61,6 +65,8 @@ Lanes::Lanes(const Setup& setup)
       silence_((samples_ + 1) * fft_lanes, 0.0),
       sways_(std::make_unique_for_overwrite<double[]>((Pendulums::count + 1) * samples_)) {
   step_constants_ = make_step_constants(setup.protocol.experiment, setup.stimulus);
+  step_constants_.gravity_dead_band = setup.protocol.gravity_dead_band_deg * rad_per_deg;
+  step_constants_.unit_gains = step_constants_.unit_gains && step_constants_.gravity_dead_band == 0.0;
   intervals_ = setup.stimulus.rate_rad_s.size() / samples_;
   lanes_->row = Pendulums::longest_lag;
   for (int lane = 0; lane < Pendulums::count; ++lane) rest(lane);
@@ -99,15 +105,16 @@ void Lanes::prepare(const std::function<int()>& next, const Simulator::TrialOf& 
     if (index < 0) break;
     const std::size_t column = waiting_.size();
     const TrialInput trial = trial_of(index);
-    check_parameters(trial.parameters);
+    check_parameters(trial.parameters, setup_.protocol.parameters());
     if (!(trial.height >= 0.1 && trial.height <= 10.0))
-      throw Error("trial", "has a body height of " + given_text(trial.height) + " times the protocol's",
-                  "give 0.1 to 10 times");
+      throw Error(Code::setting_out_of_range, "trial",
+                  "has a body height of " + given_text(trial.height) + " times the protocol's", "give 0.1 to 10 times");
+    const Coefficients coefficients = setup_.protocol.family().coefficients(trial.parameters);
     waiting_.push_back(
-        {index, trial.parameters, setup_.protocol.experiment.body.of_height(trial.height), nullptr, silence_.data()});
-    nv.push_back(trial.parameters[Nv]);
+        {index, coefficients, setup_.protocol.experiment.body.of_height(trial.height), nullptr, silence_.data()});
+    nv.push_back(coefficients[Coefficient::nv]);
     random.push_back(trial.noise);
-    if (trial.parameters[Nv] == 0.0) continue;
+    if (nv.back() == 0.0) continue;
     if (noise == nullptr) noise = free_noise();
     ++noise->users;
     waiting_.back().noise = noise;
@@ -127,29 +134,40 @@ Lanes::NoiseBlock* Lanes::free_noise() {
 }
 
 void Lanes::rest(int lane) {
-  begin(lane, {-1, Parameters(Delay + 1), setup_.protocol.experiment.body, nullptr, silence_.data()},
+  begin(lane, {-1, Coefficients(), setup_.protocol.experiment.body, nullptr, silence_.data()},
         sways_.get() + Pendulums::count * samples_);
   lanes_->k1[lane] = lanes_->k2[lane] = 0.0;
 }
 
 void Lanes::begin(int lane, const Prepared& trial, double* sway) {
   Pendulums& p = *lanes_;
-  const Parameters& parameters = trial.parameters;
+  using enum Coefficient;
+  const Coefficients& of = trial.coefficients;
   const double c = integration_step_s / trial.body.inertia_kgm2;
-  p.kp[lane] = 2.0 * c * parameters[Kp];
-  p.kd[lane] = 2.0 * c * parameters[Kd];
-  p.passive[lane] = c * parameters[Kp_pass];
-  p.damping[lane] = c * parameters[Kd_pass];
-  p.k1[lane] = c * (trial.body.mgh() - parameters[Kp_pass]);
+  p.passive[lane] = c * of[kp_pass];
+  p.damping[lane] = c * of[kd_pass];
+  p.k1[lane] = c * (trial.body.mgh() - of[kp_pass]);
   p.k2[lane] = 1.0 - p.damping[lane];
   const std::array<double, 3> sine = sine_coefficients_for(trial.body);
   for (std::size_t i = 0; i < sine.size(); ++i) p.sine[i][lane] = sine[i];
-  p.theta[lane] = 0.5 * parameters[Theta];
+  // With unit gains the sum of servo and gravity estimate is a factor of the command.
+  const bool unit_gains = step_constants_.unit_gains;
+  const double command = unit_gains ? 2.0 * c : c, scale = unit_gains ? 0.5 : of[tilt];
+  p.kp[lane] = command * of[kp];
+  p.kd[lane] = command * of[kd];
+  p.theta[lane] = scale * of[theta];
   p.minus_theta[lane] = -p.theta[lane];
-  const Lag lag(parameters[Delay]);
+  p.reach[lane] = of[position] + of[gravity];
+  p.tilt[lane] = of[tilt];
+  p.tilt_over_servo[lane] = of[tilt] - of[position];
+  p.minus_gravity[lane] = -of[gravity];
+  p.slow_gain[lane] = of[slow];
+  p.torque_gain[lane] = of[torque] / (c * trial.body.mgh());
+  const Lag lag(of[delay]);
   p.fraction[lane] = lag.fraction;
-  for (double* state : {p.sway, p.sway_rate, p.error, p.newer, p.largest}) state[lane] = 0.0;
-  p.noise[lane] = 0.5 * trial.noise_rate[0];
+  for (double* state : {p.sway, p.sway_rate, p.error, p.newer, p.largest, p.slow, p.torque, p.active})
+    state[lane] = 0.0;
+  p.noise[lane] = scale * trial.noise_rate[0];
   p.noise_rate[lane] = trial.noise_rate;
   p.stimulus[lane] = setup_.tilt_and_rate.data();
   p.samples[lane] = sway;

@@ -46,7 +46,7 @@ class Lanes {
   };
   struct Prepared {
     int index;
-    Parameters parameters;
+    Coefficients coefficients;
     Body body;
     NoiseBlock* noise;  // null: no noise
     const double* noise_rate;

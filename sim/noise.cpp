@@ -12,6 +12,7 @@
 #include "sim/kernels/generic_fft.hpp"
 #include "sim/kernels/kernels.hpp"
 #include "sim/protocol/checker.hpp"
+#include "sim/streams.hpp"
 
 namespace decid::sim {
 namespace {
@@ -37,7 +38,7 @@ NoiseBand noise_band(const Protocol& protocol) {
   const NoiseBand band{static_cast<int>(std::ceil(noise.low_hz * period_s - slack)),
                        static_cast<int>(std::floor(noise.high_hz * period_s + slack))};
   if (band.first <= band.last || noise.scale_deg == 0.0) return band;
-  throw Error("protocol " + protocol.name + ", vestibular_noise",
+  throw Error(Code::setting_out_of_range, "protocol " + protocol.name + ", vestibular_noise",
               "no harmonic of the noise's period lies between low_hz and high_hz",
               "widen the band to contain a multiple of " + setting_text(1.0 / period_s) + " Hz, 1 / " +
                   setting_text(period_s) + " s");
@@ -115,7 +116,8 @@ void VestibularNoiseMaker::angle(double nv, const Random& random, std::span<doub
 void VestibularNoiseMaker::synthesize(Quantity quantity, double nv, const Random& random, std::span<double> out) const {
   const auto samples = static_cast<std::size_t>(samples_);
   if (out.size() != samples + 1) {
-    throw Error("vestibular noise", "the output has space for " + std::to_string(out.size()) + " values",
+    throw Error(Code::size_mismatch, "vestibular noise",
+                "the output has space for " + std::to_string(out.size()) + " values",
                 "give space for the trial's samples and one more, " + std::to_string(samples + 1));
   }
   const auto length = static_cast<std::size_t>(fft_.length()), phases = static_cast<std::size_t>(phases_);
@@ -139,7 +141,7 @@ void VestibularNoiseMaker::velocity_lanes(std::span<const double> nv, std::span<
   constexpr std::size_t lanes = fft_lanes;
   const auto samples = static_cast<std::size_t>(samples_);
   if (nv.size() > lanes || random.size() != nv.size() || rate.size() != (samples + 1) * lanes) {
-    throw Error("vestibular noise",
+    throw Error(Code::size_mismatch, "vestibular noise",
                 "got " + std::to_string(nv.size()) + " trials and space for " + std::to_string(rate.size()) + " values",
                 "give at most 8 trials, and space for " + std::to_string((samples + 1) * lanes));
   }
@@ -166,7 +168,7 @@ void VestibularNoiseMaker::velocity_lanes(std::span<const double> nv, std::span<
 
 double sensor_noise_level(const SensorNoise& noise, std::uint64_t seed, std::uint64_t item) {
   if (noise.high_deg == 0.0) return 0.0;
-  const double u = Random(seed, Stream::sensor_noise, item).uniform(0);
+  const double u = Random(seed, streams::sensor_noise, item).uniform(0);
   return noise.low_deg * decid::exp(u * decid::log(noise.high_deg / noise.low_deg)) * rad_per_deg;
 }
 
@@ -174,7 +176,7 @@ void add_sensor_noise(const SensorNoise& noise, std::uint64_t seed, std::uint64_
   const double level = sensor_noise_level(noise, seed, item);
   if (level == 0.0) return;
   std::vector<double> normals(sway_rad.size());
-  Random(seed, Stream::sensor_noise, item).fill_normal(normals, 1);
+  Random(seed, streams::sensor_noise, item).fill_normal(normals, 1);
   for (std::size_t k = 0; k < sway_rad.size(); ++k) sway_rad[k] += level * normals[k];
 }
 

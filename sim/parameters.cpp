@@ -1,12 +1,12 @@
 // Tables of parameters: see parameters.hpp.
 #include "sim/parameters.hpp"
 
-#include <charconv>
 #include <cmath>
 #include <set>
 #include <sstream>
 
 #include "base/error.hpp"
+#include "base/number.hpp"
 
 namespace decid::sim {
 namespace {
@@ -22,14 +22,16 @@ std::string in_words(std::size_t count) {
 
 ParameterTable::ParameterTable(std::vector<ParameterInfo> parameters) : all_(std::move(parameters)) {
   if (all_.empty() || all_.size() > Parameters::most)
-    throw Error("parameters", "a table has " + std::to_string(all_.size()) + " rows",
+    throw Error(Code::setting_out_of_range, "parameters", "a table has " + std::to_string(all_.size()) + " rows",
                 "give 1 to " + std::to_string(Parameters::most));
   std::set<std::string> names;
   for (const ParameterInfo& info : all_) {
     if (!names.insert(info.name).second || (info.option != info.name && !names.insert(info.option).second))
-      throw Error("parameters", "a table has two parameters called " + info.name, "give each its own name");
+      throw Error(Code::setting_conflict, "parameters", "a table has two parameters called " + info.name,
+                  "give each its own name");
     if (!(info.low < info.high && info.low >= info.least && info.high <= info.most))
-      throw Error("parameters", "the range of " + info.name + " is empty or cannot be simulated",
+      throw Error(Code::setting_out_of_range, "parameters",
+                  "the range of " + info.name + " is empty or cannot be simulated",
                   "give a low end below the high end, both within the allowed values");
   }
 }
@@ -67,7 +69,7 @@ Parameters ParameterTable::from_text(const std::string& text, const std::string&
   const auto fail = [&](const std::string& problem) {
     std::string form;
     for (const ParameterInfo& info : all_) form += (form.empty() ? "" : ",") + info.name + "=..";
-    throw Error(where, problem, "give all " + in_words(size()) + " as " + form);
+    throw Error(Code::setting_malformed, where, problem, "give all " + in_words(size()) + " as " + form);
   };
   Parameters parameters(size());
   std::set<std::size_t> given;
@@ -81,9 +83,8 @@ Parameters ParameterTable::from_text(const std::string& text, const std::string&
     while (index < size() && name != all_[index].name && name != all_[index].option) ++index;
     if (index == size()) fail("'" + name + "' is not a parameter");
     if (!given.insert(index).second) fail("gives " + name + " twice");
-    const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), parameters[index]);
-    if (error != std::errc() || end != value.data() + value.size() || !std::isfinite(parameters[index]))
-      fail("'" + value + "' is not a number");
+    parameters[index] = number_from<double>(value).value_or(NAN);
+    if (!std::isfinite(parameters[index])) fail("'" + value + "' is not a number");
   }
   if (given.size() != size())
     fail("gives " + std::to_string(given.size()) + " of " + std::to_string(size()) + " parameters");

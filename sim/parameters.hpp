@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <initializer_list>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <type_traits>
@@ -67,6 +68,9 @@ struct ParameterInfo {
   bool per_mgh;             ///< value / (m g h) is meaningful
   /// The values that can be simulated.
   double least = 0.0, most = std::numeric_limits<double>::infinity();
+  /// The value at which a fit fixes the parameter if no prior is given for it: only its products with others act on the
+  /// sway, and this is the convention of the model's authors.
+  std::optional<double> convention{};
 
   double middle() const { return 0.5 * (low + high); }
   double range() const { return high - low; }

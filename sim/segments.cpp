@@ -36,7 +36,7 @@ double Segments::inertia_kgm2() const {
 Segments segments_of(const Subject& subject) {
   const auto check = [](const char* setting, double value, double high) {
     if (value > 0.0 && value <= high) return;
-    throw Error("subject " + std::string(setting), "is " + given_text(value),
+    throw Error(Code::setting_out_of_range, "subject " + std::string(setting), "is " + given_text(value),
                 "give a value above 0 and at most " + setting_text(high));
   };
   check("mass_kg", subject.mass_kg, 500.0);
@@ -59,10 +59,11 @@ Body body_of_person(const Subject& person) {
   const double index = person.mass_kg / square(person.height_m);
   const std::string given = given_text(person.mass_kg) + " kg and " + given_text(person.height_m) + " m";
   if (person.mass_kg > max_kg)
-    throw Error("mass and height", given + " exceed the maximum of 250 kg for a person", "give the weight in kg");
+    throw Error(Code::setting_out_of_range, "mass and height", given + " exceed the maximum of 250 kg for a person",
+                "give the weight in kg");
   if (!(index >= min_index && index <= max_index))
     throw Error(
-        "mass and height",
+        Code::setting_out_of_range, "mass and height",
         given + " give a body mass index of " + given_text(std::round(10.0 * index) / 10.0) + ", not from 12 to 60",
         "give the weight in kg and the height in m; describe a robot's body in a protocol");
   return body;
@@ -80,7 +81,7 @@ Subject subject_of(const Body& body) {
   const Subject subject{.mass_kg = body.mass_kg / model.mass_kg, .height_m = body.com_height_m / model.com_height_m};
   const double inertia = body_of(segments_of(subject)).inertia_kgm2;
   if (std::abs(body.inertia_kgm2 - inertia) <= 1e-3 * inertia) return subject;
-  throw Error("body",
+  throw Error(Code::setting_conflict, "body",
               "its inertia of " + setting_text(body.inertia_kgm2) + " kg m2 differs from that of Winter's segments, " +
                   setting_text(inertia) + ", so leg and trunk are unknown",
               "give the body as {\"subject\": {\"mass_kg\": .., \"height_m\": ..}}");

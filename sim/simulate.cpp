@@ -83,7 +83,8 @@ int Simulator::samples() const noexcept {
 
 Outcome Simulator::run(const Parameters& parameters, const Random& noise, std::span<double> sway_rad) const {
   if (sway_rad.size() != static_cast<std::size_t>(samples())) {
-    throw Error("simulation", "the output has space for " + std::to_string(sway_rad.size()) + " samples",
+    throw Error(Code::size_mismatch, "simulation",
+                "the output has space for " + std::to_string(sway_rad.size()) + " samples",
                 "give space for " + std::to_string(samples()));
   }
   Outcome result{};
@@ -151,7 +152,7 @@ void Simulator::run_until_valid(int count, int attempts, const AttemptOf& trial_
           const auto i = static_cast<std::size_t>(index);
           if (outcome.valid) return finished(index, *trials[i], sway);
           if (attempt[i] == attempts) {
-            throw Error("protocol " + protocol().name,
+            throw Error(Code::body_falls, "protocol " + protocol().name,
                         std::to_string(attempts) + " consecutive trials exceed 5 degrees",
                         "reduce the tilt's amplitude or the noise");
           }
@@ -160,22 +161,39 @@ void Simulator::run_until_valid(int count, int attempts, const AttemptOf& trial_
   });
 }
 
-Complex closed_loop(const Parameters& parameters, const Body& body, double frequency_hz) {
+namespace {
+
+/// Returns a / b without the library's care for infinities.
+Complex over(Complex a, Complex b) {
+  const double norm = b.real() * b.real() + b.imag() * b.imag();
+  return {(a.real() * b.real() + a.imag() * b.imag()) / norm, (a.imag() * b.real() - a.real() * b.imag()) / norm};
+}
+
+}  // namespace
+
+Complex closed_loop(const Experiment& experiment, const Parameters& parameters, double frequency_hz) {
+  using enum Coefficient;
+  const Family& family = experiment.family();
+  const Coefficients of = family.coefficients(parameters);
+  const Body& body = experiment.body;
   // exp(-s delay) has the phase frequency * delay, in turns; whole turns cancel.
   constexpr long long parts = 1LL << 52;
-  const double turns = frequency_hz * parameters[Delay];
+  const double turns = frequency_hz * of[delay];
   const double part = (turns - std::floor(turns)) * static_cast<double>(parts);
   const auto [sin, cos] = sincos_of_turn(static_cast<long long>(part), parts);
   const double omega = 2.0 * pi * frequency_hz;
-  const Complex passive{parameters[Kp_pass], omega * parameters[Kd_pass]};
-  // 2 (Kp + s Kd) (cos - i sin)
-  const double kp = parameters[Kp], omega_kd = omega * parameters[Kd];
-  const Complex active{2.0 * (kp * cos + omega_kd * sin), 2.0 * (omega_kd * cos - kp * sin)};
-  const Complex d{-body.inertia_kgm2 * omega * omega - body.mgh() + active.real() + passive.real(),
-                  active.imag() + passive.imag()};
-  const double norm = d.real() * d.real() + d.imag() * d.imag();
-  return {(passive.real() * d.real() + passive.imag() * d.imag()) / norm,
-          (passive.imag() * d.real() - passive.real() * d.imag()) / norm};
+  const Complex passive{of[kp_pass], omega * of[kd_pass]};
+  // (kp + s kd) (cos - i sin)
+  const double omega_kd = omega * of[kd];
+  const Complex active{of[kp] * cos + omega_kd * sin, omega_kd * cos - of[kp] * sin};
+  const Complex slow_response = over(of[slow], {1.0 / family.slow_time_s, omega});
+  const Complex torque_response = over(of[torque] / body.mgh(), {1.0 / family.torque_time_s, omega});
+  const Complex loop = over(active, 1.0 - active * torque_response);
+  const Complex returned = loop * (of[position] + of[gravity] + slow_response);
+  const Complex drive = passive + loop * (of[position] - of[tilt]);
+  const Complex d{-body.inertia_kgm2 * omega * omega - body.mgh() + returned.real() + passive.real(),
+                  returned.imag() + passive.imag()};
+  return over(drive, d);
 }
 
 }  // namespace decid::sim

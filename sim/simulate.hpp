@@ -3,6 +3,7 @@
 //   e' = f_theta(f' + nu')                              dead band, eq. 2 and 3 of the paper
 //   u  = Kp (2a + e - f) + Kd (2a' + e' - f')           servo signal e + a - f, plus gravity estimate 1 * a
 //   J a'' = m g h sin(a) - u(t - delay) - Kp_pass (a - f) - Kd_pass (a' - f')
+// These are the equations of the model `dec`; family.hpp has those of all models that the simulator works with.
 // The paper's printed sum (eq. 7) omits the servo term, and its signs of the ankle angle are inconsistent. This code
 // follows the paper's text, with the ankle angle = body - platform throughout. A body that has stood before the trial
 // (Protocol::standing_s) begins at rest that much earlier, on a resting platform.
@@ -78,8 +79,11 @@ class Simulator {
   std::shared_ptr<Core> core_;  // shared by copies
 };
 
-/// Returns the closed loop's transfer function from platform tilt to body sway at theta = 0, no noise, small angles:
-///   H(s) = (Kp_pass + s Kd_pass) / (J s^2 - m g h + 2 (Kp + s Kd) exp(-s delay) + Kp_pass + s Kd_pass), s = 2 pi i f.
-Complex closed_loop(const Parameters& parameters, const Body& body, double frequency_hz);
+/// Returns the closed loop's transfer function from platform tilt to body sway at theta = 0, no noise, small angles,
+/// for the experiment's body and member of the family (family.hpp), s = 2 pi i f:
+///   H(s) = (passive + L (position - tilt)) / (J s^2 - m g h + L (position + gravity + Q) + passive),
+///   passive = kp_pass + s kd_pass,  L = P / (1 - P R),  P = (kp + s kd) exp(-s delay),
+///   Q = slow / (s + 1 / slow_time),  R = torque / (m g h) / (s + 1 / torque_time).
+Complex closed_loop(const Experiment& experiment, const Parameters& parameters, double frequency_hz);
 
 }  // namespace decid::sim

@@ -35,16 +35,17 @@ DiskFile::DiskFile(std::filesystem::path path, Access access)
   if (descriptor_ >= 0) return;
   const int error = errno;
   if (access == Access::read) {
-    throw Error(path_.string(), "cannot be opened: " + errno_text(error),
+    throw Error(opening_failed(error), path_.string(), "cannot be opened: " + errno_text(error),
                 "check the name and the permissions of the file");
   }
   const std::filesystem::path folder = path_.parent_path().empty() ? "." : path_.parent_path();
   std::error_code ignored;
   if (error == ENOENT && !std::filesystem::exists(folder, ignored)) {
-    throw Error(path_.string(), "its folder does not exist", "create the folder " + folder.string() + " first");
+    throw Error(Code::file_unwritable, path_.string(), "its folder does not exist",
+                "create the folder " + folder.string() + " first");
   }
   if (error == ENOSPC || error == EDQUOT) fail_at_position(path_, error);
-  throw Error(path_.string(), "cannot be created: " + errno_text(error),
+  throw Error(Code::file_unwritable, path_.string(), "cannot be created: " + errno_text(error),
               "choose a folder that exists and that you may write to");
 }
 
@@ -58,7 +59,8 @@ DiskFile::DiskFile(DiskFile&& other) noexcept
 std::uint64_t DiskFile::size() const {
   struct stat status {};
   if (::fstat(descriptor_, &status) != 0) {
-    throw Error(path_.string(), "its size cannot be read: " + errno_text(errno), "check the disk and its mount");
+    throw Error(Code::file_unreadable, path_.string(), "its size cannot be read: " + errno_text(errno),
+                "check the disk and its mount");
   }
   return static_cast<std::uint64_t>(status.st_size);
 }
@@ -69,7 +71,9 @@ std::size_t DiskFile::read(std::uint64_t position, std::span<std::byte> bytes) c
     const ssize_t count =
         ::pread(descriptor_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(position + done));
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0) throw Error(path_.string(), "reading failed: " + errno_text(errno), "check the disk and its mount");
+    if (count < 0)
+      throw Error(Code::file_unreadable, path_.string(), "reading failed: " + errno_text(errno),
+                  "check the disk and its mount");
     if (count == 0) break;
     done += static_cast<std::size_t>(count);
   }

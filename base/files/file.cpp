@@ -66,7 +66,7 @@ Target resolve(const fs::path& path) {
   }
   const fs::file_status status = fs::status(current, error);
   if (fs::is_directory(status)) {
-    throw Error(path.string(), "is a folder", "give the name of a file");
+    throw Error(Code::file_unwritable, path.string(), "is a folder", "give the name of a file");
   }
   return {current, fs::exists(status) && !fs::is_regular_file(status)};
 }
@@ -100,10 +100,11 @@ fs::path create_temporary(const fs::path& target) {
     if (error == EEXIST) continue;  // left behind by a killed process of the same number
     std::error_code ignored;
     if (error == ENOENT && !fs::exists(folder, ignored)) {
-      throw Error(target.string(), "its folder does not exist", "create the folder " + folder.string() + " first");
+      throw Error(Code::file_unwritable, target.string(), "its folder does not exist",
+                  "create the folder " + folder.string() + " first");
     }
     if (error == ENOSPC || error == EDQUOT) fail_to_write(target, error);
-    throw Error(target.string(), "cannot be created: " + errno_text(error),
+    throw Error(Code::file_unwritable, target.string(), "cannot be created: " + errno_text(error),
                 "choose a folder that exists and that you may write to");
   }
 }
@@ -113,12 +114,12 @@ fs::path create_temporary(const fs::path& target) {
 std::string read_file(const fs::path& path, std::uint64_t limit_bytes) {
   Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!file.is_open()) {
-    throw Error(path.string(), "cannot be opened: " + errno_text(errno),
+    throw Error(opening_failed(errno), path.string(), "cannot be opened: " + errno_text(errno),
                 "check the name and the permissions of the file");
   }
   struct stat status {};
   if (::fstat(file.number(), &status) == 0 && S_ISDIR(status.st_mode)) {
-    throw Error(path.string(), "is a folder", "give the name of a file");
+    throw Error(Code::file_unreadable, path.string(), "is a folder", "give the name of a file");
   }
   // A file's size may be unknown (a pipe) or change during reading. It only sets the initial size of the buffer, plus
   // one byte to detect the end.
@@ -132,11 +133,13 @@ std::string read_file(const fs::path& path, std::uint64_t limit_bytes) {
     if (length == content.size()) content.resize(2 * length);
     const ssize_t count = ::read(file.number(), content.data() + length, content.size() - length);
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0) throw Error(path.string(), "reading failed: " + errno_text(errno), "check the disk and its mount");
+    if (count < 0)
+      throw Error(Code::file_unreadable, path.string(), "reading failed: " + errno_text(errno),
+                  "check the disk and its mount");
     if (count == 0) break;
     length += static_cast<std::size_t>(count);
     if (length > limit_bytes) {
-      throw Error(path.string(), "is larger than " + std::to_string(limit_bytes) + " bytes",
+      throw Error(Code::file_too_large, path.string(), "is larger than " + std::to_string(limit_bytes) + " bytes",
                   "check that it is the right file");
     }
   }
@@ -148,7 +151,8 @@ void write_file(const fs::path& path, std::string_view content) {
   PendingFile pending(path);
   Descriptor file(::open(pending.path().c_str(), O_WRONLY | O_APPEND | O_CLOEXEC));
   if (!file.is_open()) {
-    throw Error(path.string(), "cannot be opened: " + errno_text(errno), "check the permissions of the file");
+    throw Error(opening_failed(errno), path.string(), "cannot be opened: " + errno_text(errno),
+                "check the permissions of the file");
   }
   write_all(file.number(), content, path);
   if (!file.close()) fail_to_write(path, errno);
@@ -175,7 +179,8 @@ void PendingFile::commit() {
   if (!file.is_open() || ::fsync(file.number()) != 0) fail_to_write(target_, errno);
   if (!file.close()) fail_to_write(target_, errno);
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) {
-    throw Error(target_.string(), "cannot be replaced: " + errno_text(errno), "check the permissions of its folder");
+    throw Error(Code::file_unwritable, target_.string(), "cannot be replaced: " + errno_text(errno),
+                "check the permissions of its folder");
   }
   committed_ = true;
   // Makes the rename survive a crash. Some file systems cannot; the file is complete either way.

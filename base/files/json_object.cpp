@@ -42,7 +42,7 @@ std::vector<std::uint32_t> check_depth(std::string_view text, const std::string&
     open.push_back(static_cast<std::uint32_t>(commas.size()));
     commas.push_back(0);
     if (open.size() > std::size_t{deepest_json}) {
-      throw Error(where,
+      throw Error(Code::setting_malformed, where,
                   "has lists or objects nested deeper than " + std::to_string(deepest_json) + " levels at line " +
                       std::to_string(line) + ", column " + std::to_string(i - line_start + 1),
                   "correct the file there");
@@ -99,7 +99,8 @@ class Builder {
     // The library's text begins with its own tag, "[json.exception.parse_error.101] ", which does not help the user.
     std::string problem = exception.what();
     if (const std::size_t tag = problem.find("] "); tag != std::string::npos) problem.erase(0, tag + 2);
-    throw Error(where_, "is not valid JSON: " + shortened(std::move(problem), 200), "correct the file there");
+    throw Error(Code::setting_malformed, where_, "is not valid JSON: " + shortened(std::move(problem), 200),
+                "correct the file there");
   }
 
   Json take() { return std::move(root_); }
@@ -141,7 +142,8 @@ class Builder {
     for (const auto& [name, value] : object) keys.push_back(name);
     std::ranges::sort(keys);
     if (const auto twice = std::ranges::adjacent_find(keys); twice != keys.end())
-      throw Error(where_, "the key '" + shortened(std::string(*twice), max_shown) + "' is repeated in one object",
+      throw Error(Code::setting_conflict, where_,
+                  "the key '" + shortened(std::string(*twice), max_shown) + "' is repeated in one object",
                   "keep one of them");
   }
 
@@ -178,7 +180,8 @@ bool is_int(const Json& json) {
 JsonObject::JsonObject(const Json& json, std::string where, std::string path)
     : json_(json), where_(std::move(where)), path_(std::move(path)) {
   if (json_.is_object()) return;
-  throw Error(where_, (path_.empty() ? "the text" : path_) + " is not a JSON object", "write {\"key\": value, ...}");
+  throw Error(Code::setting_malformed, where_, (path_.empty() ? "the text" : path_) + " is not a JSON object",
+              "write {\"key\": value, ...}");
 }
 
 std::string JsonObject::name_of(std::string_view key) const {
@@ -190,7 +193,8 @@ std::string JsonObject::name_of(std::string_view key) const {
 void JsonObject::wrong_type(const char* key, const std::string& expected) const {
   std::string found;
   print_beginning(json_.at(key), found);
-  throw Error(where_, name_of(key) + " is " + shortened(std::move(found), max_shown), "make it " + expected);
+  throw Error(Code::setting_malformed, where_, name_of(key) + " is " + shortened(std::move(found), max_shown),
+              "make it " + expected);
 }
 
 const Json* JsonObject::find(const char* key) {
@@ -201,7 +205,7 @@ const Json* JsonObject::find(const char* key) {
 
 const Json& JsonObject::require(const char* key) {
   if (const Json* json = find(key)) return *json;
-  throw Error(where_, name_of(key) + " is missing", "add it");
+  throw Error(Code::setting_missing, where_, name_of(key) + " is missing", "add it");
 }
 
 void JsonObject::read(const char* key, double& value) {
@@ -267,7 +271,8 @@ void JsonObject::finish() const {
     if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
     std::string list;
     for (const std::string& known : known_) list += (list.empty() ? "" : ", ") + known;
-    throw Error(where_, "unknown key " + name_of(shortened(key, max_shown)), "the keys here are " + list);
+    throw Error(Code::setting_unknown, where_, "unknown key " + name_of(shortened(key, max_shown)),
+                "the keys here are " + list);
   }
 }
 

@@ -45,7 +45,7 @@ class SharedLibrary {
     for (const char* no_memory :
          {"failed to map segment", "annot allocate memory"})  // glibc's text; musl has only strerror's
       if (reason.find(no_memory) != std::string_view::npos) throw std::bad_alloc();
-    throw Error(where_, need_ + ", which cannot be loaded: " + std::string(reason), remedy_);
+    throw Error(Code::not_supported, where_, need_ + ", which cannot be loaded: " + std::string(reason), remedy_);
   }
 
   [[maybe_unused]] void* library_ = nullptr;  // a page has none

@@ -12,25 +12,14 @@
 
 namespace decid {
 
-/// The purpose of a random number. Each purpose has its own numbers; the values determine the bits of results.
+/// The purpose of a random number. Each purpose has its own numbers; the values determine the bits of results. Headers
+/// named streams.hpp name the numbers 1 to 5 and 8 to 14 for the libraries above.
 enum class Stream : std::uint32_t {
-  base_parameters = 1,   ///< item: attempt of the base set
-  child_parameters = 2,  ///< item: attempt of the enrichment
-  vestibular_noise = 3,  ///< item: attempt of the base set
-  child_noise = 4,       ///< item: attempt of the enrichment
-  sensor_noise = 5,      ///< item: attempt (children: with bit 63 set) or number of the trial; index 0: its level
-  weights = 6,           ///< item: parameter tensor
-  shuffle = 7,           ///< item: epoch
-  fit_search = 8,        ///< item: search
-  fit_noise = 9,         ///< item: realisation of the vestibular noise that a fit simulates
-  posterior = 10,        ///< item: group of chains; its starts, momenta and choices
-  particles = 11,        ///< item: particle; its start, jumps and choices
-  predictive = 12,       ///< item: trial simulated from a posterior's draws (its sensor noise: with bit 63 set)
-  recording = 13,        ///< item: trial; its recording artefacts (sim/protocol/conditions.cpp)
-  body = 14,             ///< item: attempt; index 0: height
-  augmentation = 15,     ///< item: epoch and sample; what nn::fit hands to a sample's callback
-  dropout = 16,          ///< item: step and layer
-  user = 1U << 16U,      ///< this number and all above: programs that use decid
+  weights = 6,        ///< item: parameter tensor
+  shuffle = 7,        ///< item: epoch
+  augmentation = 15,  ///< item: epoch and sample; what nn::fit hands to a sample's callback
+  dropout = 16,       ///< item: step and layer
+  user = 1U << 16U,   ///< this number and all above: programs that use decid
 };
 
 /// Returns one block of Philox4x32-10: four 32-bit words from a 128-bit counter and a 64-bit key.

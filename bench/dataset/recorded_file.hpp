@@ -12,6 +12,7 @@
 #include "base/files/file.hpp"
 #include "base/text.hpp"
 #include "sim/simulate.hpp"
+#include "sim/streams.hpp"
 #include "tools/decid/commands/trial_csv.hpp"
 
 namespace decid::bench {
@@ -21,7 +22,8 @@ class ScratchFolder {
  public:
   ScratchFolder() {
     std::string name = (std::filesystem::temp_directory_path() / "decid-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw Error(name, "cannot be made", "let TMPDIR name a writable folder");
+    if (mkdtemp(name.data()) == nullptr)
+      throw Error(Code::file_unwritable, name, "cannot be made", "let TMPDIR name a writable folder");
     path_ = name;
   }
   ~ScratchFolder() {
@@ -41,7 +43,7 @@ class RecordedFile {
   RecordedFile() {
     const sim::Simulator simulator(sim::default_protocol());
     std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
-    simulator.run(sim::single_pendulum().parameters.middle(), Random(7, Stream::vestibular_noise, 0), sway);
+    simulator.run(sim::single_pendulum().parameters.middle(), Random(7, sim::streams::vestibular_noise, 0), sway);
     for (double& s : sway) s /= sim::rad_per_deg;
     auto columns = tools::time_and_tilt(simulator.protocol(), simulator.stimulus());
     columns.insert(columns.begin() + 1, std::move(sway));

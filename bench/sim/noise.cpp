@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bench/isas.hpp"
+#include "sim/streams.hpp"
 
 namespace {
 
@@ -20,7 +21,7 @@ void bench_noise(benchmark::State& state, Isa isa) {
   const sim::VestibularNoiseMaker maker(protocol);
   const std::vector<double> nv(sim::fft_lanes, 0.5);
   std::vector<Random> random;
-  for (std::uint64_t i = 0; i < nv.size(); ++i) random.emplace_back(1, Stream::vestibular_noise, i);
+  for (std::uint64_t i = 0; i < nv.size(); ++i) random.emplace_back(1, sim::streams::vestibular_noise, i);
   std::vector<double> rates((static_cast<std::size_t>(protocol.samples()) + 1) * nv.size());
   FmaPeak peak(name(isa));
   const double seconds =

@@ -1,5 +1,4 @@
 // Data sets and evaluation in C.
-#include <cmath>
 #include <limits>
 
 #include "base/parallel.hpp"
@@ -46,20 +45,23 @@ std::vector<int> chosen_of(const Dataset& data, int split) {
   for (int i = 0; i < data.trials(); ++i)
     if (split == DECID_ALL || (data.split[static_cast<std::size_t>(i)] == 0) == (split == DECID_TRAINING))
       chosen.push_back(i);
-  if (chosen.empty()) throw decid::Error("decid_evaluate", "that half of the data set is empty", "give DECID_ALL");
+  if (chosen.empty())
+    throw decid::Error(decid::Code::trials_missing, "decid_evaluate", "that half of the data set is empty",
+                       "give DECID_ALL");
   return chosen;
 }
 
 decid_evaluation evaluate(const decid::Model& model, const std::string& name, const StoredDataset& stored, int split) {
   constexpr const char* where = "the data set";
   if (split < DECID_ALL || split > DECID_VALIDATION)
-    throw decid::Error("decid_evaluate", decid::format("there is no split %d", split), "give a value of decid_split");
+    throw decid::Error(decid::Code::setting_unknown, "decid_evaluate", decid::format("there is no split %d", split),
+                       "give a value of decid_split");
   const Dataset& data = stored.about();
   const decid::ForBody body = decid::for_trials(model, name, data.protocol, where);
   const decid::Measured part = split == DECID_TRAINING     ? decid::Measured::training
                                : split == DECID_VALIDATION ? decid::Measured::validation
                                                            : decid::Measured::all;
-  decid::require_not_trained_on(model.origin, decid::dataset::identity_of(stored), part, where);
+  decid::require_not_trained_on(model.origin, decid::dataset::trial_identity(stored), part, where);
   const std::vector<int> chosen = chosen_of(data, split);
   std::vector<decid::sim::Parameters> truth;
   for (const int i : chosen) truth.push_back(body.to_model(model, data.parameters[static_cast<std::size_t>(i)]));
@@ -111,7 +113,8 @@ decid_status decid_dataset_write(const decid_dataset* dataset, const char* path)
   return guarded([&] {
     constexpr const char* where = "decid_dataset_write";
     const StoredDataset& data = given(dataset, where, "dataset").data;
-    if (!data.in_memory()) throw decid::Error(where, "the data set is a file already", "copy the file");
+    if (!data.in_memory())
+      throw decid::Error(decid::Code::setting_conflict, where, "the data set is a file already", "copy the file");
     decid::dataset::write_npz(&given(path, where, "path"), data.about());
   });
 }
@@ -144,7 +147,8 @@ decid_status decid_dataset_copy_sway(const decid_dataset* dataset, size_t first,
     float* const rows = &given(sway_rad, where, "sway_rad");
     const auto all = static_cast<size_t>(data.trials()), samples = static_cast<size_t>(data.about().samples);
     if (first > all || trials > all - first)
-      throw decid::Error(where, decid::format("trials %zu to %zu of %zu", first, first + trials, all), "ask for fewer");
+      throw decid::Error(decid::Code::setting_out_of_range, where,
+                         decid::format("trials %zu to %zu of %zu", first, first + trials, all), "ask for fewer");
     for (size_t i = 0; i < trials; ++i) data.read(static_cast<int>(first + i), std::span(rows + i * samples, samples));
   });
 }
@@ -154,7 +158,8 @@ decid_status decid_evaluate(const decid_model* model, const decid_dataset* datas
   return guarded([&] {
     constexpr const char* where = "decid_evaluate";
     if (size > sizeof(decid_evaluation))
-      throw decid::Error(where, "its evaluation is of a newer header", "run with that header's library");
+      throw decid::Error(decid::Code::size_mismatch, where, "its evaluation is of a newer header",
+                         "run with that header's library");
     const decid_model& of = given(model, where, "model");
     decid_evaluation& result = given(evaluation, where, "evaluation");
     const decid_evaluation found = evaluate(of.model, of.name, given(dataset, where, "dataset").data, split);

@@ -14,9 +14,9 @@
      }
 
    Errors. Every function that can fail returns a decid_status. Unless it is DECID_OK, nothing was made or changed, and
-   the thread's decid_error_..() give the place, the problem and the remedy. A function that makes a handle stores it in
-   its last argument, or NULL if it fails. No C++ exception leaves the library, and it never prints, exits or aborts.
-   Where the system has no thread left, the OpenMP runtime ends the process.
+   the thread's decid_error_..() give the code, the place, the problem and the remedy. A function that makes a handle
+   stores it in its last argument, or NULL if it fails. No C++ exception leaves the library, and it never prints, exits
+   or aborts. Where the system has no thread left, the OpenMP runtime ends the process.
 
    Ownership. Free each handle with the decid_.._free() of its type, in any order; these take NULL. A pointer that an
    accessor returns belongs to the accessor's handle, and lives as long. Accessors give 0 or NULL for a NULL handle and
@@ -56,8 +56,9 @@ typedef enum decid_status {
 } decid_status;
 
 /* The error of this thread's last call that failed; "" before any. Valid until the thread's next call that fails.
-   text: "where: problem; remedy". */
+   text: "where: problem; remedy"; code: "file_missing" and so on, for programs (docs/reference/errors.md). */
 DECID_API const char* decid_error_text(void);
+DECID_API const char* decid_error_code(void);
 DECID_API const char* decid_error_where(void);
 DECID_API const char* decid_error_problem(void);
 DECID_API const char* decid_error_remedy(void);
@@ -99,6 +100,15 @@ typedef struct decid_parameter_info {
 
 /* "default", "short", or the path of a JSON file (docs/reference/protocols.md). */
 DECID_API decid_status decid_protocol_load(const char* name_or_path, decid_protocol** protocol);
+/* The same with a controller: a name of decid_controller_name, or NULL for the protocol's. A file that names another
+   controller is DECID_BAD_INPUT. The controller determines the parameters. */
+DECID_API decid_status decid_protocol_load_controller(const char* name_or_path, const char* controller,
+                                                      decid_protocol** protocol);
+DECID_API const char* decid_protocol_controller(const decid_protocol* protocol); /* "dec" */
+/* Controllers: "dec", the paper's, and others (docs/reference/posture-model.md); NULL for an index that is too large. */
+DECID_API size_t decid_controllers(void);
+DECID_API const char* decid_controller_name(size_t index);
+DECID_API const char* decid_controller_description(size_t index);
 DECID_API void decid_protocol_free(decid_protocol* protocol);
 DECID_API size_t decid_protocol_samples(const decid_protocol* protocol); /* of a trial */
 DECID_API double decid_protocol_rate_hz(const decid_protocol* protocol);
@@ -274,8 +284,8 @@ typedef struct decid_parameter {
 typedef struct decid_figures {
   double rms_residual_deg, variance_accounted_for; /* the estimate's noise-free trial against the recording */
   double peak_to_peak_deg;
-  double response_ratio;                                 /* stimulus response ratio: 1 the whole response, 0 none */
-  double ood_score;                             /* out-of-distribution score; above 1: unlike the training trials */
+  double response_ratio;                            /* stimulus response ratio: 1 the whole response, 0 none */
+  double ood_score;                                 /* out-of-distribution score; above 1: unlike the training trials */
   double tilt_delay_s, tilt_correlation, tilt_gain; /* of a measured tilt against the protocol's */
   double mass_kg, com_height_m, inertia_kgm2;       /* the body of stiffness and damping */
   int body_assumed;                                 /* 1: no mass and height were given */
@@ -354,7 +364,7 @@ typedef struct decid_evaluation {
   double mse, matlab_loss;
   double mse_per_parameter[DECID_MOST_PARAMETERS];
   double coverage50, coverage90; /* fraction of the true values in the intervals */
-  double log_score;            /* nats per parameter; 0: only the ranges are known */
+  double log_score;              /* nats per parameter; 0: only the ranges are known */
 } decid_evaluation;
 
 typedef enum decid_split { DECID_ALL = 0, DECID_TRAINING = 1, DECID_VALIDATION = 2 } decid_split;

@@ -14,7 +14,7 @@ namespace decid::c {
 namespace {
 
 struct LastError {
-  std::string text, where, problem, remedy;
+  std::string text, code, where, problem, remedy;
 };
 
 /// The thread's; null if there is no memory for it.
@@ -32,7 +32,7 @@ const char* text_of(std::string LastError::*part) {
 }
 
 void remember(const Error& error) {
-  per_thread<LastError>() = {error.what(), error.where(), error.problem(), error.remedy()};
+  per_thread<LastError>() = {error.what(), name(error.code()), error.where(), error.problem(), error.remedy()};
 }
 
 }  // namespace
@@ -45,16 +45,17 @@ decid_status remember_failure() noexcept {
       remember(error);
       return DECID_BAD_INPUT;
     } catch (const Stopped& stopped) {
-      remember(Error(stopped.where, "was stopped by its callback", "let it return 0"));
+      remember(Error(Code::stopped, stopped.where, "was stopped by its callback", "let it return 0"));
       return DECID_STOPPED;
     } catch (const std::bad_alloc&) {
-      remember(Error("memory", "there is not enough", "ask for fewer trials at a time, or free handles"));
+      remember(Error(Code::out_of_memory, "memory", "there is not enough",
+                     "ask for fewer trials at a time, or free handles"));
       return DECID_NO_MEMORY;
     } catch (const std::exception& error) {
-      remember(Error("decid", error.what(), "report it: this should have been noticed before"));
+      remember(Error(Code::internal, "decid", error.what(), "report it: this should have been noticed before"));
       return DECID_FAILED;
     } catch (...) {
-      remember(Error("decid", "an unknown exception", "report it; a callback must not throw"));
+      remember(Error(Code::internal, "decid", "an unknown exception", "report it; a callback must not throw"));
       return DECID_FAILED;
     }
   } catch (...) {  // no memory for the text
@@ -69,7 +70,8 @@ void refuse_fork() {
   if (omp_get_max_threads() > 1) threaded.compare_exchange_strong(other, getpid());
   other = threaded.load();
   if (other != 0 && other != getpid())
-    throw Error("decid", "this process was forked after decid's first call, and has none of its threads",
+    throw Error(Code::not_supported, "decid",
+                "this process was forked after decid's first call, and has none of its threads",
                 "start new processes (in Python with the method 'spawn'), or set one thread before the fork");
 }
 
@@ -86,6 +88,9 @@ using namespace decid::c;
 
 const char* decid_error_text(void) {
   return text_of(&LastError::text);
+}
+const char* decid_error_code(void) {
+  return text_of(&LastError::code);
 }
 const char* decid_error_where(void) {
   return text_of(&LastError::where);
@@ -106,7 +111,9 @@ const char* decid_version(void) {
 
 decid_status decid_set_threads(int threads) {
   return guarded([&] {
-    if (threads < 1) throw decid::Error("decid_set_threads", decid::format("%d threads", threads), "give 1 or more");
+    if (threads < 1)
+      throw decid::Error(decid::Code::setting_out_of_range, "decid_set_threads", decid::format("%d threads", threads),
+                         "give 1 or more");
     omp_set_num_threads(threads);
   });
 }

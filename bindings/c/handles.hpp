@@ -103,7 +103,8 @@ template <class Handle, class Make>
 decid_status made(Handle** place, const char* where, const Make& make) noexcept {
   if (place != nullptr) *place = nullptr;
   return guarded([&] {
-    if (place == nullptr) throw Error(where, "has no place for what it makes", "give the address of a pointer");
+    if (place == nullptr)
+      throw Error(Code::setting_missing, where, "has no place for what it makes", "give the address of a pointer");
     std::unique_ptr<Handle> handle = make();
     *place = handle.release();
   });
@@ -112,7 +113,7 @@ decid_status made(Handle** place, const char* where, const Make& make) noexcept 
 /// Returns the value behind a pointer. Throws Error if it is null.
 template <class T>
 T& given(T* pointer, const char* where, const char* what) {
-  if (pointer == nullptr) throw Error(where, std::string(what) + " is NULL", "give one");
+  if (pointer == nullptr) throw Error(Code::setting_missing, where, std::string(what) + " is NULL", "give one");
   return *pointer;
 }
 
@@ -132,7 +133,8 @@ Options options_of(const Options* options, void (*set)(Options*, std::size_t), c
   set(&all, sizeof all);
   if (options == nullptr) return all;
   if (options->size < sizeof options->size || options->size > sizeof all)
-    throw Error(where, format("its options have a size of %zu, those of this library %zu", options->size, sizeof all),
+    throw Error(Code::size_mismatch, where,
+                format("its options have a size of %zu, those of this library %zu", options->size, sizeof all),
                 "set them with their decid_.._defaults(), and run with the library of that header or a newer one");
   std::memcpy(static_cast<void*>(&all), options, options->size);
   return all;

@@ -20,7 +20,8 @@ decid::recording::Detrend detrend_of(int detrend, const char* where) {
     case DECID_DETREND_LINEAR:
       return decid::recording::Detrend::linear;
   }
-  throw decid::Error(where, decid::format("there is no detrending %d", detrend), "give a value of decid_detrend");
+  throw decid::Error(decid::Code::setting_unknown, where, decid::format("there is no detrending %d", detrend),
+                     "give a value of decid_detrend");
 }
 
 /// Converts the options that identify and fit share.
@@ -127,7 +128,8 @@ namespace decid::c {
 
 std::optional<sim::Body> body_of(double mass_kg, double height_m, const char* where) {
   if ((mass_kg == 0.0) != (height_m == 0.0))
-    throw Error(where, "mass or height stands alone", "give both, or neither for the protocol's body");
+    throw Error(Code::setting_missing, where, "mass or height stands alone",
+                "give both, or neither for the protocol's body");
   if (mass_kg == 0.0) return {};
   return sim::body_of_person({.mass_kg = mass_kg, .height_m = height_m});
 }
@@ -148,7 +150,7 @@ decid_result::decid_result(decid::RecordingResult of, const decid::Report& commo
   for (std::size_t q = 0; q < quantities.size(); ++q) {
     quantities[q].rhat = found.rhat()[q];
     quantities[q].effective_draws = found.effective_draws()[q];
-    draws.push_back(found.draws_of(static_cast<int>(q)));
+    draws.push_back(found.draws_of(found.quantity(q)));
   }
 }
 
@@ -268,13 +270,12 @@ const decid_parameter* decid_result_parameter(const decid_result* result, size_t
 }
 double decid_result_correlation(const decid_result* result, size_t a, size_t b) {
   if (result == nullptr || a >= result->quantities.size() || b >= result->quantities.size()) return unknown;
-  const int first = static_cast<int>(a), second = static_cast<int>(b);
   const bool of_parameters = a < result->ranges.size() && b < result->ranges.size();
   const std::optional<decid::FitFigures>& fit = result->result.fit;
   if (fit && !(of_parameters && fit->answer == decid::FitFigures::Answer::network))
-    return fit->posterior.correlation(first, second);
+    return fit->posterior.correlation(fit->posterior.quantity(a), fit->posterior.quantity(b));
   const auto& distribution = result->result.estimate.distribution;
-  return distribution ? distribution->correlation(first, second) : unknown;
+  return distribution ? distribution->correlation(static_cast<int>(a), static_cast<int>(b)) : unknown;
 }
 const decid_figures* decid_result_figures(const decid_result* result) {
   return result == nullptr ? nullptr : &result->figures;

@@ -51,7 +51,8 @@ decid_status decid_model_load(const char* path, decid_model** model) {
   return made(model, "decid_model_load", [&] {
     const std::string name = text_or_empty(path);
     if (path != nullptr && name.empty())
-      throw decid::Error("decid_model_load", "the path is empty", "give a model file, or NULL for the built-in model");
+      throw decid::Error(decid::Code::setting_missing, "decid_model_load", "the path is empty",
+                         "give a model file, or NULL for the built-in model");
     return std::make_unique<decid_model>(decid::model_or_built_in(name), decid::model_name(name));
   });
 }

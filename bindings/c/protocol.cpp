@@ -1,10 +1,10 @@
 // Protocols and simulation in C.
-#include <cmath>
 #include <limits>
 
 #include "bindings/c/handles.hpp"
 #include "recording/protocol_file.hpp"
 #include "sim/protocol/protocol_json.hpp"
+#include "sim/streams.hpp"
 
 using namespace decid::c;
 
@@ -22,7 +22,7 @@ namespace {
 /// Trials of a call as the simulator takes them.
 decid::sim::TrialInput trial_input(const double* parameters, std::size_t count, std::size_t trial, std::uint64_t seed) {
   decid::sim::TrialInput input{decid::sim::Parameters(count),
-                               decid::Random(seed + trial, decid::Stream::vestibular_noise, 0)};
+                               decid::Random(seed + trial, decid::sim::streams::vestibular_noise, 0)};
   for (std::size_t p = 0; p < count; ++p) input.parameters[p] = parameters[trial * count + p];
   return input;
 }
@@ -33,7 +33,8 @@ void simulate(const decid_protocol& given_protocol, const double* parameters, st
   const auto samples = static_cast<std::size_t>(simulator.samples());
   const std::size_t count = given_protocol.ranges.size();
   if (trials > std::size_t{1} << 30)
-    throw decid::Error("decid_simulate", "too many trials", "give a thousand at a time");
+    throw decid::Error(decid::Code::setting_out_of_range, "decid_simulate", "too many trials",
+                       "give a thousand at a time");
   std::vector<double> end_s(trials, -1.0);  // of those that fall
   simulator.run_all(
       static_cast<int>(trials),
@@ -56,20 +57,43 @@ void simulate(const decid_protocol& given_protocol, const double* parameters, st
     if (stood != nullptr)
       stood[trial] = end_s[trial] < 0.0 ? 1 : 0;
     else if (end_s[trial] >= 0.0)
-      throw decid::Error("decid_simulate",
+      throw decid::Error(decid::Code::body_falls, "decid_simulate",
                          decid::format("the body of trial %zu leaves 5 degrees after %.2f s", trial, end_s[trial]),
                          "raise Kp or Kd, lower Nv, the delay or the tilt, or take `stood`, which says which trials "
                          "stand");
   }
 }
 
+decid_status load(const char* name_or_path, const char* controller, decid_protocol** protocol, const char* where) {
+  return made(protocol, where, [&] {
+    const std::string name = &given(name_or_path, where, "name_or_path");
+    return std::make_unique<decid_protocol>(
+        decid::recording::load_protocol(name, nullptr, nullptr, text_or_empty(controller)));
+  });
+}
+
 }  // namespace
 
 decid_status decid_protocol_load(const char* name_or_path, decid_protocol** protocol) {
-  return made(protocol, "decid_protocol_load", [&] {
-    const std::string name = &given(name_or_path, "decid_protocol_load", "name_or_path");
-    return std::make_unique<decid_protocol>(decid::recording::load_protocol(name));
-  });
+  return load(name_or_path, nullptr, protocol, "decid_protocol_load");
+}
+decid_status decid_protocol_load_controller(const char* name_or_path, const char* controller,
+                                            decid_protocol** protocol) {
+  return load(name_or_path, controller, protocol, "decid_protocol_load_controller");
+}
+const char* decid_protocol_controller(const decid_protocol* protocol) {
+  return protocol == nullptr ? nullptr : protocol->protocol().experiment.body_model->name.c_str();
+}
+size_t decid_controllers(void) {
+  return decid::sim::body_models().size();
+}
+const char* decid_controller_name(size_t index) {
+  const auto all = decid::sim::body_models();
+  return index < all.size() ? all[index]->name.c_str() : nullptr;
+}
+const char* decid_controller_description(size_t index) {
+  const auto all = decid::sim::body_models();
+  return index < all.size() ? all[index]->description.c_str() : nullptr;
 }
 void decid_protocol_free(decid_protocol* protocol) {
   delete protocol;

@@ -26,7 +26,8 @@ std::optional<Unit> unit_of(int unit, const char* where) {
     case DECID_METRES:
       return {};
   }
-  throw decid::Error(where, decid::format("there is no unit %d", unit), "give a value of decid_unit");
+  throw decid::Error(decid::Code::setting_unknown, where, decid::format("there is no unit %d", unit),
+                     "give a value of decid_unit");
 }
 
 std::optional<double> metres_per(int unit) {
@@ -41,13 +42,15 @@ void choose_part(const decid_read_options& asked, const char* where, decid::reco
   if (asked.skip_lines >= 0) how.skip_lines = asked.skip_lines;
   how.section = text_or_empty(asked.section);
   if (how.skip_lines && !how.section.empty())
-    throw decid::Error(where, "section and skip_lines both say where the table begins", "give one of the two");
+    throw decid::Error(decid::Code::setting_conflict, where, "section and skip_lines both say where the table begins",
+                       "give one of the two");
   const std::string by = text_or_empty(asked.trial_column);
   how.is_one_trial = by == "none";
   if (!how.is_one_trial) how.trial_column = by;
   how.trial = text_or_empty(asked.trial);
   if (how.trial_column.empty() && !how.trial.empty())
-    throw decid::Error(where, "trial stands alone", "give trial_column, which tells recordings apart, or neither");
+    throw decid::Error(decid::Code::setting_missing, where, "trial stands alone",
+                       "give trial_column, which tells recordings apart, or neither");
 }
 
 decid::recording::RecordingOptions reading(const decid_read_options& asked, const char* where) {
@@ -80,7 +83,8 @@ decid::recording::RecordingOptions reading(const decid_read_options& asked, cons
   std::string names;
   for (std::size_t i = 0; i < std::min(trials.size(), shown); ++i) names += (i == 0 ? "'" : ", '") + trials[i] + "'";
   if (trials.size() > shown) names += ", ...";
-  throw decid::Error(file, "holds " + decid::counted(std::ssize(trials), "recording") + ": " + names,
+  throw decid::Error(decid::Code::recording_ambiguous, file,
+                     "holds " + decid::counted(std::ssize(trials), "recording") + ": " + names,
                      "name one of them as trial");
 }
 
@@ -97,7 +101,7 @@ decid_status decid_recording_read(const char* path, const decid_read_options* op
   return made(recording, where, [&] {
     const std::string file = &given(path, where, "path");
     const decid::recording::RecordingOptions how = reading(options_of(options, decid_read_defaults, where), where);
-    if (!how.trial_column.empty() && how.trial.empty()) refuse_unnamed(decid::recording::trials_of(file, how), file);
+    if (!how.trial_column.empty() && how.trial.empty()) refuse_unnamed(decid::recording::list_trials(file, how), file);
     return std::make_unique<decid_recording>(decid::recording::read_recording(file, how));
   });
 }
@@ -108,8 +112,9 @@ decid_status decid_trials_read(const char* path, const decid_read_options* optio
     const std::string file = &given(path, where, "path");
     const decid::recording::RecordingOptions how = reading(options_of(options, decid_read_defaults, where), where);
     if (how.trial_column.empty())
-      throw decid::Error(where, "no column tells recordings apart", "give its name as trial_column");
-    return std::make_unique<decid_trials>(decid_trials{decid::recording::trials_of(file, how)});
+      throw decid::Error(decid::Code::setting_missing, where, "no column tells recordings apart",
+                         "give its name as trial_column");
+    return std::make_unique<decid_trials>(decid_trials{decid::recording::list_trials(file, how)});
   });
 }
 void decid_trials_free(decid_trials* trials) {
@@ -128,13 +133,13 @@ decid_status decid_recording_of(const double* sway, size_t samples, double rate_
   return made(recording, where, [&] {
     const std::optional<Unit> known = unit_of(unit, where);
     if (!known)
-      throw decid::Error(where, "samples are angles, and have no name that says their unit",
+      throw decid::Error(decid::Code::unit_unknown, where, "samples are angles, and have no name that says their unit",
                          "give DECID_DEGREES or another");
     const double* const first = &given(sway, where, "sway");
     std::vector<double> sway_rad(first, first + samples);
     const double factor = decid::recording::rad_in(*known);
     for (double& value : sway_rad) value *= factor;
-    return std::make_unique<decid_recording>(decid::recording::recording_of(sway_rad, rate_hz));
+    return std::make_unique<decid_recording>(decid::recording::make_recording(sway_rad, rate_hz));
   });
 }
 

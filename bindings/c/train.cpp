@@ -1,5 +1,4 @@
 // Training in C: the steps of `decid train`, its files left out.
-#include <cmath>
 #include <limits>
 
 #include "base/version.hpp"
@@ -16,8 +15,9 @@ decid::TrainingSettings settings_of(const decid_train_options& asked, const deci
                                     bool stream) {
   decid::TrainingSettings settings;
   decid::Preset& preset = settings.preset = decid::preset_named(text_or_empty(asked.preset));
-  if (asked.architecture != nullptr) preset.architecture = asked.architecture;
   if (asked.head != nullptr) preset.head = asked.head;
+  preset = decid::with_head(preset, preset.head, source.protocol().parameters().size(), "head");
+  if (asked.architecture != nullptr) preset.architecture = asked.architecture;
   if (asked.schedule != nullptr) preset.schedule = asked.schedule;
   if (asked.epochs != 0) preset.epochs = asked.epochs;
   if (asked.batch != 0) preset.batch = asked.batch;
@@ -26,7 +26,7 @@ decid::TrainingSettings settings_of(const decid_train_options& asked, const deci
   if (asked.weight_decay != -1.0) preset.sgd.weight_decay = asked.weight_decay;
   // The ranges of decid train.
   const auto require = [](bool holds, const char* what, const char* remedy) {
-    if (!holds) throw decid::Error("decid_train", what, remedy);
+    if (!holds) throw decid::Error(decid::Code::setting_out_of_range, "decid_train", what, remedy);
   };
   require(preset.epochs >= 1 && preset.epochs <= 1'000'000, "epochs", "give 1 to 1,000,000");
   require(preset.batch >= 1 && preset.batch <= 4096, "batch", "give 1 to 4096 samples a step");
@@ -113,7 +113,8 @@ decid_status decid_train(const decid_dataset* dataset, const decid_protocol* pro
   return made(model, where, [&] {
     const decid_train_options asked = options_of(options, decid_train_defaults, where);
     if ((dataset == nullptr) == (protocol == nullptr))
-      throw decid::Error(where, "needs trials", "give a data set or a protocol, one of the two");
+      throw decid::Error(decid::Code::setting_missing, where, "needs trials",
+                         "give a data set or a protocol, one of the two");
     const bool stream = protocol != nullptr;
     const auto source = stream ? decid::dataset::stream_source(protocol->protocol(), asked.seed, asked.stream_trials,
                                                                asked.validation_trials)

@@ -32,17 +32,19 @@ static void forget_model(void) {
   model = NULL;
 }
 
-static void fail(const char* where, const char* problem, const char* remedy) {
+/* `identifier`: "decid:" and a code of docs/reference/errors.md. */
+static void fail(const char* identifier, const char* where, const char* problem, const char* remedy) {
   forget_call();
-  mexErrMsgIdAndTxt("decid:badInput", "%s: %s; %s", where, problem, remedy);
+  mexErrMsgIdAndTxt(identifier, "%s: %s; %s", where, problem, remedy);
 }
 
 static void require(decid_status status) {
-  static char text[4096];
+  static char text[4096], identifier[64];
   if (status == DECID_OK) return;
   snprintf(text, sizeof text, "%s", decid_error_text());
+  snprintf(identifier, sizeof identifier, "decid:%s", decid_error_code());
   forget_call();
-  mexErrMsgIdAndTxt(status == DECID_BAD_INPUT ? "decid:badInput" : "decid:failed", "%s", text);
+  mexErrMsgIdAndTxt(identifier, "%s", text);
 }
 
 /* ---- Options ---- */
@@ -70,7 +72,7 @@ static void refuse_unknown(const mxArray* options, const char* const* names) {
     if (!is_one_of(mxGetFieldNameByNumber(options, i), names)) {
       static char name[128];
       snprintf(name, sizeof name, "there is no option '%s'", mxGetFieldNameByNumber(options, i));
-      fail("decid", name, "help names the options");
+      fail("decid:setting_unknown", "decid", name, "help names the options");
     }
 }
 
@@ -78,13 +80,14 @@ static double number(const mxArray* options, const char* name, double otherwise)
   const mxArray* value = mxGetField(options, 0, name);
   if (value == NULL) return otherwise;
   if (!(mxIsNumeric(value) || mxIsLogical(value)) || mxIsComplex(value) || mxGetNumberOfElements(value) != 1)
-    fail(name, "is no number", "give one");
+    fail("decid:setting_malformed", name, "is no number", "give one");
   return mxGetScalar(value);
 }
 
 static int whole(const mxArray* options, const char* name, int otherwise) {
   const double value = number(options, name, otherwise);
-  if (!(value >= -1e9 && value <= 1e9) || value != (int)value) fail(name, "is no whole number", "give one");
+  if (!(value >= -1e9 && value <= 1e9) || value != (int)value)
+    fail("decid:setting_malformed", name, "is no whole number", "give one");
   return (int)value;
 }
 
@@ -93,7 +96,7 @@ static const char* text(const mxArray* options, const char* name) {
   const mxArray* value = mxGetField(options, 0, name);
   if (value == NULL) return NULL;
   if (!mxIsChar(value) || mxGetString(value, texts[used_texts], sizeof texts[0]) != 0)
-    fail(name, "is no text, or a long one", "give a name in quotes");
+    fail("decid:setting_malformed", name, "is no text, or a long one", "give a name in quotes");
   return texts[used_texts++];
 }
 
@@ -104,7 +107,7 @@ static int choice(const mxArray* options, const char* name, const char* const* n
   --used_texts;
   for (i = 0; names[i] != NULL; ++i)
     if (strcmp(given, names[i]) == 0) return i;
-  fail(name, "is none of its values", "help names them");
+  fail("decid:setting_unknown", name, "is none of its values", "help names them");
   return 0;
 }
 
@@ -244,7 +247,8 @@ static void take_recording(const mxArray* source, const mxArray* options) {
   if (mxIsChar(source)) {
     decid_read_options how;
     decid_read_defaults(&how, sizeof how);
-    if (mxGetString(source, path, sizeof path) != 0) fail("decid", "the path is too long", "give a shorter one");
+    if (mxGetString(source, path, sizeof path) != 0)
+      fail("decid:setting_out_of_range", "decid", "the path is too long", "give a shorter one");
     how.column = text(options, "column");
     how.unit = choice(options, "unit", units);
     how.rate_hz = number(options, "rate", 0.0);
@@ -261,9 +265,11 @@ static void take_recording(const mxArray* source, const mxArray* options) {
     return;
   }
   if (!mxIsDouble(source) || mxIsComplex(source) || (mxGetM(source) != 1 && mxGetN(source) != 1))
-    fail("decid", "the recording is neither a name in quotes nor a vector of doubles", "give one of the two");
+    fail("decid:setting_malformed", "decid", "the recording is neither a name in quotes nor a vector of doubles",
+         "give one of the two");
   if (mxGetField(options, 0, "rate") == NULL || mxGetField(options, 0, "unit") == NULL)
-    fail("rate, unit", "samples do not say theirs", "give both, such as 'rate', 100, 'unit', 'deg'");
+    fail("decid:setting_missing", "rate, unit", "samples do not say theirs",
+         "give both, such as 'rate', 100, 'unit', 'deg'");
   require(decid_recording_of(mxGetPr(source), mxGetNumberOfElements(source), number(options, "rate", 0.0),
                              choice(options, "unit", units), &recording));
 }
@@ -299,15 +305,16 @@ static size_t take_priors(const mxArray* options, decid_parameter_prior* priors)
     const mxArray* given = mxGetField(options, 0, kinds[kind]);
     if (given == NULL) continue;
     if (!mxIsStruct(given) || mxGetNumberOfElements(given) != 1)
-      fail(kinds[kind], "is not a struct", "give one such as struct ('delay', [0.05 0.2])");
+      fail("decid:setting_malformed", kinds[kind], "is not a struct", "give one such as struct ('delay', [0.05 0.2])");
     for (i = 0; i < (size_t)mxGetNumberOfFields(given); ++i) {
       const char* name = mxGetFieldNameByNumber(given, (int)i);
       const mxArray* pair = mxGetFieldByNumber(given, 0, (int)i);
       size_t place = 0;
       if (!mxIsDouble(pair) || mxIsComplex(pair) || mxGetNumberOfElements(pair) != 2)
-        fail(name, "has no pair of numbers", "give two, such as [0.05 0.2]");
+        fail("decid:setting_malformed", name, "has no pair of numbers", "give two, such as [0.05 0.2]");
       while (place < count && strcmp(priors[place].name, name) != 0) ++place;
-      if (place == max_priors) fail(kinds[kind], "has too many fields", "give one a parameter");
+      if (place == max_priors)
+        fail("decid:setting_out_of_range", kinds[kind], "has too many fields", "give one a parameter");
       if (place == count) {
         const decid_parameter_prior none = {name, mxGetNaN(), mxGetNaN(), mxGetNaN(), mxGetNaN()};
         priors[count++] = none;
@@ -355,7 +362,8 @@ static mxArray* read_recording(const mxArray* source, const mxArray* options) {
   mxArray* made;
   size_t samples;
   refuse_unknown(options, read_options);
-  if (!mxIsChar(source)) fail("decid_read", "the file's name is no text", "give it in quotes");
+  if (!mxIsChar(source))
+    fail("decid:setting_malformed", "decid_read", "the file's name is no text", "give it in quotes");
   take_recording(source, options);
   samples = decid_recording_samples(recording);
   made = structure();
@@ -374,7 +382,8 @@ static mxArray* trial_names(const mxArray* source, const mxArray* options) {
   size_t i, count;
   refuse_unknown(options, trial_names_options);
   if (!mxIsChar(source) || mxGetString(source, path, sizeof path) != 0)
-    fail("decid_trial_names", "the file's name is no text, or a long one", "give it in quotes");
+    fail("decid:setting_malformed", "decid_trial_names", "the file's name is no text, or a long one",
+         "give it in quotes");
   decid_read_defaults(&how, sizeof how);
   take_part(options, &how);
   require(decid_trials_read(path, &how, &trials));
@@ -384,18 +393,19 @@ static mxArray* trial_names(const mxArray* source, const mxArray* options) {
   return names;
 }
 
-/* Options: seed, protocol, and each parameter by its name. */
+/* Options: seed, protocol, controller, and each parameter by its name. */
 static mxArray* simulate(const mxArray* options) {
   double values[DECID_MOST_PARAMETERS];
-  const char* names[DECID_MOST_PARAMETERS + 3] = {"seed", "protocol"};
+  const char* names[DECID_MOST_PARAMETERS + 4] = {"seed", "protocol", "controller"};
   const char* played = text(options, "protocol");
+  const char* controller = text(options, "controller");
   const int seed = whole(options, "seed", 1);
   size_t p, count, samples;
   mxArray *made, *sway;
-  require(decid_protocol_load(played == NULL ? "default" : played, &protocol));
+  require(decid_protocol_load_controller(played == NULL ? "default" : played, controller, &protocol));
   count = decid_protocol_parameters(protocol);
   samples = decid_protocol_samples(protocol);
-  for (p = 0; p < count; ++p) names[p + 2] = decid_protocol_parameter(protocol, p)->name;
+  for (p = 0; p < count; ++p) names[p + 3] = decid_protocol_parameter(protocol, p)->name;
   refuse_unknown(options, names);
   for (p = 0; p < count; ++p) {
     const decid_parameter_info* info = decid_protocol_parameter(protocol, p);
@@ -407,7 +417,7 @@ static mxArray* simulate(const mxArray* options) {
   add(made, "sway", sway);
   add(made, "tilt", column_of(decid_protocol_tilt(protocol), samples));
   add(made, "rate", mxCreateDoubleScalar(decid_protocol_rate_hz(protocol)));
-  for (p = 0; p < count; ++p) add(made, names[p + 2], mxCreateDoubleScalar(values[p]));
+  for (p = 0; p < count; ++p) add(made, names[p + 3], mxCreateDoubleScalar(values[p]));
   return made;
 }
 
@@ -417,7 +427,8 @@ void mexFunction(int outputs, mxArray** left, int inputs, const mxArray** right)
   forget_call(); /* of a call that ran out of memory */
   if (outputs > 1 || inputs != 3 || mxGetString(right[0], command, sizeof command) != 0 || !mxIsStruct(right[2]) ||
       mxGetNumberOfElements(right[2]) != 1)
-    fail("decid_mex", "is called in another way than its functions do", "call decid_identify and the others");
+    fail("decid:setting_malformed", "decid_mex", "is called in another way than its functions do",
+         "call decid_identify and the others");
   if (strcmp(command, "identify") == 0)
     left[0] = identify(right[1], right[2]);
   else if (strcmp(command, "fit") == 0)
@@ -429,6 +440,6 @@ void mexFunction(int outputs, mxArray** left, int inputs, const mxArray** right)
   else if (strcmp(command, "simulate") == 0)
     left[0] = simulate(right[2]);
   else
-    fail("decid_mex", "there is no such command", "call decid_identify and the others");
+    fail("decid:setting_unknown", "decid_mex", "there is no such command", "call decid_identify and the others");
   forget_call();
 }

@@ -6,6 +6,8 @@
 %
 %   "Kp", "Kd", "Kp_pass", "Kd_pass", "Nv", "theta", "delay"   SI units; otherwise the middle of the range
 %   "seed"                                                     of the noise
+%   "controller"                                               "dec", "dec2015", "ic"; otherwise the protocol's; others have
+%                                                              other parameters, as `decid info --controllers` lists them
 %   "protocol"                                                 "default", "short" or a JSON file
 %
 % trial: a structure of sway and tilt (rad), rate (Hz), and each parameter.

@@ -6,10 +6,17 @@ namespace {
 
 // ---- Protocols and models ----
 
-Protocol load_protocol(const std::string& name_or_path) {
+Protocol load_protocol(const std::string& name_or_path, const OptionalText& controller) {
   decid_protocol* made = nullptr;
-  run([&] { return decid_protocol_load(name_or_path.c_str(), &made); });
+  run([&] { return decid_protocol_load_controller(name_or_path.c_str(), text_or_null(controller), &made); });
   return {std::shared_ptr<decid_protocol>(made, decid_protocol_free)};
+}
+
+py::dict controllers() {
+  py::dict all;
+  for (std::size_t i = 0; i < decid_controllers(); ++i)
+    all[decid_controller_name(i)] = py::str(decid_controller_description(i));
+  return all;
 }
 
 py::list protocol_parameters(const Protocol& protocol) {
@@ -115,7 +122,7 @@ std::vector<std::string> trial_names(const std::string& path, const std::string&
   return names;
 }
 
-Recording recording_of(const DoublesIn& sway, double rate_hz, int unit) {
+Recording make_recording(const DoublesIn& sway, double rate_hz, int unit) {
   if (sway.ndim() != 1) throw py::value_error("sway: an array of one dimension is needed, a value a sample");
   decid_recording* made = nullptr;
   run([&, values = sway.data(), samples = static_cast<std::size_t>(sway.size())] {
@@ -355,7 +362,7 @@ PYBIND11_MODULE(_decid, module) {
   module.attr("Error") = py::reinterpret_steal<py::object>(PyErr_NewExceptionWithDoc(
       "decid.Error",
       "Bad input: an argument, a file or a recording. str() reads 'where: problem; remedy', the parts of which are the "
-      "attributes where, problem and remedy.",
+      "attributes where, problem and remedy; the attribute code names its cause ('file_missing').",
       PyExc_ValueError, nullptr));
   module.attr("__version__") = decid_version();
   module.def("set_threads", [](int threads) { run([&] { return decid_set_threads(threads); }); });
@@ -364,9 +371,11 @@ PYBIND11_MODULE(_decid, module) {
       .def_property_readonly("samples", [](const Protocol& p) { return decid_protocol_samples(p.get()); })
       .def_property_readonly("rate_hz", [](const Protocol& p) { return decid_protocol_rate_hz(p.get()); })
       .def_property_readonly("json", [](const Protocol& p) { return decid_protocol_json(p.get()); })
+      .def_property_readonly("controller", [](const Protocol& p) { return decid_protocol_controller(p.get()); })
       .def_property_readonly("parameters", protocol_parameters)
       .def_property_readonly("tilt", protocol_tilt);
   module.def("load_protocol", load_protocol);
+  module.def("controllers", controllers);
   module.def("simulate", simulate);
 
   py::class_<Model>(module, "Model")
@@ -391,7 +400,7 @@ PYBIND11_MODULE(_decid, module) {
       .def_property_readonly("tilt", [](const py::object& r) { return recording_signal(r, decid_recording_tilt); });
   module.def("read_recording", read_recording);
   module.def("trial_names", trial_names);
-  module.def("recording_of", recording_of);
+  module.def("recording_of", make_recording);
 
   py::class_<Result>(module, "Result")
       .def_property_readonly("trust",

@@ -27,7 +27,8 @@ py::tuple tuple_of(const nn::Shape& shape) {
 int samples_in(const FloatsIn& inputs, const Network& network) {
   const auto count = inputs.ndim() < 2 ? 0 : inputs.shape(0);
   if (count < 1 || count > 1 << 30 || inputs.size() != count * network.input_shape().size())
-    throw Error("inputs", "have " + std::to_string(inputs.size()) + " values in " + std::to_string(count) + " samples",
+    throw Error(Code::size_mismatch, "inputs",
+                "have " + std::to_string(inputs.size()) + " values in " + std::to_string(count) + " samples",
                 "give one or more samples along the first axis, of the network's input_shape");
   return static_cast<int>(count);
 }
@@ -99,6 +100,7 @@ py::tuple fit(Network& network, const FloatsIn& inputs, const FloatsIn& targets,
 void raise(const Error& error) {
   const py::object type = py::module_::import("decid._decid").attr("Error");
   py::object raised = type(error.what());
+  raised.attr("code") = name(error.code());
   raised.attr("where") = error.where();
   raised.attr("problem") = error.problem();
   raised.attr("remedy") = error.remedy();

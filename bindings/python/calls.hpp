@@ -41,10 +41,11 @@ struct Protocol {
   const decid_protocol* get() const { return owned.get(); }
 };
 
-/// decid.Error, with the message's three parts.
+/// decid.Error, with the message's three parts and its code.
 [[noreturn]] inline void raise_error() {
   const py::object type = py::module_::import("decid._decid").attr("Error");
   py::object error = type(decid_error_text());
+  error.attr("code") = decid_error_code();
   error.attr("where") = decid_error_where();
   error.attr("problem") = decid_error_problem();
   error.attr("remedy") = decid_error_remedy();

@@ -54,7 +54,7 @@ const char* name(Channel channel) {
   for (const auto& [known, text] : channel_names) {
     if (known == channel) return text;
   }
-  throw Error("image", "channel " + std::to_string(static_cast<int>(channel)) + " is unknown",
+  throw Error(Code::setting_unknown, "image", "channel " + std::to_string(static_cast<int>(channel)) + " is unknown",
               "use one of " + list_of_channels());
 }
 
@@ -62,39 +62,44 @@ Channel channel_from_name(const std::string& name) {
   for (const auto& [channel, known] : channel_names) {
     if (name == known) return channel;
   }
-  throw Error("image", "channel '" + name + "' is unknown", "use one of " + list_of_channels());
+  throw Error(Code::setting_unknown, "image", "channel '" + name + "' is unknown", "use one of " + list_of_channels());
 }
 
 void ImageSettings::validate() const {
   if (window < 2 || window > max_window) {
-    throw Error("image", "the window has " + std::to_string(window) + " samples",
+    throw Error(Code::setting_out_of_range, "image", "the window has " + std::to_string(window) + " samples",
                 "give 2 to " + std::to_string(max_window));
   }
   if (rows < 0 || rows > window / 2 + 1 || (rows > 0 && !half_spectrum)) {
-    throw Error("image", "a window of " + std::to_string(window) + " samples has " + std::to_string(rows) + " rows",
+    throw Error(Code::setting_out_of_range, "image",
+                "a window of " + std::to_string(window) + " samples has " + std::to_string(rows) + " rows",
                 "with half_spectrum give at most window / 2 + 1; else, or for all rows, give 0");
   }
   if (channels.empty() || channels.size() > 16) {
-    throw Error("image", "has " + std::to_string(channels.size()) + " channels", "give 1 to 16");
+    throw Error(Code::setting_out_of_range, "image", "has " + std::to_string(channels.size()) + " channels",
+                "give 1 to 16");
   }
   if (block < 0 || block > max_window)
-    throw Error("image", "the block has " + std::to_string(block) + " samples",
+    throw Error(Code::setting_out_of_range, "image", "the block has " + std::to_string(block) + " samples",
                 "give at most " + std::to_string(max_window) + ", or 0 for spectra");
   for (const Channel channel : channels)
     if (is_of_series(channel) != (block > 0))
       throw Error(
-          "image",
+          Code::setting_conflict, "image",
           std::string("channel '") + name(channel) + "' does not belong to " + (block > 0 ? "time series" : "spectra"),
           block > 0 ? "use sway, sway_change, sway_bend, torque, height, tilt or tilt_velocity"
                     : "set block to use channels of time series");
   if (block > 0 && (half_spectrum || rows != 0 || (fold == 1 && window != ImageSettings{}.window)))
-    throw Error("image", "time series do not go with half_spectrum, rows, or a window without cycle averaging",
+    throw Error(Code::setting_conflict, "image",
+                "time series do not go with half_spectrum, rows, or a window without cycle averaging",
                 "leave these out; they apply to spectra");
   if (first_sample < 0 || first_sample > 1'000'000'000) {
-    throw Error("image", "first_sample is " + std::to_string(first_sample), "give 0 or more");
+    throw Error(Code::setting_out_of_range, "image", "first_sample is " + std::to_string(first_sample),
+                "give 0 or more");
   }
   if (fold < 1 || fold > max_fold)
-    throw Error("image", "fold is " + std::to_string(fold), "give 1 to " + std::to_string(max_fold) + " cycles");
+    throw Error(Code::setting_out_of_range, "image", "fold is " + std::to_string(fold),
+                "give 1 to " + std::to_string(max_fold) + " cycles");
 }
 
 Json json_of(const ImageSettings& settings) {
@@ -143,7 +148,7 @@ ImageSettings image_settings_from_json(const std::string& text, const std::strin
     }
     settings.validate();
   } catch (const Error& error) {
-    throw Error(where, error.where() + ": " + error.problem(), error.remedy());
+    throw Error(error.code(), where, error.where() + ": " + error.problem(), error.remedy());
   }
   return settings;
 }
@@ -162,14 +167,14 @@ ImageMaker::ImageMaker(ImageSettings settings, int samples, const sim::Experimen
             : settings_.half_spectrum ? fft_.bins()
                                       : settings_.window) {
   if (settings_.block > 0 && rows_ < 1) {
-    throw Error("image",
+    throw Error(Code::setting_out_of_range, "image",
                 "a block of " + std::to_string(settings_.block) + " samples, times a fold of " +
                     std::to_string(settings_.fold) + ", does not fit into a trial of " + std::to_string(samples) +
                     " samples from sample " + std::to_string(settings_.first_sample),
                 "choose a shorter block or a longer trial");
   }
   if (shape().columns < 1) {
-    throw Error("image",
+    throw Error(Code::setting_out_of_range, "image",
                 "a window of " + std::to_string(settings_.window) + " samples, times a fold of " +
                     std::to_string(settings_.fold) + ", does not fit into a trial of " + std::to_string(samples) +
                     " samples from sample " + std::to_string(settings_.first_sample),
@@ -182,7 +187,8 @@ ImageMaker::ImageMaker(ImageSettings settings, int samples, const sim::Experimen
   }
   for (const Channel channel : settings_.channels)
     if (channel == Channel::tilt || channel == Channel::tilt_velocity || channel == Channel::torque)
-      throw Error("image", std::string("channel '") + name(channel) + "' needs a tilt and a body",
+      throw Error(Code::setting_missing, "image",
+                  std::string("channel '") + name(channel) + "' needs a tilt and a body",
                   "give the experiment of the trials");
 }
 
@@ -232,13 +238,13 @@ void ImageMaker::make_all(std::span<const Sway> sways, std::span<float> images, 
   const auto image_size = static_cast<std::size_t>(size.size());
   for (const Sway& sway : sways) {
     if (sway.rad.size() != static_cast<std::size_t>(samples_)) {
-      throw Error("image",
+      throw Error(Code::size_mismatch, "image",
                   "a trial has " + std::to_string(sway.rad.size()) + " samples instead of " + std::to_string(samples_),
                   "give trials of equal length");
     }
   }
   if (images.size() != sways.size() * image_size) {
-    throw Error("image",
+    throw Error(Code::size_mismatch, "image",
                 "got space for " + std::to_string(images.size()) + " values for " + std::to_string(sways.size()) +
                     " images of " + std::to_string(image_size),
                 "give space for all of them");
@@ -301,7 +307,7 @@ void ImageMaker::make_all(std::span<const Sway> sways, std::span<float> images, 
 void RowScaling::apply(std::span<float> image, int columns) const {
   if (columns < 1 || deviation.size() != mean.size() ||
       image.size() != mean.size() * static_cast<std::size_t>(columns)) {
-    throw Error("image",
+    throw Error(Code::size_mismatch, "image",
                 "an image has " + std::to_string(image.size()) + " values, and the row statistics are for " +
                     std::to_string(mean.size()) + " rows of " + std::to_string(columns),
                 "use the statistics made with these image settings");
@@ -317,7 +323,7 @@ RowStatistics::RowStatistics(ImageShape shape)
 
 void RowStatistics::add(std::span<const float> image) {
   if (image.size() != static_cast<std::size_t>(shape_.size())) {
-    throw Error("image",
+    throw Error(Code::size_mismatch, "image",
                 "an image has " + std::to_string(image.size()) + " values instead of " + std::to_string(shape_.size()),
 
                 "add images of equal shape");
@@ -338,7 +344,8 @@ void RowStatistics::add(std::span<const float> image) {
 }
 
 RowScaling RowStatistics::finish() const {
-  if (images_ == 0) throw Error("image", "row statistics have no images", "add the training set's images first");
+  if (images_ == 0)
+    throw Error(Code::trials_missing, "image", "row statistics have no images", "add the training set's images first");
   const double count = static_cast<double>(images_) * shape_.columns;
   RowScaling scaling;
   for (std::size_t row = 0; row < mean_.size(); ++row) {

@@ -3,7 +3,7 @@
 
 #include "base/error.hpp"
 #include "base/files/file.hpp"
-#include "dataset/npz/npz_parts.hpp"
+#include "dataset/npz/detail/npz_parts.hpp"
 
 namespace decid::dataset {
 
@@ -19,7 +19,8 @@ struct ArrayWriter::Parts {
   // The writer must seek back for the checksums, which a device does not allow.
   const std::filesystem::path& regular(const std::filesystem::path& path) const {
     if (!std::filesystem::is_regular_file(pending.path()))
-      throw Error(path.string(), "is not a regular file, and arrays cannot be streamed", "give a file on a disk");
+      throw Error(Code::file_unwritable, path.string(), "is not a regular file, and arrays cannot be streamed",
+                  "give a file on a disk");
     return pending.path();
   }
 };
@@ -62,7 +63,8 @@ void ArrayWriter::commit() {
 void write_arrays(const std::filesystem::path& path, std::span<const NamedArray> arrays) {
   for (const NamedArray& array : arrays) {
     if (value_count(array.shape) != array.values.size())
-      throw Error(path.string(), "array " + array.name + " has " + std::to_string(array.values.size()) + " values",
+      throw Error(Code::size_mismatch, path.string(),
+                  "array " + array.name + " has " + std::to_string(array.values.size()) + " values",
                   "give it a shape of this size");
   }
   ArrayWriter writer(path);

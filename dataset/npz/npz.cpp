@@ -8,14 +8,15 @@
 #include <limits>
 #include <memory>
 #include <new>
+#include <numeric>
 
 #include "base/error.hpp"
 #include "base/files/disk_file.hpp"
 #include "base/files/json_object.hpp"
 #include "base/parallel.hpp"
 #include "base/per_thread.hpp"
-#include "dataset/npz/libzip.hpp"
-#include "dataset/npz/npz_parts.hpp"
+#include "dataset/npz/detail/libzip.hpp"
+#include "dataset/npz/detail/npz_parts.hpp"
 #include "sim/protocol/protocol_json.hpp"
 
 namespace decid::dataset {
@@ -47,12 +48,13 @@ Archive open_archive(const std::string& path, int flags, const std::string& wher
   libzip().error_init(&error, code);
   const std::string problem = libzip().text_of(&error);
   libzip().error_fini(&error);
-  throw Error(where, "cannot be opened as an .npz file: " + problem,
+  throw Error(code == ZIP_ER_NOENT ? Code::file_missing : Code::file_damaged, where,
+              "cannot be opened as an .npz file: " + problem,
               "give a data set made by decid dataset; a download or copy may be truncated");
 }
 
 void require(bool condition, const std::string& where, const std::string& problem) {
-  if (!condition) throw Error(where, problem, regenerate);
+  if (!condition) throw Error(Code::file_damaged, where, problem, regenerate);
 }
 
 template <class Values>
@@ -62,7 +64,8 @@ bool all_finite(const Values& values) {
 
 void check_sway(std::span<const float> sway, std::size_t trial, const std::string& where) {
   if (!all_finite(sway)) {
-    throw Error(where, "the sway of trial " + std::to_string(trial) + " has values that are not finite", regenerate);
+    throw Error(Code::file_damaged, where,
+                "the sway of trial " + std::to_string(trial) + " has values that are not finite", regenerate);
   }
 }
 
@@ -119,14 +122,15 @@ class Reader {
     zip_stat_t stat;
     libzip().stat_init(&stat);
     if (libzip().stat(archive, member.c_str(), 0, &stat) < 0) {
-      throw Error(source.where, "has no array '" + name + "'", "give a data set made by decid dataset");
+      throw Error(Code::file_unsupported, source.where, "has no array '" + name + "'",
+                  "give a data set made by decid dataset");
     }
     if (!(stat.valid & ZIP_STAT_SIZE) || !(stat.valid & ZIP_STAT_COMP_SIZE) || stat.comp_size > source.bytes ||
         stat.size / deflate_limit > stat.comp_size) {
-      throw Error(where_, "claims more values than the file can contain", regenerate);
+      throw Error(Code::file_damaged, where_, "claims more values than the file can contain", regenerate);
     }
     if (stat.size > source.inflated_left)
-      throw Error(where_, "is compressed too strongly for a data set",
+      throw Error(Code::file_unsupported, where_, "is compressed too strongly for a data set",
                   "write it with numpy.savez, which does not compress");
     source.inflated_left -= stat.size;
     size_ = stat.size;
@@ -134,7 +138,9 @@ class Reader {
     stored_ = stat.valid & ZIP_STAT_COMP_METHOD && stat.comp_method == ZIP_CM_STORE;
     member_.reset(libzip().open_member(archive, member.c_str(), 0));
     if (!member_ && libzip().code_of(libzip().error_of(archive)) == ZIP_ER_MEMORY) throw std::bad_alloc();
-    if (!member_) throw Error(where_, std::string("cannot be read: ") + libzip().error_text(archive), regenerate);
+    if (!member_)
+      throw Error(Code::file_damaged, where_, std::string("cannot be read: ") + libzip().error_text(archive),
+                  regenerate);
     read_header();
   }
 
@@ -152,7 +158,8 @@ class Reader {
       read_rest(result.data(), count * sizeof(T));
       return result;
     } catch (const std::bad_alloc&) {
-      throw Error(where_, "needs " + std::to_string(count * sizeof(T) / 1'000'000) + " MB of memory",
+      throw Error(Code::out_of_memory, where_,
+                  "needs " + std::to_string(count * sizeof(T) / 1'000'000) + " MB of memory",
                   "use a machine with more memory or a smaller data set");
     }
   }
@@ -169,7 +176,8 @@ class Reader {
     }
     const std::size_t count = value_count(header_.shape);
     if ((size_ - header_.bytes) % sizeof(T) != 0 || (size_ - header_.bytes) / sizeof(T) != count) {
-      throw Error(where_, "has a number of values that differs from its shape, " + text_of(header_.shape), regenerate);
+      throw Error(Code::file_damaged, where_,
+                  "has a number of values that differs from its shape, " + text_of(header_.shape), regenerate);
     }
   }
 
@@ -218,13 +226,13 @@ class Reader {
   }
 
   [[noreturn]] void refuse(const std::string& found, const std::string& expected) const {
-    throw Error(where_, "the array is " + found, "give " + expected);
+    throw Error(Code::file_unsupported, where_, "the array is " + found, "give " + expected);
   }
 
   [[noreturn]] void damaged() const {
     if (libzip().code_of(libzip().error_of_member(member_.get())) == ZIP_ER_MEMORY) throw std::bad_alloc();
     const std::string detail = libzip().member_error_text(member_.get());
-    throw Error(where_, "is damaged: " + detail, regenerate);
+    throw Error(Code::file_damaged, where_, "is damaged: " + detail, regenerate);
   }
 
   std::string where_;
@@ -235,43 +243,42 @@ class Reader {
   bool stored_ = false;
 };
 
-void read_description(const std::string& text, const std::string& where, const sim::BodyModel& body_model,
-                      Dataset& data) {
+void read_description(const std::string& text, const std::string& where, Dataset& data) {
   const Json json = parse_json(text, where);
   JsonObject object(json, where);
   int format = 0;
   object.read("format", format);
   if (format != npz_format_version) {
-    throw Error(where, "is of data set format " + std::to_string(format) + ", and this program reads format 1",
+    throw Error(Code::file_unsupported, where,
+                "is of data set format " + std::to_string(format) + ", and this program reads format 1",
                 "use the decid that wrote it, or make it again");
   }
   object.require("seed");
   object.read("seed", data.seed);
   data.protocol = sim::protocol_from_json(print_json(object.require("protocol")), where + ": protocol");
-  data.protocol.experiment.body_model = &body_model;
   std::vector<std::string> names;
   object.require("parameters");
   object.read("parameters", names);
-  const std::vector<std::string> expected = body_model.parameters.names();
+  const std::vector<std::string> expected = data.protocol.parameters().names();
   if (names != expected) {
     std::string list;
     for (const std::string& name : expected) list += (list.empty() ? "" : ", ") + name;
-    throw Error(where, "lists parameters other than " + list, regenerate);
+    throw Error(Code::file_unsupported, where, "lists parameters other than " + list, regenerate);
   }
   object.finish();
 }
 
 /// Reads everything except the values of the sway.
-Dataset read_labels(const Source& source, const Reader& sway, const sim::BodyModel& body_model) {
+Dataset read_labels(const Source& source, const Reader& sway) {
   Dataset data;
-  read_description(Reader(source, "decid.json").bytes(), source.where + ": decid.json", body_model, data);
+  read_description(Reader(source, "decid.json").bytes(), source.where + ": decid.json", data);
   sway.check<float>(0);
   const std::vector<std::size_t>& shape = sway.header().shape;
   if (shape[1] > std::size_t{std::numeric_limits<int>::max()}) {
-    throw Error(source.where, "its trials have more than 2^31 - 1 samples", regenerate);
+    throw Error(Code::file_too_large, source.where, "its trials have more than 2^31 - 1 samples", regenerate);
   }
   data.samples = static_cast<int>(shape[1]);
-  const std::size_t count = body_model.parameters.size();
+  const std::size_t count = data.protocol.parameters().size();
   const std::vector<double> parameters = Reader(source, "parameters").values<double>(count);
   data.parameters.assign(parameters.size() / count, sim::Parameters(count));
   for (std::size_t i = 0; i < parameters.size(); ++i) data.parameters[i / count][i % count] = parameters[i];
@@ -281,8 +288,8 @@ Dataset read_labels(const Source& source, const Reader& sway, const sim::BodyMod
   return data;
 }
 
-Dataset read_all(const Source& source, Reader& sway, const sim::BodyModel& body_model) {
-  Dataset data = read_labels(source, sway, body_model);
+Dataset read_all(const Source& source, Reader& sway) {
+  Dataset data = read_labels(source, sway);
   data.sway = sway.values<float>(0);
   for (int i = 0; i < data.trials(); ++i) check_sway(data.trial(i), static_cast<std::size_t>(i), source.where);
   return data;
@@ -307,10 +314,10 @@ void check_dataset(const Dataset& data, const std::string& where) {
   for (int i = 0; i < data.trials(); ++i) check_sway(data.trial(i), static_cast<std::size_t>(i), where);
 }
 
-Dataset read_npz(const std::filesystem::path& path, const sim::BodyModel& body_model) {
+Dataset read_npz(const std::filesystem::path& path) {
   const Source source(path);
   Reader sway(source, "sway");
-  return read_all(source, sway, body_model);
+  return read_all(source, sway);
 }
 
 struct StoredDataset::File {
@@ -320,44 +327,40 @@ struct StoredDataset::File {
 
 StoredDataset::StoredDataset(Dataset data) : data_(std::move(data)) {}
 
-StoredDataset::StoredDataset(const std::filesystem::path& path, const sim::BodyModel& body_model) {
+StoredDataset::StoredDataset(const std::filesystem::path& path) {
   const Source source(path);
   Reader sway(source, "sway");
   DiskFile file(path, DiskFile::Access::read);
   const std::uint64_t member = first_member(file, "sway.npy");
   if (member == 0 || !sway.is_stored()) {
-    data_ = read_all(source, sway, body_model);
+    data_ = read_all(source, sway);
     return;
   }
-  data_ = read_labels(source, sway, body_model);
+  data_ = read_labels(source, sway);
   file_ = std::make_shared<const File>(File{std::move(file), member + sway.header().bytes});
   std::vector<std::byte> header(sway.header().bytes);
   file_->file.read(member, header);
 
   std::vector<std::uint32_t> parts(data_.parameters.size());
-  parallel_for(trials(), [&](int i) {
-    struct Scratch {
-      std::vector<float> values;
-    };
-    std::vector<float>& values = per_thread<Scratch>().values;
-    values.resize(static_cast<std::size_t>(data_.samples));
-    read(i, values);
-    check_sway(values, static_cast<std::size_t>(i), source.where);
-    parts[static_cast<std::size_t>(i)] = crc32(std::as_bytes(std::span(values)));
+  take(0, trials(), [&](std::size_t i, std::span<const float> values) {
+    check_sway(values, i, source.where);
+    parts[i] = crc32(std::as_bytes(values));
   });
   std::uint32_t sum = crc32(header);
   const std::size_t trial_bytes = static_cast<std::size_t>(data_.samples) * sizeof(float);
   for (const std::uint32_t part : parts) sum = crc32_joined(sum, part, trial_bytes);
-  if (sum != sway.crc32()) throw Error(source.where + ": sway", "is damaged: its CRC does not match", regenerate);
+  if (sum != sway.crc32())
+    throw Error(Code::file_damaged, source.where + ": sway", "is damaged: its CRC does not match", regenerate);
 }
 
 void StoredDataset::read(int index, std::span<float> sway_rad) const {
   if (index < 0 || index >= trials()) {
-    throw Error("data set", "has no trial " + std::to_string(index),
+    throw Error(Code::setting_out_of_range, "data set", "has no trial " + std::to_string(index),
                 "request trials 0 to " + std::to_string(trials() - 1));
   }
   if (sway_rad.size() != static_cast<std::size_t>(data_.samples)) {
-    throw Error("data set", "the output has space for " + std::to_string(sway_rad.size()) + " samples",
+    throw Error(Code::size_mismatch, "data set",
+                "the output has space for " + std::to_string(sway_rad.size()) + " samples",
                 "give space for " + std::to_string(data_.samples));
   }
   if (!file_) {
@@ -366,8 +369,27 @@ void StoredDataset::read(int index, std::span<float> sway_rad) const {
   }
   const auto bytes = std::as_writable_bytes(sway_rad);
   if (file_->file.read(file_->start + static_cast<std::uint64_t>(index) * bytes.size(), bytes) != bytes.size()) {
-    throw Error(file_->file.path().string(), "became shorter while in use", regenerate);
+    throw Error(Code::file_damaged, file_->file.path().string(), "became shorter while in use", regenerate);
   }
+}
+
+void StoredDataset::take(std::span<const int> indices, const Take& take) const {
+  parallel_for(static_cast<int>(indices.size()), [&](int i) {
+    struct Scratch {
+      std::vector<float> sway;
+    };
+    std::vector<float>& sway = per_thread<Scratch>().sway;
+    sway.resize(static_cast<std::size_t>(data_.samples));
+    const auto place = static_cast<std::size_t>(i);
+    read(indices[place], sway);
+    take(place, sway);
+  });
+}
+
+void StoredDataset::take(int first, int count, const Take& take) const {
+  std::vector<int> indices(static_cast<std::size_t>(count));
+  std::iota(indices.begin(), indices.end(), first);
+  this->take(indices, take);
 }
 
 }  // namespace decid::dataset

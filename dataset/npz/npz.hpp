@@ -50,8 +50,8 @@ std::uint64_t npz_bytes(int count, const sim::Protocol& protocol);
 
 /// Reads a data set. Throws Error for any other file: not a zip, truncated, a member missing, of another type or shape,
 /// non-finite values, groups or splits out of range, a protocol that does not fit the number of samples, parameters of
-/// another model than `body_model`.
-Dataset read_npz(const std::filesystem::path& path, const sim::BodyModel& body_model = sim::single_pendulum());
+/// another model than the protocol's.
+Dataset read_npz(const std::filesystem::path& path);
 
 /// Throws Error for a data set that must be neither written nor read. `where` names it.
 void check_dataset(const Dataset& data, const std::string& where);
@@ -63,7 +63,7 @@ class StoredDataset {
   StoredDataset(Dataset data);
   /// Opens a file. Throws the errors of read_npz; reads the sway once, to check it. A file whose sway is deflated or
   /// not its first member (which decid never writes) is read into memory.
-  explicit StoredDataset(const std::filesystem::path& path, const sim::BodyModel& body_model = sim::single_pendulum());
+  explicit StoredDataset(const std::filesystem::path& path);
 
   /// Returns everything except the sway, which may be absent.
   const Dataset& about() const noexcept { return data_; }
@@ -72,6 +72,13 @@ class StoredDataset {
   /// Reads a trial into about().samples values; many threads may call it. Throws Error for an index outside of the data
   /// set, a span of another length, and if the file became shorter.
   void read(int index, std::span<float> sway_rad) const;
+
+  /// Receives the trial at a place, in any order and from many threads; the sway is valid only during the call.
+  using Take = std::function<void(std::size_t place, std::span<const float> sway_rad)>;
+  /// Reads the trial at indices[place] for every place. Throws the errors of read().
+  void take(std::span<const int> indices, const Take& take) const;
+  /// Does the same for trials first .. first + count - 1.
+  void take(int first, int count, const Take& take) const;
 
  private:
   struct File;

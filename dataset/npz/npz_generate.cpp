@@ -12,9 +12,9 @@
 #include "base/files/json_object.hpp"
 #include "base/parallel.hpp"
 #include "base/per_thread.hpp"
-#include "dataset/npz/journal.hpp"
+#include "dataset/npz/detail/journal.hpp"
+#include "dataset/npz/detail/npz_parts.hpp"
 #include "dataset/npz/npz.hpp"
-#include "dataset/npz/npz_parts.hpp"
 #include "dataset/sets/generator.hpp"
 #include "sim/protocol/protocol_object.hpp"
 
@@ -28,9 +28,11 @@ fs::path target_of(const fs::path& path) {
   std::error_code error;
   const fs::path target = fs::weakly_canonical(path, error);
   const fs::file_status status = fs::status(error ? path : target, error);
-  if (fs::is_directory(status)) throw Error(path.string(), "is a folder", "give the name of a file");
+  if (fs::is_directory(status))
+    throw Error(Code::file_unwritable, path.string(), "is a folder", "give the name of a file");
   if (fs::exists(status) && !fs::is_regular_file(status)) {
-    throw Error(path.string(), "is not a regular file, and a data set cannot be streamed", "give a file on a disk");
+    throw Error(Code::file_unwritable, path.string(), "is not a regular file, and a data set cannot be streamed",
+                "give a file on a disk");
   }
   return target.empty() ? path : target;
 }
@@ -64,14 +66,14 @@ std::string difference(const std::string& found, const std::string& wanted) {
 /// The unfinished file and its journal, which one process at a time may open.
 class Partial {
  public:
-  /// parameters: per trial.
-  Partial(const NpzPartial& paths, std::size_t parameters)
-      : paths_(paths), file_(paths.file, DiskFile::Access::write), journal_(open(file_, paths, parameters)) {}
+  explicit Partial(const NpzPartial& paths)
+      : paths_(paths), file_(paths.file, DiskFile::Access::write), journal_(open(file_, paths)) {}
   /// Opens files that another process has opened; `identity` is that process's identity().
-  Partial(const NpzPartial& paths, std::size_t parameters, const std::string& identity)
-      : paths_(paths), file_(paths.file, DiskFile::Access::write), journal_(paths.journal, parameters) {
+  Partial(const NpzPartial& paths, const std::string& identity)
+      : paths_(paths), file_(paths.file, DiskFile::Access::write), journal_(paths.journal) {
     if (this->identity() != identity)
-      throw Error(paths.file.string(), "is not the file that rank 0 writes", "name a folder that all hosts share");
+      throw Error(Code::system_failed, paths.file.string(), "is not the file that rank 0 writes",
+                  "name a folder that all hosts share");
   }
   /// Returns an identity of the file that is independent of its mount.
   std::string identity() const {
@@ -81,7 +83,7 @@ class Partial {
   }
 
   DiskFile& file() { return file_; }
-  Journal& journal() { return journal_; }
+  ChunkJournal& journal() { return journal_; }
 
   /// Prepares the journal for reading, or begins it; refuses the file of another request.
   void take(const std::string& request) {
@@ -89,9 +91,10 @@ class Partial {
     // The journal's beginning reaches the disk before anything reaches the file, which is worthless without it.
     if (file_.size() == 0) return journal_.start(request);
     const std::string remedy = "delete " + paths_.file.string() + " and " + paths_.journal.string() + " to start again";
-    if (!found) throw Error(paths_.file.string(), "is an unfinished data set whose journal is lost", remedy);
+    if (!found)
+      throw Error(Code::file_damaged, paths_.file.string(), "is an unfinished data set whose journal is lost", remedy);
     if (*found != request) {
-      throw Error(paths_.file.string(),
+      throw Error(Code::file_differs, paths_.file.string(),
                   "is an unfinished data set of another request (" + difference(*found, request) + ")",
                   "give the options it was begun with, or " + remedy);
     }
@@ -112,7 +115,8 @@ class Partial {
     std::error_code error;
     fs::rename(paths_.file, target, error);
     if (error) {
-      throw Error(target.string(), "cannot be replaced: " + error.message(), "check the permissions of its folder");
+      throw Error(Code::file_unwritable, target.string(), "cannot be replaced: " + error.message(),
+                  "check the permissions of its folder");
     }
     fs::remove(paths_.journal, ignored);
     const fs::path folder = target.parent_path().empty() ? "." : target.parent_path();
@@ -123,16 +127,17 @@ class Partial {
   }
 
  private:
-  static Journal open(DiskFile& file, const NpzPartial& paths, std::size_t parameters) {
+  static ChunkJournal open(DiskFile& file, const NpzPartial& paths) {
     if (!file.try_lock() || !file.is_still_at_its_path()) {
-      throw Error(paths.file.string(), "is being written by another decid", "wait for it, or choose another output");
+      throw Error(Code::file_in_use, paths.file.string(), "is being written by another decid",
+                  "wait for it, or choose another output");
     }
-    return Journal(paths.journal, parameters);
+    return ChunkJournal(paths.journal);
   }
 
   NpzPartial paths_;
   DiskFile file_;
-  Journal journal_;
+  ChunkJournal journal_;
 };
 
 std::vector<std::span<const std::byte>> bytes_of(const std::vector<std::span<const float>>& sway) {
@@ -179,16 +184,18 @@ class Run {
   /// Skips the existing chunks up to the first that differs from the journal; trials: the number that another process
   /// has verified.
   void take_up(std::optional<int> trials_there = {}) {
-    Journal& journal = partial_.journal();
+    ChunkJournal& journal = partial_.journal();
     while (generator_.trials() != trials_there) {
-      const std::optional<JournalEntry> entry = journal.read(generator_.trials());
+      const std::optional<JournalEntry> entry = journal.next(generator_.trials());
       if (!entry) break;
       const std::size_t trials = entry->chunk.trials.size();
-      if (trials > static_cast<std::size_t>(generator_.request().count - generator_.trials())) break;
-      if (!trials_there && crc32_of(partial_.file(), zip_.position(), trials, trial_bytes_) != entry->sway_crc32) break;
+      if (trials > static_cast<std::size_t>(generator_.request().count - generator_.trials()) ||
+          (!trials_there && crc32_of(partial_.file(), zip_.position(), trials, trial_bytes_) != entry->sway_crc32)) {
+        journal.back();
+        break;
+      }
       zip_.skip(trials * trial_bytes_, entry->sway_crc32);
       generator_.restore(entry->chunk);
-      journal.pass(*entry);
       if (ranks_ == nullptr && !go_on()) throw stopped();
     }
   }
@@ -222,19 +229,18 @@ class Run {
     const DatasetRequest& request = generator_.request();
     begin_array<double>(zip_, "parameters",
                         {static_cast<std::size_t>(request.count), request.protocol.parameters().size()});
-    Journal& journal = partial_.journal();
+    ChunkJournal& journal = partial_.journal();
     static_cast<void>(journal.request());  // back to its first entry
     std::vector<sim::Parameters> parameters;
     int trials = 0;
-    while (const std::optional<JournalEntry> entry = journal.read(trials)) {
+    while (const std::optional<JournalEntry> entry = journal.next(trials)) {
       parameters.clear();
       for (const TrialRecord& trial : entry->chunk.trials) parameters.push_back(trial.parameters);
       zip_.write(parameter_bytes(parameters));
       trials += static_cast<int>(parameters.size());
-      journal.pass(*entry);
     }
     if (trials != request.count) {
-      throw Error(partial_.file().path().string(), "its journal was damaged during the run",
+      throw Error(Code::file_damaged, partial_.file().path().string(), "its journal was damaged during the run",
                   "run the same command again");
     }
     zip_.end();
@@ -257,7 +263,7 @@ class Run {
   std::vector<std::uint32_t> write(const Chunk& chunk) {
     std::uint64_t place = zip_.position();
     for (int rank = 0; ranks_ != nullptr && rank < ranks_->rank(); ++rank)
-      place += chunk.trials_of[static_cast<std::size_t>(rank)] * trial_bytes_;
+      place += chunk.trials_by_rank[static_cast<std::size_t>(rank)] * trial_bytes_;
     const std::vector<std::span<const std::byte>> pieces = bytes_of(chunk.sway);
     std::vector<std::uint32_t> sums(pieces.size());
     parallel_for(static_cast<int>(pieces.size()),
@@ -272,12 +278,12 @@ class Run {
     if (ranks_ != nullptr) {
       sums.push_back(asked_ ? 1 : 0);
       std::vector<std::size_t> sizes;
-      for (const std::size_t trials : chunk.trials_of) sizes.push_back((trials + 1) * sizeof(std::uint32_t));
+      for (const std::size_t trials : chunk.trials_by_rank) sizes.push_back((trials + 1) * sizeof(std::uint32_t));
       const std::vector<std::uint32_t> own = std::move(sums);
       sums.assign(chunk.trials.size() + sizes.size(), 0);
       ranks_->all_gather(std::as_bytes(std::span(own)), sizes, std::as_writable_bytes(std::span(sums)));
       std::size_t place = 0;
-      for (const std::size_t trials : chunk.trials_of) {
+      for (const std::size_t trials : chunk.trials_by_rank) {
         place += trials;
         stop = stop || sums[place] != 0;
         sums.erase(sums.begin() + static_cast<std::ptrdiff_t>(place));
@@ -298,7 +304,7 @@ class Run {
   bool go_on() const { return !progress_ || progress_(generator_.trials(), generator_.request().count); }
 
   Error stopped() const {
-    return Error(partial_.file().path().string(),
+    return Error(Code::stopped, partial_.file().path().string(),
                  "stopped after " + std::to_string(generator_.trials()) + " of " +
                      std::to_string(generator_.request().count) + " trials",
                  "run the same command to continue");
@@ -327,17 +333,16 @@ DatasetReport generate_npz(const fs::path& path, const DatasetRequest& request, 
                            const Progress& progress, const std::function<void(int trials)>& resumed,
                            Communicator* ranks) {
   Generator generator(request, ranks);
-  const std::size_t parameters = request.protocol.parameters().size();
   const bool is_writer = ranks == nullptr || ranks->is_root();
   std::optional<Partial> partial;
   if (is_writer) {
-    partial.emplace(npz_partial(path), parameters);
+    partial.emplace(npz_partial(path));
     partial->take(request_text(request, program));
   }
   if (ranks != nullptr) {
     const std::string identity = broadcast_text(*ranks, is_writer ? partial->identity() : std::string());
     if (!is_writer) {
-      partial.emplace(npz_partial(path), parameters, identity);
+      partial.emplace(npz_partial(path), identity);
       static_cast<void>(partial->journal().request());
     }
     static_cast<void>(gather_texts(*ranks, {}));  // all processes check before any writes

@@ -4,8 +4,8 @@
 #include "base/error.hpp"
 #include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
+#include "dataset/npz/detail/npz_parts.hpp"
 #include "dataset/npz/npz.hpp"
-#include "dataset/npz/npz_parts.hpp"
 #include "sim/protocol/protocol_object.hpp"
 
 namespace decid::dataset {
@@ -58,7 +58,8 @@ void write_npz(const std::filesystem::path& path, const Dataset& data) {
   PendingFile pending(path);
   // The writer must seek back for the checksums, which a device does not allow.
   if (!std::filesystem::is_regular_file(pending.path())) {
-    throw Error(path.string(), "is not a regular file, and a data set cannot be streamed", "give a file on a disk");
+    throw Error(Code::file_unwritable, path.string(), "is not a regular file, and a data set cannot be streamed",
+                "give a file on a disk");
   }
   {
     DiskFile file(pending.path(), DiskFile::Access::write);

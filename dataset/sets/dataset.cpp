@@ -2,12 +2,12 @@
 #include "dataset/sets/dataset.hpp"
 
 #include <cmath>
-#include <stdexcept>
 #include <string>
 
 #include "base/error.hpp"
 #include "base/math/random.hpp"
 #include "dataset/sets/generator.hpp"
+#include "sim/streams.hpp"
 
 namespace decid::dataset {
 
@@ -19,12 +19,12 @@ constexpr const char* where = "data set";
 
 sim::TrialInput base_trial(const sim::ParameterTable& ranges, std::uint64_t seed, std::uint64_t attempt,
                            const sim::Heights& heights) {
-  const Random random(seed, Stream::base_parameters, attempt);
+  const Random random(seed, sim::streams::base_parameters, attempt);
   sim::Parameters parameters(ranges.size());
   for (std::size_t i = 0; i < ranges.size(); ++i) parameters[i] = random.uniform(i, ranges[i].low, ranges[i].high);
   const double height =
-      heights.vary() ? Random(seed, Stream::body, attempt).uniform(0, heights.low, heights.high) : 1.0;
-  return {parameters, Random(seed, Stream::vestibular_noise, attempt), height};
+      heights.vary() ? Random(seed, sim::streams::body, attempt).uniform(0, heights.low, heights.high) : 1.0;
+  return {parameters, Random(seed, sim::streams::vestibular_noise, attempt), height};
 }
 
 Dataset generate(const DatasetRequest& request, DatasetReport* report, const Progress& progress) {
@@ -37,7 +37,7 @@ Dataset generate(const DatasetRequest& request, DatasetReport* report, const Pro
   try {
     data.sway.reserve(values);
   } catch (const std::exception&) {  // bad_alloc or length_error
-    throw Error(where,
+    throw Error(Code::out_of_memory, where,
                 std::to_string(request.count) + " trials need " + std::to_string(values * sizeof(float) / 1'000'000) +
                     " MB of memory",
                 "request fewer trials");
@@ -47,7 +47,7 @@ Dataset generate(const DatasetRequest& request, DatasetReport* report, const Pro
     for (const TrialRecord& trial : chunk.trials) data.parameters.push_back(trial.parameters);
     for (const std::span<const float> sway : chunk.sway) data.sway.insert(data.sway.end(), sway.begin(), sway.end());
     if (progress && !progress(data.trials(), request.count)) {
-      throw Error(where,
+      throw Error(Code::stopped, where,
                   "stopped after " + std::to_string(data.trials()) + " of " + std::to_string(request.count) + " trials",
                   "run it again to complete it");
     }
@@ -62,7 +62,7 @@ std::vector<std::uint8_t> split_by_group(const std::vector<std::int32_t>& group)
   std::vector<int> size(group.size(), 0);
   for (const std::int32_t index : group) {
     if (index < 0 || static_cast<std::size_t>(index) >= group.size()) {
-      throw Error(where,
+      throw Error(Code::file_damaged, where,
                   "group " + std::to_string(index) + " is not one of the " + std::to_string(group.size()) + " trials",
                   "give the index of one of the group's trials");
     }
@@ -96,7 +96,7 @@ std::vector<float> TargetScaling::scale(const sim::Parameters& parameters) const
 
 sim::Parameters TargetScaling::unscale(std::span<const float> target) const {
   if (target.size() != mean.size()) {
-    throw Error("targets",
+    throw Error(Code::size_mismatch, "targets",
                 "got " + std::to_string(target.size()) + " values for " + std::to_string(mean.size()) + " parameters",
                 "give one value per parameter");
   }
@@ -108,7 +108,8 @@ sim::Parameters TargetScaling::unscale(std::span<const float> target) const {
 }
 
 TargetScaling target_scaling(const sim::ParameterTable& table, std::span<const sim::Parameters> parameters) {
-  if (parameters.empty()) throw Error("targets", "has no trials for scaling", "give the training half");
+  if (parameters.empty())
+    throw Error(Code::trials_missing, "targets", "has no trials for scaling", "give the training half");
   const auto count = static_cast<double>(parameters.size());
   TargetScaling scaling{sim::Parameters(table.size()), sim::Parameters(table.size())};
   for (std::size_t i = 0; i < table.size(); ++i) {

@@ -10,6 +10,7 @@
 
 #include "base/error.hpp"
 #include "base/math/random.hpp"
+#include "sim/streams.hpp"
 
 namespace decid::dataset {
 namespace {
@@ -26,16 +27,17 @@ constexpr std::uint64_t child_sensor_noise = std::uint64_t{1} << 63;
 
 DatasetRequest checked(DatasetRequest request) {
   if (request.count < 1) {
-    throw Error(generation, std::to_string(request.count) + " trials are requested", "request at least 1");
+    throw Error(Code::setting_out_of_range, generation, std::to_string(request.count) + " trials are requested",
+                "request at least 1");
   }
   if (request.base < 0 || request.base > request.count) {
     throw Error(
-        generation,
+        Code::setting_out_of_range, generation,
         std::to_string(request.base) + " base trials of " + std::to_string(request.count) + " trials are requested",
         "request from 1 to all trials as base trials, or 0 for all");
   }
   if (request.protocol.heights.vary())
-    throw Error(generation, "the protocol has body_heights, and a data set has one body",
+    throw Error(Code::setting_conflict, generation, "the protocol has body_heights, and a data set has one body",
                 "leave out body_heights, or train on a stream, which draws heights");
   return request;
 }
@@ -82,21 +84,21 @@ int Generator::attempts_worth_making(int missing) const {
   return wanted < max_chunk_ ? static_cast<int>(wanted) : max_chunk_;
 }
 
-std::int32_t Generator::parent_of(long long attempt) const {
+std::int32_t Generator::find_parent(long long attempt) const {
   return parents_[static_cast<std::size_t>(attempt) % parents_.size()];
 }
 
 sim::TrialInput Generator::trial_of(long long attempt) const {
   const auto item = static_cast<std::uint64_t>(attempt);
   if (!making_children()) return base_trial(ranges_, request_.seed, item);
-  const Random random(request_.seed, Stream::child_parameters, item);
+  const Random random(request_.seed, sim::streams::child_parameters, item);
   sim::Parameters parameters = parents_parameters_[item % parents_.size()];
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const sim::ParameterInfo& info = ranges_[i];
     const double change = random.uniform(i, -child_change, child_change) * info.range();
     parameters[i] = std::clamp(parameters[i] + change, info.low, info.high);
   }
-  return {parameters, Random(request_.seed, Stream::child_noise, item)};
+  return {parameters, Random(request_.seed, sim::streams::child_noise, item)};
 }
 
 /// Parents are chosen by the noise-free sway; the recorded sway is stored.
@@ -112,7 +114,7 @@ Generator::Result Generator::finish(long long attempt, std::span<double> sway_ra
 RankRange Generator::own_attempts(int attempts, int rank) const {
   const auto count = static_cast<std::size_t>(attempts);
   if (ranks_ == nullptr) return {0, count};
-  const RankRange groups = range_of((count + min_attempts - 1) / min_attempts, rank, ranks_->size());
+  const RankRange groups = rank_range((count + min_attempts - 1) / min_attempts, rank, ranks_->size());
   return {std::min(groups.first * min_attempts, count), std::min(groups.last * min_attempts, count)};
 }
 
@@ -132,7 +134,7 @@ const Chunk& Generator::next() {
   const bool children = making_children();
   if (children && parents_.empty()) {
     throw Error(
-        generation,
+        Code::trials_missing, generation,
         "none of the " + std::to_string(base_) + " base trials sways more than 0.05 rad, so none can be a parent",
         "request more base trials, or only base trials");
   }
@@ -159,7 +161,7 @@ const Chunk& Generator::next() {
 
   chunk.trials.clear();
   chunk.sway.clear();
-  chunk.trials_of.assign(ranks_ != nullptr ? static_cast<std::size_t>(ranks_->size()) : 0, 0);
+  chunk.trials_by_rank.assign(ranks_ != nullptr ? static_cast<std::size_t>(ranks_->size()) : 0, 0);
   int rank = 0;  // of the attempt
   const int before = trials();
   const long long valid_before = before - (children ? base_ : 0);
@@ -171,14 +173,14 @@ const Chunk& Generator::next() {
     if (const Result& result = results[attempt]; result.valid) {
       const std::int32_t number = before + static_cast<std::int32_t>(chunk.trials.size());
       chunk.trials.push_back(
-          {trial_of(first + i).parameters, result.peak_to_peak_rad, children ? parent_of(first + i) : number});
+          {trial_of(first + i).parameters, result.peak_to_peak_rad, children ? find_parent(first + i) : number});
       if (attempt >= own.first && attempt < own.last) chunk.sway.emplace_back(stored(attempt));
-      if (ranks_ != nullptr) ++chunk.trials_of[static_cast<std::size_t>(rank)];
+      if (ranks_ != nullptr) ++chunk.trials_by_rank[static_cast<std::size_t>(rank)];
     }
     const long long valid = valid_before + static_cast<long long>(chunk.trials.size());
     if (made >= patience && valid * attempts_per_valid_trial < made) {
       throw Error(
-          generation,
+          Code::body_falls, generation,
           "only " + std::to_string(valid) + " of " + std::to_string(made) + " simulated trials stay within 5 degrees",
           "check body, amplitude and noise of the protocol");
     }

@@ -24,7 +24,7 @@ struct Chunk {
   std::vector<TrialRecord> trials;
   std::vector<std::span<const float>> sway;  ///< one per trial of this process, rad, with measurement noise
   long long base_attempts = 0, child_attempts = 0;
-  std::vector<std::size_t> trials_of = {};  ///< per process, in order; empty: a single process
+  std::vector<std::size_t> trials_by_rank = {};  ///< per process, in order; empty: a single process
 };
 
 /// Generates base trials first, then children. Memory: two chunks (some 50 MB each) and a few bytes per trial.
@@ -57,7 +57,7 @@ class Generator {
 
   bool making_children() const noexcept { return trials() >= base_; }
   int attempts_worth_making(int missing) const;
-  std::int32_t parent_of(long long attempt) const;
+  std::int32_t find_parent(long long attempt) const;
   sim::TrialInput trial_of(long long attempt) const;
   Result finish(long long attempt, std::span<double> sway_rad, std::span<float> stored) const;
   void accept(const TrialRecord& trial);

@@ -13,7 +13,7 @@ ParameterDistribution::ParameterDistribution(Mixture mixture, const sim::Paramet
     : mixture_(std::move(mixture)), low_(table.size()), range_(table.size()), recalibration_(std::move(recalibration)) {
   const std::size_t recalibrated = recalibration_.known() ? recalibration_.levels.size() : table.size();
   if (mixture_.parameters() != table.size() || recalibrated != table.size())
-    throw Error("distribution",
+    throw Error(Code::size_mismatch, "distribution",
                 format("of %zu parameters, %zu of them recalibrated, where there are %zu", mixture_.parameters(),
                        recalibrated, table.size()),
                 "give those of the same model");
@@ -54,8 +54,8 @@ double ParameterDistribution::log_density(int quantity, double value) const {
 
 double ParameterDistribution::log_density(const sim::Parameters& values) const {
   if (values.size() != parameters())
-    throw Error("distribution", format("%zu values for %zu parameters", values.size(), parameters()),
-                "give one for each");
+    throw Error(Code::size_mismatch, "distribution",
+                format("%zu values for %zu parameters", values.size(), parameters()), "give one for each");
   std::vector<double> shares;
   for (std::size_t p = 0; p < values.size(); ++p) shares.push_back(share_of(p, values[p]));
   return mixture_.log_density(shares);

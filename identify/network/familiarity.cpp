@@ -37,7 +37,8 @@ std::vector<float> features_of(nn::Predictor& predictor, int trials, std::span<c
   return features;
 }
 
-/// The inverse of the Cholesky factor of the rows' covariance: a lower triangle, row by row.
+/// Returns the inverse of the Cholesky factor of the rows' covariance: a lower triangle, row by row. Not by
+/// base/math/cholesky.hpp: fused multiply-adds would give model files other bits.
 std::vector<double> whitening_of(const std::vector<float>& rows, const std::vector<double>& mean) {
   const std::size_t n = mean.size(), count = rows.size() / n;
   std::vector<double> covariance(n * n, 0.0);
@@ -96,7 +97,7 @@ std::vector<float> features_of_trials(const Model& model, nn::Predictor& predict
                                       int epoch, int first, int count, Communicator* ranks) {
   if (ranks != nullptr) {
     const auto all = static_cast<std::size_t>(count), width = static_cast<std::size_t>(feature_count(model.network));
-    const RankRange own = range_of(all, ranks->rank(), ranks->size());
+    const RankRange own = rank_range(all, ranks->rank(), ranks->size());
     std::vector<float> rows(all * width);
     std::ranges::copy(features_of_trials(model, predictor, source, epoch, first + static_cast<int>(own.first),
                                          static_cast<int>(own.count()), nullptr),
@@ -168,7 +169,7 @@ Familiarity learn_familiarity(const Model& model, const dataset::TrialSource& so
 double Familiarity::distance(std::span<const float> features) const {
   const std::size_t n = mean.size();
   if (n == 0 || features.size() != n || whitening.size() != n * (n + 1) / 2)
-    throw Error("familiarity",
+    throw Error(Code::size_mismatch, "familiarity",
                 format("%zu features where %zu are known, with %zu numbers to whiten them", features.size(), n,
                        whitening.size()),
                 "give the features that it was learned from");

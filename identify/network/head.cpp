@@ -35,7 +35,7 @@ class PointHead final : public Head {
   }
   void scores(std::span<const float> outputs, std::span<float> scores) const override {
     if (outputs.size() != scores.size())
-      throw Error("point head",
+      throw Error(Code::size_mismatch, "point head",
                   std::to_string(outputs.size()) + " outputs for " + std::to_string(scores.size()) + " parameters",
                   "give one for each");
     std::ranges::copy(outputs, scores.begin());
@@ -79,7 +79,7 @@ class MixtureHead final : public Head {
       for (std::size_t o = 0; o < count; ++o) values[o] = double{outputs.at(lane, static_cast<int>(o), 0, 0)};
       for (std::size_t p = 0; p < parameters; ++p)
         x[p] = mixture_coordinate(0.5 + double{targets[sample * parameters + p]} / root_twelve);
-      parts[sample] = mixture_log_density(components_, values, x, by_value, Slopes::balanced);
+      parts[sample] = mixture_log_density(components_, values, x, by_value, Gradients::balanced);
       for (std::size_t o = 0; o < count; ++o)
         diff.at(lane, static_cast<int>(o), 0, 0) = static_cast<float>(factor * by_value[o]);
     });
@@ -118,7 +118,7 @@ const Head& mixture_head(int components) {
     return all;
   }();
   if (components < 1 || components > max_components)
-    throw Error("mixture head", "of " + std::to_string(components) + " components",
+    throw Error(Code::setting_out_of_range, "mixture head", "of " + std::to_string(components) + " components",
                 "give 1 to " + std::to_string(max_components));
   return heads[static_cast<std::size_t>(components - 1)];
 }
@@ -132,7 +132,7 @@ const Head& head_named(const std::string& name, const std::string& where) {
   if (name == point_head().name()) return point_head();
   for (int n = 1; n <= max_components; ++n)
     if (name == mixture_head(n).name()) return mixture_head(n);
-  throw Error(where, "has outputs of the kind '" + name + "', which this program does not know",
+  throw Error(Code::file_unsupported, where, "has outputs of the kind '" + name + "', which this program does not know",
               "use the decid that wrote it");
 }
 

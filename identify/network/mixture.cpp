@@ -7,9 +7,9 @@
 #include <string>
 
 #include "base/error.hpp"
+#include "base/math/cholesky.hpp"
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
-#include "posterior/cholesky.hpp"
 
 namespace decid {
 namespace {
@@ -28,7 +28,7 @@ std::size_t component_outputs(std::size_t parameters) {
 
 void check(std::size_t components, std::size_t parameters, std::size_t outputs) {
   if (outputs == mixture_outputs(components, parameters)) return;
-  throw Error("mixture of " + std::to_string(components),
+  throw Error(Code::size_mismatch, "mixture of " + std::to_string(components),
               std::to_string(outputs) + " outputs for " + std::to_string(parameters) + " parameters",
               "give " + std::to_string(mixture_outputs(components, parameters)));
 }
@@ -89,8 +89,8 @@ std::size_t mixture_outputs(std::size_t components, std::size_t parameters) {
 }
 
 double mixture_log_density(std::size_t components, std::span<const double> outputs, std::span<const double> x,
-                           std::span<double> by_output, Slopes slopes) {
-  const double rate = slopes == Slopes::exact ? 1.0 : balanced_rate;
+                           std::span<double> by_output, Gradients slopes) {
+  const double rate = slopes == Gradients::exact ? 1.0 : balanced_rate;
   const std::size_t count = x.size(), each = component_outputs(count);
   check(components, count, outputs.size());
   check(components, count, by_output.size());
@@ -114,7 +114,7 @@ double mixture_log_density(std::size_t components, std::span<const double> outpu
       double by_centre = round[p] * diagonal[p];
       for (std::size_t q = p + 1; q < count; ++q)
         by_centre = std::fma(round[q], part.values[part.below(q, p)], by_centre);
-      by[1 + p] = slopes == Slopes::exact ? by_centre : off[p];
+      by[1 + p] = slopes == Gradients::exact ? by_centre : off[p];
       by[1 + count + p] = part.cut(p) ? 0.0 : rate * (1.0 - round[p] * off[p] * diagonal[p]);
       for (std::size_t q = 0; q < p; ++q) by[part.below(p, q)] = -rate * round[p] * off[q];
     }
@@ -144,12 +144,12 @@ Mixture::Mixture(std::size_t components, std::size_t parameters, std::span<const
       for (std::size_t j = 0; j < i; ++j) inverse.push_back(part.values[part.below(i, j)]);
       inverse.push_back(decid::exp(part.log_diagonal(i)));
     }
-    posterior::invert_lower(parameters, inverse);
+    invert_lower(parameters, inverse);
     for (std::size_t i = 0; i < parameters; ++i)
       for (std::size_t j = 0; j < parameters; ++j)
         for (std::size_t q = 0; q <= std::min(i, j); ++q) {
           double& to = component.covariance[i * parameters + j];
-          to = std::fma(inverse[posterior::triangle(i) + q], inverse[posterior::triangle(j) + q], to);
+          to = std::fma(inverse[triangle(i) + q], inverse[triangle(j) + q], to);
         }
     components_.push_back(std::move(component));
   }

@@ -26,13 +26,13 @@ std::size_t mixture_outputs(std::size_t components, std::size_t parameters);
 /// (Amari, Neural Computation 10, 1998): the exact one divided by the inverse of the covariance, which is x - centre
 /// times the component's fraction of the density. It uses balanced_rate times the derivatives by A. Both vanish where
 /// the exact ones do.
-enum class Slopes { exact, balanced };
+enum class Gradients { exact, balanced };
 inline constexpr double balanced_rate = 0.2;
 
 /// Computes the logarithm of the density at x, and its derivatives by the outputs. outputs, by_output: mixture_outputs
 /// values. Throws Error for other numbers.
 double mixture_log_density(std::size_t components, std::span<const double> outputs, std::span<const double> x,
-                           std::span<double> by_output, Slopes slopes = Slopes::exact);
+                           std::span<double> by_output, Gradients slopes = Gradients::exact);
 
 /// Returns the coordinate x of a parameter at this fraction of its range. Fractions nearer to an end than 1e-4 count as
 /// 1e-4 from it, because coordinates are infinite at the ends.

@@ -48,7 +48,7 @@ sim::Protocol checked(sim::Protocol protocol, const dataset::ImageSettings& imag
       image.first_sample == std::lround(lead_in_samples))
     return protocol;
   throw Error(
-      "image settings",
+      Code::setting_conflict, "image settings",
       format(
           "fold %d times %d windows of %d samples from sample %d on, but protocol '%s' plays %d cycles of %g samples "
           "after %g",
@@ -68,7 +68,7 @@ Model::Model(sim::Protocol protocol_, dataset::ImageSettings image_, const std::
       images_(std::move(image_), protocol.experiment) {
   const auto outputs = static_cast<int>(head->outputs(parameters().size()));
   if (network.output_shape() != nn::Shape{outputs, 1, 1})
-    throw Error("network architecture",
+    throw Error(Code::setting_conflict, "network architecture",
                 format("does not end with the %d outputs of the head '%s'", outputs, head->name().c_str()),
                 format("end it with fc %d", outputs));
 }
@@ -76,7 +76,7 @@ Model::Model(sim::Protocol protocol_, dataset::ImageSettings image_, const std::
 void Model::require_outputs(std::span<const float> outputs) const {
   const std::size_t needed = head->outputs(parameters().size());
   if (outputs.size() != needed)
-    throw Error("model", format("%zu outputs of a trial to be decoded", outputs.size()),
+    throw Error(Code::size_mismatch, "model", format("%zu outputs of a trial to be decoded", outputs.size()),
                 format("give the network's %zu", needed));
 }
 
@@ -135,13 +135,16 @@ Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpo
   const std::string remedy = "give a model file written by decid train";
   const auto text = [&](const std::string& key) {
     const auto it = file.metadata.find(key);
-    if (it == file.metadata.end()) throw Error(where, "is not a decid model: it has no " + key, remedy);
+    if (it == file.metadata.end())
+      throw Error(Code::file_unsupported, where, "is not a decid model: it has no " + key, remedy);
     return it->second;
   };
   if (text("format") != format_name)
-    throw Error(where, "is of format '" + text("format") + "', not '" + format_name + "'", remedy);
+    throw Error(Code::file_unsupported, where, "is of format '" + text("format") + "', not '" + format_name + "'",
+                remedy);
   if (file.metadata.contains(nn::content_hash_key) && text(nn::content_hash_key) != nn::content_sha256(file))
-    throw Error(where, "is damaged: its content is not what its SHA-256 says", "take an undamaged copy of the file");
+    throw Error(Code::file_damaged, where, "is damaged: its content is not what its SHA-256 says",
+                "take an undamaged copy of the file");
   if (checkpoint != nullptr) checkpoint->progress = text("progress");
   Model model(sim::protocol_from_json(text("protocol"), where), dataset::image_settings_from_json(text("image"), where),
               text("architecture"), file.metadata.contains("head") ? head_named(text("head"), where) : point_head());
@@ -152,33 +155,36 @@ Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpo
     model.targets.mean = parameters_in(targets.at("mean"), model.parameters());
     model.targets.deviation = parameters_in(targets.at("deviation"), model.parameters());
   } catch (const Json::exception&) {
-    throw Error(where, "has a target scaling that cannot be read", remedy);
+    throw Error(Code::file_damaged, where, "has a target scaling that cannot be read", remedy);
   }
   for (const double deviation : model.targets.deviation)
-    if (!(deviation > 0)) throw Error(where, "has a target scaling that is not positive", remedy);
+    if (!(deviation > 0)) throw Error(Code::file_damaged, where, "has a target scaling that is not positive", remedy);
   if (model.image().standardize_rows) {
     const auto rows = static_cast<std::size_t>(model.images().shape().channels * model.images().shape().rows);
     model.rows.mean = file.find("image.row_mean", rows, where).values;
     model.rows.deviation = file.find("image.row_deviation", rows, where).values;
     for (std::size_t i = 0; i < rows; ++i)
       if (!std::isfinite(model.rows.mean[i]) || !(model.rows.deviation[i] > 0))
-        throw Error(where, "has an image scaling that is not positive", remedy);
+        throw Error(Code::file_damaged, where, "has an image scaling that is not positive", remedy);
   }
   if (file.metadata.contains("familiarity")) {
     const auto n = static_cast<std::size_t>(feature_count(model.network));
-    if (n == 0) throw Error(where, "has a familiarity of features that its network does not have", remedy);
+    if (n == 0)
+      throw Error(Code::file_damaged, where, "has a familiarity of features that its network does not have", remedy);
     model.familiarity.mean = std::move(file.find("familiarity.mean", n, where).values);
     model.familiarity.whitening = std::move(file.find("familiarity.whitening", n * (n + 1) / 2, where).values);
     try {
       model.familiarity.usual = parse_json(text("familiarity"), where).at("usual").get<double>();
     } catch (const Json::exception&) {
-      throw Error(where, "has a familiarity that cannot be read", remedy);
+      throw Error(Code::file_damaged, where, "has a familiarity that cannot be read", remedy);
     }
-    if (!(model.familiarity.usual > 0)) throw Error(where, "has a familiarity that is not positive", remedy);
+    if (!(model.familiarity.usual > 0))
+      throw Error(Code::file_damaged, where, "has a familiarity that is not positive", remedy);
   }
   if (file.metadata.contains("recalibration")) {
     if (!model.gives_distribution())
-      throw Error(where, "has a recalibration of distributions that its head does not give", remedy);
+      throw Error(Code::file_damaged, where, "has a recalibration of distributions that its head does not give",
+                  remedy);
     model.recalibration = recalibration_from_json(text("recalibration"), model.parameters().size(), where);
   }
   nn::load_network(model.network, std::move(file), where,
@@ -208,7 +214,7 @@ void require_same_experiment(const Model& model, const std::string& name, const 
   const auto described = [](const sim::Protocol& p) {
     return format("'%s' (%g s at %g Hz)", p.name.c_str(), p.duration_s(), p.experiment.sample_rate_hz);
   };
-  throw Error(file,
+  throw Error(Code::file_differs, file,
               "was made with protocol " + described(data) + ", another experiment than " + described(model.protocol) +
                   " of " + name,
               "make a data set with the model's protocol, or train a model on this one");

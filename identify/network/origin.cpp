@@ -98,7 +98,8 @@ std::string to_json(const Origin& origin) {
 Origin origin_from_json(const std::string& text, const std::string& where) {
   const Json json = parse_json(text, where);
   if (!json.is_object())
-    throw Error(where, "has an origin that is not a JSON object", "give a file written by decid train");
+    throw Error(Code::file_damaged, where, "has an origin that is not a JSON object",
+                "give a file written by decid train");
   Origin origin;
   origin.version = 1;
   read(json, "version", origin.version);
@@ -162,16 +163,17 @@ void require_not_trained_on(const Origin& origin, const dataset::TrialIdentity& 
                             const std::string& name) {
   if (trained_on(origin, data)) {
     if (part == Measured::all)
-      throw Error(name, "is the data set that the model was trained on: half of its trials were its training",
+      throw Error(Code::data_reused, name,
+                  "is the data set that the model was trained on: half of its trials were its training",
                   "choose its validation or training half (" + setting("split") + "), or a data set of another seed");
     return;
   }
   for (const dataset::TrialIdentity& trained : start_from(origin, {}).trials) {
     if (trained.seed && data.seed && *trained.seed == *data.seed)
-      throw Error(name, "seed " + std::to_string(*data.seed) + " is that of the training's trials",
+      throw Error(Code::data_reused, name, "seed " + std::to_string(*data.seed) + " is that of the training's trials",
                   (data.kind == Kind::stream ? "give another " : "make the data set with another ") + setting("seed"));
     if (trained.kind == Kind::stored && data.kind == Kind::stored && trained.sha256 == data.sha256)
-      throw Error(name, "is the data set that the model before the fine tuning was trained on",
+      throw Error(Code::data_reused, name, "is the data set that the model before the fine tuning was trained on",
                   "take a data set of another seed");
   }
 }

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t max_image_bytes = std::size_t{32} << 20;
 
-/// Each rank starts with the outputs of its range_of(); afterwards each rank has all outputs.
+/// Each rank starts with the outputs of its rank_range(); afterwards each rank has all outputs.
 void gather_truth(Communicator& ranks, std::size_t parameters, std::vector<sim::Parameters>& truth) {
   std::vector<double> values(truth.size() * parameters);
   for (std::size_t i = 0; i < truth.size(); ++i)
@@ -58,7 +58,7 @@ std::vector<float> predict(const Model& model, int trials, int at_once, const Sw
   if (ranks == nullptr) return predict(model, trials, at_once, sways);
   const auto outputs = static_cast<std::size_t>(model.network.output_shape().size()),
              count = static_cast<std::size_t>(trials);
-  const RankRange own = range_of(count, ranks->rank(), ranks->size());
+  const RankRange own = rank_range(count, ranks->rank(), ranks->size());
   std::vector<float> all(count * outputs);
   if (own.count() > 0) {
     const auto own_sways = [&](std::span<const int> indices, const SwaySink& take) {

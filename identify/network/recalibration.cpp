@@ -57,7 +57,8 @@ double Recalibration::share(std::size_t parameter, double level) const {
 // deviation, would dominate the mean of (error / deviation)^2.
 Recalibration recalibration_of(std::size_t parameters, std::span<const Said> said) {
   if (parameters == 0 || said.empty() || said.size() % parameters != 0)
-    throw Error("recalibration", format("%zu values for trials of %zu parameters", said.size(), parameters),
+    throw Error(Code::size_mismatch, "recalibration",
+                format("%zu values for trials of %zu parameters", said.size(), parameters),
                 "give one for each trial and parameter");
   Recalibration made;
   for (std::size_t p = 0; p < parameters; ++p) {
@@ -110,22 +111,22 @@ Recalibration recalibration_from_json(const std::string& text, std::size_t param
     const Json json = parse_json(text, where);
     for (const Json& list : json.at("levels")) {
       if (list.size() != Recalibration::probabilities)
-        throw Error(where, format("has a recalibration of %zu levels", list.size()), remedy);
+        throw Error(Code::file_damaged, where, format("has a recalibration of %zu levels", list.size()), remedy);
       Recalibration::Levels& levels = read.levels.emplace_back();
       for (std::size_t i = 0; i < levels.size(); ++i) levels[i] = list.at(i).get<double>();
     }
     read.deviation_factor = json.at("deviation_factor").get<std::vector<double>>();
   } catch (const Json::exception&) {
-    throw Error(where, "has a recalibration that cannot be read", remedy);
+    throw Error(Code::file_damaged, where, "has a recalibration that cannot be read", remedy);
   }
   if (read.levels.size() != parameters || read.deviation_factor.size() != parameters)
-    throw Error(where, "has a recalibration of another number of parameters", remedy);
+    throw Error(Code::file_damaged, where, "has a recalibration of another number of parameters", remedy);
   for (const Recalibration::Levels& levels : read.levels)
     if (!(levels.front() > 0.0) || !(levels.back() < 1.0) || !std::ranges::is_sorted(levels))
-      throw Error(where, "has a recalibration whose levels do not rise from 0 to 1", remedy);
+      throw Error(Code::file_damaged, where, "has a recalibration whose levels do not rise from 0 to 1", remedy);
   for (const double factor : read.deviation_factor)
     if (!(factor > 0.0) || !std::isfinite(factor))
-      throw Error(where, "has a recalibration whose deviations are not above 0", remedy);
+      throw Error(Code::file_damaged, where, "has a recalibration whose deviations are not above 0", remedy);
   return read;
 }
 

@@ -43,7 +43,7 @@ class Value {
       : name_(name), text_(text), where_(where) {}
 
   [[noreturn]] void refuse(const std::string& allowed) const {
-    throw Error(where_, name_ + " is '" + text_ + "'", "give " + allowed);
+    throw Error(Code::value_invalid, where_, name_ + " is '" + text_ + "'", "give " + allowed);
   }
   double number(double low, double high) const {
     std::string plain = text_;
@@ -145,7 +145,7 @@ void set_reading_option(ReadOptions& made, const std::string& name, const std::s
   } else if (name == "detrend") {
     made.trial.detrend = detrend_of(value, text);
   } else {
-    throw Error(where, "'" + name + "' is not an option of reading", "name one of them");
+    throw Error(Code::setting_unknown, where, "'" + name + "' is not an option of reading", "name one of them");
   }
 }
 

@@ -16,14 +16,14 @@ namespace {
 using Likeness = PathKey::Likeness;
 
 /// Returns the path of a sheet's cell: relative to the sheet's folder, with slashes.
-std::filesystem::path path_beside(const Sheet& sheet, std::string cell) {
+std::filesystem::path path_beside(const StudySheet& sheet, std::string cell) {
   std::ranges::replace(cell, '\\', '/');
   return sheet.file.parent_path() / cell;
 }
 
 class Planner {
  public:
-  Planner(Sheet sheet, const std::vector<RecordingSource>& sources, Choice choice, const ReadOptions& reading)
+  Planner(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice, const ReadOptions& reading)
       : sources_(sources), choice_(choice), reading_(reading) {
     plan_.sheet = std::move(sheet);
     for (const SheetLine& line : lines()) line_keys_.emplace_back(line.file);
@@ -82,7 +82,7 @@ class Planner {
     }
     if (best.size() > 1)
       return add(sources_[i], lines()[best[0]],
-                 Error(sources_[i].name(),
+                 Error(Code::value_invalid, sources_[i].name(),
                        "is the file of " + plan_.sheet->place_of(lines()[best[0]]) + " and of line " +
                            std::to_string(lines()[best[1]].number),
                        "keep one line, or put folders before the names"));
@@ -90,7 +90,7 @@ class Planner {
     const std::optional<std::size_t> person = person_of(i);
     if (person) return add(sources_[i], lines()[*person]);
     add(sources_[i], SheetLine{},
-        Error(sources_[i].name(), "has no line in " + plan_.sheet->file.string(),
+        Error(Code::value_missing, sources_[i].name(), "has no line in " + plan_.sheet->file.string(),
               "add a line with its file or its participant_id"));
   }
 
@@ -175,7 +175,7 @@ class Planner {
     if (best.size() > 1 && sources_[best[0]].trial.empty())
       return add(
           direct, here,
-          Error(plan_.sheet->place_of(here),
+          Error(Code::value_invalid, plan_.sheet->place_of(here),
                 "names " + here.file + ", which may be " + sources_[best[0]].name() + " or " + sources_[best[1]].name(),
                 "put the folder before the file's name"));
     for (const std::size_t i : best) add(sources_[i], here);
@@ -209,14 +209,15 @@ class Planner {
     const std::string name =
         person.entry.participant.empty() ? plan_.sheet->place_of(person) : person.entry.participant;
     add(std::filesystem::path(name), person,
-        person.error ? *person.error
-                     : Error(plan_.sheet->place_of(person), "no recording below its folder is of " + name,
-                             "put the participant_id into the names of files or folders, or add a column \"file\""));
+        person.error
+            ? *person.error
+            : Error(Code::file_missing, plan_.sheet->place_of(person), "no recording below its folder is of " + name,
+                    "put the participant_id into the names of files or folders, or add a column \"file\""));
   }
 
   void add_missing(const SheetLine& line, const std::string& problem) {
     add(path_beside(*plan_.sheet, line.file), with_person(line),
-        Error(plan_.sheet->place_of(line), problem, "correct the name, or copy the file there"));
+        Error(Code::file_missing, plan_.sheet->place_of(line), problem, "correct the name, or copy the file there"));
   }
 
   void add(const RecordingSource& source, const SheetLine& line, std::optional<Error> error = {}) {
@@ -228,7 +229,8 @@ class Planner {
     try {
       apply(line, planned.reading, setting);
     } catch (const Error& wrong) {
-      if (!planned.error) planned.error = Error(plan_.sheet->place_of(line), wrong.what(), "correct the line");
+      if (!planned.error)
+        planned.error = Error(wrong.code(), plan_.sheet->place_of(line), wrong.what(), "correct the line");
     }
     planned.reading.body = setting.body;
     auto found = std::ranges::find(plan_.settings, setting);
@@ -242,7 +244,8 @@ class Planner {
     for (const auto& [name, value] : line.reading) set_reading_option(reading, name, value, where);
     if (line.height_m) reading.recording.body_height_m = line.height_m;
     if (line.mass_kg.has_value() != line.height_m.has_value())
-      throw Error(where, line.mass_kg ? "gives a weight and no height" : "gives a height and no weight",
+      throw Error(Code::value_missing, where,
+                  line.mass_kg ? "gives a weight and no height" : "gives a height and no weight",
                   "give both, or neither for the assumed body");
     if (line.mass_kg) setting.body = sim::body_of_person({.mass_kg = *line.mass_kg, .height_m = *line.height_m});
     if (line.protocol.empty()) return;
@@ -268,7 +271,7 @@ RecordingPlan plan_of(const std::vector<RecordingSource>& sources, const ReadOpt
   return plan;
 }
 
-RecordingPlan plan_of(Sheet sheet, const std::vector<RecordingSource>& sources, Choice choice,
+RecordingPlan plan_of(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice,
                       const ReadOptions& reading) {
   return Planner(std::move(sheet), sources, choice, reading)();
 }

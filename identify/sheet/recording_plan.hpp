@@ -1,6 +1,6 @@
 // The recordings of a call, with the person, the options and the protocol of each: all alike, or by a study's sheet.
 //
-//   const Sheet sheet = read_sheet("participants.tsv");
+//   const StudySheet sheet = read_sheet("participants.tsv");
 //   const RecordingPlan plan = plan_of(sheet, recordings_below("."), Choice::by_sheet, {});
 //   Report report = identify_plan(model, "my model", plan);      // study_results.hpp
 #pragma once
@@ -35,7 +35,7 @@ struct PlannedRecording {
 struct RecordingPlan {
   std::vector<RecordingSetting> settings;
   std::vector<PlannedRecording> recordings;
-  std::optional<Sheet> sheet = {};
+  std::optional<StudySheet> sheet = {};
   std::vector<std::string> notes = {};  ///< lines that are of none of the recordings, for people
 };
 
@@ -51,7 +51,7 @@ enum class Choice { by_call, by_sheet };
 /// folder. These recordings have an error: a recording of the call without a line; a line whose file is missing; a
 /// person without a recording, by_sheet; a recording with two lines, and a line with two recordings, that are equally
 /// alike; a wrong cell; and one without the other of mass and height.
-RecordingPlan plan_of(Sheet sheet, const std::vector<RecordingSource>& sources, Choice choice,
+RecordingPlan plan_of(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice,
                       const ReadOptions& reading);
 
 }  // namespace decid

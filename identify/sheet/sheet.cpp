@@ -79,7 +79,8 @@ std::optional<double> number_of(std::string cell) {
 double mass_of(const std::string& cell, const std::string& where) {
   const std::optional<double> kg = number_of(cell);
   if (!kg || *kg < 1.0 || *kg > 500.0)
-    throw Error(where, "the weight '" + cell + "' is not from 1 to 500 kg", "give it in kg, or n/a");
+    throw Error(Code::value_invalid, where, "the weight '" + cell + "' is not from 1 to 500 kg",
+                "give it in kg, or n/a");
   return *kg;
 }
 
@@ -87,7 +88,8 @@ double height_of(const std::string& cell, const std::string& where) {
   const std::optional<double> given = number_of(cell);
   const double metres = !given ? 0.0 : *given >= 30.0 ? *given / 100.0 : *given;
   if (metres < 0.3 || metres > 3.0)
-    throw Error(where, "the height '" + cell + "' is neither from 0.3 to 3 m nor from 30 to 300 cm",
+    throw Error(Code::value_invalid, where,
+                "the height '" + cell + "' is neither from 0.3 to 3 m nor from 30 to 300 cm",
                 "give it in m or cm, or n/a");
   return metres;
 }
@@ -146,7 +148,8 @@ SheetLine read_line(const std::vector<Column>& columns, const std::vector<std::s
     }
   }
   if (!line.error && line.file.empty() && line.entry.participant.empty())
-    line.error = Error(where, "names neither a participant nor a file", "give one, or delete the line");
+    line.error =
+        Error(Code::value_missing, where, "names neither a participant nor a file", "give one, or delete the line");
   return line;
 }
 
@@ -159,28 +162,29 @@ std::vector<Column> read_columns(const std::vector<std::string>& names, const st
     const std::string carried_as = column.role == Role::carried ? text_key(name) : column.option;
     const auto [first, is_new] = seen.try_emplace({column.role, carried_as}, name);
     if (!is_new)
-      throw Error(where, "has two columns of one meaning, \"" + first->second + "\" and \"" + name + "\"",
+      throw Error(Code::column_ambiguous, where,
+                  "has two columns of one meaning, \"" + first->second + "\" and \"" + name + "\"",
                   "rename or delete one of them");
   }
   const auto has = [&](Role role) { return std::ranges::find(columns, role, &Column::role) != columns.end(); };
   if (!has(Role::participant) && !has(Role::file))
-    throw Error(where, "has neither a column \"participant_id\" nor a column \"file\"",
+    throw Error(Code::column_missing, where, "has neither a column \"participant_id\" nor a column \"file\"",
                 "name the columns in the first line, between tabs, commas or semicolons");
   return columns;
 }
 
 }  // namespace
 
-std::string Sheet::place_of(const SheetLine& line) const {
+std::string StudySheet::place_of(const SheetLine& line) const {
   return format("%s, line %zu", file.string().c_str(), line.number);
 }
 
-Sheet read_sheet(const std::filesystem::path& path) {
+StudySheet read_sheet(const std::filesystem::path& path) {
   std::vector<std::vector<std::string>> rows = read_spreadsheet(path);
   std::vector<std::string>& names = rows.front();
   while (!names.empty() && names.back().empty()) names.pop_back();
   const std::vector<Column> columns = read_columns(names, path.string() + ", line 1");
-  Sheet sheet{path, {}, {}};
+  StudySheet sheet{path, {}, {}};
   for (std::size_t i = 0; i < columns.size(); ++i)
     if (columns[i].role == Role::carried) sheet.columns.push_back(names[i]);
   for (std::size_t row = 1; row < rows.size(); ++row) {
@@ -189,7 +193,7 @@ Sheet read_sheet(const std::filesystem::path& path) {
     sheet.lines.push_back(read_line(columns, rows[row], row + 1, where));
   }
   if (sheet.lines.empty())
-    throw Error(path.string(), "has no line below its names", "add a line per recording or person");
+    throw Error(Code::file_empty, path.string(), "has no line below its names", "add a line per recording or person");
   return sheet;
 }
 

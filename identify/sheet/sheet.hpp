@@ -24,7 +24,7 @@ struct SheetLine {
   std::optional<Error> error = {};  ///< what is wrong with a cell; the line's recordings have this error
 };
 
-struct Sheet {
+struct StudySheet {
   std::filesystem::path file;
   std::vector<std::string> columns;  ///< of SheetEntry::cells, as the file spells them
   std::vector<SheetLine> lines;
@@ -42,7 +42,7 @@ struct Sheet {
 /// Other columns, age and sex among them, are SheetEntry::cells. Empty cells and n/a have no value. Throws Error for an
 /// unreadable file, a sheet without participant_id and file, two columns of one meaning, and a sheet without lines. A
 /// line with a wrong cell has an error.
-Sheet read_sheet(const std::filesystem::path& path);
+StudySheet read_sheet(const std::filesystem::path& path);
 
 /// Returns the line with the empty cells of a recording's line filled from the person's.
 SheetLine merged(SheetLine recording, const SheetLine& person);

@@ -7,6 +7,7 @@
 
 #include "base/parallel.hpp"
 #include "recording/protocol_file.hpp"
+#include "sim/body_model.hpp"
 
 namespace decid {
 
@@ -60,8 +61,21 @@ void require_protocol_of(const Model& model, const std::string& name, const std:
   sim::Experiment asked = recording::load_protocol(protocol).experiment;
   asked.body = model.protocol.experiment.body;
   if (asked != model.protocol.experiment)
-    throw Error("protocol " + protocol, "is not the protocol of " + name,
+    throw Error(Code::protocol_mismatch, "protocol " + protocol, "is not the protocol of " + name,
                 "fit these recordings (decid fit), or give a model of this protocol");
+}
+
+/// Sets the controller of a sheet's protocol to the call's. Throws Error if it names one that the call does not fit.
+void use_controller(sim::Protocol& its_own, const sim::Protocol& protocol, const FitRequest& request) {
+  const sim::BodyModel *const named = its_own.experiment.body_model, *const asked = protocol.experiment.body_model;
+  const bool is_fitted =
+      named == &sim::single_pendulum() || named == asked ||
+      std::ranges::find(request.others, named, &FitRequest::Other::controller) != request.others.end();
+  if (!is_fitted)
+    throw Error(Code::setting_conflict, "protocol " + its_own.name,
+                "names the controller " + named->name + ", and this call fits " + asked->name,
+                "fit recordings of one controller in a call");
+  its_own.experiment.body_model = asked;
 }
 
 }  // namespace
@@ -119,9 +133,7 @@ PlanFitter::PlanFitter(const Model* model, const sim::Protocol& protocol, const 
     const RecordingSetting& setting = plan.settings[k];
     try {
       sim::Protocol its_own = setting.protocol.empty() ? protocol : recording::load_protocol(setting.protocol, files);
-      if (its_own.parameters().names() != protocol.parameters().names())
-        throw Error("protocol " + setting.protocol, "has other parameters than " + protocol.name,
-                    "fit recordings of one body model in a call");
+      use_controller(its_own, protocol, request);
       std::optional<sim::Body> body = setting.body;
       if (!body && !setting.protocol.empty() && its_own.experiment.body != sim::Body{}) body = its_own.experiment.body;
       fitters_[k] = std::make_unique<Fitter>(model, std::move(its_own), body, request);

@@ -6,9 +6,9 @@
 #include <limits>
 
 #include "base/error.hpp"
+#include "base/math/cholesky.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
-#include "posterior/cholesky.hpp"
 
 namespace decid {
 namespace {
@@ -47,7 +47,7 @@ double gaussian_log_score(const sim::Parameters& truth, std::span<const posterio
   const std::size_t parameters = ranges.size();
   const auto share = [&](std::size_t p, double value) { return (value - ranges[p].low) / ranges[p].range(); };
   const auto count = static_cast<double>(draws.size());
-  std::vector<double> centre(parameters), covariance(posterior::triangle(parameters)), x(parameters);
+  std::vector<double> centre(parameters), covariance(triangle(parameters)), x(parameters);
   const auto each_draw = [&](const auto& body) {
     for (const posterior::State& draw : draws) {
       for (std::size_t p = 0; p < parameters; ++p) x[p] = mixture_coordinate(share(p, draw.parameters[p]));
@@ -60,14 +60,14 @@ double gaussian_log_score(const sim::Parameters& truth, std::span<const posterio
   each_draw([&] {
     for (std::size_t p = 0; p < parameters; ++p)
       for (std::size_t q = 0; q <= p; ++q)
-        covariance[posterior::triangle(p) + q] += (x[p] - centre[p]) * (x[q] - centre[q]) / (count - 1.0);
+        covariance[triangle(p) + q] += (x[p] - centre[p]) * (x[q] - centre[q]) / (count - 1.0);
   });
-  if (!posterior::factorize(parameters, covariance)) return CalibratedTrial::unknown_score;
-  posterior::invert_lower(parameters, covariance);  // A: A (x - centre) is standard normal
+  if (!factorize(parameters, covariance)) return CalibratedTrial::unknown_score;
+  invert_lower(parameters, covariance);  // A: A (x - centre) is standard normal
   for (std::size_t p = 0; p < parameters; ++p) x[p] = mixture_coordinate(share(p, truth[p]));
   double sum = 0.0;
   for (std::size_t p = 0; p < parameters; ++p) {
-    const double* const row = covariance.data() + posterior::triangle(p);
+    const double* const row = covariance.data() + triangle(p);
     double y = 0.0;
     for (std::size_t q = 0; q <= p; ++q) y += row[q] * (x[q] - centre[q]);
     sum += std::log(row[p]) + 0.5 * (x[p] * x[p] - y * y);  // over the density of x beforehand, standard normal
@@ -98,7 +98,7 @@ CalibratedTrial calibrate(const sim::Parameters& truth, const ParameterDistribut
 }
 
 Calibration calibration_of(std::span<const CalibratedTrial> trials, const sim::Parameters& deviation) {
-  if (trials.empty()) throw Error("calibration", "has no trials", "give one at least");
+  if (trials.empty()) throw Error(Code::trials_missing, "calibration", "has no trials", "give one at least");
   Calibration result;
   result.trials = static_cast<int>(trials.size());
   result.agreed = static_cast<int>(std::ranges::count_if(trials, &CalibratedTrial::agreed));
@@ -108,6 +108,11 @@ Calibration calibration_of(std::span<const CalibratedTrial> trials, const sim::P
     result.log_score += trial.log_score / count;
     result.network_log_score += trial.network_log_score / count;
   }
+  const auto is_inferred = [&](std::size_t p) {
+    return std::ranges::any_of(trials, [&](const CalibratedTrial& trial) { return trial.deviation[p] > 0.0; });
+  };
+  double inferred = 0.0;
+  for (std::size_t p = 0; p < deviation.size(); ++p) inferred += is_inferred(p) ? 1.0 : 0.0;
   for (std::size_t p = 0; p < deviation.size(); ++p) {
     ParameterCalibration& of = result.parameters.emplace_back();
     std::vector<double> below;
@@ -124,12 +129,12 @@ Calibration calibration_of(std::span<const CalibratedTrial> trials, const sim::P
       below.push_back(trial.below[p]);
     }
     of.distance = distance_from_uniform(std::move(below));
-    const auto parameters = static_cast<double>(deviation.size());
-    result.all.mse += of.mse / parameters;
-    result.all.predicted_variance += of.predicted_variance / parameters;
-    result.all.network_mse += of.network_mse / parameters;
-    result.all.coverage50 += of.coverage50 / parameters;
-    result.all.coverage90 += of.coverage90 / parameters;
+    if (!is_inferred(p)) continue;
+    result.all.mse += of.mse / inferred;
+    result.all.predicted_variance += of.predicted_variance / inferred;
+    result.all.network_mse += of.network_mse / inferred;
+    result.all.coverage50 += of.coverage50 / inferred;
+    result.all.coverage90 += of.coverage90 / inferred;
     result.all.distance = std::max(result.all.distance, of.distance);
   }
   return result;
@@ -166,7 +171,8 @@ std::vector<CalibrationPart> calibration_by(std::span<const CalibratedTrial> tri
                                             const std::function<double(const sim::Parameters& truth)>& key) {
   constexpr std::size_t parts = 3;
   if (trials.size() < parts)
-    throw Error("calibration", format("has %zu trials", trials.size()), "give three at least for three parts");
+    throw Error(Code::trials_missing, "calibration", format("has %zu trials", trials.size()),
+                "give three at least for three parts");
   std::vector<const CalibratedTrial*> sorted;
   for (const CalibratedTrial& trial : trials) sorted.push_back(&trial);
   std::ranges::stable_sort(sorted, {}, [&](const CalibratedTrial* trial) { return key(trial->truth); });
@@ -180,10 +186,13 @@ std::vector<CalibrationPart> calibration_by(std::span<const CalibratedTrial> tri
   return result;
 }
 
-double damping_ratio(const sim::Parameters& parameters, const sim::Body& body) {
-  const double stiffness = 2.0 * parameters[sim::Kp] + parameters[sim::Kp_pass] - body.mgh();
-  const double damping =
-      2.0 * (parameters[sim::Kd] - parameters[sim::Kp] * parameters[sim::Delay]) + parameters[sim::Kd_pass];
+double damping_ratio(const sim::Parameters& parameters, const sim::Experiment& experiment) {
+  using enum sim::Coefficient;
+  const sim::Body& body = experiment.body;
+  const sim::Coefficients of = experiment.family().coefficients(parameters);
+  const double responses = of[position] + of[gravity];
+  const double stiffness = responses * of[kp] + of[kp_pass] - body.mgh();
+  const double damping = responses * (of[kd] - of[kp] * of[delay]) + of[kd_pass];
   return damping / (2.0 * std::sqrt(body.inertia_kgm2 * stiffness));
 }
 

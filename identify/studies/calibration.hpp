@@ -66,7 +66,7 @@ struct ParameterCalibration {
 struct Calibration {
   int trials = 0, agreed = 0;
   std::vector<ParameterCalibration> parameters;
-  ParameterCalibration all;                         ///< means over the parameters; the largest distance
+  ParameterCalibration all;                         ///< means over the inferred parameters; the largest distance
   double log_score = 0.0, network_log_score = 0.0;  ///< means over the trials; NaN unless all have one
   double band = 0.0;                                ///< 1.36 / sqrt(trials)
 };
@@ -99,9 +99,10 @@ std::vector<CalibrationPart> calibration_by(std::span<const CalibratedTrial> tri
                                             const std::function<double(const sim::Parameters& truth)>& key);
 
 /// Returns the damping ratio of the body and its controller without noise and dead band, the delay approximated by a
-/// lag: (2 (Kd - Kp delay) + Kd_pass) / (2 sqrt(J (2 Kp + Kp_pass - m g h))). The controller responds to sway twice, by
-/// its servo and by its compensation of gravity. If the ratio is low, the sway rings, and many parameters explain it
-/// nearly as well. NaN if the stiffness is too low to hold the body up.
-double damping_ratio(const sim::Parameters& parameters, const sim::Body& body);
+/// lag: (r (Kd - Kp delay) + Kd_pass) / (2 sqrt(J (r Kp + Kp_pass - m g h))). r, 2 in `dec`: the sum of the gains by
+/// which the controller responds to sway, its servo's and its compensation of gravity. Slow and torque feedback are
+/// left out. If the ratio is low, the sway rings, and many parameters explain it nearly as well. NaN if the stiffness
+/// is too low to hold the body up.
+double damping_ratio(const sim::Parameters& parameters, const sim::Experiment& experiment);
 
 }  // namespace decid

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <numeric>
 
 #include "base/math/math.hpp"
@@ -11,6 +10,7 @@
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "dataset/source.hpp"
+#include "sim/streams.hpp"
 
 namespace decid {
 namespace {
@@ -19,7 +19,7 @@ using sim::Condition;
 
 constexpr double memory_s = 0.495;  // of coloured noise: 0.98 of it is left after 10 ms
 
-// Random numbers of Stream::recording beyond the numbers that record() uses.
+// Random numbers of sim::streams::recording beyond the numbers that record() uses.
 constexpr std::uint64_t of_coloured_noise = std::uint64_t{1} << 40, of_gap = std::uint64_t{1} << 41;
 
 /// Sizes at which a condition is tested.
@@ -82,7 +82,7 @@ recording::Trial read(const Fault& fault, const sim::Protocol& protocol, std::ve
     sway.resize((sway.size() + every - 1) / every);
     rate_hz /= static_cast<double>(every);
   }
-  recording::Recording recording = recording::recording_of(sway, rate_hz);
+  recording::Recording recording = recording::make_recording(sway, rate_hz);
   recording::Trial trial = recording::bring_to_protocol(recording, protocol, options);
   warnings = std::move(recording.warnings);
   return trial;
@@ -167,14 +167,14 @@ FaultTrials::Trials FaultTrials::take_single(int first, int count) const {
   Trials made{std::vector<recording::Trial>(size), std::vector<Warnings>(size), std::vector<sim::Parameters>(size)};
   std::vector<std::uint64_t> numbers(size);
   std::iota(numbers.begin(), numbers.end(), static_cast<std::uint64_t>(first));
-  dataset::simulate_stream(*single_, seed_, numbers,
-                           [&](std::size_t place, const sim::TrialInput& trial, std::span<double> sway) {
-                             const std::uint64_t number = numbers[place];
-                             sim::record(recorded_, seed_, number, sway);
-                             made.truth[place] = trial.parameters;
-                             made.sways[place] = read(fault_, protocol_, {sway.begin(), sway.end()},
-                                                      Random(seed_, Stream::recording, number), made.warnings[place]);
-                           });
+  dataset::simulate_stream(
+      *single_, seed_, numbers, [&](std::size_t place, const sim::TrialInput& trial, std::span<double> sway) {
+        const std::uint64_t number = numbers[place];
+        sim::record(recorded_, seed_, number, sway);
+        made.truth[place] = trial.parameters;
+        made.sways[place] = read(fault_, protocol_, {sway.begin(), sway.end()},
+                                 Random(seed_, sim::streams::recording, number), made.warnings[place]);
+      });
   return made;
 }
 
@@ -185,7 +185,7 @@ FaultTrials::Trials FaultTrials::take_double(int first, int count) const {
   parallel_for(count, [&](int i) {
     std::vector<double> com(samples), leg(samples), trunk(samples);
     const auto item = static_cast<std::uint64_t>(first + i);
-    if (!double_->run(parameters, Random(seed_, Stream::vestibular_noise, item), {com, leg, trunk}).valid) return;
+    if (!double_->run(parameters, Random(seed_, sim::streams::vestibular_noise, item), {com, leg, trunk}).valid) return;
     sim::record(recorded_, seed_, item, com);
     found[static_cast<std::size_t>(i)] = recording::trial_of({com.begin(), com.end()});
   });

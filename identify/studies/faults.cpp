@@ -2,7 +2,6 @@
 #include "identify/studies/faults.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <optional>
 
@@ -43,8 +42,9 @@ void judge(const Identifier& identifier, FaultTrials::Trials trials, Row& row) {
     for (std::size_t k = 0; k < estimates.size(); ++k) {
       const std::size_t i = first + k;
       found[i] = estimates[k].parameters;
-      warned[i] = trust_of(trials.warnings[i]) != Trust::usable || trust_of(estimates[k].warnings) != Trust::usable ||
-                  trust_of(explanations[k].warnings) != Trust::usable;
+      warned[i] = worst_trust(trials.warnings[i]) != Trust::usable ||
+                  worst_trust(estimates[k].warnings) != Trust::usable ||
+                  worst_trust(explanations[k].warnings) != Trust::usable;
       if (estimates[k].distribution && !trials.truth.empty())
         promised[i] = calibrate(trials.truth[i], *estimates[k].distribution);
     }

@@ -7,6 +7,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "identify/studies/calibration_trials.hpp"
 
 namespace decid {
 namespace {
@@ -63,10 +64,7 @@ std::vector<FitCondition> fit_conditions(const sim::Protocol& protocol) {
 std::vector<FitCondition> fit_faults(const sim::Protocol& protocol, const posterior::Priors& priors) {
   sim::Protocol recorded = protocol;
   recorded.conditions = {};
-  if (priors.start_s > 0.0) recorded.conditions[sim::Condition::start] = {.share = 1.0, .high = priors.start_s};
-  // Uniform, with the prior's standard deviation.
-  if (priors.gain > 0.0)
-    recorded.conditions[sim::Condition::gain] = {.share = 1.0, .high = std::sqrt(3.0) * priors.gain};
+  recorded = with_priors(std::move(recorded), priors);
   std::vector<FitCondition> rows;
   for (const Fault& fault : faults_of_people())
     if (impossible(protocol, fault).empty()) rows.push_back({fault, with_fault(recorded, fault)});
@@ -80,7 +78,8 @@ FitConditionFigures fit_condition(const Model& model, const sim::Protocol& proto
   row.fault = condition.fault;
   FaultTrials::Trials made = FaultTrials(protocol, condition.recorded, condition.fault, seed).take(0, trials);
   if (made.sways.empty())
-    throw Error("protocol " + protocol.name, "no trial stands " + condition.fault.what, "use a smaller stimulus");
+    throw Error(Code::body_falls, "protocol " + protocol.name, "no trial stands " + condition.fault.what,
+                "use a smaller stimulus");
   std::vector<RecordingResult> fitted = recordings_of(made);
   if (!Fitter(&model, protocol, {}, request).fit(fitted, progress)) return row;
   const sim::ParameterTable ranges = protocol.ranges();
@@ -102,9 +101,7 @@ FitConditionFigures fit_condition(const Model& model, const sim::Protocol& proto
     row.max_s = std::max(row.max_s, fit.seconds);
   }
   if (answers.empty()) return row;
-  sim::Parameters sd(ranges.size());
-  for (std::size_t p = 0; p < ranges.size(); ++p) sd[p] = ranges[p].range() / std::sqrt(12.0);
-  row.figures = calibration_of(answers, sd);
+  row.figures = calibration_of(answers, uniform_deviation(ranges));
   return row;
 }
 

@@ -9,7 +9,6 @@
 #include "base/error.hpp"
 #include "base/files/file.hpp"
 #include "base/parallel.hpp"
-#include "base/per_thread.hpp"
 #include "base/setting.hpp"
 #include "base/text.hpp"
 #include "identify/explanation.hpp"
@@ -17,6 +16,7 @@
 #include "nn/predictor.hpp"
 #include "recording/formats/csv.hpp"
 #include "sim/double_pendulum.hpp"
+#include "sim/streams.hpp"
 
 namespace decid {
 namespace {
@@ -110,14 +110,14 @@ void finish(std::vector<Bin>& all) {
 }
 
 [[noreturn]] void refuse_seed(std::uint64_t seed) {
-  throw Error("fresh trials", "seed " + std::to_string(seed) + " is that of the training's trials",
+  throw Error(Code::data_reused, "fresh trials", "seed " + std::to_string(seed) + " is that of the training's trials",
               "give another " + setting("seed"));
 }
 
 int column_named(const recording::CsvTable& table, const std::string& name, const std::string& file) {
   for (int c = 0; c < table.columns(); ++c)
     if (table.names()[static_cast<std::size_t>(c)] == name) return c;
-  throw Error(file, "has no column '" + name + "'", "give a table whose header has it");
+  throw Error(Code::column_missing, file, "has no column '" + name + "'", "give a table whose header has it");
 }
 
 }  // namespace
@@ -143,15 +143,8 @@ void study_dataset(const Model& model, const std::string& file, Study& study, co
   data.seed = about.seed;
   data.before = data.all = dataset::TrialDistributions(model.parameters());
   std::vector<double> amplitude(static_cast<std::size_t>(stored.trials()));
-  parallel_for(stored.trials(), [&](int i) {
-    struct Scratch {
-      std::vector<float> sway;
-    };
-    std::vector<float>& sway = per_thread<Scratch>().sway;
-    sway.resize(static_cast<std::size_t>(about.samples));
-    stored.read(i, sway);
-    amplitude[static_cast<std::size_t>(i)] = peak_to_peak(sway);
-  });
+  stored.take(0, stored.trials(),
+              [&](std::size_t i, std::span<const float> sway) { amplitude[i] = peak_to_peak(sway); });
   for (std::size_t i = 0; i < amplitude.size(); ++i) {
     const bool base = about.group[i] == static_cast<std::int32_t>(i);
     if (base) data.before.add(about.parameters[i], amplitude[i]);
@@ -234,7 +227,7 @@ void study_fresh(const Model& model, int trials, const std::vector<double>& leve
       const Scores target = as_scores(model.targets.scale(truth[i]));
       const Scores output = as_scores(scores_at(model, scores[l], i));
       add(level.by_amplitude_deg, amplitude_deg[i], target, output);
-      add(level.by_nv, truth[i][sim::Nv], target, output);
+      add(level.by_nv, model.protocol.family().coefficients(truth[i])[sim::Coefficient::nv], target, output);
     }
     finish(level.by_amplitude_deg);
     finish(level.by_nv);
@@ -250,6 +243,11 @@ void study_fresh(const Model& model, int trials, const std::vector<double>& leve
 }
 
 void study_double(const Model& model, int realisations, Study& study, const Announce& announce) {
+  if (model.protocol.experiment.body_model != &sim::single_pendulum()) {
+    study.notes.push_back("no double pendulum: its joints have the controller dec, the model has " +
+                          model.protocol.experiment.body_model->name);
+    return;
+  }
   announce("leg and trunk");
   std::optional<sim::DoubleSimulator> simulator;
   try {
@@ -263,7 +261,7 @@ void study_double(const Model& model, int realisations, Study& study, const Anno
   std::vector<std::vector<float>> sways;
   std::vector<double> com(samples), leg(samples), trunk(samples);
   for (int r = 0; r < realisations; ++r) {
-    const Random noise(study.fresh_seed, Stream::vestibular_noise, static_cast<std::uint64_t>(r));
+    const Random noise(study.fresh_seed, sim::streams::vestibular_noise, static_cast<std::uint64_t>(r));
     if (simulator->run(parameters, noise, {com, leg, trunk}).valid) sways.emplace_back(com.begin(), com.end());
   }
   if (sways.empty()) {
@@ -290,7 +288,7 @@ std::vector<LearningPoint> read_learning_curve(const std::string& file) {
   std::vector<LearningPoint> curve;
   for (std::size_t i = 0; i < trials.size(); ++i) {
     if (!(trials[i] > (i > 0 ? trials[i - 1] : 0)) || !(mse[i] >= 0))
-      throw Error(file,
+      throw Error(Code::value_invalid, file,
                   format("%s: trials must grow from row to row, and no mse be negative", table.place_of(i).c_str()),
                   "sort it by trials");
     curve.push_back({trials[i], mse[i]});
@@ -308,7 +306,7 @@ std::vector<EpochLog> read_log(const std::string& file) {
   for (std::size_t i = 0; i < epoch.size(); ++i) {
     log.push_back({static_cast<int>(i) + 1, training[i], validation[i], rate[i]});
     if (epoch[i] != static_cast<double>(i + 1))
-      throw Error(file, format("%s: epochs do not count from 1", table.place_of(i).c_str()),
+      throw Error(Code::value_invalid, file, format("%s: epochs do not count from 1", table.place_of(i).c_str()),
                   "give the log that decid train wrote");
   }
   return log;

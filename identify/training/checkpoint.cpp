@@ -89,11 +89,12 @@ TrainingState state_from_bytes(const std::string& bytes, const std::string& name
 TrainingState load_checkpoint(const std::string& path, const TrainingRequest& request) {
   TrainingState state = state_from_bytes(read_file(path), path);
   if (const std::string differs = what_differs(state.model, request); !differs.empty())
-    throw Error(path, "is of an unfinished training " + differs,
+    throw Error(Code::file_differs, path, "is of an unfinished training " + differs,
                 "give the options it was begun with, " + resume_hint(state.model, request) + "choose another " +
                     setting("output") + ", or delete it to begin again");
   if (state.part.trials > 0 && state.model.origin.epochs != request.origin.epochs)
-    throw Error(path, "is of a training that was stopped in the middle of an epoch, with another schedule",
+    throw Error(Code::file_differs, path,
+                "is of a training that was stopped in the middle of an epoch, with another schedule",
                 "finish it with its " + setting("epochs") + " first, then go on to more with " + setting("resume"));
   extend(state, request);
   return state;
@@ -105,19 +106,21 @@ FinishedTraining load_finished(const std::string& path, const TrainingRequest& r
     try {
       return load_model(path);
     } catch (const Error& error) {
-      throw Error(path, "is there already and would be overwritten, and is no model (" + error.problem() + ")", remedy);
+      throw Error(Code::file_exists, path,
+                  "is there already and would be overwritten, and is no model (" + error.problem() + ")", remedy);
     }
   };
   FinishedTraining finished{{model_there(), {}}, true};
   TrainingState& state = finished.state;
   if (const std::string differs = what_differs(state.model, request); !differs.empty())
-    throw Error(path, "would be overwritten: it is a finished model " + differs,
+    throw Error(Code::file_exists, path, "would be overwritten: it is a finished model " + differs,
                 resume_hint(state.model, request) + remedy);
   state.log = std::exchange(state.model.log, {});
   finished.done = state.model.origin.epochs == request.origin.epochs;
   if (finished.done) return finished;
   if (state.log.empty())
-    throw Error(path, "does not say how its training went, so no training can go on from it", remedy);
+    throw Error(Code::file_unsupported, path, "does not say how its training went, so no training can go on from it",
+                remedy);
   if (state.model.origin.patience > 0) state.log.resize(static_cast<std::size_t>(best_epoch(state.log)));
   extend(state, request);
   return finished;

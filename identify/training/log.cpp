@@ -36,7 +36,7 @@ std::string to_json(const std::vector<EpochLog>& log, const EpochPart& part) {
 
 std::vector<EpochLog> log_from_json(const std::string& text, const std::string& where, EpochPart* part) {
   const auto unreadable = [&] {
-    return Error(where, "has a log that cannot be read", "give a file written by decid train");
+    return Error(Code::file_damaged, where, "has a log that cannot be read", "give a file written by decid train");
   };
   std::vector<EpochLog> log;
   try {

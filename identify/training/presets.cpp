@@ -167,7 +167,7 @@ const Preset& preset_named(const std::string& name) {
     if (preset.name == name) return preset;
     names += (names.empty() ? "" : ", ") + preset.name;
   }
-  throw Error("preset", "'" + name + "' is not there", "choose one of " + names);
+  throw Error(Code::setting_unknown, "preset", "'" + name + "' is not there", "choose one of " + names);
 }
 
 }  // namespace decid

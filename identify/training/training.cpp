@@ -37,7 +37,7 @@ class SharedLoss {
 
   /// The loss of the whole batch. stop: this rank requests a stop; asked() returns true if any rank does.
   double of(nn::Trainer<float>& trainer, const dataset::Feed::Batch& batch, bool stop) {
-    const nn::BatchPartition& share = share_of(batch.trials);
+    const nn::BatchPartition& share = partition(batch.trials);
     own_.assign(share.blocks.size() * width_ + 1, 0.0);
     head_.loss(trainer.output(), batch.targets, batch.trials, parameters_, std::span(own_).subspan(1),
                trainer.output_diff());
@@ -63,11 +63,11 @@ class SharedLoss {
   bool asked() const { return asked_; }
 
  private:
-  const nn::BatchPartition& share_of(int batch) {
+  const nn::BatchPartition& partition(int batch) {
     const auto [found, is_new] = shares_.try_emplace(batch);
     if (is_new)
       found->second =
-          nn::share_of(static_cast<int>(nn::TensorView<float>::blocks_of(batch)), ranks_.rank(), ranks_.size());
+          nn::make_partition(static_cast<int>(nn::TensorView<float>::blocks_of(batch)), ranks_.rank(), ranks_.size());
     return found->second;
   }
 
@@ -87,7 +87,7 @@ std::string in_a_line(const std::string& text) {
 }
 
 Diverged diverged(const Preset& preset, int epoch, const std::string& how) {
-  return Diverged("training", format("diverged in epoch %d of %d: ", epoch, preset.epochs) + how,
+  return Diverged(Code::diverged, "training", format("diverged in epoch %d of %d: ", epoch, preset.epochs) + how,
                   format("lower the learning rate of %g (%s)", preset.learning_rate, setting("learning_rate").c_str()));
 }
 
@@ -137,7 +137,7 @@ TrainingState start_training(const dataset::TrialSource& source, const TrainingS
   const auto refuse = [&](const std::string& what, const std::string& there, const std::string& here) {
     const std::string& preset = from.origin.preset;
     throw Error(
-        name,
+        Code::file_differs, name,
         "has another " + what + " than this training: " + in_a_line(there) + " there, " + in_a_line(here) + " here",
         "give " + (preset.empty() ? "" : setting("preset") + " " + preset + ", with which it was trained, or ") +
             "its " + setting("architecture") + ", " + setting("head") + " and " + setting("image") +
@@ -194,7 +194,7 @@ class ModelTraining final : public nn::TrainingLoop {
       shared_.emplace(*settings.ranks, *model_.head, model_.parameters().size());
       sharing = {settings.ranks->size(), [this](int batch) { return trainer_.own_samples(batch); }};
     }
-    if (!state.momentum_buffers.empty()) trainer_.set_velocities(state.momentum_buffers);
+    if (!state.momentum_buffers.empty()) trainer_.set_momentum_buffers(state.momentum_buffers);
     feed_.emplace(source, model_.encoding(), model_.targets, preset_.batch, settings.seed,
                   static_cast<int>(state.log.size()), preset_.epochs, std::move(sharing), state.part.trials);
   }

@@ -10,9 +10,9 @@
 #include <cmath>
 
 #include "base/per_thread.hpp"
-#include "nn/forward.hpp"
-#include "nn/layers/normalisation.hpp"
-#include "nn/layers/training_layers.hpp"
+#include "nn/detail/forward.hpp"
+#include "nn/layers/detail/normalisation.hpp"
+#include "nn/layers/detail/training_layers.hpp"
 
 namespace decid::nn {
 namespace {
@@ -137,7 +137,7 @@ class BatchNormTraining final : public TrainingLayer<T> {
 
   Activation<T> activation(int channel) const {
     const Normalisation& n = normalisations_[static_cast<std::size_t>(channel)];
-    return {static_cast<T>(n.scale), static_cast<T>(n.shift), norm_.relu, pooling_of(norm_.pool)};
+    return {static_cast<T>(n.scale), static_cast<T>(n.shift), norm_.relu, make_pooling(norm_.pool)};
   }
 
   /// The derivative by the normalised values of a band. Without a pool that is diff_dst itself, which ReLU masks where

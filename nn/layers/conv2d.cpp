@@ -2,8 +2,8 @@
 // Formulas and the order of every sum in kernels/kernels.hpp.
 #include <algorithm>
 
-#include "nn/forward.hpp"
-#include "nn/layers/training_layers.hpp"
+#include "nn/detail/forward.hpp"
+#include "nn/layers/detail/training_layers.hpp"
 
 namespace decid::nn {
 

@@ -1,10 +1,9 @@
 // Dropout: in training each value is 0 with probability `rate`, else x / (1 - rate); in inference y = x. Counted random
 // numbers: backward draws the mask of forward again, and threads do not change it. Srivastava et al., JMLR 15, 2014.
-#include <array>
 #include <cmath>
 
 #include "base/text.hpp"
-#include "nn/layers/layers.hpp"
+#include "nn/layers/detail/layers.hpp"
 
 namespace decid::nn {
 namespace {

@@ -1,6 +1,6 @@
 // Fully connected layer in training: y = W x + b over all values of a sample, in the order channel, row, column.
-#include "nn/forward.hpp"
-#include "nn/layers/training_layers.hpp"
+#include "nn/detail/forward.hpp"
+#include "nn/layers/detail/training_layers.hpp"
 
 namespace decid::nn {
 namespace {

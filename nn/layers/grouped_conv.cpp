@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "nn/forward.hpp"
-#include "nn/layers/layers.hpp"
+#include "nn/detail/forward.hpp"
+#include "nn/layers/detail/layers.hpp"
 
 namespace decid::nn {
 namespace {

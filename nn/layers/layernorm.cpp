@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "nn/kernels/kernels.hpp"
-#include "nn/layers/layers.hpp"
+#include "nn/layers/detail/layers.hpp"
 
 namespace decid::nn {
 namespace {

@@ -1,6 +1,6 @@
 // Leaky rectified linear unit: y = x > 0 ? x : slope x. Maas et al., "Rectifier nonlinearities", ICML 2013.
 #include "base/text.hpp"
-#include "nn/layers/layers.hpp"
+#include "nn/layers/detail/layers.hpp"
 
 namespace decid::nn {
 namespace {

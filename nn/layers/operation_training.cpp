@@ -1,7 +1,7 @@
 // An Operation in training: the parameters it reads, and the memory that its gradients go to.
 #include <optional>
 
-#include "nn/layers/training_layers.hpp"
+#include "nn/layers/detail/training_layers.hpp"
 #include "nn/operation.hpp"
 
 namespace decid::nn {

@@ -1,7 +1,7 @@
 // Pools with padding. A maximum ignores it; an average counts it as zeros, as PyTorch's AvgPool2d does by default.
 #include <algorithm>
 
-#include "nn/layers/layers.hpp"
+#include "nn/layers/detail/layers.hpp"
 
 namespace decid::nn {
 namespace {

@@ -1,6 +1,6 @@
 // Average and maximum pooling in training.
-#include "nn/forward.hpp"
-#include "nn/layers/training_layers.hpp"
+#include "nn/detail/forward.hpp"
+#include "nn/layers/detail/training_layers.hpp"
 
 namespace decid::nn {
 namespace {

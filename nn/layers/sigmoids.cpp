@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "base/math/math.hpp"
-#include "nn/layers/layers.hpp"
+#include "nn/layers/detail/layers.hpp"
 
 namespace decid::nn {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "nn/layers/training_layers.hpp"
+#include "nn/layers/detail/training_layers.hpp"
 
 namespace decid::nn {
 namespace {

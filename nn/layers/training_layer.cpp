@@ -1,7 +1,7 @@
 // Makes the TrainingLayer of each kind of layer.
 #include "nn/layers/training_layer.hpp"
 
-#include "nn/layers/training_layers.hpp"
+#include "nn/layers/detail/training_layers.hpp"
 
 namespace decid::nn {
 

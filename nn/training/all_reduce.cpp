@@ -38,7 +38,7 @@ void AllReduce<T>::set_batch(int batch) {
   batch_ = batch;
   const int blocks = static_cast<int>(TensorView<T>::blocks_of(batch));
   const auto [found, is_new] = shares_.try_emplace(blocks);
-  if (is_new) found->second = share_of(blocks, ranks_.rank(), ranks_.size());
+  if (is_new) found->second = make_partition(blocks, ranks_.rank(), ranks_.size());
   share_ = &found->second;
 }
 
@@ -52,7 +52,7 @@ void AllReduce<T>::sum(double* parts, std::size_t size) {
   }
   received_.resize(static_cast<std::size_t>(share_->root_count()) * size);
   std::vector<std::size_t> sizes;
-  for (const int roots : share_->roots_of) sizes.push_back(static_cast<std::size_t>(roots) * size * sizeof(double));
+  for (const int roots : share_->root_counts) sizes.push_back(static_cast<std::size_t>(roots) * size * sizeof(double));
   ranks_.all_gather(std::as_bytes(std::span(sent_)), sizes, std::as_writable_bytes(std::span(received_)));
   add_up(share_->all, received_.data(), size, size);
   std::copy_n(received_.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(share_->total) * size), size,
@@ -61,7 +61,7 @@ void AllReduce<T>::sum(double* parts, std::size_t size) {
 
 template <class T>
 RankRange AllReduce<T>::shard(const Sum& sum, int rank) const {
-  return sum.whole ? RankRange{0, sum.values} : range_of(sum.values, rank, ranks_.size());
+  return sum.whole ? RankRange{0, sum.values} : rank_range(sum.values, rank, ranks_.size());
 }
 
 /// For each rank, the shards of this rank's roots.
@@ -103,7 +103,7 @@ void AllReduce<T>::start(std::span<const Gradient> gradients) {
   for (int rank = 0; rank < ranks_.size(); ++rank) {
     out.push_back(own_roots * shard(sum, rank).count());
     sent += out.back();
-    in.push_back(static_cast<std::size_t>(share_->roots_of[static_cast<std::size_t>(rank)]) * own_values);
+    in.push_back(static_cast<std::size_t>(share_->root_counts[static_cast<std::size_t>(rank)]) * own_values);
   }
   sum.sent.resize(sent);
   sum.received.resize(static_cast<std::size_t>(share_->root_count()) * own_values);

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "base/error.hpp"
-#include "nn/forward.hpp"
+#include "nn/detail/forward.hpp"
 #include "nn/operation.hpp"
 
 namespace decid::nn {
@@ -42,7 +42,7 @@ template <class T>
 void activate(const Step<T>& step, const TensorView<T>& src, const TensorView<T>& dst) {
   // A pool whose windows overlap reads what the activation left in its place.
   const bool pools_apart = step.pool && step.pool->overlaps(), pools = step.pool && !pools_apart;
-  const Pooling pooling = pools ? pooling_of(step.pool) : Pooling::none;
+  const Pooling pooling = pools ? make_pooling(step.pool) : Pooling::none;
   const TensorView<T>& activated = pools ? dst : src;
   for_each_plane(src.blocks(), step.src.channels, [&](int block, int channel) {
     const auto c = static_cast<std::size_t>(channel);
@@ -61,7 +61,7 @@ template <class T>
 BatchExecutor<T>::BatchExecutor(const Inference<T>& inference, int max_batch)
     : inference_(inference), max_batch_(max_batch) {
   if (max_batch < 1 || max_batch > 65536)
-    throw Error("batch", "of " + std::to_string(max_batch) + " samples", "give 1 to 65536");
+    throw Error(Code::setting_out_of_range, "batch", "of " + std::to_string(max_batch) + " samples", "give 1 to 65536");
   // The input has a separate place; all other tensors alternate between two.
   const std::vector<Step<T>>& steps = inference.steps();
   const std::size_t input = TensorView<T>::required(inference.input_shape(), max_batch, halo_of(steps, 0));
@@ -95,7 +95,8 @@ BatchExecutor<T>::BatchExecutor(const Inference<T>& inference, int max_batch)
 template <class T>
 void BatchExecutor<T>::set_batch(int batch) {
   if (batch < 1 || batch > max_batch_)
-    throw Error("batch", "of " + std::to_string(batch) + " samples where the largest is " + std::to_string(max_batch_),
+    throw Error(Code::setting_out_of_range, "batch",
+                "of " + std::to_string(batch) + " samples where the largest is " + std::to_string(max_batch_),
                 "make the predictor for the largest batch");
   for (TensorView<T>& t : tensors_) t.set_batch(batch);
 }

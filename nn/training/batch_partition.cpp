@@ -22,7 +22,7 @@ std::vector<int> owners(int blocks, int ranks) {
   std::iota(order.begin(), order.end(), 0);
   std::ranges::sort(order, {}, reversed);
   for (int rank = 0; rank < ranks; ++rank) {
-    const RankRange range = range_of(order.size(), rank, ranks);
+    const RankRange range = rank_range(order.size(), rank, ranks);
     for (std::size_t i = range.first; i < range.last; ++i) owner[static_cast<std::size_t>(order[i])] = rank;
   }
   return owner;
@@ -41,12 +41,12 @@ struct Root {
 }  // namespace
 
 int BatchPartition::root_count() const {
-  return std::accumulate(roots_of.begin(), roots_of.end(), 0);
+  return std::accumulate(root_counts.begin(), root_counts.end(), 0);
 }
 
-BatchPartition share_of(int blocks, int rank, int ranks) {
+BatchPartition make_partition(int blocks, int rank, int ranks) {
   BatchPartition share;
-  share.roots_of.assign(static_cast<std::size_t>(ranks), 0);
+  share.root_counts.assign(static_cast<std::size_t>(ranks), 0);
   if (blocks < 1) return share;
   share.owner = owners(blocks, ranks);
   std::vector<Node> nodes;
@@ -84,7 +84,7 @@ BatchPartition share_of(int blocks, int rank, int ranks) {
   for (std::size_t i = 0; i < order.size(); ++i) {
     const Root& root = roots[static_cast<std::size_t>(order[i])];
     place[static_cast<std::size_t>(order[i])] = static_cast<int>(i);
-    ++share.roots_of[static_cast<std::size_t>(root.owner)];
+    ++share.root_counts[static_cast<std::size_t>(root.owner)];
     if (root.owner == rank) share.roots.push_back(root.place);
   }
   for (BatchPartition::Addition& addition : share.all)

@@ -18,18 +18,18 @@ struct BatchPartition {
   struct Addition {
     int to, from;
   };
-  std::vector<int> owner;     ///< the rank of each block of the batch
-  std::vector<int> blocks;    ///< this rank's, ascending; the batch's last, which may be partly filled, comes last
-  std::vector<Addition> own;  ///< of places in `blocks`
-  std::vector<int> roots;     ///< places whose sums travel, after these additions
-  std::vector<int> roots_of;  ///< how many of each rank
-  std::vector<Addition> all;  ///< of the roots, counted through the ranks
-  int total = 0;              ///< the root that has the sum of the batch after these
+  std::vector<int> owner;        ///< the rank of each block of the batch
+  std::vector<int> blocks;       ///< this rank's, ascending; the batch's last, which may be partly filled, comes last
+  std::vector<Addition> own;     ///< of places in `blocks`
+  std::vector<int> roots;        ///< places whose sums travel, after these additions
+  std::vector<int> root_counts;  ///< how many of each rank
+  std::vector<Addition> all;     ///< of the roots, counted through the ranks
+  int total = 0;                 ///< the root that has the sum of the batch after these
 
   int root_count() const;
 };
 
-BatchPartition share_of(int blocks, int rank, int ranks);
+BatchPartition make_partition(int blocks, int rank, int ranks);
 
 /// Returns the maximum number of blocks of a rank for batches of up to `blocks`.
 inline int max_blocks(int blocks, int ranks) {

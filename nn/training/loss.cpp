@@ -15,10 +15,10 @@ void check_sizes(const TensorView<const T>& output, std::span<const T> targets, 
                  std::size_t sums, std::size_t needed) {
   const int outputs = output.shape().channels, samples = output.batch();
   if (output.shape() != Shape{outputs, 1, 1} || diff.shape() != output.shape() || diff.batch() != samples)
-    throw Error("mean squared error", "of tensors that are not both (outputs, 1, 1) of one batch",
+    throw Error(Code::size_mismatch, "mean squared error", "of tensors that are not both (outputs, 1, 1) of one batch",
                 "give a fully connected layer's output and a derivative of its shape");
   if (sums < needed || targets.size() < static_cast<std::size_t>(samples) * static_cast<std::size_t>(outputs))
-    throw Error("mean squared error",
+    throw Error(Code::size_mismatch, "mean squared error",
                 std::to_string(targets.size()) + " targets and " + std::to_string(sums) + " sums for a batch of " +
                     std::to_string(samples) + " with " + std::to_string(outputs) + " outputs",
                 "give a target for each output of each sample, a sum for each output");

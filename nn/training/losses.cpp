@@ -32,7 +32,7 @@ class CrossEntropy final : public Loss {
   double sample(std::span<const double> output, std::span<const double> target, std::span<double> diff) const override {
     const double wanted = target.front();
     if (!(wanted >= 0 && wanted < static_cast<double>(output.size())) || wanted != std::floor(wanted))
-      throw Error("cross-entropy",
+      throw Error(Code::setting_out_of_range, "cross-entropy",
                   format("has class %g as a target where the network has %zu outputs", wanted, output.size()),
                   format("number classes from 0 to %zu", output.size() - 1));
     const double largest =
@@ -51,7 +51,8 @@ class CrossEntropy final : public Loss {
 class Huber final : public Loss {
  public:
   explicit Huber(double delta) : delta_(delta) {
-    if (!(delta > 0)) throw Error("huber", format("has a delta of %g", delta), "give a number above 0");
+    if (!(delta > 0))
+      throw Error(Code::setting_out_of_range, "huber", format("has a delta of %g", delta), "give a number above 0");
   }
   double sample(std::span<const double> output, std::span<const double> target, std::span<double> diff) const override {
     const auto count = static_cast<double>(output.size());
@@ -95,7 +96,8 @@ std::shared_ptr<const Loss> loss_named(const std::string& name) {
   if (name == "squared-error") return squared_error();
   if (name == "cross-entropy") return cross_entropy();
   if (name == "huber") return huber();
-  throw Error("loss '" + name + "'", "is not known", "give squared-error, cross-entropy or huber");
+  throw Error(Code::setting_unknown, "loss '" + name + "'", "is not known",
+              "give squared-error, cross-entropy or huber");
 }
 
 template <class T>
@@ -105,9 +107,11 @@ double total_loss(const Loss& loss, const std::type_identity_t<TensorView<const 
   const auto width = static_cast<std::size_t>(loss.targets(output.shape().size()));
   const int batch = output.batch();
   if (diff.shape() != output.shape() || diff.batch() != batch)
-    throw Error(loss.text(), "has derivatives of another shape than the outputs", "give a tensor of the same shape");
+    throw Error(Code::size_mismatch, loss.text(), "has derivatives of another shape than the outputs",
+                "give a tensor of the same shape");
   if (targets.size() < width * static_cast<std::size_t>(batch))
-    throw Error(loss.text(), format("has %zu target values for %d samples of %zu", targets.size(), batch, width),
+    throw Error(Code::size_mismatch, loss.text(),
+                format("has %zu target values for %d samples of %zu", targets.size(), batch, width),
                 "give a target for each sample");
   std::vector<double> losses(static_cast<std::size_t>(batch));
   parallel_for(output.blocks(), [&](int block) {

@@ -75,7 +75,8 @@ class AdamW final : public Optimiser {
 /// Throws Error unless low <= value < high.
 void check(const char* optimiser, const char* setting, double value, double high) {
   if (!(value >= 0 && value < high))
-    throw Error(optimiser, format("has a %s of %g", setting, value), format("give a number from 0 to below %g", high));
+    throw Error(Code::setting_out_of_range, optimiser, format("has a %s of %g", setting, value),
+                format("give a number from 0 to below %g", high));
 }
 
 }  // namespace
@@ -98,7 +99,7 @@ std::shared_ptr<const Optimiser> optimiser_named(const std::string& name) {
   if (name == "sgd") return sgd();
   if (name == "nesterov") return sgd({.nesterov = true});
   if (name == "adamw") return adamw();
-  throw Error("optimiser '" + name + "'", "is not known", "give sgd, nesterov or adamw");
+  throw Error(Code::setting_unknown, "optimiser '" + name + "'", "is not known", "give sgd, nesterov or adamw");
 }
 
 OptimiserState begin(const Optimiser& optimiser, const Network<float>& network) {

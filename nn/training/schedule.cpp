@@ -2,10 +2,10 @@
 #include "nn/training/schedule.hpp"
 
 #include <algorithm>
-#include <charconv>
 
 #include "base/error.hpp"
 #include "base/math/math.hpp"
+#include "base/number.hpp"
 
 namespace decid::nn {
 
@@ -13,7 +13,7 @@ Schedule::Schedule(const std::string& text, double base_rate, long long total_st
                    long long warmup_steps)
     : base_rate_(base_rate), total_steps_(total_steps), steps_per_epoch_(steps_per_epoch), warmup_steps_(warmup_steps) {
   const auto fail = [&](const std::string& problem) {
-    throw Error("learning-rate schedule '" + text + "'", problem,
+    throw Error(Code::setting_malformed, "learning-rate schedule '" + text + "'", problem,
                 "give constant, cosine or step:EPOCHS:FACTOR, such as step:10:0.5");
   };
   if (total_steps < 1 || steps_per_epoch < 1 || warmup_steps < 0) fail("spans no step");
@@ -24,13 +24,12 @@ Schedule::Schedule(const std::string& text, double base_rate, long long total_st
     kind_ = Kind::cosine;
   } else if (text.starts_with("step:")) {
     kind_ = Kind::step;
-    const char* end = text.data() + text.size();
-    const auto epochs = std::from_chars(text.data() + 5, end, drop_epochs_);
-    if (epochs.ec != std::errc() || epochs.ptr == end || *epochs.ptr != ':' || drop_epochs_ < 1)
-      fail("has no whole number of epochs of at least 1");
-    const auto factor = std::from_chars(epochs.ptr + 1, end, drop_factor_);
-    if (factor.ec != std::errc() || factor.ptr != end || !(drop_factor_ > 0 && drop_factor_ <= 1))
-      fail("has no factor between 0 and 1");
+    const std::size_t colon = text.find(':', 5);
+    drop_epochs_ =
+        colon == std::string::npos ? 0 : number_from<int>(std::string_view(text).substr(5, colon - 5)).value_or(0);
+    if (drop_epochs_ < 1) fail("has no whole number of epochs of at least 1");
+    drop_factor_ = number_from<double>(std::string_view(text).substr(colon + 1)).value_or(0.0);
+    if (!(drop_factor_ > 0 && drop_factor_ <= 1)) fail("has no factor between 0 and 1");
   } else {
     fail("is not known");
   }

@@ -24,7 +24,7 @@ void refuse_lone_values(const Network<T>& network, int batch) {
   if (batch > 1 || found == network.layers().end()) return;
   std::size_t line = 0;
   for (auto before = network.layers().begin(); before != found; ++before) line += before->lines();
-  throw Error("layers." + std::to_string(line) + ", batchnorm",
+  throw Error(Code::setting_out_of_range, "layers." + std::to_string(line) + ", batchnorm",
               "has 1 value a channel in a batch of 1 sample, and no variance to normalise by",
               "give batches of 2 samples or more");
 }
@@ -40,7 +40,7 @@ Trainer<T>::Trainer(Network<T>& network, int max_batch, Communicator* ranks, boo
       own_batch_(max_batch),
       parameters_(network.parameters()) {
   if (max_batch < 1 || max_batch > 65536)
-    throw Error("batch", "of " + std::to_string(max_batch) + " samples", "give 1 to 65536");
+    throw Error(Code::setting_out_of_range, "batch", "of " + std::to_string(max_batch) + " samples", "give 1 to 65536");
   if (ranks != nullptr) {
     all_reduce_ = std::make_unique<AllReduce<T>>(*ranks);
     const auto blocks = static_cast<int>(TensorView<T>::blocks_of(max_batch));
@@ -51,12 +51,13 @@ Trainer<T>::Trainer(Network<T>& network, int max_batch, Communicator* ranks, boo
     layers_.push_back(
         make_training_layer<T>(layer, own_batch_, layers_.empty() ? nullptr : layers_.back().get(), open));
     if (all_reduce_ && layers_.back()->is_random())
-      throw Error("layer '" + layer.text() + "'", "draws random numbers, which processes cannot share yet",
+      throw Error(Code::not_supported, "layer '" + layer.text() + "'",
+                  "draws random numbers, which processes cannot share yet",
                   "train with one process, or leave the layer out");
     if (all_reduce_) layers_.back()->share_batch(*all_reduce_);
     for (std::size_t k = 0; k < layer.parameters().size(); ++k) gradients_.push_back(&layers_.back()->gradient(k));
   }
-  for (const Parameter<T>* p : parameters_) velocities_.emplace_back(p->value.size(), T(0));
+  for (const Parameter<T>* p : parameters_) momentum_buffers_.emplace_back(p->value.size(), T(0));
   plan();
   set_batch(max_batch);
 }
@@ -136,7 +137,8 @@ void Trainer<T>::plan() {
 template <class T>
 void Trainer<T>::set_batch(int batch) {
   if (batch < 1 || batch > max_batch_)
-    throw Error("batch", "of " + std::to_string(batch) + " samples where the largest is " + std::to_string(max_batch_),
+    throw Error(Code::setting_out_of_range, "batch",
+                "of " + std::to_string(batch) + " samples where the largest is " + std::to_string(max_batch_),
                 "make the trainer for the largest batch");
   refuse_lone_values(network_, batch);
   if (all_reduce_) {
@@ -156,7 +158,7 @@ std::vector<int> Trainer<T>::own_samples(int batch) const {
   if (ranks_ == nullptr) add(0, batch);
   if (ranks_ != nullptr)
     for (const int block :
-         share_of(static_cast<int>(TensorView<T>::blocks_of(batch)), ranks_->rank(), ranks_->size()).blocks)
+         make_partition(static_cast<int>(TensorView<T>::blocks_of(batch)), ranks_->rank(), ranks_->size()).blocks)
       add(block * lanes, (block + 1) * lanes);
   return samples;
 }
@@ -187,13 +189,14 @@ void Trainer<T>::backward() {
 template <class T>
 void Trainer<T>::step(double learning_rate, const SgdSettings& settings) {
   for (std::size_t k = 0; k < parameters_.size(); ++k)
-    sgd_step<T>(*parameters_[k], *gradients_[k], velocities_[k], learning_rate, settings);
+    sgd_step<T>(*parameters_[k], *gradients_[k], momentum_buffers_[k], learning_rate, settings);
 }
 
 template <class T>
 std::span<const T> Trainer<T>::gradient(std::size_t parameter) const {
   if (parameter >= gradients_.size())
-    throw Error("gradient", "of parameter " + std::to_string(parameter) + " of " + std::to_string(gradients_.size()),
+    throw Error(Code::setting_out_of_range, "gradient",
+                "of parameter " + std::to_string(parameter) + " of " + std::to_string(gradients_.size()),
                 "give its index in network().parameters(), from 0");
   return *gradients_[parameter];
 }
@@ -205,12 +208,12 @@ std::span<T> Trainer<T>::gradient(std::size_t parameter) {
 }
 
 template <class T>
-void Trainer<T>::set_velocities(MomentumBuffers<T> momentum_buffers) {
+void Trainer<T>::set_momentum_buffers(MomentumBuffers<T> momentum_buffers) {
   const auto same_size = [](const auto& a, const auto& b) { return a.size() == b.size(); };
-  if (!std::ranges::equal(momentum_buffers, velocities_, same_size))
-    throw Error("velocities", "are not those of this network's parameters",
+  if (!std::ranges::equal(momentum_buffers, momentum_buffers_, same_size))
+    throw Error(Code::size_mismatch, "momentum buffers", "are not those of this network's parameters",
                 "give those of a trainer of the same network");
-  velocities_ = std::move(momentum_buffers);
+  momentum_buffers_ = std::move(momentum_buffers);
 }
 
 template class Trainer<float>;

@@ -71,10 +71,10 @@ class Trainer {
   /// Error if there is no such parameter.
   std::span<T> gradient(std::size_t parameter);
   std::span<const T> gradient(std::size_t parameter) const;
-  const MomentumBuffers<T>& momentum_buffers() const { return velocities_; }
+  const MomentumBuffers<T>& momentum_buffers() const { return momentum_buffers_; }
   /// Sets the momentum buffers of a resumed training. Throws Error unless there is one for each value of each
   /// parameter.
-  void set_velocities(MomentumBuffers<T> momentum_buffers);
+  void set_momentum_buffers(MomentumBuffers<T> momentum_buffers);
 
  private:
   void plan();
@@ -91,7 +91,7 @@ class Trainer {
   std::vector<Parameter<T>*> parameters_;
   std::vector<std::unique_ptr<TrainingLayer<T>>> layers_;
   std::vector<std::vector<T>*> gradients_;  // the layers'
-  MomentumBuffers<T> velocities_;
+  MomentumBuffers<T> momentum_buffers_;
   AlignedBuffer<T> memory_;
   std::vector<TensorView<T>> activations_;  // [0] the input, [i + 1] the output of layer i
   std::vector<TensorView<T>> differences_;  // the loss's derivative by each of them

@@ -27,7 +27,9 @@ double Density::block_noise_rad(double sensor_noise_deg) const {
 }
 
 State Density::state(std::span<const double> x, int chain) const {
-  const auto at = [&](int global) { return x[static_cast<std::size_t>((noise_.size() + global) * lanes + chain)]; };
+  const auto at = [&](int quantity) {
+    return x[(static_cast<std::size_t>(noise_.size()) + place(quantity)) * lanes + static_cast<std::size_t>(chain)];
+  };
   State state;
   state.parameters = sim::Parameters(quantiles_.size());
   for (std::size_t i = 0; i < quantiles_.size(); ++i)
@@ -43,8 +45,8 @@ State Density::state(std::span<const double> x, int chain) const {
 }
 
 void Density::set(const State& state, std::span<double> x, int chain) const {
-  const auto at = [&](int global) -> double& {
-    return x[static_cast<std::size_t>((noise_.size() + global) * lanes + chain)];
+  const auto at = [&](int quantity) -> double& {
+    return x[(static_cast<std::size_t>(noise_.size()) + place(quantity)) * lanes + static_cast<std::size_t>(chain)];
   };
   for (std::size_t i = 0; i < quantiles_.size(); ++i)
     at(static_cast<int>(i)) = quantiles_[i].coordinate(state.parameters[i]);
@@ -54,9 +56,9 @@ void Density::set(const State& state, std::span<double> x, int chain) const {
   at(slow_memory) = prior_coordinate(slow_memory, state.slow_memory_s);
 }
 
-double Density::prior_coordinate(int global, double value) const {
+double Density::prior_coordinate(int quantity, double value) const {
   const auto probit = [](double probability) { return inverse_normal(std::clamp(probability, 0.01, 0.99)); };
-  switch (global) {
+  switch (quantity) {
     case sensor_noise:
       return decid::log(value / priors_.sensor_noise_deg) / decid::log(priors_.sensor_noise_factor);
     case start:
@@ -68,13 +70,13 @@ double Density::prior_coordinate(int global, double value) const {
     case slow_memory:
       return probit(decid::log(value / shortest_memory_s) / log_memory_range);
     default:
-      return quantiles_[static_cast<std::size_t>(global)].coordinate(value);
+      return quantiles_[static_cast<std::size_t>(quantity)].coordinate(value);
   }
 }
 
 void Density::set_noise(double sensor_noise_deg, double slow_noise_deg, std::span<double> x, int chain) const {
-  const auto at = [&](int global) -> double& {
-    return x[static_cast<std::size_t>((noise_.size() + global) * lanes + chain)];
+  const auto at = [&](int quantity) -> double& {
+    return x[(static_cast<std::size_t>(noise_.size()) + place(quantity)) * lanes + static_cast<std::size_t>(chain)];
   };
   at(sensor_noise) = prior_coordinate(sensor_noise, sensor_noise_deg);
   at(slow_noise) =
@@ -85,23 +87,29 @@ Density::Chains Density::chains(std::span<const double> x, std::optional<double>
   Chains c;
   const double padded_s = padded_bins_ * bin_steps_ * sim::integration_step_s;
   for (std::size_t l = 0; l < lanes; ++l) {
-    const auto coordinate = [&](int global) { return x[static_cast<std::size_t>(noise_.size() + global) * lanes + l]; };
+    const auto coordinate = [&](int quantity) {
+      return x[(static_cast<std::size_t>(noise_.size()) + place(quantity)) * lanes + l];
+    };
+    sim::Parameters parameters(quantiles_.size());
     for (std::size_t i = 0; i < quantiles_.size(); ++i) {
       const double at = coordinate(static_cast<int>(i));
-      c.value[i][l] = quantiles_[i].value(at);
+      c.value[i][l] = parameters[i] = quantiles_[i].value(at);
       c.d_coordinate[i][l] = quantiles_[i].slope(at);
     }
-    c.value[start][l] = priors_.start_s * (2.0 * normal_distribution(coordinate(start)) - 1.0);
-    c.d_coordinate[start][l] = 2.0 * priors_.start_s * normal_density(coordinate(start));
-    c.value[gain][l] = decid::exp(priors_.gain * coordinate(gain));
-    c.d_coordinate[gain][l] = priors_.gain * c.value[gain][l];
+    const sim::Coefficients coefficients = family().coefficients(parameters);
+    for (std::size_t i = 0; i < sim::Coefficients::count; ++i)
+      c.coefficients[i][l] = coefficients[static_cast<sim::Coefficient>(i)];
+    c.value[place(start)][l] = priors_.start_s * (2.0 * normal_distribution(coordinate(start)) - 1.0);
+    c.d_coordinate[place(start)][l] = 2.0 * priors_.start_s * normal_density(coordinate(start));
+    c.value[place(gain)][l] = decid::exp(priors_.gain * coordinate(gain));
+    c.d_coordinate[place(gain)][l] = priors_.gain * c.value[place(gain)][l];
     set_noise(c, l, coordinate(sensor_noise), coordinate(slow_noise), coordinate(slow_memory), fixed_noise_deg);
-    const double nv = c.value[sim::Nv][l], radius = std::sqrt(nv * nv + nv_scale * nv_scale);
+    const double nv = c[sim::Coefficient::nv][l], radius = std::sqrt(nv * nv + nv_scale * nv_scale);
     c.radius[l] = radius;
     c.noise_gain[l] = nv / radius;
     c.d_nv[l] = nv_scale * nv_scale / (radius * radius * radius);
     const double angle = 2.0 * sim::pi / padded_s;
-    const double delay_s = c.value[sim::Delay][l], start_s = c.value[start][l];
+    const double delay_s = c[sim::Coefficient::delay][l], start_s = c.value[place(start)][l];
     c.delay_first[0][l] = decid::exp(-damping_ * delay_s);
     c.delay_first[1][l] = 0.0;
     c.delay_turn[0][l] = cos_small(angle * delay_s);
@@ -120,12 +128,12 @@ void Density::set_noise(Chains& c, std::size_t l, double white, double slow, dou
   const double noise_deg = fixed_noise_deg.value_or(priors_.sensor_noise_deg * decid::exp(spread * white));
   const double noise_rad = block_noise_rad(noise_deg);
   const double of_model = model_error_deg * sim::rad_per_deg / noise_rad;
-  c.value[sensor_noise][l] = noise_deg;
+  c.value[place(sensor_noise)][l] = noise_deg;
   c.levels.white[l] = noise_rad * noise_rad;
   const double slow_rad = noise_deg * priors_.slow_ratio * decid::exp(slow_spread * slow) * sim::rad_per_deg;
   const double memory_s = shortest_memory_s * decid::exp(log_memory_range * normal_distribution(memory));
-  c.value[slow_noise][l] = slow_rad / sim::rad_per_deg;
-  c.value[slow_memory][l] = memory_s;
+  c.value[place(slow_noise)][l] = slow_rad / sim::rad_per_deg;
+  c.value[place(slow_memory)][l] = memory_s;
   // The power of an Ornstein-Uhlenbeck process in the cosine transform of its blocks, below its corner.
   c.levels.slow[l] = fixed_noise_deg ? 0.0 : slow_rad * slow_rad * 2.0 * memory_s / block_s();
   c.levels.memory[l] = memory_s * memory_s;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 #include <string>
+#include <utility>
 
 #include "base/error.hpp"
 #include "base/math/math.hpp"
@@ -70,20 +71,33 @@ double frequency_weight(double hz) {
 
 }  // namespace
 
-const sim::Protocol& of_single_pendulum(const sim::Protocol& protocol) {
+const sim::Protocol& of_family(const sim::Protocol& protocol) {
   protocol.validate();
-  if (&protocol.parameters() != &sim::single_pendulum().parameters)
-    throw Error("protocol " + protocol.name, "has another body model than the single pendulum",
-                "use a protocol of the single pendulum");
+  const sim::Family& family = protocol.family();
+  if (family.terms.empty())
+    throw Error(Code::not_supported, "protocol " + protocol.name,
+                "its body model '" + protocol.experiment.body_model->name + "' is not a servo behind a dead band",
+                "use a protocol of another controller");
+  for (const sim::Coefficient alone : {sim::Coefficient::nv, sim::Coefficient::theta, sim::Coefficient::delay}) {
+    for (const sim::Family::Term& term : family.terms) {
+      if (term.coefficient != alone) continue;
+      const auto count = std::ranges::count_if(family.terms, [&](const sim::Family::Term& other) {
+        return other.coefficient == alone || other.parameter == term.parameter;
+      });
+      if (count != 1 || term.factor != 1.0 || family.constant[alone] != 0.0)
+        throw Error(Code::not_supported, "body model " + protocol.experiment.body_model->name,
+                    "its noise, threshold or delay is not a parameter of its own", "give each its own parameter");
+    }
+  }
   return protocol;
 }
 
 Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
-    : protocol_(of_single_pendulum(protocol)),
+    : protocol_(of_family(protocol)),
       priors_(checked(priors)),
       ranges_(ranges_of(priors, protocol.ranges())),
       isa_(isa),
-      quantiles_{},
+      unit_gains_(protocol.family().has_unit_gains()),
       block_samples_(samples_per_block(protocol.experiment)),
       bin_steps_(steps_per_bin(block_samples_ * protocol.experiment.steps_per_sample())),
       blocks_(NoiseSpectrum::fast_blocks(protocol.samples() / block_samples_)),
@@ -102,15 +116,15 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
       blocks_fft_(padded_blocks_),
       spectrum_(blocks_, block_samples_ * protocol.experiment.steps_per_sample() * sim::integration_step_s, evidence_hz,
                 priors.drift_hz) {
-  for (std::size_t i = 0; i < quantiles_.size(); ++i)
-    quantiles_[i] = quantile_of(priors, ranges_[i].name, ranges_[i].low, ranges_[i].range());
+  for (const sim::ParameterInfo& info : ranges_)
+    quantiles_.push_back(quantile_of(priors, info.name, info.low, info.range()));
   if (blocks_ < fewest_blocks) {
-    throw Error("protocol " + protocol.name, format("lasts %g s", protocol.duration_s()),
+    throw Error(Code::setting_out_of_range, "protocol " + protocol.name, format("lasts %g s", protocol.duration_s()),
                 "give a protocol of at least 2 s");
   }
   if (noise_.size() == 0 && protocol.noise.vestibular.scale_deg > 0.0) {
-    throw Error("protocol " + protocol.name + ", vestibular_noise", "has a single frequency",
-                "give low_hz below high_hz; the posterior models the noise as a band");
+    throw Error(Code::setting_out_of_range, "protocol " + protocol.name + ", vestibular_noise",
+                "has a single frequency", "give low_hz below high_hz; the posterior models the noise as a band");
   }
   const sim::Experiment& experiment = protocol.experiment;
   const int block_steps = block_samples_ * experiment.steps_per_sample();
@@ -170,6 +184,11 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
     put(sum_, quotient(step_s, z - 1.0));
     put(rate_, quotient(z - 1.0, step_s * z));
     put(body_, quotient(inertia * (z - 1.0) * (z - 1.0), step_s * step_s * z) - mgh);
+    if (!unit_gains_) {
+      put(derivative_, (z - 1.0) / step_s);
+      put(slow_response_, quotient(step_s, z - (1.0 - step_s / family().slow_time_s)));
+      put(torque_response_, quotient(step_s / mgh, z * (z - (1.0 - step_s / family().torque_time_s))));
+    }
     Complex hold = 0.0, power = 1.0;
     const Complex step_back = quotient(1.0, z);
     for (int j = 0; j < bin_steps_; ++j, power *= step_back) hold += power;
@@ -208,9 +227,21 @@ Density::Workspace::Workspace(const Density& d) {
 }
 
 LoopParameters Density::loop_parameters(const Chains& c) const {
-  return {c.value[sim::Kp].data(),      c.value[sim::Kd].data(), c.value[sim::Kp_pass].data(),
-          c.value[sim::Kd_pass].data(), c.value[gain].data(),    c.delay_first[0].data(),
-          c.delay_turn[0].data(),       c.start_first[0].data(), c.start_turn[0].data()};
+  using enum sim::Coefficient;
+  return {.kp = c[kp].data(),
+          .kd = c[kd].data(),
+          .kp_pass = c[kp_pass].data(),
+          .kd_pass = c[kd_pass].data(),
+          .gain = c.value[place(Quantity::gain)].data(),
+          .delay_first = c.delay_first[0].data(),
+          .delay_turn = c.delay_turn[0].data(),
+          .start_first = c.start_first[0].data(),
+          .start_turn = c.start_turn[0].data(),
+          .position = c[position].data(),
+          .tilt = c[tilt].data(),
+          .gravity = c[gravity].data(),
+          .slow = c[slow].data(),
+          .torque = c[torque].data()};
 }
 
 DeadBandBins Density::halves() const {
@@ -218,15 +249,17 @@ DeadBandBins Density::halves() const {
 }
 
 DeadBandValues Density::dead_band_values(const Chains& c, Workspace& work) const {
-  return {work.fine.data(),   c.noise_gain.data(), c.value[sim::Theta].data(), work.halves.data(),
-          work.by_low.data(), work.by_high.data(), work.by_theta.data()};
+  return {work.fine.data(),    c.noise_gain.data(), c[sim::Coefficient::theta].data(),
+          work.halves.data(),  work.by_low.data(),  work.by_high.data(),
+          work.by_theta.data()};
 }
 
 LoopConstants Density::constants(const Observation& observation) const {
-  return {frequencies_,        s_.data(),        sum_.data(),
-          rate_.data(),        body_.data(),     hold_.data(),
-          observe_.data(),     platform_.data(), observation.torque.data(),
-          2.0 / padded_blocks_};
+  return {frequencies_,           s_.data(),          sum_.data(),
+          rate_.data(),           body_.data(),       hold_.data(),
+          observe_.data(),        platform_.data(),   observation.torque.data(),
+          2.0 / padded_blocks_,   derivative_.data(), slow_response_.data(),
+          torque_response_.data()};
 }
 
 void Density::check(const Observation& observation, std::span<const double> x, std::size_t results,
@@ -235,7 +268,8 @@ void Density::check(const Observation& observation, std::span<const double> x, s
   if (x.size() == all && results == expected && observation.sway.size() == static_cast<std::size_t>(blocks_) &&
       observation.torque.size() == s_.size())
     return;
-  throw Error("posterior", format("got %zu coordinates and space for %zu results", x.size(), results),
+  throw Error(Code::size_mismatch, "posterior",
+              format("got %zu coordinates and space for %zu results", x.size(), results),
               format("give %zu and %zu, and an observation of this density", all, expected));
 }
 
@@ -251,12 +285,33 @@ std::array<double, lanes> Density::forward(const Observation& observation, std::
   run.dead_band(halves(), dead_band_values(c, work));
   run.join(bins_, work.halves.data(), work.passed.data());
   bins_fft_.forward_lanes(work.passed, work.bins_spectrum, work.fft_work, isa_);
-  run.loop(constants(observation), loop_parameters(c),
-           {work.bins_spectrum.data(), work.delayed.data(), work.inverse.data(), work.sway.data(), work.observe.data(),
-            work.sway_spectrum.data()});
+  (unit_gains_ ? run.loop : run.family_loop)(constants(observation), loop_parameters(c),
+                                             {work.bins_spectrum.data(), work.delayed.data(), work.inverse.data(),
+                                              work.sway.data(), work.observe.data(), work.sway_spectrum.data()});
   to_blocks(work);
   run.unfold(blocks_, observation.sway.data(), trial_of(work.modelled), undamp_.data(), work.unfolded.data());
   return spectrum_.misfit(c.levels, work.unfolded, work.noise, isa_);
+}
+
+std::array<double, sim::Coefficients::count> Density::by_coefficients(std::span<const double> sums, double by_nv,
+                                                                      double by_theta, std::size_t l) const {
+  using enum sim::Coefficient;
+  std::array<double, sim::Coefficients::count> by{};
+  const auto set = [&](sim::Coefficient c, double value) { by[static_cast<std::size_t>(c)] = value; };
+  constexpr std::array<std::pair<sim::Coefficient, std::size_t>, 10> of_loop{{{kp, 0},
+                                                                              {kd, 1},
+                                                                              {kp_pass, 2},
+                                                                              {kd_pass, 3},
+                                                                              {delay, 4},
+                                                                              {position, 7},
+                                                                              {tilt, 8},
+                                                                              {gravity, 9},
+                                                                              {slow, 10},
+                                                                              {torque, 11}}};
+  for (const auto& [coefficient, sum] : of_loop) set(coefficient, sums[sum * lanes + l]);
+  set(nv, by_nv);
+  set(theta, by_theta);
+  return by;
 }
 
 void Density::evaluate(const Observation& observation, std::span<const double> x, std::span<double> gradient,
@@ -272,11 +327,12 @@ void Density::evaluate(const Observation& observation, std::span<const double> x
   run.fold(blocks_, work.unfolded.data(), undamp_.data(),
            work.residual.data() + static_cast<std::ptrdiff_t>(lead_blocks_) * lanes);
   blocks_fft_.forward_lanes(work.residual, work.sway_spectrum, work.fft_work, isa_);
-  std::array<double, 7 * lanes> sums;
+  std::array<double, loop_sums * lanes> sums{};
   const LoopState state{work.bins_spectrum.data(), work.delayed.data(), work.inverse.data(),
                         work.sway.data(),          work.observe.data(), nullptr};
-  run.loop_gradient(constants(observation), loop_parameters(c), state,
-                    {work.sway_spectrum.data(), work.loop_spectrum.data(), sums.data()});
+  (unit_gains_ ? run.loop_gradient : run.family_loop_gradient)(
+      constants(observation), loop_parameters(c), state,
+      {work.sway_spectrum.data(), work.loop_spectrum.data(), sums.data()});
   std::fill(work.sway_spectrum.begin() + 2 * frequencies_ * lanes, work.sway_spectrum.end(), 0.0);
   bins_fft_.inverse_lanes(work.loop_spectrum, work.by_passed, work.fft_work, isa_);
   run.join_gradient(bins_, work.by_passed.data(), work.by_halves.data());
@@ -285,7 +341,7 @@ void Density::evaluate(const Observation& observation, std::span<const double> x
   run.refine_gradient(bins_ + 1, work.by_fine.data(), work.by_velocity.data());
   noise_.gradient(work.by_velocity.data(), gradient.data(), work.noise_work.data(), isa_);
 
-  const auto noises = static_cast<std::size_t>(noise_.size());
+  const auto noises = static_cast<std::size_t>(noise_.size()), count_of_globals = static_cast<std::size_t>(globals());
   const double back = 0.5 * padded_bins_;  // of the inverse transform, and of the pairs of frequencies
   std::array<double, lanes> coefficient_squares, factor, of_prior;
   for (std::size_t l = 0; l < lanes; ++l) {
@@ -296,10 +352,11 @@ void Density::evaluate(const Observation& observation, std::span<const double> x
   run.with_prior(noise_.size(), factor.data(), of_prior.data(), x.data(), gradient.data());
   for (std::size_t l = 0; l < lanes; ++l) {
     const auto global = [&](std::size_t i) -> double& { return gradient[(noises + i) * lanes + l]; };
+    const auto of = [&](int quantity) -> double& { return global(place(quantity)); };
     const auto coordinate = [&](std::size_t i) { return x[(noises + i) * lanes + l]; };
     const double count = static_cast<double>(noises);
     double value = misfit[l] + 0.5 * coefficient_squares[l] * of_prior[l] + count * decid::log(c.radius[l]);
-    for (std::size_t i = 0; i < globals; ++i) {
+    for (std::size_t i = 0; i < count_of_globals; ++i) {
       value += 0.5 * coordinate(i) * coordinate(i);
       global(i) = coordinate(i);
     }
@@ -308,22 +365,24 @@ void Density::evaluate(const Observation& observation, std::span<const double> x
     const auto add = [&](std::size_t i, double derivative) {
       global(i) = std::fma(-derivative, c.d_coordinate[i][l], global(i));
     };
-    const auto sum = [&](std::size_t i) { return sums[i * lanes + l]; };
-    add(sim::Kp, sum(0));
-    add(sim::Kd, sum(1));
-    add(sim::Kp_pass, sum(2));
-    add(sim::Kd_pass, sum(3));
-    add(sim::Delay, sum(4));
-    add(start, sum(5));
-    add(gain, sum(6));
-    add(sim::Theta, back * d_theta[l]);
-    add(sim::Nv, back * d_gain[l] * c.d_nv[l]);
-    const double nv = c.value[sim::Nv][l];
-    global(sim::Nv) += (count - coefficient_squares[l] * of_prior[l]) * nv * of_prior[l] * c.d_coordinate[sim::Nv][l];
+    add(place(start), sums[5 * lanes + l]);
+    add(place(gain), sums[6 * lanes + l]);
+    const std::array<double, sim::Coefficients::count> by_coefficient =
+        by_coefficients(sums, back * d_gain[l] * c.d_nv[l], back * d_theta[l], l);
+    std::array<double, sim::Parameters::most> by_parameter{};
+    const double nv = c[sim::Coefficient::nv][l];
+    for (const sim::Family::Term& term : family().terms)
+      by_parameter[term.parameter] += term.factor * by_coefficient[static_cast<std::size_t>(term.coefficient)];
+    for (std::size_t i = 0; i < quantiles_.size(); ++i) add(i, by_parameter[i]);
+    for (const sim::Family::Term& term : family().terms) {
+      if (term.coefficient != sim::Coefficient::nv) continue;
+      global(term.parameter) +=
+          (count - coefficient_squares[l] * of_prior[l]) * nv * of_prior[l] * c.d_coordinate[term.parameter][l];
+    }
     const double d_slow = d_levels.slow[l] * c.levels.slow[l];
-    global(sensor_noise) += d_levels.white[l] * c.levels.white[l] * c.d_white[l] + d_slow * c.d_slow_white[l];
-    global(slow_noise) += d_slow * c.d_slow[l];
-    global(slow_memory) += (d_slow + 2.0 * d_levels.memory[l]) * c.d_memory[l];
+    of(sensor_noise) += d_levels.white[l] * c.levels.white[l] * c.d_white[l] + d_slow * c.d_slow_white[l];
+    of(slow_noise) += d_slow * c.d_slow[l];
+    of(slow_memory) += (d_slow + 2.0 * d_levels.memory[l]) * c.d_memory[l];
   }
 }
 

@@ -1,5 +1,6 @@
-// The posterior density of all unknowns of a recorded trial: the seven parameters, the vestibular noise, the
-// measurement noise, the recording's start and its scale. Also its exact gradient, for `lanes` chains at once.
+// The posterior density of all unknowns of a recorded trial: the parameters of the protocol's controller, any member of
+// the family (sim/family.hpp), the vestibular noise, the measurement noise, the recording's start and its scale. Also
+// its exact gradient, for `lanes` chains at once.
 //
 // The dead band acts on the platform's velocity plus noise, never on the body: a memoryless kink, then a linear system.
 // The sway's transform is the transform of the velocity that passes the dead band, times the transfer function of the
@@ -22,7 +23,6 @@
 // independent between frequencies (spectrum.hpp). The likelihood ignores frequencies above 2.5 Hz, where sway has
 // little power and laboratories filter. The model's own error counts as white noise: 0.0005 degrees in the mean of a
 // block.
-// of a block.
 #pragma once
 
 #include <array>
@@ -57,38 +57,44 @@ struct Observation {
   double noise_deg = 0.0;        ///< white noise per sample with the power of the highest frequencies
 };
 
-/// Returns the protocol. Throws Error if it is invalid or has another body model than the single pendulum.
-const sim::Protocol& of_single_pendulum(const sim::Protocol& protocol);
+/// Returns the protocol. Throws Error if it is invalid, or if its body model is not a member of the family whose
+/// vestibular noise, threshold and delay each are one parameter or a constant.
+const sim::Protocol& of_family(const sim::Protocol& protocol);
 
 /// The density. Immutable: all threads may share it, each with its own Workspace.
 class Density {
  public:
-  /// The coordinates after the noise's.
-  enum Global {
-    first_parameter = 0,
-    sensor_noise = 7,
-    start = 8,
-    gain = 9,
-    slow_noise = 10,
-    slow_memory = 11,
-    globals = 12
-  };
+  /// The quantities that are inferred in addition to the noise: the controller's parameters by their index in its
+  /// table, then these. Their coordinates, the globals, stand after the noise's, in this order: see place().
+  enum Quantity : int { sensor_noise = sim::Parameters::most, start, gain, slow_noise, slow_memory };
+  static constexpr int others = 5;
+  static constexpr int max_globals = sim::Parameters::most + others;
 
   /// The number of slow-noise globals, at the end. Warm-up determines them, and they stay fixed while chains draw:
   /// further learning widens no interval, and chains mix far more slowly in them than in all others.
   static constexpr int held = 2;
-  static constexpr bool is_held(std::size_t global) { return global + held >= globals; }
 
   /// Throws Error if the protocol is invalid, has fewer than 20 blocks of samples, noise of a single frequency or
-  /// another body model than the single pendulum, and for priors out of their bounds.
+  /// a body model that of_family() refuses, and for priors out of their bounds.
   Density(const sim::Protocol& protocol, const Priors& priors, Isa isa = chosen_isa());
 
   const sim::Protocol& protocol() const noexcept { return protocol_; }
   /// Returns the allowed ranges of parameters: the priors', else those of the protocol's body.
   const sim::ParameterTable& ranges() const noexcept { return ranges_; }
   const Priors& priors() const noexcept { return priors_; }
-  /// Returns the number of coordinates: the noise's plus `globals`.
-  int size() const noexcept { return noise_.size() + globals; }
+  int parameters() const noexcept { return static_cast<int>(ranges_.size()); }
+  int globals() const noexcept { return parameters() + others; }
+  /// Returns the place of a quantity among the globals, and the quantity at a place.
+  std::size_t place(int quantity) const noexcept {
+    return static_cast<std::size_t>(quantity < sensor_noise ? quantity : parameters() + quantity - sensor_noise);
+  }
+  int quantity(std::size_t place) const noexcept {
+    const int global = static_cast<int>(place);
+    return global < parameters() ? global : global - parameters() + sensor_noise;
+  }
+  bool is_held(std::size_t place) const noexcept { return static_cast<int>(place) + held >= globals(); }
+  /// Returns the number of coordinates: the noise's plus globals().
+  int size() const noexcept { return noise_.size() + globals(); }
   int noise_size() const noexcept { return noise_.size(); }
   int blocks() const noexcept { return blocks_; }
   double noise_period_s() const noexcept { return noise_.period_s(); }
@@ -97,9 +103,10 @@ class Density {
     int bins, blocks, noise, noise_count;
   };
   Transforms transforms() const;
-  /// Returns false for globals with a fixed value: start and gain may be fixed.
-  bool infers(Global global) const noexcept {
-    return (global != start || priors_.start_s > 0.0) && (global != gain || priors_.gain > 0.0);
+  /// Returns false for quantities with a fixed value: parameters, start and gain may be fixed.
+  bool infers(int quantity) const noexcept {
+    if (quantity < sensor_noise) return quantiles_[static_cast<std::size_t>(quantity)].range > 0.0;
+    return (quantity != start || priors_.start_s > 0.0) && (quantity != gain || priors_.gain > 0.0);
   }
   /// Returns the begin of the trial's first bin, at the protocol's start or just before.
   double first_bin_s() const noexcept { return first_step_ * sim::integration_step_s; }
@@ -119,9 +126,9 @@ class Density {
   /// Sets a chain's coordinates except the noise's. Values outside of their ranges, or within a hundredth of the ends,
   /// move to that hundredth.
   void set(const State& state, std::span<double> x, int chain) const;
-  /// Returns the standard normal coordinate of a global's value; for a parameter outside of its range, that of the
+  /// Returns the standard normal coordinate of a quantity's value; for a parameter outside of its range, that of the
   /// range's hundredth.
-  double prior_coordinate(int global, double value) const;
+  double prior_coordinate(int quantity, double value) const;
   /// Sets a chain's coordinates of the measurement noise levels.
   void set_noise(double sensor_noise_deg, double slow_noise_deg, std::span<double> x, int chain) const;
 
@@ -173,6 +180,11 @@ class Density {
   DeadBandBins halves() const;
   DeadBandValues dead_band_values(const Chains& chains, Workspace& work) const;
   LoopConstants constants(const Observation& observation) const;
+  const sim::Family& family() const noexcept { return protocol_.family(); }
+  /// Returns the derivatives by the family's coefficients from the loop's sums and those by gain and threshold of the
+  /// dead band.
+  std::array<double, sim::Coefficients::count> by_coefficients(std::span<const double> sums, double by_nv,
+                                                               double by_theta, std::size_t chain) const;
   void check(const Observation& observation, std::span<const double> x, std::size_t results,
              std::size_t expected) const;
   /// Computes the residual's cosine transform from the coordinates; returns minus the logarithm of the likelihood.
@@ -195,7 +207,8 @@ class Density {
   Priors priors_;
   sim::ParameterTable ranges_;
   Isa isa_;
-  std::array<Quantile, 7> quantiles_;  // of the parameters
+  std::vector<Quantile> quantiles_;  // of the parameters
+  bool unit_gains_;                  // Family::has_unit_gains
   int block_samples_, bin_steps_, blocks_;
   int lead_blocks_, lead_steps_;  // before the trial
   int first_step_, bins_, padded_bins_, padded_blocks_, frequencies_;
@@ -205,6 +218,7 @@ class Density {
   NoiseSpectrum spectrum_;
   AlignedVector<double> rate_low_, rate_high_, weight_, undamp_;
   AlignedVector<double> s_, sum_, rate_, body_, hold_, observe_, platform_;
+  AlignedVector<double> derivative_, slow_response_, torque_response_;  // empty with unit gains
 };
 
 }  // namespace decid::posterior

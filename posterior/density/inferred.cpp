@@ -23,7 +23,7 @@ void append(std::span<const double> side_by_side, int chains, std::vector<double
 Band band_of(std::span<const double> values, int times) {
   const auto count = static_cast<std::size_t>(std::max(times, 0));
   if (count == 0 || values.empty() || values.size() % count != 0)
-    throw Error("band of draws", format("%zu values at %d times", values.size(), times),
+    throw Error(Code::size_mismatch, "band of draws", format("%zu values at %d times", values.size(), times),
                 "give the same number of values per time");
   Band band;
   std::vector<double> here(values.size() / count);
@@ -49,7 +49,7 @@ Inferred infer(const Density& density, const Observation& observation, const Pos
     for (int chain = 0; chain < lanes; ++chain) {  // unused lanes repeat the last point
       const std::span<const double> point = found.point(first + std::min(chain, here - 1));
       if (point.size() * lanes != size)
-        throw Error("posterior", format("has points of %zu coordinates", point.size()),
+        throw Error(Code::size_mismatch, "posterior", format("has points of %zu coordinates", point.size()),
                     format("give one of this density, which has %d", density.size()));
       for (std::size_t i = 0; i < point.size(); ++i) x[i * lanes + static_cast<std::size_t>(chain)] = point[i];
     }

@@ -5,8 +5,12 @@
 #include <array>
 #include <cmath>
 #include <complex>
+#include <optional>
+#include <utility>
+#include <vector>
 
-#include "posterior/cholesky.hpp"
+#include "base/math/cholesky.hpp"
+#include "posterior/density/elementary.hpp"
 #include "posterior/sampling/chains.hpp"
 
 namespace decid::posterior {
@@ -15,32 +19,79 @@ namespace {
 
 using sim::Complex;
 
-/// One frequency of one chain: see LoopConstants and LoopState.
+/// One frequency of one chain: see LoopConstants, LoopState and kernels/generic_family.hpp. With unit gains all factors
+/// that other members add are exactly 1 or 0.
 struct Place {
   Complex s, sum, rate, platform;
-  Complex error;  // of the platform's velocity: the part that the dead band blocks
+  Complex passed;  // the passed velocity
   Complex sway, delayed, inverse;
   double kp, kd, gain;
+  double position = 1.0, tilt = 1.0, gravity = 1.0, slow = 0.0, torque = 0.0;
+  Complex derivative = 0.0, slow_response = 0.0, torque_response = 0.0;
+
+  Complex c() const { return kp * sum + kd; }
+  Complex e() const { return kp + kd * rate; }
+  Complex p() const { return kp + kd * derivative; }
+  /// Returns 1 / (1 - delayed P torque Y).
+  Complex closed() const {
+    return torque == 0.0 ? Complex(1.0) : quotient(1.0, 1.0 - delayed * (p() * torque_response) * torque);
+  }
+  Complex active() const { return torque == 0.0 ? delayed : delayed * closed(); }
+  Complex error() const { return position * platform - tilt * passed; }
+  double reach() const { return position + gravity; }
+  /// Returns the command behind the active torque.
+  Complex command() const {
+    const Complex of_body = c() * error() - reach() * e() * sway;
+    return slow == 0.0 ? of_body : of_body - slow * p() * slow_response * sway;
+  }
+  /// Returns the change of the sway with P, of slow and torque feedback.
+  Complex by_p() const {
+    return gain * inverse * active() * (active() * torque * torque_response * command() - slow * slow_response * sway);
+  }
 };
 
 /// The change of the sway's transform with a quantity of the loop.
-struct LoopChange {
-  std::size_t global;
-  Complex (*change)(const Place& p);
-};
-constexpr LoopChange loop_changes[] = {
-    {sim::Kp, [](const Place& p) { return p.gain * p.inverse * p.delayed * (p.sum * p.error - 2.0 * p.sway); }},
-    {sim::Kd, [](const Place& p) { return p.gain * p.inverse * p.delayed * (p.error - 2.0 * p.rate * p.sway); }},
-    {sim::Kp_pass, [](const Place& p) { return p.gain * p.inverse * (p.sum * p.platform - p.sway); }},
-    {sim::Kd_pass, [](const Place& p) { return p.gain * p.inverse * (p.platform - p.rate * p.sway); }},
-    {sim::Delay,
-     [](const Place& p) {
-       return -p.gain * p.s * p.inverse * p.delayed *
-              ((p.kp * p.sum + p.kd) * p.error - 2.0 * (p.kp + p.kd * p.rate) * p.sway);
-     }},
-    {Density::start, [](const Place& p) { return p.gain * p.s * p.sway; }},
-    {Density::gain, [](const Place& p) { return p.sway; }},
-};
+using LoopChange = Complex (*)(const Place& p);
+
+/// Returns the change with a coefficient; null for those of the dead band.
+LoopChange change_with(sim::Coefficient coefficient) {
+  using enum sim::Coefficient;
+  switch (coefficient) {
+    case kp:
+      return [](const Place& p) {
+        const Complex change = p.gain * p.inverse * p.active() * (p.sum * p.error() - p.reach() * p.sway);
+        return p.slow == 0.0 && p.torque == 0.0 ? change : change + p.by_p();
+      };
+    case kd:
+      return [](const Place& p) {
+        const Complex change = p.gain * p.inverse * p.active() * (p.error() - p.reach() * p.rate * p.sway);
+        return p.slow == 0.0 && p.torque == 0.0 ? change : change + p.derivative * p.by_p();
+      };
+    case kp_pass:
+      return [](const Place& p) { return p.gain * p.inverse * (p.sum * p.platform - p.sway); };
+    case kd_pass:
+      return [](const Place& p) { return p.gain * p.inverse * (p.platform - p.rate * p.sway); };
+    case delay:
+      return [](const Place& p) {
+        const Complex change = -p.gain * p.s * p.inverse * p.active() * p.command();
+        return p.torque == 0.0 ? change : change * p.closed();
+      };
+    case position:
+      return [](const Place& p) { return p.gain * p.inverse * p.active() * (p.c() * p.platform - p.e() * p.sway); };
+    case tilt:
+      return [](const Place& p) { return -p.gain * p.inverse * p.active() * p.c() * p.passed; };
+    case gravity:
+      return [](const Place& p) { return -p.gain * p.inverse * p.active() * p.e() * p.sway; };
+    case slow:
+      return [](const Place& p) { return -p.gain * p.inverse * p.active() * p.p() * p.slow_response * p.sway; };
+    case torque:
+      return [](const Place& p) {
+        return p.gain * p.inverse * p.active() * p.active() * p.p() * p.torque_response * p.command();
+      };
+    default:
+      return nullptr;
+  }
+}
 
 Complex number(const AlignedVector<double>& values, std::size_t k) {
   return {values[2 * k], values[2 * k + 1]};
@@ -60,7 +111,7 @@ void put_lane(AlignedVector<double>& values, std::size_t k, std::size_t l, Compl
 // A Gaussian coefficient of variance P has the information (d log P)_a (d log P)_b / 2 about two coordinates.
 void Density::add_noise_information(const Chains& c, const Workspace& work, std::span<double> matrices) const {
   const auto noises = static_cast<std::size_t>(noise_.size()), rows = static_cast<std::size_t>(spectrum_.rows());
-  constexpr std::array<std::size_t, 3> quantities{sensor_noise, slow_noise, slow_memory};
+  const std::array<std::size_t, 3> quantities{place(sensor_noise), place(slow_noise), place(slow_memory)};
   for (std::size_t l = 0; l < lanes; ++l) {
     std::array<std::array<double, 3>, 3> sums{};
     for (std::size_t k = 0; k < rows; ++k) {
@@ -110,32 +161,56 @@ void Density::information(const Observation& observation, std::span<const double
 
   // Columns of the loop, from the forward pass's state; then columns of the passed velocity.
   const auto frequencies = static_cast<std::size_t>(frequencies_);
-  for (const auto& [global, change] : loop_changes) {
-    for (std::size_t k = 0; k < frequencies; ++k) {
-      const Complex platform = number(platform_, k);
-      for (std::size_t l = 0; l < lanes; ++l) {
-        const Place place{.s = number(s_, k),
-                          .sum = number(sum_, k),
-                          .rate = number(rate_, k),
-                          .platform = platform,
-                          .error = platform - in_lane(work.bins_spectrum, k, l),
-                          .sway = in_lane(work.sway, k, l),
-                          .delayed = in_lane(work.delayed, k, l),
-                          .inverse = in_lane(work.inverse, k, l),
-                          .kp = c.value[sim::Kp][l],
-                          .kd = c.value[sim::Kd][l],
-                          .gain = c.value[gain][l]};
-        put_lane(work.sway_spectrum, k, l, change(place) * in_lane(work.observe, k, l));
-      }
-    }
+  const auto place_of = [&](std::size_t k, std::size_t l) {
+    using enum sim::Coefficient;
+    Place here{.s = number(s_, k),
+               .sum = number(sum_, k),
+               .rate = number(rate_, k),
+               .platform = number(platform_, k),
+               .passed = in_lane(work.bins_spectrum, k, l),
+               .sway = in_lane(work.sway, k, l),
+               .delayed = in_lane(work.delayed, k, l),
+               .inverse = in_lane(work.inverse, k, l),
+               .kp = c[kp][l],
+               .kd = c[kd][l],
+               .gain = c.value[place(Quantity::gain)][l]};
+    if (unit_gains_) return here;
+    here.position = c[position][l];
+    here.tilt = c[tilt][l];
+    here.gravity = c[gravity][l];
+    here.slow = c[slow][l];
+    here.torque = c[torque][l];
+    here.derivative = number(derivative_, k);
+    here.slow_response = number(slow_response_, k);
+    here.torque_response = number(torque_response_, k);
+    return here;
+  };
+  const auto write_loop_column = [&](std::size_t global, const auto& change) {
+    for (std::size_t k = 0; k < frequencies; ++k)
+      for (std::size_t l = 0; l < lanes; ++l)
+        put_lane(work.sway_spectrum, k, l, change(place_of(k, l)) * in_lane(work.observe, k, l));
     write_column(noises + global, c.d_coordinate[global]);
+  };
+  for (std::size_t i = 0; i < quantiles_.size(); ++i) {
+    std::vector<std::pair<double, LoopChange>> changes;
+    for (const sim::Family::Term& term : family().terms) {
+      const LoopChange change = change_with(term.coefficient);
+      if (term.parameter == i && change != nullptr) changes.emplace_back(term.factor, change);
+    }
+    if (changes.empty()) continue;  // of the dead band
+    write_loop_column(i, [&](const Place& p) {
+      Complex sum = changes.front().first * changes.front().second(p);
+      for (std::size_t t = 1; t < changes.size(); ++t) sum += changes[t].first * changes[t].second(p);
+      return sum;
+    });
   }
+  write_loop_column(place(start), [](const Place& p) { return p.gain * p.s * p.sway; });
+  write_loop_column(place(gain), [](const Place& p) { return p.sway; });
   for (std::size_t k = 0; k < frequencies; ++k) {
     for (std::size_t l = 0; l < lanes; ++l) {
-      const Complex active = c.value[sim::Kp][l] * number(sum_, k) + c.value[sim::Kd][l];
+      const Place p = place_of(k, l);
       put_lane(work.response, k, l,
-               -c.value[gain][l] * in_lane(work.delayed, k, l) * active * in_lane(work.inverse, k, l) *
-                   number(hold_, k) * in_lane(work.observe, k, l));
+               -(p.gain * p.tilt) * p.active() * p.c() * p.inverse * number(hold_, k) * in_lane(work.observe, k, l));
     }
   }
   const auto passed_column = [&](std::size_t column, const std::array<double, lanes>& factors) {
@@ -145,13 +220,17 @@ void Density::information(const Observation& observation, std::span<const double
   };
   std::fill(work.by_passed.begin(), work.by_passed.end(), 0.0);
   run.join(bins_, work.by_theta.data(), work.by_passed.data());
-  passed_column(noises + sim::Theta, c.d_coordinate[sim::Theta]);
+  const std::optional<std::size_t> theta = family().parameter_of(sim::Coefficient::theta),
+                                   nv = family().parameter_of(sim::Coefficient::nv);
+  if (theta) passed_column(noises + *theta, c.d_coordinate[*theta]);
   for (std::size_t i = 0; i < work.halves.size(); ++i)
     work.halves[i] = work.by_low[i] * work.fine[i] + work.by_high[i] * work.fine[i + lanes];
   run.join(bins_, work.halves.data(), work.by_passed.data());
-  std::array<double, lanes> of_nv;
-  for (std::size_t l = 0; l < lanes; ++l) of_nv[l] = c.d_nv[l] * c.d_coordinate[sim::Nv][l];
-  passed_column(noises + sim::Nv, of_nv);
+  if (nv) {
+    std::array<double, lanes> of_nv;
+    for (std::size_t l = 0; l < lanes; ++l) of_nv[l] = c.d_nv[l] * c.d_coordinate[*nv][l];
+    passed_column(noises + *nv, of_nv);
+  }
   const DeadBandValues values = dead_band_values(c, work);
   const auto bins = static_cast<std::size_t>(bins_);
   work.fine_column.resize(2 * bins + 1);
@@ -188,9 +267,11 @@ void Density::information(const Observation& observation, std::span<const double
     const auto diagonal = [&](std::size_t i) -> double& { return matrices[(triangle(i) + i) * lanes + l]; };
     const double of_prior = 1.0 / (c.radius[l] * c.radius[l]);
     for (std::size_t i = 0; i < noises; ++i) diagonal(i) += of_prior;
-    const double by_nv = c.d_coordinate[sim::Nv][l] * c.value[sim::Nv][l] * of_prior;
-    diagonal(noises + sim::Nv) += 2.0 * static_cast<double>(noises) * by_nv * by_nv;
-    for (std::size_t i = 0; i < globals; ++i) diagonal(noises + i) += 1.0;
+    if (nv) {
+      const double by_nv = c.d_coordinate[*nv][l] * c.value[*nv][l] * of_prior;
+      diagonal(noises + *nv) += 2.0 * static_cast<double>(noises) * by_nv * by_nv;
+    }
+    for (std::size_t i = 0; i < static_cast<std::size_t>(globals()); ++i) diagonal(noises + i) += 1.0;
   }
   add_noise_information(c, work, matrices);
 }

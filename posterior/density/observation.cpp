@@ -41,7 +41,7 @@ double sine_excess(double a) {
 
 Observation Density::observe(std::span<const float> sway_rad) const {
   if (sway_rad.size() != static_cast<std::size_t>(protocol_.samples())) {
-    throw Error("recording", "has " + std::to_string(sway_rad.size()) + " samples",
+    throw Error(Code::size_mismatch, "recording", "has " + std::to_string(sway_rad.size()) + " samples",
                 "give the protocol's " + std::to_string(protocol_.samples()));
   }
   Observation observation;

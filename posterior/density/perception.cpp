@@ -13,7 +13,8 @@ void Density::perceive(std::span<const double> x, std::span<double> noise_rad_s,
                        Workspace& work) const {
   const auto all = static_cast<std::size_t>(size()) * lanes, results = static_cast<std::size_t>(edges()) * lanes;
   if (x.size() != all || noise_rad_s.size() != results || tilt_rad.size() != results)
-    throw Error("posterior", format("got %zu coordinates and space for %zu results", x.size(), noise_rad_s.size()),
+    throw Error(Code::size_mismatch, "posterior",
+                format("got %zu coordinates and space for %zu results", x.size(), noise_rad_s.size()),
                 format("give %zu and twice %zu", all, results));
   const Chains c = chains(x, {});
   noise_.synthesize(x.data(), work.velocity.data(), work.noise_work.data(), isa_);
@@ -30,7 +31,8 @@ void Density::perceive(std::span<const double> x, std::span<double> noise_rad_s,
       const std::size_t at = edge * lanes + l;
       noise_rad_s[at] = c.noise_gain[l] * work.velocity[bin * lanes + l];
       tilt_rad[at] = tilt[l];
-      tilt[l] += undamp_s * 0.5 * (work.halves[2 * bin * lanes + l] + work.halves[(2 * bin + 1) * lanes + l]);
+      tilt[l] += c[sim::Coefficient::tilt][l] * undamp_s * 0.5 *
+                 (work.halves[2 * bin * lanes + l] + work.halves[(2 * bin + 1) * lanes + l]);
     }
   }
 }

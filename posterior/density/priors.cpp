@@ -33,15 +33,26 @@ double Quantile::slope(double x) const {
 }
 
 double Quantile::coordinate(double value) const {
+  if (range == 0.0) return 0.0;
   const double probability = sd == 0.0
                                  ? (value - low) / range
                                  : (normal_distribution((value - mean) / sd) - probability_low) / probability_range;
   return inverse_normal(std::clamp(probability, edge, 1.0 - edge));
 }
 
+Priors with_conventions(Priors priors, const sim::ParameterTable& table) {
+  for (const sim::ParameterInfo& info : table) {
+    const bool named =
+        std::ranges::find(priors.parameters, info.name, &ParameterPrior::name) != priors.parameters.end();
+    if (info.convention && !named) priors.parameters.push_back({.name = info.name, .fixed = info.convention});
+  }
+  return priors;
+}
+
 const Priors& checked(const Priors& priors) {
   const auto check = [](bool right, const char* setting, double value, const char* remedy) {
-    if (!right) throw Error(std::string("priors, ") + setting, format("is %g", value), remedy);
+    if (!right)
+      throw Error(Code::setting_out_of_range, std::string("priors, ") + setting, format("is %g", value), remedy);
   };
   check(priors.sensor_noise_deg > 0.0 && std::isfinite(priors.sensor_noise_deg), "sensor_noise_deg",
         priors.sensor_noise_deg, "give degrees above 0");
@@ -68,18 +79,27 @@ sim::ParameterTable ranges_of(const Priors& priors, const sim::ParameterTable& t
     if (info == all.end()) {
       std::string names;
       for (const sim::ParameterInfo& one : all) names += (names.empty() ? "" : ", ") + std::string(one.name);
-      throw Error("prior of " + prior.name, "names a parameter that the model does not have", "give one of " + names);
+      throw Error(Code::setting_unknown, "prior of " + prior.name, "names a parameter that the model does not have",
+                  "give one of " + names);
     }
     if (std::ranges::find(named, prior.name) != named.end())
-      throw Error("prior of " + prior.name, "is given twice", "give it once");
+      throw Error(Code::setting_conflict, "prior of " + prior.name, "is given twice", "give it once");
     named.push_back(prior.name);
+    if (prior.fixed) {
+      if (prior.range || prior.normal)
+        throw Error(Code::setting_conflict, "prior of " + prior.name,
+                    "fixes the parameter and also gives it a range or a normal prior", "give one of them");
+      if (!(*prior.fixed >= info->least && *prior.fixed <= info->most && std::isfinite(*prior.fixed)))
+        throw Error(Code::setting_out_of_range, "prior of " + prior.name, format("fixes it at %g", *prior.fixed),
+                    format("give %g to %g", info->least, std::min(info->most, max_range_factor * info->high)));
+    }
     if (prior.range) {
       const auto [low, high] = *prior.range;
       if (!(low >= 0.0 && high > low && std::isfinite(high)))
-        throw Error("range of " + prior.name, format("is %g to %g", low, high),
+        throw Error(Code::setting_out_of_range, "range of " + prior.name, format("is %g to %g", low, high),
                     "give a low end of 0 or more and a high end above it");
       if (high > max_range_factor * info->high)
-        throw Error("range of " + prior.name, format("ends at %g", high),
+        throw Error(Code::setting_out_of_range, "range of " + prior.name, format("ends at %g", high),
                     format("give a high end of %g or less, %g times the model's", max_range_factor * info->high,
                            max_range_factor));
       info->low = low;
@@ -88,10 +108,10 @@ sim::ParameterTable ranges_of(const Priors& priors, const sim::ParameterTable& t
     if (prior.normal) {
       const auto [mean, sd] = *prior.normal;
       if (!(std::isfinite(mean) && sd > 0.0 && std::isfinite(sd)))
-        throw Error("prior of " + prior.name, format("has mean %g and standard deviation %g", mean, sd),
-                    "give a standard deviation above 0");
+        throw Error(Code::setting_out_of_range, "prior of " + prior.name,
+                    format("has mean %g and standard deviation %g", mean, sd), "give a standard deviation above 0");
       if (quantile_of(priors, prior.name, info->low, info->range()).probability_range < tiny_probability)
-        throw Error("prior of " + prior.name,
+        throw Error(Code::setting_out_of_range, "prior of " + prior.name,
                     format("with mean %g and standard deviation %g lies outside of the range %g to %g", mean, sd,
                            info->low, info->high),
                     "give a mean within the range, or a wider range");
@@ -103,7 +123,9 @@ sim::ParameterTable ranges_of(const Priors& priors, const sim::ParameterTable& t
 Quantile quantile_of(const Priors& priors, const std::string& name, double low, double range) {
   Quantile quantile{.low = low, .range = range};
   for (const ParameterPrior& prior : priors.parameters) {
-    if (prior.name != name || !prior.normal) continue;
+    if (prior.name != name) continue;
+    if (prior.fixed) return {.low = *prior.fixed, .range = 0.0};
+    if (!prior.normal) continue;
     quantile.mean = prior.normal->mean;
     quantile.sd = prior.normal->sd;
     const auto below = [&](double value) { return normal_distribution((value - quantile.mean) / quantile.sd); };

@@ -20,6 +20,7 @@ struct ParameterPrior {
   std::string name;                   ///< as in the parameter table
   std::optional<Range> range = {};    ///< empty: the table's
   std::optional<Normal> normal = {};  ///< within the range; empty: uniform
+  std::optional<double> fixed = {};   ///< the parameter has this value, and is not inferred
 };
 
 struct Priors {
@@ -40,7 +41,7 @@ struct Priors {
 
 /// A parameter as a function of a standard normal coordinate: the quantile of its prior.
 struct Quantile {
-  double low, range;            ///< its range
+  double low, range;            ///< its range; range 0: fixed
   double mean = 0.0, sd = 0.0;  ///< sd 0: uniform
   double probability_low = 0.0,
          probability_range = 1.0;  ///< of the normal distribution: below low, and within the range
@@ -53,11 +54,14 @@ struct Quantile {
   double coordinate(double value) const;
 };
 
+/// Returns the priors with parameters that have a convention (sim::ParameterInfo) fixed, unless the priors name them.
+Priors with_conventions(Priors priors, const sim::ParameterTable& table);
 /// Returns the priors. Throws Error for priors out of their bounds.
 const Priors& checked(const Priors& priors);
 /// Returns the table with the priors' ranges. Throws Error for an unknown or repeated name, and for a range that is
 /// empty, negative, not finite or ends above 100 times the table's end. Throws Error for a normal prior with less than
-/// a millionth of its probability in the range.
+/// a millionth of its probability in the range, and for a fixed value that cannot be simulated or stands beside a range
+/// or a normal prior.
 sim::ParameterTable ranges_of(const Priors& priors, const sim::ParameterTable& table);
 /// Returns the quantile function of parameter `name`, which lies in [low, low + range].
 Quantile quantile_of(const Priors& priors, const std::string& name, double low, double range);

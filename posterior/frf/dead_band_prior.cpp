@@ -4,28 +4,51 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/body_model.hpp"
+#include "base/math/math.hpp"
+#include "base/math/random.hpp"
 
 namespace decid::frf {
 namespace {
 
 constexpr std::size_t side = 512;   // cells; blocks, and cells in each
 constexpr std::size_t nodes = 129;  // per side, where the passing gain is computed; it is linear between them
+constexpr double cut = 1e-3;
+
+/// Returns the value at a node. The ends of a normal distribution are cut, so that the gain is about linear between
+/// nodes.
+double value_of(const posterior::Quantile& prior, std::size_t node) {
+  const double place = static_cast<double>(node) / (nodes - 1);
+  return value_at(prior, prior.sd == 0.0 ? place : std::clamp(place, cut, 1.0 - cut));
+}
+
+/// Returns the probability below the normal quantile.
+double within(const posterior::Quantile& prior, double probability) {
+  return std::clamp(prior.probability_low + prior.probability_range * probability, 1e-300, 1.0 - 0x1p-53);
+}
 
 }  // namespace
 
-DeadBandPrior::DeadBandPrior(const sim::ParameterTable& table,
+double value_at(const posterior::Quantile& prior, double probability) {
+  if (prior.sd == 0.0) return prior.low + prior.range * probability;
+  const double normal = inverse_normal(within(prior, probability));
+  return std::clamp(prior.mean + prior.sd * normal, prior.low, prior.low + prior.range);
+}
+
+double slope_at(const posterior::Quantile& prior, double probability) {
+  if (prior.sd == 0.0) return prior.range;
+  return prior.sd * prior.probability_range / normal_density(inverse_normal(within(prior, probability)));
+}
+
+DeadBandPrior::DeadBandPrior(const posterior::Quantile& nv, const posterior::Quantile& theta,
                              const std::function<double(double nv, double theta)>& passes)
-    : min_theta_(table[sim::Theta].low), max_theta_(table[sim::Theta].high) {
-  const sim::ParameterInfo &nv = table[sim::Nv], &theta = table[sim::Theta];
+    : theta_(theta),
+      min_theta_(theta.sd == 0.0 ? theta.low : 0.5 / side),
+      max_theta_(theta.sd == 0.0 ? theta.low + theta.range : 1.0 - 0.5 / side) {
+  const double theta_low = theta.sd == 0.0 ? theta.low : 0.0, theta_range = theta.sd == 0.0 ? theta.range : 1.0;
   std::vector<double> known;
-  for (std::size_t i = 0; i < nodes; ++i) {
-    for (std::size_t j = 0; j < nodes; ++j) {
-      const auto place = [](std::size_t node) { return static_cast<double>(node) / (nodes - 1); };
-      known.push_back(passes(nv.low + nv.range() * place(i), theta.low + theta.range() * place(j)));
-    }
-  }
-  const double node_theta = theta.range() / (nodes - 1);
+  for (std::size_t i = 0; i < nodes; ++i)
+    for (std::size_t j = 0; j < nodes; ++j) known.push_back(passes(value_of(nv, i), value_of(theta, j)));
+  const double node_theta = theta_range / (nodes - 1);
   for (std::size_t i = 0; i < side; ++i) {
     for (std::size_t j = 0; j < side; ++j) {
       const double of_nv = (static_cast<double>(i) + 0.5) / side, of_theta = (static_cast<double>(j) + 0.5) / side;
@@ -35,8 +58,8 @@ DeadBandPrior::DeadBandPrior(const sim::ParameterTable& table,
       const double* corner = known.data() + low_i * nodes + low_j;
       const double left = corner[0] + share_i * (corner[nodes] - corner[0]);
       const double right = corner[1] + share_i * (corner[nodes + 1] - corner[1]);
-      cells_.push_back({nv.low + nv.range() * of_nv, theta.low + theta.range() * of_theta,
-                        left + share_j * (right - left), (right - left) / node_theta});
+      cells_.push_back({value_at(nv, of_nv), theta_low + theta_range * of_theta, left + share_j * (right - left),
+                        (right - left) / node_theta});
     }
   }
   const auto by_place = [](const Cell& a, const Cell& b) { return a.nv < b.nv || (a.nv == b.nv && a.theta < b.theta); };
@@ -67,7 +90,8 @@ DeadBandPrior::Point DeadBandPrior::at(double passing_rank, double nv_rank) cons
   const double max_shift = (max_theta_ - min_theta_) / 64;
   const double shift = cell.by_theta < 0.0 ? (passing - cell.passing) / cell.by_theta : 0.0;
   const double theta = cell.theta + std::clamp(shift, -max_shift, max_shift);
-  return {cell.nv, std::clamp(theta, min_theta_, max_theta_), rise * side};
+  const double limited = std::clamp(theta, min_theta_, max_theta_);
+  return {cell.nv, theta_.sd == 0.0 ? limited : value_at(theta_, limited), rise * side};
 }
 
 }  // namespace decid::frf

@@ -1,15 +1,20 @@
 // Coordinates for Nv and theta that a frequency response can distinguish. A response shows how much passes the dead
 // band, but hardly which of the two lets it pass: a thin, bent ridge that chains in Nv and theta cannot follow. One
 // coordinate is the passing gain's rank in the prior. The other is Nv's rank among points of equal gain. Both are
-// uniform under the prior, as Nv and theta are.
+// uniform under the prior, whatever the priors of Nv and theta are.
 #pragma once
 
 #include <functional>
 #include <vector>
 
-#include "sim/parameters.hpp"
+#include "posterior/density/priors.hpp"
 
 namespace decid::frf {
+
+/// Returns the quantile of a prior at a probability.
+double value_at(const posterior::Quantile& prior, double probability);
+/// Returns the derivative of value_at().
+double slope_at(const posterior::Quantile& prior, double probability);
 
 class DeadBandPrior {
  public:
@@ -18,20 +23,22 @@ class DeadBandPrior {
     double by_rank;  ///< derivative of the passing gain by its rank
   };
 
-  /// passes(nv, theta): returns the passing gain. Nv and theta are uniform in their ranges in `table`.
-  DeadBandPrior(const sim::ParameterTable& table, const std::function<double(double nv, double theta)>& passes);
+  /// passes(nv, theta): returns the passing gain.
+  DeadBandPrior(const posterior::Quantile& nv, const posterior::Quantile& theta,
+                const std::function<double(double nv, double theta)>& passes);
 
   /// Returns the point at two ranks from 0 to 1: of the passing gain, and of Nv.
   Point at(double passing_rank, double nv_rank) const;
 
  private:
   struct Cell {
-    double nv, theta;
+    double nv, theta;          // theta as itself if its prior is uniform, else as its probability
     double passing, by_theta;  // the passing gain, and its derivative by theta
   };
-  double min_theta_, max_theta_;
-  std::vector<Cell> cells_;    // of a grid, in blocks by passing gain, in each by Nv
-  std::vector<double> edges_;  // passing gains between the blocks
+  posterior::Quantile theta_;
+  double min_theta_, max_theta_;  // of a normal prior: the outer cells' middles, whose tails stay where they are
+  std::vector<Cell> cells_;       // of a grid, in blocks by passing gain, in each by Nv
+  std::vector<double> edges_;     // passing gains between the blocks
 };
 
 }  // namespace decid::frf

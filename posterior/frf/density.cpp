@@ -6,10 +6,10 @@
 #include <limits>
 
 #include "base/error.hpp"
+#include "base/math/cholesky.hpp"
 #include "base/math/math.hpp"
 #include "base/setting.hpp"
 #include "base/text.hpp"
-#include "posterior/cholesky.hpp"
 
 namespace decid::frf {
 namespace {
@@ -19,21 +19,14 @@ using sim::Complex;
 constexpr double error_beside_confidence = 0.01, error_alone = 0.05;
 constexpr double max_gain = 0.9, max_error = 1.0;
 
-struct Pair {
-  std::size_t quantity;
-  ResponseModel::Derivative derivative;
-};
-constexpr Pair derivative_of[] = {{sim::Kp, ResponseModel::by_kp},           {sim::Kd, ResponseModel::by_kd},
-                                  {sim::Kp_pass, ResponseModel::by_kp_pass}, {sim::Kd_pass, ResponseModel::by_kd_pass},
-                                  {sim::Delay, ResponseModel::by_delay},     {sim::Nv, ResponseModel::by_passed}};
-
 double real_product(Complex a, Complex b) {
   return a.real() * b.real() + a.imag() * b.imag();
 }
 
 Priors filled(Priors priors, const Table& table) {
   const auto check = [](bool right, const char* setting, double value, const char* remedy) {
-    if (!right) throw Error(std::string("priors, ") + setting, format("is %g", value), remedy);
+    if (!right)
+      throw Error(Code::setting_out_of_range, std::string("priors, ") + setting, format("is %g", value), remedy);
   };
   if (!priors.error) priors.error = table.has_confidence() ? error_beside_confidence : error_alone;
   check(priors.gain >= 0.0 && priors.gain <= max_gain, "gain", priors.gain, "give 0 to 0.9");
@@ -41,7 +34,7 @@ Priors filled(Priors priors, const Table& table) {
   check(priors.error_factor > 1.0 && std::isfinite(priors.error_factor), "error_factor", priors.error_factor,
         "give a factor above 1");
   if (*priors.error == 0.0 && !table.has_confidence())
-    throw Error(table.file, "has no confidence, and the prior error is 0",
+    throw Error(Code::setting_missing, table.file, "has no confidence, and the prior error is 0",
                 "add a confidence column, or give " + setting("prior_error") + " above 0");
   return priors;
 }
@@ -51,36 +44,75 @@ Priors filled(Priors priors, const Table& table) {
 Density::Density(const sim::Protocol& protocol, Table table, const Priors& priors)
     : table_(std::move(table)),
       priors_(filled(priors, table_)),
-      ranges_(protocol.ranges()),
-      model_(protocol, table_),
-      dead_band_(ranges_, [&](double nv, double theta) { return model_.passing_gain(nv, theta); }) {}
+      ranges_(posterior::ranges_of({.parameters = priors.parameters}, protocol.ranges())),
+      place_of_(ranges_.size()),
+      model_(protocol, table_) {
+  const posterior::Priors of_parameters =
+      posterior::with_conventions({.parameters = priors.parameters}, protocol.ranges());
+  priors_.parameters = of_parameters.parameters;
+  for (std::size_t p = 0; p < ranges_.size(); ++p) {
+    const sim::ParameterInfo& info = ranges_[p];
+    quantiles_.push_back(posterior::quantile_of(of_parameters, info.name, info.low, info.range()));
+    if (quantiles_[p].range == 0.0) continue;
+    place_of_[p] = free_.size();
+    free_.push_back(p);
+  }
+  const sim::Family& family = protocol.family();
+  // Noise and threshold are parameters of their own or constants (posterior::of_family).
+  const std::optional<std::size_t> nv = family.parameter_of(sim::Coefficient::nv);
+  const std::optional<std::size_t> theta = family.parameter_of(sim::Coefficient::theta);
+  if (!nv || !theta || !place_of_[*nv] || !place_of_[*theta]) return;
+  const auto passes = [&](double of_nv, double of_theta) { return model_.passing_gain(of_nv, of_theta); };
+  dead_band_ = DeadBand{*nv, *theta, DeadBandPrior(quantiles_[*nv], quantiles_[*theta], passes)};
+}
+
+std::optional<std::size_t> Density::coordinate_of(int quantity) const {
+  if (quantity >= gain()) return free_.size() + static_cast<std::size_t>(quantity - gain());
+  return place_of_[static_cast<std::size_t>(quantity)];
+}
 
 State Density::state(std::span<const double> x) const {
   State state;
   state.parameters = sim::Parameters(ranges_.size());
-  for (std::size_t i = 0; i < ranges_.size(); ++i) {
-    if (i != sim::Nv && i != sim::Theta) state.parameters[i] = ranges_[i].low + ranges_[i].range() * x[i];
+  for (std::size_t p = 0; p < ranges_.size(); ++p)
+    state.parameters[p] = place_of_[p] ? value_at(quantiles_[p], x[*place_of_[p]]) : quantiles_[p].low;
+  if (dead_band_) {
+    const std::size_t nv = dead_band_->nv, theta = dead_band_->theta;
+    const DeadBandPrior::Point point = dead_band_->prior.at(x[*place_of_[nv]], x[*place_of_[theta]]);
+    state.parameters[nv] = point.nv;
+    state.parameters[theta] = point.theta;
   }
-  const DeadBandPrior::Point point = dead_band_.at(x[sim::Nv], x[sim::Theta]);
-  state.parameters[sim::Nv] = point.nv;
-  state.parameters[sim::Theta] = point.theta;
-  state.gain = 1.0 + priors_.gain * (2.0 * x[gain] - 1.0);
-  state.error = *priors_.error * decid::exp(decid::log(priors_.error_factor) * x[error]);
+  state.gain = 1.0 + priors_.gain * (2.0 * x[free_.size()] - 1.0);
+  state.error = *priors_.error * decid::exp(decid::log(priors_.error_factor) * x[free_.size() + 1]);
   return state;
 }
 
-std::array<double, Density::quantities> Density::by_coordinates(std::span<const double> x) const {
-  std::array<double, quantities> by{};
-  for (std::size_t i = 0; i < ranges_.size(); ++i) by[i] = ranges_[i].range();
-  by[sim::Nv] = dead_band_.at(x[sim::Nv], 0.5).by_rank;
-  by[sim::Theta] = 0.0;
-  by[gain] = 2.0 * priors_.gain;
-  return by;
+void Density::add_factors(std::size_t coordinate, std::span<const double> x, const State& here,
+                          std::vector<Factor>& factors) const {
+  const std::size_t parameter = free_[coordinate];
+  const double slope = slope_at(quantiles_[parameter], x[coordinate]);
+  const sim::Family& family = model_.protocol().family();
+  if (dead_band_ && parameter == dead_band_->theta) return;
+  if (dead_band_ && parameter == dead_band_->nv)
+    return factors.push_back({coordinate, ResponseModel::by_passed, dead_band_->prior.at(x[coordinate], 0.5).by_rank});
+  for (const sim::Family::Term& term : family.terms) {
+    if (term.parameter != parameter) continue;
+    double factor = slope * term.factor;
+    auto derivative = static_cast<std::size_t>(term.coefficient);
+    const bool is_nv = term.coefficient == sim::Coefficient::nv;
+    if (is_nv || term.coefficient == sim::Coefficient::theta) {
+      const sim::Coefficients c = family.coefficients(here.parameters);
+      const auto slopes = model_.passing_slopes(c[sim::Coefficient::nv], c[sim::Coefficient::theta]);
+      factor *= is_nv ? slopes.by_nv : slopes.by_theta;
+      derivative = ResponseModel::by_passed;
+    }
+    factors.push_back({coordinate, derivative, factor});
+  }
 }
 
-double Density::value(const State& state, int quantity) {
-  if (quantity == gain) return state.gain;
-  return quantity == error ? state.error : state.parameters[static_cast<std::size_t>(quantity)];
+double Density::value(const State& state, int quantity) const {
+  if (quantity == gain()) return state.gain;
+  return quantity == error() ? state.error : state.parameters[static_cast<std::size_t>(quantity)];
 }
 
 void Density::respond(const State& state, std::span<Complex> responses) const {
@@ -93,6 +125,24 @@ double Density::variance(std::size_t row, Complex response, double relative_erro
   return deviation * deviation + relative_error * relative_error * std::norm(response);
 }
 
+void Density::respond(std::span<const double> x, const State& here, std::span<Complex> responses,
+                      std::span<Complex> derived) const {
+  const std::size_t rows = table_.rows.size();
+  std::vector<Complex> by_coefficient(rows * ResponseModel::derivatives);
+  model_.respond(here.parameters, responses, by_coefficient);
+  std::vector<Factor> factors;
+  for (std::size_t i = 0; i < free_.size(); ++i) add_factors(i, x, here, factors);
+  std::fill(derived.begin(), derived.end(), 0.0);
+  for (std::size_t row = 0; row < rows; ++row) {
+    const std::span<Complex> by = derived.subspan(row * size(), size());
+    for (const Factor& factor : factors)
+      by[factor.coordinate] +=
+          here.gain * factor.factor * by_coefficient[row * ResponseModel::derivatives + factor.derivative];
+    by[free_.size()] = 2.0 * priors_.gain * responses[row];
+    responses[row] *= here.gain;
+  }
+}
+
 // With h = gain H, v the variance and e = table - h: misfit = sum |e|^2 / (2 v) + log v, and the information of a
 // complex number about its mean and the logarithm of its variance is Re(h_i* h_j) / v + (log v)_i (log v)_j.
 void Density::evaluate(std::span<const double> x, Local& local) const {
@@ -101,32 +151,37 @@ void Density::evaluate(std::span<const double> x, Local& local) const {
     local.misfit = std::numeric_limits<double>::infinity();
     return;
   }
-  const std::size_t rows = table_.rows.size();
-  std::vector<Complex> responses(rows), derived(rows * ResponseModel::derivatives);
-  model_.respond(here.parameters, responses, derived);
-  const std::array<double, quantities> scale = by_coordinates(x);
+  const std::size_t rows = table_.rows.size(), count = size();
+  std::vector<Complex> responses(rows), derived(rows * count);
+  respond(x, here, responses, derived);
   const double spread = *priors_.error > 0.0 ? decid::log(priors_.error_factor) : 0.0;
+  std::vector<double> by_log(count);  // by the logarithm of the variance
   local.misfit = 0.0;
   std::fill(local.gradient.begin(), local.gradient.end(), 0.0);
   std::fill(local.information.begin(), local.information.end(), 0.0);
   for (std::size_t row = 0; row < rows; ++row) {
-    const Complex response = here.gain * responses[row], rest = table_.rows[row].response - response;
+    const Complex response = responses[row], rest = table_.rows[row].response - response;
     const double square = variance(row, response, here.error), precision = 1.0 / square;
     const double relative = here.error * here.error;
-    std::array<Complex, quantities> by{};
-    for (const auto& [quantity, derivative] : derivative_of)
-      by[quantity] = here.gain * scale[quantity] * derived[row * ResponseModel::derivatives + derivative];
-    by[gain] = scale[gain] * responses[row];
-    std::array<double, quantities> by_log{};  // by the logarithm of the variance
-    for (std::size_t i = 0; i < quantities; ++i) by_log[i] = 2.0 * relative * precision * real_product(response, by[i]);
-    by_log[error] = 2.0 * relative * precision * std::norm(response) * spread;
+    const std::span<const Complex> by = std::span(derived).subspan(row * count, count);
+    for (std::size_t i = 0; i < count; ++i) by_log[i] = 2.0 * relative * precision * real_product(response, by[i]);
+    by_log.back() = 2.0 * relative * precision * std::norm(response) * spread;
     const double excess = 1.0 - 0.5 * std::norm(rest) * precision;
     local.misfit += 0.5 * std::norm(rest) * precision + decid::log(square);
-    for (std::size_t i = 0; i < quantities; ++i) {
+    for (std::size_t i = 0; i < count; ++i) {
       local.gradient[i] += excess * by_log[i] - precision * real_product(rest, by[i]);
       for (std::size_t j = 0; j <= i; ++j)
-        local.information[posterior::triangle(i) + j] += precision * real_product(by[i], by[j]) + by_log[i] * by_log[j];
+        local.information[triangle(i) + j] += precision * real_product(by[i], by[j]) + by_log[i] * by_log[j];
     }
+  }
+}
+
+void Density::log_densities(const State& state, std::span<double> values) const {
+  std::vector<Complex> responses(table_.rows.size());
+  respond(state, responses);
+  for (std::size_t i = 0; i < responses.size(); ++i) {
+    const double square = variance(i, responses[i], state.error);
+    values[i] = -0.5 * std::norm(table_.rows[i].response - responses[i]) / square - decid::log(2.0 * sim::pi * square);
   }
 }
 

@@ -1,17 +1,17 @@
-// The posterior density of all unknowns of a published frequency response: the seven parameters, the scale of the sway,
-// and the table's error beyond its confidence.
+// The posterior density of all unknowns of a published frequency response: the parameters of the protocol's body model,
+// the scale of the sway, and the table's error beyond its confidence.
 //
 // Row i of the table is gain * H_i plus Gaussian errors of its real and its imaginary part, of variance
 //   sd_i^2 + (error * gain * |H_i|)^2.
 // sd_i comes from the table. `error` is unknown: without confidence it is the whole error, else the part that neither
-// the model's controllers nor the table's confidence explain. The prior is uniform in the parameters' ranges where the
-// loop is stable.
+// the model's controllers nor the table's confidence explain. The parameters' priors are uniform in their ranges or
+// normal, where the loop is stable.
 //
-// Coordinates are uniform from 0 to 1 under the prior: parameters and gain in their ranges, Nv and theta as in
-// DeadBandPrior, with the passing gain instead of Nv. The coordinate of the error's logarithm is normal.
+// Coordinates are uniform from 0 to 1 under the prior: the parameters that are not fixed and the gain as probabilities
+// of their priors; those of the dead band as in DeadBandPrior, with the passing gain instead of Nv. The coordinate of
+// the error's logarithm is normal.
 #pragma once
 
-#include <array>
 #include <optional>
 #include <span>
 #include <vector>
@@ -22,12 +22,14 @@
 
 namespace decid::frf {
 
-/// Priors in addition to the parameters' ranges.
+/// Priors in addition to the parameters' ranges. Parameters that have a convention (sim::ParameterInfo) are fixed
+/// unless the priors name them.
 struct Priors {
   double gain = 0.1;  ///< the table's gains over the true ones are 1 +- this, uniform; at most 0.9; 0: known
   std::optional<double>
       error{};  ///< median of a log-normal distribution; 0: none. Empty: 0.01 with a confidence, else 0.05
   double error_factor = 3.0;  ///< two thirds of the distribution lie within this factor of the median
+  std::vector<posterior::ParameterPrior> parameters = {};
 };
 
 /// A point as physical quantities.
@@ -40,9 +42,6 @@ struct State {
 /// The density. Immutable: all threads may share it.
 class Density {
  public:
-  /// The quantities after the parameters.
-  enum Quantity { gain = 7, error = 8, quantities = 9 };
-
   /// Throws Error as ResponseModel does, for priors out of their bounds, and for an error of 0 without confidence.
   Density(const sim::Protocol& protocol, Table table, const Priors& priors);
 
@@ -50,12 +49,26 @@ class Density {
   const Table& table() const noexcept { return table_; }
   /// Returns the priors with the error's median filled in.
   const Priors& priors() const noexcept { return priors_; }
-  static constexpr std::size_t size() { return quantities; }
+  /// Returns the parameters with the priors' ranges, for the protocol's body.
+  const sim::ParameterTable& ranges() const noexcept { return ranges_; }
+
+  // Quantities are the parameters in their order, then gain and error.
+  int gain() const noexcept { return static_cast<int>(ranges_.size()); }
+  int error() const noexcept { return gain() + 1; }
+  int quantities() const noexcept { return gain() + 2; }
+  bool is_fixed(std::size_t parameter) const { return !place_of_[parameter]; }
+  /// Returns true if one coordinate is the passing gain's rank, because Nv and theta are free.
+  bool ranks_passing() const noexcept { return dead_band_.has_value(); }
+
+  std::size_t size() const noexcept { return free_.size() + 2; }
   /// Returns the number of leading coordinates that are uniform from 0 to 1 under the prior.
-  static constexpr std::size_t uniform() { return error; }
+  std::size_t uniform() const noexcept { return free_.size() + 1; }
+  /// Returns the coordinate of a quantity; of Nv and theta: of the passing gain's rank, and of the other one. Empty for
+  /// a fixed parameter.
+  std::optional<std::size_t> coordinate_of(int quantity) const;
 
   State state(std::span<const double> x) const;
-  static double value(const State& state, int quantity);
+  double value(const State& state, int quantity) const;
   bool is_stable(const State& state) const { return model_.is_stable(state.parameters); }
   /// Computes the table's responses without errors; responses: one per row.
   void respond(const State& state, std::span<sim::Complex> responses) const;
@@ -67,16 +80,33 @@ class Density {
   /// Returns chi-square: the sum over the rows of |table - response|^2 over the variance, two degrees of freedom per
   /// row.
   double chi_square(const State& state, double relative_error) const;
+  /// Computes the logarithm of the density of each row's response, nats; one value per row.
+  void log_densities(const State& state, std::span<double> values) const;
+  /// Computes the responses at `here`, the state at x, and their derivatives by each coordinate, size() per row.
+  void respond(std::span<const double> x, const State& here, std::span<sim::Complex> responses,
+               std::span<sim::Complex> derived) const;
 
  private:
-  /// Returns the derivatives by each coordinate of a response's variables: parameters, the passing gain for Nv, gain.
-  std::array<double, quantities> by_coordinates(std::span<const double> x) const;
+  /// Appends the factors of ResponseModel's derivatives that make the derivative by a parameter's coordinate.
+  struct Factor {
+    std::size_t coordinate, derivative;
+    double factor;
+  };
+  void add_factors(std::size_t coordinate, std::span<const double> x, const State& here,
+                   std::vector<Factor>& factors) const;
 
   Table table_;
   Priors priors_;
-  sim::ParameterTable ranges_;  // for the protocol's body
+  sim::ParameterTable ranges_;
+  std::vector<posterior::Quantile> quantiles_;        // of the parameters
+  std::vector<std::size_t> free_;                     // the parameters of the coordinates
+  std::vector<std::optional<std::size_t>> place_of_;  // the coordinates of the parameters
   ResponseModel model_;
-  DeadBandPrior dead_band_;
+  struct DeadBand {
+    std::size_t nv, theta;  ///< the parameters
+    DeadBandPrior prior;
+  };
+  std::optional<DeadBand> dead_band_;
 };
 
 }  // namespace decid::frf

@@ -9,6 +9,7 @@
 #include "base/math/random.hpp"
 #include "base/math/statistics.hpp"
 #include "base/text.hpp"
+#include "posterior/streams.hpp"
 
 namespace decid::frf {
 namespace {
@@ -27,15 +28,15 @@ double phase_deg(Complex response) {
 
 /// Returns the standard deviations of the quantities under the prior, over stable loops.
 std::vector<double> prior_stddevs(const Density& density, std::uint64_t seed) {
-  const Random random(seed, Stream::particles, of_prior);
-  std::vector<std::vector<double>> values(Density::quantities);
-  std::vector<double> x(Density::size());
+  const Random random(seed, posterior::streams::particles, of_prior);
+  std::vector<std::vector<double>> values(static_cast<std::size_t>(density.quantities()));
+  std::vector<double> x(density.size());
   for (std::size_t i = 0; i < prior_draws; ++i) {
     for (std::size_t k = 0; k < x.size(); ++k)
-      x[k] = k < Density::uniform() ? random.uniform(i * x.size() + k) : random.normal(i * x.size() + k);
+      x[k] = k < density.uniform() ? random.uniform(i * x.size() + k) : random.normal(i * x.size() + k);
     const State state = density.state(x);
-    for (int q = 0; q < Density::quantities && density.is_stable(state); ++q)
-      values[static_cast<std::size_t>(q)].push_back(Density::value(state, q));
+    for (int q = 0; q < density.quantities() && density.is_stable(state); ++q)
+      values[static_cast<std::size_t>(q)].push_back(density.value(state, q));
   }
   std::vector<double> deviations;
   for (const std::vector<double>& of_quantity : values) deviations.push_back(decid::stddev(of_quantity));
@@ -51,6 +52,16 @@ double chi_square_beyond(double chi_square, int degrees_of_freedom) {
     term *= 0.5 * chi_square / (i + 1);
   }
   return std::min(1.0, sum);
+}
+
+State Fit::state(int draw) const {
+  const auto number = static_cast<std::size_t>(draw);
+  State state;
+  state.parameters = sim::Parameters(draws_.size() - 2);
+  for (std::size_t p = 0; p < state.parameters.size(); ++p) state.parameters[p] = draws_[p].at(number);
+  state.gain = draws_of(gain()).at(number);
+  state.error = draws_of(error()).at(number);
+  return state;
 }
 
 double Fit::mean(int quantity) const {
@@ -106,20 +117,13 @@ void Fit::predict(const Density& density, const std::vector<State>& states) {
       gains.push_back(std::sqrt(std::norm(response)));
       phases.push_back(middle_deg + phase_deg(response * std::conj(middle)));
     }
-    const double variance = density.variance(i, middle, confident ? 0.0 : mean(Density::error));
+    const double variance = density.variance(i, middle, confident ? 0.0 : mean(error()));
     predicted_.push_back({middle, decid::quantile(gains, 0.05), decid::quantile(gains, 0.95), middle_deg,
                           decid::quantile(phases, 0.05), decid::quantile(phases, 0.95),
                           std::sqrt(std::norm(density.table().rows[i].response - middle) / variance)});
+    left_ += std::norm(density.table().rows[i].response - middle) / std::norm(density.table().rows[i].response);
   }
-}
-
-double Fit::left(const Density& density) const {
-  double squares = 0.0;
-  for (std::size_t i = 0; i < predicted_.size(); ++i) {
-    const Complex response = density.table().rows[i].response;
-    squares += std::norm(response - predicted_[i].response) / std::norm(response);
-  }
-  return std::sqrt(squares / static_cast<double>(predicted_.size()));
+  left_ = std::sqrt(left_ / static_cast<double>(rows));
 }
 
 bool Fit::explained() const {
@@ -127,18 +131,18 @@ bool Fit::explained() const {
 }
 
 void Fit::warn(const Density& density) {
-  if (left(density) > max_left && !(misfit_.p_value >= impossible))
+  if (left_ > max_left && !(misfit_.p_value >= impossible))
     add_invalid(
         warnings_, "no_controller",
         format("no controller of this model explains the table: the best ones leave %.0f%% of the response unexplained "
                "(root mean square of the relative error), so do not use their parameters",
-               100.0 * left(density)));
+               100.0 * left_));
   if (!agreed()) {
     const auto worst = std::ranges::max_element(rhat_);
     add_caution(warnings_, "chains_disagree",
                 format("the chains do not agree (R-hat %.3f): the table may fit more than one controller", *worst));
   }
-  const double percent = 100.0 * mean(Density::error);
+  const double percent = 100.0 * mean(error());
   const Priors& priors = density.priors();
   if (misfit_.p_value < unlikely) {
     add_caution(
@@ -151,7 +155,7 @@ void Fit::warn(const Density& density) {
                       .c_str()
                 : "; the intervals are too narrow"));
   }
-  if (!density.table().has_confidence() && quantile(Density::error, 0.05) > *priors.error * priors.error_factor) {
+  if (!density.table().has_confidence() && quantile(error(), 0.05) > *priors.error * priors.error_factor) {
     add_caution(
         warnings_, "response_unexplained",
         format(
@@ -163,21 +167,24 @@ void Fit::warn(const Density& density) {
 
 Fit fit(const Density& density, const SmcSettings& settings) {
   const SmcResult result = sample_smc(
-      Density::size(), Density::uniform(), [&](std::span<const double> x, Local& local) { density.evaluate(x, local); },
+      density.size(), density.uniform(), [&](std::span<const double> x, Local& local) { density.evaluate(x, local); },
       settings);
   Fit found;
   found.chains_ = settings.chains;
-  found.draws_.resize(Density::quantities);
+  found.draws_.resize(static_cast<std::size_t>(density.quantities()));
   std::vector<State> states;
   for (const std::vector<double>& chain : result.chains) {
-    for (std::size_t at = 0; at < chain.size(); at += Density::size())
-      states.push_back(density.state(std::span(chain).subspan(at, Density::size())));
+    for (std::size_t at = 0; at < chain.size(); at += density.size())
+      states.push_back(density.state(std::span(chain).subspan(at, density.size())));
   }
-  for (int q = 0; q < Density::quantities; ++q)
-    for (const State& state : states) found.draws_[static_cast<std::size_t>(q)].push_back(Density::value(state, q));
+  for (int q = 0; q < density.quantities(); ++q)
+    for (const State& state : states) found.draws_[static_cast<std::size_t>(q)].push_back(density.value(state, q));
   found.prior_stddevs_ = prior_stddevs(density, settings.seed);
-  found.rhat_ = result.rhat;
-  found.effective_ = result.effective;
+  for (int q = 0; q < density.quantities(); ++q) {
+    const auto coordinate = density.coordinate_of(q);
+    found.rhat_.push_back(coordinate ? result.rhat[*coordinate] : 1.0);
+    found.effective_.push_back(coordinate ? result.effective[*coordinate] : static_cast<double>(found.draws()));
+  }
   found.acceptance_ = result.acceptance;
   found.evaluations_ = result.evaluations;
   found.predict(density, states);

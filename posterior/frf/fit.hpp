@@ -33,6 +33,8 @@ struct Misfit {
 /// Draws from the posterior. Quantities are Density's: the parameters in their order, then gain and error.
 class Fit {
  public:
+  int gain() const noexcept { return error() - 1; }
+  int error() const noexcept { return static_cast<int>(draws_.size()) - 1; }
   int chains() const noexcept { return chains_; }
   int draws() const noexcept { return static_cast<int>(draws_.front().size()); }
   int draws_per_chain() const noexcept { return draws() / chains_; }
@@ -49,6 +51,7 @@ class Fit {
   /// Returns the posterior contraction: the fraction of the prior's variance that the table removes, 0 to 1.
   double contraction(int quantity) const;
 
+  /// Returns R-hat of each quantity; 1 for fixed parameters.
   const std::vector<double>& rhat() const noexcept { return rhat_; }
   const std::vector<double>& effective_draws() const noexcept { return effective_; }
   double acceptance() const noexcept { return acceptance_; }
@@ -61,20 +64,22 @@ class Fit {
   const Misfit& misfit() const noexcept { return misfit_; }
   /// Returns true if a controller of the model explains the table; otherwise do not use the parameters.
   bool explained() const;
+  /// Returns the root mean square of the relative error that the draws' mean response leaves.
+  double left() const noexcept { return left_; }
+  /// Returns the state of a draw.
+  State state(int draw) const;
   /// Returns warnings for the user.
   const Warnings& warnings() const noexcept { return warnings_; }
 
  private:
   friend Fit fit(const Density& density, const SmcSettings& settings);
   void predict(const Density& density, const std::vector<State>& states);
-  /// Returns the root mean square of the relative error that the draws' mean response leaves.
-  double left(const Density& density) const;
   void warn(const Density& density);
 
   int chains_ = 0;
   std::vector<std::vector<double>> draws_;  // by quantity
   std::vector<double> prior_stddevs_, rhat_, effective_;
-  double acceptance_ = 0.0;
+  double acceptance_ = 0.0, left_ = 0.0;
   long long evaluations_ = 0;
   std::vector<Predicted> predicted_;
   Misfit misfit_;

@@ -12,6 +12,7 @@
 #include "base/text.hpp"
 #include "posterior/density/density.hpp"
 #include "posterior/density/elementary.hpp"
+#include "posterior/frf/stability.hpp"
 #include "sim/frf.hpp"
 #include "sim/noise.hpp"
 #include "sim/simulate.hpp"
@@ -40,7 +41,8 @@ class Cycle {
       harmonics_.push_back(std::llround(point.frequency_hz * cycle_s_));
 
     if (harmonics_.empty())
-      throw Error("frequency response", "the stimulus does not move", "use a protocol with a tilt");
+      throw Error(Code::setting_out_of_range, "frequency response", "the stimulus does not move",
+                  "use a protocol with a tilt");
     const double interval_s = stimulus.interval_steps * sim::integration_step_s;
     const auto first = std::llround(experiment.lead_in_s() / interval_s), count = std::llround(cycle_s_ / interval_s);
     for (long long j = 0; j < count; ++j) {
@@ -126,13 +128,14 @@ Neighbours neighbours_of(const Cycle& cycle, const std::vector<double>& power, c
   const std::size_t nearest = cycle.nearest(row.frequency_hz);
   const double away_hz = std::abs(cycle.frequency_hz(nearest) - row.frequency_hz);
   if (away_hz > 1.001 / cycle.cycle_s())
-    throw Error(where,
+    throw Error(Code::protocol_mismatch, where,
                 format("the stimulus has no power at %g Hz; its nearest frequency is %.4g Hz", row.frequency_hz,
                        cycle.frequency_hz(nearest)),
                 "give the played protocol with " + setting("protocol") + ", or leave such rows out");
   const auto count = static_cast<std::size_t>(row.harmonics);
   if (count > cycle.harmonics())
-    throw Error(where, format("a row is the mean of %zu harmonics; the stimulus has %zu", count, cycle.harmonics()),
+    throw Error(Code::protocol_mismatch, where,
+                format("a row is the mean of %zu harmonics; the stimulus has %zu", count, cycle.harmonics()),
                 "give the played protocol with " + setting("protocol"));
   if (count == 0) {
     const bool is_below = cycle.frequency_hz(nearest) < row.frequency_hz;
@@ -171,11 +174,18 @@ ResponseModel::Line ResponseModel::line_at(double frequency_hz, double weight) c
   const double step_s = sim::integration_step_s;
   const Complex z = posterior::turned(frequency_hz * step_s);
   const Complex forward = (z - 1.0) / step_s, backward = quotient(forward, z);
-  return {frequency_hz, weight, forward, backward, body.inertia_kgm2 * forward * backward - body.mgh()};
+  const sim::Family& family = protocol_.family();
+  return {frequency_hz,
+          weight,
+          forward,
+          backward,
+          body.inertia_kgm2 * forward * backward - body.mgh(),
+          quotient(1.0, forward + 1.0 / family.slow_time_s),
+          quotient(1.0, body.mgh() * z * (forward + 1.0 / family.torque_time_s))};
 }
 
 ResponseModel::ResponseModel(const sim::Protocol& protocol, const Table& table)
-    : protocol_(posterior::of_single_pendulum(protocol)), noise_rad_s_(sim::noise_velocity_deviation(protocol)) {
+    : protocol_(posterior::of_family(protocol)), noise_rad_s_(sim::noise_velocity_deviation(protocol)) {
   const Cycle cycle(protocol.experiment);
   const std::vector<double> levels = cycle.levels_rad_s();
   const std::vector<double> fractions = cycle.fractions(levels);
@@ -211,35 +221,68 @@ ResponseModel::ResponseModel(const sim::Protocol& protocol, const Table& table)
 
 void ResponseModel::respond(const sim::Parameters& p, std::span<Complex> responses, std::span<Complex> derived) const {
   if (responses.size() != bands_.size() || (!derived.empty() && derived.size() != bands_.size() * derivatives))
-    throw Error("frequency response",
+    throw Error(Code::size_mismatch, "frequency response",
                 format("got space for %zu responses and %zu derivatives", responses.size(), derived.size()),
                 format("give space for %zu, and for none or %zu", bands_.size(), bands_.size() * derivatives));
+  using enum sim::Coefficient;
+  const sim::Family& family = protocol_.family();
+  const sim::Coefficients c = family.coefficients(p);
+  const bool has_feedback = !family.has_unit_gains();
+  const double reach = c[position] + c[gravity];
   std::array<double, velocity_levels> passed;
   for (std::size_t l = 0; l < levels_.size(); ++l)
-    passed[l] = mean_passed(levels_[l].rate_rad_s, p[sim::Nv] * noise_rad_s_, p[sim::Theta]);
+    passed[l] = mean_passed(levels_[l].rate_rad_s, c[nv] * noise_rad_s_, c[theta]);
   std::fill(responses.begin(), responses.end(), 0.0);
   std::fill(derived.begin(), derived.end(), 0.0);
   for (std::size_t row = 0; row < bands_.size(); ++row) {
-    Complex lost = 1.0;
-    for (std::size_t l = 0; l < levels_.size(); ++l) lost -= passed[l] * bands_[row].passing[l];
+    Complex lost = c[position];
+    for (std::size_t l = 0; l < levels_.size(); ++l) lost -= c[tilt] * passed[l] * bands_[row].passing[l];
     for (const Line& line : bands_[row].lines) {
-      const Complex delayed = posterior::turned(-line.frequency_hz * p[sim::Delay]);
-      const Complex active = delayed * (p[sim::Kp] + p[sim::Kd] * line.forward);
-      const Complex returned = 2.0 * delayed * (p[sim::Kp] + p[sim::Kd] * line.backward);
-      const Complex inverse =
-          quotient(line.weight, line.body + p[sim::Kp_pass] + p[sim::Kd_pass] * line.backward + returned);
-      const Complex drive = p[sim::Kp_pass] + p[sim::Kd_pass] * line.forward + active * lost;
+      const Complex delayed = posterior::turned(-line.frequency_hz * c[delay]);
+      const Complex servo = c[kp] + c[kd] * line.forward;
+      Complex loop = delayed, torque_loop = 0.0, slow_loop = 0.0;
+      if (has_feedback) {
+        torque_loop = c[torque] * line.torque;
+        slow_loop = c[slow] * line.slow;
+        loop = quotient(delayed, 1.0 - delayed * servo * torque_loop);
+      }
+      const Complex active = loop * servo;
+      Complex returned = reach * loop * (c[kp] + c[kd] * line.backward);
+      if (has_feedback) returned += active * slow_loop;
+      const Complex inverse = quotient(line.weight, line.body + c[kp_pass] + c[kd_pass] * line.backward + returned);
+      const Complex drive = c[kp_pass] + c[kd_pass] * line.forward + active * lost;
       const Complex response = drive * inverse;  // times the weight
       responses[row] += response;
       if (derived.empty()) continue;
       const Complex back = response / line.weight;
-      const auto add = [&](Derivative by, Complex value) { derived[row * derivatives + by] += value * inverse; };
-      add(by_kp, delayed * (lost - 2.0 * back));
-      add(by_kd, delayed * (line.forward * lost - 2.0 * line.backward * back));
-      add(by_kp_pass, 1.0 - back);
-      add(by_kd_pass, line.forward - line.backward * back);
-      add(by_delay, Complex(0.0, -2.0 * sim::pi * line.frequency_hz) * (active * lost - returned * back));
-      add(by_passed, -active);
+      const std::span<Complex> here = derived.subspan(row * derivatives, derivatives);
+      const auto add = [&](sim::Coefficient by, Complex value) {
+        here[static_cast<std::size_t>(by)] += value * inverse;
+      };
+      const Complex by_loop = active * lost - returned * back;  // times K
+      add(kp, loop * (lost - reach * back));
+      add(kd, loop * (line.forward * lost - reach * line.backward * back));
+      add(kp_pass, 1.0 - back);
+      add(kd_pass, line.forward - line.backward * back);
+      here[by_passed] -= c[tilt] * active * inverse;
+      const Complex by_delay = Complex(0.0, -2.0 * sim::pi * line.frequency_hz) * by_loop;
+      if (!has_feedback) {
+        add(delay, by_delay);
+        continue;
+      }
+      const Complex by_servo = loop * (torque_loop * by_loop - slow_loop * back);
+      add(kp, by_servo);
+      add(kd, by_servo * line.forward);
+      add(delay, by_delay * quotient(loop, delayed));
+      const Complex by_gravity = -loop * (c[kp] + c[kd] * line.backward) * back;
+      add(gravity, by_gravity);
+      add(position, active + by_gravity);
+      // lost = position - tilt g; g is the row's
+      Complex gain = 0.0;
+      for (std::size_t l = 0; l < levels_.size(); ++l) gain += passed[l] * bands_[row].passing[l];
+      add(tilt, -active * gain);
+      add(slow, -active * line.slow * back);
+      add(torque, active * line.torque * by_loop);
     }
   }
 }
@@ -254,20 +297,22 @@ double ResponseModel::passing_gain(double nv, double theta) const {
   return passed / all;
 }
 
+ResponseModel::PassingSlopes ResponseModel::passing_slopes(double nv, double theta) const {
+  PassingSlopes slopes{0.0, 0.0};
+  double all = 0.0;
+  const double d = std::max(nv * noise_rad_s_, min_deviation);
+  for (const Level& level : levels_) {
+    const double weight = level.fraction * level.rate_rad_s;
+    const double above = (level.rate_rad_s - theta) / d, below = (-level.rate_rad_s - theta) / d;
+    slopes.by_nv += weight * noise_rad_s_ * (normal_density(above) - normal_density(below));
+    slopes.by_theta -= weight * (normal_distribution(above) - normal_distribution(below));
+    all += weight * level.rate_rad_s;
+  }
+  return {slopes.by_nv / all, slopes.by_theta / all};
+}
+
 bool ResponseModel::is_stable(const sim::Parameters& p) const {
-  // On the imaginary axis |J s^2 - k + Kd_pass s| = |2 (Kp + Kd s)| has at most one relevant solution, s = i w. The
-  // loop is stable without delay, and the first delay that puts a root there makes it permanently unstable.
-  const sim::Body& body = protocol_.experiment.body;
-  const double j = body.inertia_kgm2, lean = body.mgh() - p[sim::Kp_pass], kp = p[sim::Kp], kd = p[sim::Kd];
-  const double kd_pass = p[sim::Kd_pass];
-  if (2.0 * kp <= lean) return false;
-  const double half = j * lean + 0.5 * kd_pass * kd_pass - 2.0 * kd * kd, rest = lean * lean - 4.0 * kp * kp;
-  const double inside = half * half - j * j * rest;
-  if (inside < 0.0) return true;
-  const double square = (std::sqrt(inside) - half) / (j * j);
-  if (square <= 0.0) return true;
-  const double w = std::sqrt(square);
-  return w * p[sim::Delay] < decid::atan2(w * kd, kp) + decid::atan2(w * kd_pass, j * square + lean);
+  return frf::is_stable(protocol_.experiment.body, protocol_.family(), protocol_.family().coefficients(p));
 }
 
 }  // namespace decid::frf

@@ -1,14 +1,18 @@
 // The mean frequency response of a controller over its vestibular noise, at a table's frequencies: the closed loop of
-// the simulator's own 1 ms steps, with the dead band replaced by its mean output.
+// the simulator's own 1 ms steps, for every member of the family (sim/family.hpp), with the dead band replaced by its
+// mean output.
 //
 // The dead band acts on the platform's velocity r plus the noise's velocity n, Gaussian and independent of r, and has
 // no memory. Its mean output is a function of r only, at Nv, theta and the noise's standard deviation d:
 //   m(r) = E f_theta(r + n) = d [G((r - theta) / d) - G((-r - theta) / d)],   G(u) = u Phi(u) + phi(u),
 // and the rest is linear except sin(a). Over the steady cycle, the transform of m at the stimulus' harmonics over that
 // of r is the gain g. This is exact, unlike a describing function for a sine. A ternary sequence has one speed v in
-// both directions, so its g = m(v) / v at all frequencies. With s = d/dt of the steps, forwards and backwards,
-//   H = (Kp_pass + Kd_pass s_f + exp(-s delay) (Kp + Kd s_f) (1 - g)) /
-//       (J s_f s_b - m g h + Kp_pass + Kd_pass s_b + 2 exp(-s delay) (Kp + Kd s_b)).
+// both directions, so its g = m(v) / v at all frequencies. With s = d/dt of the steps, forwards and backwards (s_f =
+// z s_b), and the family's coefficients,
+//   H = (kp_pass + kd_pass s_f + K (kp + kd s_f) (position - tilt g)) /
+//       (J s_f s_b - m g h + kp_pass + kd_pass s_b +
+//        K ((position + gravity) (kp + kd s_b) + (kp + kd s_f) slow / (s_f + 1 / slow_time))),
+//   1 / K = exp(s delay) - torque / (m g h) (kp + kd s_f) / (z (s_f + 1 / torque_time)).
 #pragma once
 
 #include <span>
@@ -24,16 +28,17 @@ class ResponseModel {
  public:
   /// A row without a number of harmonics uses its own frequency, with the g of the adjacent harmonics. A row of n
   /// harmonics averages n neighbouring ones as sim::FrequencyResponse does, with the mean nearest to the row's
-  /// frequency. Throws Error if the protocol is invalid or has another body model than the single pendulum, and if its
-  /// stimulus has no frequency response (sim::FrequencyResponse). Throws Error for a frequency farther than 1 / cycle
-  /// from each of the stimulus' harmonics, and for more harmonics than the stimulus has.
+  /// frequency. Throws Error if the protocol is invalid or its body model is not of the family, and if its stimulus has
+  /// no frequency response (sim::FrequencyResponse). Throws Error for a frequency farther than 1 / cycle from each of
+  /// the stimulus' harmonics, and for more harmonics than the stimulus has.
   ResponseModel(const sim::Protocol& protocol, const Table& table);
 
   const sim::Protocol& protocol() const noexcept { return protocol_; }
   std::size_t rows() const noexcept { return bands_.size(); }
 
-  /// The variables of derivatives; g is the passing gain.
-  enum Derivative { by_kp, by_kd, by_kp_pass, by_kd_pass, by_delay, by_passed, derivatives };
+  /// The derivatives of a response: by each sim::Coefficient in its place, except nv and theta, which act through the
+  /// passing gain g; then by g.
+  static constexpr std::size_t by_passed = sim::Coefficients::count, derivatives = by_passed + 1;
 
   /// Computes the response at each row, rows() values, and its derivatives, `derivatives` per row, if the span is not
   /// empty. They are meaningful only if the loop is stable.
@@ -42,7 +47,12 @@ class ResponseModel {
   /// Returns the mean gain of the dead band for the platform's velocity over the cycle, by least squares; the g of a
   /// ternary sequence.
   double passing_gain(double nv, double theta) const;
-  /// Returns whether the closed loop is stable without theta and noise, by the one delay at which it oscillates.
+  struct PassingSlopes {
+    double by_nv, by_theta;
+  };
+  /// Returns the derivatives of passing_gain().
+  PassingSlopes passing_slopes(double nv, double theta) const;
+  /// Returns whether the closed loop is stable without theta and noise (stability.hpp).
   bool is_stable(const sim::Parameters& parameters) const;
 
  private:
@@ -52,6 +62,7 @@ class ResponseModel {
   struct Line {  // one frequency
     double frequency_hz, weight;
     sim::Complex forward, backward, body;  // s_f, s_b, J s_f s_b - m g h
+    sim::Complex slow, torque;             // 1 / (s_f + 1 / slow_time), 1 / (m g h z (s_f + 1 / torque_time))
   };
   struct Band {  // of a row
     std::vector<Line> lines;

@@ -6,16 +6,15 @@
 #include <string>
 
 #include "base/error.hpp"
+#include "base/math/cholesky.hpp"
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
 #include "base/parallel.hpp"
-#include "posterior/cholesky.hpp"
 #include "posterior/sampling/diagnostics.hpp"
+#include "posterior/streams.hpp"
 
 namespace decid::frf {
 namespace {
-
-using posterior::triangle;
 
 constexpr int attempts = 1000;                   // to draw a possible point from the prior
 constexpr double kept_fraction = 0.5;            // of the population's effective number, between powers
@@ -30,7 +29,7 @@ constexpr std::uint64_t numbers_a_move = 32;  // random numbers
 void check(std::size_t size, const SmcSettings& settings) {
   const auto at_least = [](const char* setting, int value, int least) {
     if (value < least)
-      throw Error(std::string("particles, ") + setting, "is " + std::to_string(value),
+      throw Error(Code::setting_out_of_range, std::string("particles, ") + setting, "is " + std::to_string(value),
                   "give " + std::to_string(least) + " or more");
   };
   at_least("population", settings.population, settings.chains);
@@ -41,7 +40,8 @@ void check(std::size_t size, const SmcSettings& settings) {
   at_least("min_draws", settings.min_draws, 4);
   at_least("max_draws", settings.max_draws, settings.min_draws);
   if (size < 1 || size > max_coordinates)
-    throw Error("particles", "got " + std::to_string(size) + " coordinates", "give 1 to 28");
+    throw Error(Code::setting_out_of_range, "particles", "got " + std::to_string(size) + " coordinates",
+                "give 1 to 28");
 }
 
 /// A point, and the density's values there at a power of the likelihood.
@@ -68,28 +68,12 @@ void look_around(Place& place, std::size_t uniform, double power) {
                                                                                           : is_normal ? 1.0
                                                                                                       : of_uniform);
   }
-  if (!posterior::factorize(size, place.factor)) {  // no information: jumps of the prior's size
+  if (!factorize(size, place.factor)) {  // no information: jumps of the prior's size
     std::fill(place.factor.begin(), place.factor.end(), 0.0);
     for (std::size_t i = 0; i < size; ++i) place.factor[triangle(i) + i] = 1.0;
   }
   place.log_determinant = 0.0;
   for (std::size_t i = 0; i < size; ++i) place.log_determinant += decid::log(place.factor[triangle(i) + i]);
-}
-
-/// Replaces y by L^-1 y.
-void solve_lower(std::size_t size, const std::vector<double>& factor, std::vector<double>& y) {
-  for (std::size_t i = 0; i < size; ++i) {
-    for (std::size_t k = 0; k < i; ++k) y[i] -= factor[triangle(i) + k] * y[k];
-    y[i] /= factor[triangle(i) + i];
-  }
-}
-
-/// Replaces y by L^-t y.
-void solve_upper(std::size_t size, const std::vector<double>& factor, std::vector<double>& y) {
-  for (std::size_t i = size; i-- > 0;) {
-    y[i] /= factor[triangle(i) + i];
-    for (std::size_t k = 0; k < i; ++k) y[k] -= factor[triangle(i) + k] * y[i];
-  }
 }
 
 struct Jump {
@@ -144,7 +128,9 @@ class Run {
 
  private:
   /// Returns the random numbers of a particle; chains have numbers after the population's.
-  Random random_numbers(std::size_t particle) const { return {settings_.seed, Stream::particles, particle}; }
+  Random random_numbers(std::size_t particle) const {
+    return {settings_.seed, posterior::streams::particles, particle};
+  }
 
   void start() {
     parallel_for(settings_.population, [&](int i) {
@@ -161,7 +147,8 @@ class Run {
         evaluate_(place.x, place.local);
         if (std::isfinite(place.local.misfit)) return;
       }
-      throw Error("particles", "the likelihood is 0 at all draws from the prior", "widen the prior");
+      throw Error(Code::setting_out_of_range, "particles", "the likelihood is 0 at all draws from the prior",
+                  "widen the prior");
     });
     moved_ = attempts;
     result_.evaluations += settings_.population;

@@ -37,8 +37,8 @@ class Reader {
       for (int i = 0; i < table_.columns(); ++i)
         if (recording::name_without_unit(name_of(i)) == name) found.push_back(i);
       if (found.size() > 1)
-        throw Error(file_, format("%zu columns are called %s", found.size(), std::string(name).c_str()),
-                    "rename all but one");
+        throw Error(Code::column_ambiguous, file_,
+                    format("%zu columns are called %s", found.size(), std::string(name).c_str()), "rename all but one");
       if (!found.empty()) return read(found.front());
     }
     return {};
@@ -47,7 +47,7 @@ class Reader {
   Column need(std::initializer_list<std::string_view> names) {
     if (std::optional<Column> found = find(names)) return std::move(*found);
     throw Error(
-        file_,
+        Code::column_missing, file_,
         "has no column called " + std::string(*names.begin()) + "; its columns are " + recording::list_of(table_, -1),
         "name them frequency_hz, gain and phase_deg, or leave " + setting("frf") + " out for a recording");
   }
@@ -57,8 +57,8 @@ class Reader {
   void check(const Column& column, const Right& right, const char* problem, const char* remedy) const {
     for (std::size_t i = 0; i < column.values.size(); ++i)
       if (!right(column.values[i]))
-        throw Error(file_, format("%s, %s: %g %s", place(i).c_str(), column.name.c_str(), column.values[i], problem),
-                    remedy);
+        throw Error(Code::value_invalid, file_,
+                    format("%s, %s: %g %s", place(i).c_str(), column.name.c_str(), column.values[i], problem), remedy);
   }
 
   std::string place(std::size_t row) const { return table_.place_of(row); }
@@ -72,7 +72,7 @@ class Reader {
     if (!rows_) rows_ = made.values.size();
     if (made.values.size() != *rows_)
       throw Error(
-          file_,
+          Code::size_mismatch, file_,
           format("%s has %zu values, and there are %zu frequencies", made.name.c_str(), made.values.size(), *rows_),
           "give equal numbers");
     return made;
@@ -96,10 +96,11 @@ Column read_frequencies(Reader& reader) {
   for (std::size_t i = 1; i < column.values.size(); ++i) {
     const double here = column.values[i], before = column.values[i - 1];
     if (here == before)
-      throw Error(reader.file(), format("%s: %g Hz is repeated", reader.place(i).c_str(), here),
+      throw Error(Code::value_invalid, reader.file(), format("%s: %g Hz is repeated", reader.place(i).c_str(), here),
                   "give each frequency once");
     if (here < before)
-      throw Error(reader.file(), format("%s: %g Hz comes after %g Hz", reader.place(i).c_str(), here, before),
+      throw Error(Code::value_invalid, reader.file(),
+                  format("%s: %g Hz comes after %g Hz", reader.place(i).c_str(), here, before),
                   "sort the table by frequency");
   }
   return column;
@@ -107,7 +108,8 @@ Column read_frequencies(Reader& reader) {
 
 Column read_gains(Reader& reader) {
   if (const auto decibels = reader.find({"gain_db", "magnitude_db"}))
-    throw Error(reader.file(), decibels->name + " is in decibels", "give sway over tilt, 10^(decibels / 20), as gain");
+    throw Error(Code::unit_unknown, reader.file(), decibels->name + " is in decibels",
+                "give sway over tilt, 10^(decibels / 20), as gain");
   Column column = reader.need({"gain", "gains", "magnitude", "modulus"});
   reader.check(column, is_positive, "is not above 0", "give sway over tilt");
   return column;
@@ -123,7 +125,7 @@ Column read_phases(Reader& reader) {
   }
   const auto is_small = [](double value) { return std::abs(value) <= 2.0 * sim::pi; };
   if (std::ranges::all_of(column.values, is_small))
-    throw Error(reader.file(), "has phases within 6.3 degrees only, which may be radians",
+    throw Error(Code::unit_unknown, reader.file(), "has phases within 6.3 degrees only, which may be radians",
                 "name the column phase_rad if they are radians");
   return column;
 }
@@ -149,6 +151,7 @@ void take_coherence(const Reader& reader, const Column& coherence, const Column&
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const double averages = cycles.values[i] * std::max(1, table.rows[i].harmonics);
     const double squared = coherence.values[i];
+    table.rows[i].coherence = squared;
     table.rows[i].deviation = gains.values[i] * std::sqrt((1.0 - squared) / (2.0 * squared * averages));
   }
 }
@@ -160,14 +163,15 @@ void read_confidence(Reader& reader, const Column& gains, Table& table) {
   const auto circle = reader.find({"radius95", "radius_95", "radius"});
   const auto coherence = reader.find({"coherence"}), cycles = reader.find({"cycles"});
   if (coherence && !cycles)
-    throw Error(reader.file(), "has coherence, and no column called cycles",
+    throw Error(Code::column_missing, reader.file(), "has coherence, and no column called cycles",
                 "add a column with the number of averaged cycles, or leave the coherence out");
   std::vector<std::string> kinds;
   for (const auto* column : {&deviation, &interval, &circle, &coherence})
     if (*column) kinds.push_back((*column)->name);
   if (kinds.empty()) return;
   if (kinds.size() > 1)
-    throw Error(reader.file(), "has two kinds of confidence, " + kinds[0] + " and " + kinds[1], "remove one of them");
+    throw Error(Code::column_ambiguous, reader.file(), "has two kinds of confidence, " + kinds[0] + " and " + kinds[1],
+                "remove one of them");
   table.confidence = kinds.front();
   if (coherence) return take_coherence(reader, *coherence, *cycles, gains, table);
   const Column& given = deviation ? *deviation : interval ? *interval : *circle;
@@ -182,16 +186,17 @@ Table read_table(const std::filesystem::path& path) {
   const auto read = recording::read_table(path);
   Reader reader(*read, path.string());
   if (!read->has_header())
-    throw Error(path.string(), "has no header", "name the columns frequency_hz, gain and phase_deg in its first line");
+    throw Error(Code::column_missing, path.string(), "has no header",
+                "name the columns frequency_hz, gain and phase_deg in its first line");
   const Column frequencies = read_frequencies(reader), gains = read_gains(reader), phases = read_phases(reader);
   const std::size_t rows = frequencies.values.size();
   if (rows < fewest_rows || rows > max_table_rows)
-    throw Error(path.string(), "has " + counted(std::ssize(frequencies.values), "row"),
+    throw Error(Code::setting_out_of_range, path.string(), "has " + counted(std::ssize(frequencies.values), "row"),
                 format("give %d to %zu frequencies", fewest_rows, max_table_rows));
   Table table;
   table.file = path.string();
   for (std::size_t i = 0; i < rows; ++i)
-    table.rows.push_back({frequencies.values[i], response_of(gains.values[i], phases.values[i]), 0.0, 0});
+    table.rows.push_back({frequencies.values[i], response_of(gains.values[i], phases.values[i]), 0.0, 0, 0.0});
   read_harmonics(reader, table);
   read_confidence(reader, gains, table);
   return table;

@@ -4,41 +4,12 @@
 
 #include "base/math/doubles.hpp"
 #include "base/math/math_lanes.hpp"
+#include "posterior/kernels/generic_family.hpp"
 #include "posterior/kernels/generic_matrix.hpp"
+#include "posterior/kernels/generic_value.hpp"
 
 namespace decid::posterior {
 namespace {
-
-/// A complex value in each lane of a register.
-template <class V>
-struct Value {
-  using D = typename V::D;
-  D re, im;
-
-  [[gnu::always_inline]] static Value load(const double* signal, std::ptrdiff_t n, int v) {
-    const double* p = signal + 2 * n * lanes + v * V::width;
-    return {V::load(p), V::load(p + lanes)};
-  }
-  [[gnu::always_inline]] void store(double* signal, std::ptrdiff_t n, int v) const {
-    double* p = signal + 2 * n * lanes + v * V::width;
-    V::store(p, re);
-    V::store(p + lanes, im);
-  }
-  /// Returns the same number in all lanes.
-  [[gnu::always_inline]] static Value same(const double* number) { return {V::set(number[0]), V::set(number[1])}; }
-  [[gnu::always_inline]] friend Value operator+(Value a, Value b) { return {a.re + b.re, a.im + b.im}; }
-  [[gnu::always_inline]] friend Value operator-(Value a, Value b) { return {a.re - b.re, a.im - b.im}; }
-  [[gnu::always_inline]] friend Value operator*(Value a, Value b) {
-    return {V::fma(a.re, b.re, -(a.im * b.im)), V::fma(a.re, b.im, a.im * b.re)};
-  }
-  [[gnu::always_inline]] friend Value operator*(Value a, D factor) { return {a.re * factor, a.im * factor}; }
-  /// Returns a + b * factor.
-  [[gnu::always_inline]] static Value sum(Value a, Value b, D factor) {
-    return {V::fma(b.re, factor, a.re), V::fma(b.im, factor, a.im)};
-  }
-  /// Returns Re(a b).
-  [[gnu::always_inline]] static D real_product(Value a, Value b) { return V::fma(a.re, b.re, -(a.im * b.im)); }
-};
 
 template <class V>
 [[gnu::always_inline]] inline typename V::D beyond(typename V::D x, typename V::D theta) {
@@ -456,6 +427,8 @@ constexpr Kernels kernel_table{.dead_band = dead_band<V>,
                                .dead_band_change = dead_band_change<V>,
                                .loop = loop<V>,
                                .loop_gradient = loop_gradient<V>,
+                               .family_loop = family_loop<V>,
+                               .family_loop_gradient = family_loop_gradient<V>,
                                .product = product<V>,
                                .turn = turn<V>,
                                .add_conjugate_product = add_conjugate_product<V>,

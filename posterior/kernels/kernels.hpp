@@ -55,6 +55,10 @@ struct LoopConstants {
   const double* platform;  ///< transform of the platform's velocity
   const double* torque;    ///< transform of the torque of gravity minus m g h times the angle
   double back;             ///< LoopGradient::by_observed is conjugated and multiplied by this
+  // For members of the family without unit gains:
+  const double* derivative = nullptr;       ///< from a signal to its change in a step: (z - 1) / T, 1/s
+  const double* slow_response = nullptr;    ///< slow feedback for a gain of 1 /s: T / (z - 1 + T / slow_time), s
+  const double* torque_response = nullptr;  ///< T / (z (z - 1 + T / torque_time)) over m g h, s / (N m)
 };
 /// Parameters of the chains, `lanes` values each.
 struct LoopParameters {
@@ -63,6 +67,8 @@ struct LoopParameters {
   const double *delay_first,
       *delay_turn;  ///< complex, exp(-s delay) at the first frequency, and its factor from one to the next
   const double *start_first, *start_turn;  ///< the same for exp(s start)
+  // For members of the family without unit gains: see sim/family.hpp.
+  const double *position = nullptr, *tilt = nullptr, *gravity = nullptr, *slow = nullptr, *torque = nullptr;
 };
 /// The state that the forward pass leaves for the backward pass; complex, count values per chain each.
 struct LoopState {
@@ -76,8 +82,11 @@ struct LoopState {
 struct LoopGradient {
   const double* by_observed;  ///< transform of the derivatives by the observed values; complex
   double* by_passed;          ///< out: the transform of the derivatives by the bins, complex
-  double* sums;               ///< 7 values per chain: by kp, kd, kp_pass, kd_pass, delay, start, gain
+  /// 7 values per chain: by kp, kd, kp_pass, kd_pass, delay, start, gain; without unit gains 5 more: by position, tilt,
+  /// gravity, slow, torque.
+  double* sums;
 };
+inline constexpr std::size_t loop_sums = 12;
 
 /// Constants of the cosine transform's coefficients, the same for all chains: see spectrum.hpp.
 struct NoiseRows {
@@ -115,6 +124,9 @@ struct Kernels {
   void (*dead_band_change)(int count, const DeadBandValues&, const double* noise, double* passed);
   void (*loop)(const LoopConstants&, const LoopParameters&, const LoopState&);
   void (*loop_gradient)(const LoopConstants&, const LoopParameters&, const LoopState&, const LoopGradient&);
+  /// The same for members of the family without unit gains.
+  void (*family_loop)(const LoopConstants&, const LoopParameters&, const LoopState&);
+  void (*family_loop_gradient)(const LoopConstants&, const LoopParameters&, const LoopState&, const LoopGradient&);
   /// Computes out = a b, complex.
   void (*product)(int count, const double* a, const double* b, double* out);
   /// Computes out[i] = in[i] * factors[i], complex; the factors are the same for all chains.

@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/math/cholesky.hpp"
 #include "base/math/math.hpp"
-#include "posterior/cholesky.hpp"
+#include "posterior/streams.hpp"
 
 namespace decid::posterior {
 namespace {
@@ -54,7 +55,7 @@ double ChainGroup::noise_deg() const {
 
 void ChainGroup::place(std::span<const State> starts) {
   const sim::ParameterTable& table = density_.ranges();
-  const Random random(settings_.seed, Stream::posterior, starting + number_);
+  const Random random(settings_.seed, streams::chains, starting + number_);
   const std::span<double> x = sampler_.coordinates();
   for (std::size_t l = 0; l < lanes; ++l) {
     State state;
@@ -154,8 +155,8 @@ void ChainGroup::learn_in_window(int leapfrog_steps, bool last) {
 /// Sets the slow noise to the median of the means of the window's chains: one of them may be elsewhere.
 void ChainGroup::hold_slow_noise() {
   const std::span<double> x = sampler_.coordinates();
-  for (std::size_t global = 0; global < Density::globals; ++global) {
-    if (!Density::is_held(global)) continue;
+  for (std::size_t global = 0; global < static_cast<std::size_t>(density_.globals()); ++global) {
+    if (!density_.is_held(global)) continue;
     Sampler::Lanes means{};
     for (std::size_t i = 0; i < globals_.size(); ++i)
       means[i % lanes] += globals_[i][global] * lanes / static_cast<double>(globals_.size());
@@ -183,7 +184,8 @@ void ChainGroup::learn(int move, int moves) {
     const auto noises = static_cast<std::size_t>(density_.noise_size());
     for (std::size_t l = 0; l < lanes; ++l) {
       Globals& point = globals_.emplace_back();
-      for (std::size_t q = 0; q < point.size(); ++q) point[q] = x[(noises + q) * lanes + l];
+      for (std::size_t q = 0; q < static_cast<std::size_t>(density_.globals()); ++q)
+        point[q] = x[(noises + q) * lanes + l];
     }
     if (!informed) fit_.add(x);
   }
@@ -225,7 +227,7 @@ void ChainGroup::restart(const Sampler::Lanes& badness, double limit) {
   std::vector<std::size_t> good;
   for (std::size_t l = 0; l < lanes; ++l)
     if (badness[l] <= highest) good.push_back(l);
-  const Random random(settings_.seed, Stream::posterior,
+  const Random random(settings_.seed, streams::chains,
                       restarting + number_ * max_windows + static_cast<std::uint64_t>(windows_));
   const std::span<double> x = sampler_.coordinates();
   for (std::size_t l = 0; l < lanes; ++l) {

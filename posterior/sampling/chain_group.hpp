@@ -41,7 +41,7 @@ class ChainGroup {
   long long leapfrog_steps() const noexcept { return sampler_.leapfrog_steps() * lanes; }
 
  private:
-  using Globals = std::array<double, Density::globals>;
+  using Globals = std::array<double, Density::max_globals>;
 
   double noise_deg() const;
   Sampler::Lanes unexplained_deg() const;

@@ -9,8 +9,10 @@ namespace decid::posterior {
 
 struct Density::Chains {
   using Lanes = std::array<double, lanes>;
-  std::array<Lanes, globals> value,
-      d_coordinate;  // of each quantity, and its derivative by its coordinate; for noises only the value
+  // The value of each global, by its place, and its derivative by its coordinate; noises have only the value.
+  std::array<Lanes, max_globals> value, d_coordinate;
+  std::array<Lanes, sim::Coefficients::count> coefficients;  // of the family
+  const Lanes& operator[](sim::Coefficient c) const { return coefficients[static_cast<std::size_t>(c)]; }
   NoiseLevels levels;
   // Derivatives of the logarithms of white, slow and memory by their coordinates; slow also has a derivative by the
   // white noise's coordinate.

@@ -87,13 +87,17 @@ LeaveOneOut leave_one_out(std::span<const double> log_likelihood, int observatio
   const std::size_t count = observations > 1 ? static_cast<std::size_t>(observations) : 0;
   const std::size_t draws = count > 0 ? log_likelihood.size() / count : 0;
   if (draws < fewest_draws || log_likelihood.size() != draws * count)
-    throw Error("leave_one_out", format("%zu values for %d observations", log_likelihood.size(), observations),
+    throw Error(Code::size_mismatch, "leave_one_out",
+                format("%zu values for %d observations", log_likelihood.size(), observations),
                 format("give at least 2 observations, and at least %zu draws of each", fewest_draws));
   if (!std::ranges::all_of(log_likelihood, [](double value) { return std::isfinite(value); }))
-    throw Error("leave_one_out", "has values that are not finite", "give logarithms of likelihoods");
+    throw Error(Code::value_invalid, "leave_one_out", "has values that are not finite",
+                "give logarithms of likelihoods");
   const double limit = std::min(1.0 - decid::log(10.0) / decid::log(static_cast<double>(draws)), 0.7);
   LeaveOneOut result;
-  std::vector<double> each, of(draws), weights(draws);
+  result.max_reliable_shape = limit;
+  std::vector<double>& each = result.pointwise;
+  std::vector<double> of(draws), weights(draws);
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t draw = 0; draw < draws; ++draw) of[draw] = log_likelihood[draw * count + i];
     std::ranges::transform(of, weights.begin(), [](double value) { return -value; });
@@ -105,6 +109,7 @@ LeaveOneOut leave_one_out(std::span<const double> log_likelihood, int observatio
     result.effective_parameters += seen - each.back();
     result.max_shape = i == 0 ? shape : std::max(result.max_shape, shape);
     result.unreliable += shape > limit ? 1 : 0;
+    result.shapes.push_back(shape);
   }
   double squares = 0.0;
   const double mean = result.log_density / static_cast<double>(count);

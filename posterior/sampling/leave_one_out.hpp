@@ -4,6 +4,7 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 namespace decid::posterior {
 
@@ -15,6 +16,9 @@ struct LeaveOneOut {
   double effective_parameters = 0.0;
   double max_shape = 0.0;  ///< of the weights' tails (k)
   int unreliable = 0;  ///< observations whose shape is above min(1 - 1 / log10(draws), 0.7): few draws dominate them
+  std::vector<double> pointwise{};  ///< log p(observation | all others) of each observation, nats
+  std::vector<double> shapes{};     ///< of each observation's weights
+  double max_reliable_shape = 0.7;
 };
 
 /// Computes the cross-validation. log_likelihood: one draw after the other, each with log p(observation | draw) of all

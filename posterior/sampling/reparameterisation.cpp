@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/math/cholesky.hpp"
 #include "base/math/math.hpp"
-#include "posterior/cholesky.hpp"
 #include "posterior/kernels/kernels.hpp"
 
 namespace decid::posterior {
@@ -132,7 +132,7 @@ void Reparameterisation::change_information(std::span<const double> x, std::span
   }
   const auto row = [&](std::size_t global) { return information.data() + triangle(noises_ + global) * lanes; };
   for (std::size_t a = 0; a < variables(); ++a) {
-    for (std::size_t global = 0; global < Density::globals; ++global) {
+    for (std::size_t global = 0; global < globals_; ++global) {
       const auto b = static_cast<std::size_t>(std::ranges::find(variable_, global) - variable_.begin());
       if (b < a) continue;  // each pair of variables once
       const std::size_t high = std::max(global, variable_[a]), low = std::min(global, variable_[a]);
@@ -149,7 +149,7 @@ void Reparameterisation::change_information(std::span<const double> x, std::span
   }
   for (std::size_t a = 0; a < variables(); ++a)
     for (std::size_t i = 0; i < noises_ * lanes; ++i) row(variable_[a])[i] += products[a][i];
-  for (std::size_t r = 0; r < noises_ + Density::globals; ++r) {
+  for (std::size_t r = 0; r < noises_ + globals_; ++r) {
     double* values = information.data() + triangle(r) * lanes;
     for (std::size_t i = 0; i < std::min(noises_, r + 1) * lanes; ++i)
       values[i] *= ones[i] * (r < noises_ ? ones[r * lanes + i % lanes] : 1.0);

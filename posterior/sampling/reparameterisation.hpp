@@ -50,7 +50,7 @@ class Reparameterisation {
   void scale(std::span<const double> x, Workspace& work) const;
   void widths(std::span<const double> x, Workspace& work, Isa isa) const;
 
-  std::size_t noises_ = 0;
+  std::size_t noises_ = 0, globals_ = 0;
   std::vector<std::size_t> variable_;                             // indices of the globals
   std::vector<double> middle_, scale_;                            // of each variable's fraction of its range
   std::vector<double> shift_by_feature_, shift_by_coefficient_;   // of m: a row per feature; a row per coefficient

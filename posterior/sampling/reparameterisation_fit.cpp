@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/math/cholesky.hpp"
 #include "base/math/math.hpp"
-#include "posterior/cholesky.hpp"
 #include "posterior/kernels/kernels.hpp"
 #include "posterior/sampling/reparameterisation.hpp"
 
@@ -69,8 +69,8 @@ struct ReparameterisationFit::LeastSquares {
 };
 
 ReparameterisationFit::ReparameterisationFit(const Density& density) : density_(density) {
-  for (std::size_t global = 0; global < Density::globals; ++global)
-    if (density.infers(static_cast<Density::Global>(global)) && !Density::is_held(global)) variable_.push_back(global);
+  for (std::size_t global = 0; global < static_cast<std::size_t>(density.globals()); ++global)
+    if (density.infers(density.quantity(global)) && !density.is_held(global)) variable_.push_back(global);
 }
 
 void ReparameterisationFit::add(std::span<const double> x) {
@@ -186,6 +186,7 @@ Reparameterisation ReparameterisationFit::fit() const {
   const auto noises = static_cast<std::size_t>(density_.noise_size());
   const std::size_t count = variable_.size();
   fit.noises_ = noises;
+  fit.globals_ = static_cast<std::size_t>(density_.globals());
   fit.variable_ = variable_;
   scale(fit);
   std::vector<double> damping(fit.features(), shrinkage * static_cast<double>(with_slopes));

@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/math/cholesky.hpp"
 #include "base/math/math.hpp"
-#include "posterior/cholesky.hpp"
+#include "posterior/streams.hpp"
 
 namespace decid::posterior {
 namespace {
@@ -19,7 +20,7 @@ Sampler::Sampler(const Density& density, const Observation& observation, std::ui
     : density_(density),
       observation_(observation),
       work_(density),
-      random_(seed, Stream::posterior, group),
+      random_(seed, streams::chains, group),
       size_(static_cast<std::size_t>(density.size())) {
   for (auto* values : {&x_, &start_, &y_, &momentum_, &gradient_, &force_, &direction_})
     values->assign(size_ * lanes, 0.0);
@@ -84,21 +85,21 @@ double Sampler::middle_step() const {
 
 // The metric represents the covariance T^t T, with T its inverse factor. The covariance of the globals comes from T's
 // last rows, which are the inverse factor of the globals alone. Points y = T^-t x are round where the metric is right.
-double Sampler::widest(std::span<const std::array<double, Density::globals>> points) const {
-  constexpr std::size_t count = Density::globals;
-  using Vector = std::array<double, count>;
+double Sampler::widest(std::span<const std::array<double, Density::max_globals>> points) const {
+  const auto count = static_cast<std::size_t>(density_.globals());
+  using Vector = std::array<double, Density::max_globals>;
   const std::size_t first = size_ - count;
   const auto lower = [&](std::size_t row, std::size_t column) {
     return metric_[triangle(first + row) + first + column];
   };
-  std::array<Vector, count> covariance{};
+  std::array<Vector, Density::max_globals> covariance{};
   Vector mean{};
   for (const Vector& point : points)
     for (std::size_t i = 0; i < count; ++i) mean[i] += point[i] / static_cast<double>(points.size());
   for (const Vector& point : points) {
     Vector y;
     for (std::size_t i = count; i-- > 0;) {  // solves T^t y = x, from the last row
-      double value = Density::is_held(i) ? 0.0 : point[i] - mean[i];
+      double value = density_.is_held(i) ? 0.0 : point[i] - mean[i];
       for (std::size_t k = i + 1; k < count; ++k) value = std::fma(-lower(k, i), y[k], value);
       y[i] = value / lower(i, i);
     }

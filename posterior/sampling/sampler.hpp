@@ -43,8 +43,8 @@ class Sampler {
   /// Sets the metric: the inverse of a covariance. Returns false without a change if it is not positive definite.
   bool set_metric(std::span<const double> information);
   /// Returns the standard deviation of the globals in the widest direction, in units of the metric, from points of
-  /// `globals` values each.
-  double widest(std::span<const std::array<double, Density::globals>> points) const;
+  /// Density::globals() values each.
+  double widest(std::span<const std::array<double, Density::max_globals>> points) const;
 
   /// Makes one transition of each chain: `leapfrog_steps` steps whose length is within a fifth of the chain's own, then
   /// accepts or rejects.

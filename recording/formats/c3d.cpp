@@ -26,7 +26,8 @@ constexpr std::uint16_t max_short_frames = 65535;  ///< the largest 16-bit count
 /// Reads the byte after the parameter section's block count: the processor.
 C3dBytes open_file(std::string_view bytes, const std::string& where) {
   if (bytes.size() < c3d_block_bytes || bytes[1] != format_key || bytes[0] == 0)
-    throw Error(where, "is not a C3D file, or is damaged", "export it again from the motion capture program");
+    throw Error(Code::file_damaged, where, "is not a C3D file, or is damaged",
+                "export it again from the motion capture program");
   const C3dBytes raw(bytes, C3dBytes::Processor::intel, where);
   const unsigned processor = raw.byte((raw.byte(0) - 1U) * c3d_block_bytes + 3);
   if (processor < 84 || processor > 86)
@@ -123,9 +124,11 @@ void C3dTable::read_layout(const C3dParameters& parameters) {
     agreed(parameters, "ANALOG:USED", channels_, where_);
   }
   if (points_ + channels_ == 0)
-    throw Error(where_, "is a C3D file without points and analog channels", "give a file that holds the trial");
+    throw Error(Code::file_empty, where_, "is a C3D file without points and analog channels",
+                "give a file that holds the trial");
   if (3 * points_ + channels_ > max_c3d_columns)
-    throw Error(where_, "has " + std::to_string(3 * points_ + channels_) + " columns", "give a file of at most 10,000");
+    throw Error(Code::file_too_large, where_, "has " + std::to_string(3 * points_ + channels_) + " columns",
+                "give a file of at most 10,000");
   scale_ = parameters.number("POINT:SCALE", file_.real(scale_at));
   is_real_ = scale_ < 0.0;
   if (!is_real_ && points_ > 0 && !(scale_ > 0.0 && std::isfinite(scale_)))
@@ -141,7 +144,8 @@ void C3dTable::read_layout(const C3dParameters& parameters) {
                                    std::to_string(there / frame_bytes()));
   look_for_more_frames(there);
   rows_ = points_ > 0 ? frames_ : frames_ * samples_;
-  if (rows_ > max_rows) throw Error(where_, "has more than 10 million rows", "cut it to one trial");
+  if (rows_ > max_rows)
+    throw Error(Code::file_too_large, where_, "has more than 10 million rows", "cut it to one trial");
 }
 
 std::size_t C3dTable::count_frames(const C3dParameters& parameters, std::size_t data_bytes) const {
@@ -265,7 +269,8 @@ std::vector<double> C3dTable::coordinates(std::size_t point, std::size_t axis) c
 
 std::vector<double> C3dTable::samples(std::size_t channel) const {
   if (frames_ * samples_ > max_rows)
-    throw Error(where_, names_[3 * points_ + channel] + " has more than 10 million samples", "cut it to one trial");
+    throw Error(Code::file_too_large, where_, names_[3 * points_ + channel] + " has more than 10 million samples",
+                "cut it to one trial");
   std::vector<double> values;
   values.reserve(frames_ * samples_);
   for (std::size_t frame = 0; frame < frames_; ++frame) {
@@ -285,7 +290,7 @@ std::vector<double> C3dTable::numbers(int column, Missing missing) const {
   std::vector<double> values = index < 3 * points_ ? coordinates(index / 3, index % 3) : samples(index - 3 * points_);
   for (std::size_t k = 0; k < values.size(); ++k) {
     if (std::isfinite(values[k]) || (missing == Missing::kept && std::isnan(values[k]) && !faster)) continue;
-    throw Error(where_,
+    throw Error(std::isnan(values[k]) ? Code::value_missing : Code::value_invalid, where_,
                 place_of(faster ? k / samples_ : k) + ", " + names_[index] +
                     (std::isnan(values[k]) ? " is missing" : " is infinite"),
                 remedy_for(std::isnan(values[k]) && !faster ? missing : Missing::refused));

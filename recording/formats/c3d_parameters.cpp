@@ -73,7 +73,7 @@ C3dParameter read_parameter(const C3dBytes& bytes, std::size_t at, std::size_t& 
 }  // namespace
 
 void refuse_damaged_c3d(const std::string& where, const std::string& what) {
-  throw Error(where, "is a C3D file that is cut short or damaged: " + what,
+  throw Error(Code::file_damaged, where, "is a C3D file that is cut short or damaged: " + what,
               "copy it again, or export the points as text (.trc, .csv)");
 }
 

@@ -118,7 +118,7 @@ std::optional<std::string> read_answer(int descriptor, std::size_t max_bytes) {
 
 std::optional<std::string> in_child(const std::function<std::string()>& work, const ChildLimits& limits) {
   const auto no_child = [] {
-    return Error("the process that reads the file", "cannot be started: " + errno_text(errno),
+    return Error(Code::system_failed, "the process that reads the file", "cannot be started: " + errno_text(errno),
                  "end other programs, or save the file as another kind");
   };
   int ends[2];

@@ -45,7 +45,7 @@ std::string with_short_lines(std::string text, const std::string& where) {
   if (!has_long_line(text)) return text;
   for_each_line(text, [&](std::string_view line, std::size_t line_number) {
     if (line.size() > max_bytes)
-      throw Error(where, "line " + std::to_string(line_number) + " has more than 131,072 bytes",
+      throw Error(Code::file_too_large, where, "line " + std::to_string(line_number) + " has more than 131,072 bytes",
                   "give a text file of at most 1000 columns");
     return true;
   });
@@ -88,7 +88,7 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
   } else {
     preamble_ = find_preamble(text_);
     if (!preamble_.misfit.problem.empty())
-      throw Error(where_, preamble_.misfit.problem,
+      throw Error(Code::table_unclear, where_, preamble_.misfit.problem,
                   preamble_.misfit.remedy + "; or give " + setting("skip_lines") + " " +
                       std::to_string(preamble_.lines) + ": the columns then have only numbers, which " +
                       setting("column") + " and " + setting("unit") + " refer to");
@@ -146,11 +146,12 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
     }
     rows_.push_back(line);
     if (rows_.size() > max_rows) {
-      throw Error(where_, "has more than 10 million rows", "cut it to one trial");
+      throw Error(Code::file_too_large, where_, "has more than 10 million rows", "cut it to one trial");
     }
     return true;
   });
-  if (rows_.empty()) throw Error(where_, "holds no lines of data", "give a CSV file with lines of numbers");
+  if (rows_.empty())
+    throw Error(Code::file_empty, where_, "holds no lines of data", "give a CSV file with lines of numbers");
 }
 
 /// Returns true for a line after a blank line that is not a row of the table: a section's name or a footer.
@@ -166,12 +167,12 @@ bool CsvTable::begins_another(std::string_view line) const {
 void CsvTable::refuse_sections(std::string_view line, std::size_t line_number) const {
   const std::vector<Section> sections = find_sections(text_);
   if (sections.size() > 1)
-    throw Error(where_, "holds several tables: " + list_of(sections),
+    throw Error(Code::recording_ambiguous, where_, "holds several tables: " + list_of(sections),
                 "choose one with " + setting("section") +
                     ", by its name or number; or join them in one table if they are one recording");
   const bool is_left_out =
       sections.size() == 1 && sections[0].end <= static_cast<std::size_t>(line.data() - text_.data());
-  throw Error(where_,
+  throw Error(Code::table_unclear, where_,
               "other lines follow the table, from line " + std::to_string(line_number) + " on: '" +
                   std::string(line.substr(0, 40)) + "'",
               is_left_out ? setting("section") + " 1 reads only the table; or delete these lines"
@@ -205,7 +206,7 @@ bool CsvTable::is_cut(std::string_view line) const {
 void CsvTable::check_row(const std::vector<std::string_view>& cells, std::size_t line_number) const {
   const bool ends_in_separator = cells.size() == names_.size() + 1 && cells.back().empty();
   if (cells.size() == names_.size() || ends_in_separator) return;
-  throw Error(where_,
+  throw Error(Code::table_unclear, where_,
               "line " + std::to_string(line_number) + " has " + counted(std::ssize(cells), "column") +
                   "; the lines before it have " + std::to_string(names_.size()) + " (between " +
                   separators_called(separator_) + ", as in its first lines)",
@@ -215,7 +216,8 @@ void CsvTable::check_row(const std::vector<std::string_view>& cells, std::size_t
 
 void CsvTable::check_columns(std::size_t count) const {
   if (count > max_columns)
-    throw Error(where_, "has " + std::to_string(count) + " columns", "give a file of at most 1000");
+    throw Error(Code::file_too_large, where_, "has " + std::to_string(count) + " columns",
+                "give a file of at most 1000");
 }
 
 /// Calls visit(line, number) for the lines of the table, its header first, until it returns false.
@@ -235,7 +237,7 @@ char CsvTable::find_separator() const {
     last = candidate;
     return ++lines < 2;
   });
-  return separator_of(first, last);
+  return guess_separator(first, last);
 }
 
 void CsvTable::read_header(std::string_view line) {
@@ -263,7 +265,8 @@ double CsvTable::finite(const Parsed& parsed, std::string_view cell, int column,
                         Missing missing) const {
   if (parsed.is_number && std::isfinite(parsed.value)) return parsed.value;
   if (missing == Missing::kept && is_missing(cell)) return std::numeric_limits<double>::quiet_NaN();
-  throw Error(where_, place_of(row) + ", " + names_[static_cast<std::size_t>(column)] + ": " + shown(cell),
+  throw Error(is_missing(cell) ? Code::value_missing : Code::value_invalid, where_,
+              place_of(row) + ", " + names_[static_cast<std::size_t>(column)] + ": " + shown(cell),
               is_missing(cell) ? remedy_for(missing) : "correct the cell, or put # before lines that are not data");
 }
 
@@ -289,7 +292,7 @@ Commas CsvTable::commas_in(int column) const {
   const bool points = row == rows_.size() && !finder.example().empty() && has_points_beside(column);
   const Commas found = finder.found(points, separator_ == ',');
   if (found == Commas::unclear)
-    throw Error(where_,
+    throw Error(Code::table_unclear, where_,
                 names_[static_cast<std::size_t>(column)] + ": '" + std::string(finder.example()) +
                     "' has a comma that may be a decimal one or one between thousands",
                 "save it without separators between thousands, or with semicolons between cells");

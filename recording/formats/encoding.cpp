@@ -123,7 +123,8 @@ std::string to_utf8(std::string bytes, const std::string& where) {
   if (bytes.starts_with("\xEF\xBB\xBF")) bytes.erase(0, 3);
   bytes.resize(bytes.find_last_not_of('\0') + 1);  // padding of programs that set a file's size beforehand
   if (bytes.find('\0') != std::string::npos)
-    throw Error(where, "is not a text file", "save it as CSV, in UTF-8, UTF-16 or Windows-1252");
+    throw Error(Code::file_unsupported, where, "is not a text file",
+                "save it as CSV, in UTF-8, UTF-16 or Windows-1252");
   if (is_utf8(bytes)) return bytes;
   return from_windows_1252(bytes);
 }

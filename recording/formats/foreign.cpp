@@ -1,7 +1,6 @@
 // Recognises other file formats: see foreign.hpp. The first bytes come from the formats' specifications.
 #include "recording/formats/foreign.hpp"
 
-#include <algorithm>
 #include <array>
 
 #include "base/error.hpp"
@@ -61,18 +60,19 @@ bool has(std::string_view bytes, std::string_view part) {
 [[noreturn]] void refuse_zip(std::string_view bytes, const std::string& where, std::string_view end) {
   const auto holds = [&](std::string_view member) { return bytes.find(member) != bytes.npos; };
   if (holds("sway.npy") && holds("parameters.npy"))
-    throw Error(where, "is a data set, not a recording",
+    throw Error(Code::file_unsupported, where, "is a data set, not a recording",
                 "give a recording; an evaluation takes the data set as " + setting("data"));
   if (end == ".npz" || holds(".npy"))
     throw Error(
-        where, "is an archive of NumPy arrays (.npz)",
+        Code::file_unsupported, where, "is an archive of NumPy arrays (.npz)",
         "save it in Python with scipy.io.savemat('file.mat', dict(numpy.load('file.npz'))), or an array of it with "
         "numpy.savetxt");
   if (has(bytes, "xl/") || end == ".xlsx")
-    throw Error(where, "is a spreadsheet of Excel that decid does not read, or is damaged", std::string(sheet));
+    throw Error(Code::file_unsupported, where, "is a spreadsheet of Excel that decid does not read, or is damaged",
+                std::string(sheet));
   if (has(bytes, "opendocument"))
-    throw Error(where, "is a spreadsheet or document of OpenDocument", std::string(sheet));
-  throw Error(where, "is a ZIP archive", std::string(unpack));
+    throw Error(Code::file_unsupported, where, "is a spreadsheet or document of OpenDocument", std::string(sheet));
+  throw Error(Code::file_unsupported, where, "is a ZIP archive", std::string(unpack));
 }
 
 void refuse_markup(std::string_view text, const std::string& where) {
@@ -80,25 +80,28 @@ void refuse_markup(std::string_view text, const std::string& where) {
   if (first == text.npos) return;
   text.remove_prefix(first);
   if (text.front() == '{' || text.starts_with("[{") || text.starts_with("[["))
-    throw Error(where, "is JSON, not a table of numbers",
+    throw Error(Code::file_unsupported, where, "is JSON, not a table of numbers",
                 "give the recording itself, a CSV, MAT, C3D or .xlsx file, instead of decid's results");
   if (text.front() != '<') return;
-  if (has(text, "<mvnx")) throw Error(where, "is a recording of Xsens MVN (.mvnx)", std::string(as_csv));
+  if (has(text, "<mvnx"))
+    throw Error(Code::file_unsupported, where, "is a recording of Xsens MVN (.mvnx)", std::string(as_csv));
   if (has(text, "<html") || has(text, "<HTML") || has(text, "<table"))
-    throw Error(where, "is a web page (HTML)", "save the table as CSV");
-  throw Error(where, "is XML, not a table of numbers", std::string(as_csv));
+    throw Error(Code::file_unsupported, where, "is a web page (HTML)", "save the table as CSV");
+  throw Error(Code::file_unsupported, where, "is XML, not a table of numbers", std::string(as_csv));
 }
 
 }  // namespace
 
 void refuse_foreign(std::string_view bytes, const std::string& where, std::string_view end) {
   for (const Format& format : formats)
-    if (bytes.starts_with(format.first)) throw Error(where, std::string(format.is), std::string(format.remedy));
+    if (bytes.starts_with(format.first))
+      throw Error(Code::file_unsupported, where, std::string(format.is), std::string(format.remedy));
   if (bytes.starts_with("PK\x03\x04")) refuse_zip(bytes, where, end);
   if (bytes.starts_with("0       ") && bytes.size() > 256 && bytes[170] == '.' && bytes[173] == '.')  // its date
-    throw Error(where, "is an EDF file", std::string(as_csv));
+    throw Error(Code::file_unsupported, where, "is an EDF file", std::string(as_csv));
   if (end == ".acq" && bytes.find('\0') != bytes.npos)
-    throw Error(where, "is a file of AcqKnowledge (.acq)", "export it in AcqKnowledge as text or as a MAT-file");
+    throw Error(Code::file_unsupported, where, "is a file of AcqKnowledge (.acq)",
+                "export it in AcqKnowledge as text or as a MAT-file");
   refuse_markup(bytes, where);
 }
 

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view motion_end = "_motion.tsv";
+constexpr std::string_view motion_end = "_motion.tsv", channels_end = "_channels.tsv", json_end = "_motion.json";
 constexpr int folders_above = 4;  // of a data set: recording, session, subject, data set
 constexpr std::uint64_t max_description_bytes = std::uint64_t{1} << 22;
 
@@ -73,11 +73,13 @@ std::vector<std::string> names_in(const fs::path& path) {
       name = column("name");
       type = column("type");
       units = column("units");
-      if (!name) throw Error(where, "has no column 'name'", "write one line per channel, as BIDS has it");
+      if (!name)
+        throw Error(Code::column_missing, where, "has no column 'name'", "write one line per channel, as BIDS has it");
       return true;
     }
     if (cells.size() < header.size())
-      throw Error(where, "line " + std::to_string(number) + " is too short", "separate its cells by tabs");
+      throw Error(Code::file_damaged, where, "line " + std::to_string(number) + " is too short",
+                  "separate its cells by tabs");
     const bool is_time = type && cells[*type] == "LATENCY";
     const std::string_view unit = units ? cells[*units] : std::string_view();
     names.push_back(
@@ -91,7 +93,8 @@ std::vector<StatedRate> rates_of(const fs::path& path) {
   const Json all = parse_json(read_file(path, max_description_bytes), path.string());
   for (const char* key : {"SamplingFrequency", "SamplingFrequencyEffective"}) {
     if (!all.is_object() || !all.contains(key) || all[key] == "n/a") continue;
-    if (!all[key].is_number()) throw Error(path.string(), std::string(key) + " is not a number", "give it in Hz");
+    if (!all[key].is_number())
+      throw Error(Code::value_invalid, path.string(), std::string(key) + " is not a number", "give it in Hz");
     return {{all[key].get<double>(), key, true}};
   }
   return {};
@@ -129,17 +132,26 @@ bool is_motion_bids(const fs::path& path) {
 }
 
 std::unique_ptr<Table> read_motion_bids(const fs::path& path, std::unique_ptr<Table> text) {
-  const std::optional<fs::path> channels = file_beside(path, "_channels.tsv");
+  const std::optional<fs::path> channels = file_beside(path, channels_end);
   if (text->has_header() || !channels) return text;
   std::vector<std::string> names = names_in(*channels);
   if (std::ssize(names) != text->columns())
     throw Error(
-        path.string(),
+        Code::file_damaged, path.string(),
         format("has %d columns, and %s has %zu channels", text->columns(), channels->string().c_str(), names.size()),
         "correct one of the files");
-  const std::optional<fs::path> json = file_beside(path, "_motion.json");
+  const std::optional<fs::path> json = file_beside(path, json_end);
   return std::make_unique<MotionTable>(std::move(text), std::move(names),
                                        json ? rates_of(*json) : std::vector<StatedRate>());
+}
+
+std::vector<fs::path> files_beside(const fs::path& path) {
+  std::vector<fs::path> files;
+  if (!is_motion_bids(path)) return files;
+  for (const std::string_view end : {channels_end, json_end})
+    if (const std::optional<fs::path> found = file_beside(path, end))
+      files.push_back(path.is_relative() ? found->lexically_proximate(fs::current_path()) : *found);
+  return files;
 }
 
 }  // namespace decid::recording

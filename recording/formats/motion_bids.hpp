@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <vector>
 
 #include "recording/table/table.hpp"
 
@@ -18,5 +19,8 @@ bool is_motion_bids(const std::filesystem::path& path);
 /// channels, is read as other text. Throws Error for channels that do not match the columns, and for damaged files
 /// beside it.
 std::unique_ptr<Table> read_motion_bids(const std::filesystem::path& path, std::unique_ptr<Table> text);
+
+/// Returns the files beside such a recording that read_motion_bids() reads; none for other recordings.
+std::vector<std::filesystem::path> files_beside(const std::filesystem::path& path);
 
 }  // namespace decid::recording

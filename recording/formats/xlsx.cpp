@@ -2,13 +2,13 @@
 #include "recording/formats/xlsx.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <functional>
 #include <map>
 #include <utility>
 #include <vector>
 
 #include "base/error.hpp"
+#include "base/number.hpp"
 #include "recording/formats/xml_scanner.hpp"
 #include "recording/formats/zip_member.hpp"
 #include "recording/table/sections.hpp"
@@ -24,7 +24,7 @@ constexpr std::size_t max_sheet_rows = 1'048'576, max_text = std::size_t{1} << 2
 constexpr const char* workbook_part = "xl/workbook.xml";
 
 [[noreturn]] void refuse_workbook(const std::string& where, const std::string& what) {
-  throw Error(where, "is a damaged workbook: " + what, "save it again, or save the sheet as CSV");
+  throw Error(Code::file_damaged, where, "is a damaged workbook: " + what, "save it again, or save the sheet as CSV");
 }
 
 /// The paths of a workbook's parts by their identifiers, and the path of its shared texts.
@@ -80,17 +80,10 @@ std::vector<std::string> read_shared_strings(ZipMembers& members, const std::str
   for (Tag tag = xml.next(); tag != Tag::end; tag = xml.next())
     if (tag == Tag::open && xml.name() == "si") {
       if (strings.size() == max_sheet_rows)
-        throw Error(where, "has more than a million texts", "save the sheet as CSV");
+        throw Error(Code::file_too_large, where, "has more than a million texts", "save the sheet as CSV");
       strings.push_back(read_text(xml, "si"));
     }
   return strings;
-}
-
-/// Returns the number in an attribute, or `otherwise`.
-std::size_t number_in(std::string_view text, std::size_t otherwise) {
-  std::size_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc() && end == text.data() + text.size() ? number : otherwise;
 }
 
 /// Returns the column of a cell's reference, from 0: 27 for "AB12".
@@ -135,7 +128,7 @@ class SheetReader {
   };
 
   void begin_row() {
-    const std::size_t row = number_in(xml_.attribute("r"), rows_.size() + 1);
+    const std::size_t row = number_from<std::size_t>(xml_.attribute("r")).value_or(rows_.size() + 1);
     if (row <= rows_.size() || row > max_sheet_rows) refuse_workbook(where_, "its rows are out of order");
     rows_.resize(row);
     next_column_ = 0;
@@ -148,7 +141,8 @@ class SheetReader {
     if (column < rows_.back().cells) refuse_workbook(where_, "its cells are out of order");
     const std::string value = read_value(xml_.attribute("t"));
     if (value.empty()) return;  // a cell with only a format
-    if (column >= max_columns) throw Error(where_, "has more than 1000 columns", "give a sheet of at most 1000");
+    if (column >= max_columns)
+      throw Error(Code::file_too_large, where_, "has more than 1000 columns", "give a sheet of at most 1000");
     append(rows_.back(), column, plain(value));
   }
 
@@ -162,7 +156,7 @@ class SheetReader {
     if (kind == "e") return {};
     if (kind == "b") return value == "0" ? "FALSE" : "TRUE";
     if (kind != "s") return value;
-    const std::size_t index = number_in(value, shared_.size());
+    const std::size_t index = number_from<std::size_t>(value).value_or(shared_.size());
     if (index >= shared_.size()) refuse_workbook(where_, "a cell's text is missing");
     return shared_[index];
   }
@@ -189,7 +183,8 @@ class SheetReader {
 
   void count(std::size_t bytes) {
     bytes_ += bytes;
-    if (bytes_ > max_text) throw Error(where_, "is larger than 64 MiB as text", "save only one trial");
+    if (bytes_ > max_text)
+      throw Error(Code::file_too_large, where_, "is larger than 64 MiB as text", "save only one trial");
   }
 
   XmlScanner xml_;
@@ -213,7 +208,8 @@ void refuse_without_table(const std::vector<std::pair<std::string, std::string>>
     list += (list.empty() ? "'" : ", '") + sheets[i].first + "'";
   }
   if (!list.empty())
-    throw Error(where, "has no table in its first sheet '" + sheets[0].first + "'; tables are in " + list,
+    throw Error(Code::file_empty, where,
+                "has no table in its first sheet '" + sheets[0].first + "'; tables are in " + list,
                 "move the recording's sheet to the front, or save it as CSV");
 }
 
@@ -239,7 +235,7 @@ Sheet read_xlsx(std::string_view bytes, const std::string& where) {
   for (const auto& [name, id] : sheets) sheet.sheets.push_back(name);
   if (find_sections(sheet.text).empty()) refuse_without_table(sheets, parts, read, where);
   if (sheet.text.find_first_not_of('\n') == sheet.text.npos)
-    throw Error(where, "has a first sheet without cells", "move the recording to the first sheet");
+    throw Error(Code::file_empty, where, "has a first sheet without cells", "move the recording to the first sheet");
   return sheet;
 }
 

@@ -38,7 +38,8 @@ void append_utf8(std::string& text, std::uint32_t code) {
 }  // namespace
 
 void XmlScanner::refuse(const char* what) const {
-  throw Error(where_, std::string("is a damaged workbook: ") + what, "save it again, or save the sheet as CSV");
+  throw Error(Code::file_damaged, where_, std::string("is a damaged workbook: ") + what,
+              "save it again, or save the sheet as CSV");
 }
 
 std::string_view XmlScanner::until(std::string_view mark) {

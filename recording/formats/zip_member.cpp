@@ -3,7 +3,6 @@
 #include "recording/formats/zip_member.hpp"
 
 #include <algorithm>
-#include <cstdint>
 
 #include "base/error.hpp"
 #include "recording/formats/inflation.hpp"
@@ -18,7 +17,8 @@ constexpr std::size_t end_bytes = 22, entry_bytes = 46, local_bytes = 30, longes
 constexpr std::size_t stored = 0, deflated = 8;
 
 [[noreturn]] void refuse_archive(const std::string& where, const std::string& what) {
-  throw Error(where, "is a truncated or damaged workbook: " + what, "save it again, or save the sheet as CSV");
+  throw Error(Code::file_damaged, where, "is a truncated or damaged workbook: " + what,
+              "save it again, or save the sheet as CSV");
 }
 
 std::string inflate_raw(std::string_view packed, std::size_t max_bytes, const std::string& where) {
@@ -69,13 +69,15 @@ std::string ZipMembers::read(const std::string& name) {
   const auto found = entries_.find(name);
   if (found == entries_.end()) refuse_archive(where_, "it has no " + name);
   const Entry& entry = found->second;
-  if ((entry.flags & 1U) != 0) throw Error(where_, "is protected by a password", "save the sheet as CSV");
+  if ((entry.flags & 1U) != 0)
+    throw Error(Code::file_unsupported, where_, "is protected by a password", "save the sheet as CSV");
   if (entry.method != stored && entry.method != deflated)
-    throw Error(where_, "uses a compression that decid does not read", "save the sheet as CSV");
+    throw Error(Code::file_unsupported, where_, "uses a compression that decid does not read", "save the sheet as CSV");
   if (number(entry.local, 4) != 0x04034B50) refuse_archive(where_, name + " is missing");
   const std::size_t begin = entry.local + local_bytes + number(entry.local + 26, 2) + number(entry.local + 28, 2);
   if (begin > bytes_.size() || entry.packed > bytes_.size() - begin) refuse_archive(where_, name + " is cut short");
-  if (entry.size > left_) throw Error(where_, "is larger than 128 MiB, decompressed", "save only one trial");
+  if (entry.size > left_)
+    throw Error(Code::file_too_large, where_, "is larger than 128 MiB, decompressed", "save only one trial");
   const std::string_view packed = bytes_.substr(begin, entry.packed);
   std::string content = entry.method == stored ? std::string(packed) : inflate_raw(packed, entry.size, where_);
   if (content.size() != entry.size ||

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <string>
 #include <utility>
 
 #include "base/math/statistics.hpp"
@@ -29,7 +28,7 @@ using Row = std::array<double, unknowns>;
 using Square = std::array<Row, unknowns>;  // lower triangle
 
 /// Replaces a by its Cholesky factor L and b by L^-1 b; skips unknowns that the equations do not determine. Returns
-/// |L^-1 b|^2, the sum of squares that the fit explains.
+/// |L^-1 b|^2, the sum of squares that the fit explains. base/math/cholesky.hpp refuses such equations.
 template <std::size_t N>
 double eliminate(std::array<std::array<double, N>, N>& a, std::array<double, N>& b) {
   double explained = 0.0;

@@ -1,7 +1,6 @@
 // Candidates for the sway column: see candidates.hpp.
 #include "recording/table/candidates.hpp"
 
-#include <algorithm>
 #include <string>
 
 #include "recording/table/columns.hpp"

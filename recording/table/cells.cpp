@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/number.hpp"
 #include "recording/table/columns.hpp"
 #include "recording/table/thousands.hpp"
 
@@ -184,7 +185,7 @@ std::string with_unit(std::string name, std::string_view unit) {
   return name;
 }
 
-char separator_of(std::string_view line_before, std::string_view data) {
+char guess_separator(std::string_view line_before, std::string_view data) {
   const std::string_view first = trim(line_before);
   const std::string unquoted = outside_quotes(data);
   const std::string_view line = trim(unquoted);
@@ -300,10 +301,9 @@ std::optional<ClockTime> clock_time(std::string_view cell) {
   const std::size_t point = has_milliseconds ? last : cell.find_first_of(".,");
   if (point != std::string_view::npos) {
     const std::string digits = "0." + std::string(cell.substr(point + 1));
-    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), fraction);
-    if (error != std::errc() || end != digits.data() + digits.size() || digits.find_first_of("eE") != digits.npos) {
-      return {};
-    }
+    const std::optional<double> read = number_from<double>(digits);
+    if (!read || digits.find_first_of("eE") != digits.npos) return {};
+    fraction = *read;
     cell = cell.substr(0, point);
   }
   std::array<int, 3> parts{};  // hours, minutes, seconds

@@ -78,6 +78,6 @@ bool are_units(const std::vector<std::string_view>& cells);
 std::string with_unit(std::string name, std::string_view unit);
 
 /// Returns the separator (; tab | , blank) of a line of data, whose header may be the line before.
-char separator_of(std::string_view line_before, std::string_view line);
+char guess_separator(std::string_view line_before, std::string_view line);
 
 }  // namespace decid::recording

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 
 #include "base/error.hpp"
+#include "base/number.hpp"
 #include "base/setting.hpp"
 #include "sim/protocol/protocol.hpp"
 
@@ -19,7 +19,7 @@ namespace {
 /// The allowed deviation of a step from the mean step, if an unnamed column is to be the time.
 constexpr double step_tolerance = 0.01;
 
-std::optional<Unit> angle_unit_of(std::string_view word) {
+std::optional<Unit> find_angle_unit(std::string_view word) {
   if (one_of(word, {"deg", "degree", "degrees", "\xC2\xB0", "grad"})) return Unit::degree;
   if (one_of(word, {"rad", "radian", "radians"})) return Unit::radian;
   if (one_of(word, {"mrad", "milliradian", "milliradians"})) return Unit::milliradian;
@@ -121,7 +121,7 @@ const char* other_quantity(std::string_view name) {
   // "deg/s", "deg_s", "rad per s", "deg/s^2"
   for (std::size_t i = 1; i < parts.size(); ++i) {
     const bool after_angle =
-        angle_unit_of(parts[i - 1]) || (parts[i - 1] == "per" && i > 1 && angle_unit_of(parts[i - 2]));
+        find_angle_unit(parts[i - 1]) || (parts[i - 1] == "per" && i > 1 && find_angle_unit(parts[i - 2]));
     if (after_angle && one_of(parts[i], {"s", "sec", "second", "s2"})) {
       return parts[i] == "s2" || (i + 1 < parts.size() && parts[i + 1] == "2") ? "an acceleration" : "a velocity";
     }
@@ -204,17 +204,18 @@ bool one_of(std::string_view word, std::initializer_list<std::string_view> list)
 }
 
 std::optional<Unit> unit_in(std::string_view name) {
-  return angle_unit_of(words(name).back());
+  return find_angle_unit(words(name).back());
 }
 
-std::optional<Unit> unit_of(const std::string& name, std::optional<Unit> given, const std::string& where,
-                            const std::string& setting_name) {
+std::optional<Unit> find_unit(const std::string& name, std::optional<Unit> given, const std::string& where,
+                              const std::string& setting_name) {
   if (given) return given;
   if (one_of(words(name).back(), {"gon", "arcmin", "arcsec", "mdeg", "millideg", "millidegrees", "cdeg", "turn",
                                   "turns", "rev", "revolutions"}))
-    throw Error(where, name + " is neither in degrees nor in radians by its name", "convert it to one of them");
+    throw Error(Code::unit_unknown, where, name + " is neither in degrees nor in radians by its name",
+                "convert it to one of them");
   if (const char* quantity = other_quantity(name)) {
-    throw Error(where, name + " is " + quantity + " by its name, not an angle",
+    throw Error(Code::column_unsuitable, where, name + " is " + quantity + " by its name, not an angle",
                 std::string_view(quantity) == "a length" && setting_name == setting("unit")
                     ? "give the height of the centre of mass above the ankles as " + setting("com_height") + ", or " +
                           setting("unit") + " if it is an angle"
@@ -233,13 +234,13 @@ Unit angle_unit(const Table& table, int column, std::optional<Unit> given, const
   if (given && (quantity != nullptr || (named && *named != *given)))
     add_caution(recording.warnings, "unit_differs",
                 name + " has a unit in its name that differs from " + setting_name + "; decid uses " + setting_name);
-  if (const std::optional<Unit> unit = unit_of(name, given, recording.file, setting_name)) return *unit;
+  if (const std::optional<Unit> unit = find_unit(name, given, recording.file, setting_name)) return *unit;
   if (const std::optional<Unit> unit = table.unit()) return *unit;
   add_info(recording.warnings, "unit_assumed", "the name of " + name + " has no unit: decid assumes degrees");
   return Unit::degree;
 }
 
-std::optional<double> metres_in_unit_of(std::string_view name) {
+std::optional<double> find_metres_per_unit(std::string_view name) {
   const std::vector<std::string> parts = words(name);
   return parts.size() > 1 ? metres_of(parts.back()) : std::nullopt;
 }
@@ -260,7 +261,7 @@ std::string name_before_unit(std::string_view name) {
 
 std::string name_without_unit(std::string_view name) {
   std::vector<std::string> parts = words(name);
-  if (parts.size() > 1 && (unit_in(name) || metres_in_unit_of(name))) parts.pop_back();
+  if (parts.size() > 1 && (unit_in(name) || find_metres_per_unit(name))) parts.pop_back();
   std::string joined;
   for (const std::string& part : parts) joined += (joined.empty() ? "" : "_") + part;
   return joined;
@@ -288,9 +289,11 @@ void refuse_several(const Table& table, const std::vector<int>& columns, const s
     return table.own_name(column) != names[static_cast<std::size_t>(column)] || !table.arrays().empty();
   };
   if (std::ranges::none_of(columns, has_path))
-    throw Error(where, std::to_string(columns.size()) + " columns are called '" + name + "', numbers " + numbers,
+    throw Error(Code::column_ambiguous, where,
+                std::to_string(columns.size()) + " columns are called '" + name + "', numbers " + numbers,
                 "give the column's number, from 1, as " + setting_name);
-  throw Error(where, "has several columns called '" + std::string(without_index(name)) + "': " + list,
+  throw Error(Code::column_ambiguous, where,
+              "has several columns called '" + std::string(without_index(name)) + "': " + list,
               "name one with " + setting_name + trial_advice(table));
 }
 
@@ -333,12 +336,9 @@ int named_column(const Table& table, const std::string& column, const std::strin
     if (found.size() == 1) return found.front();
     if (found.size() > 1) refuse_several(table, found, column, where, setting_name);
   }
-  int number = 0;
-  const auto [end, error] = std::from_chars(column.data(), column.data() + column.size(), number);
-  if (error == std::errc() && end == column.data() + column.size() && number >= 1 && number <= table.columns()) {
-    return number - 1;
-  }
-  throw Error(where, "has no column '" + column + "'; its columns are " + list_of(table, -1),
+  const int number = number_from<int>(column).value_or(0);
+  if (number >= 1 && number <= table.columns()) return number - 1;
+  throw Error(Code::column_missing, where, "has no column '" + column + "'; its columns are " + list_of(table, -1),
               "give one of them, or its number from 1, as " + setting_name);
 }
 
@@ -346,9 +346,11 @@ std::optional<StatedRate> stated_rate(const Table& table, const std::string& whe
   const std::vector<StatedRate> rates = candidates(table.stated_rates());
   if (rates.empty()) return {};
   if (rates.size() > 1)
-    throw Error(where, "states several rates: " + list_of(rates), "give the samples per second as " + setting_name);
+    throw Error(Code::rate_unknown, where, "states several rates: " + list_of(rates),
+                "give the samples per second as " + setting_name);
   if (!is_sample_rate(rates.front().hz))
-    throw Error(where, "its own rate is " + six_digits(rates.front().hz) + " Hz, not from 1 to 100,000",
+    throw Error(Code::setting_out_of_range, where,
+                "its own rate is " + six_digits(rates.front().hz) + " Hz, not from 1 to 100,000",
                 "give the samples per second as " + setting_name);
   return rates.front();
 }

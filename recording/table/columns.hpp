@@ -47,14 +47,14 @@ inline constexpr char centre_of_pressure[] = "a centre of pressure";
 /// Returns the unit of a column of angles: the given one, else the name's, if any. Throws Error for a name that
 /// excludes an angle ("COM_x (mm)", "sway_deg_s", "tilt speed"). `where` names the file, `setting_name` the
 /// setting_name of units: "--unit".
-std::optional<Unit> unit_of(const std::string& name, std::optional<Unit> given, const std::string& where,
-                            const std::string& setting_name);
+std::optional<Unit> find_unit(const std::string& name, std::optional<Unit> given, const std::string& where,
+                              const std::string& setting_name);
 /// Returns the unit of a table's column: the given one, else the name's, else the file's own, else degrees with a note.
-/// Warns if a given unit differs from the name's. Throws Error as unit_of.
+/// Warns if a given unit differs from the name's. Throws Error as find_unit().
 Unit angle_unit(const Table& table, int column, std::optional<Unit> given, const std::string& setting_name,
                 Recording& recording);
 /// Returns the metres of the unit of length at the end of a name, if any.
-std::optional<double> metres_in_unit_of(std::string_view name);
+std::optional<double> find_metres_per_unit(std::string_view name);
 /// Returns one unit in radians.
 double rad_in(Unit unit);
 /// Returns "com_x" for "COM_x (deg)".

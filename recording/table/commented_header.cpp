@@ -28,7 +28,7 @@ std::vector<std::string_view> comments_of(std::string_view above) {
 }
 
 /// Splits like the rows, else as programs separate names: savetxt writes a header of blanks above commas.
-std::vector<std::string_view> cells_of(std::string_view comment, char separator, std::size_t columns) {
+std::vector<std::string_view> split_cells(std::string_view comment, char separator, std::size_t columns) {
   std::vector<std::string_view> cells;
   for (const char each : {separator, ',', ';', '\t', ' '}) {
     split(comment, each, cells);
@@ -41,7 +41,7 @@ std::vector<std::string_view> cells_of(std::string_view comment, char separator,
 }  // namespace
 
 bool is_known_name(std::string_view cell) {
-  if (is_time_name(cell) || unit_in(cell) || metres_in_unit_of(cell) || other_quantity(cell) != nullptr) return true;
+  if (is_time_name(cell) || unit_in(cell) || find_metres_per_unit(cell) || other_quantity(cell) != nullptr) return true;
   return std::ranges::any_of(words(cell), [](const std::string& word) {
     return one_of(word, {"sway", "com", "cog", "ksp", "tilt", "platform", "plattform", "angle", "winkel", "pitch",
                          "roll", "frame", "index"});
@@ -51,7 +51,7 @@ bool is_known_name(std::string_view cell) {
 std::vector<std::string> commented_names(std::string_view above, char separator, std::size_t columns) {
   std::vector<std::string_view> units;
   for (const std::string_view comment : comments_of(above)) {
-    const std::vector<std::string_view> cells = cells_of(comment, separator, columns);
+    const std::vector<std::string_view> cells = split_cells(comment, separator, columns);
     if (cells.empty() || std::ranges::all_of(cells, [](auto cell) { return parse_number(cell).is_number; })) continue;
     if (units.empty() && columns > 1 && are_units(cells)) {
       units = cells;

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "recording/stated_rate.hpp"
+#include "recording/detail/stated_rate.hpp"
 
 namespace decid::recording {
 

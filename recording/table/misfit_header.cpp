@@ -30,7 +30,7 @@ bool is_unit_alone(std::string_view name) {
 
 /// Returns true for the name of a time, and for a name with a unit or a quantity, which decides how numbers are read.
 bool is_distinctive(std::string_view name) {
-  return is_time_name(name) || unit_in(name) || metres_in_unit_of(name) || other_quantity(name) != nullptr ||
+  return is_time_name(name) || unit_in(name) || find_metres_per_unit(name) || other_quantity(name) != nullptr ||
          is_unit_alone(name);
 }
 

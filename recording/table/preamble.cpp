@@ -29,7 +29,7 @@ bool is_value(std::string_view cell) {
   return parse_number(cell).is_number || clock_time(cell);
 }
 
-std::vector<std::string_view> cells_of(std::string_view line, char separator) {
+std::vector<std::string_view> split_cells(std::string_view line, char separator) {
   std::vector<std::string_view> cells;
   split(line, separator, cells);
   return cells;
@@ -74,13 +74,13 @@ Preamble of_trc(const std::vector<Line>& lines) {
   if (lines.size() < header_lines) return {};
   Preamble found;
   found.lines = lines[header_lines - 1].number;
-  const auto figures = cells_of(lines[1].text, '\t'), values = cells_of(lines[2].text, '\t');
+  const auto figures = split_cells(lines[1].text, '\t'), values = split_cells(lines[2].text, '\t');
   std::string unit;
   for (std::size_t i = 0; i < std::min(figures.size(), values.size()); ++i) {
     if (figures[i] == "Units") unit = " (" + std::string(values[i]) + ")";
     if (figures[i] == "DataRate") add_stated_rates("DataRate\t" + std::string(values[i]), found.rates);
   }
-  const auto markers = cells_of(lines[3].text, '\t'), coordinates = cells_of(lines[4].text, '\t');
+  const auto markers = split_cells(lines[3].text, '\t'), coordinates = split_cells(lines[4].text, '\t');
   std::string marker;
   const std::size_t columns = std::min(std::max(markers.size(), coordinates.size()), max_columns + 1);
   for (std::size_t i = 0; i < columns; ++i) {
@@ -92,7 +92,7 @@ Preamble of_trc(const std::vector<Line>& lines) {
 }
 
 /// Returns the first lines of the text.
-Preamble preamble_of(std::string_view text, std::size_t lines) {
+Preamble make_preamble(std::string_view text, std::size_t lines) {
   Preamble found{.lines = lines};
   for_each_line(text, [&](std::string_view line, std::size_t number) {
     if (number > lines) return false;
@@ -111,7 +111,7 @@ Preamble preamble_behind(std::string_view text, std::size_t lines) {
     begin = static_cast<std::size_t>(line.data() - text.data());
     return number <= lines;
   });
-  Preamble found = preamble_of(text, lines);
+  Preamble found = make_preamble(text, lines);
   Preamble rows = find_preamble(text.substr(begin));
   if (rows.names.empty()) return found;
   // Comment lines and blank lines before `begin` count too.
@@ -133,61 +133,61 @@ Preamble find_preamble(std::string_view text) {
   if (lines.empty()) return {};
   if (lines.front().text.starts_with("PathFileType")) return of_trc(lines);
   for (std::size_t first = 0; first < lines.size(); ++first) {
-    const char separator = separator_of(first > 0 ? lines[first - 1].text : "", lines[first].text);
-    const auto row = cells_of(lines[first].text, separator);
-    const auto fits = [&](std::size_t line) { return are_alike(cells_of(lines[line].text, separator), row); };
+    const char separator = guess_separator(first > 0 ? lines[first - 1].text : "", lines[first].text);
+    const auto row = split_cells(lines[first].text, separator);
+    const auto fits = [&](std::size_t line) { return are_alike(split_cells(lines[line].text, separator), row); };
     const auto has_time = [&](std::size_t line) {
-      const auto cells = cells_of(lines[line].text, separator);
+      const auto cells = split_cells(lines[line].text, separator);
       return !are_units(cells) && std::ranges::any_of(cells, is_time_name);
     };
     const std::size_t after = std::min(first + lines_of_a_table, lines.size());
     bool is_table = (after - first > 1 || first == 0) && row.size() <= max_columns + 1;
     for (std::size_t line = first; line < after && is_table; ++line)
-      is_table = fits(line) && is_data(cells_of(lines[line].text, separator));
+      is_table = fits(line) && is_data(split_cells(lines[line].text, separator));
     // A row below the names may count the samples; rows of samples have a time.
     if (is_table && after - first > 1 && row.size() > 1 && row[0].empty() &&
-        is_value(cells_of(lines[first + 1].text, separator)[0]))
+        is_value(split_cells(lines[first + 1].text, separator)[0]))
       continue;
     if (!is_table) continue;
     if (first > 0 && after - first > 1) {
-      const auto header = cells_of(lines[first - 1].text, separator);
-      const auto second = cells_of(lines[first + 1].text, separator);
+      const auto header = split_cells(lines[first - 1].text, separator);
+      const auto second = split_cells(lines[first + 1].text, separator);
       if (names_all_but_rows(header, row, second)) {
-        Preamble found = preamble_of(text, lines[first - 1].number);
+        Preamble found = make_preamble(text, lines[first - 1].number);
         found.names.emplace_back("row");
         found.names.insert(found.names.end(), header.begin(), header.end());
         return found;
       }
     }
     HeaderRows rows;
-    for (std::size_t line = 0; line < first; ++line) rows.push_back(cells_of(lines[line].text, separator));
+    for (std::size_t line = 0; line < first; ++line) rows.push_back(split_cells(lines[line].text, separator));
     const bool ends_in_separator =
         row.back().empty() && (rows.empty() || rows.back().size() < row.size() || rows.back().back().empty());
     std::vector<std::string> names = names_of_rows(rows, row.size() - (ends_in_separator ? 1 : 0));
     if (!names.empty()) {
-      Preamble found = preamble_of(text, lines[first].number - 1);
+      Preamble found = make_preamble(text, lines[first].number - 1);
       found.names = std::move(names);
       add_section_rate(rows, found.rates);
       return found;
     }
     if (first == 0 || (fits(0) && (first == 1 || has_time(0)))) return {};
     // A damaged row below the header is not a header.
-    if (fits(0) && std::ranges::any_of(cells_of(lines[first - 1].text, separator), is_value)) return {};
+    if (fits(0) && std::ranges::any_of(split_cells(lines[first - 1].text, separator), is_value)) return {};
     // A single name above one column is clear only if it has an angle's unit.
     if (row.size() == 1 && !unit_in(lines[first - 1].text)) return {};
     // The header is the lowest line above that does not hold units; a line with a time is preferred.
     std::size_t header = first;
     if (fits(first - 1)) header = first - 1;
-    if (header > 0 && header < first && are_units(cells_of(lines[header].text, separator)) && fits(header - 1))
+    if (header > 0 && header < first && are_units(split_cells(lines[header].text, separator)) && fits(header - 1))
       --header;
     for (std::size_t line = first; line-- > 0 && fits(line);)
       if (has_time(line)) header = line;
     if (header == 0) return {};
     for (std::size_t line = 0; line < header; ++line) {
-      const auto cells = cells_of(lines[line].text, separator);
+      const auto cells = split_cells(lines[line].text, separator);
       if (cells.size() > 1 && std::ranges::all_of(cells, is_value)) return {};
     }
-    Preamble found = preamble_of(text, lines[header].number - 1);
+    Preamble found = make_preamble(text, lines[header].number - 1);
     add_section_rate(rows, found.rates);
     if (header == first) {
       bool in_quotes = false;

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "recording/detail/stated_rate.hpp"
 #include "recording/recording.hpp"
-#include "recording/stated_rate.hpp"
 #include "recording/table/misfit_header.hpp"
 
 namespace decid::recording {

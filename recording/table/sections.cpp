@@ -2,11 +2,11 @@
 #include "recording/table/sections.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <optional>
 #include <set>
 
 #include "base/error.hpp"
+#include "base/number.hpp"
 #include "base/setting.hpp"
 #include "recording/table/cells.hpp"
 #include "recording/table/table.hpp"
@@ -49,13 +49,6 @@ std::string name_of(std::string_view line) {
   return end == line.npos || name.find_first_of(",;\t=") != name.npos ? std::string() : std::string(name);
 }
 
-std::optional<std::size_t> whole_number(const std::string& text) {
-  std::size_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return {};
-  return number;
-}
-
 std::size_t line_ends(std::string_view text) {
   return static_cast<std::size_t>(std::ranges::count(text, text.find('\n') == text.npos ? '\r' : '\n'));
 }
@@ -79,7 +72,7 @@ std::vector<Section> find_sections(std::string_view text) {
   Cells cells, row;
   std::set<std::string_view> header;  // lines above the first rows
   for_each_line(text, [&](std::string_view line, std::size_t number) {
-    split(line, separator_of(line_before, line), cells);
+    split(line, guess_separator(line_before, line), cells);
     if (std::ranges::all_of(cells, &std::string_view::empty)) return true;  // a spreadsheet's blank line
     line_before = line;
     if (last_line == 0) {
@@ -123,16 +116,17 @@ std::string list_of(const std::vector<Section>& sections) {
 
 std::string only_section(std::string_view text, const std::string& section, const std::string& where) {
   const std::vector<Section> sections = find_sections(text);
-  const std::optional<std::size_t> number = whole_number(section);
+  const std::optional<std::size_t> number = number_from<std::size_t>(section);
   const auto is_asked = [&](const Section& one) { return lower(one.name) == lower(section); };
   auto found = std::ranges::find_if(sections, is_asked);
   if (found == sections.end() && number && *number >= 1 && *number <= sections.size())
     found = sections.begin() + static_cast<std::ptrdiff_t>(*number - 1);
   if (found == sections.end())
-    throw Error(where, "has no section " + section,
+    throw Error(Code::setting_unknown, where, "has no section " + section,
                 sections.empty() ? "leave out " + setting("section") : "its sections are " + list_of(sections));
   if (std::ranges::count_if(sections, is_asked) > 1)
-    throw Error(where, "has several sections '" + section + "'", "give the number of one: " + list_of(sections));
+    throw Error(Code::recording_ambiguous, where, "has several sections '" + section + "'",
+                "give the number of one: " + list_of(sections));
   return std::string(line_ends(text.substr(0, found->begin)), '\n') +
          std::string(text.substr(found->begin, found->end - found->begin));
 }

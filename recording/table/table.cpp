@@ -29,7 +29,8 @@ std::string read_standard_input() {
   std::vector<char> block(std::size_t{1} << 16);
   while (std::cin.read(block.data(), std::ssize(block)) || std::cin.gcount() > 0) {
     text.append(block.data(), static_cast<std::size_t>(std::cin.gcount()));
-    if (text.size() > file_limit_bytes) throw Error("standard input", "is larger than 1 GiB", "give only one trial");
+    if (text.size() > file_limit_bytes)
+      throw Error(Code::file_too_large, "standard input", "is larger than 1 GiB", "give only one trial");
   }
   return text;
 }
@@ -38,8 +39,11 @@ std::string read_standard_input() {
 void refuse_text_options(const std::string& where, const std::string& is, std::optional<int> skip_lines,
                          const std::string& section) {
   if (skip_lines)
-    throw Error(where, "is a " + is + ", which has no lines above a table", "leave out " + setting("skip_lines"));
-  if (!section.empty()) throw Error(where, "is a " + is + ", which has no sections", "leave out " + setting("section"));
+    throw Error(Code::setting_conflict, where, "is a " + is + ", which has no lines above a table",
+                "leave out " + setting("skip_lines"));
+  if (!section.empty())
+    throw Error(Code::setting_conflict, where, "is a " + is + ", which has no sections",
+                "leave out " + setting("section"));
 }
 
 /// Reads the first sheet of a workbook with the rules for text.
@@ -48,7 +52,8 @@ std::unique_ptr<Table> read_sheet(const std::string& bytes, const std::string& w
   Sheet first = read_xlsx(bytes, where);
   const std::vector<std::string>& names = first.sheets;
   if (!section.empty() && std::find(names.begin(), names.end(), section) != names.end())
-    throw Error(where, "is a workbook; decid reads only the first sheet that is not hidden: '" + names[0] + "'",
+    throw Error(Code::setting_conflict, where,
+                "is a workbook; decid reads only the first sheet that is not hidden: '" + names[0] + "'",
                 "leave out " + setting("section") + ", or save the sheet '" + section + "' as CSV");
   Warnings warnings;
   if (names.size() > 1)
@@ -103,12 +108,13 @@ std::unique_ptr<Table> read_table(const std::filesystem::path& path, std::option
     return std::make_unique<C3dTable>(std::move(text), where);
   }
   if ((end == ".mat" && !text.starts_with("\x89HDF\r\n")) || text.starts_with("MATLAB ")) {
-    if (is_stdin) throw Error(where, "is a MAT-file, which can only be read as a file", "give its name");
+    if (is_stdin)
+      throw Error(Code::not_supported, where, "is a MAT-file, which can only be read as a file", "give its name");
     refuse_text_options(where, "MAT-file", skip_lines, section);
     return std::make_unique<MatTable>(text, path);
   }
   if (text.starts_with("\x89HDF\r\n")) {
-    throw Error(where, "is an HDF5 file that is not MATLAB's",
+    throw Error(Code::file_unsupported, where, "is an HDF5 file that is not MATLAB's",
                 "save the signals as a MAT-file (SciPy's savemat) or as CSV");
   }
   auto table = std::make_unique<CsvTable>(std::move(text), where, skip_lines, section);

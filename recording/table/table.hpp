@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "recording/detail/stated_rate.hpp"
 #include "recording/recording.hpp"
-#include "recording/stated_rate.hpp"
 
 namespace decid::recording {
 

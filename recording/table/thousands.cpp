@@ -2,9 +2,9 @@
 #include "recording/table/thousands.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <string>
 
+#include "base/number.hpp"
 #include "recording/table/cells.hpp"
 
 namespace decid::recording {
@@ -38,9 +38,7 @@ std::optional<double> grouped(std::string_view cell, char group) {
   }
   plain += '.';
   plain += fraction;
-  double value = 0.0;
-  std::from_chars(plain.data(), plain.data() + plain.size(), value);
-  return value;
+  return number_from<double>(plain).value_or(0.0);
 }
 
 bool is_plainly_grouped(std::string_view cell) {

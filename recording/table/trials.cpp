@@ -2,15 +2,14 @@
 #include "recording/table/trials.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <map>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/number.hpp"
 #include "base/setting.hpp"
-#include "recording/clock.hpp"
+#include "recording/detail/clock.hpp"
 #include "recording/table/columns.hpp"
 
 namespace decid::recording {
@@ -48,12 +47,13 @@ RowLabels labels_by(const Table& table, const std::vector<int>& columns, const s
   RowLabels labels = table.labels(columns.front());
   for (std::size_t i = 1; i < columns.size(); ++i) {
     if (table.rows(columns[i]) != table.rows(columns[0]))
-      throw Error(where, "the columns of " + setting("trial_column") + " " + by + " differ in length",
+      throw Error(Code::size_mismatch, where,
+                  "the columns of " + setting("trial_column") + " " + by + " differ in length",
                   "name columns of equal length");
     labels = joined(labels, table.labels(columns[i]));
   }
   if (!distinguishes(labels))
-    throw Error(where,
+    throw Error(Code::column_unsuitable, where,
                 "'" + by + "' has " + std::to_string(labels.values.size()) + " values in " +
                     std::to_string(labels.of_row.size()) + " rows, and does not distinguish recordings",
                 "give as " + setting("trial_column") + " a column with one value per recording");
@@ -62,14 +62,13 @@ RowLabels labels_by(const Table& table, const std::vector<int>& columns, const s
 
 /// Returns the index of the element that a trial's name denotes, from 0; nothing without one.
 std::optional<std::size_t> element_of(const TableArray& array, const std::string& trial) {
-  std::size_t number = 0;
-  const auto [end, error] = std::from_chars(trial.data(), trial.data() + trial.size(), number);
-  if (error != std::errc() || end != trial.data() + trial.size() || number < 1 || number > array.elements) return {};
+  const std::size_t number = number_from<std::size_t>(trial).value_or(0);
+  if (number < 1 || number > array.elements) return {};
   return number - 1;
 }
 
 [[noreturn]] void refuse_unknown(const std::string& trial, const std::string& by, const std::string& where) {
-  throw Error(where, "has no recording '" + trial + "' by " + setting("trial_column") + " " + by,
+  throw Error(Code::setting_unknown, where, "has no recording '" + trial + "' by " + setting("trial_column") + " " + by,
               "name a recording of the file");
 }
 
@@ -165,7 +164,8 @@ std::string remedy_by(const std::string& by) {
 
 std::vector<int> trial_columns(const Table& table, const std::string& by, const std::string& where) {
   if (const std::string format = table.format_of_one(); !format.empty())
-    throw Error(where, "is a " + format + ", which holds one recording", "leave out " + setting("trial_column"));
+    throw Error(Code::setting_conflict, where, "is a " + format + ", which holds one recording",
+                "leave out " + setting("trial_column"));
   if (array_called(table, by) != nullptr) return {};
   const bool is_one = std::ranges::find(table.names(), by) != table.names().end();
   std::vector<int> columns;
@@ -186,7 +186,8 @@ std::vector<std::string> trials_in(const Table& table, const std::string& by, co
   names = labels_by(table, trial_columns(table, by, where), by, where).values;
   std::erase(names, "");
   if (names.empty())
-    throw Error(where, "'" + by + "' is empty in all rows", "give another column as " + setting("trial_column"));
+    throw Error(Code::column_unsuitable, where, "'" + by + "' is empty in all rows",
+                "give another column as " + setting("trial_column"));
   return names;
 }
 
@@ -240,10 +241,11 @@ void refuse_several_trials(const Table& table, int sway, int time, const std::st
                               "' changes from '" + labels.values[first] + "' to '" + labels.values[*other] +
                               "': the file holds several recordings";
   const std::vector<std::size_t> starts = time < 0 ? std::vector<std::size_t>() : restarts(table, time);
-  if (!starts.empty()) throw Error(where, problem, remedy_for_several(table, sway, time, starts, ""));
+  if (!starts.empty())
+    throw Error(Code::recording_ambiguous, where, problem, remedy_for_several(table, sway, time, starts, ""));
   const std::string advice = remedy_by(listed(table, fewest_columns(std::move(changing), 0)));
   throw Error(
-      where, problem,
+      Code::recording_ambiguous, where, problem,
       advice + (is_one_clock(table, time) ? "; " + setting("trial_column") + " none reads all rows as one" : ""));
 }
 

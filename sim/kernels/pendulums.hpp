@@ -8,6 +8,13 @@
 // where a z P(z) = c m g h (sin a - a), k1 = c (m g h - Kp_pass), k2 = 1 - c Kd_pass, c = step / J, gains are
 // multiplied by c, and drive = Kp_pass f + Kd_pass f'. A product and the sum it is added to are one fused multiply-add,
 // outermost last. nu' and drive are linear: they change by a constant from step to step.
+//
+// Members of the family with other gains (StepConstants::unit_gains false, family.hpp) keep v = (servo + gravity) a + e
+// - servo f + slow + torque as it is:
+//   q  = tilt (nu' - clamp(f' + nu', -theta, theta)) + (tilt - servo) f'
+//   u  = Kp (reach a + e + x + y) + Kd (reach a' + q + x' + y'),  reach = servo + gravity
+//   x' = slow a - leak_x x,  y' = torque u_1 - leak_y y,  u_1 the delayed command of the step before
+// With a dead band b before the gravity gain, v loses gravity clamp(a, -b, b), and v' loses gravity a' while |a| < b.
 #pragma once
 
 #include <cstddef>
@@ -21,6 +28,9 @@ struct StepConstants {
   int steps_per_sample;  ///< divided by interval_steps without remainder
   int interval_steps;    ///< of the stimulus
   double sway_limit_rad;
+  bool unit_gains;                ///< of all trials: Family::has_unit_gains, and no dead band
+  double slow_leak, torque_leak;  ///< step / slow_time and step / torque_time of the family
+  double gravity_dead_band;       ///< rad; 0: none
 };
 
 /// `count` trials, one per lane, each at its own time.
@@ -39,12 +49,20 @@ struct Pendulums {
   alignas(64) double sine[3][count];                    // c m g h times the coefficients of P, lowest first
   alignas(64) double theta[count], minus_theta[count];  // half of the threshold
   alignas(64) double fraction[count];                   // of the delay, in steps, beyond a whole number
+  // Members without unit gains; kp, kd are c times the gains there, and theta, noise are multiplied by `tilt`.
+  alignas(64) double reach[count];            // servo + gravity
+  alignas(64) double tilt[count];             // gain of the tilt estimate
+  alignas(64) double tilt_over_servo[count];  // tilt - servo
+  alignas(64) double slow_gain[count], torque_gain[count];
+  alignas(64) double minus_gravity[count];  // -gravity; read only with a dead band
   // Their state.
   alignas(64) double sway[count], sway_rate[count];
   alignas(64) double error[count];    // e
   alignas(64) double newer[count];    // the delayed command of the previous step
   alignas(64) double noise[count];    // nu' / 2 at the start of the current sample
   alignas(64) double largest[count];  // max |a|
+  // Members without unit gains: slow feedback and torque feedback, and the delayed command of the step before.
+  alignas(64) double slow[count], torque[count], active[count];
   // Addresses of each lane's next reads and writes.
   static constexpr int noise_apart =
       8;  ///< distance between a trial's noise values of consecutive samples: noises of trials are interleaved

@@ -27,7 +27,7 @@ std::string given_text(double value) {
 }
 
 void Checker::fail(const std::string& setting, const std::string& problem, const std::string& remedy) const {
-  throw Error(prefix_ + setting, problem, remedy);
+  throw Error(Code::setting_out_of_range, prefix_ + setting, problem, remedy);
 }
 
 void Checker::within(const std::string& setting, double value, double low, double high) const {

@@ -10,11 +10,12 @@
 #include "base/math/random.hpp"
 #include "sim/noise.hpp"
 #include "sim/protocol/protocol.hpp"
+#include "sim/streams.hpp"
 
 namespace decid::sim {
 namespace {
 
-// Random numbers of a trial, all of Stream::recording. Sizes come first, so that calibrations keep their trials.
+// Random numbers of a trial, all of streams::recording. Sizes come first, so that calibrations keep their trials.
 constexpr std::uint64_t of_size = 0, of_presence = 16, of_sign = 32, of_kind = 48;
 constexpr std::uint64_t of_places = 4096, of_noise = 1 << 20;
 
@@ -170,7 +171,7 @@ const ConditionInfo& info(Condition condition) {
 double drawn(const Conditions& conditions, Condition condition, std::uint64_t seed, std::uint64_t item) {
   const Severity& severity = conditions[condition];
   if (severity.share == 0.0) return 0.0;
-  const Random random(seed, Stream::recording, item);
+  const Random random(seed, streams::recording, item);
   const std::uint64_t n = number(condition);
   if (random.uniform(of_presence + n) >= severity.share) return 0.0;
   if (severity.low > 0.0) {
@@ -183,7 +184,7 @@ double drawn(const Conditions& conditions, Condition condition, std::uint64_t se
 
 void record(const Protocol& protocol, std::uint64_t seed, std::uint64_t item, std::span<double> sway_rad) {
   const double rate_hz = protocol.experiment.sample_rate_hz;
-  const Random random(seed, Stream::recording, item);
+  const Random random(seed, streams::recording, item);
   const auto size = [&](Condition condition) { return drawn(protocol.conditions, condition, seed, item); };
   const auto samples_in = [&](double seconds) {
     return std::min(static_cast<std::size_t>(std::floor(seconds * rate_hz + 0.5)), sway_rad.size() - 2);

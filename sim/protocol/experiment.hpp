@@ -40,6 +40,7 @@ struct Experiment {
   const BodyModel* body_model = &single_pendulum();  ///< of body and controller; must outlive the experiment
 
   const ParameterTable& parameters() const { return body_model->parameters; }
+  const Family& family() const { return body_model->family; }
 
   /// Throws Error naming the protocol and the setting if any is out of its bounds, or if the number of samples has a
   /// prime factor above max_fft_prime (sim/fft.hpp). All other functions assume a valid experiment.

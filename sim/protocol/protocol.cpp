@@ -95,6 +95,7 @@ void Protocol::validate() const {
   Checker(name).within("body_heights low", heights.low, 0.5, 1.0);
   Checker(name).within("body_heights high", heights.high, 1.0, 2.0);
   validate_standing(Checker(name), *this);
+  Checker(name).within("gravity_dead_band_deg", gravity_dead_band_deg, 0.0, 5.0);
 }
 
 Protocol Protocol::ideal() const {
@@ -121,7 +122,7 @@ void Protocol::refuse_implausible() const {
     const auto byte = static_cast<unsigned char>(name[i]);
     const bool second = i + 1 < name.size() && byte == 0xC2 && static_cast<unsigned char>(name[i + 1]) < 0xA0;
     if (byte >= 0x20 && byte != 0x7F && !second) continue;
-    throw Error("protocol name", "has a control character at byte " + std::to_string(i + 1),
+    throw Error(Code::setting_malformed, "protocol name", "has a control character at byte " + std::to_string(i + 1),
                 "give a name of plain text, on one line");
   }
   experiment.refuse_implausible(name);
@@ -140,12 +141,14 @@ double Protocol::noise_period_s() const {
 
 Sequence& Protocol::sequence() {
   if (Sequence* found = std::get_if<Sequence>(&experiment.stimulus)) return *found;
-  throw Error("protocol " + name, "does not play a ternary sequence", "use a protocol that plays a sequence");
+  throw Error(Code::setting_conflict, "protocol " + name, "does not play a ternary sequence",
+              "use a protocol that plays a sequence");
 }
 
 const Sequence& Protocol::sequence() const {
   if (const Sequence* found = std::get_if<Sequence>(&experiment.stimulus)) return *found;
-  throw Error("protocol " + name, "does not play a ternary sequence", "use a protocol that plays a sequence");
+  throw Error(Code::setting_conflict, "protocol " + name, "does not play a ternary sequence",
+              "use a protocol that plays a sequence");
 }
 
 Protocol default_protocol() {
@@ -173,6 +176,7 @@ ParameterTable Protocol::ranges() const {
     if (!info.per_mgh) continue;
     info.low *= ratio;
     info.high *= ratio;
+    if (info.convention) *info.convention *= ratio;
   }
   return ParameterTable(std::move(scaled));
 }

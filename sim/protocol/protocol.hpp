@@ -52,6 +52,9 @@ struct Protocol {
   /// The body has stood this long before the trial's first sample, swaying with its vestibular noise, on a resting
   /// platform; a whole number of sample periods, at most 60 s. 0: the trial begins at rest, upright.
   double standing_s = 0.0;
+  /// Half-width of a dead band on the body's angle before the gravity gain, for simulations only: fits and transfer
+  /// functions ignore it, because what lies behind it is not linear. 0: none.
+  double gravity_dead_band_deg = 0.0;
 
   /// Throws Error as Experiment::validate does, for noise out of its bounds or without a harmonic of the trial in its
   /// band, and for conditions, heights and standing out of theirs. All other functions assume a valid protocol.
@@ -71,6 +74,7 @@ struct Protocol {
   const Sequence& sequence() const;
 
   const ParameterTable& parameters() const { return experiment.parameters(); }
+  const Family& family() const { return experiment.family(); }
   /// Returns the parameter table with ranges for this body. Ranges of parameters that scale with m g h are the same
   /// relative to its m g h as the table's relative to the default body's.
   ParameterTable ranges() const;

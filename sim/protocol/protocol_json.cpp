@@ -41,7 +41,7 @@ void refuse_part_of_body(JsonObject& object, const std::string& where) {
     list += (list.empty() ? "'body." : "', 'body.") + std::string(key);
   }
   if (given.empty() || missing.empty()) return;
-  throw Error(where, "has " + given + "' without " + missing + "'",
+  throw Error(Code::setting_missing, where, "has " + given + "' without " + missing + "'",
               "give mass_kg, com_height_m and inertia_kgm2, or body.subject with the mass_kg and height_m of a person");
 }
 
@@ -50,7 +50,8 @@ void read_body(const Json& json, const std::string& where, Body& body) {
   if (const Json* part = object.find("subject")) {
     for (const char* key : body_keys) {
       if (!object.find(key)) continue;
-      throw Error(where, std::string("'body.") + key + "' contradicts 'body.subject', which defines it",
+      throw Error(Code::setting_conflict, where,
+                  std::string("'body.") + key + "' contradicts 'body.subject', which defines it",
                   "keep one of them; body.mass_kg is the mass above the ankles");
     }
     Subject subject;
@@ -63,7 +64,7 @@ void read_body(const Json& json, const std::string& where, Body& body) {
     try {
       body = body_of(segments_of(subject));
     } catch (const Error& error) {
-      throw Error(where, "body." + error.where() + ": " + error.problem(), error.remedy());
+      throw Error(error.code(), where, "body." + error.where() + ": " + error.problem(), error.remedy());
     }
   }
   refuse_part_of_body(object, where);
@@ -124,6 +125,7 @@ void read_conditions(const Json& json, const std::string& where, Conditions& con
 Json json_of(const Protocol& protocol) {
   const VestibularNoise& noise = protocol.noise.vestibular;
   Json json{{"name", protocol.name}};
+  if (protocol.experiment.body_model != &single_pendulum()) json["controller"] = protocol.experiment.body_model->name;
   write_stimulus(protocol.experiment.stimulus, json);
   json["sample_rate_hz"] = protocol.experiment.sample_rate_hz;
   json["body"] = {{"mass_kg", protocol.experiment.body.mass_kg},
@@ -136,6 +138,7 @@ Json json_of(const Protocol& protocol) {
                               {"period_s", protocol.noise_period_s()}};
   json["sensor_noise_deg"] = range_json(protocol.noise.sensor.low_deg, protocol.noise.sensor.high_deg);
   if (protocol.standing_s > 0.0) json["standing_s"] = protocol.standing_s;
+  if (protocol.gravity_dead_band_deg > 0.0) json["gravity_dead_band_deg"] = protocol.gravity_dead_band_deg;
   if (protocol.heights.vary()) json["body_heights"] = range_json(protocol.heights.low, protocol.heights.high);
   if (Json recording = conditions_json(protocol.conditions); !recording.empty())
     json["recording"] = std::move(recording);
@@ -155,7 +158,13 @@ Protocol parse_protocol(const std::string& text, const ProtocolText& source) {
   Protocol protocol = default_protocol();
   JsonObject object(json, where);
   protocol.name = source.name;
+  protocol.experiment.body_model = source.controller;
   object.read("name", protocol.name);
+  if (object.find("controller") != nullptr) {
+    std::string controller;
+    object.read("controller", controller);
+    protocol.experiment.body_model = &body_model_of(controller, where + ", controller");
+  }
   object.read("sample_rate_hz", protocol.experiment.sample_rate_hz);
   read_stimulus(object, source, protocol.experiment.sample_rate_hz, protocol.experiment.stimulus);
   if (const Json* part = object.find("body")) read_body(*part, where, protocol.experiment.body);
@@ -167,6 +176,7 @@ Protocol parse_protocol(const std::string& text, const ProtocolText& source) {
   if (const Json* part = object.find("sensor_noise_deg"))
     read_range(object, "sensor_noise_deg", *part, sensor.low_deg, sensor.high_deg);
   object.read("standing_s", protocol.standing_s);
+  object.read("gravity_dead_band_deg", protocol.gravity_dead_band_deg);
   if (const Json* part = object.find("body_heights"))
     read_range(object, "body_heights", *part, protocol.heights.low, protocol.heights.high);
   if (const Json* part = object.find("recording")) read_conditions(*part, where, protocol.conditions);
@@ -179,7 +189,7 @@ Protocol parse_protocol(const std::string& text, const ProtocolText& source) {
     if (is_written_by_people) protocol.refuse_implausible();
   } catch (const Error& error) {
     // validate() does not have the file's name.
-    throw Error(where, error.where() + ": " + error.problem(), error.remedy());
+    throw Error(error.code(), where, error.where() + ": " + error.problem(), error.remedy());
   }
   return protocol;
 }

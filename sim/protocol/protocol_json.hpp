@@ -1,7 +1,8 @@
 // Protocols as JSON, as in protocol files, data sets and models.
 // {"name": "...", a stimulus, "sample_rate_hz", "body": {"mass_kg", "com_height_m", "inertia_kgm2"},
 //  "vestibular_noise": {"scale_deg", "low_hz", "high_hz", "exponent", "period_s"}, "sensor_noise_deg": x | [low, high],
-//  "standing_s", "body_heights": [low, high], "recording": {..}}: the last three only if they differ from the default
+//  "standing_s", "gravity_dead_band_deg", "body_heights": [low, high], "recording": {..}}: the last four only if they
+//  differ from the default, as "controller", the name of a model (sim/body_model.hpp), after the name
 // The stimulus is one of these, each also with "cycles", "lead_in_s", "lead_out_s" (sim/protocol/stimulus.hpp):
 //   "sequence": {"feedback": [..], "start": [..], "state_s", "amplitude_deg", "offset_s"}
 //   "measured": {"tilt_deg": [..]}, or {"file", "column", "unit": "deg" | "rad", "rate_hz"}
@@ -46,9 +47,10 @@ using ReadTilt = std::function<std::vector<double>(const TiltFileReference& file
 
 /// The source of a protocol.
 struct ProtocolText {
-  std::string where;             ///< of the source, in errors
-  std::string name = "default";  ///< of a protocol without a name
-  ReadTilt read_tilt = {};       ///< empty: the protocol must not name files
+  std::string where;                                 ///< of the source, in errors
+  std::string name = "default";                      ///< of a protocol without a name
+  ReadTilt read_tilt = {};                           ///< empty: the protocol must not name files
+  const BodyModel* controller = &single_pendulum();  ///< of a protocol without a controller
 };
 /// Reads a protocol as protocol_from_json does, for texts that users write. It reads files of measured tilt and refuses
 /// settings that are not an experiment (Protocol::refuse_implausible). A noise without a period gets twice the trial's

@@ -320,7 +320,7 @@ long long cycle_steps(const StimulusKind& kind, int steps_per_sample) {
 std::vector<int> ternary_sequence(const Sequence& sequence) {
   const std::size_t stages = sequence.feedback.size();
   if (stages < 2 || stages > 12 || sequence.start.size() != stages) {
-    throw Error("sequence",
+    throw Error(Code::setting_out_of_range, "sequence",
                 "feedback has " + std::to_string(stages) + " stages, start " + std::to_string(sequence.start.size()),
                 "give both the same number of stages, 2 to 12");
   }
@@ -336,7 +336,7 @@ std::vector<int> ternary_sequence(const Sequence& sequence) {
     reg.front() = value;
     values.push_back(value == 2 ? -1 : value);
     if (values.size() > longest) {
-      throw Error("sequence", "the register never returns to its start",
+      throw Error(Code::setting_out_of_range, "sequence", "the register never returns to its start",
                   "give feedback a last coefficient of 1, 2, -1 or -2");
     }
   } while (reg != sequence.start);

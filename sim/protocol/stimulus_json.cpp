@@ -98,7 +98,8 @@ void read_kind(JsonObject& object, const Context& context, MeasuredTilt& measure
   if (object.find("tilt_deg")) {
     for (const char* key : {"file", "column", "unit", "rate_hz"}) {
       if (object.find(key)) {
-        throw Error(where, std::string("'measured.") + key + "' contradicts 'measured.tilt_deg'",
+        throw Error(Code::setting_conflict, where,
+                    std::string("'measured.") + key + "' contradicts 'measured.tilt_deg'",
                     "give either the samples or a file");
       }
     }
@@ -106,10 +107,11 @@ void read_kind(JsonObject& object, const Context& context, MeasuredTilt& measure
     return;
   }
   if (!object.find("file")) {
-    throw Error(where, "'measured' has neither 'file' nor 'tilt_deg'", "add \"file\": \"tilt.csv\"");
+    throw Error(Code::setting_missing, where, "'measured' has neither 'file' nor 'tilt_deg'",
+                "add \"file\": \"tilt.csv\"");
   }
   if (!context.source.read_tilt) {
-    throw Error(where, "'measured.file' names a file instead of giving the samples",
+    throw Error(Code::not_supported, where, "'measured.file' names a file instead of giving the samples",
                 "write the protocol with decid stimulus (" + setting("write_protocol") + "), which inserts them");
   }
   if (object.find("unit")) {
@@ -123,7 +125,7 @@ void read_kind(JsonObject& object, const Context& context, MeasuredTilt& measure
   try {
     measured.tilt_deg = context.source.read_tilt(tilt, context.sample_rate_hz);
   } catch (const Error& error) {
-    throw Error(where, "'measured.file': " + error.where() + ": " + error.problem(), error.remedy());
+    throw Error(error.code(), where, "'measured.file': " + error.where() + ": " + error.problem(), error.remedy());
   }
 }
 
@@ -198,7 +200,8 @@ void read_any(JsonObject& protocol, const Context& context, std::variant<Kinds..
     const Json* json = protocol.find(key);
     if (!json) return;
     if (!found.empty()) {
-      throw Error(context.source.where, "has two stimuli, '" + found + "' and '" + key + "'", "keep one of them");
+      throw Error(Code::setting_conflict, context.source.where, "has two stimuli, '" + found + "' and '" + key + "'",
+                  "keep one of them");
     }
     found = key;
     JsonObject object(*json, context.source.where, key);

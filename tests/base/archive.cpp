@@ -34,7 +34,11 @@ struct Outer {
 };
 
 Outer some() {
-  return {std::string("a\0b", 3), {{1.5, true}, {-0.0, false}}, {1.0F, 2.5F}, Inner{3.0, true}, Error("w", "p", "r")};
+  return {std::string("a\0b", 3),
+          {{1.5, true}, {-0.0, false}},
+          {1.0F, 2.5F},
+          Inner{3.0, true},
+          Error(Code::file_empty, "w", "p", "r")};
 }
 
 }  // namespace
@@ -46,6 +50,7 @@ TEST_CASE("archive: values come back as they were") {
   CHECK(read.numbers == some().numbers);
   CHECK(read.maybe == some().maybe);
   REQUIRE(read.error.has_value());
+  CHECK(read.error->code() == Code::file_empty);
   CHECK(read.error->where() == "w");
   CHECK(read.error->problem() == "p");
   CHECK(read.error->remedy() == "r");

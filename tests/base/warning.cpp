@@ -9,14 +9,14 @@ using namespace decid;
 
 TEST_CASE("trust: the most severe warning decides") {
   Warnings warnings;
-  CHECK(trust_of(warnings) == Trust::usable);
+  CHECK(worst_trust(warnings) == Trust::usable);
   add_info(warnings, "resampled", "from 50 Hz");
-  CHECK(trust_of(warnings) == Trust::usable);
+  CHECK(worst_trust(warnings) == Trust::usable);
   add_invalid(warnings, "out_of_distribution", "looks unlike all");
   add_caution(warnings, "small_sway", "is small");
-  CHECK(trust_of(warnings) == Trust::not_usable);
+  CHECK(worst_trust(warnings) == Trust::not_usable);
   warnings.erase(warnings.begin() + 1);
-  CHECK(trust_of(warnings) == Trust::caution);
+  CHECK(worst_trust(warnings) == Trust::caution);
   CHECK(warnings.front() == Warning{Severity::info, "resampled", "from 50 Hz"});
 }
 

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdio>
 #include <decid/identify/identify.hpp>
+#include <decid/sim/streams.hpp>
 #include <vector>
 
 namespace {
@@ -9,7 +10,7 @@ namespace {
 std::vector<double> recording(const decid::Model& model) {
   const decid::sim::Simulator simulator(model.protocol);
   std::vector<double> sway_rad(static_cast<std::size_t>(simulator.samples()));
-  simulator.run(model.parameters().middle(), decid::Random(7, decid::Stream::vestibular_noise, 0), sway_rad);
+  simulator.run(model.parameters().middle(), decid::Random(7, decid::sim::streams::vestibular_noise, 0), sway_rad);
   return sway_rad;
 }
 

@@ -5,13 +5,14 @@
 #include <decid/dataset/image/image.hpp>
 #include <decid/nn/predictor.hpp>
 #include <decid/sim/simulate.hpp>
+#include <decid/sim/streams.hpp>
 #include <vector>
 
 int main() {
   namespace sim = decid::sim;
   const sim::Simulator simulator(sim::default_protocol());
   std::vector<double> sway_rad(static_cast<std::size_t>(simulator.samples()));
-  const decid::Random noise(1, decid::Stream::vestibular_noise, 0);
+  const decid::Random noise(1, decid::sim::streams::vestibular_noise, 0);
   const sim::Outcome outcome = simulator.run(sim::single_pendulum().parameters.middle(), noise, sway_rad);
 
   decid::dataset::ImageSettings settings;

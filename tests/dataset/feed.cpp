@@ -63,14 +63,14 @@ TEST_CASE("streamed trials depend on their number alone and do not repeat") {
   // Another epoch length renumbers, but trial 4 + 2 * 10 + 7 stays the same.
   CHECK(training_trial(*stream_source(noisy_protocol(), 3, 27, 4), 1, {0}) == first);
   CHECK(training_trial(*stream_source(noisy_protocol(), 4, 10, 4), 2, {7}).parameters != first.parameters);
-  check_error([] { stream_source(noisy_protocol(), 3, 0, 4); }, {"0 training"});
-  check_error([] { stream_source(noisy_protocol(), 3, 10, 0); }, {"0 validation"});
+  check_error([] { stream_source(noisy_protocol(), 3, 0, 4); }, Code::setting_out_of_range, "0 training");
+  check_error([] { stream_source(noisy_protocol(), 3, 10, 0); }, Code::setting_out_of_range, "0 validation");
   for (const int index : {-1, 10}) {
     const std::vector<int> wrong{index};
     check_error([&] { source->take(Part::training, 0, wrong, [](std::size_t, const auto&, const auto&) {}); },
-                {"does not exist", "0 to 9"});
+                Code::setting_out_of_range, "0 to");
     check_error([&] { source->take(Part::validation, 0, wrong, [](std::size_t, const auto&, const auto&) {}); },
-                {"does not exist", "0 to 3"});
+                Code::setting_out_of_range, "0 to");
   }
   // Trials that a training has not seen are the next epoch's.
   source->take(Part::unseen, 2, std::vector<int>{7}, [&](std::size_t, const sim::Parameters& p, const Sway& sway) {
@@ -101,12 +101,12 @@ TEST_CASE("a data set's halves are its training and its validation trials") {
   }
   const std::vector<int> beyond{source->trials(Part::training)};
   check_error([&] { source->take(Part::training, 0, beyond, [](std::size_t, const auto&, const auto&) {}); },
-              {"does not exist"});
+              Code::setting_out_of_range);
   CHECK(source->identity() == stored_source(data)->identity());
   CHECK(source->identity() != stored_source(generate({noisy_protocol(), 21, 0, 6}))->identity());
   Dataset one_half = data;
   std::ranges::fill(one_half.split, std::uint8_t{0});
-  check_error([&] { stored_source(one_half); }, {"data set", "validation half"});
+  check_error([&] { stored_source(one_half); }, Code::trials_missing);
 }
 
 TEST_CASE("trials that are encoded together have the bits that each has alone") {
@@ -127,7 +127,8 @@ TEST_CASE("trials that are encoded together have the bits that each has alone") 
           parallel_for(count, [&](int i) { take(static_cast<std::size_t>(i), data.trial(i)); });
         };
         encode_all(encoding, produce, inputs);
-        check_error([&] { encode_all(encoding, produce, std::span(inputs).first(inputs.size() - 1)); }, {"space for"});
+        check_error([&] { encode_all(encoding, produce, std::span(inputs).first(inputs.size() - 1)); },
+                    Code::size_mismatch);
         for (int i = 0; i < count; ++i) {
           encoding.encode(data.trial(i), alone);
           CHECK(std::ranges::equal(alone, std::span(inputs).subspan(static_cast<std::size_t>(i) * values, values)));
@@ -191,7 +192,7 @@ TEST_CASE("streamed bodies are as tall as the protocol says, and a lighter body'
   of_that_body.experiment.body = of_that_body.experiment.body.of_height(alone.height);
   const Taken same = training_trial(*stream_source(of_that_body, 3, 200, 4), 0, {17});
   for (std::size_t i = 0; i < same.sway.size(); ++i) CHECK(within(same.sway[i], double{alone.sway[i]}, 1e-7));
-  check_error([&] { generate({protocol, 10, 0, 3}); }, {"body_heights", "one"});
+  check_error([&] { generate({protocol, 10, 0, 3}); }, Code::setting_conflict, "body_heights");
 
   sim::Protocol light = tiny_protocol();
   light.experiment.body.mass_kg *= 0.7;
@@ -308,9 +309,10 @@ TEST_CASE("a feed gives every trial of an epoch once, the same for any number of
       CHECK(std::ranges::equal(next.images.subspan(i * values, values), fed[1][first + i].second));
   }
   CHECK(read_epoch(rest) == fed[2]);
-  check_error([&] { Feed(*source, encoding, scaling.targets, batch, 9, 1, epochs, {}, 20); }, {"epoch", "sample 20"});
+  check_error([&] { Feed(*source, encoding, scaling.targets, batch, 9, 1, epochs, {}, 20); },
+              Code::setting_out_of_range, "sample 20");
   Feed no_epochs(*source, encoding, scaling.targets, batch, 9, epochs, epochs);
-  check_error([&] { no_epochs.next(); }, {"feed", "no batch left"});
+  check_error([&] { no_epochs.next(); }, Code::setting_out_of_range);
   Feed other(*source, encoding, scaling.targets, batch, 10, 0, 1);
   CHECK(read_epoch(other) != fed[0]);
 }
@@ -337,7 +339,7 @@ TEST_CASE("a feed passes on its source's exceptions") {
   const Broken source;
   const ImageMaker images = two_columns(source.protocol().samples(), false);
   const RowScaling rows;
-  check_error([&] { Feed(source, {images, rows}, {}, 0, 1, 0, 1); }, {"epoch", "0 samples"});
+  check_error([&] { Feed(source, {images, rows}, {}, 0, 1, 0, 1); }, Code::setting_out_of_range, "0 samples");
   Feed feed(source, {images, rows}, {}, 4, 1, 0, 1);
   CHECK(feed.next().trials == 4);
   CHECK_THROWS_WITH_AS(feed.next(), "the disk is gone", std::runtime_error);

@@ -1,6 +1,6 @@
 """Checks README.md, CONTRIBUTING.md and docs/: relative links and headings exist, sources that pages name exist, pages keep
-their shelf's limit of lines, the README leads to every page, no page has the words of words.py, and docs/guide/warnings.md
-lists the codes of the sources' warnings, each with its severity. Usage: check_docs.py ROOT"""
+their shelf's limit of lines, the README leads to every page, no page has the words of words.py, docs/guide/warnings.md lists the
+codes of the sources' warnings, each with its severity, and docs/reference/errors.md the codes of errors, each of which is thrown. Usage: check_docs.py ROOT"""
 
 import pathlib
 import re
@@ -90,6 +90,29 @@ def warnings_of(root):
     return given, listed
 
 
+def errors_of(root):
+    """The codes of errors: of base/error.hpp, named in base/error.cpp, used by sources, and listed in docs/reference/errors.md."""
+    def text(name):
+        return (root / name).read_text(encoding="utf-8") if (root / name).exists() else ""
+    declared = re.findall(r"^  (\w+),$", text("base/error.hpp"), re.MULTILINE)
+    named = re.findall(r'"(\w+)"', text("base/error.cpp").partition("names[]")[2].partition("};")[0])
+    used = set()
+    for folder in ("base", "nn", "sim", "dataset", "recording", "posterior", "identify", "tools", "bindings"):
+        for source in (root / folder).rglob("*.?pp"):
+            used |= set(re.findall(r"Code::(\w+)", source.read_text(encoding="utf-8")))
+    listed = re.findall(r"^\| `(\w+)` \|", text("docs/reference/errors.md"), re.MULTILINE)
+    return declared, named, used, listed
+
+
+def problems_of_errors(root):
+    declared, named, used, listed = errors_of(root)
+    if declared != named:
+        yield "base/error.cpp: the names are not those of Code, in its order"
+    yield from (f"docs/reference/errors.md: the error {code} is not listed" for code in declared if code not in listed)
+    yield from (f"docs/reference/errors.md: the error {code} does not exist" for code in listed if code not in declared)
+    yield from (f"base/error.hpp: no source throws the error {code}" for code in declared if code not in used)
+
+
 def check(root):
     problems = []
     readme = root / "README.md"
@@ -113,6 +136,7 @@ def check(root):
                  for code, severity in sorted(given - listed)]
     problems += [f"docs/guide/warnings.md: no source gives the warning {code} ({severity})"
                  for code, severity in sorted(listed - given)]
+    problems += problems_of_errors(root)
     for page in pages:
         problems += problems_of_text(page.relative_to(root).as_posix(), page, root)
     size = readme.stat().st_size
@@ -129,7 +153,7 @@ def main():
         print(problem, file=sys.stderr)
     if problems:
         sys.exit(1)
-    print(f"{pages} pages: links, reach, lengths, words and warnings are right")
+    print(f"{pages} pages: links, reach, lengths, words, warnings and errors are right")
 
 
 if __name__ == "__main__":

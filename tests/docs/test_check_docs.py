@@ -87,6 +87,17 @@ class CheckDocs(unittest.TestCase):
         self.assertEqual(self.problems(), ["docs/guide/warnings.md: the warning noted (info) is not listed",
                                            "docs/guide/warnings.md: no source gives the warning small (info)"])
 
+    def test_errors_are_named_thrown_and_listed(self):
+        self.write("base/error.hpp", "enum class Code {\n  lost,\n  broken,\n};\n")
+        self.write("base/error.cpp", 'names[] = {"lost", "other"};')
+        self.write("sim/a.cpp", "throw Error(Code::lost, where, problem, remedy);")
+        self.write("docs/reference/errors.md", "| `lost` | |\n| `gone` | |\n")
+        self.write("docs/page.md", "[errors](reference/errors.md)")
+        self.assertEqual(self.problems(), ["base/error.cpp: the names are not those of Code, in its order",
+                                           "docs/reference/errors.md: the error broken is not listed",
+                                           "docs/reference/errors.md: the error gone does not exist",
+                                           "base/error.hpp: no source throws the error broken"])
+
 
 class Words(unittest.TestCase):
     def test_plain_sentences_pass(self):

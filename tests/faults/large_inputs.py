@@ -457,7 +457,7 @@ def cases():
     }, ".csv", ["study", *model, "--trials", "2", "--log", "FILE", "-o", "study"])
     front = golden("dataset.journal")
     yield from group("journal of a data set", {"zeros behind": lambda: front.ljust(SIZE, b"\0"), "zeros": lambda: b"\0" * SIZE,
-                                               "a request of 10 MB": lambda: b"decid journal 1\n" + struct.pack("<II", SIZE - 40, 0) + b"[" * (SIZE - 40)},
+                                               "a request of 10 MB": lambda: b"decid journal 2\n" + struct.pack("<Q", SIZE - 100) + b"0" * 64 + b"[" * (SIZE - 88)},
                      ".npz.partial.journal", ["dataset", "--count", "3", *protocol, "-o", "STEM"])
 
 

@@ -3,7 +3,7 @@
 #include "base/files/json_object.hpp"
 #include "sim/protocol/protocol_json.hpp"
 #include "tests/fuzz/fuzz.hpp"
-#include "tools/decid/calibrated_trials.hpp"
+#include "tools/decid/results/calibrated_trials.hpp"
 
 using namespace decid;
 

@@ -1,6 +1,6 @@
 // Journals of fits, behind a front of the right settings, as they are and as one entry with its hash set right. A
 // recording that is appended is read back.
-#include "tools/decid/fit_journal.hpp"
+#include "tools/decid/commands/fit_journal.hpp"
 
 #include <cstring>
 

@@ -48,7 +48,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     for (const char* trials : {"trials", "data", "block", "trial"})
       fuzz::accepts([&] {
         const recording::RecordingOptions options{.trial_column = trials, .trial = "2"};
-        recording::trials_of(path, options);
+        recording::list_trials(path, options);
         recording::read_recording(path, options);
       });
   };

@@ -4,7 +4,7 @@
 
 #include <cstring>
 
-#include "dataset/npz/zip.hpp"
+#include "dataset/npz/detail/zip.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 using namespace decid;

@@ -2,6 +2,7 @@
 // read back, and simulated.
 #include "sim/protocol/protocol_json.hpp"
 #include "sim/simulate.hpp"
+#include "sim/streams.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 using namespace decid;
@@ -21,7 +22,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       if (protocol.samples() > short_enough) return;
       const sim::Simulator simulator(protocol);
       std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
-      simulator.run(protocol.ranges().middle(), Random(1, Stream::vestibular_noise, 0), sway);
+      simulator.run(protocol.ranges().middle(), Random(1, sim::streams::vestibular_noise, 0), sway);
     });
   }
   return 0;

@@ -21,7 +21,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   fuzz::accepts([&] {
     recording::RecordingOptions first_trial = options;
     first_trial.trial_column = "trial";
-    const std::vector<std::string> trials = recording::trials_of(path, first_trial);
+    const std::vector<std::string> trials = recording::list_trials(path, first_trial);
     REQUIRE_THAT(!trials.empty());
     first_trial.trial = trials.front();
     recording::read_recording(path, first_trial);

@@ -2,7 +2,7 @@
 // own files beside 0.2.0. Never write the files of an earlier version again.
 #include "base/files/json_object.hpp"
 #include "base/files/sha256.hpp"
-#include "dataset/npz/journal.hpp"
+#include "dataset/npz/detail/journal.hpp"
 #include "dataset/npz/npz.hpp"
 #include "identify/identify.hpp"
 #include "identify/training/checkpoint.hpp"
@@ -11,7 +11,7 @@
 #include "recording/recording.hpp"
 #include "sim/protocol/protocol_json.hpp"
 #include "tests/helpers.hpp"
-#include "tools/decid/calibrated_trials.hpp"
+#include "tools/decid/results/calibrated_trials.hpp"
 #include "tools/decid/results/identified.hpp"
 #include "tools/report/comparison_page.hpp"
 
@@ -49,9 +49,9 @@ TEST_CASE("data sets and their journals of 0.2.0") {
   const std::string_view sway(reinterpret_cast<const char*>(data.sway.data()), data.sway.size() * sizeof(float));
   CHECK(sha256(sway) == "96a109052dc73ccc72e8f6ff293002e6d3ce62827789c27a67e18189349cc08f");
   const TemporaryFolder folder;
-  dataset::Journal journal(write_text(folder / "journal", read_text(file("dataset.journal"))), 7);
+  dataset::ChunkJournal journal(write_text(folder / "journal", read_text(file("dataset.journal"))));
   REQUIRE(journal.request() == "{\"seed\": 1}");
-  const auto first = journal.read(0);
+  const auto first = journal.next(0);
   REQUIRE(first);
   REQUIRE(first->chunk.trials.size() == 2);
   CHECK(first->chunk.trials[1].parameters[6] == 6.0);

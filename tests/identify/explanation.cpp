@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/math/random.hpp"
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 
 namespace decid {
@@ -34,7 +35,7 @@ sim::Outcome run(const sim::Parameters& parameters, const Random& noise, std::ve
 
 std::vector<double> trial(const sim::Parameters& parameters, std::uint64_t item) {
   std::vector<double> sway;
-  REQUIRE(run(parameters, Random(8, Stream::vestibular_noise, item), sway).valid);
+  REQUIRE(run(parameters, Random(8, sim::streams::vestibular_noise, item), sway).valid);
   return sway;
 }
 
@@ -134,7 +135,7 @@ TEST_CASE("explain: a controller that falls, always or with its noise, explains 
   const auto any_stands = [&] {
     std::vector<double> unused;
     for (const std::uint64_t item : {0U, 1U, 2U, 3U, 4U})
-      if (run(border, Random(0, Stream::vestibular_noise, item), unused).valid) return true;
+      if (run(border, Random(0, sim::streams::vestibular_noise, item), unused).valid) return true;
     return false;
   };
   while (border[sim::Nv] < 100 && any_stands()) border[sim::Nv] *= 1.5;
@@ -194,7 +195,7 @@ TEST_CASE("explanation: a stimulus without a frequency response says so once") {
   const Explainer explains(stepped);
   std::vector<double> sway(static_cast<std::size_t>(stepped.samples()));
   const sim::Parameters parameters = controller(0.0);
-  REQUIRE(stepped.run(parameters, Random(5, Stream::vestibular_noise, 0), sway).valid);
+  REQUIRE(stepped.run(parameters, Random(5, sim::streams::vestibular_noise, 0), sway).valid);
   const recording::Trial own = as_trial(sway);
   const Explanation found = explains.explain({parameters, own});
   CHECK(!found.frf.has_value());

@@ -18,8 +18,10 @@ TEST_CASE("at_edge: of the quantities that are inferred, at either end") {
     return at_edge(density, posterior::sample(density, density.observe(sway), test::quick()), probability);
   };
   // Each draw is in the lower or in the upper half.
-  std::vector<int> all(posterior::Density::globals - posterior::Density::held);
+  std::vector<int> all(sim::Delay + 1);
   std::iota(all.begin(), all.end(), 0);
+  for (const int quantity : {posterior::Density::sensor_noise, posterior::Density::start, posterior::Density::gain})
+    all.push_back(quantity);
   CHECK(edges({}, 0.5) == all);
   std::vector<int> but_known = all;
   std::erase(but_known, int{posterior::Density::start});

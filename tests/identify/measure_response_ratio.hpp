@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "identify/response_ratio.hpp"
+#include "sim/streams.hpp"
 
 namespace decid::test {
 
@@ -19,7 +20,7 @@ class FollowingAlone {
         ResponseRatio::trials,
         [&](int i) {
           return sim::TrialInput{sim::single_pendulum().parameters.simulable(parameters),
-                                 Random(0, Stream::vestibular_noise, static_cast<std::uint64_t>(i))};
+                                 Random(0, sim::streams::vestibular_noise, static_cast<std::uint64_t>(i))};
         },
         [&](int i, const sim::Outcome& outcome, std::span<double> sway) {
           if (outcome.valid) simulated.put(i, sway);

@@ -1,11 +1,11 @@
 // Warnings about recordings outside a model's training range: each occurs there, and only there.
 #include "identify/recordings.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <fstream>
 
 #include "identify/training/presets.hpp"
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/identify/measure_response_ratio.hpp"
 
@@ -32,8 +32,8 @@ Model middling() {
 RecordingResult identified(const Model& model, double scale, double offset_deg) {
   const sim::Simulator simulator(model.protocol);
   std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
-  REQUIRE(
-      simulator.run(sim::single_pendulum().parameters.middle(), Random(4, Stream::vestibular_noise, 0), sway).valid);
+  REQUIRE(simulator.run(sim::single_pendulum().parameters.middle(), Random(4, sim::streams::vestibular_noise, 0), sway)
+              .valid);
   double mean = 0;
   for (const double value : sway) mean += value / static_cast<double>(sway.size());
   const test::TemporaryFolder folder;
@@ -113,7 +113,7 @@ TEST_CASE("sources: a file is one recording, or one for each trial; one that can
   CHECK(trials[1].name() == file.string() + "#b#");
   CHECK(trials[2].name() == none.string());
   CHECK(trials[2].trial.empty());
-  test::check_error([&] { sources_of({file, "-"}, by_run); }, {"trial_column", "standard input"});
+  test::check_error([&] { sources_of({file, "-"}, by_run); }, Code::setting_conflict, "trial_column");
   // An error says which trial it is of.
   const auto wrong = test::write_text(folder / "wrong.csv", "run,sway_deg\na,1\na,2\nb,1\nb,x\n");
   ReadOptions options{.recording = by_run, .trial = {}, .truth = {}};

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "sim/streams.hpp"
 #include "tests/identify/measure_response_ratio.hpp"
 #include "tests/near.hpp"
 
@@ -36,8 +37,8 @@ sim::Parameters controller(double nv = 0.2) {
 /// others.
 std::vector<float> trial(const sim::Parameters& parameters, std::uint64_t item) {
   std::vector<double> sway(static_cast<std::size_t>(simulator().samples()));
-  REQUIRE(simulator().run(parameters, Random(3, Stream::vestibular_noise, item), sway).valid);
-  const Random sensor(3, Stream::sensor_noise, item);
+  REQUIRE(simulator().run(parameters, Random(3, sim::streams::vestibular_noise, item), sway).valid);
+  const Random sensor(3, sim::streams::sensor_noise, item);
   for (std::size_t k = 0; k < sway.size(); ++k) sway[k] += 0.02 * sim::rad_per_deg * sensor.normal(k);
   return {sway.begin(), sway.end()};
 }
@@ -97,7 +98,8 @@ TEST_CASE("following: where noise drowns the response its mean and deviation are
   constexpr int many = 100;
   for (int i = 0; i < many; ++i) {
     std::vector<double> sway(static_cast<std::size_t>(little.samples()));
-    REQUIRE(little.run(controller(), Random(3, Stream::vestibular_noise, static_cast<std::uint64_t>(i)), sway).valid);
+    REQUIRE(
+        little.run(controller(), Random(3, sim::streams::vestibular_noise, static_cast<std::uint64_t>(i)), sway).valid);
     const double value = following.measure(controller(), std::vector<float>(sway.begin(), sway.end()), &spread);
     sum += value / many;
     squares += value * value / many;
@@ -112,7 +114,7 @@ TEST_CASE("following: where noise drowns the response its mean and deviation are
 TEST_CASE("following: white noise, sway of another start and of no tilt do not follow") {
   const test::FollowingAlone following(simulator());
   const Sample noise = measured(following, trials, [](std::uint64_t i) {
-    const Random random(9, Stream::sensor_noise, i);
+    const Random random(9, sim::streams::sensor_noise, i);
     std::vector<float> sway(static_cast<std::size_t>(simulator().samples()));
     for (std::size_t k = 0; k < sway.size(); ++k)
       sway[k] = static_cast<float>(0.5 * sim::rad_per_deg * random.normal(k));
@@ -140,7 +142,7 @@ TEST_CASE("following: white noise, sway of another start and of no tilt do not f
   const sim::Simulator unmoved(still);
   const Sample quiet = measured(following, trials, [&](std::uint64_t i) {
     std::vector<double> sway(static_cast<std::size_t>(unmoved.samples()));
-    REQUIRE(unmoved.run(controller(), Random(3, Stream::vestibular_noise, i), sway).valid);
+    REQUIRE(unmoved.run(controller(), Random(3, sim::streams::vestibular_noise, i), sway).valid);
     return std::vector<float>(sway.begin(), sway.end());
   });
   CHECK(within(quiet.mean, 0.0, 4 * quiet.deviation / std::sqrt(trials)));

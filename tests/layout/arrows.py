@@ -1,23 +1,26 @@
 #!/usr/bin/env python3
-"""Draws which folder includes which, and fails on an include that the ladder does not allow, and on a library's message that
-names an option of the program.
+"""Draws which folder includes which, and fails on an include that the layers do not allow, on a library's message that names an
+option of the program, and on a folder with too many sources.
 
     tests/layout/arrows.py [ROOT]
 
-The ladder is that of CMakeLists.txt (decid_component) and, above it, of tools/ and bindings/. A folder's tests may include what the
+The layers are those of CMakeLists.txt (decid_component) and, above them, of tools/ and bindings/. Headers in a folder detail/ are
+private: only their own library and tests may include them. A folder's tests may include what the
 folder may, and tests' own headers of these folders."""
 import re
 import subprocess
 import sys
+from collections import Counter
 from pathlib import Path
 
 # Above the libraries: the program's folders, the bindings, and what each stands on.
 PROGRAM = {
     "tools/mpi": ["base"],
     "tools/report": ["identify"],
+    "tools/compare": ["identify"],
     "tools/firmware": ["identify"],
     "tools/onnx": ["identify"],
-    "tools/decid": ["tools/report", "tools/firmware", "tools/onnx", "tools/mpi"],
+    "tools/decid": ["tools/report", "tools/compare", "tools/firmware", "tools/onnx", "tools/mpi"],
     "bindings/c": ["identify"],
     "bindings/python": ["bindings/c"],
     "bench": ["tools/decid"],
@@ -29,7 +32,7 @@ FOREIGN = [
     (r"<matio\.h>", "matio", ["recording"]),
     (r"<zip\.h>", "libzip", ["dataset/npz"]),
     (r"<xlsxwriter\.h>", "libxlsxwriter", ["tools/decid"]),
-    (r"<Eigen/", "Eigen", ["identify"]),
+    (r"<Eigen/", "Eigen", ["tools/compare"]),
     (r"<pybind11/", "pybind11", ["bindings/python"]),
 ]
 LOOSE = re.compile(r"^(?!\s*//).*\bApprox\b")  # of doctest, however it is named
@@ -37,6 +40,8 @@ LOOSE = re.compile(r"^(?!\s*//).*\bApprox\b")  # of doctest, however it is named
 JSON_VALUE = re.compile(r"^\s+(?:const )?Json \w+(?:, \w+)*(?: = [^;]*)?;")
 # Libraries name settings; only the program names its options.
 OPTION = re.compile(r'^(?!\s*//)[^"]*(?:"[^"]*"[^"]*)*?"[^"]*--[a-z]')
+# Headers and sources of a folder, not counting its subfolders.
+MAX_SOURCES = 25
 INCLUDE = re.compile(r'^\s*#\s*include\s*(<[^>]+>|"[^"]+")')
 
 
@@ -99,9 +104,18 @@ def look_at(path, text, allowed, arrows, complaints):
         if target != source and not source_is_test:
             arrows.setdefault(source, {}).setdefault(target, 0)
             arrows[source][target] += 1
+        if "/detail/" in included and target != source and not path.startswith("tests/"):
+            complaints.append(f"{where}: {included} is private to {target}")
         if not is_allowed(source, source_is_test, target, target_is_test, allowed):
             may = ", ".join(folder for folder in allowed if folder in allowed[source])
             complaints.append(f"{where}: {included}; {source} may include {may}")
+
+
+def crowded(files):
+    """Returns a complaint for each folder with too many sources."""
+    counts = Counter(str(Path(path).parent) for path in files)
+    return [f"{folder}: {count} sources, at most {MAX_SOURCES}; make subfolders by what they do"
+            for folder, count in sorted(counts.items()) if count > MAX_SOURCES]
 
 
 def main(root):
@@ -109,9 +123,10 @@ def main(root):
     files = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard", "*.cpp", "*.hpp"],
                            cwd=root, check=True, capture_output=True, text=True).stdout.split()
     arrows, complaints = {}, []
+    files = [path for path in files if (root / path).exists()]
+    complaints += crowded(files)
     for path in files:
-        if (root / path).exists():
-            look_at(path, (root / path).read_text(), allowed, arrows, complaints)
+        look_at(path, (root / path).read_text(), allowed, arrows, complaints)
     for source in reversed(list(allowed)):
         targets = arrows.get(source, {})
         drawn = ", ".join(f"{target} ({targets[target]})" for target in reversed(list(allowed)) if target in targets)

@@ -66,11 +66,11 @@ class Arrows(unittest.TestCase):
         self.check_refused("identify/a.cpp:1", identify__a='#include "tools/report/figures/svg.hpp"')
 
     def test_other_libraries_have_their_place(self):
-        self.check_clean(dataset__npz__a="#include <zip.h>", identify__a="#include <Eigen/Dense>")
+        self.check_clean(dataset__npz__a="#include <zip.h>", tools__compare__a="#include <Eigen/Dense>")
         self.check_refused("only tools/decid may include the command-line parser", identify__a="#include <CLI/CLI.hpp>")
         self.check_refused("only recording may include matio", dataset__image__a="#include <matio.h>")
         self.check_refused("only dataset/npz may include libzip", dataset__image__a="#include <zip.h>")
-        self.check_refused("only identify may include Eigen", nn__a="#include <Eigen/Dense>")
+        self.check_refused("only tools/compare may include Eigen", nn__a="#include <Eigen/Dense>")
 
     def test_a_relative_include_is_refused(self):
         self.check_refused("is not written from the root", sim__a='#include "fft.hpp"')
@@ -87,6 +87,14 @@ class Arrows(unittest.TestCase):
         self.check_refused("identify/a.hpp:1", identify__a_hpp='constexpr const char* remedy = "give --seed";')
         self.check_clean(sim__a='int i = 2;  // as --rate has it\n// "--rate"\n--i;\nf("a - b", --i, "->");',
                          tools__decid__a='command.add_option("--rate");', tests__sim__a='f("--rate");')
+
+    def test_private_headers_stay_in_their_library(self):
+        self.check_clean(sim__a='#include "sim/detail/b.hpp"', tests__sim__a='#include "sim/detail/b.hpp"')
+        self.check_refused('"sim/detail/b.hpp" is private to sim', identify__a='#include "sim/detail/b.hpp"')
+
+    def test_a_folder_with_too_many_sources_is_refused(self):
+        self.check_clean(**{f"sim__a{i}": "" for i in range(25)}, sim__more__a="")
+        self.check_refused("sim: 26 sources, at most 25", **{f"sim__a{i}": "" for i in range(26)})
 
     def test_approx_is_refused_in_tests(self):
         self.check_refused("adds 1 to the scale", tests__sim__a="CHECK(a == Approx(b));")

@@ -16,8 +16,11 @@
 #include "nn/architecture.hpp"
 #include "nn/layers/training_layer.hpp"
 #include "nn/training/batch.hpp"
+#include "tests/helpers.hpp"
 
 namespace decid::nn::testing {
+
+using test::check_error;
 
 /// A number in [-1, 1) for (id, index), a multiple of 2^-23: exact in float. tests/nn/torch_figures.py has the same.
 inline double hashed(std::uint32_t id, std::size_t index) {

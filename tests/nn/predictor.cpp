@@ -165,7 +165,7 @@ TEST_CASE("predictor: a layer's output is that of a network that ends there") {
 
 TEST_CASE("predictor: wrong use") {
   const Network<float> network({1, 4, 4}, "fc 2; fc 2");
-  CHECK(error_of([&] { Predictor(network, 0); }) == "predictor: has a largest batch of 0");
+  check_error([&] { Predictor(network, 0); }, decid::Code::setting_out_of_range, "of 0");
   Predictor predictor(network, 1);
   std::vector<float> image(16), output(2), two(4);
   const auto problem = [&](std::span<const float> images, std::span<float> outputs, std::span<float> features = {}) {
@@ -180,10 +180,8 @@ TEST_CASE("predictor: wrong use") {
   CHECK(problem(image, two) == "predictor: got images of 16 values and room for 4 outputs where an image has 16 and 2");
   CHECK(problem(image, output, two) == "predictor: got room for 4 features where 1 images have 2 each");
   Predictor single_layer(Network<float>({1, 4, 4}, "fc 2"), 1);
-  CHECK(error_of([&] { single_layer.run(image, output, output); }) ==
-        "predictor: got room for 2 features where 1 images have 0 each");
-  CHECK(error_of([&] { predictor.activation(2, image, output); }) == "activation: of layer 2 where there are 2 layers");
-  CHECK(error_of([&] { predictor.activation(0, image, two); }) == "activation: has an image or room of another size");
-  CHECK(error_of([&] { predictor.activation(0, std::span(image).first(15), output); }) ==
-        "activation: has an image or room of another size");
+  check_error([&] { single_layer.run(image, output, output); }, decid::Code::size_mismatch, "2 features");
+  check_error([&] { predictor.activation(2, image, output); }, decid::Code::setting_out_of_range, "layer 2");
+  check_error([&] { predictor.activation(0, image, two); }, decid::Code::size_mismatch);
+  check_error([&] { predictor.activation(0, std::span(image).first(15), output); }, decid::Code::size_mismatch);
 }

@@ -6,6 +6,7 @@
 
 #include "base/math/random.hpp"
 #include "sim/simulate.hpp"
+#include "sim/streams.hpp"
 #include "tests/sim/sines.hpp"
 
 namespace decid::test {
@@ -27,8 +28,8 @@ inline std::vector<float> recorded(const sim::Protocol& protocol, const sim::Par
                                    std::uint64_t item) {
   const sim::Simulator simulator(protocol);
   std::vector<double> sway(static_cast<std::size_t>(protocol.samples())), noise(sway.size());
-  simulator.run(parameters, Random(5, Stream::vestibular_noise, item), sway);
-  Random(5, Stream::sensor_noise, item).fill_normal(noise, 1);
+  simulator.run(parameters, Random(5, sim::streams::vestibular_noise, item), sway);
+  Random(5, sim::streams::sensor_noise, item).fill_normal(noise, 1);
   std::vector<float> recording;
   for (std::size_t i = 0; i < sway.size(); ++i)
     recording.push_back(static_cast<float>(sway[i] + noise_deg * sim::rad_per_deg * noise[i]));

@@ -1,5 +1,5 @@
 // Measured tilts of protocols: files, columns, units, rates and resampled cycles.
-#include "recording/measured_tilt.hpp"
+#include "recording/detail/measured_tilt.hpp"
 
 #include <cmath>
 #include <cstdio>
@@ -60,50 +60,49 @@ TEST_CASE("a measured tilt is read from the file beside its protocol") {
 
 TEST_CASE("measured tilts that cannot be read are refused with file and setting") {
   const TemporaryFolder folder;
-  const auto check = [&](const std::string& csv, const std::string& measured,
-                         std::initializer_list<const char*> parts) {
+  const auto check = [&](const std::string& csv, const std::string& measured, Code code, std::string_view fact = {}) {
     write_text(folder / "t.csv", csv);
     const auto path = write_text(folder / "p.json", R"({"measured": {)" + measured + "}}");
     INFO(csv, measured);
-    check_error([&] { load_protocol(path.string()); }, parts);
+    check_error([&] { load_protocol(path.string()); }, code, fact);
   };
   const std::string good = "time,tilt_deg\n0,0\n0.01,1\n0.02,2\n";
   const char* file = R"("file": "t.csv")";
-  check(good, R"("file": "none.csv")", {"p.json", "none.csv", "'measured.file'"});
-  check(good, R"("file": "")", {"p.json", "'measured.file'"});
-  check(good, R"("file": 3)", {"'measured.file' is 3", "a text"});
-  check(good, R"("file": "t.csv", "column": "x")", {"p.json", "no column 'x'", "measured.column"});
-  check(good, R"("file": "t.csv", "column": 2)", {"'measured.column' is 2", "a text"});
-  check(good, R"("file": "t.csv", "unit": "m")", {"'measured.unit' is \"m\"", "\"deg\" or \"rad\""});
-  check(good, R"("file": "t.csv", "rate_hz": 0)", {"measured.rate_hz is 0"});
-  check(good, R"("file": "t.csv", "rate_hz": 0.99)", {"measured.rate_hz is 0.99", "1 to 100,000"});
-  check(good, R"("file": "t.csv", "rate_hz": 1e9)", {"measured.rate_hz is 1e+09", "1 to 100,000"});
-  check("time,tilt_deg\n0,0\n10,1\n20,0\n", file, {"t.csv", "its times give 0.1 Hz", "milliseconds", "time_ms"});
-  check("tilt_deg\n1\n2\n", R"("file": "t.csv", "rate_hz": 100000)", {"t.csv", "make 0 at"});
-  check("time,tilt,tilt\n0,0,0\n0.01,1,1\n", file, {"2 columns are called 'tilt', numbers 2 and 3", "measured.column"});
-  check("time,tilt_deg/s\n0,0\n0.01,1\n", file, {"tilt_deg/s is a velocity", "measured.unit"});
-  check(good, R"("file": "t.csv", "angle": 1)", {"unknown key 'measured.angle'"});
-  check(good, R"("file": "t.csv", "lead_in_s": 0.005)", {"p.json", "measured lead_in_s"});
-  check(good, R"("file": "t.csv", "rate_hz": 50)", {"t.csv", "measured.rate_hz is 50, and its times give 100 Hz"});
-  check("", file, {"p.json", "t.csv", "no lines of data"});
-  check("tilt_deg\n1\n2\n", file, {"t.csv", "no time column", "measured.rate_hz"});
-  check("time,tilt_deg\n0,0\n", file, {"t.csv", "only one sample"});
-  check("time,tilt_deg\n0,0\n0.01,nan\n", file, {"t.csv", "line 3", "'nan' is not a finite number"});
-  check("time,tilt_deg\n0,0\n0.01,nan\n", file, {"; give a value"});
-  check("time,tilt_deg\n0,0\n0.01,\n", file, {"t.csv", "line 3", "the cell is empty"});
-  check("time,tilt_deg\n0,0\n,1\n", file, {"line 3, time", "the cell is empty", "; give a value"});
+  check(good, R"("file": "none.csv")", Code::file_missing, "'measured.file'");
+  check(good, R"("file": "")", Code::file_unreadable, "'measured.file'");
+  check(good, R"("file": 3)", Code::setting_malformed, "'measured.file'");
+  check(good, R"("file": "t.csv", "column": "x")", Code::column_missing, "'x'");
+  check(good, R"("file": "t.csv", "column": 2)", Code::setting_malformed, "'measured.column'");
+  check(good, R"("file": "t.csv", "unit": "m")", Code::setting_malformed, "'measured.unit'");
+  check(good, R"("file": "t.csv", "rate_hz": 0)", Code::setting_out_of_range, "measured.rate_hz");
+  check(good, R"("file": "t.csv", "rate_hz": 0.99)", Code::setting_out_of_range, "measured.rate_hz");
+  check(good, R"("file": "t.csv", "rate_hz": 1e9)", Code::setting_out_of_range, "measured.rate_hz");
+  check("time,tilt_deg\n0,0\n10,1\n20,0\n", file, Code::setting_out_of_range, "time_ms");
+  check("tilt_deg\n1\n2\n", R"("file": "t.csv", "rate_hz": 100000)", Code::setting_out_of_range, "0 at");
+  check("time,tilt,tilt\n0,0,0\n0.01,1,1\n", file, Code::column_ambiguous, "'tilt'");
+  check("time,tilt_deg/s\n0,0\n0.01,1\n", file, Code::column_unsuitable, "measured.unit");
+  check(good, R"("file": "t.csv", "angle": 1)", Code::setting_unknown, "'measured.angle'");
+  check(good, R"("file": "t.csv", "lead_in_s": 0.005)", Code::setting_out_of_range, "lead_in_s");
+  check(good, R"("file": "t.csv", "rate_hz": 50)", Code::setting_conflict, "measured.rate_hz");
+  check("", file, Code::file_empty, "p.json");
+  check("tilt_deg\n1\n2\n", file, Code::rate_unknown, "measured.rate_hz");
+  check("time,tilt_deg\n0,0\n", file, Code::recording_too_short, "t.csv");
+  check("time,tilt_deg\n0,0\n0.01,nan\n", file, Code::value_missing, "line 3");
+  check("time,tilt_deg\n0,0\n0.01,nan\n", file, Code::value_missing);
+  check("time,tilt_deg\n0,0\n0.01,\n", file, Code::value_missing, "line 3");
+  check("time,tilt_deg\n0,0\n,1\n", file, Code::value_missing, "line 3, time");
   for (const char* cell : {"nan,1", "0.01,", "0.01,nan"}) {
     write_text(folder / "t.csv", std::string("time,tilt_deg\n0,0\n") + cell + "\n");
     const std::filesystem::path file_name = write_text(folder / "p.json", R"({"measured": {"file": "t.csv"}})");
     CHECK_FALSE(contains(message_of([&] { load_protocol(file_name.string()); }),
                          "fill_gaps"));  // which only recordings have
   }
-  check("time,tilt_deg\n0,0\n0.01,x\n", file, {"t.csv", "line 3", "'x'"});
-  check("time,tilt_deg\n0,0\n0.01,1\n0.03,2\n0.04,3\n0.05,3\n", file, {"t.csv", "line 4", "measured.rate_hz"});
-  check("time,a_deg,b_deg\n0,0,0\n0.01,1,1\n", file, {"t.csv", "'a_deg', 'b_deg'", "measured.column"});
-  check("time,tilt\n0,0\n0.01,1\n", file, {"t.csv", "the name of tilt has no unit", "measured.unit"});
-  check("time,tilt_deg\n0,0\n0.01,50\n", file, {"p.json", "sample 1 is 50", "unit"});
-  check("time\n0\n0.01\n0.02\n", file, {"t.csv", "a time column but no tilt column", "measured.column"});
+  check("time,tilt_deg\n0,0\n0.01,x\n", file, Code::value_invalid, "line 3");
+  check("time,tilt_deg\n0,0\n0.01,1\n0.03,2\n0.04,3\n0.05,3\n", file, Code::times_uneven, "line 4");
+  check("time,a_deg,b_deg\n0,0,0\n0.01,1,1\n", file, Code::column_ambiguous, "'a_deg', 'b_deg'");
+  check("time,tilt\n0,0\n0.01,1\n", file, Code::unit_unknown, "measured.unit");
+  check("time,tilt_deg\n0,0\n0.01,50\n", file, Code::setting_out_of_range, "sample 1");
+  check("time\n0\n0.01\n0.02\n", file, Code::column_missing, "measured.column");
   // A note reports the part of the file that was left out.
   write_text(folder / "t.csv", "time,tilt_deg\n0,0\n0.01,1\n0.02,1\n0.03,0\n0.04,");
   Warnings warnings;
@@ -112,7 +111,7 @@ TEST_CASE("measured tilts that cannot be read are refused with file and setting"
   CHECK(warnings[0].code == "last_line_cut");
   // The sample rate's error comes first.
   const auto path = write_text(folder / "p.json", R"({"sample_rate_hz": -5, "measured": {"file": "t.csv"}})");
-  check_error([&] { load_protocol(path.string()); }, {"sample_rate_hz", "is -5"});
+  check_error([&] { load_protocol(path.string()); }, Code::setting_out_of_range, "sample_rate_hz");
 }
 
 TEST_CASE("a rate that is given beside times") {
@@ -127,7 +126,7 @@ TEST_CASE("a rate that is given beside times") {
   CHECK(samples("time,tilt_deg\n0,0\n0.0099,1\n0.0198,2\n").size() == 3);
   CHECK(samples("time,tilt_deg\n0,0\n0.01,1\n0.03,2\n0.04,3\n0.05,3\n").size() == 5);
   CHECK(samples("time,tilt_deg\n0,0\n0,1\n0,2\n0,3\n").size() == 4);
-  check_error([&] { samples("time,tilt_deg\n0,0\n0.0098,1\n0.0196,2\n"); }, {"is 100, and its times give 102.041 Hz"});
+  check_error([&] { samples("time,tilt_deg\n0,0\n0.0098,1\n0.0196,2\n"); }, Code::setting_conflict, "100");
 }
 
 TEST_CASE("a measured cycle that is resampled goes round") {
@@ -163,12 +162,12 @@ TEST_CASE("a measured cycle that is resampled goes round") {
   }
   // A cycle that is no whole number of samples at 100 Hz would be shortened and move away from the platform's.
   write(1000.0, 10'004, 0.0);
-  check_error([&] { load(); }, {"p.json", "t.csv", "10004 samples at 1000 Hz are 1000.4", "cycles 1"});
+  check_error([&] { load(); }, Code::setting_out_of_range, "10004 samples");
   // A period and a half joins, as far as can be seen; a period and a quarter does not.
   write(20.0, 150, 0.0);
   CHECK_NOTHROW(load());
   for (const double rate_hz : {20.0, 100.0}) {
     write(rate_hz, static_cast<int>(6.25 * rate_hz), 0.0);
-    check_error([&] { load(); }, {"p.json", "t.csv", "jumps by 0.99", "a recording of whole cycles"});
+    check_error([&] { load(); }, Code::setting_out_of_range, "0.99");
   }
 }

@@ -15,9 +15,32 @@ TEST_CASE("protocols are loaded by name or from a file") {
   const TemporaryFolder folder;
   const auto path = write_text(folder / "p.json", to_json(tiny_protocol()));
   CHECK(to_json(load_protocol(path.string())) == to_json(tiny_protocol()));
-  check_error([] { load_protocol("shrot"); }, {"shrot", "neither a built-in protocol nor a file", "default, short"});
+  check_error([] { load_protocol("shrot"); }, Code::file_missing);
   const auto bad = write_text(folder / "bad.json", "{");
-  check_error([&] { load_protocol(bad.string()); }, {bad.c_str(), "line 1"});
+  check_error([&] { load_protocol(bad.string()); }, Code::setting_malformed, "line 1");
+}
+
+TEST_CASE("protocols: a controller by name, which a file must not contradict") {
+  for (const char* name : {"default", "short"}) {
+    const sim::Protocol protocol = load_protocol(name, nullptr, nullptr, "ic");
+    CHECK(protocol.experiment.body_model == &sim::independent_channels());
+    CHECK(protocol.samples() == load_protocol(name).samples());
+  }
+  const TemporaryFolder folder;
+  const std::string none = write_text(folder / "none.json", "{}").string(),
+                    dec = write_text(folder / "dec.json", R"({"controller": "dec"})").string(),
+                    lab = write_text(folder / "lab.json", R"({"controller": "dec2015"})").string();
+  const auto model = [](const std::string& file, const std::string& controller) {
+    return load_protocol(file, nullptr, nullptr, controller).experiment.body_model;
+  };
+  CHECK(model(none, "") == &sim::single_pendulum());
+  CHECK(model(none, "ic") == &sim::independent_channels());
+  CHECK(model(lab, "") == &sim::dec2015());
+  CHECK(model(lab, "dec2015") == &sim::dec2015());
+  CHECK(model(dec, "dec") == &sim::single_pendulum());
+  check_error([&] { model(lab, "ic"); }, Code::setting_conflict, "lab.json");
+  check_error([&] { model(dec, "ic"); }, Code::setting_conflict, "dec.json");
+  check_error([&] { model(none, "pid"); }, Code::setting_unknown, "dec2015");
 }
 
 TEST_CASE("a file without a name is named after itself") {
@@ -25,23 +48,22 @@ TEST_CASE("a file without a name is named after itself") {
   CHECK(load_protocol(write_text(folder / "my exp.v2.json", "{}").string()).name == "my exp.v2");
   CHECK(load_protocol(write_text(folder / "a.json", R"({"name": "b"})").string()).name == "b");
   check_error([&] { load_protocol(write_text(folder / "mine.json", R"({"sample_rate_hz": -1})").string()); },
-              {"mine.json: protocol mine, sample_rate_hz"});
+              Code::setting_out_of_range, "mine.json");
 }
 
 TEST_CASE("implausible protocols: refused in files that people write, read from data sets and models") {
   const TemporaryFolder folder;
-  const auto check = [&](const std::string& text, std::initializer_list<const char*> parts) {
+  const auto check = [&](const std::string& text, Code code, std::string_view fact = {}) {
     const auto path = write_text(folder / "p.json", text);
-    check_error([&] { load_protocol(path.string()); }, parts);
+    check_error([&] { load_protocol(path.string()); }, code, fact);
     CHECK_NOTHROW(sim::protocol_from_json(text, "a model from before"));
   };
-  check(R"({"name": "a\u001b[2Jb"})", {"p.json", "protocol name", "control character at byte 2"});
-  check(R"({"body": {"mass_kg": 86.283, "com_height_m": 0.99119, "inertia_kgm2": 80}})",
-        {"p.json", "body inertia_kgm2: is 80", "mass_kg * com_height_m^2"});
+  check(R"({"name": "a\u001b[2Jb"})", Code::setting_malformed, "byte 2");
+  check(R"({"body": {"mass_kg": 86.283, "com_height_m": 0.99119, "inertia_kgm2": 80}})", Code::setting_out_of_range,
+        "inertia_kgm2");
   std::string ramp = "0";
   for (int k = 1; k <= 1000; ++k) ramp += ", " + std::to_string(0.04 * k);
-  check(R"({"measured": {"cycles": 3, "tilt_deg": [)" + ramp + "]}}",
-        {"p.json", "measured tilt_deg", "jumps by 40 degrees", "cycles 1"});
+  check(R"({"measured": {"cycles": 3, "tilt_deg": [)" + ramp + "]}}", Code::setting_out_of_range, "tilt_deg");
 }
 
 TEST_CASE("the files in examples/ can be loaded") {

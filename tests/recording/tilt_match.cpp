@@ -1,11 +1,12 @@
 // The start of a stimulus in a measured tilt: against correlations written straight down, and between samples.
-#include "recording/tilt_match.hpp"
+#include "recording/detail/tilt_match.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "base/math/random.hpp"
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 
 using namespace decid;
@@ -19,7 +20,7 @@ Match match_tilt(const std::vector<double>& measured, const std::vector<double>&
 }
 
 std::vector<double> noise(std::size_t samples, std::uint64_t item) {
-  const Random random(3, Stream::sensor_noise, item);
+  const Random random(3, sim::streams::sensor_noise, item);
   std::vector<double> signal(samples);
   for (std::size_t k = 0; k < samples; ++k) signal[k] = random.normal(k);
   return signal;

@@ -8,6 +8,7 @@
 
 #include "base/error.hpp"
 #include "sim/simulate.hpp"
+#include "sim/streams.hpp"
 #include "tests/near.hpp"
 
 using namespace decid;
@@ -28,7 +29,7 @@ std::vector<float> tilt_of(const Protocol& protocol) {
 std::vector<float> sway_of(const Protocol& protocol, const Parameters& parameters, std::uint64_t realisation) {
   const Simulator simulator(protocol);
   std::vector<double> sway(static_cast<std::size_t>(protocol.samples()));
-  REQUIRE(simulator.run(parameters, Random(5, Stream::vestibular_noise, realisation), sway).valid);
+  REQUIRE(simulator.run(parameters, Random(5, sim::streams::vestibular_noise, realisation), sway).valid);
   return {sway.begin(), sway.end()};
 }
 
@@ -46,10 +47,10 @@ TEST_CASE("FrequencyResponse: without noise it is the closed loop's") {
     protocol.sequence().amplitude_deg = 0.01;  // sin(a) = a to 1e-8
     const FrequencyResponse analysis(protocol.experiment, 1);
     const std::vector<FrfPoint> points = analysis.measure(sway_of(protocol, linear_body, 0), tilt_of(protocol));
-    const std::vector<Complex> expected = analysis.linear(linear_body, protocol.experiment.body);
+    const std::vector<Complex> expected = analysis.linear(protocol.experiment, linear_body);
     Parameters later = linear_body;
     later[Delay] += 0.001;
-    const std::vector<Complex> lagging = analysis.linear(later, protocol.experiment.body);
+    const std::vector<Complex> lagging = analysis.linear(protocol.experiment, later);
     REQUIRE(points.size() == expected.size());
     REQUIRE(points.size() >= 12);
     double last = 0.0;
@@ -72,10 +73,10 @@ TEST_CASE("FrequencyResponse: bands are the closed loop's own at one harmonic ea
   const FrequencyResponse fine(default_protocol().experiment, 0, 1e6), coarse(default_protocol().experiment, 0, 10.0);
   CHECK(fine.bands() > 60);  // odd harmonics up to about 2.5 Hz
   CHECK(coarse.bands() < 20);
-  const std::vector<Complex> each = fine.linear(linear_body, Body{});
+  const std::vector<Complex> each = fine.linear(Experiment{}, linear_body);
   for (const std::size_t i : {std::size_t{0}, std::size_t{1}, std::size_t{30}}) {
     const double frequency = (2.0 * static_cast<double>(i) + 1.0) / 60.5;  // the odd ones
-    const Complex exact = closed_loop(linear_body, Body{}, frequency);
+    const Complex exact = closed_loop(Experiment{}, linear_body, frequency);
     CHECK(std::abs(each[i] - exact) < 1e-12 * std::abs(exact));
   }
 }
@@ -92,7 +93,7 @@ TEST_CASE("FrequencyResponse: 95% of the circles hold the true response") {
       const FrequencyResponse analysis(protocol.experiment, skipped);
       int held = 0, all = 0;
       for (std::uint64_t trial = 0; trial < 150; ++trial) {
-        const Random random(11, Stream::sensor_noise, trial);
+        const Random random(11, sim::streams::sensor_noise, trial);
         std::vector<float> sway(tilt.size());
         for (std::size_t k = 0; k < sway.size(); ++k) {
           sway[k] = static_cast<float>(0.7 * static_cast<double>(tilt[k]) + 0.01 * random.normal(k));
@@ -116,7 +117,7 @@ TEST_CASE("FrequencyResponse: circles of noisy simulated trials hold the closed 
   Protocol protocol;
   const std::vector<float> tilt = tilt_of(protocol);
   const FrequencyResponse analysis(protocol.experiment);
-  const std::vector<Complex> expected = analysis.linear(parameters, protocol.experiment.body);
+  const std::vector<Complex> expected = analysis.linear(protocol.experiment, parameters);
   int held = 0, all = 0;
   for (std::uint64_t trial = 0; trial < 100; ++trial) {
     const std::vector<FrfPoint> points = analysis.measure(sway_of(protocol, parameters, trial), tilt);
@@ -138,7 +139,7 @@ TEST_CASE("FrequencyResponse: noise alone is not coherent") {
   double sum = 0.0;
   int count = 0;
   for (std::uint64_t trial = 0; trial < 100; ++trial) {
-    const Random random(12, Stream::sensor_noise, trial);
+    const Random random(12, sim::streams::sensor_noise, trial);
     std::vector<float> sway(tilt.size());
     for (std::size_t k = 0; k < sway.size(); ++k) sway[k] = static_cast<float>(0.01 * random.normal(k));
     for (const FrfPoint& point : analysis.measure(sway, tilt)) {
@@ -166,7 +167,7 @@ TEST_CASE("FrequencyResponse: the coherence is that of a single cycle") {
     std::vector<double> mean(static_cast<std::size_t>(analysis.bands()));
     std::vector<FrfPoint> points;
     for (std::uint64_t trial = 0; trial < trials; ++trial) {
-      const Random random(13, Stream::sensor_noise, trial);
+      const Random random(13, sim::streams::sensor_noise, trial);
       std::vector<float> sway(tilt.size());
       for (std::size_t k = 0; k < sway.size(); ++k) {
         sway[k] = static_cast<float>(0.7 * static_cast<double>(tilt[k]) + deviation * random.normal(k));

@@ -23,6 +23,7 @@ inline const sim::BodyModel& made_up_body() {
     }
     return sim::BodyModel{"fourteen gains", sim::ParameterTable(std::move(all))};
   }();
+  sim::register_body_model(body);
   return body;
 }
 

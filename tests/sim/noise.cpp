@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "sim/streams.hpp"
 #include "tests/near.hpp"
 
 using namespace decid::sim;
@@ -35,7 +36,7 @@ std::vector<double> average_periodogram(const Protocol& protocol, double nv, int
   // A harmonic's power, |2 X / N|^2 / 2, lies in a band of 1 / T.
   const double density_per_square = 2.0 / samples / samples * protocol.duration_s() / realisations;
   for (int i = 0; i < realisations; ++i) {
-    maker.angle(nv, Random(5, Stream::vestibular_noise, static_cast<std::uint64_t>(i)), angle);
+    maker.angle(nv, Random(5, streams::vestibular_noise, static_cast<std::uint64_t>(i)), angle);
     fft.forward(std::span(angle).first(static_cast<std::size_t>(samples)), spectrum, work);
     for (std::size_t k = 0; k < density.size(); ++k) density[k] += density_per_square * std::norm(spectrum[k]);
   }
@@ -96,7 +97,7 @@ TEST_CASE("VestibularNoiseMaker: the variance is the spectrum's integral") {
   std::vector<double> angle(12'101);
   double variance = 0.0, mean = 0.0;
   for (std::uint64_t i = 0; i < 400; ++i) {
-    maker.angle(1.0, Random(8, Stream::vestibular_noise, i), angle);
+    maker.angle(1.0, Random(8, streams::vestibular_noise, i), angle);
     for (std::size_t k = 0; k < 12'100; ++k) {
       variance += angle[k] * angle[k] / 12'100 / 400;
       mean += angle[k] / 12'100 / 400;
@@ -118,7 +119,7 @@ TEST_CASE("VestibularNoiseMaker: the velocity, interpolated, is the derivative o
     protocol.noise.vestibular.high_hz = rate_hz / 10.0;
     const VestibularNoiseMaker maker(repeating(protocol));
     const auto samples = static_cast<std::size_t>(protocol.samples());
-    const Random random(2, Stream::vestibular_noise, 4);
+    const Random random(2, streams::vestibular_noise, 4);
     std::vector<double> angle(samples + 1), rate(samples + 1);
     maker.angle(0.7, random, angle);
     maker.velocity(0.7, random, rate);
@@ -154,7 +155,7 @@ TEST_CASE("VestibularNoiseMaker: harmonic k takes normals 2k and 2k + 1") {
   Protocol protocol;
   protocol.noise.vestibular.low_hz = protocol.noise.vestibular.high_hz = 40.0 / 121.0;
   const VestibularNoiseMaker maker(repeating(protocol));
-  const Random random(2, Stream::child_noise, 6);
+  const Random random(2, streams::child_noise, 6);
   std::vector<double> angle(12'101);
   maker.angle(1.0, random, angle);
   const double deviation = std::sqrt(1.0 / (40.0 / 121.0) / 121.0) * 0.2 * rad_per_deg;
@@ -179,7 +180,7 @@ TEST_CASE("VestibularNoiseMaker: the default's period of two trials is not seen 
   std::vector<double> angle(samples + 1), rate(samples + 1);
   double square = 0.0, rate_square = 0.0, across = 0.0;
   for (std::uint64_t i = 0; i < realisations; ++i) {
-    const Random random(9, Stream::vestibular_noise, i);
+    const Random random(9, streams::vestibular_noise, i);
     maker.angle(1.0, random, angle);
     maker.velocity(1.0, random, rate);
     square += angle[i * 12] * angle[i * 12];
@@ -235,7 +236,7 @@ TEST_CASE("the noise's velocity in a trial is that of noise which never repeats,
 
 TEST_CASE("VestibularNoiseMaker: Nv scales, and is exactly zero at zero") {
   const VestibularNoiseMaker maker{Protocol{}};
-  const Random random(2, Stream::vestibular_noise, 4);
+  const Random random(2, streams::vestibular_noise, 4);
   std::vector<double> full(12'101), quarter(12'101), none(12'101, 1.0);
   maker.velocity(1.0, random, full);
   maker.velocity(0.25, random, quarter);
@@ -259,7 +260,7 @@ TEST_CASE("VestibularNoiseMaker: trials side by side have the bits that each has
     const auto values = static_cast<std::size_t>(protocol.samples()) + 1;
     const std::vector<double> nv{0.2, 0.0, 1.0, 0.5, 0.7};
     std::vector<Random> random;
-    for (std::size_t i = 0; i < nv.size(); ++i) random.emplace_back(4, Stream::vestibular_noise, i);
+    for (std::size_t i = 0; i < nv.size(); ++i) random.emplace_back(4, streams::vestibular_noise, i);
     for (const decid::Isa isa : decid::available_isas()) {
       CAPTURE(name(isa));
       std::vector<double> rates(values * lanes, 1.0), alone(values);
@@ -281,7 +282,7 @@ TEST_CASE("VestibularNoiseMaker: errors") {
   Protocol protocol;
   const VestibularNoiseMaker maker(protocol);
   std::vector<double> wrong(12'100);
-  CHECK_THROWS_AS(maker.velocity(1.0, Random(1, Stream::vestibular_noise, 0), wrong), decid::Error);
+  CHECK_THROWS_AS(maker.velocity(1.0, Random(1, streams::vestibular_noise, 0), wrong), decid::Error);
   protocol.noise.vestibular.low_hz = 0.01;
   protocol.noise.vestibular.high_hz = 0.0101;
   CHECK_THROWS_AS(VestibularNoiseMaker{protocol}, decid::Error);
@@ -343,7 +344,7 @@ TEST_CASE("the velocity's deviation is that of realisations") {
     double squares = 0.0;
     constexpr int realisations = 200;
     for (int i = 0; i < realisations; ++i) {
-      maker.velocity(0.5, Random(6, Stream::vestibular_noise, static_cast<std::uint64_t>(i)), rate);
+      maker.velocity(0.5, Random(6, streams::vestibular_noise, static_cast<std::uint64_t>(i)), rate);
       for (const double value : rate) squares += value * value / static_cast<double>(rate.size()) / realisations;
     }
     // Some 120 harmonics a trial, 200 trials: the variance errs by 1 %, its root by half that.

@@ -5,10 +5,11 @@
 
 #include "base/math/random.hpp"
 #include "sim/simulate.hpp"
+#include "sim/streams.hpp"
 
 namespace decid::test {
 
-inline const Random some_noise(1, Stream::vestibular_noise, 0);
+inline const Random some_noise(1, sim::streams::vestibular_noise, 0);
 
 struct Run {
   sim::Outcome outcome;

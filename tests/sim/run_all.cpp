@@ -8,6 +8,7 @@
 #include "base/error.hpp"
 #include "base/isa.hpp"
 #include "sim/simulate.hpp"
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/sim/run.hpp"
 
@@ -21,14 +22,14 @@ TEST_CASE("Simulator::run_all: each trial as if alone, whatever falls, with ever
   // The plain kernel takes one lane at a time.
   const Simulator plain(Protocol{}, decid::Isa::reference);
   const auto trial_of = [](int index) {
-    const Random random(3, Stream::base_parameters, static_cast<std::uint64_t>(index));
+    const Random random(3, streams::base_parameters, static_cast<std::uint64_t>(index));
     Parameters parameters(single_pendulum().parameters.size());
     for (std::size_t i = 0; i < single_pendulum().parameters.size(); ++i) {
       parameters[i] = random.uniform(i, single_pendulum().parameters[i].low, single_pendulum().parameters[i].high);
     }
     if (index % 5 == 0) parameters[Nv] = 0.0;
     if (index % 7 == 0) parameters[Delay] = 0.001 * (index % 3);
-    return TrialInput{parameters, Random(3, Stream::vestibular_noise, static_cast<std::uint64_t>(index))};
+    return TrialInput{parameters, Random(3, streams::vestibular_noise, static_cast<std::uint64_t>(index))};
   };
   constexpr int count = 45;
   std::vector<Run> alone;
@@ -66,7 +67,7 @@ TEST_CASE("Simulator::run_all: other sample rates and grids, the commands' memor
     const auto trial_of = [](int index) {
       Parameters parameters = single_pendulum().parameters.middle();
       parameters[Delay] = index == 0 ? longest_delay_s : 0.02 * index;
-      return TrialInput{parameters, Random(8, Stream::vestibular_noise, static_cast<std::uint64_t>(index))};
+      return TrialInput{parameters, Random(8, streams::vestibular_noise, static_cast<std::uint64_t>(index))};
     };
     const Simulator simulator(protocol), plain(protocol, decid::Isa::reference);
     simulator.run_all(12, trial_of, [&](int index, const Outcome& outcome, std::span<double> sway) {
@@ -82,7 +83,7 @@ TEST_CASE("Simulator::run_all: other sample rates and grids, the commands' memor
 TEST_CASE("Simulator::run_all: each trial with its own body") {
   const auto trial_of = [](int index) {
     TrialInput trial{single_pendulum().parameters.middle(),
-                     Random(8, Stream::vestibular_noise, static_cast<std::uint64_t>(index))};
+                     Random(8, streams::vestibular_noise, static_cast<std::uint64_t>(index))};
     if (index % 3 > 0) trial.height = 0.8 + 0.01 * index;
     return trial;
   };
@@ -104,7 +105,7 @@ TEST_CASE("Simulator::run_all: each trial with its own body") {
       return trial;
     };
     decid::test::check_error([&] { simulator.run_all(1, giant, [](int, const Outcome&, std::span<double>) {}); },
-                             {"times the protocol's", "0.1 to 10"});
+                             decid::Code::setting_out_of_range, "0.1 to");
   }
 }
 

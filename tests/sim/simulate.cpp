@@ -10,6 +10,7 @@
 #include "base/error.hpp"
 #include "base/files/sha256.hpp"
 #include "sim/controller.hpp"
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/sim/run.hpp"
 
@@ -127,7 +128,7 @@ TEST_CASE("Simulator: small sway follows the closed loop's transfer function") {
     // lag of the integration, pi f / 1000 Hz, is 0.4%.
     for (std::size_t k = 1; k < 73; k += 2, ++compared) {
       const Complex response = sway_spectrum[k] / tilt_spectrum[k];
-      const Complex expected = closed_loop(parameters, protocol.experiment.body, static_cast<double>(k) / 60.5);
+      const Complex expected = closed_loop(protocol.experiment, parameters, static_cast<double>(k) / 60.5);
       worst = std::max(worst, std::abs(response - expected) / std::abs(expected));
     }
     CHECK(compared == 36);
@@ -143,7 +144,7 @@ TEST_CASE("closed_loop: its formula") {
     const auto passive = 200.0 + 120.0 * s;
     const auto exact =
         passive / (body.inertia_kgm2 * s * s - body.mgh() + 2.0 * (900.0 + 250.0 * s) * std::exp(-s * 0.137) + passive);
-    CHECK(std::abs(closed_loop(parameters, body, f) - exact) < 1e-13 * std::abs(exact));
+    CHECK(std::abs(closed_loop(Experiment{}, parameters, f) - exact) < 1e-13 * std::abs(exact));
   }
 }
 
@@ -155,7 +156,7 @@ TEST_CASE("Simulator: equals the equations written straight down") {
   Parameters parameters = middle;
   for (const double delay : {0.0, 0.001, 0.0105, 0.07, 0.1207, 0.16}) {
     parameters[Delay] = delay;
-    CHECK(disagreement(Protocol{}, parameters, Random(2, Stream::child_noise, 3)) < 1e-12);
+    CHECK(disagreement(Protocol{}, parameters, Random(2, streams::child_noise, 3)) < 1e-12);
   }
   parameters = middle;
   parameters[Nv] = 0.0;
@@ -222,7 +223,7 @@ TEST_CASE("Simulator: a fractional delay lies between its neighbours in proporti
 TEST_CASE("Simulator: Nv = 0 is exactly without noise, Nv > 0 is not") {
   Parameters parameters = single_pendulum().parameters.middle();
   const Simulator simulator{Protocol{}};
-  const Random other(9, Stream::child_noise, 9);
+  const Random other(9, streams::child_noise, 9);
   CHECK(simulate(simulator, parameters).sway != simulate(simulator, parameters, other).sway);
   parameters[Nv] = 0.0;
   Protocol silent;
@@ -322,7 +323,7 @@ TEST_CASE("Simulator: a body that has stood has the bits of a trial whose first 
           20,
           [&](int i) {
             return TrialInput{parameters,
-                              i == 7 ? some_noise : Random(4, Stream::child_noise, static_cast<std::uint64_t>(i))};
+                              i == 7 ? some_noise : Random(4, streams::child_noise, static_cast<std::uint64_t>(i))};
           },
           [&](int i, const Outcome&, std::span<double> sway) {
             CHECK(sway.size() == trial.sway.size());

@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <filesystem>
 #include <iostream>
 
 #include "base/error.hpp"
+#include "base/number.hpp"
 #include "recording/protocol_file.hpp"
 #include "sim/protocol/protocol_json.hpp"
 #include "tools/decid/ranks.hpp"
@@ -97,6 +97,8 @@ void apply(CommonOptions& options) {
 void add_protocol_options(const Command& command, ProtocolOptions& options) {
   command.add_option("--protocol", options.name, "Simulate this protocol: default, short, or a JSON file")
       .show_default();
+  add_controller_option(command, options.controller,
+                        "Simulate this controller (decid info --controllers); default: the protocol's, else dec");
   command
       .add_option("--sensor-noise", options.sensor_noise_deg,
                   "Add measurement noise with this standard deviation in degrees, or one drawn from LOW HIGH for each "
@@ -107,11 +109,9 @@ void add_protocol_options(const Command& command, ProtocolOptions& options) {
 void add_seed_option(const Command& command, std::uint64_t& seed, const std::string& description) {
   // Always decimal: CLI11 takes 010 for octal.
   const auto to_decimal = [](std::string& text) -> std::string {
-    std::uint64_t value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size())
-      return "'" + text + "' is not a whole number from 0 to 18446744073709551615";
-    text = std::to_string(value);
+    const std::optional<std::uint64_t> value = number_from<std::uint64_t>(text);
+    if (!value) return "'" + text + "' is not a whole number from 0 to 18446744073709551615";
+    text = std::to_string(*value);
     return {};
   };
   command.add_option("--seed", seed, description).show_default().rewritten(to_decimal, "UINT").section("Advanced");
@@ -129,12 +129,14 @@ void make_output_folder(const std::filesystem::path& folder) {
   const fs::path path = folder.filename().empty() ? folder.parent_path() : folder;
   std::error_code error;
   if (fs::is_directory(path, error)) return;
-  if (fs::exists(path, error)) throw Error(folder.string(), "is a file", "give the name of a folder");
+  if (fs::exists(path, error))
+    throw Error(Code::file_unwritable, folder.string(), "is a file", "give the name of a folder");
   const fs::path around = path.parent_path();
   if (!around.empty() && !fs::exists(around, error))
-    throw Error(folder.string(), "its folder does not exist", "create the folder " + around.string() + " first");
+    throw Error(Code::file_unwritable, folder.string(), "its folder does not exist",
+                "create the folder " + around.string() + " first");
   if (!fs::create_directory(path, error) && !fs::is_directory(path))
-    throw Error(folder.string(), "cannot be made a folder: " + error.message(),
+    throw Error(Code::file_unwritable, folder.string(), "cannot be made a folder: " + error.message(),
                 "choose one in a folder that you may write to");
 }
 
@@ -148,19 +150,38 @@ void refuse_same_file(const std::string& output, const std::vector<std::string>&
   if (output.empty()) return;
   for (const std::string& other : others)
     if (!other.empty() && place_of(output) == place_of(other))
-      throw Error(output, "is read or written already in this call", "give the output another name");
+      throw Error(Code::file_exists, output, "is read or written already in this call", "give the output another name");
 }
 
-sim::Protocol read_protocol(const std::string& name, bool quiet, std::vector<std::string>* files) {
+Option add_controller_option(const Command& command, std::string& controller, const std::string& description) {
+  std::vector<std::string> names;
+  for (const sim::BodyModel* model : sim::body_models()) names.push_back(model->name);
+  return command.add_option("--controller", controller, description).one_of(names);
+}
+
+Option add_controller_of_model(const Command& command, std::string& controller) {
+  return add_controller_option(command, controller,
+                               "Require a model of this controller (decid info --controllers); default: any");
+}
+
+void require_controller(const std::string& controller, const sim::Protocol& model, const std::string& name) {
+  const std::string& own = model.experiment.body_model->name;
+  if (!controller.empty() && controller != own)
+    throw Error(Code::setting_conflict, "--controller", "is " + controller + ", and " + name + " was trained on " + own,
+                "give a model of this controller with --model, or leave --controller out");
+}
+
+sim::Protocol read_protocol(const std::string& name, bool quiet, std::vector<std::string>* files,
+                            const std::string& controller) {
   Warnings warnings;
-  sim::Protocol protocol = recording::load_protocol(name, files, &warnings);
+  sim::Protocol protocol = recording::load_protocol(name, files, &warnings, controller);
   for (const Warning& warning : warnings)
     if (!quiet) std::cerr << "note: the tilt of " << name << ": " << warning.text << '\n';
   return protocol;
 }
 
 sim::Protocol ProtocolOptions::load(bool quiet, std::vector<std::string>* files) const {
-  sim::Protocol protocol = read_protocol(name, quiet, files);
+  sim::Protocol protocol = read_protocol(name, quiet, files, controller);
   if (!sensor_noise_deg.empty()) protocol.noise.sensor = {sensor_noise_deg.front(), sensor_noise_deg.back()};
   protocol.validate();
   return protocol;

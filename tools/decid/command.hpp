@@ -24,16 +24,24 @@ void apply(CommonOptions& options);
 
 /// The options --protocol and --sensor-noise of the commands that simulate many trials.
 struct ProtocolOptions {
-  std::string name = "default";
-  std::vector<double> sensor_noise_deg;  ///< one level, or a range; empty: the protocol's own
+  std::string name = "default", controller;  ///< controller: empty for the protocol's
+  std::vector<double> sensor_noise_deg;      ///< one level, or a range; empty: the protocol's own
 
   /// Loads the protocol as read_protocol() does.
   sim::Protocol load(bool quiet, std::vector<std::string>* files = nullptr) const;
 };
 void add_protocol_options(const Command& command, ProtocolOptions& options);
 /// Returns the protocol with this name or from this file. Prints on standard error which parts of a measured tilt's
-/// file it left out, unless `quiet`. files: receives the names of the files that were read, unless null.
-sim::Protocol read_protocol(const std::string& name, bool quiet, std::vector<std::string>* files = nullptr);
+/// file it left out, unless `quiet`. files: receives the names of the files that were read, unless null. controller: as
+/// recording::load_protocol takes it.
+sim::Protocol read_protocol(const std::string& name, bool quiet, std::vector<std::string>* files = nullptr,
+                            const std::string& controller = {});
+/// Adds --controller: the name of a controller.
+Option add_controller_option(const Command& command, std::string& controller, const std::string& description);
+/// Adds --controller to a command with --model, whose file determines the controller.
+Option add_controller_of_model(const Command& command, std::string& controller);
+/// Throws Error if `controller` is given and is not the model's. name: the model's, for people.
+void require_controller(const std::string& controller, const sim::Protocol& model, const std::string& name);
 
 /// Adds --seed, from 0 to 2^64 - 1.
 void add_seed_option(const Command& command, std::uint64_t& seed, const std::string& description);

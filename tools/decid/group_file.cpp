@@ -51,7 +51,7 @@ std::optional<std::size_t> find_column(const Cells& names, const std::string& wa
 
 std::size_t require_column(const std::string& file, const Cells& names, const std::string& wanted) {
   if (const std::optional<std::size_t> found = find_column(names, wanted)) return *found;
-  throw Error(file + ", line 1", "has no column \"" + wanted + "\"",
+  throw Error(Code::column_missing, file + ", line 1", "has no column \"" + wanted + "\"",
               "give a table with the columns file and group, and subject if some recordings are of one person");
 }
 
@@ -69,7 +69,7 @@ std::optional<std::size_t> person_column(const std::string& file, const Cells& n
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (std::ranges::find(wanted, plain_name(names[i])) == wanted.end()) continue;
     if (column)
-      throw Error(file + ", line 1",
+      throw Error(Code::column_ambiguous, file + ", line 1",
                   "has two columns that may name the person, \"" + trimmed(names[*column]) + "\" and \"" +
                       trimmed(names[i]) + "\"",
                   "rename one of them");
@@ -96,14 +96,14 @@ struct Row {
 Row read_row(const Table& table, const Cells& cells, const std::string& where) {
   if (cells.size() <= std::max({table.file, table.group, table.person.value_or(0)}))
     throw Error(
-        where, "is too short",
+        Code::value_missing, where, "is too short",
         table.person ? "give file, group and " + trimmed(table.rows.front()[*table.person]) : "give file and group");
   Row row{trimmed(cells[table.file]), trimmed(cells[table.group]), {}};
   if (row.group == "n/a") row.group.clear();  // as BIDS has it
-  if (row.file.empty()) throw Error(where, "names no file", "give one, or take the line away");
+  if (row.file.empty()) throw Error(Code::value_missing, where, "names no file", "give one, or take the line away");
   if (table.person) row.person = trimmed(cells[*table.person]);
   if (table.person && row.person.empty() && !row.group.empty())
-    throw Error(where, "has no " + trimmed(table.rows.front()[*table.person]),
+    throw Error(Code::value_missing, where, "has no " + trimmed(table.rows.front()[*table.person]),
                 "say whose recording it is, or leave its group empty too");
   return row;
 }
@@ -112,7 +112,8 @@ Row read_row(const Table& table, const Cells& cells, const std::string& where) {
 void refuse_contradiction(const std::string& where, const std::string& recording, const std::string& kind,
                           const std::string& before, const std::string& now) {
   if (before == now) return;
-  throw Error(where, recording + " has the " + kind + " \"" + before + "\" already, and now \"" + now + "\"",
+  throw Error(Code::value_invalid, where,
+              recording + " has the " + kind + " \"" + before + "\" already, and now \"" + now + "\"",
               "give each recording one " + kind + "; a folder before the file's name tells two of one name apart");
 }
 
@@ -122,7 +123,7 @@ void refuse_missing(const std::string& table, const std::vector<std::string>& re
   const auto missing = std::ranges::find_if(found, is_missing);
   if (missing == found.end()) return;
   const std::string& recording = recordings[static_cast<std::size_t>(missing - found.begin())];
-  throw Error(table,
+  throw Error(Code::value_missing, table,
               "has no line for " + recording + " (it lacks " +
                   counted(std::ranges::count_if(found, is_missing), "recording") + ")",
               "add a line for each; an empty group keeps a recording out of the comparison");
@@ -135,7 +136,7 @@ void refuse_few_pairs(const std::string& table, const std::string& one, const st
   std::ranges::set_intersection(people_of_one, people_of_other, std::back_inserter(both));
   if (both.empty() || 2 * both.size() >= std::min(people_of_one.size(), people_of_other.size())) return;
   const std::size_t all = people_of_one.size() + people_of_other.size() - both.size();
-  throw Error(table,
+  throw Error(Code::value_invalid, table,
               "has " + both.front() + " in both \"" + one + "\" and \"" + other + "\", but " +
                   format("%zu of %zu people in only one of them", all - both.size(), all),
               "give different people different names, or all people recordings in both groups");
@@ -150,7 +151,8 @@ void refuse_twice(const std::vector<RecordingSource>& sources) {
     const auto [first, is_new] = names.try_emplace({failed ? source.file : place, source.trial}, source.name());
     if (is_new) continue;
     const std::string& other = first->second;
-    throw Error(source.name(), other == source.name() ? "is given twice" : "is the same recording as " + other,
+    throw Error(Code::setting_conflict, source.name(),
+                other == source.name() ? "is given twice" : "is the same recording as " + other,
                 "give each recording of --group once");
   }
 }
@@ -186,7 +188,8 @@ GroupTable read_group_table(const std::string& table_name, const std::vector<std
     if (!member->group.empty()) groups[member->group].insert(member->person);
   }
   if (groups.size() < 2)
-    throw Error(table_name, "puts the recordings in " + counted(static_cast<long long>(groups.size()), "group"),
+    throw Error(Code::setting_out_of_range, table_name,
+                "puts the recordings in " + counted(static_cast<long long>(groups.size()), "group"),
                 "give two groups or more");
   for (auto one = groups.begin(); one != groups.end(); ++one)
     for (auto other = std::next(one); other != groups.end(); ++other)

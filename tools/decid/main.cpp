@@ -49,7 +49,8 @@ void refuse_empty(int argc, char** argv) {
     const bool after_equals = argument.starts_with("--") && argument.ends_with('=');
     if (!argument.empty() && !after_equals) continue;
     const std::string what = after_equals ? argument : i > 1 ? std::string(argv[i - 1]) + " ''" : "''";
-    throw decid::Error(what, "is empty", "give a value, or leave the option out (is a variable of the shell not set?)");
+    throw decid::Error(decid::Code::setting_missing, what, "is empty",
+                       "give a value, or leave the option out (is a variable of the shell not set?)");
   }
 }
 
@@ -109,7 +110,7 @@ Ending run(int argc, char** argv, const decid::tools::Session& session) {
     program.parse(argc, argv);
   } catch (const decid::tools::UsageError& error) {
     if (error.command.empty() && argc > 1 && argv[1][0] != '-')
-      throw decid::Error(argv[1], "is not a command", "decid --help lists the commands");
+      throw decid::Error(decid::Code::setting_unknown, argv[1], "is not a command", "decid --help lists the commands");
     const std::string help = error.command.empty() ? std::string() : " " + error.command;
     return {2, error.message + "; see decid" + help + " --help"};
   }

@@ -123,7 +123,8 @@ void require_same(const std::string& what, const std::string& text, const std::s
     return format("rank %zu on %s has ", rank, hosts[rank].c_str()) +
            (all[rank].empty() ? "none" : one_line(all[rank]));
   };
-  throw Error(what, "differs: " + one(0) + ", " + one(static_cast<std::size_t>(other - all.begin())), remedy);
+  throw Error(Code::system_failed, what,
+              "differs: " + one(0) + ", " + one(static_cast<std::size_t>(other - all.begin())), remedy);
 }
 
 std::string listed(const std::vector<std::string>& files) {
@@ -157,7 +158,7 @@ Session::~Session() {
 void Session::require_alike() const {
   if (ranks() == nullptr) {
     if (launched_processes() > 1 && !has_mpi())
-      throw Error("decid",
+      throw Error(Code::not_supported, "decid",
                   format("was started %d times by mpirun or srun, and is built without MPI", launched_processes()),
                   "build it with -DDECID_MPI=ON (docs/guide/cluster.md), or start it once");
     return;

@@ -141,7 +141,9 @@ class Search {
       if (!hidden && !recursive) ++left_out_.folders;
       if (hidden || !recursive) entry.disable_recursion_pending();
     }
-    if (error) throw Error(folder, "cannot be read: " + error.message(), "check the permissions of the folder");
+    if (error)
+      throw Error(Code::file_unreadable, folder, "cannot be read: " + error.message(),
+                  "check the permissions of the folder");
   }
 
   /// Returns the files that match a pattern with "**".
@@ -191,7 +193,8 @@ std::string LeftOut::text() const {
 RecordingFiles recording_files(const std::vector<std::string>& arguments, const std::vector<std::string>& others,
                                bool recursive) {
   if (std::ranges::count(arguments, "-") > 1)
-    throw Error("-", "standard input is named twice, and can be read only once", "name it once");
+    throw Error(Code::setting_conflict, "-", "standard input is named twice, and can be read only once",
+                "name it once");
   std::vector<fs::path> used;
   for (const std::string& other : others)
     if (!other.empty()) used.push_back(place_of(other));
@@ -209,10 +212,11 @@ RecordingFiles recording_files(const std::vector<std::string>& arguments, const 
     const std::string left_out = search.left_out().text();
     const std::string more = left_out.empty() ? "" : " (" + left_out + ")";
     if (found.empty() && folder)
-      throw Error(argument, "is a folder without a recording" + more,
+      throw Error(Code::file_missing, argument, "is a folder without a recording" + more,
                   "name one with files that end in .csv, .tsv, .txt, .dat, .mat, .c3d, .xlsx, .trc or .mot, or the "
                   "files themselves");
-    if (found.empty()) throw Error(argument, "matches no file" + more, "check the folder and the pattern");
+    if (found.empty())
+      throw Error(Code::file_missing, argument, "matches no file" + more, "check the folder and the pattern");
     files.insert(files.end(), found.begin(), found.end());
   }
   return {std::move(files), search.left_out()};

@@ -54,12 +54,15 @@ ReadOptions RecordingFlags::read_options() const {
   if (detrend == "linear") made.trial.detrend = recording::Detrend::linear;
   const bool names_tilt = !made.recording.tilt_column.empty();
   if (!made.recording.find_tilt && (!tilt_unit.empty() || made.recording.invert_tilt)) {
-    throw Error("--tilt-unit, --invert", "no tilt is read", "name its column with --tilt-column");
+    throw Error(Code::setting_missing, "--tilt-unit, --invert", "no tilt is read",
+                "name its column with --tilt-column");
   }
   if (skip_lines && !section.empty())
-    throw Error("--section, --skip-lines", "both say where the table begins", "give one of the two");
+    throw Error(Code::setting_conflict, "--section, --skip-lines", "both say where the table begins",
+                "give one of the two");
   if (begin && names_tilt) {
-    throw Error("--begin", "--tilt-column already says where the protocol starts", "give one of the two");
+    throw Error(Code::setting_conflict, "--begin", "--tilt-column already says where the protocol starts",
+                "give one of the two");
   }
   return made;
 }
@@ -105,7 +108,8 @@ std::vector<std::string> RecordingFlags::distinct_files() const {
 
 std::optional<sim::Body> BodyFlags::body() const {
   if (mass_kg.has_value() != height_m.has_value())
-    throw Error("--mass, --height", "one stands alone", "give both, or neither for the protocol's body");
+    throw Error(Code::setting_missing, "--mass, --height", "one stands alone",
+                "give both, or neither for the protocol's body");
   if (!mass_kg) return {};
   return sim::body_of_person({.mass_kg = *mass_kg, .height_m = *height_m});
 }
@@ -217,7 +221,8 @@ void tell_errors(const std::string& command, const std::vector<RecordingResult>&
     if (id.error) std::cerr << "decid: " << one_line(id.error->what()) << '\n';
   const auto failed = std::ranges::count_if(all, [](const RecordingResult& id) { return id.error.has_value(); });
   if (failed > 0) {
-    throw Error(command, std::to_string(failed) + " of " + std::to_string(all.size()) + " recordings failed",
+    throw Error(Code::recordings_failed, command,
+                std::to_string(failed) + " of " + std::to_string(all.size()) + " recordings failed",
                 std::string("see the lines above, or \"error\" in the JSON") +
                     (failed < std::ssize(all) ? "; the others are done" : ""));
   }

@@ -11,16 +11,31 @@
 #include "embedded/firmware_controller.hpp"
 #include "embedded/firmware_controller_header.hpp"
 #include "sim/lanes.hpp"
+#include "sim/streams.hpp"
 
 namespace decid::tools {
 namespace {
 
 constexpr int test_seconds = 3;
 
-std::string parameter_table(const sim::Parameters& p) {
-  return "const DECID_FW_parameters DECID_FW_identified = {" + literal(p[sim::Kp]) + ", " + literal(p[sim::Kd]) + ", " +
-         literal(p[sim::Kp_pass]) + ", " + literal(p[sim::Kd_pass]) + ", " + literal(p[sim::Theta]) + ", " +
-         literal(p[sim::Delay]) + "};\n\n";
+/// Members of the C structure that only controllers with gains of their own have.
+constexpr const char* gain_members = R"(  double servo;        /* gain of the ankle angle, 1 */
+  double tilt_gain;    /* of the estimated tilt, 1 */
+  double gravity_gain; /* of the body's angle, 1 */
+  double slow_gain;    /* slow feedback of the body's angle, 1/s */
+  double torque_gain;  /* positive feedback of the active torque, 1/s */
+)";
+constexpr const char* gain_state = R"(  double reach, tilt, tilt_over_servo, slow_gain, torque_gain;
+  double slow, torque, active;
+)";
+
+std::string parameter_table(const sim::Coefficients& of, bool unit_gains) {
+  using enum sim::Coefficient;
+  std::vector<sim::Coefficient> members{kp, kd, kp_pass, kd_pass, theta, delay};
+  if (!unit_gains) members.insert(members.end(), {position, tilt, sim::Coefficient::gravity, slow, torque});
+  std::string list;
+  for (const sim::Coefficient member : members) list += (list.empty() ? "" : ", ") + literal(of[member]);
+  return "const DECID_FW_parameters DECID_FW_identified = {" + list + "};\n\n";
 }
 
 }  // namespace
@@ -33,15 +48,18 @@ std::uint64_t hash_of(std::span<const double> values) {
 
 FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Protocol& protocol,
                                const std::string& name, const std::string& origin) {
+  if (protocol.gravity_dead_band_deg > 0.0)
+    throw Error(Code::not_supported, "protocol " + protocol.name,
+                "has a gravity dead band, which exported controllers do not have", "leave gravity_dead_band_deg out");
   sim::Protocol from_rest = protocol;
   from_rest.standing_s = 0.0;  // so begins the self-test
   const sim::Simulator simulator(from_rest);
-  sim::Parameters noise_free = parameters;
-  noise_free[sim::Nv] = 0.0;
+  const sim::Parameters noise_free = protocol.family().without_noise(parameters);
   std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
-  const sim::Outcome outcome = simulator.run(noise_free, Random(0, Stream::vestibular_noise, 0), sway);
+  const sim::Outcome outcome = simulator.run(noise_free, Random(0, sim::streams::vestibular_noise, 0), sway);
   if (!outcome.valid)
-    throw Error("export controller", format("with these parameters the body falls after %.2f s", outcome.end_s),
+    throw Error(Code::body_falls, "export controller",
+                format("with these parameters the body falls after %.2f s", outcome.end_s),
                 "shorten --delay, lower --kp or raise --kd");
   const sim::Stimulus& stimulus = simulator.stimulus();
   const int samples =
@@ -71,6 +89,8 @@ FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Pro
                         define("DECID_FW_TEST_STEPS", samples * protocol.experiment.steps_per_sample()));
 
   const sim::StepConstants course = sim::make_step_constants(protocol.experiment, stimulus);
+  header = replaced(header, "@GAINS@", course.unit_gains ? "" : gain_members);
+  header = replaced(header, "@STATE@", course.unit_gains ? "" : gain_state);
   const std::array<double, 3> sine = sim::sine_coefficients_for(body);
   std::string source = "/* " + origin + R"(
    Plain C99, or C++. No library at all, no memory but what the caller gives. All numbers are IEEE 754; gcc outside of
@@ -83,13 +103,16 @@ FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Pro
   source += define("USES_FMA_DOUBLE", 1) + define("USES_IS_FINITE", 1) +
             define_double("LARGEST_GAIN", std::numeric_limits<double>::max()) +
             define_double("STEP_OVER_INERTIA", course.step_s / body.inertia_kgm2) +
-            define_double("BODY_MGH", body.mgh()) + define_double("SINE_0", sine[0]) +
-            define_double("SINE_1", sine[1]) + define_double("SINE_2", sine[2]) +
+            define_double("BODY_MGH", body.mgh()) + define("UNIT_GAINS", course.unit_gains ? 1 : 0) +
+            define_double("SINE_0", sine[0]) + define_double("SINE_1", sine[1]) + define_double("SINE_2", sine[2]) +
             define("STEPS_PER_SAMPLE", course.steps_per_sample) + define("STEPS_PER_INTERVAL", course.interval_steps) +
             define("TEST_INTERVALS", intervals) +
             format("#define TEST_HASH 0x%016llxU\n\n", static_cast<unsigned long long>(hash));
+  if (!course.unit_gains)
+    source += define_double("SLOW_LEAK", course.slow_leak) + define_double("TORQUE_LEAK", course.torque_leak) + "\n";
   source += embedded::firmware_arithmetic();
-  source += "\n" + parameter_table(parameters) + table("static const double test_tilt[]", first(stimulus.tilt_rad)) +
+  source += "\n" + parameter_table(protocol.family().coefficients(parameters), course.unit_gains) +
+            table("static const double test_tilt[]", first(stimulus.tilt_rad)) +
             table("static const double test_rate[]", first(stimulus.rate_rad_s)) + "\n";
   source += embedded::firmware_controller();
   return {with_name(header, name), with_name(source, name)};

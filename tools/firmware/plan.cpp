@@ -82,7 +82,7 @@ Chain chain_of(const nn::Inference<float>& inference) {
     }
     if (step.kind != nn::Step<float>::Kind::activation)
       throw Error(
-          "export",
+          Code::not_supported, "export",
           "the network has " + (step.operation ? "a layer '" + step.operation->text() + "'" : "a residual or concat") +
               ", which exported C does not have yet",
           "export a network of conv without groups and dilation, fc, batchnorm, relu, pools without padding and "
@@ -181,12 +181,14 @@ FirmwarePlan plan_by(const Chain& chain, const Model& model, const FirmwareOptio
 
 void check_sizes(const Chain& chain) {
   if (chain.shapes().size() > max_layers)
-    throw Error("export", format("the network has %zu layers, more than %d", chain.shapes().size() - 1, max_layers),
+    throw Error(Code::not_supported, "export",
+                format("the network has %zu layers, more than %d", chain.shapes().size() - 1, max_layers),
                 "export a smaller network");
 }
 void check_sizes(const FirmwarePlan& plan) {
   if (plan.arena.bytes > max_bytes)
-    throw Error("export", format("the network needs %lld bytes to work in, more than 1 GiB", plan.arena.bytes),
+    throw Error(Code::not_supported, "export",
+                format("the network needs %lld bytes to work in, more than 1 GiB", plan.arena.bytes),
                 "export a smaller network");
 }
 
@@ -213,12 +215,14 @@ long long FirmwarePlan::whole_map_bytes() const {
 
 FirmwarePlan plan_firmware(const Model& model, const FirmwareOptions& options) {
   if (model.head != &point_head() && !model.gives_distribution())
-    throw Error("export", "the model's outputs are of the kind '" + model.head->name() + "'",
+    throw Error(Code::not_supported, "export", "the model's outputs are of the kind '" + model.head->name() + "'",
                 "export a model whose outputs are the parameters, or a mixture");
   if (options.familiarity && !model.familiarity.known())
-    throw Error("--familiarity", "the model does not know what is familiar", "leave it out, or export another model");
+    throw Error(Code::not_supported, "--familiarity", "the model does not know what is familiar",
+                "leave it out, or export another model");
   if (options.familiarity && options.int8)
-    throw Error("--familiarity", "is learned of the network in float, not of 8-bit integers", "leave one of them out");
+    throw Error(Code::setting_conflict, "--familiarity", "is learned of the network in float, not of 8-bit integers",
+                "leave one of them out");
   const Chain chain = chain_of(nn::Inference<float>(model.network));
   check_sizes(chain);
   FirmwarePlan rows = plan_by(chain, model, options, true), columns = plan_by(chain, model, options, false);
@@ -233,7 +237,8 @@ FirmwarePlan plan_firmware(const Model& model, const FirmwareOptions& options) {
 FirmwarePlan plan_network(const nn::Network<float>& network) {
   const nn::Shape& out = network.output_shape();
   if (out.rows != 1 || out.columns != 1)
-    throw Error("export", format("the network's outputs are %d x %d planes", out.rows, out.columns),
+    throw Error(Code::not_supported, "export",
+                format("the network's outputs are %d x %d planes", out.rows, out.columns),
                 "end it with fc or a pool over whole planes, or export ONNX");
   const Chain chain = chain_of(nn::Inference<float>(network));
   check_sizes(chain);

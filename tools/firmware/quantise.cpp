@@ -242,7 +242,7 @@ int calibration_trials(const FirmwarePlan& plan) {
 void quantise(FirmwarePlan& plan, const Model& model) {
   for (const FirmwareLayer& layer : plan.layers)
     if (layer.taps > max_taps)
-      throw Error("export",
+      throw Error(Code::not_supported, "export",
                   format("a layer sums %d values, more than %d, which 32 bits may not hold", layer.taps, max_taps),
                   "export it without --int8");
   const std::vector<Range> found = ranges(plan, model);

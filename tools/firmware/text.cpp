@@ -305,6 +305,26 @@ std::string constants(const Model& model, const FirmwarePlan& plan) {
   return text;
 }
 
+/// Returns the enumerators of the parameters, each with its meaning and unit.
+std::string places(const sim::ParameterTable& table) {
+  const auto enumerator = [&](std::size_t i) {
+    std::string name = "DECID_FW_";
+    for (const char c : table[i].option)
+      name += c == '-' ? '_' : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    return name + (i + 1 < table.size() ? "," : "");
+  };
+  std::size_t width = 0;
+  for (std::size_t i = 0; i < table.size(); ++i) width = std::max(width, enumerator(i).size());
+  std::string text;
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    std::string meaning = table[i].description;
+    if (!meaning.empty()) meaning[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(meaning[0])));
+    text += "  " + enumerator(i) + std::string(width - enumerator(i).size(), ' ') + " /* " + comment(meaning) + ", " +
+            comment(table[i].unit) + " */\n";
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string define(const std::string& name, long long value) {
@@ -325,7 +345,8 @@ std::string literal(float value) {
 
 std::string literal(double value, int digits) {
   if (!std::isfinite(value))
-    throw Error("export", "a number of the model is infinite or not a number", "train the model again");
+    throw Error(Code::file_damaged, "export", "a number of the model is infinite or not a number",
+                "train the model again");
   std::string text = format("%.*g", digits, value);
   if (text.find_first_of(".e") == std::string::npos) text += ".0";
   return text;
@@ -389,7 +410,7 @@ void check_firmware_name(const std::string& name) {
   if (!name.empty() && name.size() <= 40 && std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
       std::ranges::all_of(name, allowed))
     return;
-  throw Error("--name", "'" + name + "' cannot begin the names of C functions",
+  throw Error(Code::setting_malformed, "--name", "'" + name + "' cannot begin the names of C functions",
               "give up to 40 letters, digits and underscores, a letter first");
 }
 
@@ -403,6 +424,7 @@ FirmwareFiles firmware_files(const Model& model, const ForBody& body, const Firm
   std::string header = "/* " + origin + "\n   How to use it: docs/guide/firmware.md of decid. */\n";
   header += embedded::firmware_header();
   header = replaced(header, "@CONSTANTS@", constants(model, plan));
+  header = replaced(header, "@PLACES@", places(model.parameters()));
   header = replaced(header, "@DEVIATIONS@",
                     components(model) > 0 ? std::string(embedded::firmware_deviations()) : std::string());
   header = replaced(header, "@FAMILIARITY@",

@@ -23,7 +23,8 @@ void check(int result, const char* what) {
   char text[MPI_MAX_ERROR_STRING] = {};
   int length = 0;
   MPI_Error_string(result, text, &length);
-  throw Error("MPI", std::string(what) + " failed: " + text, "check that all hosts run and reach each other");
+  throw Error(Code::system_failed, "MPI", std::string(what) + " failed: " + text,
+              "check that all hosts run and reach each other");
 }
 
 class Request {
@@ -58,7 +59,8 @@ struct Counts {
       places.push_back(static_cast<int>(place));
       place += size;
     }
-    if (place > INT_MAX) throw Error("MPI", "more than 2 GB at once", "use smaller layers, or fewer results a call");
+    if (place > INT_MAX)
+      throw Error(Code::system_failed, "MPI", "more than 2 GB at once", "use smaller layers, or fewer results a call");
   }
   std::vector<int> counts, places;
 };
@@ -105,7 +107,7 @@ class MpiWorld final : public World {
     MPI_Get_processor_name(name, &length);
     host_.assign(name, static_cast<std::size_t>(length));
     if (provided < MPI_THREAD_FUNNELED)
-      throw Error("MPI", "was built without threads",
+      throw Error(Code::system_failed, "MPI", "was built without threads",
                   "use Debian's openmpi or mpich, or another with MPI_THREAD_FUNNELED");
     count_sharing();
   }
@@ -149,7 +151,8 @@ class MpiWorld final : public World {
   }
 
   void send(int to, const std::string& bytes) override {
-    if (bytes.size() > INT_MAX) throw Error("MPI", "a message of more than 2 GB", "give fewer recordings a call");
+    if (bytes.size() > INT_MAX)
+      throw Error(Code::system_failed, "MPI", "a message of more than 2 GB", "give fewer recordings a call");
     std::erase_if(sendings_, [](Sending& sending) { return sending.request.test(); });
     Sending& sending = sendings_.emplace_back();
     sending.bytes = std::make_unique<std::string>(bytes);

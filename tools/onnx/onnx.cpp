@@ -78,8 +78,8 @@ class Graph {
 
  private:
   /// Adds a node that reads `inputs` and writes last_.
-  void node_of(std::string_view type, const std::vector<std::string>& inputs,
-               std::initializer_list<Message> attributes) {
+  void add_node(std::string_view type, const std::vector<std::string>& inputs,
+                std::initializer_list<Message> attributes) {
     const std::string output = "values." + std::to_string(nodes_++);
     Message node;
     for (const std::string& input : inputs) node.add(1, std::string_view(input));
@@ -93,7 +93,7 @@ class Graph {
             std::initializer_list<Message> attributes = {}) {
     std::vector<std::string> inputs{last_};
     for (const char* name : tensors) inputs.push_back(prefix_ + name);
-    node_of(type, inputs, attributes);
+    add_node(type, inputs, attributes);
   }
 
   /// After a fully connected layer there are no rows and columns; layers that need them get one of each.
@@ -136,18 +136,18 @@ class Graph {
   void add(const nn::StatisticsPool&) {
     need_planes();
     const auto plane_mean = [&](const std::string& of) {
-      node_of("ReduceMean", {of}, {ints_attribute("axes", {2, 3}), int_attribute("keepdims", 1)});
+      add_node("ReduceMean", {of}, {ints_attribute("axes", {2, 3}), int_attribute("keepdims", 1)});
       return last_;
     };
     const std::string values = last_, mean = plane_mean(values);
-    node_of("Sub", {values, mean}, {});
-    node_of("Mul", {last_, last_}, {});
+    add_node("Sub", {values, mean}, {});
+    add_node("Mul", {last_, last_}, {});
     plane_mean(last_);
     graph_.add(5, tensor(prefix_ + "epsilon", {}, std::vector<float>{static_cast<float>(nn::StatisticsPool::epsilon)},
                          type_float));
     node("Add", {"epsilon"});
     node("Sqrt", {});
-    node_of("Concat", {mean, last_}, {int_attribute("axis", 1)});
+    add_node("Concat", {mean, last_}, {int_attribute("axis", 1)});
   }
 
   void add(const nn::Branch&) {
@@ -158,7 +158,7 @@ class Graph {
     need_planes();
     const std::vector<std::string> inputs{kept_.back(), last_};
     kept_.pop_back();
-    layer.concatenates ? node_of("Concat", inputs, {int_attribute("axis", 1)}) : node_of("Add", inputs, {});
+    layer.concatenates ? add_node("Concat", inputs, {int_attribute("axis", 1)}) : add_node("Add", inputs, {});
   }
 
   /// A layer of one file, by the words of its line.
@@ -174,7 +174,8 @@ class Graph {
     if (word == "dropout") return;  // passes on in inference
     if (word == "gelu") return add_gelu();
     if (word == "layernorm") return add_layernorm();
-    throw Error("layer '" + text + "'", "has no operator of ONNX", "export a network of decid's own layers");
+    throw Error(Code::not_supported, "layer '" + text + "'", "has no operator of ONNX",
+                "export a network of decid's own layers");
   }
   static Message pair_attribute(std::string_view name, std::pair<int, int> pair) {
     return ints_attribute(name, {pair.first, pair.second});
@@ -218,30 +219,30 @@ class Graph {
     node("Mul", {"root_half"});
     node("Erf", {});
     node("Add", {"one"});
-    node_of("Mul", {x, last_}, {});
+    add_node("Mul", {x, last_}, {});
     node("Mul", {"half"});
   }
   /// Over channels, rows and columns; gamma and beta of channels.
   void add_layernorm() {
     need_planes();
     const auto mean = [&](const std::string& of) {
-      node_of("ReduceMean", {of}, {ints_attribute("axes", {1, 2, 3}), int_attribute("keepdims", 1)});
+      add_node("ReduceMean", {of}, {ints_attribute("axes", {1, 2, 3}), int_attribute("keepdims", 1)});
       return last_;
     };
     const std::string x = last_;
-    node_of("Sub", {x, mean(x)}, {});
+    add_node("Sub", {x, mean(x)}, {});
     const std::string off = last_;
-    node_of("Mul", {off, off}, {});
+    add_node("Mul", {off, off}, {});
     mean(last_);
     constant("epsilon", 1e-5);
     node("Add", {"epsilon"});
     node("Sqrt", {});
-    node_of("Div", {off, last_}, {});
+    add_node("Div", {off, last_}, {});
     for (const char* name : {"gamma", "beta"}) {
       graph_.add(5, tensor(prefix_ + name + ".shape", {3}, std::vector<std::int64_t>{-1, 1, 1}, type_int64));
       const std::string value = last_;
-      node_of("Reshape", {prefix_ + name, prefix_ + name + ".shape"}, {});
-      node_of(std::string_view(name) == "gamma" ? "Mul" : "Add", {value, last_}, {});
+      add_node("Reshape", {prefix_ + name, prefix_ + name + ".shape"}, {});
+      add_node(std::string_view(name) == "gamma" ? "Mul" : "Add", {value, last_}, {});
     }
   }
 

@@ -7,8 +7,8 @@
 #include "base/text.hpp"
 #include "embedded/comparison_js.hpp"
 #include "embedded/method_table_js.hpp"
+#include "tools/report/json/parameters_json.hpp"
 #include "tools/report/page.hpp"
-#include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {
 Json comparison_json(const ComparisonFigures& figures) {
@@ -90,7 +90,8 @@ ComparisonFigures read_comparison(const std::string& file, const sim::Protocol& 
     }
     return figures;
   } catch (const Json::exception&) {
-    throw Error(file, "is not a comparison of methods", "give the JSON file that decid compare -o wrote");
+    throw Error(Code::file_unsupported, file, "is not a comparison of methods",
+                "give the JSON file that decid compare -o wrote");
   }
 }
 

@@ -8,15 +8,16 @@
 #include "base/files/json_object.hpp"
 #include "base/math/statistics.hpp"
 #include "base/version.hpp"
+#include "embedded/controllers_js.hpp"
 #include "embedded/density_css.hpp"
 #include "embedded/density_js.hpp"
 #include "embedded/fit_css.hpp"
 #include "embedded/fit_js.hpp"
 #include "embedded/recordings_js.hpp"
-#include "tools/report/groups_json.hpp"
+#include "tools/report/json/groups_json.hpp"
+#include "tools/report/json/parameters_json.hpp"
+#include "tools/report/json/recording_json.hpp"
 #include "tools/report/page.hpp"
-#include "tools/report/parameters_json.hpp"
-#include "tools/report/recording_json.hpp"
 
 namespace decid::tools {
 namespace {
@@ -30,7 +31,7 @@ constexpr double shown_step_s = 0.1;
 constexpr double share_units = 9999.0;  // of the draws' own range
 
 void add_figures(Json& quantity_json, const Posterior& found, int quantity) {
-  const auto place = static_cast<std::size_t>(quantity);
+  const std::size_t place = found.place(quantity);
   add_intervals(quantity_json, found, quantity);
   quantity_json["rhat"] = page_number(found.rhat()[place]);
   quantity_json["effective_draws"] = page_number(found.effective_draws()[place]);
@@ -201,6 +202,43 @@ Json signals_of(const RecordingResult& recording, const FitFigures& fitted, cons
   return {{"sway", sway.json()}, {"noise", noise.json()}, {"tilt", tilt.json()}};
 }
 
+/// The fitted controllers, the one that answers first; empty if only one was fitted.
+Json controllers_of(const FitFigures& fitted, const sim::Protocol& protocol) {
+  Json list = Json::array();
+  if (!fitted.compared) return list;
+  const auto add = [&](const std::string& name, const posterior::ComparedModel& compared, const Posterior& found,
+                       const PredictiveCheck& check) {
+    const sim::BodyModel& model = sim::body_model_of(name, "controller");
+    Json parameters = Json::array(), odd = Json::array();
+    for (std::size_t p = 0; p < model.parameters.size(); ++p) {
+      const sim::ParameterInfo& info = model.parameters[p];
+      const auto quantity = static_cast<int>(p);
+      parameters.push_back({{"name", info.name},
+                            {"description", info.description},
+                            {"unit", info.shown_unit()},
+                            {"mean", page_number(found.mean(quantity))},
+                            {"low", page_number(found.quantile(quantity, 0.05))},
+                            {"high", page_number(found.quantile(quantity, 0.95))}});
+    }
+    for (const CheckedFigure& figure : check.figures)
+      if (figure.p < PredictiveCheck::odd) odd.push_back(figure.name);
+    Chart sway(0.5 * fitted.block_s, fitted.block_s);
+    sway.band("again", check.sway_rad, Thinned{1});
+    list.push_back({{"name", name},
+                    {"description", model.description},
+                    {"log_density", page_number(compared.log_density)},
+                    {"difference", page_number(compared.difference)},
+                    {"standard_error", page_number(compared.standard_error)},
+                    {"weight", page_number(compared.weight)},
+                    {"parameters", std::move(parameters)},
+                    {"odd", std::move(odd)},
+                    {"sway", sway.json()}});
+  };
+  add(protocol.experiment.body_model->name, *fitted.compared, fitted.posterior, fitted.check);
+  for (const ControllerFit& other : fitted.others) add(other.controller, other.compared, other.posterior, other.check);
+  return list;
+}
+
 /// Returns the page's data of one recording; ranges: those of the density.
 Json recording_to_json(const RecordingResult& recording, const Report& of, const sim::ParameterTable& ranges) {
   const FitFigures& fitted = *recording.fit;
@@ -216,6 +254,7 @@ Json recording_to_json(const RecordingResult& recording, const Report& of, const
           {"answer", name(fitted.answer)},
           {"parameters", parameters_of(recording, fitted, of.protocol_of(recording), ranges)},
           {"others", others_of(found)},
+          {"controllers", controllers_of(fitted, of.protocol_of(recording))},
           {"samples_noise_deg", page_number(fitted.samples_noise_deg)},
           {"diagnostics", diagnostics_of(found)},
           {"check", check_of(fitted.check)},
@@ -253,7 +292,7 @@ std::string fit_page(const Report& report) {
        .lead = "The controller's parameters, estimated from recordings of body sway on a tilting platform, and "
                "their uncertainty.",
        .script = std::string(embedded::recordings_js()) + std::string(embedded::density_js()) +
-                 std::string(embedded::fit_js()),
+                 std::string(embedded::controllers_js()) + std::string(embedded::fit_js()),
        .style = std::string(embedded::density_css()) + std::string(embedded::fit_css()),
        .details = std::move(recordings)},
       data);

@@ -7,7 +7,6 @@
 #include <cstdlib>
 #include <limits>
 #include <span>
-#include <string_view>
 
 #include "base/error.hpp"
 #include "base/files/json_object.hpp"
@@ -19,10 +18,10 @@
 #include "embedded/identify_js.hpp"
 #include "embedded/recordings_js.hpp"
 #include "tools/report/frf.hpp"
-#include "tools/report/groups_json.hpp"
+#include "tools/report/json/groups_json.hpp"
+#include "tools/report/json/parameters_json.hpp"
+#include "tools/report/json/recording_json.hpp"
 #include "tools/report/page.hpp"
-#include "tools/report/parameters_json.hpp"
-#include "tools/report/recording_json.hpp"
 
 namespace decid::tools {
 namespace {
@@ -114,7 +113,7 @@ Json image_to_json(const RecordingResult& recording, const Report& of) {
   const std::vector<dataset::Channel>& channels = of.image.channels;
   if (shape.channels != static_cast<int>(channels.size()) || shape.rows < 1 || shape.columns < 1 ||
       static_cast<std::size_t>(shape.size()) != image.size()) {
-    throw Error("report of " + recording.file,
+    throw Error(Code::size_mismatch, "report of " + recording.file,
                 "an image of " + std::to_string(image.size()) + " values does not match its shape of " +
                     std::to_string(shape.channels) + " x " + std::to_string(shape.rows) + " x " +
                     std::to_string(shape.columns),

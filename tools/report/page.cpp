@@ -87,7 +87,8 @@ std::string page_html(const Page& page, const Json& data) {
   std::string_view rest = embedded::report_page();
   for (const auto& [mark, content] : parts) {
     const std::size_t at = rest.find(mark);
-    if (at == std::string_view::npos) throw Error("report/page.html", "has no " + std::string(mark), "put it back");
+    if (at == std::string_view::npos)
+      throw Error(Code::internal, "report/page.html", "has no " + std::string(mark), "put it back");
     html += rest.substr(0, at);
     html += content;
     rest.remove_prefix(at + mark.size());

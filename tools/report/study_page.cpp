@@ -11,8 +11,8 @@
 #include "embedded/study_js.hpp"
 #include "identify/network/origin_object.hpp"
 #include "tools/report/comparison_page.hpp"
+#include "tools/report/json/parameters_json.hpp"
 #include "tools/report/page.hpp"
-#include "tools/report/parameters_json.hpp"
 
 namespace decid::tools {
 namespace {
@@ -55,8 +55,16 @@ Json data_json(const sim::ParameterTable& table, const StudyData& data) {
           {"after_enrichment", distribution_json(table, data.all)}};
 }
 
-Json paper_json() {
-  const sim::ParameterTable& table = sim::single_pendulum().parameters;
+bool has_papers_controller(const Study& study) {
+  return study.protocol.experiment.body_model == &sim::single_pendulum();
+}
+
+/// Returns the paper's figures; those of parameters are empty if the model has others.
+Json paper_json(const Study& study) {
+  const sim::ParameterTable& table = study.protocol.parameters();
+  const auto of_parameters = [&](const auto& values) {
+    return has_papers_controller(study) ? by_parameter(table, values) : Json::object();
+  };
   return {{"trials", paper::trials},
           {"half", paper::half},
           {"max_epochs", paper::max_epochs},
@@ -64,13 +72,14 @@ Json paper_json() {
           {"training_loss", paper::training_loss},
           {"double_pendulum_squared_error", paper::double_pendulum_squared_error},
           {"human_peak_to_peak_deg", paper::human_peak_to_peak_deg},
-          {"mean", by_parameter(table, paper::mean)},
-          {"deviation", by_parameter(table, paper::deviation)}};
+          {"mean", of_parameters(paper::mean)},
+          {"deviation", of_parameters(paper::deviation)}};
 }
 
 /// Returns the squared error of a parameter as the paper counts it: over the standard deviation that its table 1
-/// prints.
+/// prints; NaN if that has no such parameters.
 double by_paper(const Study& study, const Scores& mse_per_parameter, std::size_t p) {
+  if (!has_papers_controller(study)) return std::nan("");
   const double ratio = study.target_deviation[p] / paper::deviation[p];
   return mse_per_parameter[p] * ratio * ratio;
 }
@@ -81,6 +90,10 @@ double mean_by_paper(const Study& study, const Scores& mse_per_parameter) {
   return mean(errors);
 }
 
+std::string shown(double value, const char* how = "%.4f") {
+  return std::isfinite(value) ? format(how, value) : "n/a";
+}
+
 /// Rows of the table: what, ours by MSE, by MATLAB's loss and by the paper's deviations (or one figure), the paper's.
 struct Row {
   std::string what, ours, ours_matlab, ours_by_paper, paper;
@@ -88,10 +101,10 @@ struct Row {
 
 Row error_row(const Study& study, const std::string& what, const Evaluation& error, const std::string& paper) {
   return {what, format("%.4f", error.mse()), format("%.4f", error.matlab_loss()),
-          format("%.4f", mean_by_paper(study, error.mse_per_parameter)), paper};
+          shown(mean_by_paper(study, error.mse_per_parameter)), paper};
 }
 
-std::vector<Row> rows_of(const Study& study) {
+std::vector<Row> study_rows(const Study& study) {
   std::vector<Row> rows;
   const Evaluation& fresh = study.levels.front().all;
   if (study.data) {
@@ -116,9 +129,9 @@ std::vector<Row> rows_of(const Study& study) {
   for (std::size_t p = 0; p < table.size(); ++p)
     rows.push_back({format("%s %s", study.data ? "validation," : "fresh,", table[p].name.c_str()),
                     format("%.4f", of.mse_per_parameter[p]), format("%.4f", 0.5 * of.mse_per_parameter[p]),
-                    format("%.4f", by_paper(study, of.mse_per_parameter, p)), ""});
+                    shown(by_paper(study, of.mse_per_parameter, p)), ""});
   rows.push_back({"guessing the mean", "1", format("%g", 0.5 * static_cast<double>(table.size())),
-                  format("%.4f", mean_by_paper(study, Scores(table.size(), 1))), ""});
+                  shown(mean_by_paper(study, Scores(table.size(), 1))), ""});
   if (study.dip) {
     const KnownTrial& trial = study.dip->trial;
     const std::string paper = format("%.4f", paper::double_pendulum_squared_error);
@@ -138,7 +151,6 @@ std::vector<Row> rows_of(const Study& study) {
 
 /// Columns of the table of faults, after what they are.
 std::vector<std::string> fault_cells(const FaultFigures& row) {
-  const auto shown = [](double value, const char* how) { return std::isfinite(value) ? format(how, value) : "n/a"; };
   std::vector<std::string> cells{shown(row.errors.mse(), "%.3f")};
   if (row.promises) {
     cells.push_back(shown(row.promises->all.predicted_variance, "%.3f"));
@@ -181,22 +193,28 @@ std::string faults_convention(const Study& study) {
       study.faults.front().errors.trials, study.faults_noise_deg);
 }
 
-constexpr const char* convention =
-    "MSE: mean over trials and the 7 z-scored parameters, guessing the mean gives 1. MATLAB's loss: half the sum over "
-    "the 7, guessing gives 3.5; a parameter's share of it is half its MSE. The paper does not say which its losses "
-    "are: "
-    "as MATLAB's, its 0.2851 is an MSE of 0.0815, and as an MSE a loss of 0.9979. SE: sum of the 7 squared errors of "
-    "one trial. By the paper's sd: the MSE with each error over the standard deviation that the paper's table 1 "
-    "prints, "
-    "most of them larger than a uniform range has; the paper z-scores its targets, so this column compares with its "
-    "losses.";
+std::string convention(const Study& study) {
+  const std::size_t count = study.protocol.parameters().size();
+  std::string text = format(
+      "MSE: mean over trials and the %zu z-scored parameters, guessing the mean gives 1. MATLAB's loss: half the sum "
+      "over the %zu, guessing gives %g; a parameter's share of it is half its MSE. ",
+      count, count, 0.5 * static_cast<double>(count));
+  if (!has_papers_controller(study))
+    return text + format("The paper has the controller dec, this model %s: its figures do not compare.",
+                         study.protocol.experiment.body_model->name.c_str());
+  return text +
+         "The paper does not say which its losses are: as MATLAB's, its 0.2851 is an MSE of 0.0815, and as an MSE a "
+         "loss of 0.9979. SE: sum of the 7 squared errors of one trial. By the paper's sd: the MSE with each error "
+         "over the standard deviation that the paper's table 1 prints, most of them larger than a uniform range has; "
+         "the paper z-scores its targets, so this column compares with its losses.";
+}
 
 Json page_data(const Study& study, const std::vector<Figure>& figures) {
   Json data = study_json(study);
   data["protocol"] = protocol_figures(study.protocol);
-  data["convention"] = convention;
+  data["convention"] = convention(study);
   data["rows"] = Json::array();
-  for (const Row& row : rows_of(study))
+  for (const Row& row : study_rows(study))
     data["rows"].push_back({row.what, row.ours, row.ours_matlab, row.ours_by_paper, row.paper});
   data["faults_convention"] = study.faults.empty() ? "" : faults_convention(study);
   data["fault_rows"] = Json::array();
@@ -261,21 +279,23 @@ Json study_json(const Study& study) {
   for (const ComparisonFigures& comparison : study.comparisons)
     json["comparisons"].push_back(comparison_json(comparison));
   json["mse_by_paper_deviation"] = {
-      {"training", study.data ? Json(mean_by_paper(study, study.data->training.mse_per_parameter)) : Json(nullptr)},
-      {"validation", study.data ? Json(mean_by_paper(study, study.data->validation.mse_per_parameter)) : Json(nullptr)},
-      {"fresh", mean_by_paper(study, study.levels.front().all.mse_per_parameter)},
-      {"mean_guess", mean_by_paper(study, Scores(table.size(), 1))}};
+      {"training",
+       study.data ? number_or_null(mean_by_paper(study, study.data->training.mse_per_parameter)) : Json(nullptr)},
+      {"validation",
+       study.data ? number_or_null(mean_by_paper(study, study.data->validation.mse_per_parameter)) : Json(nullptr)},
+      {"fresh", number_or_null(mean_by_paper(study, study.levels.front().all.mse_per_parameter))},
+      {"mean_guess", number_or_null(mean_by_paper(study, Scores(table.size(), 1)))}};
   json["seconds"] = Json::object();
   for (const auto& [name, seconds] : study.seconds) json["seconds"][name] = seconds;
   json["notes"] = study.notes;
-  json["paper"] = paper_json();
+  json["paper"] = paper_json(study);
   return json;
 }
 
 std::string study_text(const Study& study) {
   std::string text = format("%s\n\n%-30s %20s %14s %14s %14s\n", study.model.c_str(), "", "MSE or figure",
                             "MATLAB's loss", "by paper's sd", "the paper");
-  for (const Row& row : rows_of(study))
+  for (const Row& row : study_rows(study))
     text += format("%-30s %20s %14s %14s %14s\n", row.what.c_str(), row.ours.c_str(), row.ours_matlab.c_str(),
                    row.ours_by_paper.c_str(), row.paper.c_str());
   if (study.data) {
@@ -283,11 +303,13 @@ std::string study_text(const Study& study) {
         format("\n%-30s %20s %14s %14s %14s\n", "after enrichment", "mean", "deviation", "paper's mean", "deviation");
     for (std::size_t p = 0; p < study.protocol.parameters().size(); ++p) {
       const dataset::Distribution& d = study.data->all.parameters[p];
-      text += format("%-30s %20.5g %14.5g %14.5g %14.5g\n", study.protocol.parameters()[p].name.c_str(), d.mean(),
-                     d.deviation(), paper::mean[p], paper::deviation[p]);
+      const bool papers = has_papers_controller(study);
+      text += format("%-30s %20.5g %14.5g %14s %14s\n", study.protocol.parameters()[p].name.c_str(), d.mean(),
+                     d.deviation(), papers ? shown(paper::mean[p], "%.5g").c_str() : "n/a",
+                     papers ? shown(paper::deviation[p], "%.5g").c_str() : "n/a");
     }
   }
-  text += std::string("\n") + convention + "\n";
+  text += "\n" + convention(study) + "\n";
   if (!study.faults.empty()) {
     text +=
         format("\n%-44s %9s %9s %9s %9s\n", "recordings with faults", "MSE", "predicted_variance", "in 90 %", "warned");

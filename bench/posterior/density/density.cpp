@@ -8,9 +8,11 @@
 
 #include <vector>
 
+#include "base/math/cholesky.hpp"
 #include "bench/isas.hpp"
-#include "posterior/cholesky.hpp"
+#include "posterior/streams.hpp"
 #include "sim/simulate.hpp"
+#include "sim/streams.hpp"
 
 namespace {
 
@@ -31,12 +33,13 @@ struct Recorded {
         observation(density.observe(sway())),
         x(static_cast<std::size_t>(density.size()) * lanes),
         work(density) {
-    Random(1, Stream::posterior, 0).fill_normal(x);
+    Random(1, posterior::streams::chains, 0).fill_normal(x);
     for (double& value : x) value *= 0.3;
   }
   std::vector<float> sway() const {
     std::vector<double> sway_rad(static_cast<std::size_t>(protocol.samples()));
-    sim::Simulator(protocol).run(protocol.parameters().middle(), Random(1, Stream::vestibular_noise, 0), sway_rad);
+    sim::Simulator(protocol).run(protocol.parameters().middle(), Random(1, sim::streams::vestibular_noise, 0),
+                                 sway_rad);
     return {sway_rad.begin(), sway_rad.end()};
   }
 };
@@ -61,7 +64,7 @@ void bench_gradient(benchmark::State& state, Isa isa) {
 void bench_information(benchmark::State& state, Isa isa) {
   Recorded recorded(isa);
   const auto size = static_cast<std::size_t>(recorded.density.size());
-  std::vector<double> matrices(posterior::triangle(size) * lanes);
+  std::vector<double> matrices(triangle(size) * lanes);
   FmaPeak peak(name(isa));
   const double seconds = best_seconds(
       state, peak, [&] { recorded.density.information(recorded.observation, recorded.x, matrices, recorded.work); });

@@ -21,16 +21,16 @@ _DETREND = {"none": 0, "offset": 1, "linear": 2}
 _SPLITS = {"all": 0, "training": 1, "validation": 2}
 
 
-def _error(where: str, problem: str, remedy: str) -> _decid.Error:
+def _error(code: str, where: str, problem: str, remedy: str) -> _decid.Error:
     error = _decid.Error(f"{where}: {problem}; {remedy}")
-    error.where, error.problem, error.remedy = where, problem, remedy
+    error.code, error.where, error.problem, error.remedy = code, where, problem, remedy
     return error
 
 
 def _number_of(choices: dict[Any, int], value: Any, where: str) -> int:
     if value not in choices:
         names = ", ".join(repr(name) for name in choices if name is not None)
-        raise _error(where, f"{value!r} is none of its values", f"give one of {names}")
+        raise _error("setting_unknown", where, f"{value!r} is none of its values", f"give one of {names}")
     return choices[value]
 
 
@@ -41,10 +41,15 @@ def _text_of(name: Union[str, int, None]) -> Optional[str]:
 def _samples_of(values: ArrayLike) -> np.ndarray:
     hidden = int(np.count_nonzero(np.ma.getmaskarray(values))) if np.ma.isMaskedArray(values) else 0
     if hidden:
-        raise _error("sway", f"has {hidden} masked samples", "fill them, with numpy.interp say, or give a file and fill_gaps")
+        raise _error("value_missing", "sway", f"has {hidden} masked samples", "fill them, with numpy.interp say, or give a file and fill_gaps")
     if np.iscomplexobj(values):
-        raise _error("sway", "is complex", "give real numbers")
+        raise _error("value_invalid", "sway", "is complex", "give real numbers")
     return np.asarray(values, dtype=np.float64)
+
+
+def controllers() -> dict[str, str]:
+    """The posture controllers that decid simulates and trains models of: a description by each name."""
+    return _decid.controllers()
 
 
 def set_threads(threads: int) -> None:
@@ -58,7 +63,7 @@ class Recording:
     def __init__(self, sway: ArrayLike, rate: float, unit: str) -> None:
         """sway: (samples,), of the body's centre of mass, 0 upright; rate: Hz; unit: "deg", "rad" or "mrad". Copied."""
         if unit is None:
-            raise _error("unit", "is not given", 'give "deg", "rad" or "mrad"')
+            raise _error("setting_missing", "unit", "is not given", 'give "deg", "rad" or "mrad"')
         self._handle = _decid.recording_of(_samples_of(sway), rate, _number_of(_UNITS, unit, "unit"))
 
     @property
@@ -153,26 +158,30 @@ class Trials:
 
 
 def simulate(protocol: Union[Protocol, Path] = "default", seed: int = 1, allow_falls: bool = False,
-             **parameters: ArrayLike) -> Trials:
+             controller: Optional[str] = None, **parameters: ArrayLike) -> Trials:
     """Simulates the single pendulum as it is recorded, with the bits of `decid simulate --seed`.
+
+    controller: a name of controllers(), for a protocol given by name or path; None: the protocol's.
 
     parameters: Kp=900, delay=0.1, ..., SI units; those left out have the middle of their range. Arrays of one dimension
     make as many trials, trial i with the noise of seed + i. A body that falls raises decid.Error unless allow_falls."""
-    played = as_protocol(protocol)
+    if controller is not None and isinstance(protocol, Protocol):
+        raise _error("setting_conflict", "controller", "is known of this protocol", "leave it out, or give the protocol's name or path")
+    played = as_protocol(protocol) if controller is None else Protocol(protocol, controller)
     infos = played.parameters
     unknown = set(parameters) - {info.name for info in infos}
     if unknown:
-        raise _error("simulate", f"there is no parameter {sorted(unknown)[0]!r}",
+        raise _error("setting_unknown", "simulate", f"there is no parameter {sorted(unknown)[0]!r}",
                      "give " + ", ".join(info.name for info in infos))
     values = np.broadcast_arrays(*(np.asarray(parameters.get(info.name, 0.5 * (info.low + info.high)), dtype=np.float64)
                                    for info in infos))
     if values[0].ndim > 1:
-        raise _error("simulate", "the parameters have two dimensions or more", "give numbers, or arrays of one dimension")
+        raise _error("size_mismatch", "simulate", "the parameters have two dimensions or more", "give numbers, or arrays of one dimension")
     table = np.stack([np.atleast_1d(value) for value in values], axis=1)
     sway, stood = _decid.simulate(played._handle, table, seed)
     stood = stood.astype(bool)
     if not allow_falls and not stood.all():
-        raise _error("simulate", f"the body of trial {int(np.argmin(stood))} falls",
+        raise _error("body_falls", "simulate", f"the body of trial {int(np.argmin(stood))} falls",
                      "raise Kp or Kd, lower Nv, the delay or the tilt, or give allow_falls=True")
     one = values[0].ndim == 0
     used = {info.name: float(value) if one else np.array(value) for info, value in zip(infos, values)}
@@ -185,10 +194,10 @@ def _recording_of(recording: Union[Recording, Trials, Path, ArrayLike], rate: Op
         return read(recording, rate=rate, unit=unit)
     if isinstance(recording, (Recording, Trials)):
         if rate is not None or unit is not None:
-            raise _error("rate, unit", "are known of this recording", "leave them out")
+            raise _error("setting_conflict", "rate, unit", "are known of this recording", "leave them out")
         return recording if isinstance(recording, Recording) else Recording(recording.sway, recording.rate, "rad")
     if rate is None or unit is None:
-        raise _error("rate, unit", "samples do not say theirs", 'give both, such as rate=100, unit="deg"')
+        raise _error("setting_missing", "rate, unit", "samples do not say theirs", 'give both, such as rate=100, unit="deg"')
     return Recording(recording, rate, unit)
 
 
@@ -344,7 +353,7 @@ def train(data: Union[Dataset, Protocol, str], *, preset: str = "best", architec
         if value is None:
             return presets
         if value < least:  # 0 and -1 mean the preset's in C
-            raise _error(name, f"is {value}", f"give {least} or more")
+            raise _error("setting_out_of_range", name, f"is {value}", f"give {least} or more")
         return value
 
     dataset = data._handle if isinstance(data, Dataset) else None

@@ -5,7 +5,7 @@ import json
 import os
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Union
+from typing import Any, Optional, Union
 
 import numpy as np
 
@@ -24,10 +24,11 @@ class ParameterInfo:
 
 
 class Protocol:
-    """Platform movement, body, and recording: "default", "short" or a JSON file."""
+    """Platform movement, body, controller and recording: "default", "short" or a JSON file."""
 
-    def __init__(self, name_or_path: Union[str, os.PathLike[str]] = "default") -> None:
-        self._handle = _decid.load_protocol(os.fspath(name_or_path))
+    def __init__(self, name_or_path: Union[str, os.PathLike[str]] = "default", controller: Optional[str] = None) -> None:
+        """controller: a name of decid.controllers(); None: the protocol's own. It determines the parameters."""
+        self._handle = _decid.load_protocol(os.fspath(name_or_path), controller)
 
     @classmethod
     def _of(cls, handle: _decid.Protocol) -> Protocol:
@@ -49,6 +50,11 @@ class Protocol:
     def tilt(self) -> np.ndarray:
         """The platform's tilt, rad: (samples,)."""
         return self._handle.tilt
+
+    @property
+    def controller(self) -> str:
+        """Its name: "dec", the paper's, unless the protocol has another."""
+        return self._handle.controller
 
     @property
     def parameters(self) -> tuple[ParameterInfo, ...]:

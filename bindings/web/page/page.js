@@ -17,7 +17,7 @@ const counted = count => count === 1 ? "1 recording" : `${count} recordings`;
 async function take(sources) {
   if (sources.length === 0) return say([...notes, "No file was dropped: drop files or folders, or paste a table"]);
   if (working) {
-    overlooked = [`Not taken while the page computes: ${title(sources.map(({ name }) => name))}. Cancel, or give it again afterwards`];
+    overlooked = [`Not taken during an analysis: ${title(sources.map(({ name }) => name))}. Cancel, or drop it again afterwards`];
     return say([...notes, ...overlooked]);
   }
   const mine = begin(null, "Reading files"), found = [];
@@ -65,7 +65,7 @@ function optionsOf() {
   for (const field of fields) field.setAttribute("aria-invalid", String(isWrong(field)));
   const wrong = fields.find(isWrong);
   if (!wrong) return given().flatMap(field => ["--" + field.id, field.className === "number" ? numberIn(textOf(field)) : textOf(field)]);
-  say([...notes, `${labelOf(wrong)}: "${textOf(wrong)}" is not a number; correct it, and the page answers`]);
+  say([...notes, `${labelOf(wrong)}: "${textOf(wrong)}" is not a number. Correct it, and the page analyses again`]);
   for (let around = wrong.closest("details"); around; around = around.parentElement.closest("details")) around.open = true;
   wrong.focus();
   return null;
@@ -112,7 +112,7 @@ async function compute(command, goesOn = false) {
   if (options === null) return mark();
   say([...notes, ...overlooked]);
   const asked = { command, names, title: title(names), settings: settingsText(), state: state() };
-  const mine = begin(command, command === "fit" ? `Fitting ${counted(names.length)}, about a minute each` : `Identifying ${counted(names.length)}`);
+  const mine = begin(command, `Analysing ${counted(names.length)}` + (command === "fit" ? ": about 1 min each" : ""));
   mark();
   const started = performance.now();
   const outcome = await run([command, ...names, ...options, "-o", outputs.json, "--report", outputs.html, "--table", outputs.csv], recordings);
@@ -146,9 +146,9 @@ function mark() {
   const stale = answered !== null && answered.state !== state();
   at("stale").hidden = !stale;
   if (!stale) return;
-  at("stale-note").textContent = `An earlier answer: ${answered.title}, ${answered.settings}. ` +
-    (working ? "The new one is being computed." : `Now chosen: ${title(recordings.map(([name]) => name))}, ${settingsText()}.` +
-      (bodyIsHalf() ? " Give both mass and height." : ""));
+  at("stale-note").textContent = `Earlier result: ${answered.title}, ${answered.settings}. ` +
+    (working ? "The page computes the new result." : `Now chosen: ${title(recordings.map(([name]) => name))}, ${settingsText()}.` +
+      (bodyIsHalf() ? " Give both weight and height." : ""));
 }
 
 // ---- what is seen --------------------------------------------------------------------------------------------------
@@ -166,15 +166,19 @@ function busy(what) {
 }
 
 function showProgress(line) {
-  const found = line.match(/([0-9.]+) of ([0-9]+)/);
-  if (found) at("progress").value = Number(found[1]) / Number(found[2]);
-  const text = line.replace(/\[[#.]*\] /, "").trim();
-  if (text !== "") at("status").textContent = text;
+  const found = line.match(/([0-9.]+)(?:%| of ([0-9]+))/);
+  if (!found) {
+    if (line.trim() !== "") at("status").textContent = line.trim();
+    return;
+  }
+  const part = Number(found[1]) / Number(found[2] ?? 100), left = line.match(/(?:about )?([0-9][0-9a-z ]*) left/);
+  at("progress").value = part;
+  at("status").textContent = `Analysing: ${Math.round(100 * part)}%` + (left ? `, about ${left[1]} left` : "");
 }
 
 let reportAddress = null;
 function show(stays) {
-  at("bar-title").textContent = (answered.command === "fit" ? "Posterior of " : "") + answered.title;
+  at("bar-title").textContent = (answered.command === "fit" ? "Detailed analysis of " : "") + answered.title;
   // From here the frame cannot be reached: the report prints itself, and says when it is drawn (tools/report/page/common.js).
   if (reportAddress !== null) URL.revokeObjectURL(reportAddress);
   reportAddress = URL.createObjectURL(new Blob([shownReport(results.get(outputs.html), answered.names)], { type: "text/html" }));

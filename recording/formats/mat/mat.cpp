@@ -29,25 +29,27 @@ std::string remedy_for(const std::string& unread) {
 MatTable::MatTable(std::string_view bytes, const std::filesystem::path& path) : where_(path.string()) {
   const MatVersion version = mat_version(bytes);
   if (version == MatVersion::none)
-    throw Error(where_, "is damaged, or is not a MAT-file that decid reads", remedy_for(""));
-  content_ = columns_of(version == MatVersion::v73  ? read_mat_73(path, bytes.size())
-                        : version == MatVersion::v5 ? read_mat_5(bytes, where_)
-                                                    : read_mat_4(bytes, where_),
-                        where_);
+    throw Error(Code::file_damaged, where_, "is damaged, or is not a MAT-file that decid reads", remedy_for(""));
+  content_ = make_columns(version == MatVersion::v73  ? read_mat_73(path, bytes.size())
+                          : version == MatVersion::v5 ? read_mat_5(bytes, where_)
+                                                      : read_mat_4(bytes, where_),
+                          where_);
   const std::vector<MatColumn>& columns = content_.columns;
   if (columns.empty()) {
     const std::string& held = content_.held;
-    throw Error(where_, held.empty() ? "holds no variables" : "holds no vector or matrix of numbers: " + held,
+    throw Error(Code::file_empty, where_,
+                held.empty() ? "holds no variables" : "holds no vector or matrix of numbers: " + held,
                 remedy_for(content_.unread));
   }
   const bool all_count = std::ranges::all_of(content_.arrays, &TableArray::is_matrix);
   const std::size_t limit = all_count ? max_columns : max_mat_columns;
   if (columns.size() > limit)
-    throw Error(where_, "has " + std::to_string(columns.size()) + " columns",
+    throw Error(Code::file_too_large, where_, "has " + std::to_string(columns.size()) + " columns",
                 "give a file of at most " + std::to_string(limit));
   for (const MatColumn& column : columns)
     if (column.values.size() > max_rows)
-      throw Error(where_, column.path + " has more than 10 million values", "cut it to one trial");
+      throw Error(Code::file_too_large, where_, column.path + " has more than 10 million values",
+                  "cut it to one trial");
   name_columns();
 }
 
@@ -131,7 +133,7 @@ std::vector<double> MatTable::numbers(int column, Missing missing) const {
   const std::vector<double>& values = at(column).values;
   for (std::size_t k = 0; k < values.size(); ++k) {
     if (std::isfinite(values[k]) || (missing == Missing::kept && std::isnan(values[k]))) continue;
-    throw Error(where_,
+    throw Error(std::isnan(values[k]) ? Code::value_missing : Code::value_invalid, where_,
                 place_of(k) + ", " + names_[static_cast<std::size_t>(column)] + ": " +
                     (std::isnan(values[k]) ? "NaN" : "an infinite value") + " is not a finite number",
                 recording::remedy_for(std::isnan(values[k]) ? missing : Missing::refused));

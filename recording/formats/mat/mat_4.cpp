@@ -52,7 +52,7 @@ std::vector<MatVariable> read_mat_4(std::string_view bytes, const std::string& w
     const auto name_bytes = from.number<std::uint32_t>();
     if (!is_type_4(type)) refuse_damaged(where, "");
     if (variables.size() == std::size_t{max_mat_variables})
-      throw Error(where, "holds more than 10000 variables", "save only one trial");
+      throw Error(Code::file_too_large, where, "holds more than 10000 variables", "save only one trial");
     MatVariable variable;
     if (name_bytes > longest_name) refuse_damaged(where, ", in a name");
     const std::string_view name = from.take(name_bytes);
@@ -60,7 +60,7 @@ std::vector<MatVariable> read_mat_4(std::string_view bytes, const std::string& w
     variable.height = height;
     variable.width = width;
     if (width != 0 && height > values_left / width)
-      throw Error(where, variable.name + " claims too many values", "save only one trial");
+      throw Error(Code::file_too_large, where, variable.name + " claims too many values", "save only one trial");
     const std::size_t count = variable.height * width;
     using Kind = MatVariable::Kind;
     variable.kind = type % 10 == 1   ? Kind::text

@@ -105,7 +105,8 @@ class Reader5 {
     const auto type = tag.number<std::uint32_t>(), size = tag.number<std::uint32_t>();
     if (type != matrix) return {};
     if (size > inflated_left_)
-      throw Error(where_, "is far too large, decompressed, for a recording", "save only one trial");
+      throw Error(Code::file_too_large, where_, "is far too large, decompressed, for a recording",
+                  "save only one trial");
     inflated_left_ -= size;
     inflated.resize(tag_bytes + size);
     if (size > 0) status = fill(tag_bytes);
@@ -121,7 +122,8 @@ class Reader5 {
   /// `depth`: the number of structures around the matrix.
   MatVariable read_matrix(std::string_view bytes, int depth) {
     MatVariable variable;
-    if (--variables_left_ < 0) throw Error(where_, "holds more than 10000 variables", "save only one trial");
+    if (--variables_left_ < 0)
+      throw Error(Code::file_too_large, where_, "holds more than 10000 variables", "save only one trial");
     if (bytes.empty()) return variable;  // an empty field
     MatBytes from(bytes, file_.swapped(), where_);
     const Element flags = next(from);
@@ -259,9 +261,10 @@ class Reader5 {
   void read_values(MatBytes& from, MatVariable& variable) {
     if (variable.height == 0 || variable.width == 0 || variable.pages == 0) return;
     if (!has_at_most(variable, values_left_))
-      throw Error(where_, variable.name + " claims too many values", "save only one trial");
+      throw Error(Code::file_too_large, where_, variable.name + " claims too many values", "save only one trial");
     if (std::max({variable.height, variable.width, variable.pages}) > max_rows)
-      throw Error(where_, variable.name + " has more than 10 million values", "cut it to one trial");
+      throw Error(Code::file_too_large, where_, variable.name + " has more than 10 million values",
+                  "cut it to one trial");
     const std::size_t count = variable.count();
     const Element element = next(from);
     MatBytes data(element.data, file_.swapped(), where_);

@@ -189,7 +189,7 @@ MatVariable converted(const matvar_t& from, int depth, Left& left) {
 std::vector<MatVariable> read_by_matio(const std::string& path, std::size_t max_values) {
   Left left{.values = max_values};
   const std::unique_ptr<mat_t, Close> file(matio().open(path.c_str(), MAT_ACC_RDONLY));
-  if (!file) throw Error(path, "is not a MAT-file", "");
+  if (!file) throw Error(Code::file_damaged, path, "is not a MAT-file", "");
   std::vector<MatVariable> variables;
   // Sizes are checked before the values are read.
   while (const std::unique_ptr<matvar_t, Free> variable{matio().read_next_info(file.get())}) {
@@ -198,7 +198,7 @@ std::vector<MatVariable> read_by_matio(const std::string& path, std::size_t max_
       const std::size_t size = variable->dims[d];
       count = size != 0 && count > left.values / size ? left.values + 1 : count * size;
     }
-    if (count > left.values) throw Error(path, "claims too many values", "");
+    if (count > left.values) throw Error(Code::file_too_large, path, "claims too many values", "");
     // MATLAB ends the name of a class with a null. h5py pads it with nulls or omits it, so matio finds no class. HDF5
     // itself converts all kinds of numbers.
     const bool is_guess = variable->class_type == MAT_C_EMPTY && count > 0;
@@ -210,7 +210,7 @@ std::vector<MatVariable> read_by_matio(const std::string& path, std::size_t max_
     const bool is_read = (is_array && count <= std::size_t{max_mat_variables}) || variable->class_type == MAT_C_CHAR ||
                          (variable->class_type >= MAT_C_DOUBLE && variable->class_type <= MAT_C_UINT64);
     if (is_read && matio().read_data_all(file.get(), variable.get()) != 0) {
-      if (!is_guess) throw Error(path, "is damaged", "");
+      if (!is_guess) throw Error(Code::file_damaged, path, "is damaged", "");
       variable->class_type = MAT_C_OPAQUE;  // such as references; other variables may be readable
     }
     variables.push_back(converted(*variable, 0, left));
@@ -323,7 +323,7 @@ std::vector<MatVariable> read_mat_73(const std::filesystem::path& path, std::siz
                                {library_bytes + 3 * sizeof(double) * max_values, max_seconds});
   std::vector<MatVariable> variables;
   if (!answer || !from_bytes(*answer, variables))
-    throw Error(file, "cannot be read: it is damaged, or far too large for a recording",
+    throw Error(Code::file_damaged, file, "cannot be read: it is damaged, or far too large for a recording",
                 "save it in MATLAB with save('file.mat', 'time', 'sway'), or as CSV");
   return variables;
 }

@@ -5,7 +5,8 @@
 namespace decid::recording {
 
 std::vector<MatVariable> read_mat_73(const std::filesystem::path& path, std::size_t) {
-  throw Error(path.string(), "is a MAT-file of version 7.3, which this build of decid does not read",
+  throw Error(Code::not_supported, path.string(),
+              "is a MAT-file of version 7.3, which this build of decid does not read",
               "save it in MATLAB with save('file.mat', 'time', 'sway', '-v7'), or as CSV");
 }
 

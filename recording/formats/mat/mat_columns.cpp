@@ -102,7 +102,7 @@ std::optional<double> scalar_of(const MatVariable* variable) {
 
 /// Returns a label with its unit, unless the label ends in a unit.
 std::string labelled(const std::string& label, const std::string& unit) {
-  return unit.empty() || unit_in(label) || metres_in_unit_of(label) ? label : label + " (" + unit + ")";
+  return unit.empty() || unit_in(label) || find_metres_per_unit(label) ? label : label + " (" + unit + ")";
 }
 
 /// Collects the columns of a file's variables.
@@ -410,7 +410,7 @@ class Collector {
   }
 
   [[noreturn]] void refuse_labchart() const {
-    throw Error(where_, "comes from LabChart, and its datastart and dataend do not fit its data",
+    throw Error(Code::file_damaged, where_, "comes from LabChart, and its datastart and dataend do not fit its data",
                 "export it from LabChart again, or as text");
   }
 
@@ -421,7 +421,7 @@ class Collector {
 
 }  // namespace
 
-MatColumns columns_of(std::vector<MatVariable> variables, const std::string& where) {
+MatColumns make_columns(std::vector<MatVariable> variables, const std::string& where) {
   Collector collector(where);
   collector.add_all(variables, {});
   return std::move(collector.made);

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "recording/detail/stated_rate.hpp"
 #include "recording/formats/mat/mat_variable.hpp"
-#include "recording/stated_rate.hpp"
 #include "recording/table/table.hpp"
 
 namespace decid::recording {
@@ -44,7 +44,7 @@ struct MatColumns {
 /// programs keep their names: LabChart (data, datastart, dataend, titles), AcqKnowledge (data, labels, units, isi),
 /// Qualisys (Labels and Data), Simulink (time, signals.values, signals.label), and a matrix next to a list of names.
 /// Throws Error for a LabChart file whose parts do not fit together; `where` names the file.
-MatColumns columns_of(std::vector<MatVariable> variables, const std::string& where);
+MatColumns make_columns(std::vector<MatVariable> variables, const std::string& where);
 
 /// Returns the number of equal levels of two scopes, counted from the outermost.
 std::size_t shared_levels(const MatScope& a, const MatScope& b);

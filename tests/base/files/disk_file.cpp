@@ -7,9 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "base/error.hpp"
+#include "tests/helpers.hpp"
 
 using decid::DiskFile;
+using decid::test::check_error;
 
 namespace {
 
@@ -75,13 +76,11 @@ TEST_CASE("one holds the lock, until it is closed") {
 
 TEST_CASE("an unreadable file is an error with the reason") {
   const TemporaryFile temporary;
-  CHECK_THROWS_WITH_AS(DiskFile(temporary.path, DiskFile::Access::read), doctest::Contains("No such file"),
-                       decid::Error);
-  CHECK_THROWS_WITH_AS(DiskFile(temporary.path / "x", DiskFile::Access::write), doctest::Contains("create the folder"),
-                       decid::Error);
-  CHECK_THROWS_WITH_AS(DiskFile("/", DiskFile::Access::write), doctest::Contains("cannot be created"), decid::Error);
+  check_error([&] { DiskFile(temporary.path, DiskFile::Access::read); }, decid::Code::file_missing);
+  check_error([&] { DiskFile(temporary.path / "x", DiskFile::Access::write); }, decid::Code::file_unwritable);
+  check_error([&] { DiskFile("/", DiskFile::Access::write); }, decid::Code::file_unwritable);
   DiskFile(temporary.path, DiskFile::Access::write).write(0, "content");
   DiskFile reader(temporary.path, DiskFile::Access::read);
   CHECK(content(reader, 0, 100) == "content");
-  CHECK_THROWS_WITH_AS(reader.write(0, "x"), doctest::Contains("cannot be written"), decid::Error);
+  check_error([&] { reader.write(0, "x"); }, decid::Code::file_unwritable);
 }

@@ -23,7 +23,7 @@ TEST_CASE("philox4x32: known answers of Random123") {
 }
 
 TEST_CASE("Random: numbers are where the layout of counter and key says") {
-  const Random random(0x0123456789abcdef, Stream::sensor_noise, 0xfedcba9876543210);
+  const Random random(0x0123456789abcdef, Stream{5}, 0xfedcba9876543210);
   for (const std::uint64_t block : {0ull, 1ull, 12345ull, (1ull << 32) + 7, (1ull << 56) - 1}) {
     const auto low = static_cast<std::uint32_t>(block), high = static_cast<std::uint32_t>(block >> 32);
     const auto words = decid::philox4x32({low, 0x76543210, 0xfedcba98, 5 | high << 8}, {0x89abcdef, 0x01234567});
@@ -51,7 +51,7 @@ TEST_CASE("Random: a number depends only on its index") {
 TEST_CASE("Random: seeds, streams, items and indices have different numbers") {
   std::vector<std::uint64_t> seen;
   for (const std::uint64_t seed : {1ull, 2ull, 1ull << 32, 1ull << 63}) {
-    for (const Stream stream : {Stream::base_parameters, Stream::child_parameters, Stream::shuffle}) {
+    for (const Stream stream : {Stream{1}, Stream{2}, Stream::shuffle}) {
       for (const std::uint64_t item : {0ull, 1ull, 1ull << 32, 1ull << 63}) {
         for (std::uint64_t index = 0; index < 8; ++index) seen.push_back(Random(seed, stream, item).bits(index));
       }
@@ -64,7 +64,7 @@ TEST_CASE("Random: seeds, streams, items and indices have different numbers") {
 }
 
 TEST_CASE("Random: uniform numbers") {
-  const Random random(11, Stream::base_parameters, 0);
+  const Random random(11, Stream{1}, 0);
   constexpr int count = 400'000, cells = 64;
   std::vector<int> histogram(cells);
   double sum = 0.0, lowest = 1.0, highest = 0.0;
@@ -146,7 +146,7 @@ TEST_CASE("inverse_normal: inverts the distribution function") {
 TEST_CASE("Random: normal numbers have the moments and tails of the normal distribution") {
   constexpr int count = 1'000'000;
   std::vector<double> values(count);
-  Random(3, Stream::vestibular_noise, 9).fill_normal(values);
+  Random(3, Stream{3}, 9).fill_normal(values);
   double moment[5]{};
   int beyond[5]{};
   for (const double x : values) {
@@ -170,7 +170,7 @@ TEST_CASE("Random: normal numbers have the moments and tails of the normal distr
 }
 
 TEST_CASE("Random::fill_normal: the numbers of normal(), with every instruction set") {
-  const Random random(5, Stream::sensor_noise, 0x1234567890ULL);
+  const Random random(5, Stream{5}, 0x1234567890ULL);
   for (const decid::Isa isa : decid::available_isas()) {
     CAPTURE(name(isa));
     // Odd starts, odd lengths, blocks whose number has more than 32 bits.

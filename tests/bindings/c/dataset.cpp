@@ -1,5 +1,4 @@
 // Data sets and evaluation through C: the files and figures of the library.
-#include <cmath>
 
 #include "identify/network/prediction.hpp"
 #include "identify/studies/calibration.hpp"
@@ -53,17 +52,17 @@ TEST_CASE("a data set equals the library's, in memory, written, and generated in
   const OwnedDataset stored = make_dataset(straight);
   CHECK(read_text(made) == read_text(folder / "expected.npz"));
   CHECK(decid_dataset_sway(stored.get()) == nullptr);
-  refused(decid_dataset_write(stored.get(), written.c_str()), {"is a file already"});
+  refused(decid_dataset_write(stored.get(), written.c_str()), Code::setting_conflict);
 
   const OwnedDataset again =
       make<OwnedDataset>([&](decid_dataset** place) { return decid_dataset_read(made.c_str(), place); });
   std::vector<float> copied(2 * 12100);
   REQUIRE(decid_dataset_copy_sway(again.get(), 3, 2, copied.data()) == DECID_OK);
   CHECK(std::equal(copied.begin(), copied.end(), sway + 3 * 12100));
-  refused(decid_dataset_copy_sway(again.get(), trials, 1, copied.data()), {"trials 40 to 41 of 40"});
-  refused(decid_dataset_copy_sway(again.get(), 1, SIZE_MAX, copied.data()), {"of 40"});
+  refused(decid_dataset_copy_sway(again.get(), trials, 1, copied.data()), Code::setting_out_of_range, "40 to");
+  refused(decid_dataset_copy_sway(again.get(), 1, SIZE_MAX, copied.data()), Code::setting_out_of_range, "40");
   decid_dataset* none = nullptr;
-  refused(decid_dataset_read("no.npz", &none), {"no.npz"});
+  refused(decid_dataset_read("no.npz", &none), Code::file_missing, "no.npz");
 }
 
 TEST_CASE("a callback stops a data set") {
@@ -77,7 +76,7 @@ TEST_CASE("a callback stops a data set") {
   };
   const OwnedProtocol played = protocol("default");
   decid_dataset* dataset = nullptr;
-  refused(decid_dataset_make(played.get(), &options, &dataset), {"decid_dataset_make: was stopped"}, DECID_STOPPED);
+  refused(decid_dataset_make(played.get(), &options, &dataset), Code::stopped, "decid_dataset_make");
   CHECK(dataset == nullptr);
   CHECK(last >= 0.0);
   CHECK(last < 0.5);
@@ -110,14 +109,15 @@ TEST_CASE("a model is not measured on trials of its training's seed, nor on anot
   decid_dataset_options options = request();
   options.seed = 1;
   const OwnedDataset trained = make_dataset(options);
-  refused(decid_evaluate(built_in(), trained.get(), DECID_ALL, &found, sizeof found), {"the data set"});
+  refused(decid_evaluate(built_in(), trained.get(), DECID_ALL, &found, sizeof found), Code::data_reused);
   const OwnedProtocol other = protocol("short");
   const decid_dataset_options asked = request();
   const OwnedDataset data =
       make<OwnedDataset>([&](decid_dataset** place) { return decid_dataset_make(other.get(), &asked, place); });
-  refused(decid_evaluate(built_in(), data.get(), DECID_ALL, &found, sizeof found), {"another experiment"});
-  refused(decid_evaluate(built_in(), data.get(), 3, &found, sizeof found), {"there is no split 3"});
-  refused(decid_evaluate(built_in(), data.get(), DECID_ALL, nullptr, sizeof found), {"evaluation is NULL"});
+  refused(decid_evaluate(built_in(), data.get(), DECID_ALL, &found, sizeof found), Code::file_differs);
+  refused(decid_evaluate(built_in(), data.get(), 3, &found, sizeof found), Code::setting_unknown,
+          "there is no split 3");
+  refused(decid_evaluate(built_in(), data.get(), DECID_ALL, nullptr, sizeof found), Code::setting_missing);
 }
 
 }  // namespace decid

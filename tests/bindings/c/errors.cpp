@@ -32,28 +32,28 @@ TEST_CASE("the version is the header's") {
 
 TEST_CASE("bad input gives where, what and a remedy, and no handle") {
   decid_model* model = reinterpret_cast<decid_model*>(1);
-  refused(decid_model_load("no/such.safetensors", &model), {"no/such.safetensors: "});
+  refused(decid_model_load("no/such.safetensors", &model), Code::file_missing, "no/such.safetensors");
   CHECK(model == nullptr);
-  refused(decid_model_load("", &model), {"decid_model_load: the path is empty"});
-  refused(decid_model_load(nullptr, nullptr), {"decid_model_load: has no place"});
+  refused(decid_model_load("", &model), Code::setting_missing, "decid_model_load");
+  refused(decid_model_load(nullptr, nullptr), Code::setting_missing, "decid_model_load");
   const TemporaryFolder folder;
-  refused(decid_model_load(write_text(folder / "model", "x").c_str(), &model), {"model: is too short"});
-  refused(decid_model_save(built_in(), "/no/such/folder/model"), {"/no/such/folder"});
+  refused(decid_model_load(write_text(folder / "model", "x").c_str(), &model), Code::file_damaged);
+  refused(decid_model_save(built_in(), "/no/such/folder/model"), Code::file_unwritable, "/no/such/folder");
 
   decid_protocol* none = nullptr;
-  refused(decid_protocol_load("no.json", &none), {"no.json"});
-  refused(decid_protocol_load(nullptr, &none), {"decid_protocol_load: name_or_path is NULL"});
+  refused(decid_protocol_load("no.json", &none), Code::file_missing, "no.json");
+  refused(decid_protocol_load(nullptr, &none), Code::setting_missing, "decid_protocol_load");
 
   decid_recording* recording = nullptr;
-  refused(decid_recording_read("no.csv", nullptr, &recording), {"no.csv"});
+  refused(decid_recording_read("no.csv", nullptr, &recording), Code::file_missing, "no.csv");
   const double sway[] = {0.0, 0.01, NAN};
-  refused(decid_recording_of(sway, 3, 100.0, DECID_RADIANS, &recording), {"recording: "});
-  refused(decid_recording_of(sway, 2, 0.0, DECID_RADIANS, &recording), {"a rate of 0 Hz"});
-  refused(decid_recording_of(sway, 2, 100.0, DECID_BY_NAME, &recording), {"no name that says their unit"});
-  refused(decid_recording_of(sway, 2, 100.0, 9, &recording), {"there is no unit 9"});
-  refused(decid_recording_of(nullptr, 2, 100.0, DECID_RADIANS, &recording), {"sway is NULL"});
+  refused(decid_recording_of(sway, 3, 100.0, DECID_RADIANS, &recording), Code::value_invalid);
+  refused(decid_recording_of(sway, 2, 0.0, DECID_RADIANS, &recording), Code::setting_out_of_range, "0 Hz");
+  refused(decid_recording_of(sway, 2, 100.0, DECID_BY_NAME, &recording), Code::unit_unknown);
+  refused(decid_recording_of(sway, 2, 100.0, 9, &recording), Code::setting_unknown, "there is no unit 9");
+  refused(decid_recording_of(nullptr, 2, 100.0, DECID_RADIANS, &recording), Code::setting_missing);
   CHECK(recording == nullptr);
-  refused(decid_set_threads(0), {"decid_set_threads: 0 threads"});
+  refused(decid_set_threads(0), Code::setting_out_of_range, "decid_set_threads");
 }
 
 TEST_CASE("a part of a file is refused unless it is plain which") {
@@ -65,35 +65,35 @@ TEST_CASE("a part of a file is refused unless it is plain which") {
   decid_read_defaults(&options, sizeof options);
   decid_recording* recording = nullptr;
   decid_trials* trials = nullptr;
-  const auto refused_to_read = [&](std::initializer_list<const char*> parts) {
-    refused(decid_recording_read(path.c_str(), &options, &recording), parts);
+  const auto refused_to_read = [&](Code code, std::string_view fact = {}) {
+    refused(decid_recording_read(path.c_str(), &options, &recording), code, fact);
   };
-  const auto refused_to_list = [&](std::initializer_list<const char*> parts) {
-    refused(decid_trials_read(path.c_str(), &options, &trials), parts);
+  const auto refused_to_list = [&](Code code, std::string_view fact = {}) {
+    refused(decid_trials_read(path.c_str(), &options, &trials), code, fact);
   };
-  refused_to_list({"decid_trials_read: ", "trial_column"});
+  refused_to_list(Code::setting_missing, "decid_trials_read");
   options.trial = "s0";
-  refused_to_read({"decid_recording_read: ", "trial", "trial_column"});
+  refused_to_read(Code::setting_missing, "decid_recording_read");
   options.trial_column = "none";
-  refused_to_read({"decid_recording_read: ", "trial", "trial_column"});
+  refused_to_read(Code::setting_missing, "decid_recording_read");
   options.trial_column = "subject";
   options.trial = nullptr;
-  refused_to_read({"long.csv: ", "2 recordings: 's0', 's1'"});
+  refused_to_read(Code::recording_ambiguous, "'s0', 's1'");
   options.trial = "s2";
-  refused_to_read({"long.csv: ", "'s2'"});
+  refused_to_read(Code::setting_unknown, "'s2'");
   options.trial_column = "person";
-  refused_to_read({"long.csv: ", "'person'"});
-  refused_to_list({"long.csv: ", "'person'"});
+  refused_to_read(Code::column_missing, "'person'");
+  refused_to_list(Code::column_missing, "'person'");
   options.trial_column = "sway_deg";
-  refused_to_list({"long.csv: ", "'sway_deg'"});
+  refused_to_list(Code::column_unsuitable, "'sway_deg'");
   decid_read_defaults(&options, sizeof options);
   options.section = "Trajectories";
-  refused_to_read({"long.csv: ", "section Trajectories"});
+  refused_to_read(Code::setting_unknown, "long.csv");
   options.skip_lines = 0;
-  refused_to_read({"decid_recording_read: ", "section", "skip_lines"});
-  refused_to_list({"decid_trials_read: ", "section", "skip_lines"});
-  refused(decid_trials_read("no.csv", nullptr, &trials), {"trial_column"});
-  refused(decid_trials_read(nullptr, nullptr, &trials), {"path is NULL"});
+  refused_to_read(Code::setting_conflict, "decid_recording_read");
+  refused_to_list(Code::setting_conflict, "decid_trials_read");
+  refused(decid_trials_read("no.csv", nullptr, &trials), Code::setting_missing, "trial_column");
+  refused(decid_trials_read(nullptr, nullptr, &trials), Code::setting_missing);
   CHECK(recording == nullptr);
   CHECK(trials == nullptr);
   CHECK(decid_trials_count(nullptr) == 0);
@@ -103,35 +103,36 @@ TEST_CASE("a part of a file is refused unless it is plain which") {
 
 TEST_CASE("identification refuses the library's invalid input") {
   decid_result* result = nullptr;
-  const OwnedRecording recording = recording_of(simulated(7));
+  const OwnedRecording recording = make_recording(simulated(7));
   decid_identify_options options;
   decid_identify_defaults(&options, sizeof options);
   options.mass_kg = 70.0;
-  refused(decid_identify(built_in(), recording.get(), &options, &result), {"mass or height stands alone"});
+  refused(decid_identify(built_in(), recording.get(), &options, &result), Code::setting_missing);
   options.height_m = 0.9;
-  refused(decid_identify(built_in(), recording.get(), &options, &result), {"body mass index of 86.4"});
+  refused(decid_identify(built_in(), recording.get(), &options, &result), Code::setting_out_of_range, "86.4");
   options.mass_kg = 20.0;
-  refused(decid_identify(built_in(), recording.get(), &options, &result), {"built-in model"});
+  refused(decid_identify(built_in(), recording.get(), &options, &result), Code::setting_out_of_range);
   options.mass_kg = 70.0;
   options.height_m = 1.75;
   options.detrend = 7;
-  refused(decid_identify(built_in(), recording.get(), &options, &result), {"no detrending 7"});
-  const OwnedRecording brief = recording_of({0.0, 0.01, 0.0});
-  refused(decid_identify(built_in(), brief.get(), nullptr, &result), {"recording: "});
-  refused(decid_identify(nullptr, recording.get(), nullptr, &result), {"model is NULL"});
-  refused(decid_identify(built_in(), nullptr, nullptr, &result), {"recording is NULL"});
+  refused(decid_identify(built_in(), recording.get(), &options, &result), Code::setting_unknown, "no detrending 7");
+  const OwnedRecording brief = make_recording({0.0, 0.01, 0.0});
+  refused(decid_identify(built_in(), brief.get(), nullptr, &result), Code::recording_too_short);
+  refused(decid_identify(nullptr, recording.get(), nullptr, &result), Code::setting_missing);
+  refused(decid_identify(built_in(), nullptr, nullptr, &result), Code::setting_missing);
   CHECK(result == nullptr);
 }
 
 TEST_CASE("options of another library's size are refused if it is newer, and filled up if it is older") {
   decid_result* result = nullptr;
-  const OwnedRecording recording = recording_of(simulated(7));
+  const OwnedRecording recording = make_recording(simulated(7));
   decid_identify_options options;
   decid_identify_defaults(&options, sizeof options);
   options.size = sizeof options + 8;
-  refused(decid_identify(built_in(), recording.get(), &options, &result), {"its options have a size of 48"});
+  refused(decid_identify(built_in(), recording.get(), &options, &result), Code::size_mismatch, "48");
   options.size = 0;
-  refused(decid_identify(built_in(), recording.get(), &options, &result), {"its options have a size of 0"});
+  refused(decid_identify(built_in(), recording.get(), &options, &result), Code::size_mismatch,
+          "its options have a size of 0");
   // A header without what stands behind the body: its garbage is not read.
   decid_identify_defaults(&options, offsetof(decid_identify_options, begin_s));
   options.begin_s = -1e9;
@@ -159,7 +160,7 @@ TEST_CASE("accessors accept null and indices beyond the end") {
   CHECK(samples == 0);
   CHECK(decid_dataset_trials(nullptr) == 0);
   CHECK(decid_dataset_sway(nullptr) == nullptr);
-  const OwnedRecording recording = recording_of(simulated(7));
+  const OwnedRecording recording = make_recording(simulated(7));
   CHECK(decid_recording_tilt(recording.get()) == nullptr);
   CHECK(std::string(decid_recording_column(recording.get())).empty());
   decid_result_free(nullptr);
@@ -172,7 +173,7 @@ TEST_CASE("accessors accept null and indices beyond the end") {
 #ifndef DECID_SANITIZED  // whose runtimes have threads of their own
 TEST_CASE("a forked process is refused instead of waiting forever") {
   REQUIRE(decid_set_threads(2) == DECID_OK);
-  const OwnedRecording recording = recording_of(simulated(7));
+  const OwnedRecording recording = make_recording(simulated(7));
   decid_result* result = nullptr;
   REQUIRE(decid_identify(built_in(), recording.get(), nullptr, &result) == DECID_OK);
   decid_result_free(result);
@@ -199,9 +200,9 @@ TEST_CASE("an exception of a callback ends at the border") {
   options.progress = [](void*, double, const char*) -> int { throw std::logic_error("mine"); };
   decid_dataset* dataset = nullptr;
   const OwnedProtocol played = protocol("default");
-  refused(decid_dataset_make(played.get(), &options, &dataset), {"mine"}, DECID_FAILED);
+  refused(decid_dataset_make(played.get(), &options, &dataset), Code::internal);
   options.progress = [](void*, double, const char*) -> int { throw 1; };
-  refused(decid_dataset_make(played.get(), &options, &dataset), {"unknown exception"}, DECID_FAILED);
+  refused(decid_dataset_make(played.get(), &options, &dataset), Code::internal);
   CHECK(dataset == nullptr);
 }
 

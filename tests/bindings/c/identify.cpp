@@ -244,7 +244,7 @@ TEST_CASE("samples in degrees give the result of a file in degrees") {
 }
 
 TEST_CASE("one model serves many threads, each with errors of its own") {
-  const OwnedRecording first = recording_of(simulated(7)), second = recording_of(simulated(8));
+  const OwnedRecording first = make_recording(simulated(7)), second = make_recording(simulated(8));
   const double alone[] = {decid_result_parameter(identify(first.get()).get(), 0)->value,
                           decid_result_parameter(identify(second.get()).get(), 0)->value};
   CHECK(alone[0] != alone[1]);

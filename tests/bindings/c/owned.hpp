@@ -3,9 +3,9 @@
 
 #include <doctest/doctest.h>
 
-#include <initializer_list>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bindings/c/decid.h"
@@ -60,24 +60,29 @@ inline std::vector<double> simulated(std::uint64_t seed) {
   return sway_rad;
 }
 
-inline OwnedRecording recording_of(const std::vector<double>& sway_rad) {
+inline OwnedRecording make_recording(const std::vector<double>& sway_rad) {
   return make<OwnedRecording>([&](decid_recording** place) {
     return decid_recording_of(sway_rad.data(), sway_rad.size(), 100.0, DECID_RADIANS, place);
   });
 }
 
-/// Checks that a call failed, and that this thread's error has all the parts and a remedy.
-inline void refused(decid_status status, std::initializer_list<const char*> parts,
-                    decid_status expected = DECID_BAD_INPUT) {
+/// Checks that a call failed, and that this thread's error has the code, a remedy, and the fact if one is given.
+inline void refused(decid_status status, Code code, std::string_view fact = {}, const char* file = __builtin_FILE(),
+                    int line = __builtin_LINE()) {
   const std::string text = decid_error_text();
+  INFO("called in " << file << ", line " << line);
   CAPTURE(text);
-  CHECK(status == expected);
+  CHECK(status == (code == Code::stopped         ? DECID_STOPPED
+                   : code == Code::out_of_memory ? DECID_NO_MEMORY
+                   : code == Code::internal      ? DECID_FAILED
+                                                 : DECID_BAD_INPUT));
+  if (const char* to = std::getenv("DECID_LOG"))  // LOG
+    std::ofstream(to, std::ios::app) << file << '\t' << line << '\t' << name(code) << '\t' << decid_error_code() << '\t'
+                                     << fact << '\t' << contains(text, fact) << '\t' << text << "\x1e";  // LOG
+  CHECK(std::string(decid_error_code()) == name(code));
   CHECK(text == decid_error_where() + std::string(": ") + decid_error_problem() + "; " + decid_error_remedy());
   CHECK_FALSE(std::string(decid_error_remedy()).empty());
-  for (const char* part : parts) {
-    CAPTURE(std::string(part));
-    CHECK(contains(text, part));
-  }
+  CHECK(contains(text, fact));
 }
 
 }  // namespace decid::test

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sim/protocol/protocol_json.hpp"
+#include "sim/streams.hpp"
 #include "tests/bindings/c/owned.hpp"
 
 namespace decid {
@@ -30,10 +31,42 @@ TEST_CASE("trials have the bits of the simulator, alone and together") {
     sim::Parameters own = sim::single_pendulum().parameters.middle();
     own[sim::Kp] += 10.0 * static_cast<double>(trial);
     std::vector<double> expected(samples);
-    REQUIRE(simulator.run(own, Random(40 + trial, Stream::vestibular_noise, 0), expected).valid);
+    REQUIRE(simulator.run(own, Random(40 + trial, sim::streams::vestibular_noise, 0), expected).valid);
     CHECK(
         std::equal(expected.begin(), expected.end(), sway_rad.begin() + static_cast<std::ptrdiff_t>(trial * samples)));
   }
+}
+
+TEST_CASE("controllers by name, with their own parameters") {
+  REQUIRE(decid_controllers() >= 3);
+  CHECK(decid_controller_name(0) == std::string("dec"));
+  CHECK(!std::string(decid_controller_description(1)).empty());
+  CHECK(decid_controller_name(1000) == nullptr);
+  CHECK(decid_controller_description(1000) == nullptr);
+  CHECK(decid_protocol_controller(nullptr) == nullptr);
+  CHECK(decid_protocol_controller(protocol("short").get()) == std::string("dec"));
+  for (std::size_t i = 0; i < decid_controllers(); ++i) {
+    const std::string name = decid_controller_name(i);
+    CAPTURE(name);
+    const sim::BodyModel& model = sim::body_model_of(name, "test");
+    if (model.family.terms.empty()) continue;
+    const auto played = make<OwnedProtocol>(
+        [&](decid_protocol** place) { return decid_protocol_load_controller("short", name.c_str(), place); });
+    CHECK(decid_protocol_controller(played.get()) == name);
+    REQUIRE(decid_protocol_parameters(played.get()) == model.parameters.size());
+    CHECK(decid_protocol_parameter(played.get(), 2)->name == model.parameters[2].name);
+    sim::Protocol expected = sim::short_protocol();
+    expected.experiment.body_model = &model;
+    const sim::Parameters middle = model.parameters.middle();
+    std::vector<double> sway_rad(decid_protocol_samples(played.get())), simulated(sway_rad.size());
+    REQUIRE(decid_simulate(played.get(), middle.begin(), 1, 5, sway_rad.data(), nullptr) == DECID_OK);
+    sim::Simulator(expected).run(middle, Random(5, sim::streams::vestibular_noise, 0), simulated);
+    CHECK(sway_rad == simulated);
+  }
+  decid_protocol* none = nullptr;
+  refused(decid_protocol_load_controller("short", "pid", &none), Code::setting_unknown, "dec2015");
+  refused(decid_protocol_load_controller(nullptr, "dec", &none), Code::setting_missing);
+  CHECK(none == nullptr);
 }
 
 TEST_CASE("the protocol's sensor noise is added as data sets have it") {
@@ -46,7 +79,7 @@ TEST_CASE("the protocol's sensor noise is added as data sets have it") {
   sim::Protocol protocol = sim::default_protocol();
   protocol.noise.sensor = {0.05, 0.05};
   const sim::Simulator simulator(protocol);
-  simulator.run(middle, Random(5, Stream::vestibular_noise, 0), expected);
+  simulator.run(middle, Random(5, sim::streams::vestibular_noise, 0), expected);
   sim::record(protocol, 5, 0, expected);
   CHECK(sway_rad == expected);
 }
@@ -60,8 +93,8 @@ TEST_CASE("a body that falls is an error, or a row that ends in NaN") {
   parameters.insert(parameters.end(), weak.begin(), weak.end());
   const std::size_t samples = decid_protocol_samples(played.get());
   std::vector<double> sway_rad(2 * samples);
-  refused(decid_simulate(played.get(), parameters.data(), 2, 1, sway_rad.data(), nullptr),
-          {"decid_simulate: the body of trial 1 leaves 5 degrees after"});
+  refused(decid_simulate(played.get(), parameters.data(), 2, 1, sway_rad.data(), nullptr), Code::body_falls,
+          "decid_simulate");
   unsigned char stood[2] = {7, 7};
   REQUIRE(decid_simulate(played.get(), parameters.data(), 2, 1, sway_rad.data(), stood) == DECID_OK);
   CHECK(stood[0] == 1);
@@ -70,8 +103,9 @@ TEST_CASE("a body that falls is an error, or a row that ends in NaN") {
   CHECK(std::isfinite(sway_rad[samples]));
   CHECK(std::isnan(sway_rad.back()));
   parameters[0] = -1.0;
-  refused(decid_simulate(played.get(), parameters.data(), 2, 1, sway_rad.data(), stood), {"Kp"});
-  refused(decid_simulate(played.get(), nullptr, 2, 1, sway_rad.data(), stood), {"parameters is NULL"});
+  refused(decid_simulate(played.get(), parameters.data(), 2, 1, sway_rad.data(), stood), Code::setting_out_of_range,
+          "Kp");
+  refused(decid_simulate(played.get(), nullptr, 2, 1, sway_rad.data(), stood), Code::setting_missing);
 }
 
 }  // namespace decid

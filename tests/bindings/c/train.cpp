@@ -83,7 +83,7 @@ TEST_CASE("training has the weights of the library's, on fresh trials and on a d
   CHECK(decid_model_sha256(trained.get()) == expected_sha256(*dataset::stored_source(dataset::StoredDataset(same)), 0));
   // It knows what it was trained on.
   decid_evaluation found;
-  refused(decid_evaluate(trained.get(), data.get(), DECID_ALL, &found, sizeof found), {"the data set"});
+  refused(decid_evaluate(trained.get(), data.get(), DECID_ALL, &found, sizeof found), Code::data_reused);
   CHECK(decid_evaluate(trained.get(), data.get(), DECID_VALIDATION, &found, sizeof found) == DECID_OK);
 }
 
@@ -120,34 +120,34 @@ TEST_CASE("a callback stops a training after a batch or an epoch") {
   decid_train_options options = tiny();
   options.progress = [](void*, const decid_training* training) { return training->done == 40 ? 1 : 0; };
   decid_model* model = nullptr;
-  refused(decid_train(nullptr, played.get(), &options, &model), {"decid_train: was stopped"}, DECID_STOPPED);
+  refused(decid_train(nullptr, played.get(), &options, &model), Code::stopped, "decid_train");
   options.progress = [](void*, const decid_training* training) { return training->epoch_is_over; };
-  refused(decid_train(nullptr, played.get(), &options, &model), {"decid_train: was stopped"}, DECID_STOPPED);
+  refused(decid_train(nullptr, played.get(), &options, &model), Code::stopped, "decid_train");
   CHECK(model == nullptr);
 }
 
 TEST_CASE("training refuses settings that decid train refuses") {
   const OwnedProtocol played = protocol("default");
   decid_model* model = nullptr;
-  const auto refuse = [&](auto change, std::initializer_list<const char*> parts) {
+  const auto refuse = [&](auto change, Code code, std::string_view fact = {}) {
     decid_train_options options = tiny();
     change(options);
-    refused(decid_train(nullptr, played.get(), &options, &model), parts);
+    refused(decid_train(nullptr, played.get(), &options, &model), code, fact);
   };
-  refuse([](auto& options) { options.preset = "no"; }, {"best"});
-  refuse([](auto& options) { options.architecture = "conv"; }, {});
-  refuse([](auto& options) { options.head = "no"; }, {"head"});
-  refuse([](auto& options) { options.schedule = "no"; }, {});
-  refuse([](auto& options) { options.image = "{"; }, {"image"});
-  refuse([](auto& options) { options.epochs = -1; }, {"epochs"});
-  refuse([](auto& options) { options.batch = 5000; }, {"batch"});
-  refuse([](auto& options) { options.learning_rate = -0.1; }, {"learning_rate"});
-  refuse([](auto& options) { options.momentum = 1.0; }, {"momentum"});
-  refuse([](auto& options) { options.weight_decay = 2.0; }, {"weight_decay"});
-  refuse([](auto& options) { options.patience = -1; }, {"patience"});
-  refuse([](auto& options) { options.stream_trials = 0; }, {});
+  refuse([](auto& options) { options.preset = "no"; }, Code::setting_unknown);
+  refuse([](auto& options) { options.architecture = "conv"; }, Code::setting_malformed);
+  refuse([](auto& options) { options.head = "no"; }, Code::file_unsupported);
+  refuse([](auto& options) { options.schedule = "no"; }, Code::setting_malformed);
+  refuse([](auto& options) { options.image = "{"; }, Code::setting_malformed);
+  refuse([](auto& options) { options.epochs = -1; }, Code::setting_out_of_range);
+  refuse([](auto& options) { options.batch = 5000; }, Code::setting_out_of_range);
+  refuse([](auto& options) { options.learning_rate = -0.1; }, Code::setting_out_of_range, "learning_rate");
+  refuse([](auto& options) { options.momentum = 1.0; }, Code::setting_out_of_range);
+  refuse([](auto& options) { options.weight_decay = 2.0; }, Code::setting_out_of_range, "weight_decay");
+  refuse([](auto& options) { options.patience = -1; }, Code::setting_out_of_range);
+  refuse([](auto& options) { options.stream_trials = 0; }, Code::setting_out_of_range);
   decid_train_options options = tiny();
-  refused(decid_train(nullptr, nullptr, &options, &model), {"needs trials"});
+  refused(decid_train(nullptr, nullptr, &options, &model), Code::setting_missing);
   CHECK(model == nullptr);
 }
 

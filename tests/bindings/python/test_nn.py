@@ -84,6 +84,7 @@ class Networks(unittest.TestCase):
         with self.assertRaises(decid.Error) as raised:
             nn.Network((1, 6, 6), "conv 4 3x3; softsign")
         self.assertIn("softsign", raised.exception.where)
+        self.assertEqual(raised.exception.code, "setting_malformed")
         net = nn.Network((1, 6, 6), TEXT)
         for call in (lambda: net.predict(images[0, 0, 0]), lambda: net.predict(images[:, :, :5]),
                      lambda: net.fit(images, labels[:7], loss="cross-entropy"), lambda: net.fit(images, labels),

@@ -140,7 +140,7 @@ TEST_CASE("decid reads what NumPy writes, stored, deflated, or in header format 
   REQUIRE(python(folder / "save.py", folder / "a.npz",
                  "arrays = dict(np.load(path))\narrays['sway'] = np.zeros((250_000, 80), np.float32)\n"
                  "np.savez_compressed(path, **arrays)\n"));
-  check_error([&] { read_npz(folder / "a.npz"); }, {"a.npz: sway", "compressed too strongly"});
+  check_error([&] { read_npz(folder / "a.npz"); }, Code::file_unsupported, "a.npz");
 }
 
 TEST_CASE("a data set from before the noise had a period of its own keeps the trial's length") {
@@ -163,43 +163,44 @@ TEST_CASE("arrays that do not belong into a data set are refused by name") {
   const TemporaryFolder folder;
   struct Case {
     const char* change;
-    std::initializer_list<const char*> parts;
+    Code code;
+    const char* fact;
   };
   const Case cases[] = {
-      {"del arrays['sway']", {"a.npz", "no array 'sway'"}},
-      {"del arrays['split']", {"no array 'split'"}},
-      {"del arrays['decid.json']", {"no array 'decid.json'"}},
-      {"arrays['sway'] = arrays['sway'].astype('f8')", {"sway", "type <f8", "type <f4"}},
-      {"arrays['sway'] = arrays['sway'].astype('>f4')", {"sway", "type >f4", "type <f4"}},
-      {"arrays['sway'] = np.asfortranarray(arrays['sway'])", {"sway", "Fortran order", "ascontiguousarray"}},
-      {"arrays['sway'] = arrays['sway'].ravel()", {"sway", "the array is 2000", "trials x samples"}},
-      {"arrays['sway'] = arrays['sway'][:, :399]", {"its trials have 399 samples", "'tiny' makes 400"}},
-      {"arrays['sway'] = arrays['sway'][:4]", {"sway and parameters disagree"}},
-      {"arrays['sway'] = arrays['sway'][:, :0]", {"sway and parameters disagree"}},
-      {"for k in ['sway', 'parameters', 'group', 'split']: arrays[k] = arrays[k][:0]", {"contains no trials"}},
-      {"arrays['sway'][3, 17] = np.nan", {"sway of trial 3", "not finite"}},
-      {"arrays['parameters'][2, 6] = np.inf", {"parameters of trial 2", "not finite"}},
-      {"arrays['parameters'] = arrays['parameters'][:, :6]", {"parameters", "5 x 6", "trials x 7"}},
-      {"arrays['parameters'] = arrays['parameters'].astype('f4')", {"parameters", "type <f4"}},
-      {"arrays['group'] = arrays['group'].astype('i8')", {"group", "type <i8"}},
-      {"arrays['group'][0] = 5", {"group of trial 0, 5,"}},
-      {"arrays['group'][0] = -1", {"group of trial 0, -1,"}},
-      {"arrays['group'][0] = 4", {"group of trial 0, 4,", "not a base trial"}},
-      {"arrays['group'] = arrays['group'][:4]", {"group does not have one value per trial"}},
-      {"arrays['split'] = arrays['split'][:4]", {"split does not have one value per trial"}},
-      {"arrays['split'] = arrays['split'][:, None]", {"split", "5 x 1", "one value per trial"}},
-      {"arrays['split'][4] = 2", {"split of trial 4 is 2"}},
-      {"arrays['sway'] = np.zeros(5, 'f4,i4')", {"sway", "not of the form"}},
-      {"arrays['decid.json'] = np.array('{}')", {"decid.json", "type <U2", "|S"}},
-      {"arrays['decid.json'] = np.array(b'{')", {"decid.json", "not valid JSON", "line 1"}},
-      {"about['format'] = 2", {"decid.json", "format 2", "format 1"}},
-      {"about['extra'] = 2", {"decid.json", "unknown key 'extra'"}},
-      {"del about['protocol']", {"decid.json", "'protocol' is missing"}},
-      {"del about['seed']", {"decid.json", "'seed' is missing"}},
-      {"about['seed'] = -1", {"decid.json", "'seed' is -1"}},
-      {"about['parameters'].reverse()", {"decid.json", "parameters other than Kp"}},
-      {"about['protocol']['sample_rate_hz'] = 200.", {"400 samples", "'tiny' makes 800"}},
-      {"about['protocol']['sample_rate'] = 100.", {"decid.json", "unknown key 'sample_rate'"}},
+      {"del arrays['sway']", Code::file_unsupported, "'sway'"},
+      {"del arrays['split']", Code::file_unsupported, "'split'"},
+      {"del arrays['decid.json']", Code::file_unsupported, "'decid.json'"},
+      {"arrays['sway'] = arrays['sway'].astype('f8')", Code::file_unsupported, "type <f8"},
+      {"arrays['sway'] = arrays['sway'].astype('>f4')", Code::file_unsupported, "type >f4"},
+      {"arrays['sway'] = np.asfortranarray(arrays['sway'])", Code::file_unsupported, "sway"},
+      {"arrays['sway'] = arrays['sway'].ravel()", Code::file_unsupported, "2000"},
+      {"arrays['sway'] = arrays['sway'][:, :399]", Code::file_damaged, "'tiny'"},
+      {"arrays['sway'] = arrays['sway'][:4]", Code::file_damaged, "sway and parameters"},
+      {"arrays['sway'] = arrays['sway'][:, :0]", Code::file_damaged, "sway and parameters"},
+      {"for k in ['sway', 'parameters', 'group', 'split']: arrays[k] = arrays[k][:0]", Code::file_damaged, "a.npz"},
+      {"arrays['sway'][3, 17] = np.nan", Code::file_damaged, "trial 3"},
+      {"arrays['parameters'][2, 6] = np.inf", Code::file_damaged, "trial 2"},
+      {"arrays['parameters'] = arrays['parameters'][:, :6]", Code::file_unsupported, "5 x 6"},
+      {"arrays['parameters'] = arrays['parameters'].astype('f4')", Code::file_unsupported, "type <f4"},
+      {"arrays['group'] = arrays['group'].astype('i8')", Code::file_unsupported, "type <i8"},
+      {"arrays['group'][0] = 5", Code::file_damaged, "trial 0, 5"},
+      {"arrays['group'][0] = -1", Code::file_damaged, "trial 0, -1"},
+      {"arrays['group'][0] = 4", Code::file_damaged, "trial 0, 4"},
+      {"arrays['group'] = arrays['group'][:4]", Code::file_damaged, "group"},
+      {"arrays['split'] = arrays['split'][:4]", Code::file_damaged, "split"},
+      {"arrays['split'] = arrays['split'][:, None]", Code::file_unsupported, "5 x 1"},
+      {"arrays['split'][4] = 2", Code::file_damaged, "trial 4 is 2"},
+      {"arrays['sway'] = np.zeros(5, 'f4,i4')", Code::file_damaged, "sway"},
+      {"arrays['decid.json'] = np.array('{}')", Code::file_unsupported, "type <U2"},
+      {"arrays['decid.json'] = np.array(b'{')", Code::setting_malformed, "line 1"},
+      {"about['format'] = 2", Code::file_unsupported, "format 2"},
+      {"about['extra'] = 2", Code::setting_unknown, "'extra'"},
+      {"del about['protocol']", Code::setting_missing, "'protocol'"},
+      {"del about['seed']", Code::setting_missing, "'seed'"},
+      {"about['seed'] = -1", Code::setting_malformed, "'seed'"},
+      {"about['parameters'].reverse()", Code::file_unsupported, "decid.json"},
+      {"about['protocol']['sample_rate_hz'] = 200.", Code::file_damaged, "'tiny'"},
+      {"about['protocol']['sample_rate'] = 100.", Code::setting_unknown, "'sample_rate'"},
   };
   // One Python for all: starting it is what takes the time.
   std::string script = "import os\noriginal = dict(np.load(path))\n";
@@ -218,18 +219,18 @@ TEST_CASE("arrays that do not belong into a data set are refused by name") {
   for (const Case& c : cases) {
     INFO(c.change);
     const std::string name = "a.npz-" + std::to_string(number++) + ".npz";
-    check_error([&] { read_npz(folder / name.c_str()); }, c.parts);
+    check_error([&] { read_npz(folder / name.c_str()); }, c.code, c.fact);
   }
 }
 
 TEST_CASE("files that are no archives, or are cut off, are refused") {
   const TemporaryFolder folder;
-  check_error([&] { read_npz(folder / "none.npz"); }, {"none.npz", "cannot be opened as an .npz file", "No such file"});
-  check_error([&] { read_npz(folder.path()); }, {"cannot be opened as an .npz file"});
+  check_error([&] { read_npz(folder / "none.npz"); }, Code::file_missing, "none.npz");
+  check_error([&] { read_npz(folder.path()); }, Code::file_damaged);
   write_text(folder / "text.npz", "time,sway\n0,1\n");
-  check_error([&] { read_npz(folder / "text.npz"); }, {"text.npz", "cannot be opened as an .npz file", "zip"});
+  check_error([&] { read_npz(folder / "text.npz"); }, Code::file_damaged, "text.npz");
   write_text(folder / "empty.npz", "");
-  check_error([&] { read_npz(folder / "empty.npz"); }, {"empty.npz"});
+  check_error([&] { read_npz(folder / "empty.npz"); }, Code::file_damaged, "empty.npz");
 
   write_npz(folder / "a.npz", small_dataset());
   const std::string whole = read_text(folder / "a.npz");
@@ -237,7 +238,7 @@ TEST_CASE("files that are no archives, or are cut off, are refused") {
                                  whole.size() - 200, whole.size() - 22, whole.size() - 1}) {
     CAPTURE(size);
     write_text(folder / "cut.npz", whole.substr(0, size));
-    check_error([&] { read_npz(folder / "cut.npz"); }, {"cut.npz", "cannot be opened as an .npz file", "truncated"});
+    check_error([&] { read_npz(folder / "cut.npz"); }, Code::file_damaged, "cut.npz");
   }
 }
 
@@ -253,22 +254,22 @@ TEST_CASE("damaged bytes are detected") {
   // A value of the sway: only the checksum can show it.
   const std::size_t magic = whole.find("\x93NUMPY");
   REQUIRE(magic != std::string::npos);
-  check_error([&] { read_npz(damaged(magic + 1000, '\x01')); }, {"damaged.npz: sway", "is damaged", "CRC"});
-  check_error([&] { read_npz(damaged(magic, 'x')); }, {"sway", "is not a NumPy array"});
-  check_error([&] { read_npz(damaged(magic + 6, '\x03')); }, {"sway", "NumPy format 3.0"});
-  check_error([&] { read_npz(damaged(magic + 9, '\x7f')); }, {"sway", "NumPy header"});
-  check_error([&] { read_npz(damaged(magic + 10, '[')); }, {"sway", "not of the form"});
+  check_error([&] { read_npz(damaged(magic + 1000, '\x01')); }, Code::file_damaged, "damaged.npz");
+  check_error([&] { read_npz(damaged(magic, 'x')); }, Code::file_damaged);
+  check_error([&] { read_npz(damaged(magic + 6, '\x03')); }, Code::file_unsupported, "3.0");
+  check_error([&] { read_npz(damaged(magic + 9, '\x7f')); }, Code::file_damaged);
+  check_error([&] { read_npz(damaged(magic + 10, '[')); }, Code::file_damaged);
   // A shape that no file of this size can hold is refused before any memory is asked for.
   const std::size_t shape = whole.find("(5, 400)");
   REQUIRE(shape != std::string::npos);
-  check_error([&] { read_npz(damaged(shape + 1, '9')); }, {"sway", "differs from its shape, 9 x 400"});
+  check_error([&] { read_npz(damaged(shape + 1, '9')); }, Code::file_damaged, "9 x");
   // Sizes in the directory at the archive's end: 2^31 bytes of sway.
   const std::size_t entry = whole.find("PK\x01\x02");
   REQUIRE(entry != std::string::npos);
   std::string content = whole;
   for (const std::size_t field : {20u, 24u}) content.replace(entry + field, 4, std::string("\x00\x00\x00\x80", 4));
   write_text(folder / "large.npz", content);
-  check_error([&] { read_npz(folder / "large.npz"); }, {"large.npz"});
+  check_error([&] { read_npz(folder / "large.npz"); }, Code::file_damaged, "large.npz");
   // Any one byte (a name's, say, or a date's): either the file still reads as the same data, or there is an Error;
   // nothing else may happen.
   int refused = 0;
@@ -290,18 +291,18 @@ TEST_CASE("data that the reader would refuse is not written") {
   const TemporaryFolder folder;
   Dataset data = small_dataset();
   data.sway[7] = std::numeric_limits<float>::quiet_NaN();
-  check_error([&] { write_npz(folder / "a.npz", data); }, {"a.npz", "sway of trial 0"});
+  check_error([&] { write_npz(folder / "a.npz", data); }, Code::file_damaged, "sway of trial 0");
   data = small_dataset();
   data.split.pop_back();
-  check_error([&] { write_npz(folder / "a.npz", data); }, {"a.npz", "split does not have"});
-  check_error([&] { write_npz(folder / "a.npz", Dataset{}); }, {"a.npz", "no trials"});
+  check_error([&] { write_npz(folder / "a.npz", data); }, Code::file_damaged, "a.npz");
+  check_error([&] { write_npz(folder / "a.npz", Dataset{}); }, Code::file_damaged, "a.npz");
   CHECK(folder.files() == 0);
 }
 
 TEST_CASE("a failure to write leaves the old file and nothing else") {
   const TemporaryFolder folder;
-  check_error([&] { write_npz(folder / "no" / "a.npz", small_dataset()); }, {"a.npz", "folder"});
-  check_error([&] { write_npz("/dev/null", small_dataset()); }, {"/dev/null", "not a regular file"});
+  check_error([&] { write_npz(folder / "no" / "a.npz", small_dataset()); }, Code::file_unwritable, "a.npz");
+  check_error([&] { write_npz("/dev/null", small_dataset()); }, Code::file_unwritable, "/dev/null");
   write_text(folder / "a.npz", "old");
   // A limit on the size of files stands for a full disk.
   rlimit before{};
@@ -325,17 +326,14 @@ TEST_CASE("a data set of a made-up body has its fourteen parameters, by their na
   const TemporaryFolder folder;
   Dataset data = small_dataset();
   data.protocol.experiment.body_model = &made_up_body();
-  check_error([&] { write_npz(folder / "a.npz", data); }, {"the parameters of trial 0 do not match its body model"});
+  check_error([&] { write_npz(folder / "a.npz", data); }, Code::file_damaged, "0 do");
   for (std::size_t i = 0; i < data.parameters.size(); ++i)
     data.parameters[i] = base_trial(made_up_body().parameters, 9, i).parameters;
   write_npz(folder / "a.npz", data);
-  const Dataset read = read_npz(folder / "a.npz", made_up_body());
+  const Dataset read = read_npz(folder / "a.npz");
   check_equal(read, data);
   CHECK(read.protocol.experiment == data.protocol.experiment);
-  CHECK(StoredDataset(folder / "a.npz", made_up_body()).about().parameters == data.parameters);
-  check_error([&] { read_npz(folder / "a.npz"); }, {"a.npz: decid.json", "parameters other than Kp, Kd,"});
-  write_npz(folder / "b.npz", small_dataset());
-  check_error([&] { read_npz(folder / "b.npz", made_up_body()); }, {"parameters other than gain_1, gain_2,"});
+  CHECK(StoredDataset(folder / "a.npz").about().parameters == data.parameters);
   require_numpy();
   CHECK(python(folder / "read.py", folder / "a.npz",
                "with np.load(path) as data:\n"

@@ -4,11 +4,12 @@
 #include <sys/resource.h>
 
 #include <csignal>
+#include <cstring>
 #include <map>
 
 #include "base/files/disk_file.hpp"
 #include "base/files/sha256.hpp"
-#include "dataset/npz/journal.hpp"
+#include "dataset/npz/detail/journal.hpp"
 #include "dataset/npz/npz.hpp"
 #include "sim/protocol/protocol_json.hpp"
 #include "tests/helpers.hpp"
@@ -44,6 +45,19 @@ const std::string& expected_hash() {
   return hash;
 }
 
+/// Returns where the entries of a journal begin, behind its request.
+std::vector<std::size_t> entries_of(const std::string& journal) {
+  std::vector<std::size_t> places;
+  for (std::size_t at = journal.find('\n') + 1; at + 72 <= journal.size();) {
+    places.push_back(at);
+    std::uint64_t size = 0;
+    std::memcpy(&size, journal.data() + at, sizeof size);
+    at += 72 + static_cast<std::size_t>(size);
+  }
+  places.erase(places.begin());
+  return places;
+}
+
 /// State on disk after a run was stopped at a given number of progress reports.
 struct Stopped {
   TemporaryFolder folder;
@@ -59,7 +73,7 @@ struct Stopped {
             return --reports > 0;
           });
         },
-        {"a.npz.partial", "stopped after", "of 1300 trials", "to continue"});
+        Code::stopped, "1300 trials");
     CHECK_FALSE(fs::exists(path));
     CHECK(folder.files() == 2);
   }
@@ -123,7 +137,7 @@ TEST_CASE("a stopped data set goes on where it stopped, more than once, with the
             stopped.path, request(), program, [&](int, int) { return ++reports < 2; },
             [&](int trials) { resumed = trials; });
       },
-      {"stopped after"});
+      Code::stopped);
   CHECK(resumed == stopped.trials);
   DatasetReport whole;
   generate(request(), &whole);
@@ -154,8 +168,7 @@ TEST_CASE("an unfinished file that is cut off anywhere goes on from its last sou
     CAPTURE(size);
     try_with(file.substr(0, size), journal);
   }
-  const std::size_t entry = journal.find("etry"), last = journal.rfind("etry");
-  REQUIRE(entry != std::string::npos);
+  const std::size_t entry = entries_of(journal).at(0), last = entries_of(journal).back();
   REQUIRE(last > entry);
   for (const std::size_t size :
        {entry, entry + 3, entry + 40, entry + 41, last - 1, last, last + 39, last + 40 + 72, journal.size() - 1}) {
@@ -187,7 +200,7 @@ TEST_CASE("damaged bytes of an unfinished file are made again") {
     CHECK((resumed < stopped.trials) ==
           (position >= 64 + 128));  // a resumed run writes the arrays before the sway again
   }
-  const std::size_t entry = journal.find("etry"), last = journal.rfind("etry");
+  const std::size_t entry = entries_of(journal).at(0), last = entries_of(journal).back();
   for (const std::size_t position :
        {entry, entry + 4, entry + 8, entry + 16, entry + 32, entry + 36, entry + 50, last + 2, journal.size() - 1}) {
     CAPTURE(position);
@@ -200,28 +213,27 @@ TEST_CASE("damaged bytes of an unfinished file are made again") {
 TEST_CASE("an unfinished file of another request is refused and left as it is") {
   const Stopped stopped(1);
   const std::string file = read_text(stopped.partial.file), journal = read_text(stopped.partial.journal);
-  const auto refused = [&](DatasetRequest other, const char* name, std::initializer_list<const char*> parts) {
-    check_error([&] { generate_npz(stopped.path, other, name); }, parts);
+  const auto refused = [&](DatasetRequest other, const char* name, Code code, std::string_view fact = {}) {
+    check_error([&] { generate_npz(stopped.path, other, name); }, code, fact);
     CHECK(read_text(stopped.partial.file) == file);
     CHECK(read_text(stopped.partial.journal) == journal);
   };
   DatasetRequest other = request();
   other.seed = 4;
-  refused(other, program, {"a.npz.partial", "seed 3, not 4", "delete", "a.npz.partial.journal"});
+  refused(other, program, Code::file_differs, "seed 3, not 4");
   other = request();
   other.count = 1301;
-  refused(other, program, {"count 1300, not 1301"});
+  refused(other, program, Code::file_differs, "1300");
   other.base = 0;
-  refused(other, program, {"base 1150, not 1301"});
+  refused(other, program, Code::file_differs, "1150");
   other = request();
   other.protocol.noise.sensor = {0.001, 0.2};
-  refused(other, program, {"another protocol", "give the options"});
-  refused(request(), "decid other", {"program \"decid test\", not \"decid other\""});
+  refused(other, program, Code::file_differs);
+  refused(request(), "decid other", Code::file_differs);
   // Without the journal the file's contents are unknown.
   for (const std::size_t size : {std::size_t{0}, std::size_t{10}, std::size_t{30}}) {
     write_text(stopped.partial.journal, journal.substr(0, size));
-    check_error([&] { generate_npz(stopped.path, request(), program); },
-                {"a.npz.partial", "journal is lost", "delete"});
+    check_error([&] { generate_npz(stopped.path, request(), program); }, Code::file_damaged, "a.npz.partial");
     CHECK(read_text(stopped.partial.file) == file);
   }
   // A journal alone holds nothing of worth.
@@ -236,7 +248,7 @@ TEST_CASE("an unfinished file of another request is refused and left as it is") 
 TEST_CASE("base 0 and base = count are the same request") {
   const TemporaryFolder folder;
   DatasetRequest wanted{tiny_protocol(), 1100, 0, 3};
-  check_error([&] { generate_npz(folder / "a.npz", wanted, program, [](int, int) { return false; }); }, {"stopped"});
+  check_error([&] { generate_npz(folder / "a.npz", wanted, program, [](int, int) { return false; }); }, Code::stopped);
   wanted.base = 1100;
   int resumed = 0;
   generate_npz(folder / "a.npz", wanted, program, {}, [&](int trials) { resumed = trials; });
@@ -276,7 +288,7 @@ TEST_CASE("one process at a time") {
   {
     DiskFile other(stopped.partial.file, DiskFile::Access::write);
     REQUIRE(other.try_lock());
-    check_error([&] { generate_npz(stopped.path, request(), program); }, {"a.npz.partial", "another decid"});
+    check_error([&] { generate_npz(stopped.path, request(), program); }, Code::file_in_use, "a.npz.partial");
   }
   CHECK(go_on(stopped.path) == stopped.trials);
 }
@@ -284,16 +296,16 @@ TEST_CASE("one process at a time") {
 TEST_CASE("outputs that cannot be, and requests that cannot be met, leave nothing behind") {
   const TemporaryFolder folder;
   const DatasetRequest wanted{tiny_protocol(), 10, 5, 3};
-  check_error([&] { generate_npz(folder / "no" / "a.npz", wanted, program); }, {"folder does not exist"});
-  check_error([&] { generate_npz(folder.path(), wanted, program); }, {"is a folder"});
-  check_error([&] { generate_npz("/dev/null", wanted, program); }, {"/dev/null", "not a regular file"});
+  check_error([&] { generate_npz(folder / "no" / "a.npz", wanted, program); }, Code::file_unwritable);
+  check_error([&] { generate_npz(folder.path(), wanted, program); }, Code::file_unwritable);
+  check_error([&] { generate_npz("/dev/null", wanted, program); }, Code::file_unwritable, "/dev/null");
   DatasetRequest quiet = wanted;
   quiet.protocol.sequence().amplitude_deg = 0.01;
   quiet.protocol.noise.vestibular.scale_deg = 0.0;
-  check_error([&] { generate_npz(folder / "a.npz", quiet, program); }, {"none of the 5 base trials"});
+  check_error([&] { generate_npz(folder / "a.npz", quiet, program); }, Code::trials_missing, "5 base");
   DatasetRequest none = wanted;
   none.count = 0;
-  check_error([&] { generate_npz(folder / "a.npz", none, program); }, {"at least 1"});
+  check_error([&] { generate_npz(folder / "a.npz", none, program); }, Code::setting_out_of_range, "at least 1");
   CHECK(folder.files() == 0);
 }
 
@@ -330,11 +342,23 @@ TEST_CASE("a stored data set reads its sway from the file") {
     CHECK(a == b);
   }
   for (const StoredDataset* data_set : {&stored, &in_memory}) {
-    for (const int i : {-1, 40}) check_error([&] { data_set->read(i, a); }, {"no trial", "0 to 39"});
+    std::vector<std::vector<float>> taken(3);
+    const auto keep = [&](std::size_t place, std::span<const float> sway) {
+      taken[place].assign(sway.begin(), sway.end());
+    };
+    const auto expected = [&](int trial) {
+      return std::vector<float>(data.trial(trial).begin(), data.trial(trial).end());
+    };
+    data_set->take(37, 3, keep);
+    for (const int i : {0, 1, 2}) CHECK(taken[static_cast<std::size_t>(i)] == expected(37 + i));
+    data_set->take(std::vector<int>{5, 0, 39}, keep);
+    CHECK(taken == std::vector<std::vector<float>>{expected(5), expected(0), expected(39)});
+    check_error([&] { data_set->take(38, 3, keep); }, Code::setting_out_of_range);
+    for (const int i : {-1, 40}) check_error([&] { data_set->read(i, a); }, Code::setting_out_of_range, "0 to");
     std::vector<float> wrong(399);
-    check_error([&] { data_set->read(0, wrong); }, {"space for 399 samples", "space for 400"});
+    check_error([&] { data_set->read(0, wrong); }, Code::size_mismatch, "399 samples");
     wrong.resize(401);
-    check_error([&] { data_set->read(0, wrong); }, {"space for 401 samples", "space for 400"});
+    check_error([&] { data_set->read(0, wrong); }, Code::size_mismatch, "401 samples");
   }
   // The members in another order: into memory.
   const std::string script =
@@ -353,12 +377,12 @@ TEST_CASE("a stored data set reads its sway from the file") {
   std::string content = read_text(folder / "a.npz");
   content[1000] = static_cast<char>(content[1000] ^ 1);
   write_text(folder / "c.npz", content);
-  check_error([&] { StoredDataset(folder / "c.npz"); }, {"c.npz: sway", "damaged", "CRC"});
+  check_error([&] { StoredDataset(folder / "c.npz"); }, Code::file_damaged, "c.npz");
   content.replace(1000, 4, std::string("\x00\x00\xc0\x7f", 4));
   write_text(folder / "c.npz", content);
-  check_error([&] { StoredDataset(folder / "c.npz"); }, {"sway of trial 0", "not finite"});
+  check_error([&] { StoredDataset(folder / "c.npz"); }, Code::file_damaged, "sway of trial 0");
   fs::resize_file(folder / "a.npz", 3000);
-  check_error([&] { stored.read(39, a); }, {"a.npz", "became shorter"});
+  check_error([&] { stored.read(39, a); }, Code::file_damaged, "a.npz");
 }
 
 TEST_CASE("a journal holds as many parameters as a trial has") {
@@ -375,17 +399,17 @@ TEST_CASE("a journal holds as many parameters as a trial has") {
       entry.chunk.trials.push_back(trial);
     }
     {
-      Journal journal(path, parameters);
+      ChunkJournal journal(path);
       journal.start("request");
       journal.append(entry, 0);
       journal.append(entry, 3);
     }
-    Journal journal(path, parameters);
+    ChunkJournal journal(path);
     REQUIRE(journal.request() == "request");
-    // Its front, the text, and for each of two entries 40 bytes and those of three trials.
-    CHECK(fs::file_size(path) == 16 + 8 + 7 + 2 * (40 + 3 * (8 * parameters + 16)));
+    // The name, the text, and two entries of three trials; 72 bytes in front of each.
+    CHECK(fs::file_size(path) == 16 + 72 + 7 + 2 * (72 + 36 + 3 * (8 * parameters + 20)));
     for (const int before : {0, 3}) {
-      const std::optional<JournalEntry> read = journal.read(before);
+      const std::optional<JournalEntry> read = journal.next(before);
       REQUIRE(read);
       CHECK(read->sway_crc32 == entry.sway_crc32);
       CHECK(read->chunk.base_attempts == 9);
@@ -396,8 +420,10 @@ TEST_CASE("a journal holds as many parameters as a trial has") {
         CHECK(read->chunk.trials[i].peak_to_peak_rad == entry.chunk.trials[i].peak_to_peak_rad);
         CHECK(read->chunk.trials[i].group == entry.chunk.trials[i].group);
       }
-      journal.pass(*read);
     }
-    CHECK_FALSE(journal.read(6));
+    CHECK_FALSE(journal.next(6));
+    journal.back();
+    CHECK_FALSE(journal.next(0));
+    CHECK(journal.next(3));
   }
 }

@@ -1,11 +1,11 @@
 // Zip archives: checksums, alignment, and what is larger than 4 GiB, in a file with a hole and as Python reads it.
-#include "dataset/npz/zip.hpp"
+#include "dataset/npz/detail/zip.hpp"
 
 #include <cstdlib>
 #include <stdexcept>
 
+#include "dataset/npz/detail/npz_parts.hpp"
 #include "dataset/npz/npz.hpp"
-#include "dataset/npz/npz_parts.hpp"
 #include "tests/helpers.hpp"
 #include "tests/sim/tiny_protocol.hpp"
 

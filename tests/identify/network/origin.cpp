@@ -90,13 +90,17 @@ TEST_CASE("origin: a fine tuning names what it began with, a longer training whe
   // The trials of all models before it.
   made.trials = {Kind::stored, 99, "dd"};
   CHECK(start_from(made, "cd").trials == std::vector{made.trials, origin().trials});
-  check_error([&] { require_not_trained_on(made, {Kind::stored, 7, "zz"}, Measured::all, "d.npz"); }, {"seed 7"});
+  check_error(
+      [&] {
+        require_not_trained_on(made, {Kind::stored, 7, "zz"}, Measured::all, "d.npz");
+      },
+      Code::data_reused, "seed 7");
   made.from->trials = {{Kind::stored, {}, "aa"}};
   check_error(
       [&] {
         require_not_trained_on(made, {Kind::stored, {}, "aa"}, Measured::all, "d.npz");
       },
-      {"d.npz", "before the fine tuning"});
+      Code::data_reused, "d.npz");
   require_not_trained_on(made, {Kind::stored, {}, "bb"}, Measured::all, "d.npz");
   CHECK(origin_from_json(R"({"from":3,"extensions":{}})", "m").extensions.empty());
 }
@@ -113,8 +117,8 @@ TEST_CASE("origin: version 1 named its trials in a sentence") {
   CHECK(origin_from_json(R"({"trials":"simulated for each epoch from seed ?"})", "m").trials.kind == Kind::unknown);
   CHECK(origin_from_json("{}", "m").trials.kind == Kind::unknown);
   CHECK(origin_from_json(R"({"epochs":"many","seed":[1]})", "m").epochs == 0);
-  check_error([] { origin_from_json("[1]", "m.safetensors"); }, {"m.safetensors", "origin"});
-  check_error([] { origin_from_json("{", "m.safetensors"); }, {"m.safetensors"});
+  check_error([] { origin_from_json("[1]", "m.safetensors"); }, Code::file_damaged, "m.safetensors");
+  check_error([] { origin_from_json("{", "m.safetensors"); }, Code::setting_malformed, "m.safetensors");
   // The built-in model is of that version.
   CHECK(built_in_model().origin.trials == dataset::TrialIdentity{Kind::stream, 1, {}});
 }
@@ -130,27 +134,33 @@ TEST_CASE("origin: differences are named") {
 
 TEST_CASE("origin: nobody measures a model on its training") {
   const dataset::TrialIdentity same_seed{Kind::stored, 7, "aa"}, other_seed{Kind::stored, 8, "aa"};
-  check_error([&] { require_not_trained_on(origin(), same_seed, Measured::all, "d.npz"); }, {"d.npz", "seed 7"});
-  check_error([&] { require_not_trained_on(origin(), same_seed, Measured::validation, "d.npz"); }, {"d.npz", "seed 7"});
+  check_error([&] { require_not_trained_on(origin(), same_seed, Measured::all, "d.npz"); }, Code::data_reused,
+              "seed 7");
+  check_error([&] { require_not_trained_on(origin(), same_seed, Measured::validation, "d.npz"); }, Code::data_reused,
+              "seed 7");
   require_not_trained_on(origin(), other_seed, Measured::all, "d.npz");
   // Unknown seeds are not equal.
   require_not_trained_on(origin_from_json("{}", "m"), same_seed, Measured::all, "d.npz");
 
   Origin stored = origin();
   stored.trials = same_seed;
-  check_error([&] { require_not_trained_on(stored, same_seed, Measured::all, "d.npz"); }, {"d.npz", "(split)"});
+  check_error([&] { require_not_trained_on(stored, same_seed, Measured::all, "d.npz"); }, Code::data_reused, "d.npz");
   CHECK(trained_on(stored, same_seed));
   CHECK_FALSE(trained_on(origin(), same_seed));
   require_not_trained_on(stored, same_seed, Measured::validation, "d.npz");
   require_not_trained_on(stored, same_seed, Measured::training, "d.npz");
   // A larger set of the same seed begins with the same trials.
-  check_error([&] { require_not_trained_on(stored, {Kind::stored, 7, "bb"}, Measured::all, "d.npz"); }, {"seed 7"});
+  check_error(
+      [&] {
+        require_not_trained_on(stored, {Kind::stored, 7, "bb"}, Measured::all, "d.npz");
+      },
+      Code::data_reused, "seed 7");
   require_not_trained_on(stored, {Kind::stored, 9, "cc"}, Measured::all, "d.npz");
 }
 
 TEST_CASE("origin: data sets are known by their trials") {
   const auto identity = [](std::uint64_t seed) {
-    return dataset::identity_of(dataset::generate({.protocol = sim::short_protocol(), .count = 4, .seed = seed}));
+    return dataset::trial_identity(dataset::generate({.protocol = sim::short_protocol(), .count = 4, .seed = seed}));
   };
   CHECK(identity(3) == identity(3));
   CHECK(identity(3).sha256 != identity(4).sha256);

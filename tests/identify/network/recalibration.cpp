@@ -110,9 +110,9 @@ TEST_CASE(
   CHECK(near(made.deviation_factor[0], 3.0, 1e-14));
   // One trial that was sure and wrong does not decide for all.
   CHECK(near(made.deviation_factor[1], std::sqrt((900.0 + 98.0) / 98.0), 1e-12));
-  check_error([&] { recalibration_of(2, std::span(said).first(7)); }, {"7 values", "2 parameters"});
-  check_error([&] { recalibration_of(2, {}); }, {"0 values"});
-  check_error([&] { recalibration_of(0, said); }, {"0 parameters"});
+  check_error([&] { recalibration_of(2, std::span(said).first(7)); }, Code::size_mismatch, "7 values");
+  check_error([&] { recalibration_of(2, {}); }, Code::size_mismatch, "0 values");
+  check_error([&] { recalibration_of(0, said); }, Code::size_mismatch, "0 parameters");
 }
 
 TEST_CASE("recalibration: an overconfident network has the stated coverage on test trials") {
@@ -186,18 +186,18 @@ TEST_CASE("recalibration: a damaged one is refused") {
   Model model = too_sure();
   model.recalibration = learned();
   const Json whole = Json::parse(to_json(model.recalibration));
-  const auto refused = [&](const std::string& text, const char* why) {
+  const auto refused = [&](const std::string& text, const char* why, Code code = Code::file_damaged) {
     nn::TensorFile file = nn::from_safetensors(to_bytes(model), "m");
     file.metadata.erase(nn::content_hash_key);
     file.metadata["recalibration"] = text;
-    check_error([&] { model_from_bytes(nn::to_safetensors(file), "mine"); }, {"mine", why});
+    check_error([&] { model_from_bytes(nn::to_safetensors(file), "mine"); }, code, why);
   };
   const auto changed = [&](const char* pointer, const Json& value) {
     Json json = whole;
     json[Json::json_pointer(pointer)] = value;
     return json.dump();
   };
-  refused("{", "not valid JSON");
+  refused("{", "line 1", Code::setting_malformed);
   refused("[]", "cannot be read");
   refused("{}", "cannot be read");
   refused(changed("/levels", 3), "1 levels");
@@ -217,7 +217,7 @@ TEST_CASE("recalibration: a damaged one is refused") {
   nn::TensorFile file = nn::from_safetensors(to_bytes(too_sure("fc 7", point_head())), "m");
   file.metadata.erase(nn::content_hash_key);
   file.metadata["recalibration"] = whole.dump();
-  check_error([&] { model_from_bytes(nn::to_safetensors(file), "mine"); }, {"mine", "its head does not give"});
+  check_error([&] { model_from_bytes(nn::to_safetensors(file), "mine"); }, Code::file_damaged);
 }
 
 }  // namespace decid::test

@@ -38,8 +38,11 @@ RecordingPlan plan_of_text(const TemporaryFolder& folder, const std::string& she
   return plan_of(read_sheet(path), sources(folder, names), choice, {});
 }
 
-bool mentions(const std::optional<Error>& error, const std::string& text) {
-  return error && std::string(error->what()).find(text) != std::string::npos;
+/// Checks an error that a line or a recording has: its code, and a fact in its text.
+void check_has(const std::optional<Error>& error, Code code, const std::string& fact,
+               const char* file = __builtin_FILE(), int line = __builtin_LINE()) {
+  REQUIRE_MESSAGE(error, "called in " << file << ", line " << line);
+  check_error([&] { throw *error; }, code, fact, file, line);
 }
 
 }  // namespace
@@ -84,7 +87,7 @@ TEST_CASE("path_match: how alike a path and a cell are") {
 
 TEST_CASE("read_sheet: columns by BIDS' names, units, decimal commas, missing values") {
   const TemporaryFolder folder;
-  const Sheet sheet = read_sheet(write_text(
+  const StudySheet sheet = read_sheet(write_text(
       folder / "s.csv",
       "\xEF\xBB\xBFParticipant ID;File;Group;age;Height (cm);Weight_kg;Begin;Invert;Hand\r\n"
       "P1;a.csv;patients;71;175;\"70,5\";2,5;sway;left\r\n\r\nP2;;n/a;n/a;1,62;N/A;;;\"a;b\"\r\n;;;;;;;;\r\n"));
@@ -103,21 +106,25 @@ TEST_CASE("read_sheet: columns by BIDS' names, units, decimal commas, missing va
   CHECK_FALSE(second.mass_kg);
   CHECK(sheet.place_of(second) == (folder / "s.csv").string() + ", line 4");
 
-  const Sheet wrong = read_sheet(write_text(folder / "w.tsv",
-                                            "participant_id\theight\tweight\tunit\nA\t17\t70\tdeg\nB\t1.7\tx\tdeg\n"
-                                            "C\t1.7\t70\tfeet\nD\t1.7\t70\tmm\n\t1.7\t70\tdeg\n"));
+  const StudySheet wrong =
+      read_sheet(write_text(folder / "w.tsv",
+                            "participant_id\theight\tweight\tunit\nA\t17\t70\tdeg\nB\t1.7\tx\tdeg\n"
+                            "C\t1.7\t70\tfeet\nD\t1.7\t70\tmm\n\t1.7\t70\tdeg\n"));
   REQUIRE(wrong.lines.size() == 5);
-  CHECK(mentions(wrong.lines[0].error, "'17'"));
-  CHECK(mentions(wrong.lines[1].error, "'x'"));
-  CHECK(mentions(wrong.lines[2].error, "feet"));
+  check_has(wrong.lines[0].error, Code::value_invalid, "'17'");
+  check_has(wrong.lines[1].error, Code::value_invalid, "'x'");
+  check_has(wrong.lines[2].error, Code::value_invalid, "feet");
   CHECK_FALSE(wrong.lines[3].error);
-  CHECK(mentions(wrong.lines[4].error, "neither"));
+  check_has(wrong.lines[4].error, Code::value_missing, "line 6");
 
-  CHECK_THROWS_AS(read_sheet(folder / "none.tsv"), Error);
-  CHECK_THROWS_AS(read_sheet(write_text(folder / "a.tsv", "name\tage\nA\t3\n")), Error);
-  CHECK_THROWS_AS(read_sheet(write_text(folder / "b.tsv", "participant_id\tsubject\nA\tB\n")), Error);
-  CHECK_THROWS_AS(read_sheet(write_text(folder / "c.tsv", "participant_id\tage\tAGE\nA\t3\t3\n")), Error);
-  CHECK_THROWS_AS(read_sheet(write_text(folder / "d.tsv", "participant_id\tage\n")), Error);
+  check_error([&] { read_sheet(folder / "none.tsv"); }, Code::file_missing, "none.tsv");
+  const auto refused = [&](const std::string& text, Code code) {
+    check_error([&] { read_sheet(write_text(folder / "r.tsv", text)); }, code, "r.tsv");
+  };
+  refused("name\tage\nA\t3\n", Code::column_missing);
+  refused("participant_id\tsubject\nA\tB\n", Code::column_ambiguous);
+  refused("participant_id\tage\tAGE\nA\t3\t3\n", Code::column_ambiguous);
+  refused("participant_id\tage\n", Code::file_empty);
 }
 
 TEST_CASE("set_reading_option: every option, and values it does not have") {
@@ -161,9 +168,9 @@ TEST_CASE("set_reading_option: every option, and values it does not have") {
                                                                                               {"rate", "0"},
                                                                                               {"rate", "x"},
                                                                                               {"begin", "-1"},
-                                                                                              {"begin", "1 s"},
-                                                                                              {"nothing", "1"}})
-    CHECK_THROWS_AS(set_reading_option(made, name, value, "here"), Error);
+                                                                                              {"begin", "1 s"}})
+    check_error([&, &n = name, &v = value] { set_reading_option(made, n, v, "here"); }, Code::value_invalid, "here");
+  check_error([&] { set_reading_option(made, "nothing", "1", "here"); }, Code::setting_unknown, "nothing");
   CHECK(reading_option_of("Tilt column") == "tilt_column");
   CHECK(reading_option_of("leg").empty());
 }
@@ -188,12 +195,12 @@ TEST_CASE("plan_of a sheet of files: the call's recordings, their own options, t
   CHECK(b.setting != a.setting);  // another protocol
   CHECK(plan.settings[b.setting].body == plan.settings[a.setting].body);
   CHECK(plan.settings[b.setting].protocol == "short");
-  CHECK(mentions(plan.recordings[2].error, "has no line"));
+  check_has(plan.recordings[2].error, Code::value_missing, "x.csv");
   CHECK_FALSE(plan.recordings[3].error);
   CHECK_FALSE(plan.recordings[3].reading.body);
-  CHECK(mentions(plan.recordings[4].error, "no weight"));
+  check_has(plan.recordings[4].error, Code::value_missing, "no weight");
   CHECK(plan.recordings[5].entry.participant == "D");
-  CHECK(mentions(plan.recordings[5].error, "gone.csv"));
+  check_has(plan.recordings[5].error, Code::file_missing, "gone.csv");
   CHECK(plan.notes.empty());
 }
 
@@ -214,7 +221,7 @@ TEST_CASE("plan_of a sheet of people: their recordings near the sheet, sessions,
   CHECK(found[1] == std::pair<std::string, std::string>("sub-01/ses-2/t.csv", "y"));
   CHECK(found[2].first == "ju\u0308rgen 1.csv");
   CHECK(plan.recordings[3].source.name() == "Q");
-  CHECK(mentions(plan.recordings[3].error, "is of Q"));
+  check_has(plan.recordings[3].error, Code::file_missing, "line 5");
   CHECK(found[4] == std::pair<std::string, std::string>("sub-01/extra.csv", "w"));
 }
 
@@ -233,14 +240,14 @@ TEST_CASE("plan_of: a person's line fills the lines of recordings; what is not c
   CHECK(filled.recordings[0].reading.trial.start_s == 3.0);
 
   const RecordingPlan unclear = plan_of_text(folder, "file\nt\nA_open.mat\n", files, Choice::by_sheet);
-  CHECK(mentions(unclear.recordings[0].error, "may be"));
+  check_has(unclear.recordings[0].error, Code::value_invalid, "line 2");
   CHECK(unclear.recordings[1].source.file == folder / "A_open.csv");
   const RecordingPlan twice =
       plan_of_text(folder, "file\tgroup\na/t.csv\tx\nA/T.csv\ty\nt.csv\tz\n", files, Choice::by_call);
   CHECK(twice.recordings[0].entry.group == "x");  // the exact one
   CHECK(twice.recordings[1].entry.group == "z");
   const RecordingPlan two = plan_of_text(folder, "file\tgroup\na/t.csv\tx\na/t.csv\ty\n", files, Choice::by_call);
-  CHECK(mentions(two.recordings[0].error, "line 3"));
+  check_has(two.recordings[0].error, Code::value_invalid, "line 3");
   const RecordingPlan unused =
       plan_of_text(folder, "participant_id\tfile\nA\ta/t.csv\nZ\tn/a\n", {"a/t.csv"}, Choice::by_call);
   CHECK(unused.recordings.size() == 1);

@@ -5,6 +5,7 @@
 
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
+#include "posterior/streams.hpp"
 #include "tests/helpers.hpp"
 
 using namespace decid;
@@ -17,7 +18,7 @@ std::vector<CalibratedTrial> trials_of(double stated, int count) {
   std::vector<CalibratedTrial> trials;
   for (int i = 0; i < count; ++i) {
     CalibratedTrial& trial = trials.emplace_back();
-    const double error = Random(3, Stream::posterior, 0).normal(static_cast<std::uint64_t>(i));
+    const double error = Random(3, posterior::streams::chains, 0).normal(static_cast<std::uint64_t>(i));
     trial.truth = {10.0, 0.0};
     trial.mean = {10.0 + 2.0 * error, 0.0};
     trial.deviation = {2.0 * stated, 1.0};
@@ -59,7 +60,7 @@ TEST_CASE("calibration_of: overconfident posteriors are detected") {
 TEST_CASE("calibration_of: those that agree alone, and none") {
   const std::vector<CalibratedTrial> trials = trials_of(1.0, 40);
   CHECK(calibration_of_agreeing(trials, {2.0, 4.0}).trials == 30);
-  check_error([] { calibration_of({}, {1.0}); }, {"calibration", "no trials"});
+  check_error([] { calibration_of({}, {1.0}); }, Code::trials_missing);
 }
 
 TEST_CASE("gaussian_log_score: of Gaussian draws, and of draws that tell no covariance") {
@@ -76,7 +77,7 @@ TEST_CASE("gaussian_log_score: of Gaussian draws, and of draws that tell no cova
     // Over the standard normal density, which is that of the ranges.
     exact += 0.5 * (centre + off) * (centre + off) - 0.5 * off * off / (spread * spread) - std::log(spread);
     for (std::size_t i = 0; i < count; ++i) {
-      draws[i].parameters[p] = value(p, centre + spread * Random(3, Stream::posterior, p).normal(i));
+      draws[i].parameters[p] = value(p, centre + spread * Random(3, posterior::streams::chains, p).normal(i));
     }
   }
   // The last one is known but for 1e-5 once the first is: correlated, and far narrower than a network's A may be.
@@ -86,8 +87,8 @@ TEST_CASE("gaussian_log_score: of Gaussian draws, and of draws that tell no cova
   truth[last] = value(last, its_centre);
   exact += std::log(spread) - std::log(narrow);
   for (std::size_t i = 0; i < count; ++i)
-    draws[i].parameters[last] = value(last, its_centre + spread * Random(3, Stream::posterior, 0).normal(i) +
-                                                narrow * Random(3, Stream::posterior, last).normal(i));
+    draws[i].parameters[last] = value(last, its_centre + spread * Random(3, posterior::streams::chains, 0).normal(i) +
+                                                narrow * Random(3, posterior::streams::chains, last).normal(i));
   exact /= static_cast<double>(table.size());
   // The logarithms of seven deviations err by 1 / sqrt(2 count), three squares by twice that: four deviations.
   CHECK(
@@ -119,12 +120,13 @@ TEST_CASE("calibration_by: three parts of equal size, in the key's order; a netw
       [&] {
         calibration_by(std::span(trials).first(2), {2.0, 4.0}, [](const auto&) { return 0.0; });
       },
-      {"has 2 trials"});
+      Code::trials_missing, "2 trials");
 }
 
 // J = 100, 400 N m/rad beyond gravity: critical damping is 2 sqrt(100 * 400) = 400.
 TEST_CASE("damping_ratio: of a body whose values are round") {
-  decid::sim::Body body;
+  decid::sim::Experiment experiment;
+  decid::sim::Body& body = experiment.body;
   body.inertia_kgm2 = 100.0;
   decid::sim::Parameters parameters = decid::sim::single_pendulum().parameters.middle();
   parameters[decid::sim::Kp] = 500.0;
@@ -132,5 +134,9 @@ TEST_CASE("damping_ratio: of a body whose values are round") {
   parameters[decid::sim::Kd] = 125.0;
   parameters[decid::sim::Kd_pass] = 50.0;
   parameters[decid::sim::Delay] = 0.1;
-  CHECK(near(damping_ratio(parameters, body), 0.5, 1e-12));
+  CHECK(near(damping_ratio(parameters, experiment), 0.5, 1e-12));
+  // The same loop: half the servo, half the weight of the gravity estimate, twice the gains.
+  experiment.body_model = &decid::sim::dec2015();
+  CHECK(near(damping_ratio({1000.0, 250.0, parameters[2], 50.0, 0.1, 0.0, 0.1, 0.6, 0.7, 0.4, 0.1}, experiment), 0.5,
+             1e-12));
 }

@@ -4,7 +4,6 @@
 
 #include <doctest/doctest.h>
 
-#include <algorithm>
 #include <string>
 
 #include "base/math/random.hpp"
@@ -19,7 +18,7 @@ namespace {
 /// `size` numbers of a block of the batch; whatever order they are added in shows.
 template <class T>
 std::vector<T> part(int block, std::size_t size, std::uint64_t layer) {
-  const Random random(17, Stream::vestibular_noise, layer * 1000 + static_cast<std::uint64_t>(block));
+  const Random random(17, Stream{3}, layer * 1000 + static_cast<std::uint64_t>(block));
   std::vector<T> values;
   for (std::size_t i = 0; i < size; ++i) values.push_back(static_cast<T>(random.uniform(i) - 0.4));
   return values;
@@ -99,7 +98,7 @@ TEST_CASE("Communicator: ranges, texts and messages reach all ranks") {
   test::with_ranks(4, [&](Communicator& own) {
     std::string& text = wrong[static_cast<std::size_t>(own.rank())];
     std::vector<int> values(22);
-    const RankRange range = range_of(11, own.rank(), own.size());
+    const RankRange range = rank_range(11, own.rank(), own.size());
     for (std::size_t i = 2 * range.first; i < 2 * (range.first + range.count()); ++i)
       values[i] = static_cast<int>(i) + 1;
     gather_ranges(own, 11, 2, values);

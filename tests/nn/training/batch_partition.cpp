@@ -41,13 +41,13 @@ std::string alone(int blocks) {
 std::string together(int blocks, int ranks) {
   std::vector<Sum> roots;
   for (int rank = 0; rank < ranks; ++rank) {
-    const BatchPartition share = share_of(blocks, rank, ranks);
+    const BatchPartition share = make_partition(blocks, rank, ranks);
     std::vector<Sum> own = leaves(share.blocks);
     add_up(share.own, own.data(), 1, 1);
-    CHECK(static_cast<int>(share.roots.size()) == share.roots_of[static_cast<std::size_t>(rank)]);
+    CHECK(static_cast<int>(share.roots.size()) == share.root_counts[static_cast<std::size_t>(rank)]);
     for (const int root : share.roots) roots.push_back(own[static_cast<std::size_t>(root)]);
   }
-  const BatchPartition share = share_of(blocks, ranks - 1, ranks);
+  const BatchPartition share = make_partition(blocks, ranks - 1, ranks);
   CHECK(static_cast<int>(roots.size()) == share.root_count());
   add_up(share.all, roots.data(), 1, 1);
   return roots[static_cast<std::size_t>(share.total)].text;
@@ -55,7 +55,7 @@ std::string together(int blocks, int ranks) {
 
 }  // namespace
 
-TEST_CASE("share_of: any number of ranks adds up the tree of one") {
+TEST_CASE("make_partition: any number of ranks adds up the tree of one") {
   for (int blocks = 1; blocks <= 40; ++blocks)
     for (const int ranks : {1, 2, 3, 4, 5, 7, 8, 16, 41}) {
       CAPTURE(blocks);
@@ -64,7 +64,7 @@ TEST_CASE("share_of: any number of ranks adds up the tree of one") {
     }
 }
 
-TEST_CASE("share_of: every block has one owner, shares differ by a block, and little travels") {
+TEST_CASE("make_partition: every block has one owner, shares differ by a block, and little travels") {
   for (const int blocks : {1, 4, 17, 32, 256})
     for (const int ranks : {1, 2, 3, 8, 16}) {
       CAPTURE(blocks);
@@ -72,7 +72,7 @@ TEST_CASE("share_of: every block has one owner, shares differ by a block, and li
       std::vector<int> all;
       int least = blocks, most = 0;
       for (int rank = 0; rank < ranks; ++rank) {
-        const BatchPartition share = share_of(blocks, rank, ranks);
+        const BatchPartition share = make_partition(blocks, rank, ranks);
         CHECK(std::ranges::is_sorted(share.blocks));
         for (const int block : share.blocks) CHECK(share.owner[static_cast<std::size_t>(block)] == rank);
         all.insert(all.end(), share.blocks.begin(), share.blocks.end());

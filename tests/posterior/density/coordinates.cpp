@@ -58,6 +58,11 @@ TEST_CASE("Density: parameters lie where their priors say") {
 }
 
 TEST_CASE("Density: the last globals, those of the slow noise, are held") {
-  for (std::size_t global = 0; global < Density::globals; ++global)
-    CHECK(Density::is_held(global) == (global == Density::slow_noise || global == Density::slow_memory));
+  const Density density(sines_protocol(), {});
+  CHECK(density.globals() == 12);
+  for (std::size_t place = 0; place < 12; ++place) {
+    const int quantity = density.quantity(place);
+    CHECK(density.place(quantity) == place);
+    CHECK(density.is_held(place) == (quantity == Density::slow_noise || quantity == Density::slow_memory));
+  }
 }

@@ -9,7 +9,8 @@
 #include <numeric>
 #include <variant>
 
-#include "posterior/cholesky.hpp"
+#include "base/math/cholesky.hpp"
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/density/density_points.hpp"
 #include "tests/posterior/trial.hpp"
@@ -19,57 +20,6 @@ using namespace decid::posterior;
 using namespace decid::test;
 
 namespace {
-
-constexpr double epsilon = std::numeric_limits<double>::epsilon();
-
-/// The largest difference of the gradient from a central difference of the potential, over what rounding, the
-/// third derivative and the dead band's kinks within a step allow.
-double worst_gradient(const Density& density, const Observation& observation, std::optional<double> fixed_noise_deg) {
-  const Values x = random_points(density, 1);
-  const Evaluated here = evaluate(density, observation, x, fixed_noise_deg);
-  double worst = 0.0;
-  for (int i = 0; i < density.size(); ++i) {
-    // Steps at which the two errors are alike: the cube root of epsilon.
-    const double step = 6e-6;
-    Values high = x, low = x;
-    for (std::size_t l = 0; l < lanes; ++l) at(high, i, l) += step, at(low, i, l) -= step;
-    const Evaluated above = evaluate(density, observation, high, fixed_noise_deg);
-    const Evaluated below = evaluate(density, observation, low, fixed_noise_deg);
-    for (std::size_t l = 0; l < lanes; ++l) {
-      const double difference = (above.potential[l] - below.potential[l]) / (2.0 * step);
-      const double gradient = here.gradient[static_cast<std::size_t>(i) * lanes + l];
-      const double curvature = std::abs(here.potential[l]);  // second and third derivatives are of the potential's size
-      const double allowed = 100.0 * (epsilon * curvature / step + step * step * curvature) + 1e-5 * std::abs(gradient);
-      worst = std::max(worst, std::abs(difference - gradient) / allowed);
-    }
-  }
-  return worst;
-}
-
-/// Sets the noise of all chains to that of item `item` of the simulator, in a trial that starts where the density's
-/// model does, if its noise has the period of the density's and begins at 1.6 / period: the basis' harmonic 2 stands
-/// for 1.5 to 2.5 of them.
-void set_simulated_noise(const Density& density, double nv, std::uint64_t item, Values& x) {
-  const Random normals(5, Stream::vestibular_noise, item);
-  const double period_s = density.noise_period_s(), radius = std::sqrt(nv * nv + 0.05 * 0.05);
-  for (int i = 0; i < density.noise_size() / 2; ++i) {
-    const int k = i + 2;
-    if (k > period_s) continue;
-    // The simulator's deviation is the density at k times 1 / period, the basis' the integral over its band.
-    const double from = std::max(1.6, k - 0.5), to = std::min(period_s, k + 0.5);
-    const double ratio = std::sqrt(1.0 / k / std::log(to / from)) * radius;
-    const std::complex<double> turned = std::complex<double>(normals.normal(2 * static_cast<std::uint64_t>(k) + 1),
-                                                             normals.normal(2 * static_cast<std::uint64_t>(k))) *
-                                        std::polar(ratio, 2.0 * sim::pi * k * density.first_bin_s() / period_s);
-    for (std::size_t l = 0; l < lanes; ++l) at(x, 2 * i, l) = turned.imag(), at(x, 2 * i + 1, l) = turned.real();
-  }
-}
-
-double rms_deg(const std::vector<double>& values) {
-  double squares = 0.0;
-  for (const double value : values) squares += value * value;
-  return std::sqrt(squares / static_cast<double>(values.size())) / sim::rad_per_deg;
-}
 
 /// Subtracts the least-squares line, as the model fits the offset and the drift.
 std::vector<double> without_line(std::vector<double> values) {
@@ -210,7 +160,7 @@ TEST_CASE("Density: an offset and a straight line change nothing") {
   const Standing standing(sines_protocol());
   std::vector<float> noisy = standing.sway, moved;
   std::vector<double> noise(noisy.size());
-  Random(5, Stream::sensor_noise, 4).fill_normal(noise);
+  Random(5, sim::streams::sensor_noise, 4).fill_normal(noise);
   for (std::size_t i = 0; i < noisy.size(); ++i) {
     const double value = double{noisy[i]} + 0.02 * sim::rad_per_deg * noise[i];
     const double place = static_cast<double>(i) / static_cast<double>(noisy.size());
@@ -362,20 +312,20 @@ TEST_CASE("Density: a start is a shift of the modelled sway, a gain its factor")
 TEST_CASE("Density: errors") {
   sim::Protocol protocol = sines_protocol();
   const Density density(protocol, {});
-  check_error([&] { density.observe(std::vector<float>(1999)); }, {"recording", "1999 samples", "2000"});
+  check_error([&] { density.observe(std::vector<float>(1999)); }, Code::size_mismatch, "1999 samples");
   protocol.experiment.stimulus =
       sim::Sines{.components = {{.frequency_hz = 0.6, .amplitude_deg = 0.7}}, .cycle_s = 1.9};
   protocol.noise.vestibular.low_hz = 0.5;
-  check_error([&] { Density short_one(protocol, {}); }, {"lasts 1.9 s", "at least 2 s"});
+  check_error([&] { Density short_one(protocol, {}); }, Code::setting_out_of_range, "1.9 s");
   protocol = sines_protocol();
   protocol.noise.vestibular.low_hz = protocol.noise.vestibular.high_hz = 0.1;
-  check_error([&] { Density one_line(protocol, {}); }, {"vestibular_noise", "single frequency"});
+  check_error([&] { Density one_line(protocol, {}); }, Code::setting_out_of_range, "vestibular_noise");
   for (const Priors& wrong :
        {Priors{.sensor_noise_deg = 0.0}, Priors{.sensor_noise_factor = 1.0}, Priors{.start_s = -0.1},
         Priors{.start_s = 1.1}, Priors{.gain = 1.0}, Priors{.gain = std::nan("")}, Priors{.drift_hz = -1.0},
         Priors{.sensor_noise_deg = HUGE_VAL}, Priors{.sensor_noise_factor = HUGE_VAL}, Priors{.drift_hz = HUGE_VAL},
         Priors{.standing_s = 61.0}, Priors{.slow_ratio = 0.0}, Priors{.slow_ratio_factor = 1.0}})
-    check_error([&] { Density(sines_protocol(), wrong); }, {"priors, ", "give"});
+    check_error([&] { Density(sines_protocol(), wrong); }, Code::setting_out_of_range);
 
   const Observation observation = density.observe(recorded(sines_protocol(), some_parameters(), 0.02, 0));
   Density::Workspace work(density);

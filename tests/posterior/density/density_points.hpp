@@ -3,11 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
+#include <limits>
 #include <optional>
 #include <vector>
 
 #include "base/math/random.hpp"
 #include "posterior/density/density.hpp"
+#include "posterior/streams.hpp"
 #include "tests/posterior/density/dense_noise.hpp"
 
 namespace decid::test {
@@ -19,7 +22,7 @@ using Values = AlignedVector<double>;
 /// Eight chains at different places.
 inline Values random_points(const Density& density, std::uint64_t item) {
   Values x(static_cast<std::size_t>(density.size()) * lanes);
-  Random(3, Stream::posterior, item).fill_normal(x);
+  Random(3, posterior::streams::chains, item).fill_normal(x);
   for (double& value : x) value *= 0.5;
   return x;
 }
@@ -81,6 +84,57 @@ inline DenseNoise noise_of(const Density& density, const State& state) {
 inline std::size_t coefficients(const Density& density) {
   const auto up_to = static_cast<std::size_t>(2.0 * density.blocks() * density.block_s() * 2.5) + 1;
   return std::min(up_to, static_cast<std::size_t>(density.blocks() / 2));
+}
+
+/// The largest difference of the gradient from a central difference of the potential, over what rounding, the
+/// third derivative and the dead band's kinks within a step allow.
+inline double worst_gradient(const Density& density, const Observation& observation,
+                             std::optional<double> fixed_noise_deg) {
+  constexpr double epsilon = std::numeric_limits<double>::epsilon();
+  const Values x = random_points(density, 1);
+  const Evaluated here = evaluate(density, observation, x, fixed_noise_deg);
+  double worst = 0.0;
+  for (int i = 0; i < density.size(); ++i) {
+    // Steps at which the two errors are alike: the cube root of epsilon.
+    const double step = 6e-6;
+    Values high = x, low = x;
+    for (std::size_t l = 0; l < lanes; ++l) at(high, i, l) += step, at(low, i, l) -= step;
+    const Evaluated above = evaluate(density, observation, high, fixed_noise_deg);
+    const Evaluated below = evaluate(density, observation, low, fixed_noise_deg);
+    for (std::size_t l = 0; l < lanes; ++l) {
+      const double difference = (above.potential[l] - below.potential[l]) / (2.0 * step);
+      const double gradient = here.gradient[static_cast<std::size_t>(i) * lanes + l];
+      const double curvature = std::abs(here.potential[l]);  // second and third derivatives are of the potential's size
+      const double allowed = 100.0 * (epsilon * curvature / step + step * step * curvature) + 1e-5 * std::abs(gradient);
+      worst = std::max(worst, std::abs(difference - gradient) / allowed);
+    }
+  }
+  return worst;
+}
+
+/// Sets the noise of all chains to that of item `item` of the simulator, in a trial that starts where the density's
+/// model does, if its noise has the period of the density's and begins at 1.6 / period: the basis' harmonic 2 stands
+/// for 1.5 to 2.5 of them.
+inline void set_simulated_noise(const Density& density, double nv, std::uint64_t item, Values& x) {
+  const Random normals(5, sim::streams::vestibular_noise, item);
+  const double period_s = density.noise_period_s(), radius = std::sqrt(nv * nv + 0.05 * 0.05);
+  for (int i = 0; i < density.noise_size() / 2; ++i) {
+    const int k = i + 2;
+    if (k > period_s) continue;
+    // The simulator's deviation is the density at k times 1 / period, the basis' the integral over its band.
+    const double from = std::max(1.6, k - 0.5), to = std::min(period_s, k + 0.5);
+    const double ratio = std::sqrt(1.0 / k / std::log(to / from)) * radius;
+    const std::complex<double> turned = std::complex<double>(normals.normal(2 * static_cast<std::uint64_t>(k) + 1),
+                                                             normals.normal(2 * static_cast<std::uint64_t>(k))) *
+                                        std::polar(ratio, 2.0 * sim::pi * k * density.first_bin_s() / period_s);
+    for (std::size_t l = 0; l < lanes; ++l) at(x, 2 * i, l) = turned.imag(), at(x, 2 * i + 1, l) = turned.real();
+  }
+}
+
+inline double rms_deg(const std::vector<double>& values) {
+  double squares = 0.0;
+  for (const double value : values) squares += value * value;
+  return std::sqrt(squares / static_cast<double>(values.size())) / sim::rad_per_deg;
 }
 
 }  // namespace decid::test

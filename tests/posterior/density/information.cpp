@@ -2,7 +2,7 @@
 #include <array>
 #include <numeric>
 
-#include "posterior/cholesky.hpp"
+#include "base/math/cholesky.hpp"
 #include "posterior/density/density.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/density/density_points.hpp"
@@ -55,7 +55,7 @@ TEST_CASE("Density: the information is that of the model's derivatives and of th
     }
   }
   // For a coefficient of variance P, two noise levels have half the product of the derivatives of log P.
-  const std::array<int, 3> levels{Density::sensor_noise, Density::slow_noise, Density::slow_memory};
+  const std::array<int, 3> levels{7, 10, 11};  // measurement noise, slow noise and its memory
   for (std::size_t l = 0; l < lanes; ++l) {
     std::array<std::vector<double>, 3> changes;
     for (std::size_t a = 0; a < levels.size(); ++a) {

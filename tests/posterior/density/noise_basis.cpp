@@ -9,6 +9,7 @@
 
 #include "base/aligned.hpp"
 #include "base/math/random.hpp"
+#include "posterior/streams.hpp"
 #include "tests/near.hpp"
 
 using namespace decid;
@@ -30,7 +31,7 @@ struct Fixture {
 }  // namespace
 
 TEST_CASE_FIXTURE(Fixture, "NoiseBasis: synthesis is the sum of the columns, for every instruction set") {
-  Random(2, Stream::posterior, 0).fill_normal(coefficients);
+  Random(2, posterior::streams::chains, 0).fill_normal(coefficients);
   AlignedVector<double> expected(velocity.size(), 0.0), first;
   std::vector<double> column(edges);
   double scale = 0.0;
@@ -54,7 +55,7 @@ TEST_CASE_FIXTURE(Fixture, "NoiseBasis: synthesis is the sum of the columns, for
 
 TEST_CASE_FIXTURE(Fixture, "NoiseBasis: the gradient is the synthesis transposed") {
   AlignedVector<double> by_velocity(velocity.size()), by_coefficient(coefficients.size());
-  Random(2, Stream::posterior, 1).fill_normal(by_velocity);
+  Random(2, posterior::streams::chains, 1).fill_normal(by_velocity);
   basis.gradient(by_velocity.data(), by_coefficient.data(), work.data(), chosen_isa());
   std::vector<double> column(edges);
   double worst = 0.0, scale = 0.0;

@@ -143,14 +143,14 @@ TEST_CASE("ranges_of: the ranges that are given, else the table's") {
 TEST_CASE("ranges_of: priors of no parameter, or of none that can be, are refused") {
   using Range = ParameterPrior::Range;
   using Normal = ParameterPrior::Normal;
-  check_error([] { ranges({{.name = "kp"}}); }, {"kp", "Kp"});
-  check_error([] { ranges({{.name = "Kp"}, {.name = "Kd"}, {.name = "Kp"}}); }, {"Kp", "twice"});
+  check_error([] { ranges({{.name = "kp"}}); }, Code::setting_unknown, "kp");
+  check_error([] { ranges({{.name = "Kp"}, {.name = "Kd"}, {.name = "Kp"}}); }, Code::setting_conflict);
   for (const Range wrong : {Range{-1.0, 2.0}, Range{2.0, 2.0}, Range{3.0, 2.0}, Range{0.0, infinity},
                             Range{not_a_number, 1.0}, Range{0.0, not_a_number}, Range{0.0, 1e6}})
-    check_error([&] { ranges({{.name = "Kd", .range = wrong}}); }, {"range of Kd"});
+    check_error([&] { ranges({{.name = "Kd", .range = wrong}}); }, Code::setting_out_of_range);
   for (const Normal wrong : {Normal{not_a_number, 1.0}, Normal{infinity, 1.0}, Normal{200.0, 0.0}, Normal{200.0, -1.0},
                              Normal{200.0, not_a_number}, Normal{200.0, infinity}})
-    check_error([&] { ranges({{.name = "Kd", .normal = wrong}}); }, {"prior of Kd", "standard deviation"});
+    check_error([&] { ranges({{.name = "Kd", .normal = wrong}}); }, Code::setting_out_of_range);
   // Five standard deviations beyond the end of the range, and four; below and above, and of a range of its own.
   const Range range{100.0, 200.0};
   for (const double mean : {50.0, 250.0})
@@ -158,7 +158,7 @@ TEST_CASE("ranges_of: priors of no parameter, or of none that can be, are refuse
         [&] {
           ranges({{.name = "Kd", .range = range, .normal = Normal{mean, 10.0}}});
         },
-        {"prior of Kd", "100 to 200"});
+        Code::setting_out_of_range, "100 to");
   for (const double mean : {60.0, 240.0})
     CHECK_NOTHROW(ranges({{.name = "Kd", .range = range, .normal = Normal{mean, 10.0}}}));
   // The delay that can be simulated has an end.
@@ -184,7 +184,7 @@ TEST_CASE("checked: priors out of their bounds are refused, those at their bound
     for (const double value : setting.wrong) {
       Priors priors;
       priors.*setting.value = value;
-      check_error([&] { checked(priors); }, {"priors, ", setting.name});
+      check_error([&] { checked(priors); }, Code::setting_out_of_range, setting.name);
     }
     for (const double value : setting.right) {
       Priors priors;

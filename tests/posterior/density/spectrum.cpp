@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/math/random.hpp"
+#include "posterior/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/density/dense_noise.hpp"
 
@@ -50,7 +51,7 @@ struct Residuals {
   /// Noise, an offset and a line.
   std::vector<double> random(std::uint64_t item, double sd) const {
     std::vector<double> values(blocks);
-    Random(4, Stream::posterior, item).fill_normal(values);
+    Random(4, posterior::streams::chains, item).fill_normal(values);
     for (std::size_t m = 0; m < blocks; ++m) values[m] = sd * (values[m] + 30.0 + 0.7 * static_cast<double>(m));
     return values;
   }

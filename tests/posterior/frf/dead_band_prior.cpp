@@ -24,10 +24,18 @@ double passes(double nv, double theta) {
   return frf::mean_passed(0.0041, 0.0155 * nv, theta) / 0.0041;
 }
 
+posterior::Quantile uniform(std::size_t parameter) {
+  return {.low = ranges()[parameter].low, .range = ranges()[parameter].range()};
+}
+
+frf::DeadBandPrior uniform_prior() {
+  return {uniform(sim::Nv), uniform(sim::Theta), passes};
+}
+
 }  // namespace
 
 TEST_CASE("uniform ranks are uniform Nv and theta") {
-  const frf::DeadBandPrior prior(ranges(), passes);
+  const frf::DeadBandPrior prior = uniform_prior();
   constexpr int side = 300;
   std::vector<double> nv, theta, products;
   for (int i = 0; i < side; ++i) {
@@ -50,7 +58,7 @@ TEST_CASE("uniform ranks are uniform Nv and theta") {
 }
 
 TEST_CASE("the passed fraction depends only on its rank") {
-  const frf::DeadBandPrior prior(ranges(), passes);
+  const frf::DeadBandPrior prior = uniform_prior();
   double before = 0.0;
   for (double rank = 0.05; rank < 1.0; rank += 0.05) {
     CAPTURE(rank);
@@ -70,7 +78,7 @@ TEST_CASE("the passed fraction depends only on its rank") {
 }
 
 TEST_CASE("ranks at their ends stay in the ranges") {
-  const frf::DeadBandPrior prior(ranges(), passes);
+  const frf::DeadBandPrior prior = uniform_prior();
   for (const double first : {0.0, 1.0}) {
     for (const double second : {0.0, 1.0}) {
       const auto point = prior.at(first, second);
@@ -80,4 +88,18 @@ TEST_CASE("ranks at their ends stay in the ranges") {
       CHECK(point.theta <= ranges()[sim::Theta].high);
     }
   }
+}
+
+TEST_CASE("a prior's values and slopes at probabilities") {
+  const posterior::Quantile flat{.low = 2.0, .range = 3.0};
+  CHECK(frf::value_at(flat, 0.25) == 2.75);
+  CHECK(frf::slope_at(flat, 0.25) == 3.0);
+  const posterior::Quantile normal = posterior::quantile_of(
+      {.parameters = {{"Kp", {}, posterior::ParameterPrior::Normal{900.0, 50.0}, {}}}}, "Kp", 500.0, 800.0);
+  CHECK(near(frf::value_at(normal, 0.5), 900.0, 1e-9));
+  CHECK(near(frf::value_at(normal, 0.8413447460685429), 950.0, 1e-9));
+  CHECK(
+      near(frf::slope_at(normal, 0.8), (frf::value_at(normal, 0.8001) - frf::value_at(normal, 0.7999)) / 0.0002, 1e-5));
+  CHECK(frf::value_at(normal, 0.0) >= 500.0);
+  CHECK(frf::value_at(normal, 1.0) <= 1300.0);
 }

@@ -1,9 +1,10 @@
 #include "posterior/frf/density.hpp"
 
-#include "posterior/cholesky.hpp"
+#include "base/math/cholesky.hpp"
 #include "sim/body_model.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/frf/made_table.hpp"
+#include "tests/sim/third_model.hpp"
 
 using namespace decid;
 using namespace decid::test;
@@ -13,8 +14,8 @@ namespace {
 
 frf::Local evaluated(const Density& density, const std::vector<double>& x) {
   frf::Local local;
-  local.gradient.resize(Density::size());
-  local.information.resize(posterior::triangle(Density::size()));
+  local.gradient.resize(density.size());
+  local.information.resize(triangle(density.size()));
   density.evaluate(x, local);
   return local;
 }
@@ -31,9 +32,9 @@ TEST_CASE("a state's values follow from its coordinates") {
   CHECK(near(state.parameters[sim::Kp], ranges[sim::Kp].low + 0.6 * ranges[sim::Kp].range(), 1e-12));
   CHECK(near(state.gain, 0.8 + 0.4 * 0.55, 1e-12));
   CHECK(near(state.error, 0.01 * std::pow(3.0, 0.8), 1e-12));
-  CHECK(Density::value(state, sim::Delay) == state.parameters[sim::Delay]);
-  CHECK(Density::value(state, Density::gain) == state.gain);
-  CHECK(Density::value(state, Density::error) == state.error);
+  CHECK(density.value(state, sim::Delay) == state.parameters[sim::Delay]);
+  CHECK(density.value(state, density.gain()) == state.gain);
+  CHECK(density.value(state, density.error()) == state.error);
 }
 
 TEST_CASE("the misfit is that of the errors, written out") {
@@ -61,7 +62,7 @@ TEST_CASE("the gradient is that of finite differences") {
     const frf::Local local = evaluated(density, middle);
     double largest = 0.0;
     for (const double value : local.gradient) largest = std::max(largest, std::abs(value));
-    for (std::size_t i = 0; i < Density::size(); ++i) {
+    for (std::size_t i = 0; i < density.size(); ++i) {
       if (i == sim::Nv || i == sim::Theta) continue;
       CAPTURE(i);
       std::vector<double> below = middle, above = middle;
@@ -93,9 +94,9 @@ TEST_CASE("the information is that of the responses' and variances' finite diffe
     for (std::size_t row = 0; row < rows; ++row)
       log.push_back(std::log(density.variance(row, responses[row], state.error)));
   };
-  std::vector<std::vector<sim::Complex>> by(Density::size(), std::vector<sim::Complex>(rows));
-  std::vector<std::vector<double>> by_log(Density::size(), std::vector<double>(rows));
-  for (std::size_t q = 0; q < Density::size(); ++q) {
+  std::vector<std::vector<sim::Complex>> by(density.size(), std::vector<sim::Complex>(rows));
+  std::vector<std::vector<double>> by_log(density.size(), std::vector<double>(rows));
+  for (std::size_t q = 0; q < density.size(); ++q) {
     std::vector<sim::Complex> low, high;
     std::vector<double> log_low, log_high;
     at(q, -h, low, log_low);
@@ -110,7 +111,7 @@ TEST_CASE("the information is that of the responses' and variances' finite diffe
   at(0, 0.0, here, log_here);
   const frf::Local local = evaluated(density, middle);
   const auto is_smooth = [](std::size_t q) { return q != sim::Nv && q != sim::Theta; };
-  for (std::size_t i = 0; i < Density::size(); ++i) {
+  for (std::size_t i = 0; i < density.size(); ++i) {
     for (std::size_t j = 0; j <= i; ++j) {
       if (!is_smooth(i) || !is_smooth(j)) continue;
       double expected = 0.0, scale = 0.0;
@@ -121,7 +122,7 @@ TEST_CASE("the information is that of the responses' and variances' finite diffe
       }
       CAPTURE(i);
       CAPTURE(j);
-      CHECK(within(local.information[posterior::triangle(i) + j], expected, 1e-6 * scale));
+      CHECK(within(local.information[triangle(i) + j], expected, 1e-6 * scale));
     }
   }
 }
@@ -139,11 +140,130 @@ TEST_CASE("priors out of their bounds are errors") {
   const auto with = [](const frf::Priors& priors, double deviation) {
     return [=] { Density(sim::short_protocol(), empty_table({0.05, 0.4, 1.1}, deviation), priors); };
   };
-  check_error(with({.gain = -0.1}, 0.1), {"gain", "is -0.1", "0 to 0.9"});
-  check_error(with({.gain = 1.0}, 0.1), {"gain", "is 1"});
-  check_error(with({.error = 2.0}, 0.1), {"error", "is 2"});
-  check_error(with({.error_factor = 1.0}, 0.1), {"error_factor", "is 1"});
-  check_error(with({.error = 0.0}, 0.0), {"made.csv", "no confidence", "error above 0"});
+  check_error(with({.gain = -0.1}, 0.1), Code::setting_out_of_range, "-0.1");
+  check_error(with({.gain = 1.0}, 0.1), Code::setting_out_of_range, "is 1");
+  check_error(with({.error = 2.0}, 0.1), Code::setting_out_of_range, "is 2");
+  check_error(with({.error_factor = 1.0}, 0.1), Code::setting_out_of_range, "error_factor");
+  check_error(with({.error = 0.0}, 0.0), Code::setting_missing, "error above 0");
   CHECK(Density(sim::short_protocol(), empty_table({0.05, 0.4, 1.1}, 0.1), {}).priors().error == 0.01);
   CHECK(Density(sim::short_protocol(), empty_table({0.05, 0.4, 1.1}, 0.0), {}).priors().error == 0.05);
+}
+
+namespace {
+
+/// A stable point in the middle of the priors.
+std::vector<double> stable_point(const Density& density) {
+  for (std::uint64_t i = 0;; ++i) {
+    const Random random(21, sim::streams::base_parameters, i);
+    std::vector<double> x;
+    for (std::size_t k = 0; k < density.size(); ++k) x.push_back(0.3 + 0.4 * random.uniform(k));
+    if (density.is_stable(density.state(x))) return x;
+  }
+}
+
+/// Checks the gradient against central differences, whose error is some 1e2 h^2 of the largest part. Ranks of the
+/// passing gain are piecewise linear: within a fifth.
+void check_gradient(const Density& density) {
+  const double h = 1e-5;
+  const std::vector<double> x = stable_point(density);
+  const frf::Local local = evaluated(density, x);
+  double largest = 0.0;
+  for (const double value : local.gradient) largest = std::max(largest, std::abs(value));
+  for (std::size_t i = 0; i < density.size(); ++i) {
+    CAPTURE(i);
+    bool is_rank = false;
+    for (const char* name : {"Nv", "theta"})
+      for (int p = 0; p < density.gain(); ++p)
+        is_rank = is_rank || (density.ranks_passing() && density.ranges()[static_cast<std::size_t>(p)].name == name &&
+                              density.coordinate_of(p) == i);
+    if (is_rank) continue;
+    std::vector<double> below = x, above = x;
+    below[i] -= h;
+    above[i] += h;
+    const double expected = (evaluated(density, above).misfit - evaluated(density, below).misfit) / (2.0 * h);
+    CHECK(within(local.gradient[i], expected, 1e-6 * largest));
+  }
+}
+
+using Fixed = std::optional<double>;
+using Normal = posterior::ParameterPrior::Normal;
+
+}  // namespace
+
+TEST_CASE("gradients are those of finite differences for every model, with known parameters and normal priors") {
+  for (const sim::BodyModel* model : {&sim::dec2015(), &sim::independent_channels(), &third_model()}) {
+    CAPTURE(model->name);
+    const sim::Protocol protocol = with_model(sim::short_protocol(), *model);
+    const frf::Table table = empty_table(short_frequencies_hz, 0.05);
+    const Density density(protocol, table, {});
+    const auto fixed = static_cast<std::size_t>(std::ranges::count_if(
+        model->parameters, [](const sim::ParameterInfo& info) { return info.convention.has_value(); }));
+    CHECK(density.size() == model->parameters.size() - fixed + 2);
+    CHECK(density.ranks_passing() == (model != &sim::independent_channels()));
+    check_gradient(density);
+    check_gradient(Density(protocol, table, {.parameters = {{"Kp", {}, Normal{900.0, 60.0}, {}}}}));
+    check_gradient(
+        Density(protocol, table, {.parameters = {{"Nv", {}, {}, Fixed(0.2)}, {"Kd", {}, {}, Fixed(250.0)}}}));
+    if (model == &sim::independent_channels()) continue;
+    check_gradient(Density(protocol, table, {.parameters = {{"theta", {}, {}, Fixed(0.003)}}}));
+  }
+}
+
+TEST_CASE("known parameters have no coordinate") {
+  const Density density(sim::short_protocol(), empty_table(short_frequencies_hz, 0.1),
+                        {.parameters = {{"Kd", {}, {}, Fixed(250.0)}, {"theta", {}, {}, Fixed(0.002)}}});
+  CHECK(density.size() == 7);
+  CHECK(density.uniform() == 6);
+  CHECK(density.is_fixed(sim::Kd));
+  CHECK_FALSE(density.is_fixed(sim::Kp));
+  CHECK_FALSE(density.ranks_passing());
+  CHECK_FALSE(density.coordinate_of(sim::Kd).has_value());
+  CHECK(density.coordinate_of(sim::Delay) == 4);
+  CHECK(density.coordinate_of(density.gain()) == 5);
+  CHECK(density.coordinate_of(density.error()) == 6);
+  const frf::State state = density.state(std::vector<double>(7, 0.5));
+  CHECK(state.parameters[sim::Kd] == 250.0);
+  CHECK(state.parameters[sim::Theta] == 0.002);
+  CHECK(near(state.parameters[sim::Nv], 0.5, 1e-12));
+}
+
+TEST_CASE("normal priors have their mean and standard deviation, those of the dead band too") {
+  const Density density(sim::short_protocol(), empty_table(short_frequencies_hz, 0.1),
+                        {.parameters = {{"Kp", {}, Normal{900.0, 50.0}, {}},
+                                        {"Nv", {}, Normal{0.4, 0.05}, {}},
+                                        {"theta", {}, Normal{0.003, 0.0003}, {}}}});
+  CHECK(density.ranks_passing());
+  double kp = 0.0, nv = 0.0, theta = 0.0, kp_squares = 0.0, nv_squares = 0.0, theta_squares = 0.0;
+  constexpr int draws = 4000;
+  for (unsigned i = 0; i < draws; ++i) {
+    const Random random(22, sim::streams::base_parameters, i);
+    std::vector<double> x;
+    for (std::size_t k = 0; k < density.size(); ++k) x.push_back(random.uniform(k));
+    const sim::Parameters parameters = density.state(x).parameters;
+    const double a = (parameters[sim::Kp] - 900.0) / 50.0, b = (parameters[sim::Nv] - 0.4) / 0.05,
+                 c = (parameters[sim::Theta] - 0.003) / 0.0003;
+    kp += a / draws, nv += b / draws, theta += c / draws;
+    kp_squares += a * a / draws, nv_squares += b * b / draws, theta_squares += c * c / draws;
+  }
+  // 4.5 standard errors, 1 / sqrt(4000) and sqrt(2 / 4000); theta also moves to keep the passing gain.
+  for (const double mean : {kp, nv, theta}) CHECK(within(mean, 0.0, 0.071));
+  for (const double square : {kp_squares, nv_squares}) CHECK(within(square, 1.0, 0.1));
+  CHECK(within(theta_squares, 1.0, 0.15));
+}
+
+TEST_CASE("densities of rows add up to the misfit") {
+  const Density density(sim::short_protocol(), empty_table({0.05, 0.4, 1.1}, 0.1), {});
+  std::vector<double> values(3);
+  density.log_densities(density.state(middle), values);
+  const double constant = 3.0 * std::log(2.0 * sim::pi);
+  CHECK(near(-(values[0] + values[1] + values[2]) - constant, evaluated(density, middle).misfit, 1e-12));
+}
+
+TEST_CASE("priors of parameters are checked") {
+  const auto with = [](const posterior::ParameterPrior& prior) {
+    return [=] { Density(sim::short_protocol(), empty_table({0.05, 0.4, 1.1}, 0.1), {.parameters = {prior}}); };
+  };
+  check_error(with({"gravity", {}, {}, Fixed(1.0)}), Code::setting_unknown, "gravity");
+  check_error(with({"delay", {}, {}, Fixed(9.0)}), Code::setting_out_of_range, "9");
+  check_error(with({"Kp", {}, Normal{900.0, -1.0}, {}}), Code::setting_out_of_range, "Kp");
 }

@@ -4,6 +4,7 @@
 
 #include "base/files/sha256.hpp"
 #include "sim/body_model.hpp"
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/frf/made_table.hpp"
 
@@ -21,7 +22,7 @@ frf::State known() {
 frf::Fit fit_of(double deviation, const frf::Priors& priors, double (*spoil)(std::size_t) = nullptr) {
   const sim::Protocol protocol = sim::short_protocol();
   const Density made(protocol, empty_table(short_frequencies_hz, 0.02), {});
-  frf::Table table = test::table_of(made, known(), Random(4, Stream::base_parameters, 0));
+  frf::Table table = test::table_of(made, known(), Random(4, sim::streams::base_parameters, 0));
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     table.rows[i].deviation = deviation;
     if (spoil) table.rows[i].response *= spoil(i);
@@ -35,6 +36,21 @@ double zigzag(std::size_t row) {
 }
 
 }  // namespace
+
+TEST_CASE("draws are states, and known parameters have one value") {
+  const frf::Fit found = fit_of(0.02, {.parameters = {{"Kd", {}, {}, std::optional<double>(260.0)}}});
+  CHECK(found.draws_of(sim::Kd).front() == 260.0);
+  CHECK(found.deviation(sim::Kd) == 0.0);
+  CHECK(found.rhat()[sim::Kd] == 1.0);
+  CHECK(found.effective_draws()[sim::Kd] == found.draws());
+  CHECK(found.contraction(sim::Kd) == 0.0);
+  const frf::State last = found.state(found.draws() - 1);
+  CHECK(last.parameters[sim::Delay] == found.draws_of(sim::Delay).back());
+  CHECK(last.gain == found.draws_of(found.gain()).back());
+  CHECK(last.error == found.draws_of(found.error()).back());
+  CHECK(found.left() > 0.0);
+  CHECK(found.left() < 0.1);
+}
 
 TEST_CASE("chi-square's tail is that of the tables") {
   CHECK(near(frf::chi_square_beyond(5.991, 2), 0.05, 1e-3));
@@ -51,7 +67,7 @@ TEST_CASE("the true controller is found, and uninformed parameters keep their pr
   for (int q = 0; q <= static_cast<int>(sim::Delay); ++q) {
     CAPTURE(q);
     // 3.5 deviations: 1 in 2000.
-    CHECK(within(found.mean(q), Density::value(truth, q), 3.5 * found.deviation(q)));
+    CHECK(within(found.mean(q), truth.parameters[static_cast<std::size_t>(q)], 3.5 * found.deviation(q)));
     CHECK(found.quantile(q, 0.05) < found.mean(q));
     CHECK(found.quantile(q, 0.95) > found.mean(q));
     CHECK(near(found.prior_stddev(q),
@@ -78,10 +94,10 @@ TEST_CASE("the true controller is found, and uninformed parameters keep their pr
 
 TEST_CASE("known parameters keep their priors") {
   const frf::Fit found = fit_of(0.02, {.gain = 0.0, .error = 0.0});
-  CHECK(found.deviation(Density::gain) == 0.0);
-  CHECK(found.deviation(Density::error) == 0.0);
-  CHECK(found.contraction(Density::gain) == 0.0);
-  CHECK(found.correlation(Density::gain, sim::Kp) == 0.0);
+  CHECK(found.deviation(found.gain()) == 0.0);
+  CHECK(found.deviation(found.error()) == 0.0);
+  CHECK(found.contraction(found.gain()) == 0.0);
+  CHECK(found.correlation(found.gain(), sim::Kp) == 0.0);
   CHECK(found.warnings().empty());
 }
 
@@ -94,7 +110,7 @@ TEST_CASE("a table that no controller explains gives a warning and wider interva
   CHECK(bad.warnings()[1].code == "table_unexplained");
   CHECK_FALSE(bad.explained());
   CHECK(good.explained());
-  CHECK(bad.mean(Density::error) > 0.2);
+  CHECK(bad.mean(bad.error()) > 0.2);
   CHECK(bad.deviation(sim::Delay) > 2.0 * good.deviation(sim::Delay));
   const frf::Fit sure = fit_of(0.02, {.error = 0.0}, zigzag);
   REQUIRE_FALSE(sure.warnings().empty());
@@ -104,11 +120,11 @@ TEST_CASE("a table that no controller explains gives a warning and wider interva
 TEST_CASE("without confidence the table's errors are inferred, and large ones give a warning") {
   const frf::Fit good = fit_of(0.0, {});
   CHECK(std::isnan(good.misfit().p_value));
-  CHECK(good.mean(Density::error) > 0.005);
-  CHECK(good.mean(Density::error) < 0.08);
+  CHECK(good.mean(good.error()) > 0.005);
+  CHECK(good.mean(good.error()) < 0.08);
   CHECK(good.warnings().empty());
   const frf::Fit bad = fit_of(0.0, {}, zigzag);
-  CHECK(bad.mean(Density::error) > 0.25);
+  CHECK(bad.mean(bad.error()) > 0.25);
   REQUIRE(bad.warnings().size() == 2);
   CHECK(bad.warnings()[0].code == "no_controller");
   CHECK(bad.warnings()[1].code == "response_unexplained");
@@ -117,7 +133,7 @@ TEST_CASE("without confidence the table's errors are inferred, and large ones gi
 TEST_CASE("the draws have the same bits everywhere" * doctest::test_suite("golden")) {
   const frf::Fit found = fit_of(0.02, {});
   std::string bytes;
-  for (int q = 0; q < Density::quantities; ++q)
+  for (int q = 0; q <= found.error(); ++q)
     bytes.append(reinterpret_cast<const char*>(found.draws_of(q).data()), found.draws_of(q).size() * sizeof(double));
   CHECK(sha256(bytes) == "9e2819aa15e9e87881437715a02d07996359d997aa14447868dedd2b950dc424");
 }

@@ -23,10 +23,10 @@ inline const std::vector<double> short_frequencies_hz = {0.05, 0.15, 0.3, 0.4, 0
 
 /// A state from the prior, of a stable loop.
 inline frf::State state_of_prior(const frf::Density& density, const Random& random) {
-  std::vector<double> x(frf::Density::size());
+  std::vector<double> x(density.size());
   for (std::uint64_t number = 0;; number += x.size()) {
     for (std::size_t i = 0; i < x.size(); ++i)
-      x[i] = i < frf::Density::uniform() ? random.uniform(number + i) : random.normal(number + i);
+      x[i] = i < density.uniform() ? random.uniform(number + i) : random.normal(number + i);
     const frf::State state = density.state(x);
     if (density.is_stable(state)) return state;
   }

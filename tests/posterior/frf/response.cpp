@@ -5,8 +5,10 @@
 #include "base/math/random.hpp"
 #include "sim/frf.hpp"
 #include "sim/simulate.hpp"
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/frf/made_table.hpp"
+#include "tests/sim/third_model.hpp"
 
 using namespace decid;
 using namespace decid::test;
@@ -34,7 +36,7 @@ Simulated simulated(const sim::Simulator& simulator, const sim::FrequencyRespons
   simulator.run_all(
       trials,
       [&](int i) {
-        return sim::TrialInput{parameters, Random(5, Stream::vestibular_noise, static_cast<unsigned>(i))};
+        return sim::TrialInput{parameters, Random(5, sim::streams::vestibular_noise, static_cast<unsigned>(i))};
       },
       [&](int, const sim::Outcome& outcome, std::span<double> sway) {
         CHECK(outcome.valid);
@@ -53,9 +55,9 @@ Simulated simulated(const sim::Simulator& simulator, const sim::FrequencyRespons
 /// Simulated trials of a protocol against the model, up to 2.5 Hz: without noise within `relative` of the response,
 /// with noise also within 4.5 standard errors, which the worst of 30 parts exceeds in 1 of 10,000 runs.
 void check_against_simulator(const sim::Protocol& protocol, const sim::Parameters& parameters, double relative,
-                             int trials) {
+                             int trials, int transient_cycles = 1) {
   const sim::Simulator simulator(protocol);
-  const sim::FrequencyResponse analysis(protocol.experiment, 1);
+  const sim::FrequencyResponse analysis(protocol.experiment, transient_cycles);
   std::vector<float> tilt;
   for (int k = 0; k < protocol.samples(); ++k)
     tilt.push_back(static_cast<float>(simulator.stimulus().tilt_at(k * protocol.experiment.steps_per_sample())));
@@ -127,6 +129,41 @@ TEST_CASE("the response is the mean of the simulator's, with noise") {
   }
 }
 
+// Slow feedback settles with 15 to 20 s, in cycles of 60.5 s.
+TEST_CASE("the response is the simulator's for every model") {
+  const std::vector<std::pair<const sim::BodyModel*, sim::Parameters>> models{
+      {&sim::dec2015(), {840.0, 250.0, 126.0, 38.0, 0.0, 0.004, 0.15, 0.85, 0.75, 0.55, 0.13}},
+      {&sim::independent_channels(), {1200.0, 350.0, 0.6, 0.02, 0.0, 0.16}},
+      {&third_model(), {0.1, 1000.0, 280.0, 0.9, 0.1, 0.015, 0.002, 0.0}}};
+  for (const auto& [model, parameters] : models) {
+    CAPTURE(model->name);
+    sim::Protocol protocol = with_model(sim::default_protocol(), *model);
+    protocol.sequence().cycles = 6;
+    check_against_simulator(protocol, parameters, 0.004, 1, 4);
+    sim::Parameters noisy = parameters;
+    for (std::size_t p = 0; p < model->parameters.size(); ++p)
+      if (model->parameters[p].name == "Nv") noisy[p] = 0.2;
+    check_against_simulator(protocol, noisy, 0.004, 60, 4);
+  }
+}
+
+TEST_CASE("without a dead band noise changes nothing") {
+  const frf::ResponseModel model(with_model(sim::short_protocol(), sim::independent_channels()),
+                                 empty_table(short_frequencies_hz, 0.1));
+  const auto quiet = responses_of(model, {1200.0, 350.0, 0.6, 0.02, 0.0, 0.16});
+  const auto noisy = responses_of(model, {1200.0, 350.0, 0.6, 0.02, 0.9, 0.16});
+  for (std::size_t i = 0; i < quiet.size(); ++i) CHECK(within(std::abs(quiet[i] - noisy[i]), 0.0, 1e-12));
+}
+
+TEST_CASE("slopes of the passing gain are those of finite differences") {
+  const frf::ResponseModel model(sines(), empty_table({0.1, 0.3, 0.7}, 0.1));
+  const auto slopes = model.passing_slopes(0.3, 0.002);
+  const double by_nv = (model.passing_gain(0.301, 0.002) - model.passing_gain(0.299, 0.002)) / 0.002;
+  const double by_theta = (model.passing_gain(0.3, 0.00201) - model.passing_gain(0.3, 0.00199)) / 0.00002;
+  CHECK(near(slopes.by_nv, by_nv, 1e-4));
+  CHECK(near(slopes.by_theta, by_theta, 1e-4));
+}
+
 TEST_CASE("at threshold 0 it is the closed loop") {
   sim::Parameters parameters = usual;
   parameters[sim::Theta] = 0.0;
@@ -134,7 +171,7 @@ TEST_CASE("at threshold 0 it is the closed loop") {
   const auto model = responses_of({protocol, empty_table(short_frequencies_hz, 0.1)}, parameters);
   for (std::size_t i = 0; i < model.size(); ++i) {
     // The steps of 1 ms are 2 pi f / 1000 of a radian.
-    const Complex expected = sim::closed_loop(parameters, protocol.experiment.body, short_frequencies_hz[i]);
+    const Complex expected = sim::closed_loop(protocol.experiment, parameters, short_frequencies_hz[i]);
     CHECK(within(std::abs(model[i] - expected), 0.0, 0.01 * std::abs(expected)));
   }
 }
@@ -163,7 +200,7 @@ TEST_CASE("a loop is stable up to the delay at which it oscillates") {
   double least = 1e9;
   parameters[sim::Delay] = stable_s;
   for (double hz = 0.2; hz < 3.0; hz += 0.0005)
-    least = std::min(least, 1.0 / std::abs(sim::closed_loop(parameters, sim::Body{}, hz)));
+    least = std::min(least, 1.0 / std::abs(sim::closed_loop(sim::Experiment{}, parameters, hz)));
   CHECK(least < 2e-3);
   CHECK(stable_s > 0.1);
   parameters[sim::Delay] = 0.0;
@@ -182,7 +219,7 @@ TEST_CASE("the stability is the simulator's") {
   std::vector<double> sway(static_cast<std::size_t>(quiet.samples()));
   int stable = 0, unstable = 0;
   for (unsigned i = 0; i < 200; ++i) {
-    const Random random(9, Stream::base_parameters, i);
+    const Random random(9, sim::streams::base_parameters, i);
     std::vector<double> unit;
     for (std::size_t p = 0; p < ranges.size(); ++p) unit.push_back(random.uniform(p));
     sim::Parameters parameters = ranges.from_unit(unit);
@@ -205,13 +242,17 @@ TEST_CASE("no response is an error") {
   const auto with = [](const sim::Protocol& protocol, const std::vector<double>& hz, int harmonics) {
     return [=] { frf::ResponseModel(protocol, empty_table(hz, 0.1, harmonics)); };
   };
-  check_error(with(sim::default_protocol(), {0.05, 0.4, 30.0}, 0), {"made.csv", "no power at 30 Hz", "with protocol"});
-  check_error(with(sines(), {0.1, 0.3, 0.5}, 0), {"made.csv", "no power at 0.5 Hz", "nearest frequency is 0."});
-  check_error(with(sines(), {0.1, 0.3, 0.7}, 4), {"made.csv", "mean of 4 harmonics; the stimulus has 3"});
+  check_error(with(sim::default_protocol(), {0.05, 0.4, 30.0}, 0), Code::protocol_mismatch, "30 Hz");
+  check_error(with(sines(), {0.1, 0.3, 0.5}, 0), Code::protocol_mismatch, "0.5 Hz");
+  check_error(with(sines(), {0.1, 0.3, 0.7}, 4), Code::protocol_mismatch, "4 harmonics");
   sim::Protocol still = sines();
   std::get<sim::Sines>(still.experiment.stimulus).components = {{0.1, 0.0, 0.0}};
   CHECK_THROWS_AS(with(still, {0.1, 0.3, 0.7}, 0)(), Error);
+  sim::Protocol table_only = sim::default_protocol();
+  static const sim::BodyModel no_family{.name = "no family", .parameters = sim::single_pendulum().parameters};
+  table_only.experiment.body_model = &no_family;
+  CHECK_THROWS_AS(with(table_only, {0.05, 0.4, 1.1}, 0)(), Error);
   const frf::ResponseModel model(sim::default_protocol(), empty_table({0.05, 0.4, 1.1}, 0.1));
   std::vector<Complex> few(2);
-  check_error([&] { model.respond(usual, few); }, {"space for 2 responses", "give space for 3"});
+  check_error([&] { model.respond(usual, few); }, Code::size_mismatch, "2 responses");
 }

@@ -13,9 +13,9 @@ frf::Table read(const std::string& text) {
   return frf::read_table(write_text(folder / "t.csv", text));
 }
 
-void check_refused(const std::string& text, std::initializer_list<const char*> parts) {
+void check_refused(const std::string& text, Code code, std::string_view fact = {}) {
   INFO(text);
-  check_error([&] { read(text); }, parts);
+  check_error([&] { read(text); }, code, fact);
 }
 
 const std::string rows = "0.05,0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n";
@@ -61,39 +61,39 @@ TEST_CASE("kinds of confidence are one deviation") {
   CHECK(near(with("ci95", "0.196").rows[1].deviation, 0.1, 1e-4));
   CHECK(near(with("radius95", "0.2448").rows[1].deviation, 0.1, 1e-3));
   CHECK(near(with("coherence,cycles", "0.5,8").rows[1].deviation, 1.8 * 0.25, 1e-12));
+  CHECK(with("coherence,cycles", "0.5,8").rows[1].coherence == 0.5);
+  CHECK(with("SD", "0.1").rows[1].coherence == 0.0);
   const frf::Table several = with("coherence,cycles,harmonics", "0.5,8,4");
   CHECK(near(several.rows[1].deviation, 1.8 * 0.125, 1e-12));
   CHECK(several.rows[1].harmonics == 4);
 }
 
 TEST_CASE("tables that cannot be used are errors") {
-  check_refused("gain,phase_deg\n0.9,20\n1.8,-60\n0.8,-150\n",
-                {"no column called frequency_hz", "'gain', 'phase_deg'"});
-  check_refused("frequency,phase\n0.05,20\n0.4,-60\n1.1,-150\n", {"no column called gain"});
-  check_refused("frequency,gain\n0.05,0.9\n0.4,1.8\n1.1,0.8\n", {"no column called phase"});
-  check_refused("frequency,gain,gain,phase\n0.05,0.9,1,20\n", {"2 columns are called gain", "rename"});
-  check_refused("frequency,gain_db,phase\n" + rows, {"gain_db is in decibels", "10^"});
-  check_refused(rows, {"no header", "frequency_hz"});
-  check_refused("frequency,gain,phase\n0,0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n", {"line 2", "0 is not above 0", "Hz"});
-  check_refused("frequency,gain,phase\n-0.05,0.9,20\n0.4,1.8,-60\n", {"line 2", "-0.05 is not above 0"});
-  check_refused("frequency,gain,phase\n0.4,1.8,-60\n0.05,0.9,20\n1.1,0.8,-150\n",
-                {"line 3", "0.05 Hz comes after 0.4 Hz", "sort"});
-  check_refused("frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n0.4,1.7,-61\n", {"line 4", "0.4 Hz is repeated"});
-  check_refused("frequency,gain,phase\n0.05,-0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n", {"line 2", "-0.9 is not above 0"});
-  check_refused("frequency,gain,phase\n0.05,,20\n0.4,1.8,-60\n1.1,0.8,-150\n", {"line 2", "empty"});
-  check_refused("frequency,gain,phase\n0.05,0.9,x\n0.4,1.8,-60\n1.1,0.8,-150\n", {"line 2", "'x'"});
-  check_refused("frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n", {"has 2 rows", "3 to 1000"});
-  check_refused("frequency,gain,phase\n0.05,0.9,0.3\n0.4,1.8,-1\n1.1,0.8,-2.6\n", {"may be radians", "phase_rad"});
-  check_refused("frequency,gain,phase_deg\n0.05,0.9,0.3\n0.4,1.8,-1\n1.1,0.8,-2.6\n", {"may be radians", "phase_rad"});
+  check_refused("gain,phase_deg\n0.9,20\n1.8,-60\n0.8,-150\n", Code::column_missing, "'gain', 'phase_deg'");
+  check_refused("frequency,phase\n0.05,20\n0.4,-60\n1.1,-150\n", Code::column_missing);
+  check_refused("frequency,gain\n0.05,0.9\n0.4,1.8\n1.1,0.8\n", Code::column_missing);
+  check_refused("frequency,gain,gain,phase\n0.05,0.9,1,20\n", Code::column_ambiguous, "2 columns");
+  check_refused("frequency,gain_db,phase\n" + rows, Code::unit_unknown, "gain_db");
+  check_refused(rows, Code::column_missing, "frequency_hz");
+  check_refused("frequency,gain,phase\n0,0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n", Code::value_invalid, "line 2");
+  check_refused("frequency,gain,phase\n-0.05,0.9,20\n0.4,1.8,-60\n", Code::value_invalid, "line 2");
+  check_refused("frequency,gain,phase\n0.4,1.8,-60\n0.05,0.9,20\n1.1,0.8,-150\n", Code::value_invalid, "line 3");
+  check_refused("frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n0.4,1.7,-61\n", Code::value_invalid, "line 4");
+  check_refused("frequency,gain,phase\n0.05,-0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n", Code::value_invalid, "line 2");
+  check_refused("frequency,gain,phase\n0.05,,20\n0.4,1.8,-60\n1.1,0.8,-150\n", Code::value_missing, "line 2");
+  check_refused("frequency,gain,phase\n0.05,0.9,x\n0.4,1.8,-60\n1.1,0.8,-150\n", Code::value_invalid, "line 2");
+  check_refused("frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n", Code::setting_out_of_range, "2 rows");
+  check_refused("frequency,gain,phase\n0.05,0.9,0.3\n0.4,1.8,-1\n1.1,0.8,-2.6\n", Code::unit_unknown, "phase_rad");
+  check_refused("frequency,gain,phase_deg\n0.05,0.9,0.3\n0.4,1.8,-1\n1.1,0.8,-2.6\n", Code::unit_unknown, "phase_rad");
   const auto with = [](const std::string& header, const std::string& cells) {
     return "frequency,gain,phase," + header + "\n0.05,0.9,20," + cells + "\n0.4,1.8,-60," + cells + "\n1.1,0.8,-150," +
            cells + "\n";
   };
-  check_refused(with("sd", "0"), {"line 2, sd", "0 is not above 0", "leave the column out"});
-  check_refused(with("sd,ci95", "0.1,0.2"), {"two kinds of confidence, sd and ci95"});
-  check_refused(with("coherence", "0.5"), {"coherence, and no column called cycles"});
-  check_refused(with("coherence,cycles", "1.5,8"), {"1.5 is not between 0 and 1"});
-  check_refused(with("coherence,cycles", "0.5,0.5"), {"0.5 is not a number of cycles"});
-  check_refused(with("harmonics", "1.5"), {"1.5 is not a number of harmonics"});
-  check_error([] { frf::read_table("/no/such/table.csv"); }, {"/no/such/table.csv"});
+  check_refused(with("sd", "0"), Code::value_invalid, "line 2, sd");
+  check_refused(with("sd,ci95", "0.1,0.2"), Code::column_ambiguous, "95");
+  check_refused(with("coherence", "0.5"), Code::column_missing);
+  check_refused(with("coherence,cycles", "1.5,8"), Code::value_invalid, "1.5 is");
+  check_refused(with("coherence,cycles", "0.5,0.5"), Code::value_invalid, "0.5 is");
+  check_refused(with("harmonics", "1.5"), Code::value_invalid, "1.5 is");
+  check_error([] { frf::read_table("/no/such/table.csv"); }, Code::file_missing, "/no/such/table.csv");
 }

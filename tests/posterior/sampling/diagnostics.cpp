@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/math/random.hpp"
+#include "posterior/streams.hpp"
 #include "tests/near.hpp"
 
 using namespace decid;
@@ -19,7 +20,7 @@ namespace {
 ChainDraws autoregression(double a, int chains, int draws) {
   ChainDraws all;
   for (int chain = 0; chain < chains; ++chain) {
-    const Random random(6, Stream::posterior, static_cast<std::uint64_t>(chain));
+    const Random random(6, posterior::streams::chains, static_cast<std::uint64_t>(chain));
     double value = random.normal(0);
     std::vector<double>& values = all.emplace_back();
     for (int i = 0; i < draws; ++i) {

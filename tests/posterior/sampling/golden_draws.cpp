@@ -21,8 +21,8 @@ TEST_CASE("sample: golden draws" * doctest::test_suite("golden")) {
   const Posterior found = sample(density, density.observe(recorded(protocol, some_parameters(), 0.02, 0)), settings);
   std::string bytes;
   for (const State& state : found.states()) {
-    for (int quantity = 0; quantity < Density::globals; ++quantity) {
-      const double value = Posterior::value(state, quantity);
+    for (std::size_t place = 0; place < static_cast<std::size_t>(density.globals()); ++place) {
+      const double value = Posterior::value(state, density.quantity(place));
       bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
     }
   }

@@ -3,8 +3,9 @@
 
 #include <cmath>
 
+#include "base/math/cholesky.hpp"
 #include "base/math/math.hpp"
-#include "posterior/cholesky.hpp"
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/trial.hpp"
 
@@ -26,7 +27,8 @@ struct Fitted {
   Density density;
   Observation observation = density.observe(recorded(protocol, some_parameters(), 0.02, 0));
   std::size_t noises = static_cast<std::size_t>(density.noise_size()), size = static_cast<std::size_t>(density.size());
-  Random random{11, Stream::base_parameters, 0};
+  Random random{11, sim::streams::base_parameters, 0};
+  std::size_t globals = static_cast<std::size_t>(density.globals());
   std::uint64_t drawn = 0;
   Reparameterisation chart;
   Reparameterisation::Workspace work;
@@ -48,7 +50,7 @@ struct Fitted {
   Values points() {
     Values x(size * lanes);
     for (std::size_t l = 0; l < lanes; ++l) {
-      for (std::size_t q = 0; q < Density::globals; ++q) at(x, noises + q, l) = 0.3 + 0.4 * random.normal(drawn++);
+      for (std::size_t q = 0; q < globals; ++q) at(x, noises + q, l) = 0.3 + 0.4 * random.normal(drawn++);
       for (std::size_t i = 0; i < noises; ++i) at(x, i, l) = shift(x, i, l);
     }
     return x;
@@ -78,7 +80,7 @@ struct Fitted {
       const auto entry = [&](std::size_t row, std::size_t column) -> double& {
         return matrices[(triangle(row) + column) * lanes + l];
       };
-      for (std::size_t q = 0; q < Density::globals; ++q) entry(noises + q, noises + q) = 1e5;
+      for (std::size_t q = 0; q < globals; ++q) entry(noises + q, noises + q) = 1e5;
       for (std::size_t i = 0; i < noises; ++i) {
         const double precision = decid::exp(-2.0 * log_width(x, i, l));
         entry(i, i) = precision;
@@ -191,7 +193,7 @@ TEST_CASE("Reparameterisation: information changes as the coordinates do") {
     return before[(triangle(std::max(a, b)) + std::min(a, b)) * lanes + l];
   };
   std::vector<std::size_t> some{0, 3, 20};
-  for (std::size_t q = 0; q < Density::globals; ++q) some.push_back(f.noises + q);
+  for (std::size_t q = 0; q < f.globals; ++q) some.push_back(f.noises + q);
   for (const std::size_t a : some) {
     const Values of_a = change(a);
     std::vector<double> product(f.size, 0.0);

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "posterior/cholesky.hpp"
+#include "base/math/cholesky.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/trial.hpp"
 
@@ -19,6 +19,7 @@ namespace {
 struct Prior {
   sim::Protocol protocol = sines_protocol();
   Density density{protocol, {}};
+  std::size_t globals = static_cast<std::size_t>(density.globals());
   Observation observation = density.observe(recorded(protocol, some_parameters(), 0.02, 0));
 };
 
@@ -36,7 +37,7 @@ TEST_CASE_FIXTURE(Prior, "Sampler: where the recording says nothing, draws are t
   }
   sampler.end_adapting();
   constexpr int draws = 2000;
-  std::array<double, Density::globals> sum{}, squares{};
+  std::array<double, Density::max_globals> sum{}, squares{};
   double noise_squares = 0.0, accepted = 0.0;
   for (int i = 0; i < draws; ++i) {
     sampler.move(48);
@@ -44,7 +45,7 @@ TEST_CASE_FIXTURE(Prior, "Sampler: where the recording says nothing, draws are t
       const auto l = static_cast<std::size_t>(chain);
       accepted += sampler.acceptance()[l];
       const double nv = density.state(sampler.coordinates(), chain).parameters[sim::Nv];
-      for (std::size_t q = 0; q < Density::globals; ++q) {
+      for (std::size_t q = 0; q < globals; ++q) {
         const double x = sampler.coordinates()[(static_cast<std::size_t>(density.noise_size()) + q) * lanes + l];
         sum[q] += x;
         squares[q] += x * x;
@@ -55,7 +56,7 @@ TEST_CASE_FIXTURE(Prior, "Sampler: where the recording says nothing, draws are t
     }
   }
   // 16,000 draws, worth at least a twentieth of that: 5 standard errors of means (0.035) and of variances (0.05).
-  for (std::size_t q = 0; q < Density::globals; ++q) {
+  for (std::size_t q = 0; q < globals; ++q) {
     CHECK(within(sum[q] / (draws * lanes), 0.0, 0.18));
     CHECK(within(squares[q] / (draws * lanes), 1.0, 0.25));
   }
@@ -134,14 +135,14 @@ TEST_CASE_FIXTURE(Prior, "Sampler: the widest direction is found in units of the
   for (std::size_t i = 0; i < size; ++i) metric[triangle(i) + i] = i < noises ? 7.0 : 4.0;
   metric[triangle(noises + 2) + noises + 1] = 1.0;
   REQUIRE(sampler.set_metric(metric));
-  std::vector<std::array<double, Density::globals>> points;
+  std::vector<std::array<double, Density::max_globals>> points;
   const double root = std::sqrt(0.5);
-  for (std::size_t i = 0; i < Density::globals; ++i) {
+  for (std::size_t i = 0; i < globals; ++i) {
     for (const double sign : {-1.0, 1.0}) {
       // Eigenvectors of the metric's block: (1, 1) and (1, -1) over root 2 with values 5 and 3, unit vectors with 4.
       auto& point = points.emplace_back();
       point.fill(0.0);
-      const double length = sign * std::sqrt(static_cast<double>(Density::globals)) * (i == 1 ? 5.0 : 1.0);
+      const double length = sign * std::sqrt(static_cast<double>(globals)) * (i == 1 ? 5.0 : 1.0);
       if (i == 1 || i == 2) {
         point[1] = length * root / std::sqrt(i == 1 ? 5.0 : 3.0);
         point[2] = (i == 1 ? 1.0 : -1.0) * point[1];

@@ -2,12 +2,12 @@
 #include "recording/quality/quality.hpp"
 
 #include <cmath>
-#include <functional>
 #include <string>
 #include <vector>
 
 #include "base/math/random.hpp"
 #include "sim/protocol/protocol.hpp"
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 
 using namespace decid;
@@ -20,7 +20,7 @@ constexpr double rate_hz = 100.0;
 
 /// Slow sway of a degree, with white noise of this many degrees; in degrees.
 std::vector<double> sway(double noise_deg, int samples = 4000) {
-  const Random random(7, Stream::sensor_noise, 0);
+  const Random random(7, sim::streams::sensor_noise, 0);
   std::vector<double> values(static_cast<std::size_t>(samples));
   for (std::size_t k = 0; k < values.size(); ++k) {
     const double t = static_cast<double>(k) / rate_hz;

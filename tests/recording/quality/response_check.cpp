@@ -9,6 +9,7 @@
 #include "base/math/random.hpp"
 #include "recording/trial.hpp"
 #include "sim/simulate.hpp"
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 
 using namespace decid;
@@ -38,13 +39,13 @@ std::vector<double> sway(std::uint64_t i) {
   const sim::ParameterTable& table = simulator().protocol().parameters();
   std::vector<double> values(static_cast<std::size_t>(simulator().samples()));
   for (std::uint64_t attempt = 0;; ++attempt) {
-    const Random random(2, Stream::base_parameters, 1000 * i + attempt);
+    const Random random(2, sim::streams::base_parameters, 1000 * i + attempt);
     sim::Parameters parameters(table.size());
     for (std::size_t p = 0; p < table.size(); ++p) parameters[p] = random.uniform(p, table[p].low, table[p].high);
     if (i % 3 == 0) parameters[sim::Nv] *= 0.1;
-    if (simulator().run(parameters, Random(2, Stream::vestibular_noise, 1000 * i + attempt), values).valid) break;
+    if (simulator().run(parameters, Random(2, sim::streams::vestibular_noise, 1000 * i + attempt), values).valid) break;
   }
-  const Random sensor(2, Stream::sensor_noise, i);
+  const Random sensor(2, sim::streams::sensor_noise, i);
   const double noise_rad = std::pow(10.0, sensor.uniform(0, -3.0, -1.0)) * sim::rad_per_deg;
   for (std::size_t k = 0; k < values.size(); ++k) values[k] += noise_rad * sensor.normal(k + 1);
   return values;
@@ -59,7 +60,7 @@ int warned(const std::string& code, const Change& change, std::uint64_t end, std
   for (std::uint64_t i = 0; i < end; i += step) {
     std::vector<double> values = sway(i);
     change(values);
-    Recording recording = recording_of(values, rate_hz);
+    Recording recording = make_recording(values, rate_hz);
     static_cast<void>(bring_to_protocol(recording, plan));
     for (const Warning& warning : recording.warnings)
       if (warning.code == code || (code.empty() && (warning.code == "jumps" || warning.code == "stretch_off" ||
@@ -118,7 +119,7 @@ TEST_CASE("position and size of a slip, and recordings without this check") {
 }
 
 TEST_CASE("a measured tilt says where a stretch is missing") {
-  Recording recording = recording_of(sway(1), rate_hz);
+  Recording recording = make_recording(sway(1), rate_hz);
   std::vector<double> tilt;
   const int steps = simulator().protocol().experiment.steps_per_sample();
   for (int k = 0; k < simulator().samples(); ++k) tilt.push_back(simulator().stimulus().tilt_at(k * steps));

@@ -27,26 +27,26 @@ double between(std::string_view first, std::string_view second) {
 }  // namespace
 
 TEST_CASE("cells: the separator is the one in the data, outside quotes") {
-  CHECK(separator_of("", "1;2") == ';');
-  CHECK(separator_of("a,b", "\"1;2\",3") == ',');
-  CHECK(separator_of("a", "7") == ',');
-  CHECK(separator_of("", "1 2 3") == ' ');
+  CHECK(guess_separator("", "1;2") == ';');
+  CHECK(guess_separator("a,b", "\"1;2\",3") == ',');
+  CHECK(guess_separator("a", "7") == ',');
+  CHECK(guess_separator("", "1 2 3") == ' ');
   // Commas between blanks are decimal ones if a digit follows each and every word is a number.
-  CHECK(separator_of("", "1,5 2,7") == ' ');
-  CHECK(separator_of("", "1,5 2,") == ',');
-  CHECK(separator_of("", "1, 2") == ',');
-  CHECK(separator_of("", "1,5 x2") == ',');
-  CHECK(separator_of("", "1,a 2") == ',');
-  CHECK(separator_of("", "1,/ 2") == ',');
+  CHECK(guess_separator("", "1,5 2,7") == ' ');
+  CHECK(guess_separator("", "1,5 2,") == ',');
+  CHECK(guess_separator("", "1, 2") == ',');
+  CHECK(guess_separator("", "1,5 x2") == ',');
+  CHECK(guess_separator("", "1,a 2") == ',');
+  CHECK(guess_separator("", "1,/ 2") == ',');
   // One number with a decimal comma is one column below one name, and two columns below two, or below none.
-  CHECK(separator_of("sway", "1,5") == ' ');
-  CHECK(separator_of("a,b", "1,5") == ',');
-  CHECK(separator_of("a b", "1,5") == ',');
-  CHECK(separator_of("", "1,5") == ',');
-  CHECK(separator_of("2", "1,5") == ',');
-  CHECK(separator_of("sway", "1,5,2") == ',');
+  CHECK(guess_separator("sway", "1,5") == ' ');
+  CHECK(guess_separator("a,b", "1,5") == ',');
+  CHECK(guess_separator("a b", "1,5") == ',');
+  CHECK(guess_separator("", "1,5") == ',');
+  CHECK(guess_separator("2", "1,5") == ',');
+  CHECK(guess_separator("sway", "1,5,2") == ',');
   // A time of the day has a blank within.
-  CHECK(separator_of("", "2026-01-31 12:00:00") == ',');
+  CHECK(guess_separator("", "2026-01-31 12:00:00") == ',');
 }
 
 TEST_CASE("cells: quotes hold separators, and belong to no cell") {

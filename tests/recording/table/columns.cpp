@@ -86,7 +86,7 @@ TEST_CASE("columns: units of length and angle in the plural") {
                                      {"COM_x meters", 1.0},
                                      {"COM_x metres", 1.0}}) {
     CAPTURE(std::string(name));
-    CHECK(metres_in_unit_of(name) == metres);
+    CHECK(find_metres_per_unit(name) == metres);
     CHECK(quantity(name) == "a length");
   }
   CHECK(unit_in("sway (degrees)") == Unit::degree);
@@ -129,13 +129,13 @@ TEST_CASE("columns: one is named as it stands, in another case, without its unit
   CHECK(named("7") == 3);  // a name before a number
   for (const char* none : {"0", "5", "-1", "2x", "swa", "99999999999", ""}) {
     INFO(none);
-    check_error([&] { named(none); }, {"has no column '", none, "from 1, as column"});
+    check_error([&] { named(none); }, Code::column_missing, "from 1, as column");
   }
   const CsvTable twice("a,A\n1,2\n3,4\n", "t.csv");
-  check_error([&] { named_column(twice, "a (x)", "t.csv", "column"); }, {"has no column"});
+  check_error([&] { named_column(twice, "a (x)", "t.csv", "column"); }, Code::column_missing);
   CHECK(named_column(twice, "a", "t.csv", "column") == 0);
   const CsvTable same("a,a,a\n1,2,3\n3,4,5\n", "t.csv");
-  check_error([&] { named_column(same, "a", "t.csv", "column"); }, {"3 columns are called 'a', numbers 1, 2 and 3"});
+  check_error([&] { named_column(same, "a", "t.csv", "column"); }, Code::column_ambiguous, "'a'");
 }
 
 TEST_CASE("columns: a long list of names is cut") {

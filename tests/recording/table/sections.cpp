@@ -48,7 +48,7 @@ TEST_CASE("sections are found by their first lines, with their places") {
 }
 
 TEST_CASE("a section is chosen by its name or number, and lines keep their numbers") {
-  check_error(reading(vicon), {"several tables", "2 'Model Outputs' (from line 10)", "section"});
+  check_error(reading(vicon), Code::recording_ambiguous, "line 10");
   for (const char* name : {"Model Outputs", "model outputs", "2"}) {
     CAPTURE(name);
     check_one_two_three(vicon, section(name, "angle"));
@@ -61,15 +61,15 @@ TEST_CASE("a section is chosen by its name or number, and lines keep their numbe
   CHECK(near(recording.signals.at(com_sway).rad[2], std::asin(0.12), 1e-12));
   std::string wrong = vicon;
   wrong.replace(wrong.find("2,0,2,1"), 7, "2,0,x,1");
-  check_error(reading(wrong, section("2", "angle")), {"line 16, angle (deg)", "'x'"});
-  check_error(reading(vicon, section("Joints")), {"has no section Joints", "3 'Trajectories'"});
-  check_error(reading(vicon, section("4")), {"has no section 4"});
-  check_error(reading(vicon, section("0")), {"has no section 0"});
-  check_error(reading(vicon + "\n" + vicon, section("devices")), {"several sections 'devices'", "give the number"});
+  check_error(reading(wrong, section("2", "angle")), Code::value_invalid, "line 16, angle (deg)");
+  check_error(reading(vicon, section("Joints")), Code::setting_unknown, "'Trajectories'");
+  check_error(reading(vicon, section("4")), Code::setting_unknown, "has no section 4");
+  check_error(reading(vicon, section("0")), Code::setting_unknown, "has no section 0");
+  check_error(reading(vicon + "\n" + vicon, section("devices")), Code::recording_ambiguous, "'devices'");
 }
 
 TEST_CASE("blocks of LabChart are sections, each with its rate") {
-  check_error(reading(labchart), {"several tables: 1 (from line 1), 2 (from line 7)", "section"});
+  check_error(reading(labchart), Code::recording_ambiguous, "line 1");
   check_one_two_three(labchart, section("1", "Sway"));
   const Recording second = read(labchart, section("2", "Sway"));
   CHECK(second.rate_hz == 50.0);
@@ -78,7 +78,7 @@ TEST_CASE("blocks of LabChart are sections, each with its rate") {
 
 TEST_CASE("a footer is no section: --section 1 leaves it out") {
   const std::string text = "time,sway_deg\n0,1\n0.01,2\n0.02,3\n\nMean,2\nSD,1\n";
-  check_error(reading(text), {"other lines follow the table, from line 6 on: 'Mean,2'", "section 1"});
+  check_error(reading(text), Code::table_unclear, "line 6");
   check_one_two_three(text, section("1"));
 }
 
@@ -99,17 +99,17 @@ TEST_CASE("a table whose first column is text is one table, also behind blank li
   CHECK(read(events).signals.samples() == 40);
   // Their footers are left out as well, and another table is a section.
   for (const std::string& table : {subjects, "time,sway_deg\n" + dates}) {
-    check_error(reading(table + "\nMean,2\n"), {"other lines follow the table", "'Mean,2'", "section 1"});
+    check_error(reading(table + "\nMean,2\n"), Code::table_unclear, "'Mean,2'");
     CHECK(read(table + "\nMean,2\n", section("1")).signals.samples() == 40);
   }
   CHECK(find_sections(subjects + "\n" + subjects).size() == 2);
-  check_error(reading(subjects + "\n" + subjects), {"several tables: 1 (from line 1), 2 (from line"});
+  check_error(reading(subjects + "\n" + subjects), Code::recording_ambiguous, "line 1");
   CHECK(read(subjects + "\n" + subjects, section("2")).signals.samples() == 40);
 }
 
 TEST_CASE("files joined with their headers are sections") {
   const std::string one = "time,sway_deg\ns,deg\n0,1\n0.01,2\n0.02,3\n";
-  check_error(reading(one + one), {"several tables: 1 (from line 1), 2 (from line 6)"});
+  check_error(reading(one + one), Code::recording_ambiguous, "line 1");
   for (const char* number : {"1", "2"}) check_one_two_three(one + one, section(number));
 }
 

@@ -52,8 +52,8 @@ TEST_CASE("the rest of a column decides the meaning of its commas") {
 }
 
 TEST_CASE("a column that may be read in both ways is refused by name") {
-  check_error([] { column("a,b\n\"1,015\",2\n\"1,016\",3\n"); }, {"t.csv", "a: '1,015'", "thousands"});
-  check_error([] { column("a,b\n\"1,015.5\",2\n\"1,5\",3\n"); }, {"line 3, a", "'1,5'"});
+  check_error([] { column("a,b\n\"1,015\",2\n\"1,016\",3\n"); }, Code::table_unclear, "'1,015'");
+  check_error([] { column("a,b\n\"1,015.5\",2\n\"1,5\",3\n"); }, Code::value_invalid, "line 3, a");
 }
 
 TEST_CASE("times and positions with thousands separators are read rightly") {

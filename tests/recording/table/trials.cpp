@@ -38,7 +38,7 @@ constexpr const char* two =
 
 Strings trials(const std::string& csv, const std::string& by) {
   const TemporaryFolder folder;
-  return trials_of(write_text(folder / "r.csv", csv), {.trial_column = by});
+  return list_trials(write_text(folder / "r.csv", csv), {.trial_column = by});
 }
 
 void check_trial(const std::string& csv, const std::string& by, const std::string& trial, double factor) {
@@ -66,40 +66,42 @@ TEST_CASE("a column of trials makes each of its values a recording") {
   check_trial(mixed, "run", "y", 2.0);
   check_error(
       [] { read("trial,time\n3,0\n3,0.01\n3,0.02\n4,0\n4,0.01\n4,0.02\n", {.trial_column = "trial", .trial = "3"}); },
-      {"no sway column", "'trial'", "column"});
+      Code::column_missing, "'trial'");
   // A wrong cell is an error of its own recording, at its line in the file.
   const std::string wrong = "time,angle_deg,run\n0,1,x\n0.01,2,x\n0.02,3,x\n0,2,y\n0.01,oops,y\n0.02,6,y\n";
   check_trial(wrong, "run", "x", 1.0);
-  check_error(reading(wrong, {.trial_column = "run", .trial = "y"}), {"line 6", "oops"});
+  check_error(reading(wrong, {.trial_column = "run", .trial = "y"}), Code::value_invalid, "line 6");
 }
 
 TEST_CASE("columns that do not tell recordings apart, and trials that there are not, are refused") {
-  check_error([] { trials(two, "block"); }, {"no column 'block'", "trial_column"});
-  check_error([] { trials(two, "subject,block"); }, {"no column 'block'", "trial_column"});
-  check_error([] { trials("time,angle_deg,run\n0,1,a\n0.01,2,b\n0.02,3,c\n", "run"); }, {"3 values in 3 rows"});
-  check_error([] { trials("time,angle_deg,run\n0,1,\n0.01,2,\n0.02,3,\n", "run"); }, {"'run' is empty"});
-  check_error(reading(two, {.trial_column = "trial", .trial = "c"}), {"no recording 'c'"});
-  check_error(reading(two, {.trial_column = "trial"}), {"no recording ''"});
+  check_error([] { trials(two, "block"); }, Code::column_missing, "'block'");
+  check_error([] { trials(two, "subject,block"); }, Code::column_missing, "'block'");
+  check_error([] { trials("time,angle_deg,run\n0,1,a\n0.01,2,b\n0.02,3,c\n", "run"); }, Code::column_unsuitable,
+              "3 values");
+  check_error([] { trials("time,angle_deg,run\n0,1,\n0.01,2,\n0.02,3,\n", "run"); }, Code::column_unsuitable, "'run'");
+  check_error(reading(two, {.trial_column = "trial", .trial = "c"}), Code::setting_unknown, "'c'");
+  check_error(reading(two, {.trial_column = "trial"}), Code::setting_unknown);
 }
 
 TEST_CASE("several recordings below each other are refused without --trial, with a rate too") {
   for (const RecordingOptions& options : {RecordingOptions{}, RecordingOptions{.rate_hz = 100.0}}) {
-    check_error(reading(two, options), {"line 5", "'trial' changes from 'a' to 'b'", "trial_column 'trial'"});
-    check_error(reading("block,angle_deg\n1,1\n1,2\n1,3\n2,1\n2,2\n", options), {"line 5", "trial_column 'block'"});
+    check_error(reading(two, options), Code::recording_ambiguous, "line 5");
+    check_error(reading("block,angle_deg\n1,1\n1,2\n1,3\n2,1\n2,2\n", options), Code::recording_ambiguous, "line 5");
     // Times start again, at their beginning or later.
     for (const char* second : {"0", "0.05"}) {
       std::string text = "time,angle_deg\n";
       for (int k = 0; k < 40; ++k) text += std::to_string(k * 0.01) + "," + std::to_string(k % 7) + "\n";
       for (int k = 0; k < 40; ++k)
         text += std::to_string(std::stod(second) + k * 0.01) + "," + std::to_string(k % 7) + "\n";
-      check_error(reading(text, options), {"line 42", "several recordings", "trial_column"});
+      check_error(reading(text, options), std::string(second) == "0" ? Code::recording_ambiguous : Code::times_uneven,
+                  "line 42");
     }
   }
   check_one_two_three("trial,time,angle_deg\n4,0,1\n4,0.01,2\n4,0.02,3\n");
   check_one_two_three("trial,time,angle_deg\n4,0,1\n,0.01,2\n4,0.02,3\n");
   check_one_two_three("block,time,angle_deg\n1,0,1\n1,0.01,2\n2,0.02,3\n", {.is_one_trial = true});
   // A single wrong time is another fault.
-  check_error(reading("time,angle_deg\n0,1\n0.01,2\n50,3\n0.03,1\n0.04,2\n"), {"line 5", "rate"});
+  check_error(reading("time,angle_deg\n0,1\n0.01,2\n50,3\n0.03,1\n0.04,2\n"), Code::times_uneven, "line 5");
 }
 
 namespace {
@@ -174,14 +176,14 @@ TEST_CASE("--trial none is advised where all rows can be read as one recording, 
 TEST_CASE("a column called trial that holds the times is exchanged with the column of time") {
   std::string text = "trial,time,com_sway_deg\n";
   for (int k = 0; k < 30; ++k) text += std::to_string(k * 0.01) + ",1," + std::to_string(k % 7) + "\n";
-  check_error(reading(text), {"'time' repeats, and 'trial' contains times", "the two names are swapped"});
+  check_error(reading(text), Code::times_uneven, "'time'");
   CHECK(read(text, {.rate_hz = 100.0}).signals.samples() == 30);
 }
 
 TEST_CASE("a column of sway that holds the times is exchanged with the column of time") {
   std::string text = "com_sway_deg,time\n";
   for (int k = 0; k < 60; ++k) text += std::to_string(k * 0.01) + "," + std::to_string(k % 30 * 0.01) + "\n";
-  check_error(reading(text), {"'time' ", "'com_sway_deg' contains times", "the two names are swapped"});
+  check_error(reading(text), Code::recording_ambiguous, "'time'");
 }
 
 TEST_CASE("tables of other kinds have labels of numbers, and are not divided") {

@@ -16,6 +16,7 @@
 #include "tests/helpers.hpp"
 
 using namespace decid::sim;
+using decid::Code;
 using namespace decid::test;
 
 namespace {
@@ -264,16 +265,16 @@ TEST_CASE("conditions in protocol files") {
   for (std::size_t c = 0; c < condition_count; ++c) keys.insert(info(static_cast<Condition>(c)).key);
   CHECK(keys.size() == condition_count);
 
-  const auto refused = [](const std::string& inner, std::initializer_list<const char*> parts) {
-    check_error([&] { protocol_from_json(R"({"recording": {)" + inner + "}}", "my.json"); }, parts);
+  const auto refused = [](const std::string& inner, Code code, std::string_view fact = {}) {
+    check_error([&] { protocol_from_json(R"({"recording": {)" + inner + "}}", "my.json"); }, code, fact);
   };
-  refused(R"("wind": {"size": 1})", {"my.json", "wind"});
-  refused(R"("gain": 0.1)", {"my.json", "recording.gain"});
-  refused(R"("gain": {"share": 0.1})", {"my.json", "size"});
-  refused(R"("gain": {"size": "big"})", {"my.json", "size", "a number or [low, high]"});
-  refused(R"("gain": {"size": [0.2, 0.1]})", {"my.json", "recording gain low"});
-  refused(R"("gain": {"size": 1.5})", {"my.json", "recording gain high", "is 1.5"});
-  refused(R"("gain": {"size": 0.1, "share": 1.5})", {"my.json", "recording gain share", "is 1.5"});
-  refused(R"("gain": {"size": 0.1, "often": 1})", {"my.json", "often"});
-  refused(R"("low_pass_hz": {"size": [0, 3]})", {"my.json", "recording low_pass_hz low"});
+  refused(R"("wind": {"size": 1})", Code::setting_unknown, "wind");
+  refused(R"("gain": 0.1)", Code::setting_malformed, "recording.gain");
+  refused(R"("gain": {"share": 0.1})", Code::setting_missing, "size");
+  refused(R"("gain": {"size": "big"})", Code::setting_malformed, "size");
+  refused(R"("gain": {"size": [0.2, 0.1]})", Code::setting_out_of_range, "my.json");
+  refused(R"("gain": {"size": 1.5})", Code::setting_out_of_range, "1.5");
+  refused(R"("gain": {"size": 0.1, "share": 1.5})", Code::setting_out_of_range, "1.5");
+  refused(R"("gain": {"size": 0.1, "often": 1})", Code::setting_unknown, "often");
+  refused(R"("low_pass_hz": {"size": [0, 3]})", Code::setting_out_of_range, "low_pass_hz");
 }

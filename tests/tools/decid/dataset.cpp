@@ -103,31 +103,20 @@ TEST_CASE("Ctrl-C reports progress and how to resume; other options are then ref
   write_text(folder / "p.json", brief_protocol);
   const std::string command =
       "dataset --count 200000 --seed 7 --protocol " + folder / "p.json" + " -o " + folder / "a.npz";
-  const std::string interrupted = std::string(DECID_PROGRAM) + " " + command + " 2>" + folder / "err" +
-                                  " & child=$!; while ! test -s " + folder / "a.npz.partial" +
-                                  "; do sleep 0.02; done; kill -INT $child; wait $child; test $? -eq 130";
-  REQUIRE(std::system(interrupted.c_str()) == 0);
-  const std::string said = read_text(folder / "err");
+  const std::string said = interrupted(command, "test -s " + folder / "a.npz.partial").err;
   CAPTURE(said);
   CHECK(contains(said, "stopped at trial "));
   CHECK(contains(said, "of 200000; the same command goes on from there"));
   CHECK_FALSE(std::filesystem::exists(folder / "a.npz"));
   const std::string partial = read_text(folder / "a.npz.partial");
 
-  const auto refused =
-      run_decid("dataset --count 200000 --seed 8 --protocol " + folder / "p.json" + " -o " + folder / "a.npz");
-  CHECK(refused.code == 2);
-  CAPTURE(refused.err);
-  CHECK(std::count(refused.err.begin(), refused.err.end(), '\n') == 1);
-  CHECK(contains(refused.err, "a.npz.partial: "));
-  CHECK(contains(refused.err, "seed 7, not 8"));
-  CHECK(contains(refused.err, "delete "));
+  check_refused("dataset --count 200000 --seed 8 --protocol " + folder / "p.json" + " -o " + folder / "a.npz",
+                "seed 7, not 8");
   CHECK(read_text(folder / "a.npz.partial") == partial);
 
-  const auto rest = run_decid(command);
-  CHECK(rest.code == 0);
+  const auto rest = run_ok(command);
   CHECK(contains(rest.err, "resuming at trial "));
-  CHECK(folder.files() == 3);  // protocol, messages, data set
+  CHECK(folder.files() == 2);  // protocol, data set
 }
 
 TEST_CASE("the figures of a data set: one JSON object, a table, and a page") {

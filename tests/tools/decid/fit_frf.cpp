@@ -15,14 +15,6 @@ Json fitted(const std::string& options) {
   return Json::parse(result.out);
 }
 
-void check_table_refused(const std::string& text, std::initializer_list<std::string> fragments,
-                         const std::string& options = "") {
-  const Folder folder;
-  write_text(folder / "t.csv", text);
-  check_refused("fit --frf " + folder / "t.csv" + " -o " + folder / "o.json" + " " + options, fragments);
-  CHECK(folder.files() == 1);
-}
-
 }  // namespace
 
 TEST_CASE("fit --frf gives fit's keys, and the information of the table") {
@@ -89,12 +81,72 @@ TEST_CASE("fit --frf takes the body, the tilt's size and known parameters") {
     CHECK(contains(text.out, words));
 }
 
+TEST_CASE("fit --frf takes priors, ranges and known values of parameters") {
+  const std::string usual = example + " --protocol short";
+  const Json json = fitted(usual + " --fix Kd=260 --prior Kp=900,20 --range delay=0.1,0.2");
+  const Json &kp = json["parameters"][decid::sim::Kp], &kd = json["parameters"][decid::sim::Kd];
+  CHECK(kd["value"] == 260.0);
+  CHECK(kd["sd"] == 0.0);
+  CHECK(kd["fixed"] == true);
+  CHECK(kp["prior"]["mean"] == 900.0);
+  CHECK(kp["sd"].get<double>() < 20.0);
+  CHECK(near(kp["prior_sd"].get<double>(), 20.0, 0.1));
+  CHECK(json["parameters"][decid::sim::Delay]["range"] == Json::array({0.1, 0.2}));
+  CHECK_FALSE(kp.contains("fixed"));
+  CHECK(json["controller"] == "dec");
+  CHECK(json["misfit"]["relative_error"].get<double>() < 0.1);
+  CHECK_FALSE(json.contains("controllers"));
+}
+
+// Three fits, and their cross-validation.
+TEST_CASE("fit --frf compares controllers" * doctest::test_suite("slow")) {
+  const Folder folder;
+  const std::string page = folder / "p.html";
+  const auto result =
+      run_ok("fit --frf " + example + " --protocol short --controller dec,ic,dec2015 --fix G_q=0.13 -o " +
+             folder / "o.json" + " --report " + page);
+  for (const char* words : {"log predictive density", "best", "weight", "dec2015", "G_q", "fixed"})
+    CHECK(contains(result.out, words));
+  const Json json = Json::parse(read_text(folder / "o.json"));
+  CHECK(json["controller"] == "dec");
+  REQUIRE(json["controllers"].size() == 3);
+  double weights = 0.0, best = -1.0;
+  for (const Json& each : json["controllers"]) {
+    weights += each["weight"].get<double>();
+    best = std::max(best, each["difference"].get<double>());
+    CHECK(each["difference_standard_error"].get<double>() >= 0.0);
+    CHECK(each["relative_error"].get<double>() > 0.0);
+  }
+  CHECK(near(weights, 1.0, 1e-9));
+  CHECK(best == 0.0);
+  CHECK_FALSE(json["controllers"][0].contains("parameters"));
+  CHECK(json["controllers"][1]["controller"] == "ic");
+  CHECK(json["controllers"][1]["parameters"].size() == 6);
+  CHECK(near(json["controllers"][2]["parameters"][10]["value"].get<double>(), 0.13, 1e-9));
+  CHECK(contains(read_text(page), "\"controllers\""));
+  CHECK_FALSE(contains(read_text(page), "\"seconds\""));
+}
+
+TEST_CASE("fit --frf --objective log-ratio is the field's least squares") {
+  const auto value = [](const Json& json, std::size_t p) { return json["parameters"][p]["value"].get<double>(); };
+  const Json json = fitted(example + " --protocol short --objective log-ratio");
+  CHECK(json["fit"]["answer"] == "log-ratio");
+  CHECK(json["misfit"]["relative_error"].get<double>() < 0.1);
+  CHECK(json["passing_gain"].get<double>() > 0.0);
+  CHECK(json["parameters"][decid::sim::Kp]["at_end"] == false);
+  CHECK_FALSE(json["parameters"][decid::sim::Kp].contains("sd"));
+  CHECK(near(value(json, decid::sim::Delay), 0.12, 0.15));  // of the controller behind the example
+  CHECK(json["frf"]["model_gain"].size() == 11);
+  const auto text = run_ok("fit --frf " + example + " --protocol short --objective log-ratio --controller dec,ic");
+  for (const char* words : {"least squares", "dead band passes", "ic, ", "starts agree"})
+    CHECK(contains(text.out, words));
+}
+
 TEST_CASE("fit --frf warns of a table that the model does not explain") {
   const Folder folder;
   write_text(folder / "t.csv",
              "frequency_hz,gain,phase_deg,sd\n0.05,4,90,0.1\n0.3,0.2,-60,0.01\n1.1,3,100,0.1\n2.2,1,-150,0.1\n");
-  const auto text = run_decid("fit --frf " + folder / "t.csv" + " --protocol short");
-  CHECK(text.code == 0);
+  const auto text = run_ok("fit --frf " + folder / "t.csv" + " --protocol short");
   CHECK(contains(text.out, "no controller of this model explains the table"));
   CHECK_FALSE(contains(text.out, "Kp_pass"));  // no parameters that look like an answer
   write_text(folder / "u.csv", "frequency_hz,gain,phase_deg\n0.05,4,90\n0.3,0.2,-60\n1.1,3,100\n2.2,1,-150\n");
@@ -108,32 +160,11 @@ TEST_CASE("fit --frf warns of a table that the model does not explain") {
   CHECK(json["warnings"][1]["code"] == "response_unexplained");
 }
 
-TEST_CASE("fit --frf refuses invalid input in one line") {
-  check_table_refused("gain,phase_deg\n0.9,20\n1.8,-60\n0.8,-150\n", {"t.csv", "no column called frequency_hz"});
-  check_table_refused("frequency,gain\n0.05,0.9\n0.4,1.8\n1.1,0.8\n", {"no column called phase"});
-  check_table_refused("frequency,gain,phase\n0,0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n", {"line 2", "not above 0"});
-  check_table_refused("frequency,gain,phase\n0.4,1.8,-60\n0.05,0.9,20\n1.1,0.8,-150\n", {"line 3", "sort"});
-  check_table_refused("frequency,gain,phase\n0.05,0.9,20\n0.05,1.8,-60\n1.1,0.8,-150\n", {"line 3", "is repeated"});
-  check_table_refused("frequency,gain,phase\n0.05,0.9,0.3\n0.4,1.8,-1\n1.1,0.8,-2.6\n",
-                      {"may be radians", "phase_rad"});
-  check_table_refused("frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n", {"2 rows"});
-  check_table_refused("frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n25,0.8,-150\n",
-                      {"no power at 25 Hz", "--protocol"});
-  const std::string good = "frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n";
-  check_table_refused(good, {"no confidence", "--prior-error above 0"}, "--prior-error 0");
-  check_table_refused(good, {"--unit", "not for --frf"}, "--unit deg");
-  check_table_refused(good, {"--model", "not for --frf"}, "--model m.safetensors");
-  check_table_refused(good, {"--max-draws", "not for --frf"}, "--max-draws 100");
-  check_table_refused(good, {"--frf", "recordings"}, "r.csv");
-  check_table_refused(good, {"--mass, --height"}, "--mass 70");
-  check_table_refused(good, {"--amplitude", "plays no ternary sequence", "leave it out"},
-                      "--amplitude 1 --protocol " + std::string(DECID_SOURCE_DIR) + "/examples/sines.json");
-  check_refused("fit", {"neither a recording nor a frequency response"});
-  check_refused("fit r.csv --amplitude 1", {"--amplitude", "--frf alone"});
-  check_refused("fit r.csv --prior-error 0.1", {"--prior-error", "--frf alone"});
-  check_refused("fit --frf /no/such/table.csv", {"/no/such/table.csv"});
+TEST_CASE("fit --frf refuses invalid controllers, priors and objectives") {
   const Folder folder;
-  write_text(folder / "table", good);
-  check_refused("fit --frf " + folder / "table" + " -o " + folder / "table", {"another name"});
-  CHECK(read_text(folder / "table") == good);
+  write_text(folder / "good.csv", "frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n");
+  for (const char* options : {"--controller pid", "--fix gravity=1", "--objective log-ratio --prior Kp=900,20",
+                              "--objective modes", "--controller dec,ic --truth Kp=900"})
+    check_refused("fit --frf " + folder / "good.csv" + " " + options, "--");
+  check_refused("fit r.csv --objective log-ratio", "--objective");
 }

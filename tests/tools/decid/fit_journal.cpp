@@ -1,7 +1,5 @@
 // The journal of a fit: what is kept, what a kill leaves, and what does not belong together.
-#include "tools/decid/fit_journal.hpp"
-
-#include <memory>
+#include "tools/decid/commands/fit_journal.hpp"
 
 #include "base/error.hpp"
 #include "identify/result_archive.hpp"
@@ -30,7 +28,7 @@ RecordingResult result_of(const std::string& file) {
 const RecordingResult result = result_of("k");
 
 std::string refusal(const std::string& path, const std::string& with) {
-  return message_of([&] { const FitJournal journal(path, with, true); });
+  return name(error_of([&] { const FitJournal journal(path, with, true); }).code());
 }
 
 }  // namespace
@@ -100,9 +98,9 @@ TEST_CASE("journal: without resume it begins empty, of other settings it is refu
   {
     FitJournal journal(path, settings, false);
     journal.append("k", result);
-    CHECK(contains(refusal(path, settings), "is being written by another process"));
+    CHECK(refusal(path, settings) == "file_in_use");
   }
-  CHECK(contains(refusal(path, "{}"), "o.journal: is of other settings"));
+  CHECK(refusal(path, "{}") == "file_differs");
   CHECK_NOTHROW(FitJournal(path, settings, true));
   CHECK_FALSE(FitJournal(path, settings, false).find("k"));
   CHECK_FALSE(FitJournal(path, settings, true).find("k"));

@@ -9,7 +9,7 @@
 #include "tools/decid/group_file.hpp"
 #include "tools/decid/results/group_results.hpp"
 #include "tools/decid/results/results.hpp"
-#include "tools/report/groups_json.hpp"
+#include "tools/report/json/groups_json.hpp"
 
 using decid::GroupTable;
 using decid::Json;
@@ -195,7 +195,7 @@ TEST_CASE("people are compared by the recordings that can be used, the others ar
   add(report, table, "a", "a1", of_other_tilt("twice.csv"));
   RecordingResult broken;
   broken.file = "broken.csv";
-  broken.error = decid::Error("broken.csv", "none", "try");
+  broken.error = decid::Error(decid::Code::file_damaged, "broken.csv", "none", "try");
   add(report, table, "b", "b2", broken);
   add(report, table, "", "", recording("elsewhere.csv", 1e6));
 

@@ -28,10 +28,6 @@ TEST_CASE("identify makes the sway of leg and trunk, and reads standard input") 
   const std::string preamble = "Laboratory 3\nSubject 12\n";
   write_text(folder / "p.csv", preamble + read_text(folder / "d.csv"));
   CHECK(values("--skip-lines 2 " + folder / "p.csv") == whole);
-  check_refused("identify --skip-lines 100000 " + folder / "p.csv", {"p.csv", "no lines of data"});
-  check_refused("identify --com-height 0.9 --unit mm --leg leg_deg --trunk trunk_deg " + folder / "d.csv",
-                {"--com-height", "several sources"});
-  check_refused("identify --hip 2 --shoulder 3 " + folder / "d.csv", {"--mass and --height"});
 }
 
 TEST_CASE("files may be pipes, as the shell's <(command) makes them") {
@@ -63,8 +59,7 @@ TEST_CASE("identify --section chooses among the tables of a file") {
   const Json whole = first_recording("identify --json " + folder / "t.csv").at("parameters");
   for (const std::string section : {"Sway", "2"})
     CHECK(first_recording("identify --json --section " + section + " " + folder / "two.csv")["parameters"] == whole);
-  check_refused("identify " + folder / "two.csv", {"two.csv", "1 'Devices'", "2 'Sway'", "--section"});
-  check_refused("identify --section 2 --skip-lines 3 " + folder / "two.csv", {"--section, --skip-lines"});
+  check_refused("identify " + folder / "two.csv", "1 'Devices'");
 }
 
 TEST_CASE("identify names files left out of a folder, unless --quiet") {
@@ -73,8 +68,7 @@ TEST_CASE("identify names files left out of a folder, unless --quiet") {
   run_ok("simulate -o " + folder / "in/t.csv");
   run_ok("simulate --seed 2 -o " + folder / "in/day1/u.csv");
   write_text(folder / "in/participants.tsv", "participant_id\n");
-  const auto run = run_decid("identify " + folder / "in");
-  CHECK(run.code == 0);
+  const auto run = run_ok("identify " + folder / "in");
   CHECK(run.err.starts_with("note: left out: "));
   CHECK(contains(run.err, "1 folder within (--recursive"));
   CHECK(run_decid("identify --quiet " + folder / "in").err.empty());
@@ -87,8 +81,7 @@ TEST_CASE("identify prints, writes JSON and a report") {
   const Folder folder;
   const std::string trial = folder / "trial.csv";
   run_ok("simulate --seed 3 -o " + trial);
-  const auto text = run_decid("identify " + trial + " -o " + folder / "out.json" + " --report " + folder / "out.html");
-  CHECK(text.code == 0);
+  const auto text = run_ok("identify " + trial + " -o " + folder / "out.json" + " --report " + folder / "out.html");
   CHECK(contains(text.out, "Kp_pass"));
   CHECK(run_decid("identify --quiet " + trial).out == text.out);  // quiet silences messages, not results
   const auto printed = run_decid("identify " + trial + " --json");

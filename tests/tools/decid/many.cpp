@@ -87,8 +87,7 @@ TEST_CASE("identify: a folder, a quoted pattern, a table and groups") {
   CHECK(delay["adjusted_interval95"][1].get<double>() > delay["interval95"][1].get<double>());
   CHECK(contains(read_text(folder / "r.html"), "hedges_g"));
 
-  const Result some = run_decid("identify --json '" + folder / "in/s[23].csv" + "'");
-  CHECK(some.code == 0);
+  const Result some = run_ok("identify --json '" + folder / "in/s[23].csv" + "'");
   REQUIRE(Json::parse(some.out)["recordings"].size() == 2);
   CHECK(Json::parse(some.out)["recordings"][1]["parameters"] == json["recordings"][2]["parameters"]);
   CHECK(contains(run_decid("identify " + folder / "in/s1.csv" + " " + folder / "in/s2.csv" + " --group " +
@@ -136,14 +135,6 @@ TEST_CASE("identify: --trial makes the recordings of a file those of files of th
   }
   CHECK(json["recordings"][1]["group"] == "b");
   check_table(read_text(folder / "t.csv"), json);
-  check_refused("identify " + folder / "long.csv", {"'trial' changes from '1' to '2'", "--trial 'trial'"});
-  check_refused("identify --rate 100 " + folder / "long.csv", {"several recordings"});
-  check_refused("identify --trial none " + folder / "long.csv", {"several recordings"});  // its times start again
-  check_refused("identify --trial nothing " + folder / "long.csv", {"long.csv", "no column 'nothing'", "--trial"});
-  check_refused("identify --trial trial -", {"--trial", "standard input"});
-  write_text(folder / "unnamed.csv", "trial,time,sway_deg\n,0,1\n,0.01,2\n,0.02,1\n,0.03,2\n");
-  check_refused("identify --trial trial " + folder / "unnamed.csv", {"unnamed.csv", "'trial' is empty in all rows"});
-  check_refused("fit --frf " + folder / "long.csv" + " --trial trial", {"--trial", "is not for --frf"});
   // One that cannot be used does not stop the other.
   write_text(folder / "long.csv", long_table(first, second, "x"));
   const Result wrong = run_decid("identify --json --trial trial " + folder / "long.csv");
@@ -158,60 +149,35 @@ TEST_CASE("groups: a line of no recording is noted, a recording given twice is r
   const Folder folder;
   for (int i = 1; i <= 2; ++i) simulate(folder / std::to_string(i) + ".csv", "--seed " + std::to_string(i));
   write_text(folder / "g.csv", "file,group\n1.csv,a\n2.csv,b\n3.csv,b\n");
-  std::filesystem::create_symlink("1.csv", folder / "link.csv");
   const std::string both = folder / "1.csv" + " " + folder / "2.csv" + " ", group = " --group " + folder / "g.csv";
-  const Result noted = run_decid("identify --json " + both + group);
-  CAPTURE(noted.err);
-  CHECK(noted.code == 0);
+  const Result noted = run_ok("identify --json " + both + group);
   CHECK(contains(noted.err, "note: "));
   CHECK(contains(noted.err, "g.csv, line 4: "));
   const Json settings = Json::parse(noted.out)["group_comparison"];
   CHECK(settings["unused_lines"] == Json{{{"line", 4}, {"file", "3.csv"}}});
   CHECK(run_decid("identify --quiet --json " + both + group).err.empty());
-  for (const std::string command : {"identify --quiet ", "fit --quiet "}) {
-    check_refused(command + both + folder / "1.csv" + group, {"1.csv: is given twice", "--group"});
-    check_refused(command + both + folder / "./2.csv" + group, {"2.csv: is the same recording as "});
-    check_refused(command + both + folder / "link.csv" + group, {"link.csv: is the same recording as "});
-  }
-  CHECK(run_decid("identify --quiet " + both + folder / "1.csv").code == 0);  // without groups it harms nobody
+  run_ok("identify --quiet " + both + folder / "1.csv");  // without groups it harms nobody
   // Recordings of one file are several.
   write_text(folder / "long.csv", long_table(read_text(folder / "1.csv"), read_text(folder / "2.csv"), ""));
   write_text(folder / "g.csv", "file,group\nlong.csv#1,a\nlong.csv#2,b\n");
   const std::string trials = "identify --quiet --trial trial " + folder / "long.csv" + group;
-  CHECK(run_decid(trials).code == 0);
-  check_refused(trials + " " + folder / "./long.csv", {"long.csv#1: is the same recording as "});
+  run_ok(trials);
+  check_refused(trials + " " + folder / "./long.csv", "long.csv#1: is the same recording as ");
 }
 
-TEST_CASE("many recordings: invalid calls are refused before the work") {
-  const Folder folder;
-  simulate(folder / "t.csv", "--seed 1");
-  write_text(folder / "g.csv", "file,group\nt.csv,a\n");
-  for (const std::string command : {"identify ", "fit "}) {
-    check_refused(command + folder / "none*.csv", {"none*.csv", "matches no file"});
-    check_refused(command + folder / "t.csv" + " --table " + folder / "t.csv", {"t.csv", "another name"});
-    check_refused(command + folder / "t.csv" + " --table " + folder / "o" + " -o " + folder / "o", {"another name"});
-    check_refused(command + folder / "t.csv" + " --table " + folder / "no/o.csv", {"o.csv", "create the folder"});
-    check_refused(command + folder / "t.csv" + " --group " + folder / "g.csv", {"g.csv", "1 group"});
-    check_refused(command + folder / "t.csv" + " --group " + folder / "none.csv", {"none.csv", "cannot be opened"});
-    check_refused(command + folder / "t.csv" + " --group " + folder / "g.csv" + " --table " + folder / "g.csv",
-                  {"g.csv", "another name"});
-  }
-  check_refused("fit " + folder / "t.csv" + " --resume", {"--resume", "needs --output"});
-  check_refused("fit --frf " + folder / "t.csv" + " --table " + folder / "o.csv", {"--table", "is not for --frf"});
-}
-
-// Over 20 s: guards the journal of several recordings. The calls before and after each stop make fits of their own.
 TEST_CASE("fit: going on after a stop makes the bytes of a call that was never stopped" * doctest::test_suite("slow")) {
   const Folder folder;
   std::filesystem::create_directory(folder / "in");
+  write_text(folder / "tiny.json", brief_protocol);
+  const std::string protocol = "--protocol " + folder / "tiny.json" + " ";
   for (int i = 1; i <= 3; ++i)
-    simulate(folder / "in/s" + std::to_string(i) + ".csv", "--protocol short --nv 0.3 --seed " + std::to_string(i));
+    simulate(folder / "in/s" + std::to_string(i) + ".csv", protocol + "--nv 0.3 --seed " + std::to_string(i));
   write_text(folder / "in/s0.csv", "time,sway\n0,1\n0.01,x\n");
   const auto outputs = [&](const std::string& name) {
     return " -o " + folder / name + ".json" + " --table " + folder / name + ".csv" + " --draws " + folder / name +
            ".npz" + " --report " + folder / name + ".html";
   };
-  const std::string command = "fit --protocol short --max-draws 8 --quiet " + folder / "in";
+  const std::string command = "fit " + protocol + "--max-draws 8 --quiet " + folder / "in";
   const Result whole = run_decid(command + outputs("whole"));
   CAPTURE(whole.err);
   CHECK(whole.code == 2);
@@ -232,20 +198,17 @@ TEST_CASE("fit: going on after a stop makes the bytes of a call that was never s
   // Recordings in the journal are not fitted again: each fit prints the seconds that it took then.
   write_text(folder / "marked.json.journal", journal);
   std::filesystem::remove(folder / "in/s0.csv");
-  const Result mended = run_decid(command + " --resume" + outputs("marked"));
-  CAPTURE(mended.err);
-  CHECK(mended.code == 0);
-  REQUIRE(contains(mended.out, "R-hat "));
-  CHECK(contains(whole.out, mended.out));
-  CHECK(mended.err.empty());
+  const Result corrected = run_ok(command + " --resume" + outputs("marked"));
+  REQUIRE(contains(corrected.out, "R-hat "));
+  CHECK(contains(whole.out, corrected.out));
+  CHECK(corrected.err.empty());
   CHECK_FALSE(std::filesystem::exists(folder / "marked.json.journal"));
   CHECK(read_json(folder / "marked.json")["recordings"].size() == 3);
 
   // Two of them in one file.
   write_text(folder / "long.csv", long_table(read_text(folder / "in/s1.csv"), read_text(folder / "in/s2.csv"), ""));
-  const Result together = run_decid("fit --protocol short --max-draws 8 --quiet --json --trial trial " +
-                                    folder / "long.csv" + " -o " + folder / "long.json");
-  CHECK(together.code == 0);
+  const Result together = run_ok("fit " + protocol + "--max-draws 8 --quiet --json --trial trial " +
+                                 folder / "long.csv" + " -o " + folder / "long.json");
   for (std::size_t i = 0; i < 2; ++i) {
     const Json recording = Json::parse(together.out)["recordings"][i];
     CHECK(recording["file"] == folder / "long.csv" + "#" + std::to_string(i + 1));
@@ -253,5 +216,5 @@ TEST_CASE("fit: going on after a stop makes the bytes of a call that was never s
   }
 
   write_text(folder / "again.json.journal", journal);
-  check_refused(command + " --resume --seed 7" + outputs("again"), {"again.json.journal", "other settings"});
+  check_refused(command + " --resume --seed 7" + outputs("again"), "again.json.journal");
 }

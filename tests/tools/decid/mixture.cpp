@@ -47,7 +47,7 @@ TEST_CASE("a network with predicted uncertainty: trained, recalibrated, evaluate
   for (const Json& parameter : recording.at("parameters"))
     CHECK(parameter.at("interval90")[0].get<double>() < parameter.at("interval90")[1].get<double>());
   CHECK(contains(read_text(folder / "r.html"), "\"recalibrated\":true"));
-  CHECK(run_decid("export c " + folder / "m.safetensors" + " --quiet -o " + folder / "out").code == 0);
+  run_ok("export c " + folder / "m.safetensors" + " --quiet -o " + folder / "out");
   CHECK(contains(read_text(folder / "out/m.h"), "int m_deviations("));
 
   // The study of recording artefacts lists the predicted variance beside the error.
@@ -64,10 +64,9 @@ TEST_CASE("a network with predicted uncertainty: trained, recalibrated, evaluate
   }
 
   // Too few trials to recalibrate: the model records that.
-  const auto few = run_decid("train --stream --stream-trials 64 --validation-trials 16 --epochs 1" + protocol +
-                             " --image " + folder / "image.json" + " --architecture " + folder / "layers.txt" +
-                             " --head 'mixture 1' -o " + folder / "few.safetensors");
-  CHECK(few.code == 0);
+  const auto few = run_ok("train --stream --stream-trials 64 --validation-trials 16 --epochs 1" + protocol +
+                          " --image " + folder / "image.json" + " --architecture " + folder / "layers.txt" +
+                          " --head 'mixture 1' -o " + folder / "few.safetensors");
   CHECK(contains(few.err, "fewer than 1000 trials"));
   CHECK(contains(run_decid("info " + folder / "few.safetensors").out, "mixture 1, not recalibrated"));
 }

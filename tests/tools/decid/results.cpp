@@ -13,7 +13,7 @@
 #include "tools/report/comparison_page.hpp"
 #include "tools/report/dataset_page.hpp"
 #include "tools/report/identify_page.hpp"
-#include "tools/report/parameters_json.hpp"
+#include "tools/report/json/parameters_json.hpp"
 
 namespace decid::tools {
 namespace {
@@ -159,7 +159,7 @@ TEST_CASE("a table says what the values say: a line a recording, as many cells w
   unknown.estimate.distribution.emplace(Mixture(1, 14, outputs), table());
   RecordingResult failed;
   failed.file = "c,d.csv";
-  failed.error = Error("c,d.csv", "no \"sway\"", "name it");
+  failed.error = Error(Code::column_missing, "c,d.csv", "no \"sway\"", "name it");
   all.recordings.insert(all.recordings.end(), {unknown, failed});
   const std::string text = csv_text(wide_table(all), CsvStyle::plain);
   CHECK(text.starts_with("file,trust," + table()[0].name + "," + table()[0].name + "_low90,"));

@@ -1,10 +1,11 @@
 // Exported controllers: the sway of whole trials, to the bit, beside the simulator's.
-#include <algorithm>
 #include <array>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "base/text.hpp"
 #include "sim/lanes.hpp"
+#include "sim/streams.hpp"
 #include "tests/tools/firmware/models.hpp"
 
 namespace decid::tools {
@@ -19,22 +20,27 @@ std::vector<double> trial_for_harness(const sim::Simulator& simulator, const sim
   const std::array<double, 3> sine = sim::sine_coefficients_for(protocol.experiment.body);
   const auto samples = static_cast<std::size_t>(simulator.samples());
   const std::size_t intervals = simulator.stimulus().rate_rad_s.size() / samples;
+  using enum sim::Coefficient;
+  const sim::Coefficients of = protocol.family().coefficients(p);
+  const bool is_static = of[slow] == 0.0 && of[torque] == 0.0;
   std::vector<double> trial{course.step_s / protocol.experiment.body.inertia_kgm2,
                             protocol.experiment.body.mgh(),
                             sine[0],
                             sine[1],
                             sine[2],
-                            p[sim::Kp_pass],
-                            p[sim::Kd_pass],
+                            of[kp_pass],
+                            of[kd_pass],
                             static_cast<double>(samples),
                             static_cast<double>(course.steps_per_sample),
-                            static_cast<double>(intervals)};
+                            static_cast<double>(intervals),
+                            course.unit_gains ? 0.5 : of[tilt],
+                            is_static ? of[position] + of[sim::Coefficient::gravity] : std::nan("")};
   for (std::size_t i = 0; i < samples * intervals; ++i) {
     trial.push_back(simulator.stimulus().tilt_rad[i]);
     trial.push_back(simulator.stimulus().rate_rad_s[i]);
   }
   std::vector<double> noise_rate(samples + 1, 0.0);
-  if (p[sim::Nv] > 0.0) sim::VestibularNoiseMaker(protocol).velocity(p[sim::Nv], noise, noise_rate);
+  if (of[nv] > 0.0) sim::VestibularNoiseMaker(protocol).velocity(of[nv], noise, noise_rate);
   trial.insert(trial.end(), noise_rate.begin(), noise_rate.end());
   return trial;
 }
@@ -44,24 +50,27 @@ std::string as_bytes(const std::vector<double>& values) {
 }
 
 /// Shortest texts that are these very numbers.
-std::string options_of(const sim::Parameters& p) {
-  std::string text;
-  for (std::size_t i = 0; i < sim::single_pendulum().parameters.size(); ++i)
-    if (i != sim::Nv) text += format(" --%s %.17g", sim::single_pendulum().parameters[i].option.c_str(), p[i]);
+std::string options_of(const sim::BodyModel& model, const sim::Parameters& p) {
+  std::string text = " --controller " + model.name;
+  for (std::size_t i = 0; i < model.parameters.size(); ++i)
+    if (model.parameters[i].name != "Nv") text += format(" --%s %.17g", model.parameters[i].option.c_str(), p[i]);
   return text;
 }
 
-void check_controller(const sim::Parameters& parameters, const std::string& protocol_name,
-                      const std::string& compiler) {
+void check_controller(const sim::Parameters& parameters, const std::string& protocol_name, const std::string& compiler,
+                      const sim::BodyModel& model = sim::single_pendulum()) {
   CAPTURE(compiler);
+  CAPTURE(model.name);
   const Folder folder;
-  const sim::Simulator simulator(protocol_name == "short" ? sim::short_protocol() : sim::default_protocol());
-  const Random noise(5, Stream::vestibular_noise, 3);
+  sim::Protocol protocol = protocol_name == "short" ? sim::short_protocol() : sim::default_protocol();
+  protocol.experiment.body_model = &model;
+  const sim::Simulator simulator(protocol);
+  const Random noise(5, sim::streams::vestibular_noise, 3);
   std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
   REQUIRE(simulator.run(parameters, noise, sway).valid);
   test::write_text(folder / "trial.bin", as_bytes(trial_for_harness(simulator, parameters, noise)));
-  run_ok("export controller --name controller --quiet --protocol " + protocol_name + options_of(parameters) + " -o " +
-         folder / "c");
+  run_ok("export controller --name controller --quiet --protocol " + protocol_name + options_of(model, parameters) +
+         " -o " + folder / "c");
   const std::string c = folder / "c";
   REQUIRE(shell(compiler + " -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror -I " + c + " -c " + c +
                 "/controller.c -o " + folder / "c.o") == 0);
@@ -89,6 +98,23 @@ TEST_CASE("an exported controller sways as the simulator's, to the bit") {
   p[sim::Delay] = 0.1453;
   if (test::have("clang++-14")) check_controller(p, "default", "clang++-14 -x c++ -std=c++17 -O2");
   if (test::have("gcc")) check_controller(p, "default", "gcc -std=gnu99 -O0");
+}
+
+TEST_CASE("exported controllers with gains, slow and torque feedback: the simulator's sway, to the bit") {
+  const std::string c99 = std::string(DECID_C_COMPILER) + " -std=c99 -O2";
+  sim::Parameters p = sim::dec2015().parameters.middle();
+  p[sim::Nv] = 0.0;
+  check_controller(p, "default", c99, sim::dec2015());
+  p[sim::Nv] = 0.3;
+  p[8] = 0.5;   // the tilt's gain: a power of two, by which the harness can divide the noise
+  p[10] = 0.0;  // no slow feedback
+  check_controller(p, "short", c99, sim::dec2015());
+  if (test::have("clang++-14")) check_controller(p, "short", "clang++-14 -x c++ -std=c++17 -O2", sim::dec2015());
+  p = sim::independent_channels().parameters.middle();
+  p[2] = 0.5;
+  check_controller(p, "default", c99, sim::independent_channels());
+  p[3] = 0.0;  // no torque feedback
+  check_controller(p, "short", "gcc -std=gnu99 -O0", sim::independent_channels());
 }
 
 TEST_CASE("a controller is exported from identify's result") {

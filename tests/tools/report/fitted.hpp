@@ -10,6 +10,7 @@
 #include "base/files/json_object.hpp"
 #include "base/text.hpp"
 #include "identify/fit_recordings.hpp"
+#include "sim/streams.hpp"
 #include "tests/sim/sines.hpp"
 #include "tools/report/fit_page.hpp"
 
@@ -39,10 +40,10 @@ inline Report fitted_recordings() {
   ReadOptions reading;
   reading.truth = protocol.parameters().middle();
   std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
-  simulator.run(*reading.truth, Random(3, Stream::vestibular_noise, 0), sway);
+  simulator.run(*reading.truth, Random(3, sim::streams::vestibular_noise, 0), sway);
   std::string csv = "time,com_sway_deg\n";
   for (std::size_t k = 0; k < sway.size(); ++k) {
-    const double noise_deg = 0.02 * Random(3, Stream::sensor_noise, 0).normal(k);
+    const double noise_deg = 0.02 * Random(3, sim::streams::sensor_noise, 0).normal(k);
     csv += format("%.2f,%.6f\n", 0.01 * static_cast<double>(k), sway[k] / sim::rad_per_deg + noise_deg);
   }
   write_file(file, csv);

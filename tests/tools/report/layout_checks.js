@@ -3,6 +3,7 @@ addEventListener("load", () => setTimeout(() => {
   const found = [], all = query => [...document.querySelectorAll(query)], root = document.documentElement;
   const say = (wrong, text) => { if (wrong) found.push(text); };
   say(root.scrollWidth > innerWidth, "wider than the window: " + root.scrollWidth);
+  for (const one of all(".scroll:has(> .answer)")) say(one.scrollWidth > one.clientWidth, "a table of parameters is wider than its page: " + one.scrollWidth);
   const answer = all(".answer tbody tr");
   if (document.querySelectorAll("section").length === 1 && answer.length >= 7)
     say(answer[6].getBoundingClientRect().bottom > 812, "the answer ends at " + answer[6].getBoundingClientRect().bottom);

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# A page's layout in headless Chromium: nothing wider than a phone (375 px) or a screen (1200 px), the answer on the first
+# A page's layout in headless Chromium: nothing wider than a phone (375 px), half a screen (900 px) or a screen (1200 px), the answer on the first
 # screen, names and headings for those who hear it, contrast by day and by night (WCAG 2.1: 4.5), and few sheets of paper.
 #   layout_chromium.sh CHROMIUM REPORT_SAMPLE KIND SHEETS     a page that the program report_sample writes
 #   layout_chromium.sh CHROMIUM PAGE.html NAME SHEETS         that page
@@ -15,7 +15,7 @@ browse() {
 # A browser's window is never as narrow as a phone, so the page stands in a frame and tells what is wrong with it.
 # Its policy would let no other script than its own run.
 { grep -v Content-Security-Policy "$scratch/page.html" && echo "<script>" && cat "$here/layout_checks.js" && echo "</script>"; } >"$scratch/checked.html"
-for width in 375 1200; do
+for width in 375 900 1200; do
   echo "<body><iframe src='checked.html' style='width:${width}px;height:812px;border:0'></iframe>
     <script>addEventListener('message', e => { document.body.dataset.found = e.data; });</script>" >"$scratch/frame.html"
   for scheme in 1 0; do  # light, dark

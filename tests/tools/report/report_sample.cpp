@@ -3,7 +3,6 @@
 // One simulated trial with known parameters, one whose fit fell over and one with an odd name; "folded": with
 // densities; "one": the first of these; "many": sixty of them, in two groups; "fit": the report of fits; "dataset": of
 // a data set.
-#include <cmath>
 #include <cstdio>
 #include <limits>
 #include <string>
@@ -16,6 +15,7 @@
 #include "dataset/image/image.hpp"
 #include "identify/explanation.hpp"
 #include "sim/simulate.hpp"
+#include "sim/streams.hpp"
 #include "tests/tools/report/fitted.hpp"
 #include "tools/report/dataset_page.hpp"
 #include "tools/report/fit_page.hpp"
@@ -31,7 +31,7 @@ namespace sim = decid::sim;
 
 std::vector<float> run(const sim::Simulator& simulator, const sim::Parameters& parameters) {
   std::vector<double> sway_rad(static_cast<std::size_t>(simulator.samples()));
-  simulator.run(parameters, decid::Random(7, decid::Stream::vestibular_noise, 0), sway_rad);
+  simulator.run(parameters, decid::Random(7, decid::sim::streams::vestibular_noise, 0), sway_rad);
   return {sway_rad.begin(), sway_rad.end()};
 }
 
@@ -84,7 +84,8 @@ Report several(std::vector<decid::dataset::Channel> channels, int fold = 1) {
   RecordingResult odd = recording(simulator, all);
   odd.file = "</script><script>document.body.dataset.error='markup'</script>.csv";
   RecordingResult failed;
-  failed.error = decid::Error("recordings/<b>subject-06</b>.csv", "line 3, sway: the cell is empty", "give a value");
+  failed.error = decid::Error(decid::Code::value_missing, "recordings/<b>subject-06</b>.csv",
+                              "line 3, sway: the cell is empty", "give a value");
   all.recordings = {recording(simulator, all), failed, fallen, odd};
   return all;
 }

@@ -1,33 +1,26 @@
 // decid calibrate: posteriors of trials with known parameters, and their coverage of the true values.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <optional>
 
 #include "base/error.hpp"
 #include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
-#include "base/math/random.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
-#include "dataset/sets/dataset.hpp"
-#include "identify/identify.hpp"
-#include "identify/studies/calibration.hpp"
+#include "identify/studies/calibration_trials.hpp"
 #include "identify/studies/fit_conditions.hpp"
-#include "sim/noise.hpp"
 #include "sim/protocol/protocol_object.hpp"
-#include "sim/simulate.hpp"
-#include "tools/decid/calibrated_trials.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/interrupt.hpp"
 #include "tools/decid/progress.hpp"
 #include "tools/decid/ranks.hpp"
+#include "tools/decid/results/calibrated_trials.hpp"
 #include "tools/report/figures/calibration_figure.hpp"
-#include "tools/report/parameters_json.hpp"
+#include "tools/report/json/parameters_json.hpp"
 
 namespace decid::tools {
 namespace {
@@ -97,9 +90,13 @@ struct Key {
   std::function<double(const sim::Parameters& truth)> of;
 };
 std::vector<Key> keys(const sim::Protocol& protocol) {
-  return {{"theta", "theta (rad/s)", [](const sim::Parameters& truth) { return truth[sim::Theta]; }},
-          {"damping_ratio", "damping ratio",
-           [body = protocol.experiment.body](const sim::Parameters& truth) { return damping_ratio(truth, body); }}};
+  std::vector<Key> all;
+  if (const std::optional<std::size_t> theta = protocol.family().parameter_of(sim::Coefficient::theta))
+    all.push_back({"theta", "theta (rad/s)", [i = *theta](const sim::Parameters& truth) { return truth[i]; }});
+  all.push_back({"damping_ratio", "damping ratio", [experiment = protocol.experiment](const sim::Parameters& truth) {
+                   return damping_ratio(truth, experiment);
+                 }});
+  return all;
 }
 
 Json parts_json(const std::vector<CalibratedTrial>& trials, const sim::Protocol& protocol,
@@ -138,86 +135,6 @@ std::string figures_text(const sim::ParameterTable& table, const Calibration& fo
   for (std::size_t p = 0; p < table.size(); ++p) line(table[p].name, found.parameters[p]);
   line("all", found.all);
   return text;
-}
-
-/// The answers of a network: a given model, or the built-in model if it was trained on this experiment.
-class Network {
- public:
-  /// Throws Error if a given model belongs to another experiment.
-  Network(const std::string& model, const sim::Protocol& protocol) : model_(model_or_built_in(model)) {
-    if (!model.empty()) require_same_experiment(model_, model, protocol, "protocol " + protocol.name);
-    if (model_.protocol.experiment == protocol.experiment) identifier_.emplace(model_);
-  }
-  /// Returns the SHA-256 of the network's weights; null if the network is for another experiment.
-  Json hash() const { return identifier_ ? Json(nn::weights_sha256(model_.network)) : Json(nullptr); }
-  /// Stores the network's answer in the trial.
-  void answer(const std::vector<float>& sway_rad, CalibratedTrial& trial) {
-    if (!identifier_) return;
-    std::vector<recording::Trial> trials{recording::trial_of(sway_rad)};
-    const Estimate found = std::move(identifier_->estimate(trials).front());
-    trial.network = found.parameters;
-    if (found.distribution)
-      trial.network_log_score = found.distribution->log_density(trial.truth) / static_cast<double>(trial.truth.size());
-  }
-
- private:
-  Model model_;
-  std::optional<Identifier> identifier_;
-};
-
-/// Returns the protocol with start and gain drawn from their priors.
-sim::Protocol recorded(sim::Protocol protocol, const posterior::Priors& priors) {
-  if (priors.start_s > 0.0) protocol.conditions[sim::Condition::start] = {.share = 1.0, .high = priors.start_s};
-  // A uniform distribution with the prior's standard deviation.
-  if (priors.gain > 0.0)
-    protocol.conditions[sim::Condition::gain] = {.share = 1.0, .high = std::sqrt(3.0) * priors.gain};
-  if (protocol.standing_s == 0.0) protocol.standing_s = priors.standing_s;
-  return protocol;
-}
-
-/// Simulates valid trials of the seed from this attempt on, with start and gain from their priors.
-class Trials {
- public:
-  Trials(const sim::Protocol& protocol, const posterior::Priors& priors, std::uint64_t seed, std::uint64_t first)
-      : simulator_(recorded(protocol, priors)), ranges_(protocol.ranges()), seed_(seed), next_(first) {}
-
-  struct Trial {
-    std::uint64_t attempt;
-    sim::Parameters truth;
-    std::vector<float> sway_rad;
-  };
-  /// Continues from this attempt.
-  void seek(std::uint64_t attempt) { next_ = attempt; }
-  Trial next() {
-    const sim::Protocol& protocol = simulator_.protocol();
-    std::vector<double> sway(static_cast<std::size_t>(protocol.samples()));
-    for (int tried = 0; tried < 10'000; ++tried) {
-      const std::uint64_t attempt = next_++;
-      const sim::TrialInput input = dataset::base_trial(ranges_, seed_, attempt);
-      if (!simulator_.run(input.parameters, input.noise, sway).valid) continue;
-      sim::record(protocol, seed_, attempt, sway);
-      return {attempt, input.parameters, {sway.begin(), sway.end()}};
-    }
-    throw Error("protocol " + protocol.name, "10,000 trials in a row fell", "use a smaller stimulus or less noise");
-  }
-
- private:
-  sim::Simulator simulator_;
-  sim::ParameterTable ranges_;
-  std::uint64_t seed_, next_;
-};
-
-CalibratedTrial calibrate_trial(const posterior::Density& density, const Trials::Trial& trial,
-                                const sim::ParameterTable& ranges, posterior::Settings settings) {
-  const auto begin = std::chrono::steady_clock::now();
-  settings.seed = trial.attempt;
-  const posterior::Posterior found = posterior::sample(density, density.observe(trial.sway_rad), settings, {},
-                                                       [](const posterior::Progress&) { return !interrupted(); });
-  if (interrupted()) return {};
-  CalibratedTrial result = calibrate(trial.truth, found, ranges);
-  result.attempt = trial.attempt;
-  result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  return result;
 }
 
 Json condition_json(const FitConditionFigures& row, const sim::ParameterTable& table) {
@@ -265,10 +182,11 @@ bool begin_with(const Json& rows, const std::vector<FitCondition>& conditions) {
 Json earlier_rows(const std::string& path, const Json& settings, const std::vector<FitCondition>& conditions) {
   const Json earlier = parse_json(read_file(path), path);
   if (!earlier.is_object() || !earlier.contains("settings") || !earlier.contains("conditions"))
-    throw Error(path, "is not a table of decid calibrate", "give the file that --faults or --conditions wrote");
+    throw Error(Code::file_unsupported, path, "is not a table of decid calibrate",
+                "give the file that --faults or --conditions wrote");
   require_same_settings(earlier["settings"], settings, path);
   if (!begin_with(earlier["conditions"], conditions))
-    throw Error(path, "has other rows than this call makes", "delete it, or give another --output");
+    throw Error(Code::file_differs, path, "has other rows than this call makes", "delete it, or give another --output");
   return earlier["conditions"];
 }
 
@@ -279,9 +197,10 @@ std::string resuming_text(const std::string& path, std::size_t done, std::size_t
 
 /// Makes the table of recording conditions or artefacts: fits as users run them, with start and gain unknown.
 void run_conditions(const CalibrateOptions& options) {
-  if (ranks() != nullptr) throw Error("--conditions", "runs in one process", "start it without mpirun");
+  if (ranks() != nullptr)
+    throw Error(Code::not_supported, "--conditions", "runs in one process", "start it without mpirun");
   if (options.resume && options.output.empty())
-    throw Error("--resume", "needs --output", "name the file to go on with");
+    throw Error(Code::setting_missing, "--resume", "needs --output", "name the file to go on with");
   std::vector<std::string> inputs;
   ProtocolOptions named = options.protocol;
   if (!options.conditions.empty()) named.name = options.conditions;
@@ -335,26 +254,26 @@ void run_calibrate(const CalibrateOptions& options) {
   for (const std::string& path : {options.output, options.figure})
     if (!path.empty() && is_root()) PendingFile probe(path);
   if (options.resume && options.output.empty())
-    throw Error("--resume", "needs --output", "name the file to go on with");
+    throw Error(Code::setting_missing, "--resume", "needs --output", "name the file to go on with");
   const Json settings = settings_json(options, protocol);
-  Network network(options.model, protocol);
-  const Json hash = network.hash();
+  const Model model = model_or_built_in(options.model);
+  if (!options.model.empty()) require_same_experiment(model, options.model, protocol, "protocol " + protocol.name);
+  NetworkAnswers network(model, protocol);
+  const Json hash = network.sha256().empty() ? Json(nullptr) : Json(network.sha256());
   const std::size_t parameters = protocol.parameters().size();
   std::vector<CalibratedTrial> trials;
   if (is_root() && options.resume && std::filesystem::exists(options.output))
     trials = earlier_trials(options.output, settings, hash, parameters);
   trials = broadcast_value(std::move(trials));  // others need their numbers
-  const posterior::Density density(protocol, options.priors);
-  Trials source(protocol, options.priors, options.seed, 0);
+  const posterior::Density density(protocol, posterior::with_conventions(options.priors, protocol.ranges()));
+  CalibrationTrials source(protocol, options.priors, options.seed);
   for (CalibratedTrial& trial : trials) {
     source.seek(trial.attempt);
-    const Trials::Trial again = source.next();
+    const CalibrationTrials::Trial again = source.next();
     if (!trial.network) network.answer(again.sway_rad, trial);
   }
   const sim::ParameterTable table = protocol.ranges();
-  // The standard deviation of uniform draws: errors do not depend on which trials were valid.
-  sim::Parameters deviation(table.size());
-  for (std::size_t p = 0; p < table.size(); ++p) deviation[p] = table[p].range() / std::sqrt(12.0);
+  const sim::Parameters deviation = uniform_deviation(table);
 
   const auto document = [&] {
     Json all = Json::array();
@@ -378,7 +297,7 @@ void run_calibrate(const CalibrateOptions& options) {
     bool going = true;
     while (static_cast<int>(trials.size()) < options.trials && going) {
       // Several trials per thread, because some take far longer. The results do not depend on the number.
-      std::vector<Trials::Trial> batch;
+      std::vector<CalibrationTrials::Trial> batch;
       const int most = 4 * thread_count() * processes;
       for (int i = 0; i < most && static_cast<int>(trials.size() + batch.size()) < options.trials; ++i)
         batch.push_back(source.next());
@@ -388,8 +307,8 @@ void run_calibrate(const CalibrateOptions& options) {
           [&](std::size_t first, std::size_t last, const Give<CalibratedTrial>& give) {
             parallel_for(static_cast<int>(last - first), [&](int i) {
               const std::size_t place = first + static_cast<std::size_t>(i);
-              CalibratedTrial trial = calibrate_trial(density, batch[place], table, options.settings);
-              if (!interrupted()) give(place, std::move(trial));
+              if (auto trial = calibrate_trial(density, batch[place], table, options.settings, interrupted))
+                give(place, std::move(*trial));
             });
           },
           [&](std::size_t i, CalibratedTrial trial) { done[i] = std::move(trial); }, interrupted);
@@ -471,7 +390,7 @@ void add_calibrate(const Command& program) {
     options->settings.min_draws = std::min(options->settings.min_draws, options->settings.max_draws);
     apply(options->common);
     if (options->faults && !options->conditions.empty())
-      throw Error("--faults", "beside --conditions", "give one of them");
+      throw Error(Code::setting_conflict, "--faults", "beside --conditions", "give one of them");
     if (options->faults || !options->conditions.empty()) return run_conditions(*options);
     run_calibrate(*options);
   });

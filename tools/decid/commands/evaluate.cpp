@@ -4,8 +4,6 @@
 #include <memory>
 
 #include "base/error.hpp"
-#include "base/parallel.hpp"
-#include "base/per_thread.hpp"
 #include "base/text.hpp"
 #include "dataset/npz/npz.hpp"
 #include "identify/network/for_body.hpp"
@@ -15,7 +13,7 @@
 #include "tools/decid/command.hpp"
 #include "tools/decid/ranks.hpp"
 #include "tools/firmware/quantise.hpp"
-#include "tools/report/parameters_json.hpp"
+#include "tools/report/json/parameters_json.hpp"
 
 namespace decid::tools {
 namespace {
@@ -109,16 +107,9 @@ Evaluated evaluated(const EvaluateOptions& options, Model& model, const std::str
   std::vector<sim::Parameters> truth;
   for (const int i : chosen) truth.push_back(body.to_model(model, data.parameters[static_cast<std::size_t>(i)]));
   const auto sways = [&](std::span<const int> indices, const SwaySink& take) {
-    parallel_for(static_cast<int>(indices.size()), [&](int i) {
-      struct Scratch {
-        std::vector<float> sway;
-      };
-      std::vector<float>& sway = per_thread<Scratch>().sway;
-      sway.resize(static_cast<std::size_t>(data.samples));
-      const auto place = static_cast<std::size_t>(i);
-      stored.read(chosen[static_cast<std::size_t>(indices[place])], sway);
-      take(place, {sway, body.height});
-    });
+    std::vector<int> trials;
+    for (const int index : indices) trials.push_back(chosen[static_cast<std::size_t>(index)]);
+    stored.take(trials, [&](std::size_t place, std::span<const float> sway) { take(place, {sway, body.height}); });
   };
   const std::vector<float> outputs = outputs_of(model, options.int8, static_cast<int>(chosen.size()), sways);
   return {name, model.parameters(), evaluate(model.targets, scores_of(model, outputs), truth),
@@ -189,13 +180,14 @@ void evaluate_models(const EvaluateOptions& options) {
   const dataset::Dataset& data = stored.about();
   for (std::size_t i = 0; i < models.size(); ++i)
     static_cast<void>(for_trials(models[i], model_name(options.models[i]), data.protocol, options.data));
-  const std::string split = split_of(options, models, dataset::identity_of(stored));
+  const std::string split = split_of(options, models, dataset::trial_identity(stored));
   std::vector<int> chosen;
   for (int i = 0; i < data.trials(); ++i) {
     const bool training = data.split[static_cast<std::size_t>(i)] == 0;
     if (split == "all" || training == (split == "training")) chosen.push_back(i);
   }
-  if (chosen.empty()) throw Error(options.data, "has no trial in its " + split + " half", "leave out --split");
+  if (chosen.empty())
+    throw Error(Code::trials_missing, options.data, "has no trial in its " + split + " half", "leave out --split");
   std::vector<Evaluated> all;
   for (std::size_t i = 0; i < models.size(); ++i)
     all.push_back(evaluated(options, models[i], model_name(options.models[i]), stored, chosen));

@@ -1,6 +1,5 @@
 // decid export: a model, or a controller, as C files for a firmware; a model's network as ONNX.
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cctype>
 #include <cmath>
@@ -20,6 +19,7 @@
 #include "sim/protocol/protocol_json.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/network_alone.hpp"
+#include "tools/decid/parameter_options.hpp"
 #include "tools/decid/recording_flags.hpp"
 #include "tools/decid/results/identified.hpp"
 #include "tools/decid/results/results.hpp"
@@ -87,7 +87,8 @@ TestVector test_vector(const Model& model, const ForBody& body, const FirmwarePl
 /// Exports a network without protocol, image and head: from its input to its outputs.
 void export_alone(const ExportOptions& options, const nn::Network<float>& network, const std::string& name) {
   if (options.firmware.incremental || options.firmware.int8 || options.firmware.familiarity || options.body.mass_kg)
-    throw Error(options.model, "is a network alone, which --incremental, --int8, --familiarity and --mass do not fit",
+    throw Error(Code::setting_conflict, options.model,
+                "is a network alone, which --incremental, --int8, --familiarity and --mass do not fit",
                 "leave them out, or give a model");
   const std::string hash = nn::weights_sha256(network);
   const std::string origin = format("Made by decid %s from %s, weights SHA-256\n   %s.", version,
@@ -175,11 +176,11 @@ void add_export_c(const Command& parent) {
 
 struct ControllerOptions {
   CommonOptions common;
-  std::string result, output, name = "decid_controller", protocol = "default", scale_to;
+  std::string result, output, name = "decid_controller", protocol = "default", scale_to, controller;
   std::optional<double> mass_kg, com_height_m, inertia_kgm2;
   int recording = 1;
   bool force = false, names_protocol = false;
-  std::vector<std::optional<double>> parameters = std::vector<std::optional<double>>(controller_parameters().size());
+  ParameterOptions parameters;
 };
 
 std::string shown(const sim::Body& body) {
@@ -196,7 +197,7 @@ bool are_one_body(const sim::Body& a, const sim::Body& b) {
 /// there is no inertia.
 std::optional<sim::Body> given_body(const ControllerOptions& options, const sim::Body& like) {
   if (options.mass_kg.has_value() != options.com_height_m.has_value() || (options.inertia_kgm2 && !options.mass_kg))
-    throw Error("export controller", "has a part of a body",
+    throw Error(Code::setting_missing, "export controller", "has a part of a body",
                 "give --mass and --com-height together, and --inertia with both or not at all");
   if (!options.mass_kg) return {};
   const double mass = *options.mass_kg, height = *options.com_height_m;
@@ -204,21 +205,24 @@ std::optional<sim::Body> given_body(const ControllerOptions& options, const sim:
   return sim::Body{mass, height, options.inertia_kgm2.value_or(per_mass * mass * height * height)};
 }
 
-/// Returns the controller's protocol: its tilt, and the body for which decid exports the gains. `from`: the body of the
-/// gains so far. This is the result's body, nothing if the result lacks it, or the default body without a result.
-sim::Protocol controller_protocol(const ControllerOptions& options, const std::optional<sim::Body>& from) {
+/// Returns the controller's protocol: its controller, its tilt, and the body for which decid exports the gains. `from`:
+/// the body of the gains so far. This is the result's body, nothing if the result lacks it, or the default body without
+/// a result.
+sim::Protocol controller_protocol(const ControllerOptions& options, const std::optional<sim::Body>& from,
+                                  const std::string& controller) {
   const bool scales = !options.scale_to.empty(), is_result = !options.result.empty();
-  sim::Protocol protocol = read_protocol(scales ? options.scale_to : options.protocol, options.common.quiet);
+  sim::Protocol protocol =
+      read_protocol(scales ? options.scale_to : options.protocol, options.common.quiet, nullptr, controller);
   sim::Body& body = protocol.experiment.body;
   const std::optional<sim::Body> given = given_body(options, from.value_or(sim::Body{}));
   if (!from && (scales || given || !are_one_body(body, sim::Body{})))
-    throw Error(options.result, "does not say whose body its gains are for",
+    throw Error(Code::setting_missing, options.result, "does not say whose body its gains are for",
                 "identify the recording again, with --mass and --height");
   if (given) {
     body = *given;
   } else if (is_result && from && !scales) {
     if (options.names_protocol && !are_one_body(body, *from))
-      throw Error(options.result,
+      throw Error(Code::setting_conflict, options.result,
                   "has gains for a body of " + shown(*from) + ", and protocol " + options.protocol + " another one, " +
                       shown(body),
                   "give --scale-to " + options.protocol +
@@ -232,24 +236,34 @@ sim::Protocol controller_protocol(const ControllerOptions& options, const std::o
 
 void export_controller(const ControllerOptions& options) {
   check_firmware_name(options.name);
-  const Identified chosen = options.result.empty() ? Identified{controller_parameters().middle(), sim::Body{}, {}, {}}
-                                                   : identified(options.result, options.recording, options.force);
+  const bool is_result = !options.result.empty();
+  Identified chosen{.parameters = {}, .body = sim::Body{}, .which = {}, .caution = {}};
+  if (is_result) chosen = identified(options.result, options.recording, options.force);
+  if (is_result && !options.controller.empty() && options.controller != chosen.controller->name)
+    throw Error(Code::setting_conflict, options.result,
+                "has the controller " + chosen.controller->name + ", not " + options.controller,
+                "leave --controller out");
   if (!chosen.caution.empty()) std::cerr << options.result << ": " << chosen.caution << '\n';
-  const sim::Protocol protocol = controller_protocol(options, chosen.body);
+  const sim::Protocol protocol =
+      controller_protocol(options, chosen.body, is_result ? chosen.controller->name : options.controller);
+  const sim::BodyModel& model = *protocol.experiment.body_model;
+  if (!is_result) chosen.parameters = model.parameters.middle();
+  const GivenParameters given = options.parameters.of(model);
   const sim::Body& body = protocol.experiment.body;
   const double ratio = chosen.body ? body.mgh() / chosen.body->mgh() : 1.0;
   sim::Parameters parameters = chosen.parameters;
   for (std::size_t i = 0; i < parameters.size(); ++i)
-    if (controller_parameters()[i].per_mgh) parameters[i] *= ratio;
+    if (model.parameters[i].per_mgh) parameters[i] *= ratio;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
-    if (!options.parameters[i] && parameters[i] < 0.0)  // a network may answer a little less
-      std::cerr << format("%s = %.4g is below 0: the controller has 0\n", controller_parameters()[i].name.c_str(),
-                          parameters[i]);
-    parameters[i] = options.parameters[i].value_or(std::max(parameters[i], 0.0));
+    const sim::ParameterInfo& info = model.parameters[i];
+    if (!given[i] && parameters[i] < info.least)  // a network may answer a little less
+      std::cerr << format("%s = %.4g is below %g: the controller has %g\n", info.name.c_str(), parameters[i],
+                          info.least, info.least);
+    parameters[i] = given[i].value_or(std::max(parameters[i], info.least));
   }
-  const std::string origin =
-      format("The DEC posture controller, made by decid %s%s.", version,
-             options.result.empty() ? "" : (" from " + comment(fs::path(options.result).filename())).c_str());
+  const std::string origin = format(
+      "The %s posture controller, made by decid %s%s.", &model == &sim::single_pendulum() ? "DEC" : model.name.c_str(),
+      version, options.result.empty() ? "" : (" from " + comment(fs::path(options.result).filename())).c_str());
   write_files(options.output, options.name, controller_files(parameters, protocol, options.name, origin));
   if (options.common.quiet) return;
   std::cerr << format("%s.h and %s.c written to %s%s, for a body of %s\n", options.name.c_str(), options.name.c_str(),
@@ -261,17 +275,18 @@ void export_controller(const ControllerOptions& options) {
 void add_export_controller(const Command& parent) {
   auto options = std::make_shared<ControllerOptions>();
   const Command command =
-      parent.add_subcommand("controller", "Write the DEC controller, stepping at 1 kHz, as one C file");
+      parent.add_subcommand("controller", "Write a posture controller, stepping at 1 kHz, as one C file");
   command.add_option("result", options->result, "Result of decid identify -o; default: the middle of every range");
   command.add_option("--recording", options->recording, "Use this recording of the result, counted from 1")
       .show_default();
   command.add_flag("--force", options->force, "Accept a result that is not usable");
-  for (std::size_t i = 0; i < options->parameters.size(); ++i) {
-    const sim::ParameterInfo& info = controller_parameters()[i];
-    if (i == sim::Nv) continue;  // a machine has its own noise
-    command.add_option("--" + info.option, options->parameters[i],
-                       "Use this " + info.description + " in " + info.unit + " instead of the estimate");
-  }
+  add_controller_option(command, options->controller,
+                        "Write this controller (decid info --controllers); default: the result's or the protocol's");
+  options->parameters.add(command, [](const sim::BodyModel& model, std::size_t i) {
+    if (model.family.parameter_of(sim::Coefficient::nv) == i) return std::string();  // a machine has its own noise
+    const sim::ParameterInfo& info = model.parameters[i];
+    return "Use this " + info.description + (info.unit == "1" ? "" : " in " + info.unit) + " instead of the estimate";
+  });
   const Option protocol = command
                               .add_option("--protocol", options->protocol,
                                           "Use this protocol's tilt for the self-test, and its body, which must be the "

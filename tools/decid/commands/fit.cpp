@@ -1,16 +1,17 @@
 // decid fit: recordings or a published frequency response in, the posterior of their controllers out.
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <iostream>
 #include <memory>
 #include <numeric>
 #include <optional>
+#include <sstream>
 
 #include "base/error.hpp"
 #include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
 #include "base/files/sha256.hpp"
+#include "base/number.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
@@ -22,7 +23,7 @@
 #include "sim/segments.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/commands/fit_frf.hpp"
-#include "tools/decid/fit_journal.hpp"
+#include "tools/decid/commands/fit_journal.hpp"
 #include "tools/decid/group_file.hpp"
 #include "tools/decid/interrupt.hpp"
 #include "tools/decid/progress.hpp"
@@ -41,91 +42,122 @@ struct FitOptions {
   std::string model, protocol, frf, group;
   bool resume = false;
   std::optional<double> amplitude_deg, prior_error, prior_gain;
-  std::vector<std::string> ranges, priors;  ///< of parameters: NAME=LOW,HIGH and NAME=MEAN,SD
+  std::vector<std::string> ranges, priors, fixed;  ///< of parameters: NAME=LOW,HIGH, NAME=MEAN,SD and NAME=VALUE
+  std::string controllers;                         ///< names, separated by commas
+  std::string objective = "posterior";
   FitRequest request;
 };
 
 /// Options that apply only to recordings, except the file-reading options, and options that apply only to a frequency
 /// response.
-constexpr const char* of_recordings[] = {
-    "recordings",     "--model",  "--prior-start", "--prior-noise", "--max-draws", "--report", "--table", "--group",
-    "--moved-before", "--resume", "--range",       "--prior",       "--recursive", "--study",  "--long",  "--excel"};
-constexpr const char* of_tables[] = {"--amplitude", "--prior-error"};
+constexpr const char* of_recordings[] = {"recordings", "--model", "--prior-start",  "--prior-noise", "--max-draws",
+                                         "--table",    "--group", "--moved-before", "--resume",      "--recursive",
+                                         "--study",    "--long",  "--excel"};
+constexpr const char* of_tables[] = {"--amplitude", "--prior-error", "--objective"};
 
 /// Throws Error for options that do not apply to the input.
 void check_kind(const FitOptions& options, const Command& command) {
   const bool is_table = !options.frf.empty();
   if (!is_table && options.recordings.files.empty() && options.recordings.study.empty())
-    throw Error("fit", "neither a recording nor a frequency response is named",
+    throw Error(Code::setting_missing, "fit", "neither a recording nor a frequency response is named",
                 "name CSV, MAT, C3D or .xlsx files, a sheet with --study, or a table with --frf");
   const auto refuse = [&](const char* option) {
     if (command.count(option) == 0) return;
     if (is_table && std::string(option) == "recordings")
-      throw Error("--frf", "does not go with recordings", "fit them in a call of their own");
-    throw Error(option, is_table ? "is not for --frf" : "is for --frf alone", "leave it out");
+      throw Error(Code::setting_conflict, "--frf", "does not go with recordings", "fit them in a call of their own");
+    throw Error(Code::setting_conflict, option, is_table ? "is not for --frf" : "is for --frf alone", "leave it out");
   };
   if (is_table) std::ranges::for_each(of_recordings, refuse);
   if (is_table) std::ranges::for_each(reading_options, refuse);
   if (!is_table) std::ranges::for_each(of_tables, refuse);
 }
 
-/// Reads "NAME=NUMBER,NUMBER", an option's text for a parameter.
-struct NamedPair {
+/// Reads "NAME=NUMBER" or "NAME=NUMBER,NUMBER", an option's text for a parameter of the table.
+struct NamedNumbers {
+  NamedNumbers(const std::string& text, std::size_t count, const char* option, const char* form,
+               const sim::ParameterTable& table) {
+    const auto fail = [&](const std::string& problem) {
+      throw Error(Code::setting_malformed, option, problem, std::string("give ") + form);
+    };
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos) fail("'" + text + "' is not " + form);
+    name = text.substr(0, equals);
+    for (std::size_t begin = equals + 1; begin <= text.size();) {
+      const std::size_t end = std::min(text.find(',', begin), text.size());
+      const auto [last, error] = std::from_chars(text.data() + begin, text.data() + end, numbers.emplace_back());
+      if (error != std::errc() || last != text.data() + end || !std::isfinite(numbers.back()))
+        fail("'" + text.substr(begin, end - begin) + "' is not a number");
+      begin = end + 1;
+    }
+    if (numbers.size() != count) fail("'" + text + "' is not " + form);
+    const std::vector<std::string> names = table.names();
+    if (std::ranges::find(names, name) != names.end()) return;
+    std::string all;
+    for (const std::string& one : names) all += (all.empty() ? "" : ", ") + one;
+    throw Error(Code::setting_unknown, option, "'" + name + "' is not a parameter", "name one of " + all);
+  }
   std::string name;
-  double first, second;
+  std::vector<double> numbers;
 };
 
-NamedPair pair_of(const std::string& text, const char* option, const char* form, const sim::ParameterTable& table) {
-  const auto fail = [&](const std::string& problem) { throw Error(option, problem, std::string("give ") + form); };
-  const std::size_t equals = text.find('='), comma = text.find(',', equals == std::string::npos ? 0 : equals);
-  if (equals == std::string::npos || comma == std::string::npos) fail("'" + text + "' is not " + form);
-  const auto number = [&](std::size_t begin, std::size_t end) {
-    double value = 0.0;
-    const auto [last, error] = std::from_chars(text.data() + begin, text.data() + end, value);
-    if (error != std::errc() || last != text.data() + end || !std::isfinite(value))
-      fail("'" + text.substr(begin, end - begin) + "' is not a number");
-    return value;
-  };
-  NamedPair pair{text.substr(0, equals), number(equals + 1, comma), number(comma + 1, text.size())};
-  const std::vector<std::string> names = table.names();
-  if (std::ranges::find(names, pair.name) == names.end()) {
-    std::string all;
-    for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
-    throw Error(option, "'" + pair.name + "' is not a parameter", "name one of " + all);
-  }
-  return pair;
-}
-
-/// Returns the priors that --range and --prior give for the parameters. Throws Error naming the option.
+/// Returns the priors that --range, --prior and --fix give for the parameters. Throws Error naming the option.
 std::vector<posterior::ParameterPrior> parameter_priors(const FitOptions& options, const sim::ParameterTable& table) {
-  std::vector<posterior::ParameterPrior> all;
-  const auto prior_of = [&](const std::string& name) -> posterior::ParameterPrior& {
-    const auto found = std::ranges::find(all, name, &posterior::ParameterPrior::name);
-    return found != all.end() ? *found : all.emplace_back(posterior::ParameterPrior{name, {}, {}});
+  using posterior::ParameterPrior;
+  std::vector<ParameterPrior> all;
+  const auto prior_of = [&](const std::string& name) -> ParameterPrior& {
+    const auto found = std::ranges::find(all, name, &ParameterPrior::name);
+    return found != all.end() ? *found : all.emplace_back(ParameterPrior{.name = name});
   };
-  const auto twice = [](const char* option, const std::string& name) {
-    throw Error(option, "is given twice for " + name, "give it once");
+  const auto read = [&](const std::vector<std::string>& texts, std::size_t count, const char* option, const char* form,
+                        auto member, const auto& value_of) {
+    for (const std::string& text : texts) {
+      const NamedNumbers given(text, count, option, form, table);
+      auto& value = prior_of(given.name).*member;
+      if (value) throw Error(Code::setting_conflict, option, "is given twice for " + given.name, "give it once");
+      value = value_of(given.numbers);
+    }
   };
-  for (const std::string& text : options.ranges) {
-    const NamedPair pair = pair_of(text, "--range", "NAME=LOW,HIGH", table);
-    posterior::ParameterPrior& prior = prior_of(pair.name);
-    if (prior.range) twice("--range", pair.name);
-    prior.range = {pair.first, pair.second};
-  }
-  for (const std::string& text : options.priors) {
-    const NamedPair pair = pair_of(text, "--prior", "NAME=MEAN,SD", table);
-    posterior::ParameterPrior& prior = prior_of(pair.name);
-    if (prior.normal) twice("--prior", pair.name);
-    prior.normal = {pair.first, pair.second};
-  }
+  using Numbers = std::vector<double>;
+  read(options.ranges, 2, "--range", "NAME=LOW,HIGH", &ParameterPrior::range, [](const Numbers& numbers) {
+    return ParameterPrior::Range{numbers[0], numbers[1]};
+  });
+  read(options.priors, 2, "--prior", "NAME=MEAN,SD", &ParameterPrior::normal, [](const Numbers& numbers) {
+    return ParameterPrior::Normal{numbers[0], numbers[1]};
+  });
+  read(options.fixed, 1, "--fix", "NAME=VALUE", &ParameterPrior::fixed,
+       [](const Numbers& numbers) { return numbers[0]; });
   posterior::Priors priors;
   priors.parameters = all;
   try {
     static_cast<void>(posterior::ranges_of(priors, table));
   } catch (const Error& error) {
-    throw Error(error.where().starts_with("range") ? "--range" : "--prior", error.where() + " " + error.problem(),
-                error.remedy());
+    const bool fixes = std::ranges::any_of(
+        all, [&](const ParameterPrior& prior) { return prior.fixed && error.where().ends_with(" " + prior.name); });
+    throw Error(error.code(),
+                error.where().starts_with("range") ? "--range"
+                : fixes                            ? "--fix"
+                                                   : "--prior",
+                error.where() + " " + error.problem(), error.remedy());
   }
+  return all;
+}
+
+/// Returns the controllers that --controller names, in its order. Throws Error if the protocol names another one.
+std::vector<const sim::BodyModel*> controllers_of(const std::string& names, const sim::Protocol& protocol) {
+  std::vector<const sim::BodyModel*> all;
+  std::istringstream stream(names);
+  for (std::string name; std::getline(stream, name, ',');) {
+    const sim::BodyModel& model = sim::body_model_of(name, "--controller");
+    if (std::ranges::find(all, &model) != all.end())
+      throw Error(Code::setting_conflict, "--controller", "names " + name + " twice", "name each once");
+    all.push_back(&model);
+  }
+  const sim::BodyModel* own = protocol.experiment.body_model;
+  if (all.empty()) return {own};
+  if (own != &sim::single_pendulum() && std::ranges::find(all, own) == all.end())
+    throw Error(Code::setting_conflict, "--controller",
+                "does not name " + own->name + ", the controller of protocol '" + protocol.name + "'",
+                "leave it out, or use a protocol without a controller");
   return all;
 }
 
@@ -134,12 +166,28 @@ sim::Protocol protocol_of(const FitOptions& options, sim::Protocol protocol) {
   if (const std::optional<sim::Body> body = options.recordings.body()) protocol.experiment.body = *body;
   if (options.amplitude_deg) {
     if (!std::holds_alternative<sim::Sequence>(protocol.experiment.stimulus))
-      throw Error("--amplitude", "protocol '" + protocol.name + "' plays no ternary sequence, the tilt that it scales",
+      throw Error(Code::setting_conflict, "--amplitude",
+                  "protocol '" + protocol.name + "' plays no ternary sequence, the tilt that it scales",
                   "leave it out, and give the amplitudes in the protocol's file");
     protocol.sequence().amplitude_deg = *options.amplitude_deg;
   }
   protocol.validate();
   return protocol;
+}
+
+/// Removes the options for parameters that this controller does not have and another one of the call has.
+FitOptions for_controller(FitOptions options, const sim::BodyModel& controller,
+                          const std::vector<const sim::BodyModel*>& all) {
+  const auto has = [](const sim::BodyModel& model, const std::string& text) {
+    const std::vector<std::string> names = model.parameters.names();
+    return std::ranges::find(names, text.substr(0, text.find('='))) != names.end();
+  };
+  for (auto* texts : {&options.ranges, &options.priors, &options.fixed})
+    std::erase_if(*texts, [&](const std::string& text) {
+      return !has(controller, text) &&
+             std::ranges::any_of(all, [&](const sim::BodyModel* other) { return has(*other, text); });
+    });
+  return options;
 }
 
 void run_table(const FitOptions& options, const Command& command) {
@@ -149,18 +197,36 @@ void run_table(const FitOptions& options, const Command& command) {
       read_protocol(options.protocol.empty() ? "default" : options.protocol, options.common.quiet, &inputs);
   options.outputs.check(inputs);
   if (options.outputs.draws.ends_with(".csv"))
-    throw Error("--draws", "writes .npz for --frf", "give a name that ends in .npz");
+    throw Error(Code::setting_conflict, "--draws", "writes .npz for --frf", "give a name that ends in .npz");
   FrfFit asked{.table = options.frf,
                .output = options.outputs.json,
                .draws = options.outputs.draws,
-               .protocol = protocol_of(options, named),
+               .page = options.outputs.page,
+               .controllers = {},
                .truth = {},
-               .priors = {.gain = options.prior_gain.value_or(frf::Priors{}.gain), .error = options.prior_error},
                .particles = {.seed = options.request.settings.seed},
+               .log_ratio = options.objective == "log-ratio",
                .json = options.common.json,
                .options = command.given(beside_answers),
                .body_assumed = !options.recordings.body() && named.experiment.body == sim::Body{}};
-  asked.truth = options.recordings.known(asked.protocol.parameters());
+  sim::Protocol protocol = protocol_of(options, named);
+  const std::vector<const sim::BodyModel*> controllers = controllers_of(options.controllers, protocol);
+  for (const sim::BodyModel* controller : controllers) {
+    protocol.experiment.body_model = controller;
+    frf::Priors priors{
+        .gain = options.prior_gain.value_or(frf::Priors{}.gain),
+        .error = options.prior_error,
+        .parameters = parameter_priors(for_controller(options, *controller, controllers), protocol.ranges())};
+    asked.controllers.push_back({protocol, std::move(priors)});
+  }
+  if (asked.log_ratio && !options.priors.empty())
+    throw Error(Code::setting_conflict, "--prior", "is not for --objective log-ratio, which has only ranges",
+                "give --range or --fix");
+  const sim::ParameterTable& parameters = asked.controllers.front().protocol.parameters();
+  if (asked.controllers.size() == 1) asked.truth = options.recordings.known(parameters);
+  if (asked.controllers.size() > 1 && command.count("--truth") > 0)
+    throw Error(Code::setting_conflict, "--truth", "does not go with several controllers",
+                "name one with --controller");
   run_frf_fit(asked);
 }
 
@@ -168,7 +234,8 @@ void run_table(const FitOptions& options, const Command& command) {
 /// regular file.
 std::optional<FitJournal> journal_of(const FitOptions& options, const std::string& settings) {
   const std::string& output = options.outputs.json;
-  if (options.resume && output.empty()) throw Error("--resume", "needs --output", "name the file to go on with");
+  if (options.resume && output.empty())
+    throw Error(Code::setting_missing, "--resume", "needs --output", "name the file to go on with");
   const bool is_file = !std::filesystem::exists(output) || std::filesystem::is_regular_file(output);
   if (output.empty() || options.recordings.files.size() < 2 || !is_file) return std::nullopt;
   return std::make_optional<FitJournal>(output + ".journal", settings, options.resume);
@@ -282,8 +349,19 @@ void run_fit(FitOptions options, const Command& command) {
   std::optional<sim::Protocol> given;
   if (!options.protocol.empty()) given = read_protocol(options.protocol, options.common.quiet, &inputs);
   const Model model = model_or_built_in(options.model);
-  const sim::Protocol protocol = protocol_of(options, given.value_or(model.protocol));
-  options.request.priors.parameters = parameter_priors(options, protocol.ranges());
+  sim::Protocol protocol = protocol_of(options, given.value_or(model.protocol));
+  const std::vector<const sim::BodyModel*> controllers = controllers_of(options.controllers, protocol);
+  protocol.experiment.body_model = controllers.front();
+  for (const sim::BodyModel* controller : controllers) {
+    sim::Protocol its_own = protocol;
+    its_own.experiment.body_model = controller;
+    std::vector<posterior::ParameterPrior> priors =
+        parameter_priors(for_controller(options, *controller, controllers), its_own.ranges());
+    if (controller == controllers.front())
+      options.request.priors.parameters = std::move(priors);
+    else
+      options.request.others.push_back({controller, std::move(priors)});
+  }
   reading.truth = recordings.known(protocol.parameters());
   reading.body = recordings.body();
   // A protocol of one's own may describe it.
@@ -349,7 +427,18 @@ void add_fit(const Command& program) {
   command.add_option(
       "--model", options->model,
       "Use this model file for the protocol, and for the estimate where chains disagree; default: the built-in model");
+  command
+      .add_option("--controller", options->controllers,
+                  "Fit this controller: dec, dec2015 or ic; several, separated by commas, are compared, and the first "
+                  "one answers; default: the protocol's")
+      .shown_as("NAME,...");
   command.section("Advanced");
+  command
+      .add_option(
+          "--objective", options->objective,
+          "Fit an --frf table by its posterior, or by least squares of the log ratio of model and table, weighted "
+          "by coherence over frequency (log-ratio); default: posterior")
+      .one_of({"posterior", "log-ratio"});
   command
       .add_option("--prior-start", options->request.priors.start_s,
                   "Allow the recording to start up to this many seconds before or after the protocol; 0: it starts "
@@ -379,6 +468,11 @@ void add_fit(const Command& program) {
                   "delay=0.12,0.02; default: uniform in its range; may be repeated")
       .repeatable()
       .shown_as("NAME=MEAN,SD");
+  command
+      .add_option("--fix", options->fixed,
+                  "Fix a parameter at this value in its JSON unit, for example Kp=838.98; may be repeated")
+      .repeatable()
+      .shown_as("NAME=VALUE");
   command.add_flag("--moved-before", options->request.priors.moved_before,
                    "Assume that the platform played the end of a cycle before the recording; default: it rested");
   command

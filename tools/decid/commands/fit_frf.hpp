@@ -1,8 +1,9 @@
-// decid fit --frf: a published frequency response in, the posterior of its controller out.
+// decid fit --frf: a published frequency response in, the posterior of its controllers out.
 #pragma once
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/files/json_object.hpp"
 #include "posterior/frf/fit.hpp"
@@ -11,11 +12,15 @@ namespace decid::tools {
 
 /// A fit of one table.
 struct FrfFit {
-  std::string table, output, draws;  ///< files; the last two may be empty
-  sim::Protocol protocol;
+  std::string table, output, draws, page;  ///< files; the last three may be empty
+  struct Controller {
+    sim::Protocol protocol;
+    frf::Priors priors;
+  };
+  std::vector<Controller> controllers;  ///< several: they are compared
   std::optional<sim::Parameters> truth;
-  frf::Priors priors;
   frf::SmcSettings particles;
+  bool log_ratio = false;  ///< least squares instead of the posterior
   bool json = false;
   Json options;               ///< as they were given
   bool body_assumed = false;  ///< the protocol's own body

@@ -26,7 +26,7 @@ struct IdentifyOptions {
   CommonOptions common;
   RecordingFlags recordings;
   Outputs outputs;
-  std::string model, group;
+  std::string model, controller, group;
 };
 
 /// Returns the report of all recordings at rank 0, with the work shared by all ranks; at other ranks a report without
@@ -62,8 +62,10 @@ void run_identify(IdentifyOptions options, const Command& command) {
   ReadOptions reading = options.recordings.read_options();
   RecordingFlags& recordings = options.recordings;
   if (recordings.files.empty() && recordings.study.empty())
-    throw Error("identify", "no recording is named", "name CSV, MAT, C3D or .xlsx files, or a sheet with --study");
+    throw Error(Code::setting_missing, "identify", "no recording is named",
+                "name CSV, MAT, C3D or .xlsx files, or a sheet with --study");
   const Model model = model_or_built_in(options.model);
+  require_controller(options.controller, model.protocol, model_name(options.model));
   reading.truth = recordings.known(model.parameters());
   reading.body = recordings.body();
   std::vector<std::string> others = options.outputs.files();
@@ -101,6 +103,7 @@ void add_identify(const Command& program) {
   add_truth_option(command, options->recordings);
   command.section("Model");
   command.add_option("--model", options->model, "Use this model file; default: the built-in model");
+  add_controller_of_model(command, options->controller);
   add_report_options(command, options->outputs, false);
   add_group_option(command, options->group);
   add_common_options(command, options->common, true);

@@ -1,12 +1,9 @@
 // decid image: a data set's trials as a network sees them, for NumPy and other engines.
-#include <iostream>
 #include <memory>
 
 #include "base/error.hpp"
 #include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
-#include "base/parallel.hpp"
-#include "base/per_thread.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
 #include "dataset/image/image_object.hpp"
@@ -67,15 +64,7 @@ void write_images(const ImageOptions& options, const Model& model, const dataset
     const int count = std::min(at_once, data.trials() - first);
     images.resize(static_cast<std::size_t>(count) * values);
     const auto produce = [&](const dataset::SwaySink& take) {
-      parallel_for(count, [&](int i) {
-        struct Scratch {
-          std::vector<float> sway;
-        };
-        std::vector<float>& sway = per_thread<Scratch>().sway;
-        sway.resize(static_cast<std::size_t>(data.samples));
-        stored.read(first + i, sway);
-        take(static_cast<std::size_t>(i), {sway, body.height});
-      });
+      stored.take(first, count, [&](std::size_t i, std::span<const float> sway) { take(i, {sway, body.height}); });
     };
     dataset::encode_all(model.encoding(), produce, images);
     writer.write(std::span<const float>(images));
@@ -105,7 +94,8 @@ void write_images(const ImageOptions& options, const Model& model, const dataset
 
 void make_images(const ImageOptions& options) {
   if (!options.model.empty() && !(options.preset.empty() && options.image_file.empty()))
-    throw Error("--model", "has images of its own", "leave out --preset and --image, or give them without --model");
+    throw Error(Code::setting_conflict, "--model", "has images of its own",
+                "leave out --preset and --image, or give them without --model");
   refuse_same_file(options.output, {options.data, options.model, options.image_file});
   dataset::ArrayWriter writer(options.output);  // reports an unwritable place before the work, not after
   const dataset::StoredDataset stored(options.data);

@@ -18,6 +18,7 @@ namespace {
 struct InfoOptions {
   CommonOptions common;
   std::string model;
+  bool controllers = false;
 };
 
 /// The lines of a fused layer, in one line.
@@ -118,21 +119,63 @@ void info(const InfoOptions& options) {
             << model.head->name() << recalibrated << "\nweights   SHA-256 " << hash << '\n';
 }
 
+Json controllers_json() {
+  Json list = Json::array();
+  for (const sim::BodyModel* model : sim::body_models()) {
+    Json parameters = Json::array();
+    for (const sim::ParameterInfo& p : model->parameters)
+      parameters.push_back({{"name", p.name},
+                            {"option", "--" + p.option},
+                            {"description", p.description},
+                            {"unit", p.unit},
+                            {"low", p.low},
+                            {"high", p.high},
+                            {"scales_with_mgh", p.per_mgh}});
+    list.push_back({{"name", model->name},
+                    {"description", model->description},
+                    {"source", model->source},
+                    {"parameters", std::move(parameters)}});
+  }
+  return {{"controllers", std::move(list)}};
+}
+
+/// Prints each controller with its parameters and their ranges for the default body.
+void list_controllers(bool as_json) {
+  if (as_json) {
+    std::cout << controllers_json().dump(2) << '\n';
+    return;
+  }
+  for (const sim::BodyModel* model : sim::body_models()) {
+    std::cout << format("%s: %s\n  source: %s\n", model->name.c_str(), model->description.c_str(),
+                        model->source.c_str());
+    for (const sim::ParameterInfo& p : model->parameters)
+      std::cout << format("  %-8s --%-14s %10.5g to %10.5g %-8s %s\n", p.name.c_str(), p.option.c_str(), p.low, p.high,
+                          p.shown_unit().c_str(), p.description.c_str());
+  }
+}
+
 }  // namespace
 
 void add_info(const Command& program) {
   auto options = std::make_shared<InfoOptions>();
   const Command command = program.add_subcommand("info", "Describe a model: layers, size, protocol, hashes");
   command.section("Input");
-  command.add_option("model", options->model, "File of a model, or of a network alone; default: the built-in model");
+  const Option model = command.add_option("model", options->model,
+                                          "File of a model, or of a network alone; default: the built-in model");
+  command
+      .add_flag("--controllers", options->controllers,
+                "List the controllers that decid simulates instead: parameters, options, ranges, sources")
+      .excludes(model);
   add_common_options(command, options->common, true);
   command.footer(
       "Examples:\n"
       "  decid info\n"
       "  decid info model.safetensors\n"
-      "  decid info model.safetensors --json");
+      "  decid info model.safetensors --json\n"
+      "  decid info --controllers");
   command.callback([options] {
     apply(options->common);
+    if (options->controllers) return list_controllers(options->common.json);
     info(*options);
   });
 }

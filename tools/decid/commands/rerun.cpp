@@ -37,21 +37,24 @@ Call read_call(const std::string& path, const std::string& content) {
                          std::ranges::all_of(all["arguments"], is_text) && all.contains("inputs") &&
                          all["inputs"].is_array() && all.contains("decid");
   if (!is_result || (all["command"] != "identify" && all["command"] != "fit"))
-    throw Error(path, "does not say which call wrote it", "give the JSON of decid identify or decid fit");
+    throw Error(Code::file_unsupported, path, "does not say which call wrote it",
+                "give the JSON of decid identify or decid fit");
   if (all["decid"] != version)
-    throw Error(path, "was written by decid " + all["decid"].dump(),
+    throw Error(Code::file_differs, path, "was written by decid " + all["decid"].dump(),
                 std::string("this is decid ") + version + "; use that version");
   for (const Json& input : all["inputs"]) {
     if (!input.is_object() || !input.contains("file") || !input.contains("sha256"))
-      throw Error(path, "names its inputs in another form", "give the JSON of decid identify or decid fit");
+      throw Error(Code::file_damaged, path, "names its inputs in another form",
+                  "give the JSON of decid identify or decid fit");
     const std::string file = input["file"].get<std::string>();
     const Json& hash = input["sha256"];
     const bool is_stream = file == "-" || std::filesystem::exists(file);
     if (hash.is_null() && !is_stream) continue;  // it was missing then, too
     if (hash.is_null())
-      throw Error(file, "is not a file whose content is known", "save it as a file, and run the call again");
+      throw Error(Code::not_supported, file, "is not a file whose content is known",
+                  "save it as a file, and run the call again");
     if (sha256(read_file(file)) != hash.get<std::string>())
-      throw Error(file, "is not the file that " + path + " was computed from", "restore that file");
+      throw Error(Code::file_differs, file, "is not the file that " + path + " was computed from", "restore that file");
   }
   return {all["command"].get<std::string>(), all["arguments"].get<std::vector<std::string>>()};
 }
@@ -71,7 +74,7 @@ void run(const Call& call, const std::string& output, const CommonOptions& commo
   try {
     program.parse(static_cast<int>(pointers.size()), pointers.data());
   } catch (const UsageError& error) {
-    throw Error("decid rerun", error.message, "was the JSON edited?");
+    throw Error(Code::setting_malformed, "decid rerun", error.message, "was the JSON edited?");
   }
 }
 

@@ -12,31 +12,26 @@
 #include "base/text.hpp"
 #include "sim/double_pendulum.hpp"
 #include "sim/protocol/protocol_json.hpp"
+#include "sim/streams.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/commands/trial_csv.hpp"
+#include "tools/decid/parameter_options.hpp"
 
 namespace decid::tools {
 namespace {
 
-/// Returns the parameters of the single pendulum; the double pendulum has as many for each joint.
-const sim::ParameterTable& table() {
+/// Returns the parameters of each joint of the double pendulum.
+const sim::ParameterTable& joint_table() {
   return sim::single_pendulum().parameters;
 }
 
-/// The values given on the command line: a value or nothing for each parameter.
-using Given = std::vector<std::optional<double>>;
-
 struct SimulateOptions {
   CommonOptions common;
-  Given parameters = Given(table().size()), hip = parameters;
+  ParameterOptions parameters;
+  GivenParameters hip = GivenParameters(joint_table().size());
   std::uint64_t seed = 1;
-  std::string model = "sip", protocol = "default", output;
+  std::string model = "sip", protocol = "default", controller, output;
 };
-
-sim::Parameters filled(sim::Parameters parameters, const Given& given) {
-  for (std::size_t i = 0; i < given.size(); ++i) parameters[i] = given[i].value_or(parameters[i]);
-  return parameters;
-}
 
 std::vector<double> room(int samples) {
   return std::vector<double>(static_cast<std::size_t>(samples));
@@ -69,7 +64,7 @@ void require_standing(const sim::Outcome& outcome, const sim::Protocol& protocol
       stands(protocol, true)            ? "without vestibular noise it stands: lower --nv or the noise's scale"
       : stands(at_rest(protocol), true) ? "on a platform at rest it stands: lower the amplitude of the tilt"
                                         : other_gains;
-  throw Error("simulate", format("%s after %.2f s", what.c_str(), outcome.end_s), remedy);
+  throw Error(Code::body_falls, "simulate", format("%s after %.2f s", what.c_str(), outcome.end_s), remedy);
 }
 
 /// Returns time and tilt from the beginning of the recording.
@@ -81,10 +76,10 @@ std::vector<std::vector<double>> recorded_tilt(const sim::Protocol& protocol, co
   return columns;
 }
 
-void print_parameters(const char* title, const sim::Parameters& parameters) {
+void print_parameters(const char* title, const sim::ParameterTable& table, const sim::Parameters& parameters) {
   std::cerr << title;
   for (std::size_t i = 0; i < parameters.size(); ++i)
-    std::cerr << format("%-8s %12.6g %s\n", table()[i].name.c_str(), parameters[i], table()[i].shown_unit().c_str());
+    std::cerr << format("%-8s %12.6g %s\n", table[i].name.c_str(), parameters[i], table[i].shown_unit().c_str());
 }
 
 void print_summary(const SimulateOptions& options, const sim::Protocol& protocol, const sim::Outcome& outcome) {
@@ -97,23 +92,26 @@ void print_summary(const SimulateOptions& options, const sim::Protocol& protocol
 
 void simulate_single(const SimulateOptions& options, sim::Protocol protocol) {
   const sim::Simulator simulator(std::move(protocol));
-  const sim::Parameters parameters = filled(simulator.protocol().ranges().middle(), options.parameters);
+  const sim::BodyModel& model = *simulator.protocol().experiment.body_model;
+  const sim::Parameters parameters = filled(simulator.protocol().ranges().middle(), options.parameters.of(model));
   std::vector<double> sway = room(simulator.samples());
-  const sim::Outcome outcome = simulator.run(parameters, Random(options.seed, Stream::vestibular_noise, 0), sway);
-  const double stiffness = parameters[sim::Kp_pass] + 2.0 * parameters[sim::Kp],
+  const sim::Outcome outcome = simulator.run(parameters, Random(options.seed, sim::streams::vestibular_noise, 0), sway);
+  const sim::Coefficients of = model.family.coefficients(parameters);
+  const double responses = of[sim::Coefficient::position] + of[sim::Coefficient::gravity],
+               stiffness = of[sim::Coefficient::kp_pass] + responses * of[sim::Coefficient::kp],
                mgh = simulator.protocol().experiment.body.mgh();
+  const std::string times = responses == 1.0 ? "" : responses == 2.0 ? "twice " : format("%g times ", responses);
   require_standing(
       outcome, simulator.protocol(),
       [&](const sim::Protocol& other, bool without_noise) {
-        sim::Parameters same = parameters;
-        if (without_noise) same[sim::Nv] = 0.0;
+        const sim::Parameters same = without_noise ? model.family.without_noise(parameters) : parameters;
         const sim::Simulator again(other);
         std::vector<double> unused = room(again.samples());
-        return again.run(same, Random(options.seed, Stream::vestibular_noise, 0), unused).valid;
+        return again.run(same, Random(options.seed, sim::streams::vestibular_noise, 0), unused).valid;
       },
       stiffness <= mgh
-          ? format("--kp-pass and twice --kp, %.0f N m/rad, must exceed the body's m g h, %.0f: raise --kp", stiffness,
-                   mgh)
+          ? format("passive stiffness and %s--kp, %.0f N m/rad, must exceed the body's m g h, %.0f: raise --kp",
+                   times.c_str(), stiffness, mgh)
           : "shorten --delay, lower --kp or raise --kd");
   sim::record(simulator.protocol(), options.seed, 0, sway);
   to_degrees(sway);
@@ -121,17 +119,18 @@ void simulate_single(const SimulateOptions& options, sim::Protocol protocol) {
   columns.insert(columns.begin() + 1, std::move(sway));
   write_file(options.output, csv({"time", "com_sway_deg", "tilt_deg"}, columns, csv_digits));
   if (options.common.quiet) return;
-  print_parameters("", parameters);
+  print_parameters("", model.parameters, parameters);
   print_summary(options, simulator.protocol(), outcome);
 }
 
 void simulate_double(const SimulateOptions& options, sim::Protocol protocol) {
   const sim::DoubleSimulator simulator(std::move(protocol));
   sim::DoubleParameters parameters = sim::default_double_parameters(simulator.segments());
-  parameters = {filled(parameters.ankle, options.parameters), filled(parameters.hip, options.hip)};
+  parameters = {filled(parameters.ankle, options.parameters.of(sim::single_pendulum())),
+                filled(parameters.hip, options.hip)};
   std::vector<double> com = room(simulator.samples()), leg = com, trunk = com;
   const sim::Outcome outcome =
-      simulator.run(parameters, Random(options.seed, Stream::vestibular_noise, 0), {com, leg, trunk});
+      simulator.run(parameters, Random(options.seed, sim::streams::vestibular_noise, 0), {com, leg, trunk});
   require_standing(
       outcome, simulator.protocol(),
       [&](const sim::Protocol& other, bool without_noise) {
@@ -139,7 +138,8 @@ void simulate_double(const SimulateOptions& options, sim::Protocol protocol) {
         if (without_noise) same.ankle[sim::Nv] = same.hip[sim::Nv] = 0.0;
         const sim::DoubleSimulator again(other);
         std::vector<double> unused = room(again.samples()), leg_unused = unused, trunk_unused = unused;
-        return again.run(same, Random(options.seed, Stream::vestibular_noise, 0), {unused, leg_unused, trunk_unused})
+        return again
+            .run(same, Random(options.seed, sim::streams::vestibular_noise, 0), {unused, leg_unused, trunk_unused})
             .valid;
       },
       "shorten --delay or --hip-delay, or bring the gains of ankle and hip nearer to their defaults");
@@ -151,15 +151,19 @@ void simulate_double(const SimulateOptions& options, sim::Protocol protocol) {
   columns.push_back(std::move(trunk));
   write_file(options.output, csv({"time", "com_sway_deg", "tilt_deg", "leg_deg", "trunk_deg"}, columns, csv_digits));
   if (options.common.quiet) return;
-  print_parameters("ankle\n", parameters.ankle);
-  print_parameters("hip\n", parameters.hip);
+  print_parameters("ankle\n", joint_table(), parameters.ankle);
+  print_parameters("hip\n", joint_table(), parameters.hip);
   print_summary(options, simulator.protocol(), outcome);
 }
 
 void simulate(const SimulateOptions& options) {
   std::vector<std::string> files;
-  sim::Protocol protocol = read_protocol(options.protocol, options.common.quiet, &files);
+  sim::Protocol protocol = read_protocol(options.protocol, options.common.quiet, &files, options.controller);
   refuse_same_file(options.output, files);
+  if (options.model == "dip" && protocol.experiment.body_model != &sim::single_pendulum())
+    throw Error(Code::setting_conflict, "--model dip",
+                "has the controller dec at its joints, not " + protocol.experiment.body_model->name,
+                "leave the other controller out, or simulate one segment");
   options.model == "dip" ? simulate_double(options, std::move(protocol))
                          : simulate_single(options, std::move(protocol));
 }
@@ -171,15 +175,16 @@ void add_simulate(const Command& program) {
   const Command command = program.add_subcommand("simulate", "Simulate one trial with known parameters");
   command.section("Controller");
   const sim::DoubleParameters of_double = sim::default_double_parameters(sim::segments_of({}));
-  for (std::size_t i = 0; i < table().size(); ++i) {
-    const sim::ParameterInfo& info = table()[i];
-    command
-        .add_option(
-            "--" + info.option, options->parameters[i],
-            format("Set the %s; usual range: %g to %g%s; default: %g, with --model dip %.4g", info.description.c_str(),
-                   info.low, info.high, info.unit_after().c_str(), info.middle(), of_double.ankle[i]))
-        .shown_as("FLOAT");
-  }
+  add_controller_option(command, options->controller,
+                        "Simulate this controller (decid info --controllers); default: the protocol's, else dec");
+  options->parameters.add(command, [&](const sim::BodyModel& model, std::size_t i) {
+    const sim::ParameterInfo& info = model.parameters[i];
+    return format("Set the %s; usual range%s: %g to %g%s; default: ", info.description.c_str(),
+                  &model == &sim::single_pendulum() ? "" : (" with " + model.name).c_str(), info.low, info.high,
+                  info.unit_after().c_str()) +
+           (&model == &sim::single_pendulum() ? format("%g, with --model dip %.4g", info.middle(), of_double.ankle[i])
+                                              : format("%g", info.middle()));
+  });
   add_seed_option(command, options->seed, "Seed the noise");
   command
       .add_option("--model", options->model,
@@ -187,8 +192,8 @@ void add_simulate(const Command& program) {
                   "(the options above) and one at the hip; measurement noise affects com_sway_deg only")
       .one_of({"sip", "dip"})
       .show_default();
-  for (std::size_t i = 0; i < table().size(); ++i) {
-    const sim::ParameterInfo& info = table()[i];
+  for (std::size_t i = 0; i < joint_table().size(); ++i) {
+    const sim::ParameterInfo& info = joint_table()[i];
     command
         .add_option("--hip-" + info.option, options->hip[i],
                     format("Set the hip's %s, with --model dip; default: %.4g%s", info.description.c_str(),
@@ -207,13 +212,15 @@ void add_simulate(const Command& program) {
       "  decid simulate -o trial.csv\n"
       "  decid simulate --kp 900 --delay 0.1 --nv 0.4 --seed 7 -o trial.csv\n"
       "  decid simulate --nv 0 --protocol short -o noise_free.csv\n"
+      "  decid simulate --controller dec2015 --gravity-gain 0.55 -o person.csv\n"
       "  decid simulate --model dip --hip-delay 0.05 -o two_segments.csv\n"
       "Default gains are those of the default body; they scale with the m g h of the protocol's body.");
   command.callback([options, command] {
-    for (const sim::ParameterInfo& info : table()) {
+    for (const sim::ParameterInfo& info : joint_table()) {
       const std::string name = "--hip-" + info.option;
       if (options->model != "dip" && command.count(name) > 0)
-        throw Error(name, "has no effect on the single pendulum, which has no hip", "use it with --model dip");
+        throw Error(Code::setting_conflict, name, "has no effect on the single pendulum, which has no hip",
+                    "use it with --model dip");
     }
     apply(options->common);
     simulate(*options);

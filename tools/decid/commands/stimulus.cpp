@@ -21,7 +21,7 @@ struct StimulusOptions {
 
 void stimulus(const StimulusOptions& options) {
   if (options.output.empty() && options.plot.empty() && options.written_protocol.empty())
-    throw Error("stimulus", "has nothing to write",
+    throw Error(Code::setting_missing, "stimulus", "has nothing to write",
                 "give -o stimulus.csv, --plot page.html or --write-protocol p.json");
   std::vector<std::string> files;
   const sim::Protocol protocol = read_protocol(options.protocol, options.common.quiet, &files);

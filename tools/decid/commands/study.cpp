@@ -1,5 +1,4 @@
 // decid study: a model compared with the paper, in figures and numbers, and the accuracy of its estimates.
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
@@ -8,6 +7,7 @@
 #include "base/error.hpp"
 #include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
+#include "base/number.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
 #include "tools/decid/command.hpp"
@@ -21,7 +21,7 @@ namespace {
 struct StudyOptions {
   CommonOptions common;
   RecordingFlags reading;
-  std::string model, data, log, recording, learning_curve, output;
+  std::string model, controller, data, log, recording, learning_curve, output;
   std::vector<std::string> times, comparisons;
   std::vector<double> levels_deg{0, 0.01, 0.02, 0.05, 0.1};
   bool faults = false;
@@ -31,12 +31,10 @@ struct StudyOptions {
 
 std::pair<std::string, double> time_from_text(const std::string& text) {
   const std::size_t equals = text.find('=');
-  double seconds = 0;
-  const char* const end = text.data() + text.size();
-  const char* const begin = text.data() + (equals == std::string::npos ? text.size() : equals + 1);
-  const auto [at, error] = std::from_chars(begin, end, seconds);
-  if (equals == 0 || error != std::errc() || at != end || !std::isfinite(seconds) || seconds < 0)
-    throw Error("--time", "'" + text + "' is not NAME=SECONDS", "give for example --time training=2400");
+  const double seconds = equals == std::string::npos ? NAN : number_from<double>(text.substr(equals + 1)).value_or(NAN);
+  if (equals == 0 || !std::isfinite(seconds) || seconds < 0)
+    throw Error(Code::setting_malformed, "--time", "'" + text + "' is not NAME=SECONDS",
+                "give for example --time training=2400");
   return {text.substr(0, equals), seconds};
 }
 
@@ -44,7 +42,7 @@ void add_recording(const StudyOptions& options, const Model& model, Study& study
   const ReadOptions reading = options.reading.read_options();
   const std::vector<RecordingSource> sources = sources_of({options.recording}, reading.recording);
   if (sources.size() != 1)
-    throw Error(options.recording,
+    throw Error(Code::recording_ambiguous, options.recording,
                 "holds " + counted(std::ssize(sources), "recording") + " by --trial " + options.reading.trial +
                     ", and a study has one",
                 "save that recording as a file of its own");
@@ -59,6 +57,7 @@ void run_study(const StudyOptions& options) {
   Study study;
   for (const std::string& text : options.times) study.seconds.push_back(time_from_text(text));
   Model model = model_or_built_in(options.model);
+  require_controller(options.controller, model.protocol, model_name(options.model));
   study.model = model_name(options.model);
   study.sha256 = nn::weights_sha256(model.network);
   study.version = version;
@@ -78,7 +77,8 @@ void run_study(const StudyOptions& options) {
   for (const std::string& file : options.comparisons) {
     study.comparisons.push_back(read_comparison(file, model.protocol));
     if (study.comparisons.back().sha256 != study.sha256)
-      throw Error(file, "compares another model than " + study.model, "run decid compare with this --model");
+      throw Error(Code::file_differs, file, "compares another model than " + study.model,
+                  "run decid compare with this --model");
   }
   if (!options.recording.empty()) add_recording(options, model, study);  // reports a bad one before a folder is made
   const std::filesystem::path folder = options.output;
@@ -125,6 +125,7 @@ void add_study(const Command& program) {
   const Command command = program.add_subcommand("study", "Compare a model with the paper: table, figures, accuracy");
   command.section("Model");
   command.add_option("--model", options->model, "Use this model file; default: the built-in model");
+  add_controller_of_model(command, options->controller);
   command.add_option(
       "--data", options->data,
       "Show the training and validation errors of this data set, on which the model was trained, and its figures");
@@ -171,7 +172,7 @@ void add_study(const Command& program) {
   command.callback([options, command] {
     for (const char* name : reading_options)
       if (options->recording.empty() && command.count(name) > 0)
-        throw Error(name, "has no effect without a recording", "use it with --recording");
+        throw Error(Code::setting_conflict, name, "has no effect without a recording", "use it with --recording");
     apply(options->common);
     run_study(*options);
   });

@@ -16,7 +16,6 @@
 #include "identify/training/checkpoint.hpp"
 #include "nn/kernels/kernels.hpp"
 #include "nn/training/schedule.hpp"
-#include "sim/body_model.hpp"
 #include "sim/protocol/protocol_json.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/commands/train_files.hpp"
@@ -56,9 +55,7 @@ TrainingSettings settings_from(const TrainOptions& options) {
   preset.sgd.weight_decay = options.weight_decay.value_or(preset.sgd.weight_decay);
   preset.schedule = options.schedule.value_or(preset.schedule);
   nn::Schedule(preset.schedule, preset.learning_rate, 1, 1);  // reports a wrong one before the work, not after
-  if (options.head && !options.architecture_file.empty()) preset.head = *options.head;
-  if (options.head && options.architecture_file.empty())
-    preset = with_head(preset, *options.head, sim::single_pendulum().parameters.size(), "--head");
+  preset.head = options.head.value_or(preset.head);
   settings.head = &head_named(preset.head, "--head");
   settings.seed = options.seed;
   settings.patience = options.patience;
@@ -194,7 +191,7 @@ bool train_epochs(const TrainOptions& options, const TrainingSettings& settings,
 }
 
 /// Returns the model of the best epoch, at all ranks.
-Model best_of(const TrainFiles& files) {
+Model load_best(const TrainFiles& files) {
   if (ranks() == nullptr) return load_model(files.best);
   const std::string bytes = broadcast_text(*ranks(), is_root() ? read_file(files.best) : std::string());
   return model_from_bytes(bytes, files.best);
@@ -206,11 +203,12 @@ Model finished_model(const TrainOptions& options, const TrainingSettings& settin
   const TrainFiles files(options.output);
   Model model = std::move(state.model);
   if (settings.patience > 0) {
-    Model best = best_of(files);
+    Model best = load_best(files);
     best.origin.epochs = model.origin.epochs;  // it may be of a training that went on to more of them
     best.origin.extensions = model.origin.extensions;
     if (best.origin != model.origin)
-      throw Error(files.best, "was made with other settings: " + difference(best.origin, model.origin),
+      throw Error(Code::file_differs, files.best,
+                  "was made with other settings: " + difference(best.origin, model.origin),
                   "delete it and " + files.checkpoint + " to start again");
     model = std::move(best);
   }
@@ -267,7 +265,7 @@ void check_files(const TrainOptions& options, std::vector<std::string> read) {
 
 void train(const TrainOptions& options) {
   if (options.data.empty() != options.stream)
-    throw Error("train", "needs trials", "give either --data data.npz or --stream");
+    throw Error(Code::setting_missing, "train", "needs trials", "give either --data data.npz or --stream");
   const TrainFiles files(options.output);
   std::vector<std::string> read{options.data, options.architecture_file, options.image_file, options.from};
   const sim::Protocol protocol =
@@ -280,6 +278,9 @@ void train(const TrainOptions& options) {
   const std::unique_ptr<dataset::TrialSource> source =
       options.stream ? dataset::stream_source(protocol, options.seed, options.stream_trials, options.validation_trials)
                      : dataset::stored_source(dataset::StoredDataset(options.data));
+  if (options.architecture_file.empty())
+    settings.preset =
+        with_head(settings.preset, settings.preset.head, source->protocol().parameters().size(), "--head");
   if (options.image_file.empty()) settings.preset.image = image_for(settings.preset, source->protocol());
   const std::optional<Model> from = options.from.empty() ? std::nullopt : std::optional(load_model(options.from));
   std::optional<Origin::Start> start;
@@ -401,9 +402,10 @@ void add_train(const Command& program) {
       "  decid train --stream --preset series --protocol mine.json --sensor-noise 0.001 0.1 -o mine.safetensors\n"
       "  decid train --stream --preset series --epochs 80 --resume -o mine.safetensors");
   command.callback([options, command] {
-    for (const char* name : {"--protocol", "--sensor-noise", "--stream-trials", "--validation-trials"})
+    for (const char* name : {"--protocol", "--controller", "--sensor-noise", "--stream-trials", "--validation-trials"})
       if (!options->stream && command.count(name) > 0)
-        throw Error(name, "has no effect on a data set, which was simulated already", "use it with --stream");
+        throw Error(Code::setting_conflict, name, "has no effect on a data set, which was simulated already",
+                    "use it with --stream");
     apply(options->common);
     train(*options);
   });

@@ -37,7 +37,8 @@ class OutputLock {
  public:
   explicit OutputLock(const TrainFiles& files) : file_(files.lock, DiskFile::Access::write) {
     if (!file_.try_lock() || !is_ours())
-      throw Error(files.model, "is being trained by another decid", "wait for it, or choose another output (-o)");
+      throw Error(Code::file_in_use, files.model, "is being trained by another decid",
+                  "wait for it, or choose another output (-o)");
   }
   ~OutputLock() { remove(); }
   OutputLock(const OutputLock&) = delete;

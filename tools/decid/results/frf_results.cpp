@@ -27,12 +27,12 @@ struct Shown {
 };
 
 /// Row by row, phases unwrapped from each to the next.
-std::vector<Shown> shown_rows(const FrfReport& report) {
+std::vector<Shown> shown_rows(const FrfAnswer& answer) {
   std::vector<Shown> rows;
   double before_deg = 0.0;
-  for (std::size_t i = 0; i < report.found.predicted().size(); ++i) {
-    const frf::Predicted& predicted = report.found.predicted()[i];
-    const Polar table = polar(report.density.table().rows[i].response, before_deg);
+  for (std::size_t i = 0; i < answer.found.predicted().size(); ++i) {
+    const frf::Predicted& predicted = answer.found.predicted()[i];
+    const Polar table = polar(answer.density.table().rows[i].response, before_deg);
     const Polar model = polar(predicted.response, table.phase_deg);
     const double turned = model.phase_deg - predicted.phase_deg;
     rows.push_back({table, model, predicted.phase_low_deg + turned, predicted.phase_high_deg + turned});
@@ -41,15 +41,15 @@ std::vector<Shown> shown_rows(const FrfReport& report) {
   return rows;
 }
 
-Json table_json(const FrfReport& report) {
+Json table_json(const FrfAnswer& answer) {
   Json json;
   for (const char* key : {"frequency_hz", "gain", "phase_deg", "sd", "model_gain", "model_gain_interval90",
                           "model_phase_deg", "model_phase_interval90", "distance"})
     json[key] = Json::array();
-  const std::vector<Shown> rows = shown_rows(report);
+  const std::vector<Shown> rows = shown_rows(answer);
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const frf::Row& row = report.density.table().rows[i];
-    const frf::Predicted& predicted = report.found.predicted()[i];
+    const frf::Row& row = answer.density.table().rows[i];
+    const frf::Predicted& predicted = answer.found.predicted()[i];
     json["frequency_hz"].push_back(row.frequency_hz);
     json["gain"].push_back(rows[i].table.gain);
     json["phase_deg"].push_back(rows[i].table.phase_deg);
@@ -69,105 +69,188 @@ Json diagnostics_json(const frf::Fit& found, const sim::ParameterTable& table) {
   return json;
 }
 
-sim::Parameters means(const FrfReport& report) {
-  sim::Parameters made(report.density.model().protocol().parameters().size());
-  for (std::size_t p = 0; p < made.size(); ++p) made[p] = report.found.mean(static_cast<int>(p));
+sim::Parameters means(const FrfAnswer& answer) {
+  sim::Parameters made(answer.density.ranges().size());
+  for (std::size_t p = 0; p < made.size(); ++p) made[p] = answer.found.mean(static_cast<int>(p));
   return made;
 }
 
-std::string headline(const FrfReport& report) {
-  const frf::Table& table = report.density.table();
-  std::string text = format("%s: %zu frequencies, %g to %g Hz", table.file.c_str(), table.rows.size(),
-                            table.rows.front().frequency_hz, table.rows.back().frequency_hz);
-  const frf::Misfit& misfit = report.found.misfit();
-  if (table.has_confidence())
-    text += format("; by its %s chi-square is %.3g at %d degrees of freedom, p = %.2g", table.confidence.c_str(),
-                   misfit.chi_square, misfit.degrees_of_freedom, misfit.p_value);
-  else
-    text += ", without confidence";
-  return text + "\n";
+double mgh_of(const frf::Density& density) {
+  return density.model().protocol().experiment.body.mgh();
+}
+
+Json prior_json(const frf::Density& density, const std::string& name) {
+  const auto& priors = density.priors().parameters;
+  const auto prior = std::ranges::find(priors, name, &posterior::ParameterPrior::name);
+  if (prior == priors.end() || !prior->normal) return nullptr;
+  return {{"mean", prior->normal->mean}, {"sd", prior->normal->sd}};
+}
+
+Json parameters_of(const FrfAnswer& answer, const std::optional<sim::Parameters>& truth) {
+  const frf::Fit& found = answer.found;
+  const sim::ParameterTable& ranges = answer.density.ranges();
+  const double mgh = mgh_of(answer.density);
+  Json parameters = parameters_json(ranges, means(answer), mgh, truth);
+  for (std::size_t p = 0; p < ranges.size(); ++p) {
+    Json& json = parameters[p];
+    add_found(json, found, p, ranges[p], mgh);
+    json["range"] = {ranges[p].low, ranges[p].high};
+    json["prior_sd"] = found.prior_stddev(static_cast<int>(p));
+    json["contraction"] = found.contraction(static_cast<int>(p));
+    if (answer.density.is_fixed(p)) json["fixed"] = true;
+    if (Json prior = prior_json(answer.density, ranges[p].name); !prior.is_null()) json["prior"] = std::move(prior);
+  }
+  return parameters;
+}
+
+/// Returns the keys of one controller's answer.
+Json answer_json(const FrfAnswer& answer, const std::optional<sim::Parameters>& truth) {
+  const frf::Fit& found = answer.found;
+  return {{"controller", answer.controller().name},
+          {"parameters", parameters_of(answer, truth)},
+          {"misfit",
+           {{"chi_square", found.misfit().chi_square},
+            {"degrees_of_freedom", found.misfit().degrees_of_freedom},
+            {"p_value", number_or_null(found.misfit().p_value)},
+            {"relative_error", found.left()}}},
+          {"gain", quantity_json(found, found.gain())},
+          {"error", quantity_json(found, found.error())},
+          {"correlations", correlations_json(found, answer.density.ranges().size())},
+          {"frf", table_json(answer)},
+          {"diagnostics", diagnostics_json(found, answer.density.ranges())},
+          {"trust", name(worst_trust(found.warnings()))},
+          {"warnings", warnings_json(found.warnings())}};
+}
+
+Json compared_json(const FrfAnswer& answer) {
+  return {{"controller", answer.controller().name},   {"log_predictive_density", answer.compared.log_density},
+          {"difference", answer.compared.difference}, {"difference_standard_error", answer.compared.standard_error},
+          {"weight", answer.compared.weight},         {"refitted_rows", answer.left_out.refitted},
+          {"relative_error", answer.found.left()}};
+}
+
+void add(Json& json, const Json& others) {
+  for (const auto& [key, value] : others.items()) json[key] = value;
+}
+
+std::string headline(const frf::Table& table) {
+  return format("%s: %zu frequencies, %g to %g Hz", table.file.c_str(), table.rows.size(),
+                table.rows.front().frequency_hz, table.rows.back().frequency_hz);
+}
+
+std::string misfit_text(const FrfAnswer& answer) {
+  const frf::Table& table = answer.density.table();
+  const frf::Misfit& misfit = answer.found.misfit();
+  if (!table.has_confidence()) return ", without confidence\n";
+  return format("; by its %s chi-square is %.3g at %d degrees of freedom, p = %.2g\n", table.confidence.c_str(),
+                misfit.chi_square, misfit.degrees_of_freedom, misfit.p_value);
+}
+
+std::string parameters_text(const FrfAnswer& answer, const std::optional<sim::Parameters>& truth) {
+  const frf::Fit& found = answer.found;
+  if (!found.explained())
+    return "  no parameters are shown, as no controller of the model has this response; the nearest ones have:\n";
+  const sim::ParameterTable& ranges = answer.density.ranges();
+  std::string text = table_heading("mean", "90 % of the draws", truth.has_value(), " contraction");
+  const sim::Parameters mean = means(answer);
+  for (std::size_t p = 0; p < ranges.size(); ++p)
+    text += parameter_line(
+        found, p, ranges[p], mean[p], mgh_of(answer.density), truth,
+        answer.density.is_fixed(p) ? "       fixed" : format(" %11.2f", found.contraction(static_cast<int>(p))));
+  return text +
+         "  contraction: fraction of the prior's variance that the table removes; at 0 the draws are the prior's\n";
+}
+
+std::string rows_text(const FrfAnswer& answer) {
+  std::string text = format("  %8s %9s %9s %20s %9s %9s %20s %9s\n", "Hz", "gain", "model", "90 % of the draws",
+                            "phase", "model", "90 % of the draws", "distance");
+  const std::vector<Shown> rows = shown_rows(answer);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const frf::Predicted& predicted = answer.found.predicted()[i];
+    text += format("  %8.4g %9.4g %9.4g %20s %9.1f %9.1f %20s %9.1f\n", answer.density.table().rows[i].frequency_hz,
+                   rows[i].table.gain, rows[i].model.gain,
+                   format("%.4g to %.4g", predicted.gain_low, predicted.gain_high).c_str(), rows[i].table.phase_deg,
+                   rows[i].model.phase_deg, format("%.1f to %.1f", rows[i].low_deg, rows[i].high_deg).c_str(),
+                   predicted.distance);
+  }
+  return text;
+}
+
+std::string answer_text(const FrfAnswer& answer, const std::optional<sim::Parameters>& truth, double seconds) {
+  const frf::Fit& found = answer.found;
+  std::string text = trust_text(found.warnings()) + parameters_text(answer, truth);
+  if (found.deviation(found.gain()) > 0.0)
+    text += format("  the table's over the true gain %.3g +- %.2g\n", found.mean(found.gain()),
+                   found.deviation(found.gain()));
+  if (found.deviation(found.error()) > 0.0)
+    text += format("  errors%s %.2g +- %.1g %% of the response\n",
+                   answer.density.table().has_confidence() ? " beyond the table's confidence" : "",
+                   100.0 * found.mean(found.error()), 100.0 * found.deviation(found.error()));
+  text += rows_text(answer);
+  text += format("  the mean response leaves %.1f %% (root mean square of the relative error)\n", 100.0 * found.left());
+  text +=
+      format("  %d chains, %d draws worth %.0f and more, R-hat %.3f and less; %.1f s\n", found.chains(), found.draws(),
+             *std::ranges::min_element(found.effective_draws()), *std::ranges::max_element(found.rhat()), seconds);
+  return text + warnings_text(found.warnings());
+}
+
+std::string comparison_text(const std::vector<FrfAnswer>& answers) {
+  std::string text = format("  %-10s %24s %26s %8s %16s\n", "controller", "log predictive density", "difference",
+                            "weight", "relative error");
+  for (const FrfAnswer& answer : answers) {
+    const posterior::ComparedModel& compared = answer.compared;
+    const std::string difference = compared.difference < 0.0
+                                       ? format("%.1f +- %.1f", compared.difference, compared.standard_error)
+                                       : std::string("best");
+    text += format("  %-10s %24.1f %26s %8.2f %14.1f %%\n", answer.controller().name.c_str(), compared.log_density,
+                   difference.c_str(), compared.weight, 100.0 * answer.found.left());
+  }
+  return text + "  log predictive density: sum over the rows of log p(row | all other rows), nats\n";
 }
 
 }  // namespace
 
-std::string frf_fit_json(const FrfReport& report) {
-  const frf::Fit& found = report.found;
-  const sim::Protocol& protocol = report.density.model().protocol();
-  const sim::ParameterTable ranges = protocol.ranges();
-  const frf::Table& table = report.density.table();
-  const double mgh = protocol.experiment.body.mgh();
-  Json parameters = parameters_json(ranges, means(report), mgh, report.truth);
-  for (std::size_t p = 0; p < ranges.size(); ++p) {
-    add_found(parameters[p], found, p, ranges[p], mgh);
-    parameters[p]["range"] = {ranges[p].low, ranges[p].high};
-    parameters[p]["prior_sd"] = found.prior_stddev(static_cast<int>(p));
-    parameters[p]["contraction"] = found.contraction(static_cast<int>(p));
+Json frf_fit_object(const FrfReport& report) {
+  const FrfAnswer& first = report.answers.front();
+  const sim::Protocol& protocol = first.density.model().protocol();
+  const frf::Table& table = first.density.table();
+  Json json{{"decid", version},
+            {"options", report.options},
+            {"body", body_json(protocol.experiment.body, report.body_assumed)},
+            {"file", table.file},
+            {"protocol", protocol.name},
+            {"confidence", table.has_confidence() ? Json(table.confidence) : Json(nullptr)},
+            {"fit", {{"answer", "posterior"}, {"seconds", report.seconds}}}};
+  add(json, answer_json(first, report.truth));
+  if (report.answers.size() > 1) {
+    Json& list = json["controllers"] = Json::array();
+    for (const FrfAnswer& answer : report.answers) {
+      Json& each = list.emplace_back(compared_json(answer));
+      if (&answer != &first) add(each, answer_json(answer, {}));
+    }
   }
-  const Json json{{"decid", version},
-                  {"options", report.options},
-                  {"body", body_json(protocol.experiment.body, report.body_assumed)},
-                  {"file", table.file},
-                  {"protocol", protocol.name},
-                  {"confidence", table.has_confidence() ? Json(table.confidence) : Json(nullptr)},
-                  {"parameters", std::move(parameters)},
-                  {"fit", {{"answer", "posterior"}, {"seconds", report.seconds}}},
-                  {"misfit",
-                   {{"chi_square", found.misfit().chi_square},
-                    {"degrees_of_freedom", found.misfit().degrees_of_freedom},
-                    {"p_value", number_or_null(found.misfit().p_value)}}},
-                  {"gain", quantity_json(found, frf::Density::gain)},
-                  {"error", quantity_json(found, frf::Density::error)},
-                  {"correlations", correlations_json(found, ranges.size())},
-                  {"frf", table_json(report)},
-                  {"diagnostics", diagnostics_json(found, ranges)},
-                  {"trust", name(trust_of(found.warnings()))},
-                  {"warnings", warnings_json(found.warnings())}};
-  // A file name need not be UTF-8; other bytes are replaced.
-  return print_json(json) + "\n";
+  return json;
+}
+
+std::string frf_fit_json(const FrfReport& report) {
+  return print_json(frf_fit_object(report)) + "\n";  // bytes of a file name that are not UTF-8 are replaced
 }
 
 std::string frf_fit_text(const FrfReport& report) {
-  const frf::Fit& found = report.found;
-  const sim::Protocol& protocol = report.density.model().protocol();
-  const sim::ParameterTable ranges = protocol.ranges();
-  const frf::Table& table = report.density.table();
-  std::string text = headline(report) + trust_text(found.warnings());
-  if (found.explained()) {
-    text += table_heading("mean", "90 % of the draws", report.truth.has_value(), " contraction");
-    const sim::Parameters mean = means(report);
-    for (std::size_t p = 0; p < ranges.size(); ++p)
-      text += parameter_line(found, p, ranges[p], mean[p], protocol.experiment.body.mgh(), report.truth,
-                             format(" %11.2f", found.contraction(static_cast<int>(p))));
-    text += "  contraction: fraction of the prior's variance that the table removes; at 0 the draws are the prior's\n";
-  } else {
-    text += "  no parameters are shown, as no controller of the model has this response; the nearest ones have:\n";
+  const FrfAnswer& first = report.answers.front();
+  const bool several = report.answers.size() > 1;
+  std::string text = headline(first.density.table());
+  if (several) text += "\n" + comparison_text(report.answers);
+  for (const FrfAnswer& answer : report.answers) {
+    if (several) text += "\n" + answer.controller().name + ", " + answer.controller().description;
+    text += misfit_text(answer) + answer_text(answer, report.truth, report.seconds);
   }
-  if (found.deviation(frf::Density::gain) > 0.0)
-    text += format("  the table's over the true gain %.3g +- %.2g\n", found.mean(frf::Density::gain),
-                   found.deviation(frf::Density::gain));
-  if (found.deviation(frf::Density::error) > 0.0)
-    text += format("  errors%s %.2g +- %.1g %% of the response\n",
-                   table.has_confidence() ? " beyond the table's confidence" : "",
-                   100.0 * found.mean(frf::Density::error), 100.0 * found.deviation(frf::Density::error));
-  text += format("  %8s %9s %9s %20s %9s %9s %20s %9s\n", "Hz", "gain", "model", "90 % of the draws", "phase", "model",
-                 "90 % of the draws", "distance");
-  const std::vector<Shown> rows = shown_rows(report);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const frf::Predicted& predicted = found.predicted()[i];
-    text += format("  %8.4g %9.4g %9.4g %20s %9.1f %9.1f %20s %9.1f\n", table.rows[i].frequency_hz, rows[i].table.gain,
-                   rows[i].model.gain, format("%.4g to %.4g", predicted.gain_low, predicted.gain_high).c_str(),
-                   rows[i].table.phase_deg, rows[i].model.phase_deg,
-                   format("%.1f to %.1f", rows[i].low_deg, rows[i].high_deg).c_str(), predicted.distance);
-  }
-  text += format("  %d chains, %d draws worth %.0f and more, R-hat %.3f and less; %.1f s\n", found.chains(),
-                 found.draws(), *std::ranges::min_element(found.effective_draws()),
-                 *std::ranges::max_element(found.rhat()), report.seconds);
-  return text + warnings_text(found.warnings()) + body_text(protocol.experiment.body, report.body_assumed);
+  return text + body_text(first.density.model().protocol().experiment.body, report.body_assumed);
 }
 
 void write_frf_draws(const std::filesystem::path& path, const FrfReport& report) {
-  const frf::Fit& found = report.found;
-  const std::size_t parameters = report.density.model().protocol().parameters().size();
+  const frf::Fit& found = report.answers.front().found;
+  const std::size_t parameters = report.answers.front().density.ranges().size();
   const auto draws = static_cast<std::size_t>(found.draws());
   std::vector<double> matrix, chain;
   for (std::size_t draw = 0; draw < draws; ++draw) {
@@ -176,10 +259,109 @@ void write_frf_draws(const std::filesystem::path& path, const FrfReport& report)
     chain.push_back(number);
   }
   const std::vector<dataset::NamedArray> arrays{{"parameters", {draws, parameters}, matrix},
-                                                {"gain", {draws}, found.draws_of(frf::Density::gain)},
-                                                {"error", {draws}, found.draws_of(frf::Density::error)},
+                                                {"gain", {draws}, found.draws_of(found.gain())},
+                                                {"error", {draws}, found.draws_of(found.error())},
                                                 {"chain", {draws}, chain}};
   dataset::write_arrays(path, arrays);
+}
+
+namespace {
+
+struct PointRow {
+  Polar table, model;
+};
+
+std::vector<PointRow> rows_of(const LogRatioReport::Answer& answer) {
+  std::vector<PointRow> rows;
+  double before_deg = 0.0;
+  for (std::size_t i = 0; i < answer.found.responses.size(); ++i) {
+    const Polar table = polar(answer.density.table().rows[i].response, before_deg);
+    rows.push_back({table, polar(answer.found.responses[i], table.phase_deg)});
+    before_deg = table.phase_deg;
+  }
+  return rows;
+}
+
+Json answer_json(const LogRatioReport::Answer& answer, const std::optional<sim::Parameters>& truth) {
+  const sim::ParameterTable& ranges = answer.density.ranges();
+  Json parameters = parameters_json(ranges, answer.found.state.parameters, mgh_of(answer.density), truth);
+  for (std::size_t p = 0; p < ranges.size(); ++p) {
+    parameters[p]["range"] = {ranges[p].low, ranges[p].high};
+    parameters[p]["at_end"] = static_cast<bool>(answer.found.at_end[p]);
+    if (answer.density.is_fixed(p)) parameters[p]["fixed"] = true;
+  }
+  Json frf;
+  for (const char* key : {"frequency_hz", "gain", "phase_deg", "model_gain", "model_phase_deg"})
+    frf[key] = Json::array();
+  const std::vector<PointRow> rows = rows_of(answer);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    frf["frequency_hz"].push_back(answer.density.table().rows[i].frequency_hz);
+    frf["gain"].push_back(rows[i].table.gain);
+    frf["phase_deg"].push_back(rows[i].table.phase_deg);
+    frf["model_gain"].push_back(rows[i].model.gain);
+    frf["model_phase_deg"].push_back(rows[i].model.phase_deg);
+  }
+  return {{"controller", answer.density.model().protocol().experiment.body_model->name},
+          {"parameters", std::move(parameters)},
+          {"passing_gain", answer.found.passing_gain},
+          {"misfit", {{"log_ratio", answer.found.misfit}, {"relative_error", answer.found.left}}},
+          {"frf", std::move(frf)},
+          {"diagnostics", {{"agreeing_starts", answer.found.agreeing}}}};
+}
+
+std::string answer_text(const LogRatioReport::Answer& answer, const std::optional<sim::Parameters>& truth) {
+  const sim::ParameterTable& ranges = answer.density.ranges();
+  std::string text =
+      format("  %-8s %10s %12s %-10s%s  %s\n", "", "/ (m g h)", "value", "unit", truth ? "         true" : "", "range");
+  for (std::size_t p = 0; p < ranges.size(); ++p) {
+    const double value = answer.found.state.parameters[p];
+    text += format("  %-8s ", ranges[p].name.c_str()) + over_mgh(ranges[p], value, mgh_of(answer.density)) +
+            format(" %12.5g %-10s", value, ranges[p].shown_unit().c_str());
+    if (truth) text += format(" %12.5g", (*truth)[p]);
+    text += format("  %g to %g%s\n", ranges[p].low, ranges[p].high,
+                   answer.density.is_fixed(p) ? ", fixed"
+                   : answer.found.at_end[p]   ? ", at its end"
+                                              : "");
+  }
+  text +=
+      format("  the dead band passes %.2f; the response shows only this of Nv and theta\n", answer.found.passing_gain);
+  text += format("  %8s %9s %9s %9s %9s\n", "Hz", "gain", "model", "phase", "model");
+  const std::vector<PointRow> rows = rows_of(answer);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    text += format("  %8.4g %9.4g %9.4g %9.1f %9.1f\n", answer.density.table().rows[i].frequency_hz, rows[i].table.gain,
+                   rows[i].model.gain, rows[i].table.phase_deg, rows[i].model.phase_deg);
+  return text + format("  it leaves %.1f %% (root mean square of the relative error); %d starts agree\n",
+                       100.0 * answer.found.left, answer.found.agreeing);
+}
+
+}  // namespace
+
+std::string log_ratio_json(const LogRatioReport& report) {
+  const LogRatioReport::Answer& first = report.answers.front();
+  const sim::Protocol& protocol = first.density.model().protocol();
+  Json json{{"decid", version},
+            {"options", report.options},
+            {"body", body_json(protocol.experiment.body, report.body_assumed)},
+            {"file", first.density.table().file},
+            {"protocol", protocol.name},
+            {"fit", {{"answer", "log-ratio"}, {"seconds", report.seconds}}}};
+  add(json, answer_json(first, report.truth));
+  if (report.answers.size() > 1) {
+    Json& list = json["controllers"] = Json::array();
+    for (const LogRatioReport::Answer& answer : report.answers) list.push_back(answer_json(answer, {}));
+  }
+  return print_json(json) + "\n";
+}
+
+std::string log_ratio_text(const LogRatioReport& report) {
+  const LogRatioReport::Answer& first = report.answers.front();
+  std::string text = headline(first.density.table()) + "; least squares of the log ratio\n";
+  for (const LogRatioReport::Answer& answer : report.answers) {
+    const sim::BodyModel& controller = *answer.density.model().protocol().experiment.body_model;
+    if (report.answers.size() > 1) text += "\n" + controller.name + ", " + controller.description + "\n";
+    text += answer_text(answer, report.truth);
+  }
+  return text + body_text(first.density.model().protocol().experiment.body, report.body_assumed);
 }
 
 }  // namespace decid::tools

@@ -10,11 +10,13 @@
 
 namespace decid::tools {
 
-const sim::ParameterTable& controller_parameters() {
-  return sim::single_pendulum().parameters;
-}
-
 namespace {
+
+/// Returns the controller of a result: its protocol's. Results of earlier versions have no protocol.
+const sim::BodyModel& controller_in(const Json& result, const std::string& path) {
+  const Json name = result.value(Json::json_pointer("/protocol/controller"), Json(sim::single_pendulum().name));
+  return sim::body_model_of(name.is_string() ? name.get<std::string>() : name.dump(), path);
+}
 
 /// Returns the body of a result; nothing if the result has none. Throws Error if it is not a body.
 std::optional<sim::Body> body_in(const Json& result, const std::string& path, const std::string& remedy) {
@@ -26,10 +28,10 @@ std::optional<sim::Body> body_in(const Json& result, const std::string& path, co
             .com_height_m = found->at("com_height_m").get<double>(),
             .inertia_kgm2 = found->at("inertia_kgm2").get<double>()};
   } catch (const Json::exception&) {
-    throw Error(path, "has a body without mass, height or inertia", remedy);
+    throw Error(Code::file_damaged, path, "has a body without mass, height or inertia", remedy);
   }
   if (!(body.mass_kg > 0.0 && body.com_height_m > 0.0 && body.inertia_kgm2 > 0.0))
-    throw Error(path, "has a body whose mass, height or inertia is not above 0", remedy);
+    throw Error(Code::file_damaged, path, "has a body whose mass, height or inertia is not above 0", remedy);
   return body;
 }
 
@@ -39,10 +41,11 @@ Identified identified(const std::string& path, int recording, bool force) {
   const std::string remedy = "give a file written by decid identify -o";
   const Json json = parse_json(read_file(path), path);
   if (!json.is_object() || !json.contains("recordings") || !json["recordings"].is_array())
-    throw Error(path, "is not a result of decid identify", remedy);
+    throw Error(Code::file_unsupported, path, "is not a result of decid identify", remedy);
   const Json& all = json["recordings"];
   if (recording < 1 || static_cast<std::size_t>(recording) > all.size())
-    throw Error(path, format("has %s, and none of number %d", counted(std::ssize(all), "recording").c_str(), recording),
+    throw Error(Code::setting_out_of_range, path,
+                format("has %s, and none of number %d", counted(std::ssize(all), "recording").c_str(), recording),
                 "choose one: --recording");
   const Json& chosen = all.at(static_cast<std::size_t>(recording) - 1);
   std::string caution;
@@ -50,20 +53,23 @@ Identified identified(const std::string& path, int recording, bool force) {
     const Json why = chosen.value(Json::json_pointer("/warnings/0/text"), Json("no reason is given"));
     const std::string text = why.is_string() ? why.get<std::string>() : why.dump();
     if (*trust == name(Trust::not_usable) && !force)
-      throw Error(path, format("is not usable for recording %d: ", recording) + text,
+      throw Error(Code::value_invalid, path, format("is not usable for recording %d: ", recording) + text,
                   "mend the recording, or take its values all the same with --force");
     caution = text;
   }
-  const sim::ParameterTable& table = controller_parameters();
-  Identified result{sim::Parameters(table.size()), body_in(json, path, remedy), {}, caution};
+  const sim::BodyModel& controller = controller_in(json, path);
+  const sim::ParameterTable& table = controller.parameters;
+  Identified result{&controller, sim::Parameters(table.size()), body_in(json, path, remedy), {}, caution};
   if (all.size() > 1) result.which = format("recording %d of %zu", recording, all.size());
   for (std::size_t i = 0; i < table.size(); ++i) {
     try {
       const Json& found = chosen.at("parameters").at(i);
-      if (found.at("name") != table[i].name) throw Error(path, "has its parameters in another order", remedy);
+      if (found.at("name") != table[i].name)
+        throw Error(Code::file_unsupported, path, "has its parameters in another order", remedy);
       result.parameters[i] = found.at("value").get<double>();
     } catch (const Json::exception&) {
-      throw Error(path, format("has no %s of recording %d", table[i].name.c_str(), recording), remedy);
+      throw Error(Code::file_unsupported, path, format("has no %s of recording %d", table[i].name.c_str(), recording),
+                  remedy);
     }
   }
   return result;

@@ -9,11 +9,9 @@
 
 namespace decid::tools {
 
-/// Returns the parameter table of the exported controller.
-const sim::ParameterTable& controller_parameters();
-
 /// The result of one recording in the JSON that decid identify wrote.
 struct Identified {
+  const sim::BodyModel* controller = &sim::single_pendulum();
   sim::Parameters parameters;
   std::optional<sim::Body> body;  ///< the body of the gains; missing in results of earlier versions
   std::string which;              ///< the name of the recording among several, for people

@@ -43,6 +43,7 @@ void add_report_options(const Command& command, Outputs& outputs, bool of_fit) {
                     "Write a table with one line per recording, as CSV or .xlsx, for spreadsheets and R");
   add_output_option(command, "--long", outputs.long_table, Written::table,
                     "Write a table with one line per recording and parameter, as CSV or .xlsx");
+  command.section("Output");
   command
       .add_option("--excel", outputs.excel,
                   "Write CSV tables for Excel: with decimal commas (comma), points (point), or as the system's "

@@ -12,7 +12,7 @@
 #include "base/files/json_object.hpp"
 #include "base/text.hpp"
 #include "sim/parameters.hpp"
-#include "tools/report/parameters_json.hpp"
+#include "tools/report/json/parameters_json.hpp"
 
 namespace decid::tools {
 

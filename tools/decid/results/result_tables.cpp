@@ -101,11 +101,14 @@ std::vector<Cell> check_cells(const RecordingResult& id) {
           id.explanation.variance_accounted_for};
 }
 
-const std::vector<std::string> source_names{"protocol", "model_sha256", "decid", "error"};
+const std::vector<std::string> source_names{"protocol", "controller", "model_sha256", "decid", "error"};
 
 std::vector<Cell> source_cells(const Report& report, const RecordingResult& id) {
-  return {id.error ? Cell{} : Cell{report.protocol_of(id).name}, text_cell(report.model_sha256), std::string(version),
-          id.error ? Cell{std::string(id.error->what())} : Cell{}};
+  if (id.error)
+    return {Cell{}, Cell{}, text_cell(report.model_sha256), std::string(version), std::string(id.error->what())};
+  const sim::Protocol& protocol = report.protocol_of(id);
+  return {protocol.name, protocol.experiment.body_model->name, text_cell(report.model_sha256), std::string(version),
+          Cell{}};
 }
 
 const posterior::Posterior* posterior_of(const RecordingResult& id) {

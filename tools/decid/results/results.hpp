@@ -16,8 +16,8 @@ namespace decid::tools {
 
 /// Options that do not change the answer, and options that the JSON reports elsewhere.
 inline const std::vector<std::string> beside_answers{
-    "recordings", "--output", "--draws",    "--report", "--table",     "--group", "--resume", "--threads",
-    "--quiet",    "--json",   "--protocol", "--model",  "--recursive", "--long",  "--excel",  "--study"};
+    "recordings", "--output",   "--draws", "--report",    "--table", "--group", "--resume", "--threads",   "--quiet",
+    "--json",     "--protocol", "--model", "--recursive", "--long",  "--excel", "--study",  "--controller"};
 /// Options that no output's content depends on, and the recordings, whose files Report::arguments has.
 inline const std::vector<std::string> not_repeated{"recordings", "--output", "--draws", "--report",
                                                    "--table",    "--long",   "--excel", "--resume",

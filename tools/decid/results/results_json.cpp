@@ -8,14 +8,15 @@
 #include "base/files/json_object.hpp"
 #include "base/files/sha256.hpp"
 #include "base/version.hpp"
+#include "recording/formats/motion_bids.hpp"
 #include "sim/protocol/protocol_object.hpp"
 #include "sim/segments.hpp"
 #include "tools/decid/results/posterior_results.hpp"
 #include "tools/decid/results/results.hpp"
 #include "tools/report/frf.hpp"
-#include "tools/report/groups_json.hpp"
-#include "tools/report/parameters_json.hpp"
-#include "tools/report/recording_json.hpp"
+#include "tools/report/json/groups_json.hpp"
+#include "tools/report/json/parameters_json.hpp"
+#include "tools/report/json/recording_json.hpp"
 
 namespace decid::tools {
 namespace {
@@ -70,6 +71,7 @@ Json parameters_of(const RecordingResult& id, const Report& report, const sim::P
     const auto prior = std::ranges::find(priors, table[p].name, &posterior::ParameterPrior::name);
     if (prior != priors.end() && prior->normal)
       list[p]["prior"] = {{"mean", prior->normal->mean}, {"sd", prior->normal->sd}};
+    if (prior != priors.end() && prior->fixed) list[p]["fixed"] = true;
   }
   use_distribution(id, [&](const auto& found) {
     for (std::size_t p = 0; p < table.size(); ++p) add_found(list[p], found, p, table[p], mgh);
@@ -77,7 +79,41 @@ Json parameters_of(const RecordingResult& id, const Report& report, const sim::P
   return list;
 }
 
-void add_fit(Json& recording, const FitFigures& fitted, const sim::ParameterTable& table) {
+sim::Protocol with_controller(sim::Protocol protocol, const std::string& name) {
+  protocol.experiment.body_model = &sim::body_model_of(name, "controller");
+  return protocol;
+}
+
+Json compared_json(const std::string& controller, const posterior::ComparedModel& compared) {
+  return {{"controller", controller},
+          {"log_predictive_density", compared.log_density},
+          {"difference", compared.difference},
+          {"difference_standard_error", compared.standard_error},
+          {"weight", compared.weight}};
+}
+
+/// All fitted controllers, the one that answers first; the others with their parameters.
+Json controllers_json(const FitFigures& fitted, const sim::Protocol& protocol) {
+  Json list = Json::array({compared_json(protocol.experiment.body_model->name, *fitted.compared)});
+  const double mgh = protocol.experiment.body.mgh();
+  for (const ControllerFit& other : fitted.others) {
+    Json& json = list.emplace_back(compared_json(other.controller, other.compared));
+    const sim::Protocol of_other = with_controller(protocol, other.controller);
+    const sim::ParameterTable table = of_other.ranges();
+    sim::Parameters means(table.size());
+    for (std::size_t p = 0; p < table.size(); ++p) means[p] = other.posterior.mean(static_cast<int>(p));
+    json["parameters"] = parameters_json(table, means, mgh, {});
+    for (std::size_t p = 0; p < table.size(); ++p) add_found(json["parameters"][p], other.posterior, p, table[p], mgh);
+    json["correlations"] = correlations_json(other.posterior, table.size());
+    json["diagnostics"] = diagnostics_json(other.posterior, table);
+    json["predictive_check"] = check_json(other.check);
+    json["warnings"] = warnings_json(other.warnings);
+  }
+  return list;
+}
+
+void add_fit(Json& recording, const FitFigures& fitted, const sim::Protocol& protocol,
+             const sim::ParameterTable& table) {
   const Posterior& found = fitted.posterior;
   recording["sensor_noise_deg"] = quantity_json(found, Density::sensor_noise);
   recording["sensor_noise_deg"]["of_samples"] = fitted.samples_noise_deg;
@@ -90,6 +126,7 @@ void add_fit(Json& recording, const FitFigures& fitted, const sim::ParameterTabl
   recording["predictive_check"] = check_json(fitted.check);
   recording["log_predictive_density"] = left_out_json(fitted);
   recording["fit"]["answer"] = name(fitted.answer);
+  if (fitted.compared) recording["controllers"] = controllers_json(fitted, protocol);
 }
 
 Json text_or_null(const std::string& text) {
@@ -128,6 +165,7 @@ Json recording_json(const RecordingResult& id, const Report& report) {
   if (report.sheet) recording.update(sheet_json(id, report));
   if (id.error) {
     recording["error"] = id.error->what();
+    recording["code"] = name(id.error->code());
     return recording;
   }
   const sim::ParameterTable table = report.ranges_of(id);
@@ -149,7 +187,7 @@ Json recording_json(const RecordingResult& id, const Report& report) {
   recording["trust"] = name(id.trust());
   recording["warnings"] = warnings_json(id.warnings);
   use_distribution(id, [&](const auto& found) { recording["correlations"] = correlations_json(found, table.size()); });
-  if (id.fit) add_fit(recording, *id.fit, table);
+  if (id.fit) add_fit(recording, *id.fit, report.protocol_of(id), table);
   return recording;
 }
 
@@ -180,11 +218,15 @@ void record_call(Report& report, const Command& command, const std::vector<std::
   report.arguments = command.arguments(not_repeated);
   report.arguments.insert(report.arguments.end(), named.begin(), named.end());
   std::set<std::string> seen{""};
-  for (const std::string& file : inputs) {
-    if (!seen.insert(file).second) continue;
+  const auto add = [&](const std::string& file) {
+    if (!seen.insert(file).second) return;
     std::error_code ignored;
     const bool is_file = std::filesystem::is_regular_file(file, ignored);
     report.inputs.push_back({file, is_file ? sha256(read_file(file)) : std::string()});
+  };
+  for (const std::string& file : inputs) {
+    add(file);
+    for (const std::filesystem::path& beside : recording::files_beside(file)) add(beside.string());
   }
 }
 
@@ -204,6 +246,7 @@ std::string report_json(const Report& report) {
             {"model_sha256", report.model_sha256},
             {"command", report.command},
             {"arguments", report.arguments},
+            {"controller", report.protocol.experiment.body_model->name},
             {"options", report.options},
             {"seed", report.fit ? Json(report.fit->settings.seed) : Json(nullptr)},
             {"inputs", inputs_json(report)},

@@ -56,6 +56,22 @@ std::string check_text(const PredictiveCheck& check) {
   return "  simulated again, two-sided p: " + text + "\n";
 }
 
+/// Returns the table of the fitted controllers, the one that answers first.
+std::string controllers_text(const FitFigures& fitted, const std::string& own) {
+  if (!fitted.compared) return {};
+  std::string text = format("  %-10s %24s %26s %8s\n", "controller", "log predictive density", "difference", "weight");
+  const auto line = [&](const std::string& name, const posterior::ComparedModel& compared) {
+    const std::string difference = compared.difference < 0.0
+                                       ? format("%.1f +- %.1f", compared.difference, compared.standard_error)
+                                       : std::string("best");
+    text +=
+        format("  %-10s %24.1f %26s %8.2f\n", name.c_str(), compared.log_density, difference.c_str(), compared.weight);
+  };
+  line(own, *fitted.compared);
+  for (const ControllerFit& other : fitted.others) line(other.controller, other.compared);
+  return text;
+}
+
 /// Returns the lines of a fit below its parameters.
 std::string fit_text(const FitFigures& fitted) {
   const posterior::Posterior& found = fitted.posterior;
@@ -103,7 +119,10 @@ std::string recording_text(const RecordingResult& id, const Report& report) {
   const std::string who = who_text(id.entry);
   if (id.error) return id.file + who + (report.fit ? ": not fitted\n" : ": not identified\n");
   return format("%s (%s)%s\n", id.file.c_str(), id.column.c_str(), who.c_str()) + trust_text(id.warnings) +
-         parameters_text(id, report) + (id.fit ? fit_text(*id.fit) : "") + sway_text(id) +
+         parameters_text(id, report) +
+         (id.fit ? controllers_text(*id.fit, report.protocol_of(id).experiment.body_model->name) + fit_text(*id.fit)
+                 : "") +
+         sway_text(id) +
          (report.sheet ? "  " + body_text(report.protocol_of(id).experiment.body, report.body_assumed_for(id)) : "") +
          warnings_text(id.warnings);
 }
@@ -126,7 +145,7 @@ std::string body_text(const sim::Body& body, bool assumed) {
 }
 
 std::string trust_text(const Warnings& warnings) {
-  const Trust trust = trust_of(warnings);
+  const Trust trust = worst_trust(warnings);
   if (trust == Trust::usable) return "  usable: no check found anything odd\n";
   return (trust == Trust::caution ? "  with caution: " : "  NOT USABLE: ") + gravest(warnings)->text + "\n";
 }

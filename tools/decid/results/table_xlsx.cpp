@@ -64,7 +64,7 @@ void write_xlsx(const std::filesystem::path& path, const ResultTable& table) {
 #else
 
 void write_xlsx(const std::filesystem::path& path, const ResultTable&) {
-  throw Error(path.string(), "is a workbook, and this decid was built without libxlsxwriter",
+  throw Error(Code::not_supported, path.string(), "is a workbook, and this decid was built without libxlsxwriter",
               "write CSV, or build with Debian's libxlsxwriter-dev");
 }
 

@@ -1,9 +1,10 @@
 /* ---- The controller -------------------------------------------------------------------------------------------------
-   The DEC controller of decid's simulator, operation by operation (sim/kernels/pendulums.hpp, where the equations are).
+   The controller of decid's simulator, operation by operation (sim/kernels/pendulums.hpp, where the equations are).
    With c = step / inertia, e half the difference between the tilt as estimated and the tilt, q = e' and nu the
-   vestibular noise:
+   vestibular noise, the paper's controller is:
      q = (nu' - clamp(f' + nu', -theta, theta)) / 2,   u = 2 c Kp (a + e) + 2 c Kd (a' + q),   torque = -u(t - delay) /
-   c */
+   c
+   UNIT_GAINS 0: servo, tilt estimate and gravity estimate have gains, and there are slow and torque feedback. */
 
 static double clamped(double x, double low, double high) {
   const double below = (x < high) ? x : high;
@@ -36,6 +37,33 @@ static int32_t are_parameters(const DECID_FW_parameters* p) {
              : 0;
 }
 
+#if UNIT_GAINS
+#define TILT_SCALE(state) 0.5 /* of noise, platform and threshold */
+#else
+#define TILT_SCALE(state) ((state)->tilt)
+
+static int32_t are_gains(const DECID_FW_parameters* p) {
+  return ((is_finite(p->servo) != 0) && (is_finite(p->tilt_gain) != 0) && (is_finite(p->gravity_gain) != 0) &&
+          (is_finite(p->slow_gain) != 0) && (is_finite(p->torque_gain) != 0))
+             ? 1
+             : 0;
+}
+
+static void begin_gains(DECID_FW_state* state, const DECID_FW_parameters* p) {
+  state->kp = STEP_OVER_INERTIA * p->kp;
+  state->kd = STEP_OVER_INERTIA * p->kd;
+  state->reach = p->servo + p->gravity_gain;
+  state->tilt = p->tilt_gain;
+  state->tilt_over_servo = p->tilt_gain - p->servo;
+  state->slow_gain = p->slow_gain;
+  state->torque_gain = p->torque_gain / (STEP_OVER_INERTIA * BODY_MGH);
+  state->theta = p->tilt_gain * p->theta;
+  state->slow = 0.0;
+  state->torque = 0.0;
+  state->active = 0.0;
+}
+#endif
+
 int DECID_FW_begin(DECID_FW_state* state, const DECID_FW_parameters* parameters) {
   const DECID_FW_parameters* const p = (parameters != NULL) ? parameters : &DECID_FW_identified;
   double steps;
@@ -46,11 +74,18 @@ int DECID_FW_begin(DECID_FW_state* state, const DECID_FW_parameters* parameters)
   if (are_parameters(p) == 0) {
     return DECID_FW_ERROR_RANGE;
   }
+#if UNIT_GAINS
   state->kp = 2.0 * STEP_OVER_INERTIA * p->kp;
   state->kd = 2.0 * STEP_OVER_INERTIA * p->kd;
+  state->theta = 0.5 * p->theta;
+#else
+  if (are_gains(p) == 0) {
+    return DECID_FW_ERROR_RANGE;
+  }
+  begin_gains(state, p);
+#endif
   state->passive = STEP_OVER_INERTIA * p->kp_pass;
   state->damping = STEP_OVER_INERTIA * p->kd_pass;
-  state->theta = 0.5 * p->theta;
   /* A delay of whole milliseconds is one, whatever the rounding of its product. */
   steps = p->delay * 1000.0;
   if (((steps - rounded(steps)) < 1e-9) && ((rounded(steps) - steps) < 1e-9)) {
@@ -78,6 +113,12 @@ int DECID_FW_step_scaled(DECID_FW_state* state, double sway_rad, double sway_rat
   double command;
   double newer;
   double active;
+#if !UNIT_GAINS
+  double slow_rate;
+  double torque_rate;
+  double slow;
+  double torque;
+#endif
   int now;
   int then;
   if ((state == NULL) || (scaled == NULL)) {
@@ -86,11 +127,21 @@ int DECID_FW_step_scaled(DECID_FW_state* state, double sway_rad, double sway_rat
   if (state->begun != MAGIC) {
     return DECID_FW_ERROR_STATE;
   }
-  noise = 0.5 * vestibular_rate;
-  heard = (0.5 * support_rate) + noise;
+  noise = TILT_SCALE(state) * vestibular_rate;
+  heard = (TILT_SCALE(state) * support_rate) + noise;
   q = noise - clamped(heard, -state->theta, state->theta);
-  error = fma_double(q, 0.001, state->error);
+#if UNIT_GAINS
   command = fma_double(state->kp, sway_rad + state->error, state->kd * (sway_rate + q));
+#else
+  q = q + (state->tilt_over_servo * support_rate);
+  slow_rate = fma_double(state->slow_gain, sway_rad, -(SLOW_LEAK * state->slow));
+  torque_rate = fma_double(state->torque_gain, state->active, -(TORQUE_LEAK * state->torque));
+  command = fma_double(state->kp, fma_double(state->reach, sway_rad, state->error + (state->slow + state->torque)),
+                       state->kd * fma_double(state->reach, sway_rate, q + (slow_rate + torque_rate)));
+  slow = fma_double(slow_rate, 0.001, state->slow);
+  torque = fma_double(torque_rate, 0.001, state->torque);
+#endif
+  error = fma_double(q, 0.001, state->error);
   now = state->step % DECID_FW_DELAY_STEPS;
   then = now - state->whole;
   if (then < 0) {
@@ -106,6 +157,11 @@ int DECID_FW_step_scaled(DECID_FW_state* state, double sway_rad, double sway_rat
   state->commands[now] = command;
   state->newer = newer;
   *scaled = (state->step < state->first_step) ? 0.0 : active;
+#if !UNIT_GAINS
+  state->slow = slow;
+  state->torque = torque;
+  state->active = *scaled;
+#endif
   ++state->step;
   /* The ring's index goes on without a jump; first_step is behind by then. */
   if (state->step == (1000000 * DECID_FW_DELAY_STEPS)) {

@@ -24,13 +24,13 @@ typedef struct {
   double kd_pass; /* N m s/rad */
   double theta;   /* rad/s */
   double delay;   /* s */
-} DECID_FW_parameters;
+@GAINS@} DECID_FW_parameters;
 
 /* A controller: parameters in the units of a step, and its state. Content is private. */
 typedef struct {
   double kp, kd, passive, damping, theta, fraction;
   double error, newer;
-  int whole, first_step, step, begun;
+@STATE@  int whole, first_step, step, begun;
   double commands[DECID_FW_DELAY_STEPS];
 } DECID_FW_state;
 

@@ -18,16 +18,9 @@ enum {
   DECID_FW_ERROR_SELF_TEST = -6   /* other bits than the program that made this file computed */
 };
 
-/* Places of the seven parameters. */
+/* Places of the parameters. */
 enum {
-  DECID_FW_KP,      /* active proportional gain, N m/rad */
-  DECID_FW_KD,      /* active derivative gain, N m s/rad */
-  DECID_FW_KP_PASS, /* passive stiffness, N m/rad */
-  DECID_FW_KD_PASS, /* passive damping, N m s/rad */
-  DECID_FW_NV,      /* vestibular noise gain, 1 */
-  DECID_FW_THETA,   /* foot rotation velocity threshold, rad/s */
-  DECID_FW_DELAY    /* lumped delay, s */
-};
+@PLACES@};
 
 /* Memory for one identification at a time; its content need not be kept between them. */
 typedef union {
@@ -35,7 +28,7 @@ typedef union {
   unsigned char bytes[DECID_FW_ARENA_BYTES];
 } DECID_FW_arena;
 
-/* From a trial to its seven parameters. sway_rad: DECID_FW_SAMPLES samples at DECID_FW_RATE_HZ, 0 upright, positive in
+/* From a trial to its parameters. sway_rad: DECID_FW_SAMPLES samples at DECID_FW_RATE_HZ, 0 upright, positive in
    the direction of the platform's tilt, from the stimulus' start on. parameters: DECID_FW_PARAMETERS values, written
    only if the result is DECID_FW_OK. arena: DECID_FW_ARENA_BYTES, aligned to 8. */
 int DECID_FW_identify(const float *sway_rad, float *parameters, void *arena);

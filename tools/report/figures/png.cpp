@@ -23,7 +23,8 @@ void add_chunk(std::string& file, const std::string& type, const std::string& co
 }  // namespace
 
 std::string png(const Bitmap& bitmap) {
-  if (bitmap.width < 1 || bitmap.height < 1) throw Error("png", "a bitmap without pixels", "give it a size");
+  if (bitmap.width < 1 || bitmap.height < 1)
+    throw Error(Code::setting_out_of_range, "png", "a bitmap without pixels", "give it a size");
   const auto row = static_cast<std::size_t>(bitmap.width) * static_cast<std::size_t>(bitmap.channels);
   std::string lines;
   for (std::size_t begin = 0; begin < bitmap.values.size(); begin += row) {
@@ -34,7 +35,7 @@ std::string png(const Bitmap& bitmap) {
   std::string packed(size, '\0');
   if (compress2(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(lines.data()),
                 static_cast<uLong>(lines.size()), Z_BEST_COMPRESSION) != Z_OK)
-    throw Error("png", "cannot be compressed", "free some memory");
+    throw Error(Code::system_failed, "png", "cannot be compressed", "free some memory");
   packed.resize(size);
 
   std::string header;

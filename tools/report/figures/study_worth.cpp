@@ -2,7 +2,6 @@
 #include "tools/report/figures/study_worth.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "base/text.hpp"

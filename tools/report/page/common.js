@@ -25,8 +25,10 @@ const absent = value => value === null || value === undefined;
 const minus = text => text.replace("-", "\u2212");
 const fixed = (value, decimals) => absent(value) ? "n/a" : minus(value.toFixed(decimals));
 const compact = value => absent(value) ? "n/a" : minus(String(Number(value.toPrecision(3))));
-const percent = value => absent(value) ? "n/a" : fixed(100 * value, 0) + " %";
-const unitOf = parameter => parameter.unit === "1" ? "" : parameter.unit;
+const percent = value => absent(value) ? "n/a" : fixed(100 * value, 0) + "%";
+// Units as they follow a figure. Degrees have no blank before their sign: inDegrees.
+const unitOf = ({ unit }) => unit === "1" ? "" : unit.replace("deg", "\u00b0");
+const inDegrees = (value, decimals) => absent(value) ? "n/a" : fixed(value, decimals) + "\u00b0";
 
 // Decimals that resolve a thousandth of the range.
 const decimalsOf = parameter => Math.max(0, Math.floor(3 - Math.log10(parameter.high - parameter.low)));
@@ -36,7 +38,7 @@ function figure(name, value, remark) {
 }
 
 function describeProtocol({ name, duration_s, amplitude_deg, cycles, cycle_s, sample_rate_hz }) {
-  return `Protocol \u201c${name}\u201d: ${compact(duration_s)} s, platform tilt ${compact(amplitude_deg)} deg peak to ` +
+  return `Protocol \u201c${name}\u201d: ${compact(duration_s)} s, platform tilt ${compact(amplitude_deg)}\u00b0 peak to ` +
     `peak, ${cycles} cycle${cycles === 1 ? "" : "s"} of ${compact(cycle_s)} s, sampled at ${compact(sample_rate_hz)} Hz.`;
 }
 

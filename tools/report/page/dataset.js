@@ -27,12 +27,11 @@ function distributionTable() {
       element("td", {}, unitOf(distribution) || "\u2013"), ...cells);
   });
   return element("div", { class: "scroll" }, element("table", {},
-    element("caption", {}, "Mean and standard deviation of the valid trials, their least and largest value. The " +
-      "peak-to-peak sway is that of the exact trial, without sensor noise."),
+    element("caption", {}, "Mean, standard deviation, lowest and highest value of the valid trials. The peak-to-peak sway is of the noise-free sway."),
     element("thead", {},
       element("tr", {}, element("td", { colspan: "2" }), ...sets.map(group)),
       element("tr", {}, element("th", { scope: "col" }, "Parameter"), element("th", { scope: "col" }, "Unit"),
-        ...sets.flatMap(() => [number("Mean"), number("Deviation"), number("Min"), number("Max")]))),
+        ...sets.flatMap(() => [number("Mean"), number("SD"), number("Min"), number("Max")]))),
     element("tbody", {}, ...rows)));
 }
 
@@ -43,21 +42,21 @@ function histogram(distribution, height, sheet, threshold = [], legend = true) {
   const { low, high } = distribution, width = (high - low) / distribution.base.counts.length;
   const bars = set => distribution[set].counts.map((count, bin) => [low + (bin + 0.03) * width, low + (bin + 0.97) * width, count]);
   return plot({ title: `Histogram of ${titleOf(distribution)}, ` + sets.map(set => `${titles[set].toLowerCase()}: mean ${compact(distribution[set].mean)}, ` +
-      `deviation ${compact(distribution[set].deviation)}`).join("; "), x: { text: withUnit(distribution), low, high }, y: { text: "Trials", zero: true }, height, sheet, legend,
+      `SD ${compact(distribution[set].deviation)}`).join("; "), x: { text: withUnit(distribution), low, high }, y: { text: "Trials", zero: true }, height, sheet, legend,
     marks: [...[...sets].reverse().map(set => ({ name: titles[set], class: classes[set], bars: bars(set) })), ...threshold] });
 }
 
 const amplitudeFigure = () => chartFigure("Peak-to-peak sway", `Most bodies sway little. Trials above ${report.parent_threshold_rad} rad ` +
-  `(${fixed(degrees(report.parent_threshold_rad), 2)} deg, the dashed line) are the parents of the enrichment: ` +
-  `${count(report.parents)} of ${count(report.base_trials)} base trials. A trial is valid while the body stays within 5 deg.`,
+  `(${inDegrees(degrees(report.parent_threshold_rad), 2)}, the dashed line) are the parents of the enrichment: ` +
+  `${count(report.parents)} of ${count(report.base_trials)} base trials. A trial is valid while the body stays within 5\u00b0.`,
   histogram(amplitude, 320, 688, [{ class: "truth dashed", upright: report.parent_threshold_rad, text: `${report.parent_threshold_rad} rad` }]));
 
 function parameterFigure() {
   return element("figure", {}, element("h3", {}, "Parameters"),
     element("div", { class: "panels" }, ...parameters.map(parameter =>
       element("div", {}, element("h4", {}, parameter.description), histogram(parameter, 240, 330, [], false).made))),
-    element("figcaption", {}, "Parameters are drawn uniformly from these ranges; what is not uniform here is due to the " +
-      "trials that fell over and were left out" + (enriched ? ", and to the children of the parents above." : ".")));
+    element("figcaption", {}, "decid draws parameters uniformly from these ranges. Deviations come from trials that fell and were left out" +
+      (enriched ? ", and from the children of the parents above." : ".")));
 }
 
 // ---- the page ------------------------------------------------------------------------------------------------------
@@ -65,13 +64,13 @@ function parameterFigure() {
 const main = document.getElementById("main");
 document.title = `${report.file} \u2013 data set report`;
 main.append(element("h2", {}, report.file),
-  element("p", { class: "about" }, `${describeProtocol(report.protocol)} Seed ${report.seed}, ${count(report.samples)} samples a trial.`));
+  element("p", { class: "about" }, `${describeProtocol(report.protocol)} Seed ${report.seed}, ${count(report.samples)} samples per trial.`));
 main.append(element("dl", { class: "figures" },
   figure("Trials", count(report.trials), `${count(report.base_trials)} base trials, ${count(report.children)} children`),
-  figure("Acceptance", fixed(100 * report.acceptance_rate, 1) + " %",
-    `${count(report.base_trials)} of ${count(report.base_attempts)} base attempts stay within 5 deg`),
+  figure("Acceptance", fixed(100 * report.acceptance_rate, 1) + "%",
+    `${count(report.base_trials)} of ${count(report.base_attempts)} base attempts stay within 5\u00b0`),
   figure("Parents", count(report.parents), `base trials above ${report.parent_threshold_rad} rad peak to peak`),
-  ...(enriched ? [figure("Acceptance of children", fixed(100 * report.child_acceptance_rate, 1) + " %",
+  ...(enriched ? [figure("Acceptance of children", fixed(100 * report.child_acceptance_rate, 1) + "%",
     `${count(report.children)} of ${count(report.child_attempts)} attempts`)] : [])));
 main.append(element("h3", {}, "Distributions"), distributionTable(), amplitudeFigure(), parameterFigure());
 document.getElementById("footer").append(element("p", {}, "decid ", report.version, ", ",

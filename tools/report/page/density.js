@@ -3,10 +3,6 @@
 
 // ---- densities -----------------------------------------------------------------------------------------------------
 
-// Decimals that resolve the range and the deviation.
-const finestOf = parameter => Math.min(12, Math.max(decimalsOf(parameter), Math.floor(1.5 - Math.log10(parameter.sd))));
-const between = ([low, high], decimals) => `${fixed(low, decimals)} to ${fixed(high, decimals)}`;
-
 // Returns the place of a parameter's value in its range: 0 to 1.
 const placeIn = (parameter, value) => (value - parameter.low) / (parameter.high - parameter.low);
 
@@ -27,18 +23,16 @@ function densityPanel(parameter, density) {
     ...ticks(parameter.low, parameter.high, 5).flatMap(value =>
       [line(of(value), base, of(value), base + 4, "frame"), label(of(value), 138, compact(value), "middle")]),
   ];
-  const made = drawing(width, height, `Density of ${parameter.name}: mean ${fixed(mean, decimals)}, 90 % interval ` +
-    `${between(interval90, decimals)}, range ${between([parameter.low, parameter.high], decimals)} ${unitOf(parameter)}`, children);
-  return element("div", {}, element("h4", {}, parameter.name, " ", element("small", {}, unitOf(parameter))), made);
+  const made = drawing(width, height, `Density of ${parameter.description}: mean ${fixed(mean, decimals)}, 90% interval ` +
+    `${between(interval90, decimals)}, limits ${between([parameter.low, parameter.high], decimals)} ${unitOf(parameter)}`, children);
+  return element("div", {}, element("h4", {}, parameter.description, " ", element("small", {}, symbolAndUnit(parameter))), made);
 }
 
-// Draws a panel for each parameter. whose: the density's origin; remark: the end of the caption.
-function densityFigure(title, parameters, densities, whose, remark) {
+// Draws a panel for each parameter. remark: the end of the caption.
+function densityFigure(title, parameters, densities, remark) {
   const known = parameters.some(parameter => "true" in parameter);
   return element("figure", {}, element("h3", {}, title),
     element("div", { class: "densities" }, ...parameters.map((parameter, p) => densityPanel(parameter, densities[p]))),
-    element("figcaption", {}, `Density ${whose} over the range that was possible before the recording was seen; dashed: the density ` +
-      "before. Below it the mean (ring) and the intervals of 50 % (thick) and 90 % (thin)" +
-      (known ? "; the upright red line is the true value." : ".") + " A density as flat as the dashed line says that the recording " +
-      "tells nothing of this parameter." + remark));
+    element("figcaption", {}, "Curve: probability density after the recording; dashed: before the recording. Below: mean (ring), 50% interval (thick) and 90% interval (thin)." +
+      (known ? " Red line: true value." : "") + " A curve as flat as the dashed line: the recording does not determine this parameter." + remark));
 }

@@ -5,40 +5,21 @@
 // A value between limits that are so far apart.
 const within = (value, span) => fixed(value, Math.min(12, Math.max(0, Math.ceil(1 - Math.log10(span)))));
 
-function parameterTable(recording) {
-  const known = recording.parameters.some(parameter => "true" in parameter), network = recording.answer === "network";
-  const heading = (text, kind = "number") => element("th", { scope: "col", class: kind }, text);
-  const number = text => cell("", text);
-  const { mgh } = recording.protocol;
-  const rows = recording.parameters.map(parameter => {
-    const decimals = finestOf(parameter), words = inOtherWords({ ...parameter, value: parameter.mean });
-    const mean = element("td", { class: "number value" }, `${fixed(parameter.mean, decimals)} \u00b1 ${fixed(parameter.sd, decimals)}`,
-      words && element("small", {}, words));
-    return element("tr", {},
-      nameCell(parameter),
-      network ? cell("Network", fixed(parameter.value, decimals)) : null, mean, cell("50 %", between(parameter.interval50, decimals)),
-      cell("90 %", between(parameter.interval90, decimals)), known ? cell("True", fixed(parameter.true, decimals)) : null,
-      cell("90 % / (m g h)", absent(parameter.normalized) ? "\u2013" : between(parameter.interval90.map(value => value / mgh), 3) + normalizedUnit(parameter)));
-  });
-  for (const other of recording.others) {
+// Quantities that are not the controller's, which the posterior averages over.
+function othersTable({ others }) {
+  const rows = others.map(other => {
     const decimals = Math.max(0, Math.floor(1.5 - Math.log10(other.sd)));
-    rows.push(element("tr", {}, element("th", { scope: "row" }, other.name, unitOf(other) && element("span", { class: "description" }, unitOf(other))), network ? number("") : null,
-      element("td", { class: "number value" }, `${fixed(other.mean, decimals)} \u00b1 ${fixed(other.sd, decimals)}`),
-      cell("50 %", between(other.interval50, decimals)), cell("90 %", between(other.interval90, decimals)), known ? number("") : null, number("")));
-  }
-  const about = "Mean of all draws and their standard deviation; the intervals hold 50 and 90 % of the draws. " +
-    `m g h = ${compact(mgh)} N m/rad is the torque of gravity per angle of this body.` +
-    (network ? " The chains do not agree, so the answer is the network\u2019s." : "");
-  return element("div", { class: "scroll" }, element("table", { class: "answer" }, element("caption", {}, about),
-    element("thead", {}, element("tr", {}, heading("Parameter", ""), network ? heading("Network") : null, heading("Mean \u00b1 deviation"),
-      heading("50 % of the draws"), heading("90 % of the draws"), known ? heading("True") : null,
-      heading("90 %, over m g h"))),
+    return element("tr", {}, element("th", { scope: "row" }, other.name), element("td", { class: "number" }, `${fixed(other.mean, decimals)} \u00b1 ${fixed(other.sd, decimals)} ${unitOf(other)}`),
+      element("td", { class: "number" }, `${between(other.interval90, decimals)} ${unitOf(other)}`));
+  });
+  return rows.length === 0 ? null : element("div", { class: "scroll" }, element("table", {},
+    element("thead", {}, element("tr", {}, columnHead("Also inferred", "", ""), columnHead("Estimate \u00b1 uncertainty", "1 SD"), columnHead("90% interval"))),
     element("tbody", {}, ...rows)));
 }
 
 function partsOf(recording, p) {
-  const { values, range } = recording.draws, low = placeIn(recording.parameters[p], recording.draws.low[p]);
-  const high = placeIn(recording.parameters[p], recording.draws.high[p]);
+  const { values, range } = recording.draws, parameter = recording.parameters[p];
+  const low = placeIn(parameter, parameter.factor * recording.draws.low[p]), high = placeIn(parameter, parameter.factor * recording.draws.high[p]);
   return values[p].map(value => low + (high - low) * value / range);
 }
 
@@ -58,8 +39,8 @@ function densityOf(parts) {
 }
 
 function densities(recording) {
-  return densityFigure("What the recording says of each parameter", recording.parameters,
-    recording.parameters.map((_, p) => densityOf(partsOf(recording, p))), "of the draws", "");
+  return densityFigure("Certainty of each estimate", recording.parameters,
+    recording.parameters.map((_, p) => densityOf(partsOf(recording, p))), "");
 }
 
 // ---- pairs ---------------------------------------------------------------------------------------------------------
@@ -107,11 +88,11 @@ function pairs(recording) {
       if (row > 0) children.push(label(left - 2, top + begin(row) + (last ? 10 : size), within(value(row, part), span), "end"));
     });
   }
-  return element("figure", {}, element("h3", {}, "Which parameters the recording cannot tell apart"),
+  return element("figure", {}, element("h3", {}, "Which estimates depend on each other"),
     element("div", { class: "scroll pairs" }, drawing(left + count * cell + 4, top + count * cell + 20,
       "Pairs of parameters: draws below the diagonal, correlations above it", children)),
-    element("figcaption", {}, "Below the diagonal draws of two parameters, above it their correlation. A narrow slope means that one of the " +
-      "two can make up for the other: the recording fixes their combination better than either. Each axis spans the draws, not the range."));
+    element("figcaption", {}, "Below the diagonal: draws of two parameters; above: their correlation. In a narrow sloping cloud one parameter can replace " +
+      "the other: the recording determines their combination better than either. Each axis spans the draws, not the model\u2019s limits."));
 }
 
 // ---- over time -----------------------------------------------------------------------------------------------------
@@ -130,28 +111,28 @@ function timeline(title, signal, unit, parts, levels, caption) {
 function timelines(recording) {
   const { sway, noise, tilt } = recording.signals;
   const theta = recording.parameters.find(parameter => parameter.name === "theta");
-  const dead = theta ? theta.mean * 180 / Math.PI : null;
-  const again = sway.again_low ? [["Simulated anew: 90 % of the trials", "again-soft", sway.again_low, sway.again_high]] : [];
+  const dead = theta ? theta.mean : null;
+  const again = sway.again_low ? [["90% of new simulated trials", "again-soft", sway.again_low, sway.again_high]] : [];
   const charts = [
-    timeline("Sway: recorded, and as the model has it", sway, "Sway (deg)",
-      [...again, ["The model with the inferred noise: 90 % of the draws", "soft", sway.model_low, sway.model_high],
-        ["Its median", "draw", sway.model_middle], ["Recorded", "recorded", sway.recorded]], [],
-      "All about their means, each point the mean of " + compact(1000 * sway.step_s) + " ms. The narrow band is the model\u2019s sway with the vestibular noise " +
-      "that was inferred from this recording: it should run within it. The wide band is that of trials with other noise, as the same controller would sway on another day: the " +
-      "recording should be one of them."),
-    timeline("Inferred: the vestibular noise", noise, "Velocity (deg/s)",
-      [["90 % of the draws", "soft", noise.noise_low, noise.noise_high], ["Median", "draw", noise.noise_middle]],
-      dead ? [[dead, "edge", "Edges of the dead band (mean theta)"], [-dead, "edge"]] : [],
-      "Not measured: what the model needs the noise of the sense of balance to have been, as an angular velocity, to sway as recorded. Where the platform\u2019s velocity " +
-      "and the noise together stay within the dead band, the controller perceives nothing and the recording says only that; there the band is wider."),
-    timeline("Inferred: the controller\u2019s estimate of the platform\u2019s tilt", tilt, "Tilt (deg)",
-      [["90 % of the draws", "soft", tilt.estimate_low, tilt.estimate_high], ["Median", "draw", tilt.estimate_middle], ["The platform\u2019s tilt", "tilt", tilt.platform]], [],
-      "Not measured: what passes the dead band, integrated. It is what the model\u2019s controller takes for the platform\u2019s tilt; it falls short of it by what the dead band " +
-      "keeps back, and wanders with the noise. Slow drift is no evidence (see the documentation), so its level is known less well than its course."),
+    timeline("Measured sway and the model\u2019s sway", sway, "Sway (\u00b0)",
+      [...again, ["Model with the inferred noise: 90% interval", "soft", sway.model_low, sway.model_high],
+        ["Median", "draw", sway.model_middle], ["Measured", "recorded", sway.recorded]], [],
+      "All about their means; each point is the mean of " + compact(1000 * sway.step_s) + " ms. Narrow band: the model\u2019s sway with the sensory noise " +
+      "inferred from this recording; the measured sway should run within it. Wide band: trials with other noise, as on another day; the " +
+      "measured sway should look like one of them."),
+    timeline("Hidden signal: sensory noise", noise, "Velocity (\u00b0/s)",
+      [["90% interval", "soft", noise.noise_low, noise.noise_high], ["Median", "draw", noise.noise_middle]],
+      dead ? [[dead, "edge", "Tilt-speed threshold"], [-dead, "edge"]] : [],
+      "Not measured: the noise of the sense of balance, as an angular velocity, with which the model sways as measured. Where platform velocity " +
+      "and noise together stay below the threshold, the controller perceives nothing; there the band is wider."),
+    timeline("Hidden signal: perceived platform tilt", tilt, "Tilt (\u00b0)",
+      [["90% interval", "soft", tilt.estimate_low, tilt.estimate_high], ["Median", "draw", tilt.estimate_middle], ["Platform tilt", "tilt", tilt.platform]], [],
+      "Not measured: the tilt that the model\u2019s controller perceives. It lacks the movement below the threshold, and drifts with the noise. " +
+      "decid ignores slow drift, so the level of this signal is less certain than its shape."),
   ];
   const end = Math.max(...charts.map(chart => chart.end));
   const choices = [["the whole trial", end], ...[60, 30, 15].filter(seconds => seconds < end).map(seconds => [`${seconds} s`, seconds])];
-  return element("figure", {}, element("h3", {}, "What was recorded, and what nobody saw"),
+  return element("figure", {}, element("h3", {}, "Measured sway and the model\u2019s hidden signals"),
     windowControls(choices, 0, 0, end, (from, to) => charts.forEach(chart => chart.draw(from, to))), ...charts.map(chart => chart.made));
 }
 
@@ -170,15 +151,14 @@ function placeCell({ low, high, middle, recorded }) {
 
 function checkTable(recording) {
   const { figures, trials, standing } = recording.check;
-  if (figures.length === 0) return element("p", { class: "note" }, `Of ${trials} trials simulated from the draws only ${standing} stand: too few to compare with the recording.`);
+  if (figures.length === 0) return element("p", { class: "note" }, `Only ${standing} of ${trials} simulated trials stand: too few to compare with the recording.`);
   const name = figure => figure.name.endsWith("Hz") ? `Sway at ${figure.name}, rms` : figure.name === "between cycles" ? "Difference between cycles, rms"
     : figure.name === "level" ? "Level, rms" : figure.name === "frequency response" ? "Frequency response, distance" : "Largest sway";
   const heading = (text, kind = "number") => element("th", { scope: "col", class: kind }, text);
-  const unit = figure => figure.unit === "1" ? "" : " " + figure.unit;
-  return element("div", {}, element("p", { class: "note" }, `${standing} trials simulated from the draws, each with vestibular and sensor noise of its own. p is two-sided: twice the share of trials as ` +
-      `low as the recording, or as high, whichever is smaller. Below ${oddBelow} it is marked: one figure in a hundred at most is so by chance. The distance of the ` +
-      "frequency response is from the trials\u2019 mean, squared, over their variance: 1 is usual."), element("div", { class: "scroll" }, element("table", {},
-    element("thead", {}, element("tr", {}, heading("Figure", ""), heading("Recorded"), heading("90 % of the simulated"), heading("Place (ring: recorded)", ""), heading("p"))),
+  const unit = figure => unitOf(figure);
+  return element("div", {}, element("p", { class: "note" }, `Compared with ${standing} trials simulated from the posterior, each with new sensory and measurement noise. p is a two-sided Monte Carlo p-value. ` +
+      `Values below ${oddBelow} are marked; at most one in a hundred is so by chance. The distance of the frequency response is squared, over the trials\u2019 variance: 1 is usual.`), element("div", { class: "scroll" }, element("table", {},
+    element("thead", {}, element("tr", {}, heading("Property of the sway", ""), heading("Measured"), heading("90% of simulated trials"), heading("Measured (ring) among simulated", ""), heading("p"))),
     element("tbody", {}, ...figures.map(figure => element("tr", {}, element("th", { scope: "row" }, name(figure)),
       element("td", { class: "number" }, compact(figure.recorded) + unit(figure)),
       element("td", { class: "number" }, `${compact(figure.low)} to ${compact(figure.high)}${unit(figure)}`), placeCell(figure),
@@ -188,17 +168,17 @@ function checkTable(recording) {
 function diagnosis(recording) {
   const { agreed, chains, draws, rhat, effective_draws, divergences, energy_fraction, restarts } = recording.diagnostics;
   const { value, standard_error, effective_parameters, unreliable, blocks, block_s } = recording.log_density;
-  const noise = recording.others.find(other => other.name === "Sensor noise"), samples = recording.samples_noise_deg;
+  const noise = recording.others.find(other => other.unit === "deg"), samples = recording.samples_noise_deg;
   const items = [
-    agreed ? `The ${chains} chains, which began in different places, say the same: R-hat is ${fixed(rhat, 3)} at most (1 is perfect; up to 1.05, with 100 effective draws of every quantity, counts as agreement).`
-      : `The ${chains} chains do not say the same, or not enough: R-hat is up to ${fixed(rhat, 2)} (1.05 and less counts as agreement), the fewest effective draws of a quantity are ${compact(effective_draws)} (100 are enough). More than one controller may fit this recording; do not rely on these values.`,
-    `The ${draws} draws are worth ${compact(effective_draws)} independent ones or more.`,
-    divergences === 0 ? "No transition ran away." : `${divergences} transition${divergences === 1 ? "" : "s"} ran away (divergences): corners of what is possible may be missing.`,
-    energy_fraction < 0.3 ? `The chains cross energies slowly (${fixed(energy_fraction, 2)}, below 0.3): tails may be missing.` : null,
-    restarts > 0 ? `${restarts} chain${restarts === 1 ? " was" : "s were"} stuck while warming up and went on from another\u2019s place.` : null,
-    noise ? `The model leaves ${compact(noise.mean)} deg of sway unexplained a sample; the sensor\u2019s own noise, by how neighbouring samples differ, is ${compact(samples)} deg.` +
-      (noise.mean > 3 * Math.max(samples, 1e-3) ? " That is far more: the intervals take for noise what the model cannot explain." : "") : null,
-    `Log predictive density (leave-one-out): ${compactSum(value)} \u00b1 ${compact(standard_error)} nats for ${blocks} means of ${compact(1000 * block_s)} ms in degrees, with ` +
+    agreed ? `The ${chains} chains, which began in different places, agree: R-hat is at most ${fixed(rhat, 3)} (1 is perfect). Agreement means at most 1.05, with 100 effective draws of every quantity.`
+      : `The ${chains} chains do not agree: R-hat is up to ${fixed(rhat, 2)} (limit 1.05), and a quantity has only ${compact(effective_draws)} effective draws (100 are enough). More than one controller may fit this recording; do not rely on these values.`,
+    `${draws} draws, with at least ${compact(effective_draws)} effective draws of every quantity.`,
+    divergences === 0 ? "No divergent transition." : `${divergences} divergent transition${divergences === 1 ? "" : "s"}: corners of the posterior may be missing.`,
+    energy_fraction < 0.3 ? `The energy fraction is ${fixed(energy_fraction, 2)}, below 0.3: tails of the posterior may be missing.` : null,
+    restarts > 0 ? `${restarts} chain${restarts === 1 ? " was" : "s were"} stuck while warming up and continued from the place of another chain.` : null,
+    noise ? `The model leaves ${compact(noise.mean)}\u00b0 of sway per sample unexplained. The measurement noise, from the differences of neighbouring samples, is ${compact(samples)}\u00b0.` +
+      (noise.mean > 3 * Math.max(samples, 1e-3) ? " The unexplained sway is far larger: the intervals treat it as noise." : "") : null,
+    `Log predictive density (leave-one-out): ${compactSum(value)} \u00b1 ${compact(standard_error)} nats for ${blocks} means of ${compact(1000 * block_s)} ms, in degrees, with ` +
       `${compact(effective_parameters)} effective parameters` + (unreliable > 0 ? `; ${unreliable} of the ${blocks} rest on few draws.` : "."),
   ].filter(text => text !== null);
   return element("ul", { class: "plain" }, ...items.map(text => element("li", {}, text)));
@@ -221,7 +201,7 @@ function tracePanel(parameter, parts, { chains, each, every }) {
   children.push(label(left - 5, top + 9, within(value(high), size), "end"), label(left - 5, bottom, within(value(low), size), "end"),
     label(left, height - 4, "1"), label(right, height - 4, `draw ${each * every}`, "end"),
     shape("rect", { x: left, y: top, width: right - left, height: bottom - top, class: "frame" }));
-  return drawing(width, height, `Traces of ${parameter.name}: ${chains} chains of ${each * every} draws`, children);
+  return drawing(width, height, `Traces of ${parameter.description}: ${chains} chains of ${each * every} draws`, children);
 }
 
 function rankPanel(parameter, counts) {
@@ -231,15 +211,15 @@ function rankPanel(parameter, counts) {
   const children = counts.flatMap((row, chain) => row.map((count, bin) => shape("rect", { x: short(left + bin * w), y: short(top + chain * h),
     width: short(w - 0.5), height: short(h - 0.5), class: "cell", "fill-opacity": Math.min(1, count / (2.5 * expected)).toFixed(2) })));
   children.push(label(left, height - 4, "lowest draws"), label(width - left, height - 4, "highest", "end"));
-  return drawing(width, height, `Rank plot of ${parameter.name}, a row a chain`, children);
+  return drawing(width, height, `Rank plot of ${parameter.description}, one row per chain`, children);
 }
 
 function chainsFold(recording) {
-  const made = element("details", {}, element("summary", {}, "Traces and rank plots of the chains"),
-    element("p", { class: "note" }, "Left: each chain\u2019s draws, one colour a chain; they should look like one thick hairy line without steps. Right: a row a chain, from the lowest " +
-      "tenth of all draws to the highest; the stronger the colour, the more of the chain\u2019s draws are there. Rows that are evenly coloured have seen the same as all others."),
+  const made = element("details", { class: "help" }, element("summary", {}, "Details of the calculation"), diagnosis(recording), othersTable(recording),
+    element("p", { class: "note" }, "Left: the draws of each chain, one colour per chain. They should look like one thick band without steps. Right: one row per chain, from the lowest " +
+      "tenth of all draws to the highest. The stronger the colour, the more of the chain\u2019s draws are there; good rows are evenly coloured."),
     element("div", { class: "mixing" }, ...recording.parameters.flatMap((parameter, p) => [
-      element("div", {}, element("h4", {}, parameter.name, " ", element("small", {}, `R-hat ${fixed(parameter.rhat, 3)}, worth ${compact(parameter.effective_draws)} draws`)),
+      element("div", {}, element("h4", {}, parameter.description, " ", element("small", {}, `R-hat ${fixed(parameter.rhat, 3)}, ${compact(parameter.effective_draws)} effective draws`)),
         tracePanel(parameter, partsOf(recording, p), recording.draws)),
       element("div", {}, element("h4", {}, "\u00a0"), rankPanel(parameter, recording.ranks[p]))])));
   return made;
@@ -250,34 +230,32 @@ function chainsFold(recording) {
 function fill(made, recording) {
   const { agreed, rhat } = recording.diagnostics, tested = recording.check.figures.length > 0;
   const smallest = Math.min(1, ...recording.check.figures.map(({ p }) => p));
-  made.append(trustBox(recording), element("h3", {}, "The parameters"), parameterTable(recording),
-    element("p", { class: "about" }, (recording.column ? `Sway from column \u201c${recording.column}\u201d. ` : "") + describeProtocol(recording.protocol) + describeTilt(recording.tilt)),
-    howToRead("The mean of the draws: controllers that sway as was recorded, each as often as it is probable."),
+  made.append(trustBox(recording), element("h3", {}, "Estimates"), parameterTable(recording, recording.answer === "network"), nextSteps(recording), ...aboutRecording(recording),
+    howToRead("The mean of all controllers that sway as measured, each weighted by its probability."),
     element("dl", { class: "figures" },
-      figure("Can it be believed?", agreed ? "chains agree" : "chains disagree", `R-hat ${fixed(rhat, 3)} at most; 1 is perfect`),
-      figure("Does the model sway like this?", !tested ? "unknown" : isOdd(recording) ? "no" : "yes",
-        tested ? `simulated again, smallest p ${fixed(smallest, 3)}` : "simulated again, the body falls"),
-      figure("Sway, peak to peak", absent(recording.peak_to_peak_deg) ? "n/a" : fixed(recording.peak_to_peak_deg, 2) + " deg", "of the recording")),
+      figure("Calculation converged", agreed ? "yes" : "no", `R-hat at most ${fixed(rhat, 3)}; 1 is perfect`),
+      figure("Simulated sway resembles the recording", !tested ? "unknown" : isOdd(recording) ? "no" : "yes",
+        tested ? `smallest p ${fixed(smallest, 3)}` : "too few simulated bodies stand"),
+      figure("Sway, peak to peak", inDegrees(recording.peak_to_peak_deg, 2), "of the recording")),
+    ...[controllersSection(recording)].filter(section => section !== null),
     densities(recording), timelines(recording), pairs(recording),
-    element("h3", {}, "Does sway that is simulated again look like the recording?"), checkTable(recording),
-    element("h3", {}, "Whether to believe it"), diagnosis(recording), chainsFold(recording));
+    element("h3", {}, "Does simulated sway resemble the recording?"), checkTable(recording), chainsFold(recording));
 }
 
 function footer() {
   document.getElementById("footer").append(
-    ...otherAnswer(),
     element("p", {}, element("strong", {}, "This is not a diagnosis. "),
-      "The intervals say what the recording tells about the parameters of a simplified model of posture control (a single inverted pendulum under disturbance estimation " +
-      "and compensation, DEC), if that model is right. No model is people. They hold for the stated protocol and body only."),
-    element("p", {}, `decid ${report.version}, seed ${report.seed}. Up to ${shownDraws} draws are drawn on this page; figures are of all of them.`),
+      "The intervals hold if a simplified model of posture control is right: a single inverted pendulum under disturbance estimation " +
+      "and compensation (DEC). They hold for the stated protocol and body only."),
+    element("p", {}, `decid ${report.version}, seed ${report.seed}. Charts show up to ${shownDraws} draws; figures come from all draws.`),
     ...callTexts(report.call));
 }
 const shownDraws = 800;
 
-if (report.recordings.length === 1) document.title = `${report.recordings[0].file} \u2013 posterior of posture control`;
+if (report.recordings.length === 1) document.title = `${report.recordings[0].file} \u2013 detailed analysis of balance control`;
 contents(parameter => `${fixed(parameter.mean, finestOf(parameter))} \u00b1 ${fixed(parameter.sd, finestOf(parameter))}`,
   ["R\u2011hat", recording => fixed(recording.diagnostics.rhat, 2)]);
-failures("Not fitted");
+failures("Not analysed");
 sections(fill);
 footer();
 finish();

@@ -1,67 +1,6 @@
 // Draws the report of decid identify, after common.js, recordings.js and density.js.
 (() => {
-// ---- tables --------------------------------------------------------------------------------------------------------
-
-function rangeCell(parameter) {
-  const place = value => 100 * (value - parameter.low) / (parameter.high - parameter.low);
-  const bar = element("div", { class: "bar", "aria-hidden": "true" });
-  const mark = (value, kind) => {
-    if (absent(value)) return;
-    const at = place(value);
-    const made = element("span", { class: kind + (kind === "value-mark" && parameter.beyond ? " outside" : "") });
-    made.style.left = Math.min(100, Math.max(0, at)) + "%";
-    bar.append(made);
-  };
-  if ("interval90" in parameter) {
-    const [from, to] = parameter.interval90.map(value => Math.min(100, Math.max(0, place(value))));
-    const span = element("span", { class: "interval" });
-    Object.assign(span.style, { left: from + "%", width: to - from + "%" });
-    bar.append(span);
-  }
-  mark(parameter.true, "truth-mark");
-  mark(parameter.value, "value-mark");
-  const decimals = decimalsOf(parameter);
-  return element("td", { class: "range" }, bar,
-    element("div", { class: "limits" }, element("span", {}, fixed(parameter.low, decimals)),
-      parameter.beyond && !absent(parameter.value) ? element("strong", {}, "outside the range") : null,
-      element("span", {}, fixed(parameter.high, decimals))));
-}
-
-// Returns true if the network predicts a distribution.
-const isSure = recording => recording.parameters.some(parameter => "sd" in parameter);
-const finest = parameter => "sd" in parameter ? finestOf(parameter) : decimalsOf(parameter);
-const valueOf = parameter => fixed(parameter.value, finest(parameter)) +
-  ("sd" in parameter ? ` \u00b1 ${fixed(parameter.sd, finest(parameter))}` : "");
-
-function parameterTable(recording) {
-  const known = recording.parameters.some(parameter => "true" in parameter), sure = isSure(recording);
-  const number = text => element("th", { scope: "col", class: "number" }, text);
-  const head = element("tr", {}, element("th", { scope: "col" }, "Parameter"), number(sure ? "Value \u00b1 deviation" : "Value"),
-    sure ? number("90 % interval") : null, known ? number("True") : null, number("Value / (m g h)"),
-    element("th", { scope: "col" }, "Place in the model\u2019s range"));
-  const rows = recording.parameters.map(parameter => {
-    const decimals = finest(parameter);
-    const words = inOtherWords(parameter);
-    const normalized = absent(parameter.value) ? "n/a"
-      : absent(parameter.normalized) ? "\u2013" : fixed(parameter.normalized, 3) + normalizedUnit(parameter);
-    return element("tr", {},
-      nameCell(parameter),
-      element("td", { class: "number value" }, valueOf(parameter), words && element("small", {}, words)),
-      sure ? cell("90 %", between(parameter.interval90, decimals)) : null,
-      known ? cell("True", fixed(parameter.true, decimals)) : null,
-      cell("/ (m g h)", normalized), rangeCell(parameter));
-  });
-  const { mgh, mass_kg, com_height_m } = recording.protocol;
-  return element("div", { class: "scroll" }, element("table", { class: "answer" },
-    element("caption", {}, `m g h = ${compact(mgh)} N m/rad is the torque of gravity per angle of a body of ` +
-      `${compact(mass_kg)} kg above the ankles, its centre of mass at ${compact(com_height_m)} m` +
-      (recording.body_assumed ? ", which is assumed: only values over m g h hold for another body of that height. " : ". ") +
-      "The range is that of the data the model was trained on; dark within it the 90 % interval" +
-      (known ? "; the upright red line is the true value." : ".")),
-    element("thead", {}, head), element("tbody", {}, ...rows)));
-}
-
-// ---- how sure the network is ---------------------------------------------------------------------------------------
+// ---- certainty -----------------------------------------------------------------------------------------------------
 
 function correlationTable({ parameters, correlations }) {
   const cell = value => {
@@ -70,8 +9,8 @@ function correlationTable({ parameters, correlations }) {
     return made;
   };
   return element("div", { class: "scroll" }, element("table", { class: "correlations" },
-    element("caption", {}, "Correlations: which errors go together. Near 1 or \u22121 one of the two can make up for the other, and the " +
-      "recording fixes their combination better than either."),
+    element("caption", {}, "Correlations of the errors. Near 1 or \u22121, one parameter can replace the other: the recording determines their " +
+      "combination better than either."),
     element("thead", {}, element("tr", {}, element("th", { scope: "col" }, ""),
       ...parameters.slice(0, -1).map(({ name }) => element("th", { scope: "col", class: "number" }, name)))),
     element("tbody", {}, ...parameters.slice(1).map(({ name }, row) => element("tr", {},
@@ -79,10 +18,10 @@ function correlationTable({ parameters, correlations }) {
 }
 
 function certainty(recording) {
-  return [densityFigure("How sure the network is", recording.parameters, recording.densities,
-    "that the network gives", report.model.recalibrated
-      ? " The intervals are corrected by what trials that the network was not trained on have shown."
-      : " No trials beyond its training have shown whether it keeps what it promises."), correlationTable(recording)];
+  return [densityFigure("Certainty of each estimate", recording.parameters, recording.densities,
+    report.model.recalibrated ? " Simulated trials outside the training have corrected the intervals."
+      : " No trials outside the training have checked the intervals."),
+    element("details", { class: "help" }, element("summary", {}, "Which estimates depend on each other"), correlationTable(recording))];
 }
 
 // ---- sway ----------------------------------------------------------------------------------------------------------
@@ -108,8 +47,8 @@ function swayPoints(recording) {
     tilt: points(summed(platform.tilt), 0, platform.per_degree) };
 }
 
-const swayChart = (points, title, end) => plot({ title, x: { text: "Time (s)", low: 0, high: end }, y: { text: "Angle (deg)" },
-  marks: [["Recorded sway", "sway", "draw"], ["Re-simulated sway", "fitted", "again"], ["Platform tilt", "tilt", "tilt"]]
+const swayChart = (points, title, end) => plot({ title, x: { text: "Time (s)", low: 0, high: end }, y: { text: "Angle (\u00b0)" },
+  marks: [["Recorded sway", "sway", "draw"], ["Model\u2019s sway without noise", "fitted", "again"], ["Platform tilt", "tilt", "tilt"]]
     .map(([name, key, kind]) => ({ name, class: kind, line: points[key] })) });
 
 function windowFigure(recording, points, end) {
@@ -120,7 +59,7 @@ function windowFigure(recording, points, end) {
   // The last cycle, when the start has died away; the beginning, if the fit ended before that.
   const last = Math.min(lead_in_s + (cycles - 1) * cycle_s, end - choices[chosen][1]);
   const first = points.fitted.length > 0 && points.fitted.at(-1)[0] < last ? 0 : last;
-  const chart = swayChart(points, "Line chart: a part of the recorded sway, the re-simulated sway and the platform tilt", end);
+  const chart = swayChart(points, "Line chart: a part of the recorded sway, the model\u2019s sway and the platform tilt", end);
   return element("figure", { class: "closer" }, element("h3", {}, "A closer look"),
     windowControls(choices, chosen, first, end, chart.draw), chart.made);
 }
@@ -187,38 +126,38 @@ function heatmap(image, channel) {
 }
 
 function imageFigure(image) {
-  return element("details", { class: "help" }, element("summary", {}, "What the network saw (for those who train networks)"), element("figure", {},
+  return element("details", { class: "help" }, element("summary", {}, "Network input (for people who train networks)"), element("figure", {},
     element("div", { class: "panels" }, ...image.channels.map(channel => heatmap(image, channel))),
-    element("figcaption", {}, `Spectrum of each ${compact(image.column_s)} s of sway, one column a window. ` +
-      (image.fold > 1 ? `The ${image.fold} equal cycles of the stimulus are averaged into one. ` : "") +
-      (image.mirrored ? "Rows above half the sample rate mirror these and are left out. " : "") +
-      "Values beyond a colour scale take its last colour. These pictures are the network\u2019s input, not a result.")));
+    element("figcaption", {}, `Spectrum of each ${compact(image.column_s)} s of sway, one column per window. ` +
+      (image.fold > 1 ? `The ${image.fold} equal cycles of the stimulus are averaged. ` : "") +
+      (image.mirrored ? "Rows above half the sample rate mirror these and are not shown. " : "") +
+      "Values beyond a colour scale have its last colour. These pictures are the network\u2019s input, not a result.")));
 }
 
 // ---- the page ------------------------------------------------------------------------------------------------------
 
+const explained = ({ variance_accounted_for: part }) => part <= 0 ? "none" : percent(part);
+
 function fill(made, recording) {
   made.append(trustBox(recording));
-  made.append(element("h3", {}, "Identified parameters"), parameterTable(recording),
-    element("p", { class: "about" }, (recording.column ? `Sway from column \u201c${recording.column}\u201d. ` : "") + describeProtocol(recording.protocol) + describeTilt(recording.tilt)),
-    howToRead("The network\u2019s best estimate, and how far off it usually is."));
-  if (isSure(recording)) made.append(...certainty(recording));
+  made.append(element("h3", {}, "Estimates"), parameterTable(recording), nextSteps(recording), ...aboutRecording(recording),
+    howToRead("The network\u2019s estimate from this recording."));
+  if ("densities" in recording) made.append(...certainty(recording));
   made.append(element("dl", { class: "figures" },
-    figure("Sway, peak to peak", absent(recording.peak_to_peak_deg) ? "n/a" : fixed(recording.peak_to_peak_deg, 2) + " deg", "of the recording"),
-    figure("Variance accounted for", percent(recording.variance_accounted_for), "of the recording, by the re-simulated sway"),
-    figure("Residual, rms", absent(recording.rms_residual_deg) ? "n/a" : fixed(recording.rms_residual_deg, 3) + " deg", "recorded minus re-simulated")));
+    figure("Sway, peak to peak", inDegrees(recording.peak_to_peak_deg, 2), "of the recording"),
+    figure("Share explained without noise", explained(recording), "of the recording\u2019s variance; low is expected at high sensory noise"),
+    figure("Residual, rms", inDegrees(recording.rms_residual_deg, 3), "recorded sway minus the model\u2019s sway")));
 
   const { sway, fitted } = recording.series;
   if (sway.length > 1) {
     const end = (sway.length - 1) / recording.protocol.sample_rate_hz;
     const points = swayPoints(recording);
     const whole = swayChart(points, `Line chart over ${compact(end)} s: recorded sway, ` +
-      `${fixed(recording.peak_to_peak_deg, 2)} deg peak to peak, re-simulated sway and platform tilt`, end);
+      `${inDegrees(recording.peak_to_peak_deg, 2)} peak to peak, the model\u2019s sway and platform tilt`, end);
     const fell = fitted.length < sway.length
-      ? ` The body re-simulated from these parameters left the model\u2019s limits ${fixed(fitted.length / recording.protocol.sample_rate_hz, 1)} s into the trial, so its line ends there.` : "";
-    made.append(chartFigure("Recorded and re-simulated sway", "Both sways are drawn about their means. The re-simulated sway comes from the identified " +
-      "parameters without noise: it cannot follow the random part of the recording, so a low variance accounted for " +
-      "goes with a high noise gain Nv, too." + fell, whole));
+      ? ` The body simulated from these estimates falls after ${fixed(fitted.length / recording.protocol.sample_rate_hz, 1)} s, so its line ends there.` : "";
+    made.append(chartFigure("Recorded sway and the model\u2019s sway", "Each sway is shown about its mean. The model\u2019s sway is simulated from the estimates without " +
+      "noise, so it does not contain the random part of the recording." + fell, whole));
     const close = windowFigure(recording, points, end);
     if (close) made.append(close);
   }
@@ -234,19 +173,18 @@ function fill(made, recording) {
 function footer() {
   const { name, sha256, version, options, protocol } = report.model;
   document.getElementById("footer").append(
-    ...otherAnswer(),
     element("p", {}, element("strong", {}, "This is not a diagnosis. "),
-      "The numbers are a neural network\u2019s estimates of the parameters of a simplified model of posture control " +
-      "(a single inverted pendulum under disturbance estimation and compensation, DEC). They describe the recording " +
-      "as that model sees it, hold for the stated protocol only, and carry the errors of model, network and measurement."),
+      "A neural network estimates the parameters of a simplified model of posture control from this recording. " +
+      "The model is a single inverted pendulum under disturbance estimation and compensation (DEC). The values hold for the stated " +
+      "protocol only, and contain the errors of model, network and measurement."),
     element("p", {}, "decid ", version, ", model \u201c", name, "\u201d, SHA-256 of its weights ", element("code", {}, sha256),
       ", protocol \u201c", protocol, "\u201d", ...(options.length > 0 ? [", options ", element("code", {}, options.join(" "))] : []), "."), ...callTexts(report.model.call));
 }
 
-if (report.recordings.length === 1) document.title = `${report.recordings[0].file} \u2013 posture control report`;
+if (report.recordings.length === 1) document.title = `${report.recordings[0].file} \u2013 balance control report`;
 contents(valueOf,
-  ["Explained", recording => percent(recording.variance_accounted_for)]);
-failures("Not identified");
+  ["Explained", explained]);
+failures("Not analysed");
 sections(fill);
 footer();
 finish();

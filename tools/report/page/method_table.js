@@ -19,7 +19,7 @@ function methodTable(comparison) {
 
 function methodComparison(comparison) {
   const [low, high] = comparison.sensor_noise_deg;
-  const noise = high === 0 ? "no sensor noise" : `sensor noise of ${compact(low)}${low === high ? "" : ` to ${compact(high)}`} deg`;
+  const noise = high === 0 ? "no measurement noise" : `measurement noise of ${compact(low)}${low === high ? "" : ` to ${compact(high)}`}\u00b0`;
   const s = number => number === 1 ? "" : "s";
   return [element("h3", {}, `Network, posterior and iterative fit: ${comparison.trials} trials, ${noise}`),
     element("p", { class: "about" }, `Trials: ${comparison.trials_from}. Network: ${comparison.model}. Fits: up to ` +

@@ -1,38 +1,121 @@
 // Functions that the pages of decid identify and decid fit share, after common.js: text about recordings and their contents.
+
+// ---- parameters ----------------------------------------------------------------------------------------------------
+
+// Pages show these units instead of SI: [unit, its number per SI unit].
+const shownUnits = { "rad/s": ["\u00b0/s", 180 / Math.PI], s: ["ms", 1000] };
+
+// Converts a parameter's values in place; factor: the shown value over the value in SI.
+function inShownUnit(parameter) {
+  const [unit, factor] = shownUnits[parameter.unit] ?? [parameter.unit, 1], converted = value => absent(value) ? value : factor * value;
+  for (const key of ["value", "true", "mean", "sd", "low", "high"].filter(key => key in parameter)) parameter[key] = converted(parameter[key]);
+  for (const key of ["interval50", "interval90"].filter(key => key in parameter)) parameter[key] = parameter[key].map(converted);
+  return Object.assign(parameter, { unit, factor });
+}
+for (const { parameters } of report.recordings) parameters.forEach(inShownUnit);
+
+const symbolAndUnit = parameter => parameter.name + (unitOf(parameter) ? ", " + unitOf(parameter) : "");
 const normalizedUnit = parameter => parameter.unit.includes(" s/") ? " s" : "";
 
-// Returns the same value in a unit that readers may prefer.
-function inOtherWords(parameter) {
-  if (absent(parameter.value)) return null;
-  if (parameter.unit === "rad/s") return fixed(parameter.value * 180 / Math.PI, 3) + " deg/s";
-  return parameter.unit === "s" ? fixed(1000 * parameter.value, 0) + " ms" : null;
-}
+// Returns a heading of a column, with what it means below in small print.
+const columnHead = (text, small, kind = "number") => element("th", { scope: "col", class: kind }, text, small ? element("span", { class: "description" }, small) : null);
 
 // Returns a cell of the results table. heading: the text before the value where the table is too narrow for columns.
 const cell = (heading, text) => element("td", { class: text === "\u2013" ? "number none" : "number", "data-heading": heading }, text);
-const nameCell = parameter => element("th", { scope: "row" }, parameter.name, element("span", { class: "description" },
-  element("span", { class: "words" }, parameter.description + (unitOf(parameter) ? ", " : "")), unitOf(parameter)));
+const nameCell = parameter => element("th", { scope: "row" }, parameter.description, element("span", { class: "description" }, symbolAndUnit(parameter)));
 
-// Shows if the answer can be used, and all warnings, the most serious first.
+// ---- the table of parameters -----------------------------------------------------------------------------------------
+
+const between = ([low, high], decimals) => `${fixed(low, decimals)} to ${fixed(high, decimals)}`;
+// Returns decimals that resolve the limits and, if it is known, the standard deviation.
+const finestOf = parameter => "sd" in parameter ? Math.min(12, Math.max(decimalsOf(parameter), Math.floor(1.5 - Math.log10(parameter.sd)))) : decimalsOf(parameter);
+const valueOf = (parameter, value = parameter.value) => fixed(value, finestOf(parameter)) +
+  ("sd" in parameter ? ` \u00b1 ${fixed(parameter.sd, finestOf(parameter))}` : "");
+
+// Returns a bar from the lower to the upper limit, with the value, its 90% interval and the true value.
+function rangeCell(parameter, value) {
+  const place = value => Math.min(100, Math.max(0, 100 * (value - parameter.low) / (parameter.high - parameter.low)));
+  const bar = element("div", { class: "bar", "aria-hidden": "true" }), decimals = decimalsOf(parameter);
+  const add = (kind, from, width) => {
+    const made = element("span", { class: kind });
+    Object.assign(made.style, { left: from + "%" }, width === undefined ? {} : { width: width + "%" });
+    bar.append(made);
+  };
+  if ("interval90" in parameter) {
+    const [from, to] = parameter.interval90.map(place);
+    add("interval", from, to - from);
+  }
+  if ("true" in parameter) add("truth-mark", place(parameter.true));
+  if (!absent(value)) add(parameter.beyond ? "value-mark outside" : "value-mark", place(value));
+  return element("td", { class: "range" }, bar,
+    element("div", { class: "limits" }, element("span", {}, fixed(parameter.low, decimals)),
+      parameter.beyond && !absent(value) ? element("strong", {}, "outside") : null,
+      element("span", {}, fixed(parameter.high, decimals))));
+}
+
+// network: the answer is the network's although the parameters have the posterior's means and intervals.
+function parameterTable({ parameters, protocol, body_assumed: assumed }, network = false) {
+  const known = parameters.some(parameter => "true" in parameter), sure = parameters.some(parameter => "sd" in parameter);
+  const rows = parameters.map(parameter => {
+    const decimals = finestOf(parameter), value = network ? parameter.mean : parameter.value, overGravity = value => fixed(value / protocol.mgh, 3);
+    const relative = absent(parameter.normalized) || absent(value) ? cell("Gravity", "\u2013") : cell("Gravity", overGravity(value) + normalizedUnit(parameter));
+    if (sure && !absent(parameter.normalized)) relative.append(element("small", {}, parameter.interval90.map(overGravity).join(" to ")));
+    return element("tr", {}, nameCell(parameter), element("td", { class: "number value" }, valueOf(parameter, value)),
+      network ? cell("Network", fixed(parameter.value, decimals)) : null,
+      sure ? cell("90%", between(parameter.interval90, decimals)) : null,
+      known ? cell("True", fixed(parameter.true, decimals)) : null, relative, rangeCell(parameter, value));
+  });
+  return element("div", { class: "scroll" }, element("table", { class: "answer" },
+    element("caption", {}, `Gravity: m g h = ${compact(protocol.mgh)} N m/rad, for ${compact(protocol.mass_kg)} kg above the ankles with the centre of mass at ` +
+      `${compact(protocol.com_height_m)} m. ` + (assumed ? "This body is assumed: values in N m/rad and N m s/rad are not this person\u2019s. " : "") +
+      (network ? "The calculation did not converge, so the answer is the network\u2019s. " : "") +
+      `Bar: the model\u2019s limits.` + (sure ? " Dark: 90% interval." : "") + (known ? " Red line: true value." : "")),
+    element("thead", {}, element("tr", {}, columnHead("Parameter", "", ""), sure ? columnHead("Estimate \u00b1 uncertainty", "1 SD") : columnHead("Estimate"),
+      network ? columnHead("Network") : null, sure ? columnHead("90% interval") : null, known ? columnHead("True") : null,
+      columnHead("Relative to gravity", sure ? "1 = just balances; 90%" : "1 = just balances"),
+      columnHead("Estimate within the model\u2019s limits", "not a normal range", ""))),
+    element("tbody", {}, ...rows)));
+}
+
+// ---- the answer ----------------------------------------------------------------------------------------------------
+
+const verdicts = {
+  usable: "Usable: recording passed all checks", caution: "Caution: read these warnings before you use the values",
+  "not usable": "Not usable: do not use these values",
+};
+
+// Shows if the answer can be used, and the warnings, the most serious first.
 function trustBox({ trust, warnings }) {
-  const verdict = { usable: "Usable: no check found anything odd", caution: "Use with caution", "not usable": "Not usable" }[trust];
+  const serious = warnings.filter(({ severity }) => severity !== "info");
   return element("div", { class: trust === "usable" ? "verdict" : "warning", role: "note", "aria-label": "Can it be used?" },
-    element("strong", {}, verdict),
-    warnings.length === 0 ? null : element("ul", {}, ...warnings.map(({ text, severity }) => element("li", {}, (severity === "info" ? "Note: " : "") + text))));
+    element("strong", {}, verdicts[trust]),
+    serious.length === 0 ? null : element("ul", {}, ...serious.map(({ text }) => element("li", {}, text))));
 }
 
-const describeTilt = tilt => absent(tilt) ? "" : ` By the tilt measured (\u201c${tilt.column}\u201d) the protocol starts ` +
-  `${fixed(tilt.delay_s, 3)} s after the recording (correlation ${fixed(tilt.correlation, 3)}, gain ${fixed(tilt.gain, 3)}).`;
+const describeTilt = tilt => absent(tilt) ? "" : ` Platform movement found at ${fixed(tilt.delay_s, 3)} s ` +
+  `(column \u201c${tilt.column}\u201d, correlation ${fixed(tilt.correlation, 3)}, gain ${fixed(tilt.gain, 3)}).`;
 
-
-// Returns the paragraph about the other command; none if it cannot answer.
-function otherAnswer() {
-  if (absent(report.other_answer)) return [];
-  const { command, adds } = report.other_answer;
-  return [element("p", {}, "Another answer to the same recording: ", element("code", {}, command), `: ${adds}.`)];
+// Describes what decid read, with the notes on what it assumed.
+function aboutRecording({ column, protocol, tilt, warnings }) {
+  const notes = warnings.filter(({ severity }) => severity === "info");
+  return [element("h3", {}, "About the recording"), element("p", { class: "about" }, (column ? `Sway from column \u201c${column}\u201d. ` : "") + describeProtocol(protocol) + describeTilt(tilt)),
+    ...(notes.length === 0 ? [] : [element("ul", { class: "about notes" }, ...notes.map(({ text }) => element("li", {}, "Note: " + text)))])];
 }
 
-// what: "Not identified".
+// Says what to do with the answer.
+function nextSteps({ trust }) {
+  const { command, adds } = report.other_answer ?? {};
+  const other = !command ? null : command === "decid fit" && framed ? element("li", {}, `Detailed analysis (button above): ${adds.replace(/;[^;]*$/, "")}.`)  // the time is the program's
+    : element("li", {}, command === "decid fit" ? "Detailed analysis, " : "Quick estimate, ", element("code", {}, command), `: ${adds}.`);
+  const items = trust === "not usable" ? ["Correct the recording or its settings as described above, then analyse it again."]
+    : [...(trust === "caution" ? ["Follow the advice of each warning above, then analyse the recording again."] : []),
+      "Compare people by the values relative to gravity, from recordings of the same protocol.",
+      "Two recordings whose 90% intervals overlap widely do not differ."];
+  return element("div", {}, element("h3", {}, "What to do next"),
+    element("ul", { class: "plain" }, ...items.map(text => element("li", {}, text)), trust === "not usable" ? null : other));
+}
+
+// what: "Not analysed".
 function failures(what) {
   if (report.failed.length === 0) return;
   document.getElementById("main").append(element("div", { class: "warning", role: "note", "aria-label": what },
@@ -41,10 +124,9 @@ function failures(what) {
 
 // ---- all recordings ------------------------------------------------------------------------------------------------
 
-const trustWords = { usable: "usable", caution: "with caution", "not usable": "not usable" };
 const groupColours = ["--draw", "--again", "--third", "--fourth"];
 const groupOf = index => report.groups ? report.groups.members[index].group : "";
-const reasons = { tilt_of_other_size: "platform tilted another angle", "not usable": "not usable", error: "could not be read" };
+const reasons = { tilt_of_other_size: "platform tilted by another angle", "not usable": "not usable", error: "could not be read" };
 // Returns why a comparison of groups leaves out a recording, or nothing.
 const leftOut = index => report.groups ? report.groups.members[index].left_out : "";
 const peopleText = count => count === 1 ? "1 person" : `${count} people`;
@@ -57,7 +139,7 @@ function quantileOf(sorted, share) {
   return sorted[below] + (place - below) * ((sorted[below + 1] ?? sorted[below]) - sorted[below]);
 }
 
-// Draws one dot per recording over the parameter's range, the middle half as a bar, and the median; one row per group.
+// Draws one dot per recording over the parameter's range, the middle 50% as a bar, and the median; one row per group.
 function strip(parameter, rows) {
   const width = 340, row = 26, left = 6, right = width - 6;
   const x = value => left + (right - left) * Math.min(1, Math.max(0, (value - parameter.low) / (parameter.high - parameter.low)));
@@ -69,7 +151,7 @@ function strip(parameter, rows) {
     const bar = line(x(quantileOf(sorted, 0.25)), middle, x(quantileOf(sorted, 0.75)), middle, "half");
     return [line(left, middle, right, middle, "grid"), dots, bar, line(x(quantileOf(sorted, 0.5)), middle - 8, x(quantileOf(sorted, 0.5)), middle + 8, "median")];
   });
-  return drawing(width, row * rows.length, `${parameter.name} of the recordings over the range ${compact(parameter.low)} to ${compact(parameter.high)}`, children);
+  return drawing(width, row * rows.length, `${parameter.description} of the recordings over the range ${compact(parameter.low)} to ${compact(parameter.high)}`, children);
 }
 
 function summaryTable() {
@@ -84,7 +166,7 @@ function summaryTable() {
     return element("tr", {},
       nameCell(parameter), element("td", { class: "number value" }, `${fixed(mean, decimals)} \u00b1 ${fixed(deviation, decimals)}`),
       cell("Median", fixed(quantileOf(sorted, 0.5), decimals)),
-      cell("Half", `${fixed(quantileOf(sorted, 0.25), decimals)} to ${fixed(quantileOf(sorted, 0.75), decimals)}`),
+      cell("Middle 50%", `${fixed(quantileOf(sorted, 0.25), decimals)} to ${fixed(quantileOf(sorted, 0.75), decimals)}`),
       element("td", { class: "range strip" }, strip(parameter, names.map((name, i) => [name, of(name), groupColours[i % groupColours.length]]))));
   });
   const legend = report.groups ? element("ul", { class: "legend" }, ...names.map((name, i) => {
@@ -92,12 +174,12 @@ function summaryTable() {
     mark.style.background = `var(${groupColours[i % groupColours.length]})`;
     return element("li", {}, mark, `${name} (row ${i + 1})`);
   })) : null;
-  return element("div", {}, element("h3", {}, "The group"), legend, element("div", { class: "scroll" }, element("table", { class: "answer" },
-    element("caption", {}, `Of the ${members.length} recordings that are usable, with caution or without: mean \u00b1 deviation between recordings. Drawn: a dot a ` +
-      "recording over the model\u2019s range, the middle half of them as a bar, the median upright. How sure each value is, is not in these figures." +
-      (report.groups ? " Rows of a group hold the recordings that its comparison counts." : "")),
-    element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), number("Mean \u00b1 deviation"), number("Median"), number("Middle half"),
-      element("th", { scope: "col" }, "Over the range"))),
+  return element("div", {}, element("h3", {}, "Summary"), legend, element("div", { class: "scroll" }, element("table", { class: "answer" },
+    element("caption", {}, `${members.length} recordings, without those that are not usable. SD: standard deviation between recordings; it does not contain the uncertainty of each value. ` +
+      "Dots: one per recording, within the model\u2019s limits (not a normal range). Bar: middle 50%. Vertical line: median." +
+      (report.groups ? " A group\u2019s row shows the recordings that its comparison includes." : "")),
+    element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), number("Mean \u00b1 SD"), number("Median"), number("Middle 50%"),
+      element("th", { scope: "col" }, "Within the model\u2019s limits"))),
     element("tbody", {}, ...rows))));
 }
 
@@ -115,16 +197,17 @@ function comparisonTable(comparison) {
   const number = text => element("th", { scope: "col", class: "number" }, text);
   const [a, b] = groups.map(name => report.groups.groups.find(group => group.name === name));
   const rows = parameters.map((parameter, p) => {
-    const shown = report.recordings[0].parameters[p], decimals = decimalsOf(shown);
+    const shown = report.recordings[0].parameters[p], decimals = decimalsOf(shown), { factor } = shown;
+    const inUnit = value => absent(value) ? "n/a" : fixed(factor * value, decimals);
     const mean = group => {
-      const made = cell(group.name, fixed(group.parameters[p].mean, decimals));
-      made.append(" ", element("small", {}, `\u00b1 ${fixed(group.parameters[p].sd, decimals)}`));
+      const made = cell(group.name, inUnit(group.parameters[p].mean));
+      made.append(" ", element("small", {}, `\u00b1 ${inUnit(group.parameters[p].sd)}`));
       return made;
     };
-    const interval = (heading, limits) => cell(heading, absent(limits[0]) ? "\u2013" : between(limits, decimals));
+    const interval = (heading, limits) => cell(heading, absent(limits[0]) ? "\u2013" : between(limits.map(value => factor * value), decimals));
     const adjusted = interval("Adjusted", parameter.adjusted_interval95), [low, high] = parameter.adjusted_interval95;
     if (low > 0 || high < 0) adjusted.classList.add("strong");
-    return element("tr", {}, nameCell(shown), mean(a), mean(b), cell("Difference", fixed(parameter.difference, decimals)),
+    return element("tr", {}, nameCell(shown), mean(a), mean(b), cell("Difference", inUnit(parameter.difference)),
       interval("95%", parameter.interval95), adjusted, cell("g", absent(parameter.hedges_g) ? "\u2013" : fixed(parameter.hedges_g, 2)));
   });
   const pairs = settings.pairs === 1 ? "" : ` in ${settings.pairs} pairs of groups`;
@@ -156,7 +239,7 @@ function recordingTable(valueCell, [heading, last]) {
     const link = element("a", { href: `#recording-${index + 1}` }, recording.file);
     link.addEventListener("click", () => show(index));
     return element("tr", {},
-      element("th", { scope: "row", class: "file" }, link, recording.trust === "usable" ? null : element("span", { class: "description" }, trustWords[recording.trust])),
+      element("th", { scope: "row", class: "file" }, link, recording.trust === "usable" ? null : element("span", { class: "description" }, recording.trust)),
       grouped ? element("td", {}, groupOf(index) + (leftOut(index) ? ", left out" : "")) : null,
       ...recording.parameters.map(parameter => element("td", { class: "number" }, valueCell(parameter))),
       element("td", { class: "number" }, last(recording)));
@@ -165,8 +248,8 @@ function recordingTable(valueCell, [heading, last]) {
   return element("div", {}, element("h3", {}, "The recordings"), element("div", { class: kind, tabindex: 0, role: "region", "aria-label": "Table of the recordings" },
     element("table", { class: "recordings" },
       element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Recording"), grouped ? element("th", { scope: "col" }, "Group") : null,
-        ...recordings[0].parameters.map(parameter => element("th", { scope: "col", class: "number" }, parameter.name,
-          element("span", { class: "description" }, unitOf(parameter)))),
+        ...recordings[0].parameters.map(parameter => element("th", { scope: "col", class: "number" }, parameter.description,
+          element("span", { class: "description" }, symbolAndUnit(parameter)))),
         element("th", { scope: "col", class: "number" }, heading))),
       element("tbody", {}, ...rows))));
 }
@@ -175,8 +258,8 @@ function contents(valueCell, last) {
   const recordings = report.recordings;
   if (recordings.length < 2) return;
   const count = kind => recordings.filter(({ trust }) => trust === kind).length;
-  const counts = Object.entries(trustWords).map(([kind, words]) => [count(kind), words]).filter(([number]) => number > 0).map(([number, words]) => `${number} ${words}`);
-  const failed = report.failed.length > 0 ? `; ${report.failed.length} more could not be used, see below` : "";
+  const counts = Object.keys(verdicts).filter(kind => count(kind) > 0).map(kind => `${count(kind)} ${kind}`);
+  const unread = report.failed.length, failed = unread > 0 ? `; ${unread} file${unread === 1 ? "" : "s"} could not be read` : "";
   const nav = document.getElementById("contents");
   nav.append(element("h2", {}, `${recordings.length} recordings`), element("p", { class: "about" }, counts.join(", ") + failed + "."));
   if (sound().length > 2) nav.append(summaryTable());
@@ -219,7 +302,7 @@ function sections(fill) {
     const id = `recording-${index + 1}`, title = element("h2", { id: `${id}-title` }, recording.file);
     const made = element("section", { id, "aria-labelledby": `${id}-title` });
     const fold = element("details", { class: "recording" }, element("summary", {}, title,
-      element("span", { class: `badge ${recording.trust.replace(" ", "-")}` }, trustWords[recording.trust])));
+      element("span", { class: `badge ${recording.trust.replace(" ", "-")}` }, recording.trust)));
     made.append(single ? title : fold);
     main.append(made);
     let drawn = false;
@@ -249,17 +332,19 @@ function showNamed() {
   document.getElementById(`recording-${named[1]}`).scrollIntoView();
 }
 
-// Explains how to read the page before trusting a figure. whence: the origin of the values and intervals.
+// Explains how to read the page before trusting a figure. whence: the origin of the values.
 function howToRead(whence) {
   const items = [
-    ["The coloured box", "says whether the recording can be used at all. Read it first."],
-    ["Value and 90 % interval", `${whence} About nine of ten hold the true value, if people are as the model says. Two recordings whose intervals overlap widely do not differ.`],
-    ["Kp, Kd", "active stiffness and damping: how strongly muscles answer to lean and to its speed, by way of the nerves."],
-    ["Kp_pass, Kd_pass", "passive stiffness and damping of ankle, muscle and tendon, without nerves. Most recordings say little of Kp_pass."],
-    ["Nv, theta", "noise of the sense of balance, and the velocity of tilt below which the platform\u2019s movement is not perceived."],
-    ["delay", "the time from sensing to torque, all of it in one number."],
-    ["Value / (m g h)", "stiffness and damping over the torque of gravity on this body: compare persons by these."],
-    ["What is missing here", "normal values. The ranges are those that the model was trained on, not those of healthy people."],
+    ["The coloured box", "says if you can use these values. Read it first."],
+    ["Estimate \u00b1 uncertainty", `${whence} The uncertainty is one standard deviation (1 SD).`],
+    ["90% interval", "It contains the true value in about nine of ten recordings, if the model describes the person."],
+    ["Active stiffness, active damping", "Kp, Kd: how strongly the muscles respond, by way of the nerves, to lean and to its speed."],
+    ["Passive stiffness, passive damping", "Kp_pass, Kd_pass: ankle, muscle and tendon, without nerves. Most recordings hardly determine the passive stiffness."],
+    ["Sensory noise", "Nv: the noise of the sense of balance; 0 is none."],
+    ["Tilt-speed threshold", "theta: the person does not perceive platform tilts slower than this."],
+    ["Reaction delay", "delay: the time from sensing to torque, all of it in one number."],
+    ["Relative to gravity", "Stiffness over the torque of gravity per angle (m g h). At 1, active and passive stiffness together just balance the body. Damping relative to gravity is in seconds."],
+    ["No normal values", "The model\u2019s limits are the range of its training trials, not the range of healthy people."],
   ];
   const made = element("details", { class: "help" }, element("summary", {}, "How to read this"),
     element("dl", {}, ...items.flatMap(([name, text]) => [element("dt", {}, name), element("dd", {}, text)])));

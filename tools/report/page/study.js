@@ -20,10 +20,10 @@ function comparison() {
 function distributions(set) {
   const digits = value => absent(value) ? "n/a" : minus(String(Number(value.toPrecision(5))));
   return element("div", { class: "scroll" }, element("table", {},
-    element("caption", {}, "Distribution of the trials\u2019 parameters after enrichment, beside the paper\u2019s table. No variable " +
-      "within the paper\u2019s ranges can have its deviations; ours stays within."),
-    element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), number("Mean"), number("Deviation"),
-      number("Paper\u2019s mean"), number("Paper\u2019s deviation"))),
+    element("caption", {}, "Distribution of the trials\u2019 parameters after enrichment, and the paper\u2019s table. No variable " +
+      "within the paper\u2019s ranges can have the paper\u2019s standard deviations."),
+    element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), number("Mean"), number("SD"),
+      number("Paper\u2019s mean"), number("Paper\u2019s SD"))),
     element("tbody", {}, ...Object.entries(set.after_enrichment).map(([name, { mean, deviation }]) => element("tr", {},
       element("th", { scope: "row" }, name),
       ...cells([mean, deviation, report.paper.mean[name], report.paper.deviation[name]].map(digits)))))));
@@ -32,8 +32,8 @@ function distributions(set) {
 function faults() {
   return element("div", { class: "scroll" }, element("table", {},
     element("caption", {}, report.faults_convention),
-    element("thead", {}, element("tr", {}, element("th", { scope: "col" }), number("MSE"), number("Promised"),
-      number("In 90 %"), number("Warned"))),
+    element("thead", {}, element("tr", {}, element("th", { scope: "col" }), number("MSE"), number("Predicted variance"),
+      number("90% coverage"), number("Warned"))),
     element("tbody", {}, ...report.fault_rows.map(([what, values]) =>
       element("tr", {}, element("th", { scope: "row" }, what), ...cells(values))))));
 }
@@ -52,14 +52,14 @@ const { errors, data_set, training, double_pendulum } = report;
 main.append(element("h2", {}, report.model), element("p", { class: "about" }, describeProtocol(report.protocol)));
 const quoted = errors.validation ?? errors.fresh;
 main.append(element("dl", { class: "figures" },
-  figure(errors.validation ? "Validation MSE" : "MSE on fresh trials", fixed(quoted.mse, 4),
+  figure(errors.validation ? "Validation MSE" : "MSE on test trials", fixed(quoted.mse, 4),
     `MATLAB\u2019s loss ${fixed(quoted.matlab_loss, 4)}; the paper prints ${report.paper.validation_loss}`),
   ...(training ? [figure("Epochs", String(training.epochs), `the model of epoch ${training.kept_epoch} was kept`)] : []),
   ...(double_pendulum ? [figure("Double pendulum, SE", fixed(double_pendulum.squared_error, 2),
     `the paper prints ${report.paper.double_pendulum_squared_error}`)] : []),
   ...Object.entries(report.seconds).map(([name, seconds]) => figure(`Time, ${name}`, `${compact(seconds)} s`, ""))));
 if (report.notes.length > 0) main.append(element("div", { class: "warning" }, element("ul", {}, ...report.notes.map(note => element("li", {}, note)))));
-main.append(element("h3", {}, "Beside the paper"), comparison());
+main.append(element("h3", {}, "Comparison with the paper"), comparison());
 if (data_set) main.append(element("h3", {}, "Parameters of the trials"), distributions(data_set));
 if (report.fault_rows.length > 0) main.append(element("h3", {}, "Recordings with faults"), faults());
 for (const one of report.comparisons) main.append(...methodComparison(one));

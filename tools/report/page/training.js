@@ -17,24 +17,23 @@ document.title = `${report.model} \u2013 training`;
 document.getElementById("main").append(
   element("h2", {}, report.model), element("p", { class: "about" }, `Preset ${report.preset}. ` + describeProtocol(report.protocol)),
   element("dl", { class: "figures" },
-    figure("Epochs", `${log.length} of ${epochs}`, report.finished ? "finished" : "this page is rewritten after each; load it anew"),
+    figure("Epochs", `${log.length} of ${epochs}`, report.finished ? "finished" : "decid rewrites this page after each; reload it"),
     figure("Validation MSE", fixed(kept.validation, 4), `of epoch ${kept.epoch}; guessing the mean gives 1`),
     figure("Best epoch", String(best), `validation MSE ${fixed(log[best - 1].validation, 4)}`),
-    figure("Trials an epoch", String(report.training_trials),
+    figure("Trials per epoch", String(report.training_trials),
       `in batches of ${report.batch}; ${report.validation_trials} for validation`)));
 const mse = "Mean squared error of the parameters, in units of their variance: guessing the mean gives 1.";
 if (distribution) {
-  chart("Validation error", mse + " On trials that the network does not learn from.",
+  chart("Validation error", mse + " Measured on trials that are not in the training.",
     `Line chart: validation error over ${log.length} epochs`, "MSE", [{ key: "validation", name: "Validation" }]);
-  chart("Training loss", "What the network learns by: minus the logarithm of the density that it gives the true parameters, " +
-    "a parameter. It may be below 0.", `Line chart: training loss over ${log.length} epochs`, "Loss",
+  chart("Training loss", "Minus the logarithm of the predicted density at the true parameters, per parameter. It may be below 0.", `Line chart: training loss over ${log.length} epochs`, "Loss",
     [{ key: "training", name: "Training" }]);
 } else {
-  chart("Error", mse + " A validation error that rises while that of the training falls shows trials learnt by heart.",
+  chart("Error", mse + " If the validation error rises while the training error falls, the network is overfitted.",
     `Line chart: training and validation error over ${log.length} epochs`, "MSE",
     [{ key: "training", name: "Training" }, { key: "validation", name: "Validation" }]);
 }
-chart("Learning rate", "Of each epoch\u2019s last step.", `Line chart: learning rate, ${compact(last.rate)} in the end`, "Rate",
+chart("Learning rate", "Learning rate of the last step of each epoch.", `Line chart: learning rate, ${compact(last.rate)} in the end`, "Rate",
   [{ key: "rate", name: "Learning rate" }]);
 document.getElementById("footer").append(element("p", {}, "decid ", report.version, "."));
 finish();

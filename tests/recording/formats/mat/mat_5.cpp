@@ -134,19 +134,19 @@ TEST_CASE("version 4: a type that is none, and claims that are too large, are re
         [&] {
           read_mat_4(variable_4<double>(0, {1, 2}) + variable_4<double>(type, {1, 2}), "trial.mat");
         },
-        {"trial.mat", "damaged"});
+        Code::file_damaged, "trial.mat");
   }
   CHECK(mat_version("too short") == MatVersion::none);
   check_error(
       [] {
         read_mat_4(bytes_of<std::uint32_t>({0, 4'000'000'000, 4'000'000'000, 0, 1}, true) + '\0', "trial.mat");
       },
-      {"trial.mat", "claims too many values"});
+      Code::file_too_large, "trial.mat");
   // No rows, none of 4 billion columns, and one name for all of 10,001.
   std::string many;
   for (int i = 0; i < max_mat_variables; ++i) many += bytes_of<std::uint32_t>({0, 0, 4'000'000'000, 0, 1}, true) + '\0';
   CHECK(read_mat_4(many, "x").size() == std::size_t{max_mat_variables});
-  check_error([&] { read_mat_4(many + many.substr(0, 21), "trial.mat"); }, {"more than 10000 variables"});
+  check_error([&] { read_mat_4(many + many.substr(0, 21), "trial.mat"); }, Code::file_too_large, "10000 variables");
 }
 
 TEST_CASE("version 5: numbers of every type, in either byte order") {
@@ -168,8 +168,8 @@ TEST_CASE("version 5: numbers of every type, in either byte order") {
     CHECK(read(9, bytes_of<double>({3, 100}, little)) == expected);
     CHECK(read(12, bytes_of<std::int64_t>({3, 100}, little)) == expected);
     CHECK(read(13, bytes_of<std::uint64_t>({3, 100}, little)) == expected);
-    check_error([&] { read(8, std::string(16, '\0')); }, {"damaged"});
-    check_error([&] { read(9, bytes_of<double>({3}, little)); }, {"cut short or damaged"});
+    check_error([&] { read(8, std::string(16, '\0')); }, Code::file_damaged);
+    check_error([&] { read(9, bytes_of<double>({3}, little)); }, Code::file_damaged);
     CHECK(mat_version(mat.file("")) == MatVersion::v5);
   }
   const Mat5 mat;
@@ -195,7 +195,7 @@ TEST_CASE("version 5: every class has its kind") {
   CHECK(read(16) == Kind::function);
   CHECK(read(double_class | 0x0800) == Kind::complex);
   for (const std::uint32_t none : {0u, 18u, 255u})
-    check_error(reading_5(mat.matrix(mat.head(none, 1, 0))), {"trial.mat", "damaged"});
+    check_error(reading_5(mat.matrix(mat.head(none, 1, 0))), Code::file_damaged, "trial.mat");
   // MATLAB's own objects: only their class is read, and a variable without a name is ignored.
   const std::string flags = mat.element(6, bytes_of<std::uint32_t>({17, 0}, true));
   const auto objects = read_mat_5(mat.file(mat.matrix(flags + mat.element(1, "table")) +
@@ -219,8 +219,8 @@ TEST_CASE("version 5: every class has its kind") {
   REQUIRE(more.size() == 1);
   CHECK_FALSE(more[0].is_matrix);
   CHECK(more[0].values.empty());
-  check_error([&] { of_sizes({1000, 1000, 1000}); }, {"x claims too many values"});
-  check_error([&] { of_sizes({1, 2, -3}); }, {"damaged"});
+  check_error([&] { of_sizes({1000, 1000, 1000}); }, Code::file_too_large);
+  check_error([&] { of_sizes({1, 2, -3}); }, Code::file_damaged);
 }
 
 TEST_CASE("version 5: structures have fields, arrays of them and cells elements") {
@@ -265,13 +265,17 @@ TEST_CASE("version 5: structures have fields, arrays of them and cells elements"
   CHECK(cells(2, field + field)[1].values == std::vector{1.0, 2.0});
   CHECK(cells(2, field).size() == 1);
   CHECK(cells(6000, field).empty());
-  check_error([&] { cells(2, mat.element(9, bytes_of<double>({1, 2}, true))); }, {"trial.mat", "damaged"});
+  check_error([&] { cells(2, mat.element(9, bytes_of<double>({1, 2}, true))); }, Code::file_damaged, "trial.mat");
   CHECK(read(1, 1, 0, names, field + field).empty());
   CHECK(read(1, 1, 8, "", "").empty());
-  check_error([&] { read(1, 1, 8, names, mat.element(9, bytes_of<double>({1, 2}, true))); }, {"trial.mat", "damaged"});
+  check_error(
+      [&] {
+        read(1, 1, 8, names, mat.element(9, bytes_of<double>({1, 2}, true)));
+      },
+      Code::file_damaged, "trial.mat");
   check_error(reading_5(mat.matrix(mat.head(struct_class, 1, 1) + mat.small(6, bytes_of<std::uint32_t>({8}, true)) +
                                    mat.element(1, names) + field)),
-              {"trial.mat", "damaged"});
+              Code::file_damaged, "trial.mat");
   // Deeper than is read: there, and empty.
   std::string deep =
       mat.head(struct_class, 1, 1, "") + mat.small(5, bytes_of<std::int32_t>({8}, true)) + mat.element(1, "");
@@ -307,25 +311,26 @@ TEST_CASE("version 5: text has rows, an object its class") {
   const std::string object =
       mat.file(mat.matrix(flags + mat.element(1, "ts") + mat.element(1, "MCOS") + mat.element(1, "timeseries")));
   CHECK(read_mat_5(object, "x").front().text == Strings{"timeseries"});
-  check_error([&] { MatTable(object, "trial.mat"); }, {"ts (timeseries object)", "ts.Time", "ts.Data"});
+  check_error([&] { MatTable(object, "trial.mat"); }, Code::file_empty, "ts.Time");
   const std::string table =
       mat.file(mat.matrix(flags + mat.element(1, "T") + mat.element(1, "MCOS") + mat.element(1, "timetable")));
-  check_error([&] { MatTable(table, "trial.mat"); }, {"T (timetable object)", "writetable"});
+  check_error([&] { MatTable(table, "trial.mat"); }, Code::file_empty);
 }
 
 TEST_CASE("version 5: a matrix that begins or claims otherwise is refused") {
   const Mat5 mat;
   const std::string flags = mat.element(6, bytes_of<std::uint32_t>({6, 0}, true)), name = mat.element(1, "x");
-  check_error(reading_5(mat.matrix(mat.element(5, bytes_of<std::int32_t>({6, 0}, true)))), {"trial.mat", "damaged"});
-  check_error(reading_5(mat.matrix(mat.small(6, "ab"))), {"damaged"});
-  check_error(reading_5(mat.matrix(flags + mat.element(6, bytes_of<std::uint32_t>({2, 1}, true)) + name)), {"damaged"});
-  check_error(reading_5(mat.matrix(flags + mat.size(-1, 1) + name)), {"damaged"});
-  check_error(reading_5(mat.matrix(flags + mat.size(1, -1) + name)), {"damaged"});
-  check_error(reading_5(mat.matrix(mat.head(double_class, 1, 1, std::string(2000, 'n')))), {"damaged, in a name"});
-  check_error(reading_5(mat.matrix(mat.head(double_class, 2'000'000'000, 2'000'000'000))),
-              {"x claims too many values"});
-  check_error(reading_5(mat.matrix(mat.head(double_class, 10'000'001, 1))), {"x has more than 10 million values"});
-  check_error(reading_5(bytes_of<std::uint32_t>({5u << 16 | 1, 0}, true)), {"damaged"});
+  check_error(reading_5(mat.matrix(mat.element(5, bytes_of<std::int32_t>({6, 0}, true)))), Code::file_damaged,
+              "trial.mat");
+  check_error(reading_5(mat.matrix(mat.small(6, "ab"))), Code::file_damaged);
+  check_error(reading_5(mat.matrix(flags + mat.element(6, bytes_of<std::uint32_t>({2, 1}, true)) + name)),
+              Code::file_damaged);
+  check_error(reading_5(mat.matrix(flags + mat.size(-1, 1) + name)), Code::file_damaged);
+  check_error(reading_5(mat.matrix(flags + mat.size(1, -1) + name)), Code::file_damaged);
+  check_error(reading_5(mat.matrix(mat.head(double_class, 1, 1, std::string(2000, 'n')))), Code::file_damaged);
+  check_error(reading_5(mat.matrix(mat.head(double_class, 2'000'000'000, 2'000'000'000))), Code::file_too_large);
+  check_error(reading_5(mat.matrix(mat.head(double_class, 10'000'001, 1))), Code::file_too_large, "10 million");
+  check_error(reading_5(bytes_of<std::uint32_t>({5u << 16 | 1, 0}, true)), Code::file_damaged);
   CHECK(read_mat_5(mat.file(mat.matrix("")), "x").empty());
   CHECK(only(read_mat_5(
                  mat.file(mat.matrix(mat.head(double_class, 2, 1) + mat.element(9, bytes_of<double>({1, 2}, true)))),
@@ -334,7 +339,7 @@ TEST_CASE("version 5: a matrix that begins or claims otherwise is refused") {
   std::string many;
   for (int i = 0; i < max_mat_variables; ++i) many += mat.matrix(mat.head(double_class, 0, 1));
   CHECK(read_mat_5(mat.file(many), "x").size() == std::size_t{max_mat_variables});
-  check_error(reading_5(many + mat.matrix(mat.head(double_class, 0, 1))), {"more than 10000 variables"});
+  check_error(reading_5(many + mat.matrix(mat.head(double_class, 0, 1))), Code::file_too_large, "10000 variables");
 }
 
 TEST_CASE("version 7: a compressed element is one whole matrix of its stated length") {
@@ -343,10 +348,10 @@ TEST_CASE("version 7: a compressed element is one whole matrix of its stated len
   CHECK(only(read_mat_5(mat.file(deflated(whole)), "x")) == std::vector{3.0, 4.0});
   CHECK(read_mat_5(mat.file(deflated(mat.matrix(""))), "x").empty());
   CHECK(read_mat_5(mat.file(deflated(mat.element(9, bytes_of<double>({3, 4}, true)))), "x").empty());
-  check_error(reading_5(deflated("short")), {"damaged, in its compressed data"});
-  check_error(reading_5(deflated(whole.substr(0, whole.size() - 8))), {"damaged, in its compressed data"});
-  check_error(reading_5(deflated(whole + std::string(64, '\0'))), {"damaged, in its compressed data"});
-  check_error(reading_5(mat.tag(15, 16) + std::string(16, 'z')), {"damaged, in its compressed data"});
+  check_error(reading_5(deflated("short")), Code::file_damaged);
+  check_error(reading_5(deflated(whole.substr(0, whole.size() - 8))), Code::file_damaged);
+  check_error(reading_5(deflated(whole + std::string(64, '\0'))), Code::file_damaged);
+  check_error(reading_5(mat.tag(15, 16) + std::string(16, 'z')), Code::file_damaged);
 }
 
 TEST_CASE("kinds of variables that are no columns are named; wide and narrow matrices have theirs by number") {
@@ -356,17 +361,15 @@ TEST_CASE("kinds of variables that are no columns are named; wide and narrow mat
   const std::string nothing =
       mat.file(mat.matrix(mat.head(5, 3, 1, "s")) + mat.matrix(mat.head(16, 1, 1, "f")) +
                mat.matrix(mat.head(3, 1, 1, "o")) + mat.matrix(mat.head(struct_class, 2, 1, "t") + fields));
-  check_error([&] { MatTable(nothing, "trial.mat"); },
-              {"trial.mat", "holds no vector or matrix of numbers", "s (3 x 1 sparse)", "f (1 x 1 function)",
-               "o (1 x 1 object)", "t (2 x 1 struct)"});
-  check_error([&] { MatTable(mat.file(""), "trial.mat"); }, {"trial.mat", "holds no variables"});
+  check_error([&] { MatTable(nothing, "trial.mat"); }, Code::file_empty, "3 x");
+  check_error([&] { MatTable(mat.file(""), "trial.mat"); }, Code::file_empty, "trial.mat");
   check_error(
       [&] {
         MatTable(mat.file(mat.matrix(mat.head(double_class, 1002, 1001, "m") +
                                      mat.element(1, std::string(1002 * 1001, '\x01')))),
                  "trial.mat");
       },
-      {"has 1001 columns", "at most 1000"});
+      Code::file_too_large, "1001 columns");
   const MatTable table(
       mat.file(mat.matrix(mat.head(double_class, 1, 1, "fs") + mat.small(1, "\x32")) +
                mat.matrix(mat.head(double_class, 2, 3, "w") + mat.element(1, std::string("\1\2\3\4\5\6")))),
@@ -380,5 +383,5 @@ TEST_CASE("kinds of variables that are no columns are named; wide and narrow mat
   const MatTable bad(
       mat.file(mat.matrix(mat.head(double_class, 2, 1) + mat.element(9, bytes_of<double>({1, infinite}, true)))),
       "trial.mat");
-  check_error([&] { bad.numbers(0, Missing::kept); }, {"trial.mat", "an infinite value is not a finite number"});
+  check_error([&] { bad.numbers(0, Missing::kept); }, Code::value_invalid, "trial.mat");
 }

@@ -1,0 +1,318 @@
+// Sample times: see clock.hpp. Cubic interpolation is Lagrange's through four points. At a hundredth of the sample rate
+// it errs by less than (2 pi / 100)^4 3 / 128 = 4e-7 of the amplitude.
+#include "recording/detail/clock.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/error.hpp"
+#include "base/math/statistics.hpp"
+#include "base/setting.hpp"
+#include "recording/recording.hpp"
+#include "recording/table/columns.hpp"
+
+namespace decid::recording {
+
+namespace {
+
+/// In median steps. No clock makes a step that differs by more than `gross` from every whole number of median steps.
+constexpr double even = 0.01, gross = 0.3;
+/// Steps longer than this make interpolated sway a guess; docs/reference/accuracy.md has the measurement.
+constexpr double long_step_s = 0.1;
+
+/// An even grid fitted to times by least squares.
+struct Grid {
+  double step;   ///< in the column's unit
+  double width;  ///< from the earliest to the latest time, counted from the grid
+};
+
+Grid fit_grid(const std::vector<double>& time) {
+  const double n = static_cast<double>(time.size());
+  const double mean_k = 0.5 * (n - 1.0);
+  double mean = 0.0, product = 0.0;
+  for (const double t : time) mean += (t - time.front()) / n;
+  for (std::size_t k = 0; k < time.size(); ++k) {
+    product += (static_cast<double>(k) - mean_k) * (time[k] - time.front() - mean);
+  }
+  const double step = product / (n * (n * n - 1.0) / 12.0);
+  double low = 0.0, high = 0.0;
+  for (std::size_t k = 0; k < time.size(); ++k) {
+    const double off = time[k] - time.front() - step * static_cast<double>(k);
+    low = std::min(low, off);
+    high = std::max(high, off);
+  }
+  return {step, high - low};
+}
+
+/// Returns true if every time is a whole multiple of `resolution`.
+bool are_multiples(const std::vector<double>& time, double resolution) {
+  return std::ranges::all_of(time,
+                             [&](double t) { return std::abs(t / resolution - std::round(t / resolution)) < 1e-3; });
+}
+
+/// Returns the step of an even grid whose rounded values are the times, in the column's unit. Rounding moves a time by
+/// half a unit in either direction, so rounded times lie within one unit of a straight line.
+std::optional<double> rounded_step(const std::vector<double>& time, double unit_s) {
+  const Grid grid = fit_grid(time);
+  for (const double resolution_s : {1e-3, 1e-4}) {
+    const double resolution = resolution_s / unit_s;
+    if (grid.width <= 1.05 * resolution && 3.0 * resolution <= grid.step && are_multiples(time, resolution))
+      return grid.step;
+  }
+  return {};
+}
+
+/// Returns the clock of an even grid whose times are rounded so coarsely that samples share them. Returns nothing for
+/// other times.
+std::optional<Clock> coarse_clock(const std::vector<double>& time, double unit_s, const std::string& name) {
+  if (time.size() < 100 || time.back() <= time.front() || !std::ranges::is_sorted(time) ||
+      std::ranges::adjacent_find(time) == time.end())
+    return {};
+  // A duplicated row is a different fault.
+  std::size_t shared = 0;
+  for (std::size_t k = 1; k < time.size(); ++k) shared += time[k] == time[k - 1] ? 1 : 0;
+  if (10 * shared < time.size()) return {};
+  const auto [step, width] = fit_grid(time);
+  const double n = static_cast<double>(time.size());
+  for (const double resolution_s : {1e-3, 1e-2, 1e-1}) {
+    const double resolution = resolution_s / unit_s;
+    if (width > 1.05 * resolution || n * step < 100.0 * resolution || !are_multiples(time, resolution)) continue;
+    Clock clock;
+    clock.rate_hz = 1.0 / (step * unit_s);
+    const double nearest = std::round(clock.rate_hz);
+    if (std::abs(nearest / clock.rate_hz - 1.0) * n < 0.5 * resolution_s * clock.rate_hz) clock.rate_hz = nearest;
+    clock.is_caution = true;
+    clock.warning = "the times of '" + name + "' are rounded to " + six_digits(resolution_s) +
+                    " s, so several samples share a time: decid assumes an even rate of " + six_digits(clock.rate_hz) +
+                    " Hz";
+    return clock;
+  }
+  return {};
+}
+
+/// Adds a warning about uneven times. `largest`: the largest distance of a step from its place, in samples.
+void warn_of_uneven_times(Clock& clock, double largest, double longest_step_s, const std::string& name,
+                          const std::string& setting_name) {
+  clock.is_caution = longest_step_s > long_step_s;
+  clock.warning = "the times of '" + name + "' are uneven, steps differ by up to " + three_digits(100.0 * largest) +
+                  "% of a sample: interpolated to " + six_digits(clock.rate_hz) + " Hz" +
+                  (clock.is_caution ? ", over up to " + three_digits(longest_step_s) + " s" : "") + "; give " +
+                  setting_name + " if the samples are evenly spaced";
+}
+
+/// Returns the clock of times that follow no grid, as headsets and webcams time their frames. Returns nothing for other
+/// times: a few uneven steps are a fault.
+std::optional<Clock> clock_without_grid(const std::vector<double>& time, const std::vector<double>& steps, double usual,
+                                        double unit_s) {
+  constexpr std::size_t fewest_steps = 100, uneven_divisor = 10;  // one in ten
+  constexpr double gap_steps = 2.5;
+  const auto is_uneven = [&](double step) {
+    return std::abs(step - std::max(1.0, std::round(step / usual)) * usual) > even * usual;
+  };
+  if (steps.size() < fewest_steps || std::ranges::any_of(steps, [](double step) { return !(step > 0.0); })) return {};
+  if (uneven_divisor * static_cast<std::size_t>(std::ranges::count_if(steps, is_uneven)) < steps.size()) return {};
+  double sum = 0.0, count = 0.0;
+  for (const double step : steps) {
+    if (step > gap_steps * usual) continue;
+    sum += step;
+    count += 1.0;
+  }
+  const double per_unit = count / sum;
+  if (!((time.back() - time.front()) * per_unit < static_cast<double>(max_rows))) return {};
+  Clock clock;
+  clock.rate_hz = near_whole(per_unit / unit_s);
+  clock.gap = gap_steps * usual * per_unit;
+  for (const double t : time) clock.place.push_back((t - time.front()) * per_unit);
+  return clock;
+}
+
+}  // namespace
+
+Clock read_clock(const Table& table, int column, const std::string& where, const std::string& setting_name) {
+  const std::string& name = table.names()[static_cast<std::size_t>(column)];
+  const std::vector<double> time = table.times(column);
+  const double unit_s = time_unit_s(name);
+  std::vector<double> steps(time.size() - 1);
+  for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = time[i + 1] - time[i];
+  const double usual = median(steps);
+  const auto is_even = [&](double step) { return step > 0.0 && std::abs(step - usual) <= even * usual; };
+  const double last = static_cast<double>(steps.size());
+  if (const std::optional<Clock> rounded = coarse_clock(time, unit_s, name)) return *rounded;
+  if (usual < 0.0)
+    throw Error(Code::times_uneven, where, "'" + name + "' runs backwards",
+                "reverse the rows, or give " + setting_name + " if the samples are in order");
+  Clock clock;
+  if (std::all_of(steps.begin(), steps.end(), is_even)) {
+    // Steps agree with the median to 1%; their mean is exact where the times were rounded.
+    clock.rate_hz = near_whole(1.0 / ((time.back() - time.front()) / last * unit_s));
+    return clock;
+  }
+  const auto describe_step = [&](std::size_t i) {
+    const std::string here = table.place_of(i + 1) + ": '" + name + "' ";
+    if (steps[i] == 0.0) return here + "repeats";
+    if (steps[i] < 0.0) return here + "goes backwards, by " + six_digits(-steps[i]);
+    return here + "steps by " + six_digits(steps[i]) + ", elsewhere by " + six_digits(usual);
+  };
+  for (std::size_t i = 0; i < steps.size(); ++i)
+    if (usual > 0.0 && steps[i] < -10.0 * usual && time[i + 1] <= time.front() + usual)
+      throw Error(Code::recording_ambiguous, where,
+                  table.place_of(i + 1) + ": '" + name + "' starts again: the file holds several recordings",
+                  "save each recording as its own file");
+  if (const std::optional<double> step = rounded_step(time, unit_s)) {
+    clock.rate_hz = near_whole(1.0 / (*step * unit_s));
+    // A whole number of samples per second is likelier than a rate slightly off; rounded times fit both.
+    const double whole = std::round(clock.rate_hz);
+    if (std::abs(whole / clock.rate_hz - 1.0) * last < 0.5 * 1e-3 * clock.rate_hz) clock.rate_hz = whole;
+    return clock;
+  }
+  const auto first_uneven = [&] {
+    return describe_step(static_cast<std::size_t>(std::ranges::find_if_not(steps, is_even) - steps.begin()));
+  };
+  if (std::optional<Clock> free = clock_without_grid(time, steps, usual, unit_s)) {
+    free->first_uneven = first_uneven();
+    double largest = 0.0, longest = 0.0;
+    for (std::size_t i = 1; i < free->place.size(); ++i) {
+      const double step = free->place[i] - free->place[i - 1];
+      if (step > free->gap) continue;
+      largest = std::max(largest, std::abs(step - 1.0));
+      longest = std::max(longest, step);
+    }
+    warn_of_uneven_times(*free, largest, longest / free->rate_hz, name, setting_name);
+    return *free;
+  }
+  double places = 0.0;  // of the last sample
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const double multiple = std::round(steps[i] / usual);
+    if (usual <= 0.0 && steps[i] > 0.0) continue;  // a later step is the one to report
+    // The condition is written so that a NaN step fails. No gap is as long as the longest recording.
+    if (steps[i] > 0.0 && multiple >= 1.0 && std::abs(steps[i] - multiple * usual) <= gross * usual &&
+        places + multiple < static_cast<double>(max_rows)) {
+      places += multiple;
+      continue;
+    }
+    throw Error(Code::times_uneven, where, describe_step(i),
+                "correct the times, or give " + setting_name + " if the samples are evenly spaced");
+  }
+  clock.first_uneven = first_uneven();
+  clock.rate_hz = near_whole(places / ((time.back() - time.front()) * unit_s));
+  const double per_unit = places / (time.back() - time.front());
+  double largest = 0.0;
+  for (std::size_t i = 0; i < time.size(); ++i) {
+    clock.place.push_back((time[i] - time.front()) * per_unit);
+    if (i > 0) {
+      const double step = clock.place[i] - clock.place[i - 1];
+      largest = std::max(largest, std::abs(step - std::max(1.0, std::round(step))));
+    }
+  }
+  if (largest > even) warn_of_uneven_times(clock, largest, (1.0 + largest) / clock.rate_hz, name, setting_name);
+  return clock;
+}
+
+std::vector<std::size_t> restarts(const Table& table, int column) {
+  constexpr std::size_t fewest = 20;
+  std::vector<double> time;
+  try {
+    time = table.times(column);
+  } catch (const Error&) {  // the file has no times
+  }
+  if (time.size() < fewest) return {};
+  std::vector<double> steps(time.size() - 1);
+  for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = time[i + 1] - time[i];
+  const auto [first, last] = std::ranges::minmax(time);
+  const double usual = median(steps), far = 0.1 * (last - first);
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 1; i < steps.size(); ++i) {
+    const bool at_front = steps[i] < -10.0 * usual && time[i + 1] <= time.front() + usual;
+    if (!(-steps[i] > far || (usual > 0.0 && at_front))) continue;
+    const bool is_single = steps[i - 1] >= far || (i + 1 < steps.size() && steps[i + 1] >= far);
+    if (!is_single) rows.push_back(i + 1);
+  }
+  return rows;
+}
+
+std::vector<double> place_evenly(const std::vector<double>& values, const Clock& clock) {
+  if (clock.place.empty()) return values;
+  const std::vector<double>& place = clock.place;
+  const auto count = static_cast<std::size_t>(std::floor(place.back() + even)) + 1;
+  std::vector<double> result(count, std::numeric_limits<double>::quiet_NaN());
+  const auto apart = [&](std::size_t i) { return place[i + 1] - place[i] > clock.gap; };
+  const auto is_close = [&](std::size_t i) { return place[i + 1] - place[i] < gross; };
+  std::size_t i = 0;  // the samples around j are i and i + 1
+  for (std::size_t j = 0; j < count; ++j) {
+    const double at = static_cast<double>(j);
+    while (i + 2 < place.size() && place[i + 1] <= at) ++i;
+    const bool second = at - place[i] > place[i + 1] - at;
+    const std::size_t nearest = second ? i + 1 : i;
+    if (std::abs(place[nearest] - at) <= even || (apart(i) && std::abs(place[nearest] - at) <= gross)) {
+      result[j] = values[nearest];
+      continue;
+    }
+    if (apart(i)) continue;
+    const bool inner = i > 0 && i + 2 < place.size() && !apart(i - 1) && !apart(i + 1) && !is_close(i - 1) &&
+                       !is_close(i) && !is_close(i + 1) && std::isfinite(values[i - 1]) && std::isfinite(values[i + 2]);
+    const std::size_t first = inner ? i - 1 : i, last = inner ? i + 2 : i + 1;
+    double sum = 0.0;
+    for (std::size_t a = first; a <= last; ++a) {
+      double weight = 1.0;
+      for (std::size_t b = first; b <= last; ++b) {
+        if (a != b) weight *= (at - place[b]) / (place[a] - place[b]);
+      }
+      sum += weight * values[a];
+    }
+    result[j] = sum;  // NaN if a neighbour is missing
+  }
+  return result;
+}
+
+std::string fill_gaps(std::vector<double>& values, double rate_hz, double longest_s, const std::string& name,
+                      const std::string& where) {
+  std::size_t gaps = 0, filled = 0, longest = 0, all = 0;
+  for (std::size_t k = 0, length = 0; k < values.size(); ++k) {
+    length = std::isnan(values[k]) ? length + 1 : 0;
+    all = std::max(all, length);
+  }
+  const double all_s = static_cast<double>(all) / rate_hz;
+  for (std::size_t begin = 0; begin < values.size(); ++begin) {
+    if (!std::isnan(values[begin])) continue;
+    std::size_t end = begin;
+    while (end < values.size() && std::isnan(values[end])) ++end;
+    const std::size_t length = end - begin;
+    const double length_s = static_cast<double>(length) / rate_hz;
+    if (length == values.size())
+      throw Error(Code::value_missing, where, "all values of " + name + " are missing", "name another column");
+    if (length_s > longest_s * (1.0 + 1e-9)) {
+      throw Error(Code::value_missing, where,
+                  name + " lacks " + std::to_string(length) + (length == 1 ? " sample (" : " samples (") +
+                      six_digits(length_s) + " s) from " + six_digits(static_cast<double>(begin) / rate_hz) +
+                      " s after the first one" +
+                      (longest_s > 0.0 ? ", more than " + setting("fill_gaps") + " " + six_digits(longest_s) : ""),
+                  all_s > longest_gap_s ? "its longest gap, " + six_digits(all_s) +
+                                              " s, is too long to interpolate: give the part before or after it"
+                                        : setting("fill_gaps") + " " + six_digits(std::ceil(all_s * 1e4) / 1e4) +
+                                              " interpolates all its gaps");
+    }
+    for (std::size_t k = begin; k < end; ++k) {
+      if (begin == 0) {
+        values[k] = values[end];
+      } else if (end == values.size()) {
+        values[k] = values[begin - 1];
+      } else {
+        const double part = static_cast<double>(k - begin + 1) / static_cast<double>(length + 1);
+        values[k] = values[begin - 1] + part * (values[end] - values[begin - 1]);
+      }
+    }
+    ++gaps;
+    filled += length;
+    longest = std::max(longest, length);
+    begin = end;
+  }
+  if (gaps == 0) return {};
+  return std::to_string(filled) + (filled == 1 ? " missing value of " : " missing values of ") + name + " in " +
+         std::to_string(gaps) + (gaps == 1 ? " gap" : " gaps") + ", the longest " +
+         six_digits(static_cast<double>(longest) / rate_hz) + " s, " + (filled == 1 ? "is" : "are") +
+         " interpolated (" + three_digits(100.0 * static_cast<double>(filled) / static_cast<double>(values.size())) +
+         "% of the recording)";
+}
+
+}  // namespace decid::recording

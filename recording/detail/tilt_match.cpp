@@ -1,0 +1,108 @@
+// Cross-correlation by FFT, normalised by the standard deviation of the measured tilt in each window: see
+// tilt_match.hpp.
+#include "recording/detail/tilt_match.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "sim/fft.hpp"
+
+namespace decid::recording {
+
+namespace {
+
+/// The fraction of a constant signal's squares that rounding may leave after its mean is subtracted: 1e-10 of its size,
+/// squared.
+constexpr double still = 1e-20;
+
+}  // namespace
+
+struct TiltMatcher::Spectrum {
+  sim::RealFft fft;
+  std::vector<sim::Complex> conjugates;
+};
+
+TiltMatcher::TiltMatcher(std::vector<double> expected, int overhang)
+    : expected_(std::move(expected)), overhang_(static_cast<std::size_t>(overhang)) {
+  double mean = 0.0;
+  for (const double value : expected_) mean += value / static_cast<double>(expected_.size());
+  for (double& value : expected_) {
+    size_ += value * value;
+    value -= mean;
+    energy_ += value * value;
+  }
+}
+
+TiltMatcher::~TiltMatcher() = default;
+
+/// Returns the spectrum for a length of a power of two that is at least `min_length`.
+const TiltMatcher::Spectrum& TiltMatcher::spectrum(std::size_t min_length) const {
+  int length = 2;
+  while (static_cast<std::size_t>(length) < min_length) length *= 2;
+  const std::lock_guard lock(mutex_);
+  std::unique_ptr<const Spectrum>& known = spectra_[length];
+  if (known == nullptr) {
+    auto made = std::make_unique<Spectrum>(Spectrum{sim::RealFft(length), {}});
+    made->conjugates.resize(static_cast<std::size_t>(made->fft.bins()));
+    std::vector<double> padded = expected_;
+    padded.resize(static_cast<std::size_t>(length), 0.0);
+    std::vector<sim::Complex> work(static_cast<std::size_t>(made->fft.work_length()));
+    made->fft.forward(padded, made->conjugates, work);
+    for (sim::Complex& value : made->conjugates) value = std::conj(value);
+    known = std::move(made);
+  }
+  return *known;
+}
+
+Match TiltMatcher::match(std::span<const double> measured) const {
+  const std::size_t n = expected_.size(), over = overhang_;
+  std::vector<double> held(over, measured.front());
+  held.insert(held.end(), measured.begin(), measured.end());
+  held.insert(held.end(), over, measured.back());
+  if (n == 0 || held.size() < n) return {};
+  const std::size_t delays = held.size() - n + 1;
+
+  const auto& [fft, conjugates] = spectrum(held.size() + n);
+
+  // Means are subtracted first, so that the sums of squares below are differences of similar numbers.
+  double held_mean = 0.0;
+  for (const double value : held) held_mean += value / static_cast<double>(held.size());
+  std::vector<double> sum(held.size() + 1, 0.0), squares(held.size() + 1, 0.0);
+  double held_size = 0.0;
+  for (std::size_t k = 0; k < held.size(); ++k) {
+    held_size += held[k] * held[k];
+    held[k] -= held_mean;
+    sum[k + 1] = sum[k] + held[k];
+    squares[k + 1] = squares[k] + held[k] * held[k];
+  }
+  if (energy_ <= still * size_ || squares.back() <= still * held_size) return {};
+  std::vector<double> a = std::move(held);
+  a.resize(static_cast<std::size_t>(fft.length()), 0.0);
+  std::vector<sim::Complex> product(conjugates.size()), work(static_cast<std::size_t>(fft.work_length()));
+  fft.forward(a, product, work);
+  for (std::size_t k = 0; k < product.size(); ++k) product[k] *= conjugates[k];
+  fft.inverse(product, a, work);
+
+  std::vector<double> correlation(delays, 0.0);
+  for (std::size_t d = 0; d < delays; ++d) {
+    const double total = sum[d + n] - sum[d];
+    const double variance = squares[d + n] - squares[d] - total * total / static_cast<double>(n);
+    const double scale = variance * energy_;
+    if (variance > 1e-12 * squares.back() && scale > 0.0) correlation[d] = a[d] / std::sqrt(scale);
+  }
+  double largest = 0.0;
+  for (const double value : correlation) largest = std::max(largest, std::abs(value));
+  std::size_t best = 0;
+  while (best + 1 < delays && std::abs(correlation[best]) < largest - 1e-6) ++best;
+  while (best + 1 < delays && std::abs(correlation[best + 1]) > std::abs(correlation[best])) ++best;
+  double between = 0.0;
+  if (best > 0 && best + 1 < delays) {
+    const double before = std::abs(correlation[best - 1]), after = std::abs(correlation[best + 1]);
+    const double curvature = before - 2.0 * std::abs(correlation[best]) + after;
+    if (curvature < 0.0) between = std::clamp(0.5 * (before - after) / curvature, -0.5, 0.5);
+  }
+  return {static_cast<double>(best) - static_cast<double>(over) + between, correlation[best], a[best] / energy_};
+}
+
+}  // namespace decid::recording

@@ -1,0 +1,91 @@
+// The trials of a calibration: they continue from any attempt, and stop.
+#include "identify/studies/calibration_trials.hpp"
+
+#include <cmath>
+
+#include "identify/studies/self_checks.hpp"
+#include "tests/helpers.hpp"
+
+using namespace decid;
+
+TEST_CASE("CalibrationTrials: an attempt gives the same trial, and trials differ") {
+  const sim::Protocol protocol = sim::default_protocol();
+  const posterior::Priors priors{.start_s = 0.1, .gain = 0.0};
+  CalibrationTrials trials(protocol, priors, 7), again(protocol, priors, 7);
+  const CalibrationTrials::Trial first = trials.next(), second = trials.next();
+  CHECK(first.attempt < second.attempt);
+  CHECK(first.sway_rad != second.sway_rad);
+  again.seek(second.attempt);
+  CHECK(again.next().sway_rad == second.sway_rad);
+  CalibrationTrials known(protocol, {.start_s = 0.0, .gain = 0.0}, 7);
+  known.seek(second.attempt);
+  const CalibrationTrials::Trial unmoved = known.next();
+  CHECK(unmoved.truth == second.truth);
+  CHECK(unmoved.sway_rad != second.sway_rad);
+}
+
+TEST_CASE("CalibrationTrials: a protocol in which every trial falls is refused") {
+  sim::Protocol protocol = sim::default_protocol();
+  // No controller of these ranges holds a body up.
+  std::vector<sim::ParameterInfo> weak(protocol.parameters().begin(), protocol.parameters().end());
+  weak[sim::Kp].low = 1.0;
+  weak[sim::Kp].high = 2.0;
+  const sim::BodyModel model{
+      .name = "weak", .parameters = sim::ParameterTable(weak), .family = sim::single_pendulum().family};
+  protocol.experiment.body_model = &model;
+  CalibrationTrials trials(protocol, {}, 7);
+  test::check_error([&] { trials.next(); }, Code::body_falls, "default");
+}
+
+TEST_CASE("with_priors: start and gain of every trial vary with the prior's standard deviation") {
+  const sim::Protocol protocol = with_priors(sim::default_protocol(), {.start_s = 0.2, .gain = 0.1});
+  CHECK(protocol.conditions[sim::Condition::start].share == 1.0);
+  CHECK(protocol.conditions[sim::Condition::start].high == 0.2);
+  CHECK(protocol.conditions[sim::Condition::gain].high == std::sqrt(3.0) * 0.1);
+  const sim::Protocol known = with_priors(sim::default_protocol(), {.start_s = 0.0, .gain = 0.0});
+  CHECK(known.conditions[sim::Condition::start].share == 0.0);
+  CHECK(known.conditions[sim::Condition::gain].share == 0.0);
+}
+
+TEST_CASE("calibrate_trial: stops when asked") {
+  const sim::Protocol protocol = sim::default_protocol();
+  const posterior::Priors priors{.start_s = 0.0, .gain = 0.0};
+  const posterior::Density density(protocol, priors);
+  CalibrationTrials trials(protocol, priors, 7);
+  CHECK_FALSE(calibrate_trial(density, trials.next(), protocol.ranges(), {}, [] { return true; }).has_value());
+}
+
+TEST_CASE("NetworkAnswers: answers of a network for its own experiment only") {
+  const Model model = built_in_model();
+  CalibrationTrials trials(model.protocol, {.start_s = 0.0, .gain = 0.0}, 7);
+  const CalibrationTrials::Trial trial = trials.next();
+  CalibratedTrial calibrated;
+  calibrated.truth = trial.truth;
+  NetworkAnswers network(model, model.protocol);
+  CHECK(network.sha256() == nn::weights_sha256(model.network));
+  network.answer(trial.sway_rad, calibrated);
+  REQUIRE(calibrated.network.has_value());
+  CHECK(model.parameters().size() == calibrated.network->size());
+
+  sim::Protocol other = model.protocol;
+  other.experiment.body.mass_kg += 1.0;
+  NetworkAnswers none(model, other);
+  CHECK(none.sha256().empty());
+  calibrated.network.reset();
+  none.answer(trial.sway_rad, calibrated);
+  CHECK_FALSE(calibrated.network.has_value());
+}
+
+TEST_CASE("uniform_deviation: the range over the root of 12") {
+  const sim::ParameterTable ranges = sim::default_protocol().ranges();
+  const sim::Parameters deviation = uniform_deviation(ranges);
+  REQUIRE(deviation.size() == ranges.size());
+  for (std::size_t p = 0; p < ranges.size(); ++p) CHECK(deviation[p] == ranges[p].range() / std::sqrt(12.0));
+}
+
+TEST_CASE("self_checks: simulated trials have their known bits") {
+  const std::vector<SelfCheck> checks = self_checks();
+  REQUIRE(checks.size() == 4);
+  CHECK_FALSE(checks.back().is_shared);
+  CHECK(checks.back().compute(nullptr) == checks.back().expected);
+}

@@ -1,0 +1,14 @@
+// The page of `decid fit --frf`: each controller's response with its 90% band over the table, its parameters, and the
+// comparison of the controllers, in one HTML file that opens offline.
+#pragma once
+
+#include <string>
+
+#include "base/files/json_object.hpp"
+
+namespace decid::tools {
+
+/// Returns the page of the JSON that the command prints. Deterministic: leaves the time out; file names are escaped.
+std::string frf_page(Json answer);
+
+}  // namespace decid::tools

@@ -1,0 +1,39 @@
+// Parameters as JSON: see parameters_json.hpp.
+#include "tools/report/json/parameters_json.hpp"
+
+#include <cmath>
+
+namespace decid::tools {
+
+Json number_or_null(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+Json parameters_json(const sim::ParameterTable& table, const sim::Parameters& parameters, double mgh,
+                     const std::optional<sim::Parameters>& truth, Json (*number)(double)) {
+  Json list = Json::array();
+  for (std::size_t p = 0; p < table.size(); ++p) {
+    const sim::ParameterInfo& info = table[p];
+    Json parameter{{"name", info.name}, {"value", number(parameters[p])}, {"unit", info.unit}};
+    parameter["normalized"] = info.per_mgh ? number(parameters[p] / mgh) : Json(nullptr);
+    if (truth) parameter["true"] = number((*truth)[p]);
+    list.push_back(std::move(parameter));
+  }
+  return list;
+}
+
+Json evaluation_json(const sim::ParameterTable& table, const Evaluation& evaluation) {
+  return {{"mse", evaluation.mse()},
+          {"matlab_loss", evaluation.matlab_loss()},
+          {"mse_per_parameter", by_parameter(table, evaluation.mse_per_parameter)},
+          {"trials", evaluation.trials}};
+}
+
+Json warnings_json(const Warnings& warnings) {
+  Json list = Json::array();
+  for (const Warning& w : warnings)
+    list.push_back({{"code", w.code}, {"severity", name(w.severity)}, {"text", w.text}});
+  return list;
+}
+
+}  // namespace decid::tools
