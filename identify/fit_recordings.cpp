@@ -288,7 +288,8 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
   result.warnings = gravest_first({result.warnings, unlike_simulated, result.explanation.warnings, unfamiliar,
                                    following_warnings(result.explanation),
                                    posterior_warnings(density, observation, found, from_network), contradictions});
-  figures.inferred = posterior::infer(density, observation, found);
+  figures.inferred = posterior::infer(density, observation, found, report_.fit->keeps_log_likelihood);
+  for (int i = 0; i < found.points(); ++i) figures.stored_draws.push_back(found.draw_of_point(i));
   figures.posterior.drop_points();
   figures.samples_noise_deg = observation.noise_deg;
   figures.block_s = density.block_s();

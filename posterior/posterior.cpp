@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <deque>
+#include <limits>
 
 #include "base/error.hpp"
 #include "base/math/math.hpp"
@@ -59,6 +60,23 @@ std::vector<double> Posterior::draws_of(int quantity) const {
   std::vector<double> draws;
   for (const State& state : states_) draws.push_back(value(state, quantity));
   return draws;
+}
+
+std::vector<std::vector<double>> Posterior::chains_of(int quantity) const {
+  std::vector<std::vector<double>> chains(static_cast<std::size_t>(chains_));
+  const auto each = static_cast<std::size_t>(draws_per_chain());
+  for (std::size_t i = 0; i < each * chains.size(); ++i) chains[i / each].push_back(value(states_[i], quantity));
+  return chains;
+}
+
+double Posterior::tail_effective_draws(int quantity) const {
+  if (draws_per_chain() < min_judged_draws) return std::numeric_limits<double>::quiet_NaN();
+  return posterior::tail_effective_draws(chains_of(quantity));
+}
+
+double Posterior::monte_carlo_error(int quantity) const {
+  if (draws_per_chain() < min_judged_draws) return std::numeric_limits<double>::quiet_NaN();
+  return deviation(quantity) / std::sqrt(mean_effective_draws(chains_of(quantity)));
 }
 
 double Posterior::mean(int quantity) const {
@@ -160,7 +178,10 @@ class Run {
         }
         const auto states = first(group.states(trial, chain));
         r.states_.insert(r.states_.end(), states.begin(), states.end());
-        energy.emplace_back(first(group.energy(chain)).begin(), first(group.energy(chain)).end());
+        const auto transitions = first(group.transitions(chain));
+        r.transitions_.insert(r.transitions_.end(), transitions.begin(), transitions.end());
+        std::vector<double>& of_chain = energy.emplace_back();
+        for (const Transition& transition : transitions) of_chain.push_back(transition.energy);
       }
       r.divergences_ += group.divergences();
       r.restarts_ += group.restarts();
@@ -170,13 +191,7 @@ class Run {
     r.energy_fraction_ = energy_fraction(energy);
     const Density& density = target_.density(trial);
     for (std::size_t place = 0; place + Density::held < static_cast<std::size_t>(density.globals()); ++place) {
-      const int quantity = density.quantity(place);
-      ChainDraws chains;
-      for (int chain = 0; chain < r.chains_; ++chain) {
-        std::vector<double>& values = chains.emplace_back();
-        for (int i = 0; i < draws; ++i)
-          values.push_back(Posterior::value(r.states_[static_cast<std::size_t>(chain * draws + i)], quantity));
-      }
+      const ChainDraws chains = r.chains_of(density.quantity(place));
       r.rhat_.push_back(rhat(chains));
       r.effective_.push_back(posterior::effective_draws(chains));
     }

@@ -46,6 +46,18 @@ struct Progress {
 /// Returns false to stop: the run then returns the draws so far. One thread at a time calls it.
 using OnProgress = std::function<bool(const Progress& progress)>;
 
+/// The transition that led to a draw.
+struct Transition {
+  double log_density = 0.0;  ///< of the draw's coordinates, up to a constant (Stan's lp__)
+  double energy = 0.0;       ///< at the transition's start, momentum included
+  double acceptance = 0.0;   ///< probability
+  double diverged = 0.0;     ///< 1 or 0
+  template <class Archive>
+  void archive(Archive& a) {
+    a(log_density, energy, acceptance, diverged);
+  }
+};
+
 /// Draws from the posterior. Quantities are Density's: the parameters by their index, Density::sensor_noise in degrees,
 /// start, gain and the slow noise.
 class Posterior {
@@ -55,6 +67,9 @@ class Posterior {
   int draws_per_chain() const noexcept { return chains_ > 0 ? draws() / chains_ : 0; }
   /// Returns the states, chain by chain.
   std::span<const State> states() const noexcept { return states_; }
+
+  /// Returns the transitions of the states.
+  std::span<const Transition> transitions() const noexcept { return transitions_; }
 
   /// The maximum number of draws that are stored completely, with their vestibular noise, or one per chain: every k-th
   /// of each chain, k a power of two.
@@ -79,6 +94,8 @@ class Posterior {
   }
   static double value(const State& state, int quantity);
   std::vector<double> draws_of(int quantity) const;
+  /// Returns the draws of each chain.
+  std::vector<std::vector<double>> chains_of(int quantity) const;
 
   double mean(int quantity) const;
   double deviation(int quantity) const;
@@ -90,6 +107,10 @@ class Posterior {
   // Known quantities have an R-hat of 1.
   const std::vector<double>& rhat() const noexcept { return rhat_; }
   const std::vector<double>& effective_draws() const noexcept { return effective_; }
+  /// Effective draws of the 5% and 95% quantiles, the smaller; NaN of fewer than four draws per chain.
+  double tail_effective_draws(int quantity) const;
+  /// Returns the Monte Carlo standard error of mean(): deviation() over the root of the mean's effective draws.
+  double monte_carlo_error(int quantity) const;
   double energy_fraction() const noexcept { return energy_fraction_; }
   int divergences() const noexcept { return divergences_; }
   int restarts() const noexcept { return restarts_; }                    ///< of chains that were stuck in a window
@@ -102,8 +123,8 @@ class Posterior {
 
   template <class Archive>
   void archive(Archive& a) {
-    a(chains_, divergences_, restarts_, leapfrog_steps_, energy_fraction_, acceptance_, states_, points_, rhat_,
-      effective_);
+    a(chains_, divergences_, restarts_, leapfrog_steps_, energy_fraction_, acceptance_, states_, transitions_, points_,
+      rhat_, effective_);
   }
 
  private:
@@ -120,6 +141,7 @@ class Posterior {
     }
   };
   std::vector<State> states_;
+  std::vector<Transition> transitions_;
   std::vector<Point> points_;
   std::vector<double> rhat_, effective_;
 };

@@ -315,7 +315,7 @@ void ChainGroup::begin_round(bool last) {
     trial.states = {};
     trial.points = {};
   }
-  energy_ = {};
+  transitions_ = {};
   apart_ = 1;
   acceptance_ = 0.0;
   divergences_ = 0;
@@ -337,7 +337,8 @@ void ChainGroup::draw(int count) {
     for (std::size_t l = 0; l < lanes; ++l) {
       for (std::size_t t = 0; t < trials_.size(); ++t)
         trials_[t].states[l].push_back(density(t).state(sampler_.coordinates(t), static_cast<int>(l)));
-      energy_[l].push_back(sampler_.energy()[l]);
+      transitions_[l].push_back({sampler_.log_density()[l], sampler_.energy()[l], sampler_.acceptance()[l],
+                                 sampler_.diverged()[l] ? 1.0 : 0.0});
       accepted += sampler_.acceptance()[l] / lanes;
       divergences_ += sampler_.diverged()[l] ? 1 : 0;
     }

@@ -30,8 +30,8 @@ class ChainGroup {
 
   /// Returns the draws of a trial's unknowns.
   const std::vector<State>& states(std::size_t trial, std::size_t chain) const { return trials_[trial].states[chain]; }
-  const std::vector<double>& energy(std::size_t chain) const { return energy_[chain]; }
-  int draws() const noexcept { return static_cast<int>(energy_.front().size()); }
+  const std::vector<Transition>& transitions(std::size_t chain) const { return transitions_[chain]; }
+  int draws() const noexcept { return static_cast<int>(transitions_.front().size()); }
   /// Returns the draws apart() - 1, 2 apart() - 1, ... of a chain, with all coordinates of a trial.
   const std::vector<std::vector<double>>& points(std::size_t trial, std::size_t chain) const {
     return trials_[trial].points[chain];
@@ -87,7 +87,7 @@ class ChainGroup {
   std::vector<Place> places_;  // where the information is needed
 
   // The current round:
-  std::array<std::vector<double>, lanes> energy_;
+  std::array<std::vector<Transition>, lanes> transitions_;
   bool last_round_ = false;
   int apart_ = 1, divergences_ = 0;
   double acceptance_ = 0.0;

@@ -165,6 +165,7 @@ void Sampler::clear_held(std::size_t trial, std::span<double> values) const {
 // Evaluates at y, coordinates of the reparameterisations; sets x.
 void Sampler::evaluate() {
   potential_.fill(0.0);
+  log_volume_.fill(0.0);
   for (std::size_t t = 0; t < parts_.size(); ++t) {
     Part& part = parts_[t];
     Lanes log_volume, potential;
@@ -173,7 +174,10 @@ void Sampler::evaluate() {
                                 part.fixed_noise_deg);
     part.reparameterisation.pull_back(part.y, part.gradient, part.reparameterisation_work, isa_);
     target_.count_once(t, part.x, part.gradient, potential);
-    for (std::size_t l = 0; l < lanes; ++l) potential_[l] += potential[l] - log_volume[l];
+    for (std::size_t l = 0; l < lanes; ++l) {
+      potential_[l] += potential[l] - log_volume[l];
+      log_volume_[l] += log_volume[l];
+    }
     target_.to_rows(t, part.gradient, part.by_row);
     clear_held(t, part.by_row);
     kernels(isa_).lower_times(static_cast<int>(target_.rows(t)), part.metric.data(), part.by_row.data(),
@@ -241,7 +245,7 @@ void Sampler::move(int leapfrog_steps) {
     part.reparameterisation.from_density(part.x, part.y, part.reparameterisation_work, isa_);
   }
   evaluate();
-  const Lanes before = potential_, kinetic = kinetic_energy();
+  const Lanes before = potential_, volume_before = log_volume_, kinetic = kinetic_energy();
   for (std::size_t l = 0; l < lanes; ++l) energy_[l] = before[l] + kinetic[l];
 
   const auto push = [&](const Lanes& by) {
@@ -260,7 +264,9 @@ void Sampler::move(int leapfrog_steps) {
     const double change = potential_[l] + kinetic_after[l] - energy_[l];
     diverged_[l] = !(change < divergence);
     acceptance_[l] = diverged_[l] ? 0.0 : decid::exp(-std::max(0.0, change));
-    if (choice[l] < acceptance_[l]) continue;
+    const bool accepted = choice[l] < acceptance_[l];
+    log_density_[l] = accepted ? -potential_[l] - log_volume_[l] : -before[l] - volume_before[l];
+    if (accepted) continue;
     for (Part& part : parts_)
       for (std::size_t i = l; i < part.x.size(); i += lanes) part.x[i] = part.start[i];
     potential_[l] = before[l];

@@ -55,6 +55,8 @@ class Sampler {
   const Lanes& acceptance() const noexcept { return acceptance_; }  ///< the acceptance probability
   const Lanes& energy() const noexcept { return energy_; }          ///< at its start, momentum included
   const std::array<bool, lanes>& diverged() const noexcept { return diverged_; }
+  /// Logarithm of the density of its coordinates (Density::evaluate) after it, up to a constant.
+  const Lanes& log_density() const noexcept { return log_density_; }
   long long leapfrog_steps() const noexcept { return leapfrog_steps_; }
 
   /// Starts dual averaging of the steps (Hoffman and Gelman, JMLR 15, 2014), from this step.
@@ -94,7 +96,7 @@ class Sampler {
   Isa isa_;
   Random random_;
   std::uint64_t drawn_ = 0;  // number of random numbers used
-  Lanes potential_{}, energy_{}, acceptance_{}, step_{}, mean_log_step_{}, missing_{};
+  Lanes potential_{}, log_volume_{}, log_density_{}, energy_{}, acceptance_{}, step_{}, mean_log_step_{}, missing_{};
   std::array<bool, lanes> diverged_{};
   bool holds_ = false;
   double centre_ = 0.0;

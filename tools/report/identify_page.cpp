@@ -170,9 +170,9 @@ Json recording_to_json(const RecordingResult& recording, const Report& of) {
   Json json{{"file", recording.file},
             {"column", recording.column},
             {"tilt", tilt_to_json(recording)},
-            {"protocol", protocol_figures(of.protocol)},
-            {"body_assumed", of.body_assumed},
-            {"parameters", described_parameters(recording, of.protocol, of.protocol.ranges())},
+            {"protocol", protocol_figures(of.protocol_of(recording))},
+            {"body_assumed", of.body_assumed_for(recording)},
+            {"parameters", described_parameters(recording, of.protocol_of(recording), of.ranges_of(recording))},
             {"rms_residual_deg", page_number(explanation.rms_residual_deg)},
             {"variance_accounted_for", page_number(explanation.variance_accounted_for)},
             {"peak_to_peak_deg", page_number(recording.peak_to_peak_deg())},
@@ -181,7 +181,8 @@ Json recording_to_json(const RecordingResult& recording, const Report& of) {
             {"series", series_to_json({{"sway", &recording.trial.sway_rad()}, {"fitted", &explanation.fitted_rad}})},
             {"frf", explanation.frf ? frf_to_json(*explanation.frf) : Json(nullptr)},
             {"image", image_to_json(recording, of)}};
-  if (recording.estimate.distribution) add_distribution(json, *recording.estimate.distribution, of.protocol);
+  if (recording.estimate.distribution)
+    add_distribution(json, *recording.estimate.distribution, of.protocol_of(recording));
   return json;
 }
 
@@ -196,6 +197,7 @@ std::string identify_page(const Report& report) {
                  {"sha256", report.model_sha256},
                  {"version", version},
                  {"options", report.options},
+                 {"call", call_json(report)},
                  {"protocol", report.protocol.name},
                  {"recalibrated", report.recalibrated}}},
                {"groups", page_groups(report)},

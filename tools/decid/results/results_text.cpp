@@ -13,13 +13,13 @@ namespace {
 using posterior::Density;
 
 std::string point_table(const RecordingResult& id, const Report& report) {
-  const sim::ParameterTable table = report.ranges();
+  const sim::ParameterTable table = report.ranges_of(id);
   std::string text = format("  %-8s %10s %12s %-10s%s  %s\n", "", "/ (m g h)", "identified", "unit",
                             id.truth ? "         true" : "", "range");
   for (std::size_t p = 0; p < table.size(); ++p) {
     const sim::ParameterInfo& info = table[p];
     text += format("  %-8s ", info.name.c_str()) +
-            over_mgh(info, id.estimate.parameters[p], report.protocol.experiment.body.mgh());
+            over_mgh(info, id.estimate.parameters[p], report.protocol_of(id).experiment.body.mgh());
     text += format(" %12.5g %-10s", id.estimate.parameters[p], info.shown_unit().c_str());
     if (id.truth) text += format(" %12.5g", (*id.truth)[p]);
     text += format("  %g to %g\n", info.low, info.high);
@@ -30,11 +30,11 @@ std::string point_table(const RecordingResult& id, const Report& report) {
 template <class Found>
 std::string distribution_table(const RecordingResult& id, const Report& report, const Found& found, const char* value,
                                const char* interval) {
-  const sim::ParameterTable table = report.ranges();
+  const sim::ParameterTable table = report.ranges_of(id);
   std::string text = table_heading(value, interval, id.truth.has_value());
   for (std::size_t p = 0; p < table.size(); ++p)
-    text +=
-        parameter_line(found, p, table[p], id.estimate.parameters[p], report.protocol.experiment.body.mgh(), id.truth);
+    text += parameter_line(found, p, table[p], id.estimate.parameters[p], report.protocol_of(id).experiment.body.mgh(),
+                           id.truth);
   return text;
 }
 
@@ -85,6 +85,12 @@ std::string fit_text(const FitFigures& fitted) {
                  found.mean(Density::slow_memory));
   line("the recording starts", Density::start, " s after the protocol");
   line("recorded over true sway", Density::gain, "");
+  if (fitted.joint) {
+    text +=
+        "  fitted together with " + counted(static_cast<long long>(fitted.joint->files.size()) - 1, "other recording");
+    for (const std::string& name : fitted.joint->freed) text += ", " + name + " with those of the same condition";
+    text += "\n";
+  }
   const auto worst = std::ranges::max_element(found.rhat());
   const auto fewest = std::ranges::min_element(found.effective_draws());
   text += format("  %d chains, %d draws worth %.0f and more, R-hat %.3f and less, %d divergences; %.1f s\n",
@@ -107,12 +113,24 @@ std::string sway_text(const RecordingResult& id) {
   return text + "\n";
 }
 
+/// Returns the person's line of a study: ", sub-01, ses-2, patients, eyes closed".
+std::string who_text(const SheetEntry& entry) {
+  std::string text;
+  for (const std::string* part : {&entry.participant, &entry.session, &entry.group, &entry.condition})
+    if (!part->empty()) text += ", " + *part;
+  return text;
+}
+
 std::string recording_text(const RecordingResult& id, const Report& report) {
-  if (id.error) return id.file + (report.fit ? ": not fitted\n" : ": not identified\n");
-  return format("%s (%s)\n", id.file.c_str(), id.column.c_str()) + trust_text(id.warnings) +
+  const std::string who = who_text(id.entry);
+  if (id.error) return id.file + who + (report.fit ? ": not fitted\n" : ": not identified\n");
+  return format("%s (%s)%s\n", id.file.c_str(), id.column.c_str(), who.c_str()) + trust_text(id.warnings) +
          parameters_text(id, report) +
-         (id.fit ? controllers_text(*id.fit, report.protocol.experiment.body_model->name) + fit_text(*id.fit) : "") +
-         sway_text(id) + warnings_text(id.warnings);
+         (id.fit ? controllers_text(*id.fit, report.protocol_of(id).experiment.body_model->name) + fit_text(*id.fit)
+                 : "") +
+         sway_text(id) +
+         (report.sheet ? "  " + body_text(report.protocol_of(id).experiment.body, report.body_assumed_for(id)) : "") +
+         warnings_text(id.warnings);
 }
 
 std::string person_text(const sim::Body& body) {
@@ -151,7 +169,8 @@ std::string warnings_text(const Warnings& warnings) {
 std::string report_text(const Report& report) {
   std::string text;
   for (const RecordingResult& id : report.recordings) text += recording_text(id, report);
-  const std::string body = body_text(report.protocol.experiment.body, report.body_assumed);
+  const std::string body =
+      report.sheet ? std::string() : body_text(report.protocol.experiment.body, report.body_assumed);
   return report.fit ? valid_utf8(text) + groups_text(report) + body : text + body + groups_text(report);
 }
 

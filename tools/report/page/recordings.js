@@ -353,3 +353,11 @@ function howToRead(whence) {
   window.addEventListener("afterprint", () => { made.open = false; });
   return made;
 }
+
+// The call that made the report, and its inputs.
+function callTexts(call) {
+  const rows = call.inputs.map(({ file, sha256 }) => element("li", {}, file, " ", element("code", {}, sha256 ?? "no hash")));
+  return [element("p", {}, "Command: ", element("code", {}, call.command), `; protocol \u201c${call.protocol}\u201d. `,
+    "decid rerun computes its JSON again."),
+    element("details", {}, element("summary", {}, "SHA-256 of the inputs"), element("ul", {}, ...rows))];
+}
