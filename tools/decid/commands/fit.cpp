@@ -54,7 +54,7 @@ struct FitOptions {
 /// response.
 constexpr const char* of_recordings[] = {"recordings", "--model", "--prior-start",  "--prior-noise", "--max-draws",
                                          "--table",    "--group", "--moved-before", "--resume",      "--recursive",
-                                         "--study",    "--long",  "--excel"};
+                                         "--study",    "--long",  "--excel",        "--joint",       "--free"};
 constexpr const char* of_tables[] = {"--amplitude", "--prior-error", "--objective"};
 
 /// Throws Error for options that do not apply to the input.
@@ -392,6 +392,16 @@ void add_fit(const Command& program) {
           "Fit an --frf table by its posterior, or by least squares of the log ratio of model and table, weighted "
           "by coherence over frequency (log-ratio); default: posterior")
       .one_of({"posterior", "log-ratio"});
+  command
+      .add_option("--joint", options->joint,
+                  "Fit recordings with the same value in this column of the sheet together, as of one person, such as "
+                  "participant_id; all: all recordings of a call without a sheet")
+      .shown_as("COLUMN");
+  command
+      .add_option("--free", options->free,
+                  "Let these parameters differ between values of a sheet's column in --joint fits, such as "
+                  "theta,Nv:condition")
+      .shown_as("NAME,..:COLUMN");
   command
       .add_option("--prior-start", options->request.priors.start_s,
                   "Allow the recording to start up to this many seconds before or after the protocol; 0: it starts "
