@@ -372,7 +372,7 @@ void run_fit(FitOptions options, const Command& command) {
   inputs.insert(inputs.begin(), files.begin(), files.end());
   inputs.insert(inputs.end(), {recordings.study, options.model, options.group});
   options.outputs.check(inputs);
-  const GroupTable groups = groups_of(options.group, recordings, options.common.quiet);
+  const GroupTable groups = groups_of(options.group, recordings, plan, options.common.quiet);
 
   const Json settings{{"version", version},
                       {"protocol", sim::json_of(protocol)},
