@@ -52,7 +52,7 @@ struct FitOptions {
 /// response.
 constexpr const char* of_recordings[] = {"recordings", "--model", "--prior-start",  "--prior-noise", "--max-draws",
                                          "--table",    "--group", "--moved-before", "--resume",      "--recursive",
-                                         "--study",    "--long",  "--excel"};
+                                         "--study",    "--long",  "--excel",        "--figures"};
 constexpr const char* of_tables[] = {"--amplitude", "--prior-error", "--objective"};
 
 /// Throws Error for options that do not apply to the input.

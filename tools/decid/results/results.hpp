@@ -15,13 +15,14 @@
 namespace decid::tools {
 
 /// Options that do not change the answer, and options that the JSON reports elsewhere.
-inline const std::vector<std::string> beside_answers{
-    "recordings", "--output",   "--draws", "--report",    "--table", "--group", "--resume", "--threads",   "--quiet",
-    "--json",     "--protocol", "--model", "--recursive", "--long",  "--excel", "--study",  "--controller"};
+inline const std::vector<std::string> beside_answers{"recordings", "--output",     "--draws",     "--report", "--table",
+                                                     "--group",    "--resume",     "--threads",   "--quiet",  "--json",
+                                                     "--protocol", "--model",      "--recursive", "--long",   "--excel",
+                                                     "--study",    "--controller", "--figures"};
 /// Options that no output's content depends on, and the recordings, whose files Report::arguments has.
-inline const std::vector<std::string> not_repeated{"recordings", "--output", "--draws", "--report",
-                                                   "--table",    "--long",   "--excel", "--resume",
-                                                   "--threads",  "--quiet",  "--json",  "--recursive"};
+inline const std::vector<std::string> not_repeated{"recordings", "--output",    "--draws",  "--report",  "--table",
+                                                   "--long",     "--excel",     "--resume", "--threads", "--quiet",
+                                                   "--json",     "--recursive", "--figures"};
 /// Sets the report's command, arguments and inputs. `named`: the recordings' files in the call; `inputs`: all files
 /// that were read; empty names do not count.
 void record_call(Report& report, const Command& command, const std::vector<std::string>& named,

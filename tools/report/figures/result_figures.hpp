@@ -1,12 +1,16 @@
 // The figures of identified or fitted recordings, for a paper: each as SVG 1.1, whose text stays text, and as CSV.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "identify/result.hpp"
 #include "tools/report/figures/figure.hpp"
 
 namespace decid::tools {
+
+/// Names of all figures that result_figures() can return.
+inline constexpr std::array result_figure_ids{"estimates", "sessions", "conditions", "responses"};
 
 /// Returns the figures of the recordings that can be used:
 /// - "estimates": a panel per parameter; a dot per recording with its 90% interval, in its group, and the mean of the
