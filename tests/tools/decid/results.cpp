@@ -102,7 +102,7 @@ TEST_CASE("fourteen parameters as a distribution: JSON, text and page") {
       CHECK(parameter.at("normalized_interval90").is_null());
     CHECK(text.find(format("%.5g to %.5g", low, high)) != std::string::npos);
   }
-  CHECK(text.find("90 % interval") != std::string::npos);
+  CHECK(text.find("90% interval") != std::string::npos);
   const std::string page = identify_page(all);
   CHECK(page.find("\"densities\":[[[0.0,") != std::string::npos);
 }

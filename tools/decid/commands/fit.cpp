@@ -215,11 +215,13 @@ void run_table(const FitOptions& options, const Command& command) {
     asked.controllers.push_back({protocol, std::move(priors)});
   }
   if (asked.log_ratio && !options.priors.empty())
-    throw Error(Code::setting_conflict, "--prior", "is not for --objective log-ratio, which has only ranges", "give --range or --fix");
+    throw Error(Code::setting_conflict, "--prior", "is not for --objective log-ratio, which has only ranges",
+                "give --range or --fix");
   const sim::ParameterTable& parameters = asked.controllers.front().protocol.parameters();
   if (asked.controllers.size() == 1) asked.truth = options.recordings.known(parameters);
   if (asked.controllers.size() > 1 && command.count("--truth") > 0)
-    throw Error(Code::setting_conflict, "--truth", "does not go with several controllers", "name one with --controller");
+    throw Error(Code::setting_conflict, "--truth", "does not go with several controllers",
+                "name one with --controller");
   run_frf_fit(asked);
 }
 
@@ -242,7 +244,7 @@ class FitProgressBar {
  public:
   FitProgressBar(const Results& results, bool quiet)
       : done_(results.size()),
-        bar_("fit", results.size() > 1 ? "recordings" : "%",
+        bar_("Analysing", results.size() > 1 ? "recordings" : "%",
              static_cast<long long>(results.size() > 1 ? results.size() : parts), quiet,
              results.size() > 1 ? parts : 1) {
     for (std::size_t i = 0; i < results.size(); ++i) done_[i] = results[i] ? 1.0 : 0.0;

@@ -35,7 +35,7 @@ Report identify_all(const IdentifyOptions& options, const Model& model, const Re
                         std::min(sources.size(), at_once));
   Report report = report_of(identifier);
   report.recordings.resize(is_root() ? sources.size() : 0);
-  ProgressBar bar("identify", "recordings", static_cast<long long>(sources.size()), options.common.quiet);
+  ProgressBar bar("Analysing", "recordings", static_cast<long long>(sources.size()), options.common.quiet);
   long long done = 0;
   share_out<RecordingResult>(
       sources.size(), at_once,

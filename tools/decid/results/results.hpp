@@ -29,7 +29,7 @@ Json recordings_json(const Report& report);
 /// Returns a table for each recording, whose body they are of, and the groups.
 std::string report_text(const Report& report);
 /// Returns CSV (RFC 4180, lines end in \n), a line a recording: file, trust, each parameter's value and the ends of its
-/// 90 % interval, and what was wrong with a recording that could not be used, whose other cells are empty. Numbers read
+/// 90% interval, and what was wrong with a recording that could not be used, whose other cells are empty. Numbers read
 /// back to the same bits.
 std::string report_table(const Report& report);
 /// Writes every draw of each fit, as arrays of an .npz file: "parameters" (draws x parameters, SI units),
@@ -42,7 +42,7 @@ void write_draws(const std::filesystem::path& path, const Report& report, std::s
 Json body_json(const sim::Body& body, bool assumed);
 /// Returns a line that says whose stiffness and damping the tables show.
 std::string body_text(const sim::Body& body, bool assumed);
-/// Returns a line: usable, with caution, or not, with the gravest of the warnings.
+/// Returns a line: the trust, with the gravest of the warnings.
 std::string trust_text(const Warnings& warnings);
 /// Returns a line for each of the other warnings.
 std::string warnings_text(const Warnings& warnings);
