@@ -33,7 +33,7 @@ double best_seconds(benchmark::State& state, Machine& machine, const std::functi
     times.push_back(cpu_seconds() - start);
     state.SetIterationTime(times.back());
   }
-  return best(times);
+  return best_of(times);
 }
 
 /// Operations of a real FFT as FFTW counts them.

@@ -96,7 +96,7 @@ inline double fma_burst([[maybe_unused]] const std::string& isa, int rounds) {
 }
 
 /// The tenth percentile: as good as the best, except that the best is at times a jump of a virtual machine's clock.
-inline double best(std::vector<double> values) {
+inline double best_of(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   return values.empty() ? 0 : values[values.size() / 10];
 }
@@ -111,7 +111,7 @@ class FmaPeak {
     const double operations = fma_burst(isa_, 200000);
     nanoseconds_a_flop_.push_back((cpu_seconds() - start) / operations * 1e9);
   }
-  double best() const { return 1 / best(nanoseconds_a_flop_); }
+  double best() const { return 1 / best_of(nanoseconds_a_flop_); }
 
  private:
   std::string isa_;
@@ -157,7 +157,7 @@ class Bandwidth {
     asm volatile("" : : "r"(y) : "memory");
     nanoseconds_a_byte_.push_back((cpu_seconds() - start) / (12.0 * values) * 1e9);
   }
-  double best() const { return 1 / best(nanoseconds_a_byte_); }
+  double best() const { return 1 / best_of(nanoseconds_a_byte_); }
 
  private:
   static constexpr std::size_t values = 24U << 20U;  // 96 MB each

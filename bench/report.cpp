@@ -17,6 +17,7 @@
 
 namespace {
 
+using decid::Code;
 using decid::Error;
 using json = nlohmann::ordered_json;
 
@@ -27,7 +28,7 @@ struct Result {
 
 Result read_result(const std::filesystem::path& path) {
   const auto refuse = [&](const std::string& what) -> Error {
-    return {path.string(), what, "give results of tools/bench -o"};
+    return {Code::file_unsupported, path.string(), what, "give results of tools/bench -o"};
   };
   json content = json::parse(decid::read_file(path), nullptr, false);
   if (!content.is_object() || !content.contains("context") || !content.contains("benchmarks") ||

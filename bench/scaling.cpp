@@ -64,7 +64,7 @@ void measure(benchmark::State& state, int threads, const std::function<std::func
     times.push_back(now() - start);
     state.SetIterationTime(times.back());
   }
-  state.counters["best s"] = bench::best(times);
+  state.counters["best s"] = bench::best_of(times);
   state.counters["MB"] = peak.megabytes();
 }
 

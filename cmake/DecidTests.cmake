@@ -104,11 +104,15 @@ function(decid_test name)
   decid_test_headers(test_${name})
   target_link_libraries(test_${name} PRIVATE decid_test_main)
   set(cases ${CMAKE_CURRENT_BINARY_DIR}/test_${name}_cases.cmake)
+  set(slow_cases "")
+  if(DECID_SANITIZE MATCHES "address")
+    set(slow_cases ${PROJECT_SOURCE_DIR}/tests/slow_in_asan.txt)
+  endif()
   add_custom_command(TARGET test_${name} POST_BUILD VERBATIM BYPRODUCTS ${cases}
     COMMAND ${CMAKE_COMMAND} -D PROGRAM=$<TARGET_FILE:test_${name}> -D "EMULATOR=${CMAKE_CROSSCOMPILING_EMULATOR}"
             -D LIMIT_S=${DECID_TEST_LIMIT_S} -D SLOW_LIMIT_S=${DECID_SLOW_TEST_LIMIT_S}
-            -D LONG_LIMIT_S=${DECID_LONG_TEST_LIMIT_S} -D CASES=${cases} -P ${PROJECT_SOURCE_DIR}/cmake/list_test_cases.cmake)
-  set_property(TARGET test_${name} PROPERTY LINK_DEPENDS ${PROJECT_SOURCE_DIR}/cmake/list_test_cases.cmake)
+            -D LONG_LIMIT_S=${DECID_LONG_TEST_LIMIT_S} -D "SLOW_CASES=${slow_cases}" -D CASES=${cases} -P ${PROJECT_SOURCE_DIR}/cmake/list_test_cases.cmake)
+  set_property(TARGET test_${name} PROPERTY LINK_DEPENDS ${PROJECT_SOURCE_DIR}/cmake/list_test_cases.cmake ${slow_cases})
   # A program that has not been built is a test that fails.
   file(CONFIGURE OUTPUT ${cases}.in @ONLY CONTENT [[
 if(EXISTS "@cases@")

@@ -1,9 +1,23 @@
 # Asks a doctest program for its cases and writes a CTest entry for each (decid_test in DecidTests.cmake).
-#   cmake -D PROGRAM=.. -D EMULATOR=.. -D LIMIT_S=.. -D SLOW_LIMIT_S=.. -D LONG_LIMIT_S=.. -D CASES=OUTPUT -P list_test_cases.cmake
+#   cmake -D PROGRAM=.. -D EMULATOR=.. -D LIMIT_S=.. -D SLOW_LIMIT_S=.. -D LONG_LIMIT_S=.. [-D SLOW_CASES=FILE] -D CASES=OUTPUT
+#         -P list_test_cases.cmake
+# SLOW_CASES: lines "folder/file: case | reason" of cases that are slow in this build. One of this program's files that names no
+# case of it is an error.
+cmake_minimum_required(VERSION 3.25)
 execute_process(COMMAND ${EMULATOR} ${PROGRAM} --list-test-cases --reporters=xml OUTPUT_VARIABLE xml
                 RESULT_VARIABLE result ERROR_VARIABLE error)
 if(NOT result EQUAL 0)
   message(FATAL_ERROR "${PROGRAM} does not list its cases: ${result}\n${error}")
+endif()
+
+set(slow_cases "")
+set(found_slow "")
+if(SLOW_CASES)
+  file(STRINGS ${SLOW_CASES} lines REGEX "^[^#]")
+  foreach(line IN LISTS lines)
+    string(REGEX REPLACE " +\\|.*$" "" line "${line}")
+    list(APPEND slow_cases "${line}")
+  endforeach()
 endif()
 
 # Brackets and semicolons mean something in CMake's lists.
@@ -29,6 +43,11 @@ foreach(case IN LISTS cases)
   string(REPLACE "," "\\," filter "${name}")
   get_filename_component(folder ${file} DIRECTORY)
   string(REGEX REPLACE "\\.cpp$" "" stem ${file})
+  list(APPEND stems ${stem})
+  if("${stem}: ${name}" IN_LIST slow_cases)
+    list(APPEND found_slow "${stem}: ${name}")
+    set(suite slow)
+  endif()
   set(entry "[==[${stem}: ${name}]==]")
   set(properties "LABELS \"${folder};${suite}\" TIMEOUT ${LIMIT_S}")
   if(suite STREQUAL "slow")
@@ -46,5 +65,11 @@ foreach(case IN LISTS cases)
                        "[==[--source-file=*tests/${file}]==] --case-sensitive)\n"
                        "set_tests_properties(${entry} PROPERTIES ${properties} ENVIRONMENT OMP_WAIT_POLICY=passive "
                        "FAIL_REGULAR_EXPRESSION \"test cases: +0 \")\n")
+endforeach()
+foreach(case IN LISTS slow_cases)
+  string(REGEX REPLACE ": .*$" "" stem "${case}")
+  if(stem IN_LIST stems AND NOT case IN_LIST found_slow)
+    message(FATAL_ERROR "${SLOW_CASES} names '${case}', which ${PROGRAM} has not")
+  endif()
 endforeach()
 file(WRITE ${CASES} "${script}")

@@ -87,8 +87,8 @@ void bench_stream(benchmark::State& state, const bench::NamedNetwork& named, con
     state.SetIterationTime(fed.back());
   }
   const double per_us = 1e6 / (batch * steps);
-  const double step_us = bench::best(alone) * per_us, make_us = bench::best(making) * per_us,
-               fed_us = bench::best(fed) * per_us;
+  const double step_us = bench::best_of(alone) * per_us, make_us = bench::best_of(making) * per_us,
+               fed_us = bench::best_of(fed) * per_us;
   state.counters["step us"] = step_us;
   state.counters["trial us"] = make_us;
   state.counters["fed us"] = fed_us;

@@ -32,7 +32,7 @@ void identify_file(benchmark::State& state) {
     times.push_back(bench::cpu_seconds() - start);
     state.SetIterationTime(times.back());
   }
-  const double seconds = bench::best(times);
+  const double seconds = bench::best_of(times);
   state.counters["ms"] = seconds * 1e3;
   bench::count_flops(state, peak.best(),
                      bench::forward_flops(model.network) +

@@ -35,7 +35,7 @@ void bench_conv(benchmark::State& state, const Conv2dShape& shape, Direction dir
     times.push_back(seconds);
     state.SetIterationTime(seconds);
   }
-  count_flops(state, peak.best(), flops, best(times));
+  count_flops(state, peak.best(), flops, best_of(times));
   state.counters["reference"] = reference;
 }
 
@@ -59,7 +59,7 @@ void bench_plane(benchmark::State& state, const PlaneKernel& kernel, Isa isa) {
     times.push_back(seconds);
     state.SetIterationTime(seconds);
   }
-  count_bytes(state, bandwidth, bytes(shape.channels), best(times));
+  count_bytes(state, bandwidth, bytes(shape.channels), best_of(times));
   state.counters["reference"] = reference;
 }
 
@@ -91,7 +91,7 @@ void bench_dense(benchmark::State& state, int direction, Isa isa) {
     times.push_back(seconds);
     state.SetIterationTime(seconds);
   }
-  count_flops(state, peak.best(), flops * blocks, best(times));
+  count_flops(state, peak.best(), flops * blocks, best_of(times));
   state.counters["reference"] = reference;
 }
 
@@ -135,7 +135,7 @@ void bench_conv_single(benchmark::State& state, const Conv2dShape& s, Isa isa) {
     times.push_back(seconds);
     state.SetIterationTime(seconds);
   }
-  count_flops(state, peak.best(), flops, best(times));
+  count_flops(state, peak.best(), flops, best_of(times));
 }
 
 }  // namespace

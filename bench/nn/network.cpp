@@ -66,7 +66,7 @@ void measure(benchmark::State& state, int threads, int samples, double flops, co
     times.push_back(seconds);
     state.SetIterationTime(seconds);
   }
-  const double best = best(times);
+  const double best = best_of(times);
   state.counters["samples/s"] = samples / best;
   state.counters["ms"] = best * 1e3;
   count_flops(state, peak.best(), flops * samples, best);
@@ -103,7 +103,7 @@ void bench_two_threads(benchmark::State& state, const NamedNetwork& named, int b
     }
     state.SetIterationTime(sum);
   }
-  const double one = best(times[0]), two = best(times[1]);
+  const double one = best_of(times[0]), two = best_of(times[1]);
   state.counters["samples/s"] = batch / two;
   state.counters["speed-up"] = one / two;
   count_flops(state, peak.best(), training_flops(trainings[0]->network) * batch, two);

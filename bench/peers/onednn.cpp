@@ -89,7 +89,7 @@ void compare(const dnnl::engine& engine, const Conv& conv, Direction direction, 
     our_times.push_back(seconds_of([&] { ours.run_batch(kernels, direction); }));
     their_times.push_back(seconds_of([&] { theirs.run(); }));
   }
-  std::printf("%s\t%.1f\t%.1f\n", name.c_str(), flops / best(our_times) * 1e-9, flops / best(their_times) * 1e-9);
+  std::printf("%s\t%.1f\t%.1f\n", name.c_str(), flops / best_of(our_times) * 1e-9, flops / best_of(their_times) * 1e-9);
   std::fflush(stdout);
 }
 

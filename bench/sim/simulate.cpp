@@ -63,13 +63,13 @@ void bench_trials(benchmark::State& state, bool noise, Isa isa) {
     state.SetIterationTime(times.back());
   }
   const double trial_s = simulator.protocol().duration_s();
-  const double whole_trials = simulated_s / trial_s, seconds = best(times) / whole_trials;
+  const double whole_trials = simulated_s / trial_s, seconds = best_of(times) / whole_trials;
   state.counters["trials/s"] = 1 / seconds;
   state.counters["us/trial"] = seconds * 1e6;
   state.counters["ns/step"] = seconds / (trial_s * sim::steps_per_second) * 1e9;
   count_double_flops(state, peak, flops_per_step * trial_s * sim::steps_per_second, seconds);
-  state.counters["plain us"] = best(plain_times) * 1e6;
-  state.counters["x plain"] = best(plain_times) / seconds;
+  state.counters["plain us"] = best_of(plain_times) * 1e6;
+  state.counters["x plain"] = best_of(plain_times) / seconds;
 }
 
 [[maybe_unused]] const bool registered = [] {

@@ -1,6 +1,10 @@
 # Installs a build tree below it, then configures, builds and runs the project beside this file against that.
-#   cmake -D BUILD=DIR -D CONFIG=Release -D GENERATOR=.. -D COMPILER=.. [-D TOOLCHAIN=FILE] -P check.cmake
+#   cmake -D BUILD=DIR -D CONFIG=Release -D GENERATOR=.. -D COMPILER=.. [-D TOOLCHAIN=FILE] [-D HEADERS_ALONE=ON] -P check.cmake
+# HEADERS_ALONE: compiles each installed header on its own, and nothing else.
 set(scratch ${BUILD}/consumer)
+if(HEADERS_ALONE)
+  set(scratch ${BUILD}/consumer_headers)
+endif()
 file(REMOVE_RECURSE ${scratch})
 
 function(run)
@@ -28,6 +32,12 @@ endfunction()
 run(${CMAKE_COMMAND} --install ${BUILD} --config ${CONFIG} --prefix ${scratch}/prefix)
 # The prefix moves: an installed package must not remember where it was.
 file(RENAME ${scratch}/prefix ${scratch}/moved)
+
+if(HEADERS_ALONE)
+  run(${configure} -B ${scratch}/build -D HEADERS_ALONE=ON)
+  run(${CMAKE_COMMAND} --build ${scratch}/build --config ${CONFIG} --parallel 2 --target headers)
+  return()
+endif()
 
 # All components.
 run(${configure} -B ${scratch}/build)

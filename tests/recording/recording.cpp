@@ -120,7 +120,7 @@ TEST_CASE("columns that are no angles by their names are refused, unless the uni
                            "angularVelocity", "sway speed", "sway_dps"}) {
     refused(name);
   }
-  for (const char* name : {"sway_deg/s^2", "sway (rad/s2)", "sway_acceleration"}) refused(name, "is an acceleration");
+  for (const char* name : {"sway_deg/s^2", "sway (rad/s2)", "sway_acceleration"}) refused(name);
   check_error(reading("time,sway\ns,deg/s\n0,1\n0.01,2\n"), Code::column_unsuitable);
   check_error(reading("time,sway_deg,tilt_deg/s\n0,1,1\n0.01,2,2\n", {.tilt_column = "tilt_deg/s"}),
               Code::column_unsuitable, "tilt_unit");

@@ -54,6 +54,13 @@ double sincos_error(long long n, long long d) {
   return static_cast<double>(std::max(std::abs(sin - std::sin(angle)), std::abs(cos - std::cos(angle))));
 }
 
+// An emulator has no long double of its own. The tests of bits show there that the values are x86-64's.
+#ifdef DECID_EMULATED
+constexpr int every = 9;
+#else
+constexpr int every = 1;
+#endif
+
 }  // namespace
 
 TEST_CASE("sincos_of_turn: within its bound") {
@@ -62,7 +69,7 @@ TEST_CASE("sincos_of_turn: within its bound") {
     for (long long n = 0; n < d; ++n) worst = std::max(worst, sincos_error(n, d));
   }
   Arguments arguments;
-  for (int i = 0; i < 200'000; ++i) {
+  for (int i = 0; i < 200'000; i += every) {
     const long long d = 1 + arguments.integer(1LL << (1 + i % 52));
     worst = std::max(worst, sincos_error(arguments.integer(d), d));
   }
@@ -94,12 +101,12 @@ TEST_CASE("sincos_of_turn: symmetries hold to the bit") {
 
 TEST_CASE("sin_small: within its bound") {
   double worst = 0.0;
-  for (int i = 1; i <= 500'000; ++i) {
+  for (int i = 1; i <= 500'000; i += every) {
     const double x = i * 1e-6;
     worst = std::max(worst, relative_error(decid::sin_small(x), std::sin(static_cast<long double>(x))));
   }
   Arguments arguments;
-  for (int i = 0; i < 100'000; ++i) {
+  for (int i = 0; i < 100'000; i += every) {
     const double x = arguments.magnitude(-300, -1) * (i % 2 == 0 ? 1.0 : -1.0);
     worst = std::max(worst, relative_error(decid::sin_small(x), std::sin(static_cast<long double>(x))));
   }
@@ -109,12 +116,12 @@ TEST_CASE("sin_small: within its bound") {
 
 TEST_CASE("cos_small: within its bound") {
   double worst = 0.0;
-  for (int i = -500'000; i <= 500'000; ++i) {
+  for (int i = -500'000; i <= 500'000; i += every) {
     const double x = i * 1e-6;
     worst = std::max(worst, relative_error(decid::cos_small(x), std::cos(static_cast<long double>(x))));
   }
   Arguments arguments;
-  for (int i = 0; i < 100'000; ++i) {
+  for (int i = 0; i < 100'000; i += every) {
     const double x = arguments.magnitude(-300, -1);
     worst = std::max(worst, relative_error(decid::cos_small(x), std::cos(static_cast<long double>(x))));
   }
@@ -128,9 +135,9 @@ TEST_CASE("log: within its bound") {
   const auto test = [&](double x) {
     worst = std::max(worst, error_in_ulp(decid::log(x), std::log(static_cast<long double>(x))));
   };
-  for (int i = 1; i <= 400'000; ++i) test(i * 1e-5);
+  for (int i = 1; i <= 400'000; i += every) test(i * 1e-5);
   Arguments arguments;
-  for (int i = 0; i < 400'000; ++i) {
+  for (int i = 0; i < 400'000; i += every) {
     test(arguments.magnitude(-1022, 1024));
     test(1.0 + arguments.magnitude(-52, -2));
     test(1.0 - arguments.magnitude(-53, -2));
@@ -147,9 +154,9 @@ TEST_CASE("exp: within its bound") {
   const auto test = [&](double x) {
     worst = std::max(worst, relative_error(decid::exp(x), std::exp(static_cast<long double>(x))));
   };
-  for (int i = -400'000; i <= 400'000; ++i) test(i * 1e-5);
+  for (int i = -400'000; i <= 400'000; i += every) test(i * 1e-5);
   Arguments arguments;
-  for (int i = 0; i < 400'000; ++i) {
+  for (int i = 0; i < 400'000; i += every) {
     test(arguments.between(-700.0, 700.0));
     test(arguments.magnitude(-60, 0));
   }
@@ -195,7 +202,7 @@ TEST_CASE("atan2: within its bound") {
   }
   Arguments arguments;
   const auto sign = [&] { return arguments.unit() < 0.5 ? -1.0 : 1.0; };
-  for (int i = 0; i < 400'000; ++i) {
+  for (int i = 0; i < 400'000; i += every) {
     test(sign() * arguments.unit(), sign() * arguments.unit());
     test(sign() * arguments.magnitude(-30, 30), sign() * arguments.magnitude(-30, 30));
     // Both near an end of the range, where products overflow or are lost.
@@ -229,9 +236,9 @@ TEST_CASE("asinh: within its bound") {
   const auto test = [&](double x) {
     worst = std::max(worst, relative_error(decid::asinh(x), std::asinh(static_cast<long double>(x))));
   };
-  for (int i = 1; i <= 400'000; ++i) test(i * 1e-5);
+  for (int i = 1; i <= 400'000; i += every) test(i * 1e-5);
   Arguments arguments;
-  for (int i = 0; i < 400'000; ++i) {
+  for (int i = 0; i < 400'000; i += every) {
     test(arguments.magnitude(-1020, 1024));
     test(-arguments.magnitude(-40, 40));
   }

@@ -65,7 +65,7 @@ TEST_CASE("controllers by name, with their own parameters") {
   }
   decid_protocol* none = nullptr;
   refused(decid_protocol_load_controller("short", "pid", &none), Code::setting_unknown, "dec2015");
-  refused(decid_protocol_load_controller(nullptr, "dec", &none), Code::file_unsupported);
+  refused(decid_protocol_load_controller(nullptr, "dec", &none), Code::setting_missing);
   CHECK(none == nullptr);
 }
 

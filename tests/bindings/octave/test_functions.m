@@ -111,11 +111,15 @@ blocks = fullfile (folder, 'blocks.csv');
 write (blocks, 'block,time,sway_deg', strcat ('1,', rows(1:30)){:}, strcat ('2,', rows(31:60)){:});
 assert (numel (decid_read (blocks, 'trial_column', 'none').sway), 60);
 
-% A fit, short.
-fitted = decid_fit (file, 'max_draws', 8, 'ranges', struct ('Kp', [300 2000], 'delay', [0.05 0.2]), ...
+% A fit of a trial of 4 s.
+golden = fullfile (fileparts (mfilename ('fullpath')), '..', '..', 'golden', '0.2.0');
+network = fullfile (golden, 'net.safetensors');
+brief = fullfile (folder, 'brief.csv');
+program (decid, 'simulate --seed 7 --quiet --protocol', fullfile (golden, 'protocol.json'), '-o', brief);
+fitted = decid_fit (brief, 'model', network, 'max_draws', 8, 'ranges', struct ('Kp', [300 2000], 'delay', [0.05 0.2]), ...
                     'priors', struct ('delay', [0.12 0.02]), 'moved_before', true);
 expected = jsondecode (program (decid, ['fit --max-draws 8 --json --quiet --range Kp=300,2000 --range delay=0.05,0.2 ' ...
-                                        '--prior delay=0.12,0.02 --moved-before'], file));
+                                        '--prior delay=0.12,0.02 --moved-before --model'], network, brief));
 same (fitted, expected);
 assert ({fitted.quantities.name}, {'sensor_noise_deg', 'start_s', 'gain'});
 equal (fitted.quantities(3).value, expected.recordings.gain.value);

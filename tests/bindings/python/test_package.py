@@ -207,13 +207,15 @@ class Identification(WithFolder):
 
 class Fits(WithFolder):
     def test_a_fit_has_the_bits_of_the_program(self):
-        path = self.trial()
+        golden = SOURCE / "tests/golden/0.2.0"  # a network of trials of 4 s, whose fit takes little time
+        model = golden / "net.safetensors"
+        path = self.trial("--protocol", golden / "protocol.json")
         draws = self.folder / "draws.npz"
-        expected = json.loads(program("fit", path, "--max-draws", 8, "--range", "Kp=300,2000", "--prior",
+        expected = json.loads(program("fit", path, "--model", model, "--max-draws", 8, "--range", "Kp=300,2000", "--prior",
                                       "delay=0.12,0.02", "--moved-before", "--draws", draws, "--json", "--quiet"))
         expected = expected["recordings"][0]
         told = []
-        found = decid.fit(path, max_draws=8, ranges={"Kp": (300, 2000)}, priors={"delay": (0.12, 0.02)},
+        found = decid.fit(path, model=model, max_draws=8, ranges={"Kp": (300, 2000)}, priors={"delay": (0.12, 0.02)},
                           moved_before=True, progress=lambda done, stage: told.append((done, stage)))
         self.check_same(found, expected)
         for name in ("sensor_noise_deg", "start_s", "gain"):

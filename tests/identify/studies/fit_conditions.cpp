@@ -35,9 +35,10 @@ TEST_CASE("the rows of faults: start and gain are drawn as the priors have them,
   CHECK(names.size() == rows.size());
 }
 
-// Guards that an offset, which nobody's recording is without, changes no answer. Mean squared errors of 4 trials are
-// 0.10 +- 0.05 of the prior's variance (docs/research/posterior.md): 0.4 is exceeded in fewer than one of a million.
-// Where the offset is taken for sway the error is 1.6. Four fits take half a minute; fewer would not tell.
+// Guards that an offset, which nobody's recording is without, changes no answer. Mean squared errors of 2 trials are
+// 0.10 +- 0.07 of the prior's variance (docs/research/posterior.md): 0.5 is exceeded in fewer than one of a million.
+// Where the offset is taken for sway the error is 1.6.
+// Over 20 s beside other tests: fits of the built-in network's protocol take ten seconds each.
 TEST_CASE("fits of recordings with an offset are as good as without" * doctest::test_suite("slow")) {
   sim::Protocol protocol = sim::default_protocol();
   protocol.noise.sensor = {0.02, 0.02};
@@ -48,12 +49,12 @@ TEST_CASE("fits of recordings with an offset are as good as without" * doctest::
   const auto offset =
       std::ranges::find_if(rows, [](const FitCondition& row) { return row.fault.name == "offset_deg"; });
   REQUIRE(offset != rows.end());
-  const FitConditionFigures found = fit_condition(built_in_model(), protocol, *offset, request, 4, 99);
+  const FitConditionFigures found = fit_condition(built_in_model(), protocol, *offset, request, 2, 99);
   REQUIRE(found.figures);
-  CHECK(found.trials == 4);
-  CHECK(found.usable + found.caution + found.not_usable == 4);
+  CHECK(found.trials == 2);
+  CHECK(found.usable + found.caution + found.not_usable == 2);
   CHECK(found.usable_far_off == 0);
-  CHECK(found.figures->all.mse < 0.4);
+  CHECK(found.figures->all.mse < 0.5);
   CHECK(found.figures->all.coverage90 > 0.5);
 }
 

@@ -17,10 +17,10 @@ using namespace decid::test;
 namespace {
 
 // Sampled tables per case. The short form guards the sampler in every check, the long form in tools/check --long.
-constexpr int short_form = 40, long_form = 200;
+constexpr int short_form = 20, long_form = 200;
 // Kolmogorov's distance times sqrt(n) exceeds 1.95 with a probability of 1 in 1000; 8 to 13 quantities in each case, so
 // that a right sampler fails a case with 1 in 80 to 110 of all seeds. The short form has the same false-alarm rate; it
-// detects errors that are sqrt(5) times as large.
+// detects errors that are sqrt(10) times as large.
 constexpr double max_distance = 1.95;
 
 struct Calibration {

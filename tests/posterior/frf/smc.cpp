@@ -10,7 +10,6 @@
 
 using namespace decid;
 using namespace decid::test;
-using triangle;
 
 namespace {
 

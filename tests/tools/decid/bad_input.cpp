@@ -16,9 +16,6 @@ std::string recording(int samples, double rate, const Cell& cell) {
   for (int k = 0; k < samples; ++k) text += std::to_string(k / rate) + "," + cell(k) + "\n";
   return text;
 }
-std::string wave(int k) {
-  return std::to_string(0.3 * ((k / 7) % 5 - 2));
-}
 
 }  // namespace
 

@@ -67,8 +67,7 @@ TEST_CASE("controllers: data set, training, identification, study and export of 
 
     run_ok("export controller --quiet --force --name c " + result + " -o " + of.folder / "c");
     CHECK(contains(read_text(of.folder / "c/c.c"), "The " + model->name + " posture controller"));
-    check_refused("export controller --controller dec --force " + result + " -o " + of.folder / "n",
-                  {"r.json", model->name});
+    check_refused("export controller --controller dec --force " + result + " -o " + of.folder / "n", "r.json");
   }
 }
 
@@ -94,8 +93,7 @@ TEST_CASE("controllers: simulate has the simulator's trial, by each controller's
   CHECK(named != simulated("--gravity-gain 0.55 --protocol " + folder / "band.json"));
   check_refused("export controller --protocol " + folder / "band.json" + " -o " + folder / "c", "gravity dead band");
   // The body falls: the remedy counts the controller's own responses.
-  check_refused("simulate --controller ic --kp 500 --protocol " + protocol + " -o " + folder / "f.csv",
-                "--kp");
+  check_refused("simulate --controller ic --kp 500 --protocol " + protocol + " -o " + folder / "f.csv", "--kp");
 }
 
 TEST_CASE("controllers: what contradicts is refused") {

@@ -15,6 +15,12 @@ namespace {
 
 constexpr const char* small = " --starts 1 --simulations 6500 --max-draws 8 --seed 3";
 
+/// Writes the tiny protocol to a file; returns its option.
+std::string tiny(const Folder& folder) {
+  write_text(folder / "tiny.json", brief_protocol);
+  return " --protocol " + folder / "tiny.json" + " ";
+}
+
 }  // namespace
 
 TEST_CASE("fit gives identify's keys and the posterior" * doctest::test_suite("slow")) {
@@ -75,12 +81,12 @@ TEST_CASE("fit gives identify's keys and the posterior" * doctest::test_suite("s
   CHECK(run_decid(command + " --threads 1").out == result.out);
 }
 
-TEST_CASE("fit: ranges and priors of parameters" * doctest::test_suite("slow")) {
+TEST_CASE("fit: ranges and priors of parameters") {
   const Folder folder;
-  run_ok("simulate --protocol short --nv 0.3 --seed 4 -o " + folder / "t.csv");
+  run_ok("simulate" + tiny(folder) + "--nv 0.3 --seed 4 -o " + folder / "t.csv");
   const std::string known =
       " --range delay=0.05,0.2 --prior delay=0.12,0.01 --prior Kp=850,20 --range Kp_pass=100,250 --moved-before";
-  const auto result = run_ok("fit --quiet --json --protocol short --max-draws 8" + known + " " + folder / "t.csv" +
+  const auto result = run_ok("fit --quiet --json" + tiny(folder) + "--max-draws 8" + known + " " + folder / "t.csv" +
                              " --draws " + folder / "d.npz");
   const Json all = Json::parse(result.out), recording = all["recordings"].at(0);
   const decid::sim::ParameterTable& table = decid::sim::single_pendulum().parameters;
@@ -186,16 +192,16 @@ TEST_CASE("fit: one bad recording of several does not stop the others, and quiet
   CHECK(json["recordings"][2]["diagnostics"]["draws"] == 64);
 }
 
-// Over 20 s: guards that nothing drawn is lost. Draws begin after some seconds of warming up, in each of its fits.
+// Over 10 s: guards that nothing drawn is lost. A line of progress comes every 10 s.
 TEST_CASE("fit: Ctrl-C keeps the draws" * doctest::test_suite("slow")) {
   const Folder folder;
   run_ok("simulate --protocol short --seed 4 -o " + folder / "t.csv");
   std::string files;
   for (int i = 0; i < 100; ++i) files += " " + folder / "t.csv";
   // A line of progress comes every 10 s; Ctrl-C after one that was written in the middle of drawing.
-  const auto [code, out, err] = interrupted(
-      "fit --protocol short --max-draws 50" + files + " -o " + folder / "o.json" + " --report " + folder / "r.html",
-      "grep -q R-hat $err");
+  const auto [code, out, err] = interrupted("fit --threads 1 --protocol short --max-draws 50" + files + " -o " +
+                                                folder / "o.json" + " --report " + folder / "r.html",
+                                            "grep -q R-hat $err");
   CAPTURE(err);
   CHECK(contains(err, "what was drawn until then was written; --resume goes on"));
   CHECK(contains(err, " of 100 recordings, "));
@@ -215,11 +221,11 @@ TEST_CASE("fit: Ctrl-C keeps the draws" * doctest::test_suite("slow")) {
   CHECK(contains(read_text(folder / "r.html"), "</html>"));
 }
 
-TEST_CASE("fit: a subject's body, and known parameters beside" * doctest::test_suite("slow")) {
+TEST_CASE("fit: a subject's body, and known parameters beside") {
   const Folder folder;
   const std::string truth = "Kp=850,Kd=250,Kp_pass=200,Kd_pass=100,Nv=0.3,theta=0.001,delay=0.1";
   run_ok("simulate --protocol short --seed 4 -o " + folder / "t.csv");
-  const auto result = run_ok("fit " + folder / "t.csv" + " --json --protocol short --mass 88.86 --height 1.8 " +
+  const auto result = run_ok("fit " + folder / "t.csv" + " --json" + tiny(folder) + "--mass 88.86 --height 1.8 " +
                              "--max-draws 8 --truth " + truth);
   const Json recording = Json::parse(result.out)["recordings"][0];
   CHECK(recording["parameters"][0]["true"] == 850);
@@ -228,15 +234,16 @@ TEST_CASE("fit: a subject's body, and known parameters beside" * doctest::test_s
   CHECK(near(mgh, 838.98, 1e-3));
 }
 
-// Over 20 s: guards what stands in for chains that disagree, on trials of the network's own protocol: four fits.
 TEST_CASE("fit: where chains disagree, the network's values have its intervals; sway of the other sign is not usable" *
           doctest::test_suite("slow")) {
   const Folder folder;
   run_ok("simulate --seed 7 --quiet -o " + folder / "t.csv");
   const auto first = [](const std::string& command) { return first_recording(command + " --json"); };
-  const std::string few = "fit --quiet --max-draws 8 " + folder / "t.csv";  // too few to agree
-  const Json fitted = first(few), identified = first("identify " + folder / "t.csv"),
-             turned = first(few + " --invert sway");
+  const std::string golden = DECID_SOURCE_DIR "/tests/golden/0.2.0/";  // a network of trials of 4 s
+  const std::string few = "fit --quiet --max-draws 8 ",
+                    trial = golden + "trial.csv --model " + golden + "net.safetensors";
+  const Json fitted = first(few + trial), identified = first("identify " + trial),  // too few draws to agree
+      turned = first(few + folder / "t.csv" + " --invert sway");
   CHECK(fitted["fit"]["answer"] == "network");
   CHECK(fitted["diagnostics"]["agreed"] == false);
   for (std::size_t p = 0; p < fitted["parameters"].size(); ++p)
@@ -249,11 +256,11 @@ TEST_CASE("fit: where chains disagree, the network's values have its intervals; 
   CHECK(turned["ood_score"].get<double>() > 1.0);
 }
 
-// Over 20 s: guards that resumed trials are the bits of one call: eight fits of the short protocol.
 TEST_CASE("calibrate: figures of trials, resumed as if never stopped" * doctest::test_suite("slow")) {
   const Folder folder;
+  const std::string protocol = tiny(folder);
   const std::string command =
-      "calibrate --quiet --protocol short --sensor-noise 0.02 --max-draws 8 --groups 1 --json -o " + folder / "c.json";
+      "calibrate --quiet --sensor-noise 0.02 --max-draws 8 --groups 1 --json" + protocol + "-o " + folder / "c.json";
   run_ok(command + " --trials 1");
   const auto result = run_ok(command + " --trials 2 --resume");
   CHECK(result.out == read_text(folder / "c.json"));
@@ -286,14 +293,15 @@ TEST_CASE("calibrate: figures of trials, resumed as if never stopped" * doctest:
   check_refused(command + " --trials 2 --resume --seed 4", "seed is 4, and was 2026");
   // One from before the noise had a period of its own is of noise that repeats with the trial.
   std::string before = result.out;
-  const std::string period = ",\n    \"period_s\": 127.4";
+  const std::string period = ",\n    \"period_s\": 32.0";
   REQUIRE(contains(before, period));
   before.erase(before.find(period), period.size());
   write_text(folder / "c.json", before);
-  check_refused(command + " --trials 2 --resume", "protocol.vestibular_noise.period_s is 127.4, and was");
-  write_text(folder / "short.json", R"({"name": "short", "vestibular_noise": {"period_s": "trial"}, "sequence": {
-      "feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "cycles": 3, "lead_in_s": 1.97, "lead_out_s": 1.73}})");
-  run_ok(std::string(command).replace(command.find("short"), 5, folder / "short.json") + " --trials 2 --resume");
+  check_refused(command + " --trials 2 --resume", "protocol.vestibular_noise.period_s is 32.0, and was");
+  std::string repeating = brief_protocol;
+  repeating.insert(1, R"("vestibular_noise": {"period_s": "trial"}, )");
+  write_text(folder / "tiny.json", repeating);
+  CHECK(run_decid(command + " --trials 2 --resume").code == 0);
   write_text(folder / "c.json", "{}");
   check_refused(command + " --trials 2 --resume", "c.json");
 }
@@ -362,11 +370,14 @@ TEST_CASE("calibrate: another network's answers take the place of the first one'
   check_refused(command + "2 --protocol short" + model);
 }
 
-// Over 20 s: guards three forms of one result. It takes a fit and four iterative fits of one trial.
 TEST_CASE("compare: the table, the JSON and the page say the same" * doctest::test_suite("slow")) {
   const Folder folder;
-  const auto result = run_ok("compare --trials 2 --sensor-noise 0.02 --quiet --json --report " + folder / "c.html" +
-                             " -o " + folder / "c.json" + small);
+  const std::string protocol = tiny(folder), model = " --model " + folder / "m.safetensors" + " ";
+  write_text(folder / "net.txt", "globalavgpool\nfc 7\n");
+  run_ok("train --stream --stream-trials 40 --validation-trials 20 --epochs 1 --head point --quiet --architecture " +
+         folder / "net.txt" + protocol + "-o " + folder / "m.safetensors");
+  const auto result = run_ok("compare" + model + "--trials 2 --sensor-noise 0.02 --quiet --json --report " +
+                             folder / "c.html" + " -o " + folder / "c.json" + small);
   const Json json = Json::parse(result.out);
   CHECK(json["trials"] == 2);
   REQUIRE(json["methods"].size() == 6);
@@ -384,7 +395,8 @@ TEST_CASE("compare: the table, the JSON and the page say the same" * doctest::te
   }
   CHECK(result.out == read_text(folder / "c.json"));
   // A study of the same model shows it, of another not.
-  const std::string study = "study --quiet --trials 20 --realisations 1 --sensor-noise 0 -o " + folder / "study";
+  const std::string study =
+      "study" + model + "--quiet --trials 20 --realisations 1 --sensor-noise 0 -o " + folder / "study";
   const auto studied = run_ok(study + " --comparison " + folder / "c.json");
   CHECK(contains(studied.out, "| iterative fit from network |"));
   const Json study_json = read_json(folder / "study/study.json");
@@ -400,8 +412,8 @@ TEST_CASE("compare: the table, the JSON and the page say the same" * doctest::te
   write_text(folder / "other.json", "{");
   check_refused(study + " --comparison " + folder / "other.json", "other.json");
   // On trials of a data set, which have their own noise; in words.
-  run_ok("dataset --quiet --count 2 --seed 77 -o " + folder / "d.npz");
-  const std::string on_data = "compare --trials 1 --quiet --data " + folder / "d.npz" + small;
+  run_ok("dataset" + protocol + "--quiet --count 2 --seed 77 -o " + folder / "d.npz");
+  const std::string on_data = "compare" + model + "--trials 1 --quiet --data " + folder / "d.npz" + small;
   const auto said = run_ok(on_data);
   CHECK(contains(said.out, "d.npz"));
   CHECK(contains(said.out, "iterative fit from network"));

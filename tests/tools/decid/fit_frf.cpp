@@ -161,9 +161,10 @@ TEST_CASE("fit --frf warns of a table that the model does not explain") {
 }
 
 TEST_CASE("fit --frf refuses invalid controllers, priors and objectives") {
-  const std::string good = "frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n";
+  const Folder folder;
+  write_text(folder / "good.csv", "frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n");
   for (const char* options : {"--controller pid", "--fix gravity=1", "--objective log-ratio --prior Kp=900,20",
                               "--objective modes", "--controller dec,ic --truth Kp=900"})
-    check_table_refused(good, options);
+    check_refused("fit --frf " + folder / "good.csv" + " " + options, "--");
   check_refused("fit r.csv --objective log-ratio", "--objective");
 }

@@ -165,18 +165,19 @@ TEST_CASE("groups: a line of no recording is noted, a recording given twice is r
   check_refused(trials + " " + folder / "./long.csv", "long.csv#1: is the same recording as ");
 }
 
-// Over 20 s: guards the journal of several recordings. The calls before and after each stop make fits of their own.
 TEST_CASE("fit: going on after a stop makes the bytes of a call that was never stopped" * doctest::test_suite("slow")) {
   const Folder folder;
   std::filesystem::create_directory(folder / "in");
+  write_text(folder / "tiny.json", brief_protocol);
+  const std::string protocol = "--protocol " + folder / "tiny.json" + " ";
   for (int i = 1; i <= 3; ++i)
-    simulate(folder / "in/s" + std::to_string(i) + ".csv", "--protocol short --nv 0.3 --seed " + std::to_string(i));
+    simulate(folder / "in/s" + std::to_string(i) + ".csv", protocol + "--nv 0.3 --seed " + std::to_string(i));
   write_text(folder / "in/s0.csv", "time,sway\n0,1\n0.01,x\n");
   const auto outputs = [&](const std::string& name) {
     return " -o " + folder / name + ".json" + " --table " + folder / name + ".csv" + " --draws " + folder / name +
            ".npz" + " --report " + folder / name + ".html";
   };
-  const std::string command = "fit --protocol short --max-draws 8 --quiet " + folder / "in";
+  const std::string command = "fit " + protocol + "--max-draws 8 --quiet " + folder / "in";
   const Result whole = run_decid(command + outputs("whole"));
   CAPTURE(whole.err);
   CHECK(whole.code == 2);
@@ -206,7 +207,7 @@ TEST_CASE("fit: going on after a stop makes the bytes of a call that was never s
 
   // Two of them in one file.
   write_text(folder / "long.csv", long_table(read_text(folder / "in/s1.csv"), read_text(folder / "in/s2.csv"), ""));
-  const Result together = run_ok("fit --protocol short --max-draws 8 --quiet --json --trial trial " +
+  const Result together = run_ok("fit " + protocol + "--max-draws 8 --quiet --json --trial trial " +
                                  folder / "long.csv" + " -o " + folder / "long.json");
   for (std::size_t i = 0; i < 2; ++i) {
     const Json recording = Json::parse(together.out)["recordings"][i];

@@ -12,6 +12,7 @@
 using namespace decid;
 using test::Folder;
 using test::run_decid;
+using test::run_ok;
 using Json = nlohmann::json;
 
 namespace {

@@ -39,7 +39,7 @@ TEST_CASE("a folder stands for the recordings in it, in the order of their names
 
 TEST_CASE("standard input is named once") {
   CHECK(recording_files({"-", "a.csv"}) == Names{"-", "a.csv"});
-  check_error([] { recording_files({"-", "a.csv", "-"}); }, {"named twice"});
+  check_error([] { recording_files({"-", "a.csv", "-"}); }, decid::Code::setting_conflict);
 }
 
 TEST_CASE("a pattern gives its matches, unless a file has exactly that name") {

@@ -100,6 +100,7 @@ void simulate_single(const SimulateOptions& options, sim::Protocol protocol) {
   const double responses = of[sim::Coefficient::position] + of[sim::Coefficient::gravity],
                stiffness = of[sim::Coefficient::kp_pass] + responses * of[sim::Coefficient::kp],
                mgh = simulator.protocol().experiment.body.mgh();
+  const std::string times = responses == 1.0 ? "" : responses == 2.0 ? "twice " : format("%g times ", responses);
   require_standing(
       outcome, simulator.protocol(),
       [&](const sim::Protocol& other, bool without_noise) {
@@ -109,8 +110,8 @@ void simulate_single(const SimulateOptions& options, sim::Protocol protocol) {
         return again.run(same, Random(options.seed, sim::streams::vestibular_noise, 0), unused).valid;
       },
       stiffness <= mgh
-          ? format("passive stiffness and %g times --kp, %.0f N m/rad, must exceed the body's m g h, %.0f: raise --kp",
-                   responses, stiffness, mgh)
+          ? format("passive stiffness and %s--kp, %.0f N m/rad, must exceed the body's m g h, %.0f: raise --kp",
+                   times.c_str(), stiffness, mgh)
           : "shorten --delay, lower --kp or raise --kd");
   sim::record(simulator.protocol(), options.seed, 0, sway);
   to_degrees(sway);
