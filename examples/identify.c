@@ -31,7 +31,7 @@ int main(int count, char** arguments) {
   if (decid_result_trust(result) == DECID_NOT_USABLE)
     printf("not usable: do not use these values; the warnings below say why\n");
   else if (decid_result_trust(result) == DECID_WITH_CAUTION)
-    printf("with caution: see the warnings below\n");
+    printf("caution: see the warnings below\n");
   for (i = 0; i < decid_result_parameters(result); ++i) {
     const decid_parameter* found = decid_result_parameter(result, i);
     printf("%-8s %12.5g   90%%: %.5g to %.5g %s\n", found->name, found->value, found->interval90[0],
