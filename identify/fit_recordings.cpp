@@ -102,10 +102,12 @@ class Fitter::Plan {
   Plan(const Model* model, const sim::Protocol& protocol, const FitRequest& request) : own(protocol, request.priors) {
     if (model != nullptr && knows_experiment(*model, protocol.experiment))
       network_.emplace(*model, for_body(*model, "the model", protocol.experiment.body));
-    for (const sim::BodyModel* other : request.others) {
+    for (const FitRequest::Other& other : request.others) {
       sim::Protocol of_other = protocol;
-      of_other.experiment.body_model = other;
-      others.emplace_back(of_other, posterior::priors_for(request.priors, of_other.ranges()));
+      of_other.experiment.body_model = other.controller;
+      posterior::Priors priors = request.priors;
+      priors.parameters = other.parameters;
+      others.emplace_back(of_other, posterior::with_conventions(std::move(priors), of_other.ranges()));
     }
   }
 
@@ -127,9 +129,7 @@ class Fitter::Plan {
 };
 
 Fitter::Fitter(const Model* model, sim::Protocol protocol, const std::optional<sim::Body>& body, FitRequest request) {
-  const sim::ParameterTable table = with_body(protocol, body).ranges();
-  static_cast<void>(posterior::ranges_of(request.priors, table));  // refuses priors of other parameters
-  request.priors = posterior::priors_for(std::move(request.priors), table);
+  request.priors = posterior::with_conventions(std::move(request.priors), with_body(protocol, body).ranges());
   plan_ = std::make_unique<Plan>(model, with_body(protocol, body), request);
   const std::span<const float> tilt_rad = plan_->own.explainer.tilt_rad();
   report_.protocol = with_body(std::move(protocol), body);
@@ -149,12 +149,7 @@ void Fitter::fit(RecordingResult& result, const posterior::OnProgress& progress)
   const Density& density = plan_->own.density_for(trial, moved);
   const posterior::Observation observation = density.observe(trial.sway_rad());
   FitFigures& figures = result.fit.emplace();
-  const auto fits = static_cast<double>(1 + plan_->others.size());
-  std::size_t fitted = 0;
-  const posterior::OnProgress of_one = [&](const posterior::Progress& here) {
-    return !progress || progress({here.stage, (static_cast<double>(fitted) + here.done) / fits, here.rhat});
-  };
-  figures.posterior = posterior::sample(density, observation, settings, {}, of_one);
+  figures.posterior = posterior::sample(density, observation, settings, {}, part_of(progress, 0));
   const Posterior& found = figures.posterior;
   if (found.draws() == 0) {
     result.error = Error(Code::stopped, result.file, "was stopped before anything was drawn", "let it run");
@@ -200,31 +195,50 @@ void Fitter::fit(RecordingResult& result, const posterior::OnProgress& progress)
                                    posterior_warnings(density, observation, found, from_network), contradictions});
   figures.inferred = posterior::infer(density, observation, found);
   figures.posterior.drop_points();
-  std::vector<std::vector<double>> pointwise{figures.inferred.left_out.pointwise};
-  for (Plan::Controller& other : plan_->others) {
-    ++fitted;
-    const Density& of_other = other.density_for(trial, moved);
-    const posterior::Observation observed = of_other.observe(trial.sway_rad());
-    ControllerFit fit;
-    fit.controller = other.name();
-    fit.posterior = posterior::sample(of_other, observed, settings, {}, of_one);
-    if (fit.posterior.draws() == 0) return;  // stopped: the others stay out
-    posterior::Inferred inferred = posterior::infer(of_other, observed, fit.posterior);
-    fit.posterior.drop_points();
-    fit.check = other.checker.check(fit.posterior.states(), trial, settings.seed);
-    fit.warnings = posterior_warnings(of_other, observed, fit.posterior, false);
-    if (const std::string unlike = fit.check.warning(); !unlike.empty())
-      add_caution(fit.warnings, "unlike_simulated", unlike);
-    fit.sway_rad = std::move(inferred.sway_rad);
-    pointwise.push_back(std::move(inferred.left_out.pointwise));
-    figures.others.push_back(std::move(fit));
-  }
-  if (!figures.others.empty()) compare(pointwise, plan_->own.name(), figures, result.warnings);
   figures.samples_noise_deg = observation.noise_deg;
   figures.block_s = density.block_s();
   figures.edge_s = density.bin_s();
   figures.first_edge_s = density.first_bin_s();
+  fit_others(result, moved, progress);
   figures.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+posterior::OnProgress Fitter::part_of(const posterior::OnProgress& progress, std::size_t fitted) const {
+  if (!progress) return {};
+  return [&progress, fitted, fits = static_cast<double>(1 + plan_->others.size())](const posterior::Progress& here) {
+    return progress({here.stage, (static_cast<double>(fitted) + here.done) / fits, here.rhat});
+  };
+}
+
+void Fitter::fit_others(RecordingResult& result, bool moved, const posterior::OnProgress& progress) {
+  const posterior::Settings& settings = report_.fit->settings;
+  FitFigures& figures = *result.fit;
+  std::vector<ControllerFit> fits;
+  std::vector<std::vector<double>> pointwise{figures.inferred.left_out.pointwise};
+  bool stopped = false;
+  for (Plan::Controller& other : plan_->others) {
+    const Density& density = other.density_for(result.trial, moved);
+    const posterior::Observation observation = density.observe(result.trial.sway_rad());
+    ControllerFit& fit = fits.emplace_back();
+    fit.controller = other.name();
+    const posterior::OnProgress part = part_of(progress, fits.size());
+    fit.posterior = posterior::sample(density, observation, settings, {}, [&](const posterior::Progress& here) {
+      stopped = part && !part(here);
+      return !stopped;
+    });
+    if (stopped) return;  // fits of different lengths are not compared
+    posterior::Inferred inferred = posterior::infer(density, observation, fit.posterior);
+    fit.posterior.drop_points();
+    fit.check = other.checker.check(fit.posterior.states(), result.trial, settings.seed);
+    fit.warnings = posterior_warnings(density, observation, fit.posterior, false);
+    if (const std::string unlike = fit.check.warning(); !unlike.empty())
+      add_caution(fit.warnings, "unlike_simulated", unlike);
+    fit.sway_rad = std::move(inferred.sway_rad);
+    pointwise.push_back(std::move(inferred.left_out.pointwise));
+  }
+  if (fits.empty()) return;
+  figures.others = std::move(fits);
+  compare(pointwise, plan_->own.name(), figures, result.warnings);
 }
 
 bool Fitter::fit(std::span<RecordingResult> read, const FitProgress& progress, const OnFitted& fitted) {

@@ -20,9 +20,12 @@ namespace decid {
 struct FitRequest {
   posterior::Priors priors;  ///< where a recording's tilt was measured, its start is known
   posterior::Settings settings;
-  /// Controllers that are fitted too, and compared with the protocol's. Priors of parameters that they do not have do
-  /// not apply to them.
-  std::vector<const sim::BodyModel*> others{};
+  /// A controller that is fitted too, and compared with the protocol's, and the priors of its parameters.
+  struct Other {
+    const sim::BodyModel* controller;
+    std::vector<posterior::ParameterPrior> parameters{};
+  };
+  std::vector<Other> others{};
 };
 
 /// The fit of another controller to the same recording.

@@ -64,7 +64,7 @@ class DelayLine {
 /// Returns the protocol if it is valid and its body model can be simulated. Throws Error.
 inline Protocol checked(Protocol protocol) {
   protocol.validate();
-  if (!protocol.experiment.body_model->family.terms.empty()) return protocol;
+  if (!protocol.family().terms.empty()) return protocol;
   throw Error(Code::not_supported, "protocol " + protocol.name,
               "its body model '" + protocol.experiment.body_model->name + "' has only a table",
               "use that model's simulator; this one needs the coefficients of a servo behind a dead band");

@@ -103,10 +103,6 @@ void check_error(const F& f, Code code, std::string_view fact = {}, const char* 
   const Error error = error_of(f);
   INFO("called in " << file << ", line " << line);
   INFO("message: " << error.what());
-  if (const char* to = std::getenv("DECID_LOG"))  // LOG
-    std::ofstream(to, std::ios::app) << file << '\t' << line << '\t' << name(code) << '\t' << name(error.code()) << '\t'
-                                     << fact << '\t' << contains(error.what(), fact) << '\t' << error.what()
-                                     << "\x1e";  // LOG
   CHECK(std::string(name(error.code())) == name(code));
   CHECK(contains(error.what(), fact));
   CHECK_FALSE(error.remedy().empty());

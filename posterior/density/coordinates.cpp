@@ -90,17 +90,15 @@ Density::Chains Density::chains(std::span<const double> x, std::optional<double>
     const auto coordinate = [&](int quantity) {
       return x[(static_cast<std::size_t>(noise_.size()) + place(quantity)) * lanes + l];
     };
+    sim::Parameters parameters(quantiles_.size());
     for (std::size_t i = 0; i < quantiles_.size(); ++i) {
       const double at = coordinate(static_cast<int>(i));
-      c.value[i][l] = quantiles_[i].value(at);
+      c.value[i][l] = parameters[i] = quantiles_[i].value(at);
       c.d_coordinate[i][l] = quantiles_[i].slope(at);
     }
+    const sim::Coefficients coefficients = family().coefficients(parameters);
     for (std::size_t i = 0; i < sim::Coefficients::count; ++i)
-      c.coefficients[i][l] = family().constant[static_cast<sim::Coefficient>(i)];
-    for (const sim::Family::Term& term : family().terms) {
-      double& coefficient = c.coefficients[static_cast<std::size_t>(term.coefficient)][l];
-      coefficient = std::fma(term.factor, c.value[term.parameter][l], coefficient);
-    }
+      c.coefficients[i][l] = coefficients[static_cast<sim::Coefficient>(i)];
     c.value[place(start)][l] = priors_.start_s * (2.0 * normal_distribution(coordinate(start)) - 1.0);
     c.d_coordinate[place(start)][l] = 2.0 * priors_.start_s * normal_density(coordinate(start));
     c.value[place(gain)][l] = decid::exp(priors_.gain * coordinate(gain));

@@ -93,14 +93,6 @@ LoopChange change_with(sim::Coefficient coefficient) {
   }
 }
 
-/// Returns the parameter that is a coefficient of its own.
-std::optional<std::size_t> parameter_of(const sim::Family& family, sim::Coefficient coefficient) {
-  for (const sim::Family::Term& term : family.terms) {
-    if (term.coefficient == coefficient) return term.parameter;
-  }
-  return {};
-}
-
 Complex number(const AlignedVector<double>& values, std::size_t k) {
   return {values[2 * k], values[2 * k + 1]};
 }
@@ -228,8 +220,8 @@ void Density::information(const Observation& observation, std::span<const double
   };
   std::fill(work.by_passed.begin(), work.by_passed.end(), 0.0);
   run.join(bins_, work.by_theta.data(), work.by_passed.data());
-  const std::optional<std::size_t> theta = parameter_of(family(), sim::Coefficient::theta),
-                                   nv = parameter_of(family(), sim::Coefficient::nv);
+  const std::optional<std::size_t> theta = family().parameter_of(sim::Coefficient::theta),
+                                   nv = family().parameter_of(sim::Coefficient::nv);
   if (theta) passed_column(noises + *theta, c.d_coordinate[*theta]);
   for (std::size_t i = 0; i < work.halves.size(); ++i)
     work.halves[i] = work.by_low[i] * work.fine[i] + work.by_high[i] * work.fine[i + lanes];

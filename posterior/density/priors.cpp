@@ -40,10 +40,7 @@ double Quantile::coordinate(double value) const {
   return inverse_normal(std::clamp(probability, edge, 1.0 - edge));
 }
 
-Priors priors_for(Priors priors, const sim::ParameterTable& table) {
-  const std::vector<std::string> names = table.names();
-  std::erase_if(priors.parameters,
-                [&](const ParameterPrior& prior) { return std::ranges::find(names, prior.name) == names.end(); });
+Priors with_conventions(Priors priors, const sim::ParameterTable& table) {
   for (const sim::ParameterInfo& info : table) {
     const bool named =
         std::ranges::find(priors.parameters, info.name, &ParameterPrior::name) != priors.parameters.end();

@@ -54,9 +54,8 @@ struct Quantile {
   double coordinate(double value) const;
 };
 
-/// Returns the priors of one model: without those of parameters that its table does not have, and with parameters that
-/// have a convention (sim::ParameterInfo) fixed, unless the priors name them.
-Priors priors_for(Priors priors, const sim::ParameterTable& table);
+/// Returns the priors with parameters that have a convention (sim::ParameterInfo) fixed, unless the priors name them.
+Priors with_conventions(Priors priors, const sim::ParameterTable& table);
 /// Returns the priors. Throws Error for priors out of their bounds.
 const Priors& checked(const Priors& priors);
 /// Returns the table with the priors' ranges. Throws Error for an unknown or repeated name, and for a range that is

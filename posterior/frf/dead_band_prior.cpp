@@ -42,9 +42,9 @@ double slope_at(const posterior::Quantile& prior, double probability) {
 DeadBandPrior::DeadBandPrior(const posterior::Quantile& nv, const posterior::Quantile& theta,
                              const std::function<double(double nv, double theta)>& passes)
     : theta_(theta),
-      min_theta_(theta.sd == 0.0 ? theta.low : 0.0),
-      max_theta_(theta.sd == 0.0 ? theta.low + theta.range : 1.0) {
-  const double theta_range = theta.sd == 0.0 ? theta.range : 1.0;
+      min_theta_(theta.sd == 0.0 ? theta.low : 0.5 / side),
+      max_theta_(theta.sd == 0.0 ? theta.low + theta.range : 1.0 - 0.5 / side) {
+  const double theta_low = theta.sd == 0.0 ? theta.low : 0.0, theta_range = theta.sd == 0.0 ? theta.range : 1.0;
   std::vector<double> known;
   for (std::size_t i = 0; i < nodes; ++i)
     for (std::size_t j = 0; j < nodes; ++j) known.push_back(passes(value_of(nv, i), value_of(theta, j)));
@@ -58,7 +58,7 @@ DeadBandPrior::DeadBandPrior(const posterior::Quantile& nv, const posterior::Qua
       const double* corner = known.data() + low_i * nodes + low_j;
       const double left = corner[0] + share_i * (corner[nodes] - corner[0]);
       const double right = corner[1] + share_i * (corner[nodes + 1] - corner[1]);
-      cells_.push_back({value_at(nv, of_nv), min_theta_ + theta_range * of_theta, left + share_j * (right - left),
+      cells_.push_back({value_at(nv, of_nv), theta_low + theta_range * of_theta, left + share_j * (right - left),
                         (right - left) / node_theta});
     }
   }

@@ -36,9 +36,9 @@ class DeadBandPrior {
     double passing, by_theta;  // the passing gain, and its derivative by theta
   };
   posterior::Quantile theta_;
-  double min_theta_, max_theta_;
-  std::vector<Cell> cells_;    // of a grid, in blocks by passing gain, in each by Nv
-  std::vector<double> edges_;  // passing gains between the blocks
+  double min_theta_, max_theta_;  // of a normal prior: the outer cells' middles, whose tails stay where they are
+  std::vector<Cell> cells_;       // of a grid, in blocks by passing gain, in each by Nv
+  std::vector<double> edges_;     // passing gains between the blocks
 };
 
 }  // namespace decid::frf

@@ -39,20 +39,6 @@ Priors filled(Priors priors, const Table& table) {
   return priors;
 }
 
-/// Returns the one term of a coefficient whose parameter is free and acts on nothing else.
-std::optional<sim::Family::Term> single_term(const sim::Family& family, sim::Coefficient coefficient,
-                                             const std::vector<std::optional<std::size_t>>& place_of) {
-  std::optional<sim::Family::Term> found;
-  for (const sim::Family::Term& term : family.terms) {
-    if (term.coefficient != coefficient) continue;
-    if (found || term.factor <= 0.0 || !place_of[term.parameter]) return {};
-    found = term;
-  }
-  if (!found || family.constant[coefficient] != 0.0) return {};
-  const auto uses = std::ranges::count(family.terms, found->parameter, &sim::Family::Term::parameter);
-  return uses == 1 ? found : std::nullopt;
-}
-
 }  // namespace
 
 Density::Density(const sim::Protocol& protocol, Table table, const Priors& priors)
@@ -61,21 +47,23 @@ Density::Density(const sim::Protocol& protocol, Table table, const Priors& prior
       ranges_(posterior::ranges_of({.parameters = priors.parameters}, protocol.ranges())),
       place_of_(ranges_.size()),
       model_(protocol, table_) {
+  const posterior::Priors of_parameters =
+      posterior::with_conventions({.parameters = priors.parameters}, protocol.ranges());
+  priors_.parameters = of_parameters.parameters;
   for (std::size_t p = 0; p < ranges_.size(); ++p) {
     const sim::ParameterInfo& info = ranges_[p];
-    quantiles_.push_back(posterior::quantile_of({.parameters = priors.parameters}, info.name, info.low, info.range()));
+    quantiles_.push_back(posterior::quantile_of(of_parameters, info.name, info.low, info.range()));
     if (quantiles_[p].range == 0.0) continue;
     place_of_[p] = free_.size();
     free_.push_back(p);
   }
   const sim::Family& family = protocol.family();
-  const auto nv = single_term(family, sim::Coefficient::nv, place_of_);
-  const auto theta = single_term(family, sim::Coefficient::theta, place_of_);
-  if (!nv || !theta) return;
-  const auto passes = [&](double of_nv, double of_theta) {
-    return model_.passing_gain(nv->factor * of_nv, theta->factor * of_theta);
-  };
-  dead_band_ = DeadBand{*nv, *theta, DeadBandPrior(quantiles_[nv->parameter], quantiles_[theta->parameter], passes)};
+  // Noise and threshold are parameters of their own or constants (posterior::of_family).
+  const std::optional<std::size_t> nv = family.parameter_of(sim::Coefficient::nv);
+  const std::optional<std::size_t> theta = family.parameter_of(sim::Coefficient::theta);
+  if (!nv || !theta || !place_of_[*nv] || !place_of_[*theta]) return;
+  const auto passes = [&](double of_nv, double of_theta) { return model_.passing_gain(of_nv, of_theta); };
+  dead_band_ = DeadBand{*nv, *theta, DeadBandPrior(quantiles_[*nv], quantiles_[*theta], passes)};
 }
 
 std::optional<std::size_t> Density::coordinate_of(int quantity) const {
@@ -89,7 +77,7 @@ State Density::state(std::span<const double> x) const {
   for (std::size_t p = 0; p < ranges_.size(); ++p)
     state.parameters[p] = place_of_[p] ? value_at(quantiles_[p], x[*place_of_[p]]) : quantiles_[p].low;
   if (dead_band_) {
-    const std::size_t nv = dead_band_->nv.parameter, theta = dead_band_->theta.parameter;
+    const std::size_t nv = dead_band_->nv, theta = dead_band_->theta;
     const DeadBandPrior::Point point = dead_band_->prior.at(x[*place_of_[nv]], x[*place_of_[theta]]);
     state.parameters[nv] = point.nv;
     state.parameters[theta] = point.theta;
@@ -104,8 +92,8 @@ void Density::add_factors(std::size_t coordinate, std::span<const double> x, con
   const std::size_t parameter = free_[coordinate];
   const double slope = slope_at(quantiles_[parameter], x[coordinate]);
   const sim::Family& family = model_.protocol().family();
-  if (dead_band_ && parameter == dead_band_->theta.parameter) return;
-  if (dead_band_ && parameter == dead_band_->nv.parameter)
+  if (dead_band_ && parameter == dead_band_->theta) return;
+  if (dead_band_ && parameter == dead_band_->nv)
     return factors.push_back({coordinate, ResponseModel::by_passed, dead_band_->prior.at(x[coordinate], 0.5).by_rank});
   for (const sim::Family::Term& term : family.terms) {
     if (term.parameter != parameter) continue;

@@ -22,7 +22,8 @@
 
 namespace decid::frf {
 
-/// Priors in addition to the parameters' ranges.
+/// Priors in addition to the parameters' ranges. Parameters that have a convention (sim::ParameterInfo) are fixed
+/// unless the priors name them.
 struct Priors {
   double gain = 0.1;  ///< the table's gains over the true ones are 1 +- this, uniform; at most 0.9; 0: known
   std::optional<double>
@@ -102,7 +103,7 @@ class Density {
   std::vector<std::optional<std::size_t>> place_of_;  // the coordinates of the parameters
   ResponseModel model_;
   struct DeadBand {
-    sim::Family::Term nv, theta;
+    std::size_t nv, theta;  ///< the parameters
     DeadBandPrior prior;
   };
   std::optional<DeadBand> dead_band_;

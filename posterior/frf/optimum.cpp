@@ -10,6 +10,7 @@
 #include "base/math/random.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
+#include "posterior/streams.hpp"
 
 namespace decid::frf {
 namespace {

@@ -184,7 +184,8 @@ void ChainGroup::learn(int move, int moves) {
     const auto noises = static_cast<std::size_t>(density_.noise_size());
     for (std::size_t l = 0; l < lanes; ++l) {
       Globals& point = globals_.emplace_back();
-      for (std::size_t q = 0; q < point.size(); ++q) point[q] = x[(noises + q) * lanes + l];
+      for (std::size_t q = 0; q < static_cast<std::size_t>(density_.globals()); ++q)
+        point[q] = x[(noises + q) * lanes + l];
     }
     if (!informed) fit_.add(x);
   }

@@ -50,6 +50,7 @@ TEST_CASE("archive: values come back as they were") {
   CHECK(read.numbers == some().numbers);
   CHECK(read.maybe == some().maybe);
   REQUIRE(read.error.has_value());
+  CHECK(read.error->code() == Code::file_empty);
   CHECK(read.error->where() == "w");
   CHECK(read.error->problem() == "p");
   CHECK(read.error->remedy() == "r");

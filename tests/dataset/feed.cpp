@@ -63,8 +63,8 @@ TEST_CASE("streamed trials depend on their number alone and do not repeat") {
   // Another epoch length renumbers, but trial 4 + 2 * 10 + 7 stays the same.
   CHECK(training_trial(*stream_source(noisy_protocol(), 3, 27, 4), 1, {0}) == first);
   CHECK(training_trial(*stream_source(noisy_protocol(), 4, 10, 4), 2, {7}).parameters != first.parameters);
-  check_error([] { stream_source(noisy_protocol(), 3, 0, 4); }, Code::trials_missing, "0 training");
-  check_error([] { stream_source(noisy_protocol(), 3, 10, 0); }, Code::trials_missing, "0 validation");
+  check_error([] { stream_source(noisy_protocol(), 3, 0, 4); }, Code::setting_out_of_range, "0 training");
+  check_error([] { stream_source(noisy_protocol(), 3, 10, 0); }, Code::setting_out_of_range, "0 validation");
   for (const int index : {-1, 10}) {
     const std::vector<int> wrong{index};
     check_error([&] { source->take(Part::training, 0, wrong, [](std::size_t, const auto&, const auto&) {}); },
@@ -101,7 +101,7 @@ TEST_CASE("a data set's halves are its training and its validation trials") {
   }
   const std::vector<int> beyond{source->trials(Part::training)};
   check_error([&] { source->take(Part::training, 0, beyond, [](std::size_t, const auto&, const auto&) {}); },
-              Code::file_unwritable);
+              Code::setting_out_of_range);
   CHECK(source->identity() == stored_source(data)->identity());
   CHECK(source->identity() != stored_source(generate({noisy_protocol(), 21, 0, 6}))->identity());
   Dataset one_half = data;

@@ -163,15 +163,15 @@ TEST_CASE("identify: another rate, another start, another length") {
 
 TEST_CASE("identify: samples that are not a recording are refused") {
   const std::vector<double> sway = samples(0);
-  check_error([&] { identify(model(), std::span(sway).first(6000), 100.0); }, Code::setting_out_of_range,
+  check_error([&] { identify(model(), std::span(sway).first(6000), 100.0); }, Code::recording_too_short,
               "6000 samples");
   check_error([&] { identify(model(), {}, 100.0); }, Code::recording_too_short);
   for (const double rate : {0.0, -100.0, 1e-9, std::nan(""), std::numeric_limits<double>::infinity()})
-    check_error([&] { identify(model(), sway, rate); }, Code::size_mismatch);
+    check_error([&] { identify(model(), sway, rate); }, Code::setting_out_of_range);
   std::vector<double> bad = sway;
   bad[777] = std::nan("");
   check_error([&] { identify(model(), bad, 100.0); }, Code::value_invalid, "sample 777");
-  check_error([&] { identify(model(), std::vector<double>(12100, 0.01), 100.0); }, Code::setting_malformed);
+  check_error([&] { identify(model(), std::vector<double>(12100, 0.01), 100.0); }, Code::value_invalid);
   std::vector<double> degrees = sway;  // taken for radians
   for (double& value : degrees) value /= sim::rad_per_deg / 100;
   check_error([&] { identify(model(), degrees, 100.0); }, Code::value_invalid);

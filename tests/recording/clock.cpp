@@ -110,7 +110,7 @@ TEST_CASE("missing cells are gaps, in the middle and at the ends") {
   const auto text = [](const std::string& a, const std::string& b, const std::string& c) {
     return "time,sway_deg\n0," + a + "\n0.01,1\n0.02," + b + "\n0.03,3\n0.04," + c + "\n";
   };
-  check_error([&] { read(text("0", "", "4")); }, Code::column_unsuitable, "line 4, sway_deg");
+  check_error([&] { read(text("0", "", "4")); }, Code::value_missing, "line 4, sway_deg");
   check_error([&] { read(text("0", "NaN", "4")); }, Code::value_missing, "line 4");
   check_error([&] { read(text("0", "inf", "4"), {.fill_gaps_s = 1.0}); }, Code::value_invalid, "line 4");
   const Recording recording = read(text("", "n/a", "nan"), {.fill_gaps_s = 0.01});

@@ -72,7 +72,7 @@ TEST_CASE("a line of units is not a header: column names come from the line abov
   check_one_two_three("Zeit (Sekunden),KSP [deg]\n0,1\n0.01,2\n0.02,3\n", {.column = "KSP"});
   check_error(reading("time,KSP (deg),KSP [rad]\n0,1,1\n0.01,2,2\n", {.column = "KSP"}), Code::column_ambiguous,
               "'KSP'");
-  check_error(reading("Zeit;KSP\n[s;[Grad\n0;1\n"), Code::setting_malformed, "line 2");
+  check_error(reading("Zeit;KSP\n[s;[Grad\n0;1\n"), Code::value_invalid, "line 2");
 }
 
 TEST_CASE("lines above the table are passed over, and said so") {
@@ -100,7 +100,8 @@ TEST_CASE("a last column that is empty in the first rows takes nothing from the 
   check_one_two_three("time,sway_deg,event\n0,1,\n0.01,2,\n0.02,3,\n");
   check_one_two_three("Zeit;sway_deg;Ereignis\n0;1;\n0,01;2;\n0,02;3;los\n");
   CHECK(read("time,sway_rad,note\n0,0.1,\n0.01,0.2,\n0.02,0.3,\n0.03,0.4,x\n").signals.at(com_sway).rad.size() == 4);
-  check_error(reading("time,ankle_angle,note\n0,1,\n0.01,2,\n0.02,3,\n"), Code::value_invalid, "'ankle_angle', 'note'");
+  check_error(reading("time,ankle_angle,note\n0,1,\n0.01,2,\n0.02,3,\n"), Code::column_ambiguous,
+              "'ankle_angle', 'note'");
   // A last row or two of separators alone, as spreadsheets leave them.
   check_one_two_three("time;sway_deg\n0;1\n0,01;2\n0,02;3\n;\n;\n");
   check_one_two_three("time,sway_deg\n0,1\n0.01,#N/A\n0.02,3\n", {.fill_gaps_s = 0.02});
@@ -151,7 +152,7 @@ TEST_CASE("with two columns, one of them the platform's tilt, the other is the s
   CHECK(read("time,platform_deg,lean_deg\n0,0,1\n0.01,0.1,2\n").signals.at(com_sway).column == "lean_deg");
   check_error(reading("time,lean_deg,other_deg\n0,1,0\n0.01,2,0.1\n"), Code::column_ambiguous);
   // Decimal commas between commas: four cells where two names are.
-  check_error(reading("time,lean\n0,01,0,12\n0,02,0,13\n0,03,0,14\n"), Code::column_ambiguous, "2 names");
+  check_error(reading("time,lean\n0,01,0,12\n0,02,0,13\n0,03,0,14\n"), Code::table_unclear, "2 names");
 }
 
 TEST_CASE("a unit that is not the name's is used, and warned of") {
@@ -196,7 +197,7 @@ TEST_CASE("a header with other names than columns is refused, so that no unit is
 TEST_CASE("a damaged row is not taken for a line above the table") {
   check_error(reading("time,sway\n0,1,1\n0.01,2\n0.02,3\n0.03,4\n"), Code::table_unclear, "line 2");
   check_error(reading("0,1,1\n0.01,2\n0.02,3\n0.03,4\n"), Code::table_unclear, "line 2");
-  check_error(reading("1,2,3\ntime,sway\n0,1\n0.01,2\n0.02,3\n"), Code::rate_unknown);
+  check_error(reading("1,2,3\ntime,sway\n0,1\n0.01,2\n0.02,3\n"), Code::table_unclear);
   CHECK(find_preamble("").lines == 0);
   CHECK(find_preamble("a\nb\nc\n").lines == 0);
   CHECK(find_preamble("sway\nx\n1\n2\n3\n").lines == 0);  // one column: which line is its name?
@@ -265,7 +266,7 @@ TEST_CASE("clock times, with and without a date, over midnight") {
   check_one_two_three("time,sway_deg\n2026-03-05 23:59:59.99,1\n2026-03-06 00:00:00.00,2\n2026-03-06 00:00:00.01,3\n");
   check_one_two_three("time,sway_deg\n23:59:59.99,1\n00:00:00.00,2\n00:00:00.01,3\n");
   check_one_two_three("23:59:59.99,1\n00:00:00.00,2\n00:00:00.01,3\n", {.column = "2", .unit = Unit::degree});
-  check_error(reading("time,sway_deg\n12:00:00.00,1\n12:61:00,2\n"), Code::rate_unknown, "line 3, time");
+  check_error(reading("time,sway_deg\n12:00:00.00,1\n12:61:00,2\n"), Code::value_invalid, "line 3, time");
   check_error(reading("time,sway_deg\n0,12:00:00\n0.01,2\n0.02,3\n"), Code::value_invalid, "line 2, sway_deg");
 }
 
@@ -289,7 +290,7 @@ TEST_CASE("positions are sway at their height above the ankles") {
   check_error(reading("time,x_m\n0,1\n0.01,4\n", {.com_height_m = 1.0}), Code::value_invalid);
   check_error(reading("time,sway_deg\n0,1\n0.01,4\n", {.ankle_column = "time"}), Code::setting_missing, "com_height");
   check_error(reading("time,sway\n0,1\n0.01,4\n", {.metres_per_unit = 1.0}), Code::setting_missing, "com_height");
-  check_error(reading(text, {.com_height_m = -1.0}), Code::unit_unknown, "com_height");
+  check_error(reading(text, {.com_height_m = -1.0}), Code::setting_out_of_range, "com_height");
 }
 
 TEST_CASE("leg and trunk, or hip and shoulder, make the sway of the centre of mass") {
@@ -314,9 +315,9 @@ TEST_CASE("leg and trunk, or hip and shoulder, make the sway of the centre of ma
   CHECK(near(read(text, markers).signals.at(com_sway).rad[1], body.centre_of_mass(leg, trunk), 1e-13));
   RecordingOptions without_height = markers;
   without_height.body_height_m = {};
-  check_error(reading(text, without_height), Code::setting_out_of_range);
-  check_error(reading(text, {.hip_column = "hip_m"}), Code::value_missing);
-  check_error(reading(text, {.leg_column = "hip_m"}), Code::value_missing);
+  check_error(reading(text, without_height), Code::setting_missing);
+  check_error(reading(text, {.hip_column = "hip_m"}), Code::setting_missing);
+  check_error(reading(text, {.leg_column = "hip_m"}), Code::setting_missing);
   check_error(reading(text, {.column = "2", .leg_column = "2", .trunk_column = "3"}), Code::setting_conflict);
   check_error(reading(text, {.leg_column = "2", .trunk_column = "2"}), Code::setting_conflict, "hip_m");
   RecordingOptions same = markers;

@@ -68,8 +68,8 @@ TEST_CASE("measured tilts that cannot be read are refused with file and setting"
   };
   const std::string good = "time,tilt_deg\n0,0\n0.01,1\n0.02,2\n";
   const char* file = R"("file": "t.csv")";
-  check(good, R"("file": "none.csv")", Code::not_supported, "'measured.file'");
-  check(good, R"("file": "")", Code::not_supported, "'measured.file'");
+  check(good, R"("file": "none.csv")", Code::file_missing, "'measured.file'");
+  check(good, R"("file": "")", Code::file_unreadable, "'measured.file'");
   check(good, R"("file": 3)", Code::setting_malformed, "'measured.file'");
   check(good, R"("file": "t.csv", "column": "x")", Code::column_missing, "'x'");
   check(good, R"("file": "t.csv", "column": 2)", Code::setting_malformed, "'measured.column'");
@@ -88,9 +88,9 @@ TEST_CASE("measured tilts that cannot be read are refused with file and setting"
   check("tilt_deg\n1\n2\n", file, Code::rate_unknown, "measured.rate_hz");
   check("time,tilt_deg\n0,0\n", file, Code::recording_too_short, "t.csv");
   check("time,tilt_deg\n0,0\n0.01,nan\n", file, Code::value_missing, "line 3");
-  check("time,tilt_deg\n0,0\n0.01,nan\n", file, Code::setting_out_of_range);
-  check("time,tilt_deg\n0,0\n0.01,\n", file, Code::column_unsuitable, "line 3");
-  check("time,tilt_deg\n0,0\n,1\n", file, Code::column_unsuitable, "line 3, time");
+  check("time,tilt_deg\n0,0\n0.01,nan\n", file, Code::value_missing);
+  check("time,tilt_deg\n0,0\n0.01,\n", file, Code::value_missing, "line 3");
+  check("time,tilt_deg\n0,0\n,1\n", file, Code::value_missing, "line 3, time");
   for (const char* cell : {"nan,1", "0.01,", "0.01,nan"}) {
     write_text(folder / "t.csv", std::string("time,tilt_deg\n0,0\n") + cell + "\n");
     const std::filesystem::path file_name = write_text(folder / "p.json", R"({"measured": {"file": "t.csv"}})");
@@ -98,8 +98,8 @@ TEST_CASE("measured tilts that cannot be read are refused with file and setting"
                          "fill_gaps"));  // which only recordings have
   }
   check("time,tilt_deg\n0,0\n0.01,x\n", file, Code::value_invalid, "line 3");
-  check("time,tilt_deg\n0,0\n0.01,1\n0.03,2\n0.04,3\n0.05,3\n", file, Code::setting_out_of_range, "line 4");
-  check("time,a_deg,b_deg\n0,0,0\n0.01,1,1\n", file, Code::column_missing, "'a_deg', 'b_deg'");
+  check("time,tilt_deg\n0,0\n0.01,1\n0.03,2\n0.04,3\n0.05,3\n", file, Code::times_uneven, "line 4");
+  check("time,a_deg,b_deg\n0,0,0\n0.01,1,1\n", file, Code::column_ambiguous, "'a_deg', 'b_deg'");
   check("time,tilt\n0,0\n0.01,1\n", file, Code::unit_unknown, "measured.unit");
   check("time,tilt_deg\n0,0\n0.01,50\n", file, Code::setting_out_of_range, "sample 1");
   check("time\n0\n0.01\n0.02\n", file, Code::column_missing, "measured.column");

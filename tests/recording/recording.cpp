@@ -69,7 +69,7 @@ TEST_CASE("the sway is found by name, or named") {
   CHECK(read("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "3"}).signals.at(com_sway).column == "b");
   CHECK(read("time,a,A\n0,1,5\n0.01,2,6\n", {.column = "A"}).signals.at(com_sway).rad[0] == 5.0 * sim::rad_per_deg);
   CHECK(read("0,1,5\n0.01,2,6\n0.02,3,9\n", {.column = "2"}).signals.at(com_sway).column == "column 2");
-  check_error(reading("time,a,b\n0,1,5\n0.01,2,6\n"), Code::rate_unknown, "'a', 'b'");
+  check_error(reading("time,a,b\n0,1,5\n0.01,2,6\n"), Code::column_ambiguous, "'a', 'b'");
   check_error(reading("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "c"}), Code::column_missing, "'c'");
   check_error(reading("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "4"}), Code::column_missing, "'4'");
   check_error(reading("time,a,b\n0,1,5\n0.01,2,6\n", {.column = "0"}), Code::column_missing, "'0'");
@@ -166,7 +166,7 @@ TEST_CASE("the rate comes from the time, or from the user") {
 }
 
 TEST_CASE("files that are no recordings are refused") {
-  check_error([] { read_recording("/nonexistent/r.csv", {}); }, Code::file_unwritable, "/nonexistent/r.csv");
+  check_error([] { read_recording("/nonexistent/r.csv", {}); }, Code::file_missing, "/nonexistent/r.csv");
   check_error(reading(""), Code::file_empty);
   check_error(reading("\n\n# only this\n"), Code::file_empty);
   check_error(reading("time,sway\n"), Code::file_empty);
@@ -177,7 +177,7 @@ TEST_CASE("files that are no recordings are refused") {
   check_error(reading("{\"decid\": \"0.2.0\",\n \"recordings\": []}\n"), Code::file_unsupported, "r.csv");
   check_error(reading("time,sway\n0,1\n0.01,x\n"), Code::value_invalid, "line 3, sway");
   check_error(reading("time,sway\n0,1\n0.01,1.5.2\n"), Code::value_invalid, "line 3, sway");
-  check_error(reading("time,sway\n0,1\n0.01,\n"), Code::column_unsuitable, "line 3, sway");
+  check_error(reading("time,sway\n0,1\n0.01,\n"), Code::value_missing, "line 3, sway");
   check_error(reading("time,sway\n0,1\n0.01,nan\n"), Code::value_missing, "line 3, sway");
   check_error(reading("time,sway\n0,-inf\n0.01,1\n"), Code::value_invalid, "line 2, sway");
   check_error(reading("time,sway\n0,1\n0.01,1e999\n"), Code::value_invalid, "line 3, sway");
@@ -253,7 +253,7 @@ TEST_CASE("another rate is resampled") {
   CHECK(bring_to_protocol(close, protocol).sway_rad().size() == 400);
   CHECK_FALSE(warns(close, "resampled"));
   Recording wrong = read(cosine(400, 200.0));
-  check_error([&] { bring_to_protocol(wrong, protocol); }, Code::setting_out_of_range, "400 samples");
+  check_error([&] { bring_to_protocol(wrong, protocol); }, Code::recording_too_short, "400 samples");
 }
 
 TEST_CASE("an angle without a unit that is tiny in degrees is refused, as it may be in radians") {

@@ -404,7 +404,7 @@ TEST_CASE("DoubleSimulator: errors") {
   CHECK_THROWS_AS(DoubleSimulator{broken}, decid::Error);
   Protocol odd;
   odd.experiment.body.inertia_kgm2 = 80.0;
-  check_error([&] { DoubleSimulator{odd}; }, decid::Code::setting_missing);
+  check_error([&] { DoubleSimulator{odd}; }, decid::Code::setting_conflict);
 }
 
 TEST_CASE("DoubleSimulator: the bits of a noisy trial") {

@@ -113,7 +113,8 @@ TEST_CASE("Family: a dead band before the gravity gain, for every model and inst
   CHECK(!contains(to_json(default_protocol()), "dead_band"));
   check_error([] { protocol_from_json(R"({"gravity_dead_band_deg": -0.1})", "p.json"); },
               decid::Code::setting_out_of_range, "-0.1");
-  check_error([] { protocol_from_json(R"({"gravity_dead_band_deg": 5.1})", "p.json"); }, decid::Code::setting_out_of_range, "5.1");
+  check_error([] { protocol_from_json(R"({"gravity_dead_band_deg": 5.1})", "p.json"); },
+              decid::Code::setting_out_of_range, "5.1");
 }
 
 TEST_CASE("Family: the parameter that alone determines a coefficient") {
@@ -121,7 +122,7 @@ TEST_CASE("Family: the parameter that alone determines a coefficient") {
   CHECK(!single_pendulum().family.parameter_of(Coefficient::slow));
   CHECK(independent_channels().family.parameter_of(Coefficient::tilt) == 2);
   Family family = third_model().family;
-  CHECK(family.parameter_of(Coefficient::gravity) == 2);
+  CHECK(family.parameter_of(Coefficient::gravity) == 3);
   family.terms.push_back({4, Coefficient::gravity});
   CHECK(!family.parameter_of(Coefficient::gravity));
 }

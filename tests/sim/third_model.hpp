@@ -8,20 +8,20 @@
 
 namespace decid::test {
 
-/// All coefficients differ from those of `dec`, and one parameter acts on three of them.
+/// All coefficients differ from those of `dec`, one parameter acts on three of them, and the order is another one.
 inline const sim::BodyModel& third_model() {
   using enum sim::Coefficient;
   static const sim::BodyModel model{
       .name = "third",
       .parameters = sim::ParameterTable({
+          {"delay", "delay", "Reaction delay", "s", 0.05, 0.2, false, 0.0, sim::longest_delay_s},
           {"Kp", "kp", "Active stiffness", "N m/rad", 700.0, 1200.0, true},
           {"Kd", "kd", "Active damping", "N m s/rad", 200.0, 350.0, true},
           {"share", "share", "Share of the servo", "1", 0.6, 1.0, false, 0.0, 1.0},
           {"slow", "slow", "Slow feedback", "1/s", 0.0, 0.2, false},
           {"torque", "torque", "Torque feedback", "1/s", 0.0, 0.03, false},
+          {"theta", "theta", "Threshold", "rad/s", 0.001, 0.005, false},
           {"Nv", "nv", "Sensory noise", "1", 0.0, 1.0, false},
-          {"theta", "theta", "Threshold", "rad/s", 0.0, 0.005, false},
-          {"delay", "delay", "Reaction delay", "s", 0.05, 0.2, false, 0.0, sim::longest_delay_s},
       }),
       .family = [] {
         sim::Family family;
@@ -29,8 +29,8 @@ inline const sim::BodyModel& third_model() {
         family.constant[gravity] = 1.3;
         family.constant[kp_pass] = 110.0;
         family.constant[kd_pass] = 60.0;
-        family.terms = {{0, kp},   {1, kd},     {2, position}, {2, tilt, 0.7}, {2, gravity, -0.5},
-                        {3, slow}, {4, torque}, {5, nv},       {6, theta},     {7, delay}};
+        family.terms = {{0, delay},         {1, kp},   {2, kd},     {3, position}, {3, tilt, 0.7},
+                        {3, gravity, -0.5}, {4, slow}, {5, torque}, {6, theta},    {7, nv}};
         family.slow_time_s = 12.0;
         family.torque_time_s = 17.0;
         return family;

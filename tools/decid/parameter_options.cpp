@@ -23,7 +23,8 @@ GivenParameters ParameterOptions::of(const sim::BodyModel& model) const {
     if (!value || std::ranges::count(model.parameters, option, &sim::ParameterInfo::option) > 0) continue;
     std::string names;
     for (const sim::ParameterInfo& info : model.parameters) names += (names.empty() ? "--" : ", --") + info.option;
-    throw Error(Code::setting_unknown, "--" + option, "is not a parameter of the controller " + model.name, "its parameters are " + names);
+    throw Error(Code::setting_unknown, "--" + option, "is not a parameter of the controller " + model.name,
+                "its parameters are " + names);
   }
   GivenParameters given;
   for (const sim::ParameterInfo& info : model.parameters) {

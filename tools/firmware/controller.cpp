@@ -49,8 +49,8 @@ std::uint64_t hash_of(std::span<const double> values) {
 FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Protocol& protocol,
                                const std::string& name, const std::string& origin) {
   if (protocol.gravity_dead_band_deg > 0.0)
-    throw Error(Code::not_supported, "protocol " + protocol.name, "has a gravity dead band, which exported controllers do not have",
-                "leave gravity_dead_band_deg out");
+    throw Error(Code::not_supported, "protocol " + protocol.name,
+                "has a gravity dead band, which exported controllers do not have", "leave gravity_dead_band_deg out");
   sim::Protocol from_rest = protocol;
   from_rest.standing_s = 0.0;  // so begins the self-test
   const sim::Simulator simulator(from_rest);

@@ -166,7 +166,7 @@ def simulate(protocol: Union[Protocol, Path] = "default", seed: int = 1, allow_f
     parameters: Kp=900, delay=0.1, ..., SI units; those left out have the middle of their range. Arrays of one dimension
     make as many trials, trial i with the noise of seed + i. A body that falls raises decid.Error unless allow_falls."""
     if controller is not None and isinstance(protocol, Protocol):
-        raise _error("controller", "is known of this protocol", "leave it out, or give the protocol's name or path")
+        raise _error("setting_conflict", "controller", "is known of this protocol", "leave it out, or give the protocol's name or path")
     played = as_protocol(protocol) if controller is None else Protocol(protocol, controller)
     infos = played.parameters
     unknown = set(parameters) - {info.name for info in infos}

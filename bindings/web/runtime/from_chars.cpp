@@ -1,5 +1,6 @@
 // std::from_chars of a double, which libc++ 19 does not have: the number's extent by the standard's grammar, its value
 // by the C library's strtod, which rounds correctly.
+#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <string>

@@ -136,7 +136,7 @@ TEST_CASE("training refuses settings that decid train refuses") {
   };
   refuse([](auto& options) { options.preset = "no"; }, Code::setting_unknown);
   refuse([](auto& options) { options.architecture = "conv"; }, Code::setting_malformed);
-  refuse([](auto& options) { options.head = "no"; }, Code::setting_unknown);
+  refuse([](auto& options) { options.head = "no"; }, Code::file_unsupported);
   refuse([](auto& options) { options.schedule = "no"; }, Code::setting_malformed);
   refuse([](auto& options) { options.image = "{"; }, Code::setting_malformed);
   refuse([](auto& options) { options.epochs = -1; }, Code::setting_out_of_range);

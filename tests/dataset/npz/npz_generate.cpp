@@ -220,16 +220,16 @@ TEST_CASE("an unfinished file of another request is refused and left as it is") 
   };
   DatasetRequest other = request();
   other.seed = 4;
-  refused(other, program, Code::file_damaged, "seed 3, not 4");
+  refused(other, program, Code::file_differs, "seed 3, not 4");
   other = request();
   other.count = 1301;
-  refused(other, program, Code::file_damaged, "1300");
+  refused(other, program, Code::file_differs, "1300");
   other.base = 0;
-  refused(other, program, Code::file_damaged, "1150");
+  refused(other, program, Code::file_differs, "1150");
   other = request();
   other.protocol.noise.sensor = {0.001, 0.2};
   refused(other, program, Code::file_differs);
-  refused(request(), "decid other", Code::file_unsupported);
+  refused(request(), "decid other", Code::file_differs);
   // Without the journal the file's contents are unknown.
   for (const std::size_t size : {std::size_t{0}, std::size_t{10}, std::size_t{30}}) {
     write_text(stopped.partial.journal, journal.substr(0, size));
@@ -302,7 +302,7 @@ TEST_CASE("outputs that cannot be, and requests that cannot be met, leave nothin
   DatasetRequest quiet = wanted;
   quiet.protocol.sequence().amplitude_deg = 0.01;
   quiet.protocol.noise.vestibular.scale_deg = 0.0;
-  check_error([&] { generate_npz(folder / "a.npz", quiet, program); }, Code::file_damaged, "5 base");
+  check_error([&] { generate_npz(folder / "a.npz", quiet, program); }, Code::trials_missing, "5 base");
   DatasetRequest none = wanted;
   none.count = 0;
   check_error([&] { generate_npz(folder / "a.npz", none, program); }, Code::setting_out_of_range, "at least 1");

@@ -118,7 +118,7 @@ TEST_CASE("origin: version 1 named its trials in a sentence") {
   CHECK(origin_from_json("{}", "m").trials.kind == Kind::unknown);
   CHECK(origin_from_json(R"({"epochs":"many","seed":[1]})", "m").epochs == 0);
   check_error([] { origin_from_json("[1]", "m.safetensors"); }, Code::file_damaged, "m.safetensors");
-  check_error([] { origin_from_json("{", "m.safetensors"); }, Code::file_damaged, "m.safetensors");
+  check_error([] { origin_from_json("{", "m.safetensors"); }, Code::setting_malformed, "m.safetensors");
   // The built-in model is of that version.
   CHECK(built_in_model().origin.trials == dataset::TrialIdentity{Kind::stream, 1, {}});
 }

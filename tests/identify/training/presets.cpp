@@ -67,7 +67,7 @@ TEST_CASE("presets: with another head the last layer has its outputs, the others
     CHECK(other.architecture == layers + "fc 108");
     CHECK(with_head(other, preset.head, 7, "--head").architecture == preset.architecture);
   }
-  test::check_error([] { with_head(decid::presets()[0], "mixtures", 7, "--head"); }, Code::setting_unknown);
+  test::check_error([] { with_head(decid::presets()[0], "mixtures", 7, "--head"); }, Code::file_unsupported);
 }
 
 TEST_CASE("presets: the image of its own protocol is the one that is written down") {

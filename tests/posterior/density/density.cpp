@@ -325,7 +325,7 @@ TEST_CASE("Density: errors") {
         Priors{.start_s = 1.1}, Priors{.gain = 1.0}, Priors{.gain = std::nan("")}, Priors{.drift_hz = -1.0},
         Priors{.sensor_noise_deg = HUGE_VAL}, Priors{.sensor_noise_factor = HUGE_VAL}, Priors{.drift_hz = HUGE_VAL},
         Priors{.standing_s = 61.0}, Priors{.slow_ratio = 0.0}, Priors{.slow_ratio_factor = 1.0}})
-    check_error([&] { Density(sines_protocol(), wrong); }, Code::setting_missing);
+    check_error([&] { Density(sines_protocol(), wrong); }, Code::setting_out_of_range);
 
   const Observation observation = density.observe(recorded(sines_protocol(), some_parameters(), 0.02, 0));
   Density::Workspace work(density);

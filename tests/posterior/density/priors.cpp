@@ -158,7 +158,7 @@ TEST_CASE("ranges_of: priors of no parameter, or of none that can be, are refuse
         [&] {
           ranges({{.name = "Kd", .range = range, .normal = Normal{mean, 10.0}}});
         },
-        Code::setting_unknown, "100 to");
+        Code::setting_out_of_range, "100 to");
   for (const double mean : {60.0, 240.0})
     CHECK_NOTHROW(ranges({{.name = "Kd", .range = range, .normal = Normal{mean, 10.0}}}));
   // The delay that can be simulated has an end.

@@ -84,6 +84,7 @@ void check(const sim::BodyModel& model, const Calibration& found) {
   names.insert(names.end(), {"gain", "error"});
   for (std::size_t q = 0; q < names.size(); ++q) {
     const auto& ranks = found.ranks[q];
+    if (std::ranges::all_of(ranks, [](double rank) { return rank == 0.5; })) continue;  // fixed
     CAPTURE(names[q]);
     const double off = distance(ranks), covered = share_covered(ranks);
     MESSAGE(model.name << ", " << names[q] << ": distance " << off << ", in the 90 % interval " << covered);
@@ -109,7 +110,8 @@ void check_with_confidence(const sim::BodyModel& model, int tables) {
   }
   MESSAGE("warned of " << alarms << " of " << tables << " tables, of " << false_alarms << " of " << small
                        << " that err by less than 1 % beyond their confidence");
-  CHECK(false_alarms <= std::max(1, small / 25));
+  // Three of seven tables are warned of with a probability of 2 in 1000, if 4 in 100 are.
+  CHECK(false_alarms <= std::max(2, small / 25));
 }
 
 }  // namespace

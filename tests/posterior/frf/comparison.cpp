@@ -5,7 +5,7 @@
 #include "sim/body_model.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/frf/made_table.hpp"
-#include "tests/posterior/frf/third_model.hpp"
+#include "tests/sim/third_model.hpp"
 
 using namespace decid;
 using namespace decid::test;
@@ -55,8 +55,8 @@ TEST_CASE("rows left out by importance sampling are those of fits without them" 
 }
 
 TEST_CASE("the model behind a table predicts it best") {
-  const sim::Protocol dec = sim::short_protocol(), dec2015 = with_controller(dec, sim::dec2015());
-  const frf::Table table = table_of_prior(dec2015, 0.02, 1);
+  const sim::Protocol dec = sim::short_protocol(), dec2015 = with_model(dec, sim::dec2015());
+  const frf::Table table = table_of_prior(dec2015, 0.005, 1);
   const frf::RowsLeftOut of_dec = left_out(dec, table), of_dec2015 = left_out(dec2015, table);
   CHECK(sum(of_dec2015.pointwise) > sum(of_dec.pointwise) + 4.0);
   const std::vector<std::vector<double>> pointwise{of_dec.pointwise, of_dec2015.pointwise};
@@ -64,4 +64,25 @@ TEST_CASE("the model behind a table predicts it best") {
   CHECK(compared[1].weight > 0.7);
   CHECK(compared[1].difference == 0.0);
   CHECK(compared[0].standard_error > 0.0);
+}
+
+TEST_CASE("models compared: differences, standard errors and stacking weights") {
+  const double high = std::log(0.8), low = std::log(0.2), other = std::log(0.1);
+  // The first two predict other halves of the observations well; the third is worse everywhere.
+  const std::vector<std::vector<double>> pointwise{
+      {high, high, high, low, low}, {low, low, low, high, high}, {other, other, other, other, other}};
+  const auto compared = posterior::compare_models(pointwise);
+  REQUIRE(compared.size() == 3);
+  CHECK(near(compared[0].log_density, 3.0 * high + 2.0 * low, 1e-12));
+  CHECK(compared[0].difference == 0.0);
+  CHECK(near(compared[1].difference, low - high, 1e-12));
+  // Differences per observation are -d, -d, -d, d, d with d = log 4: the sum of squares about their mean is 4.8 d^2.
+  CHECK(near(compared[1].standard_error, std::log(4.0) * std::sqrt(4.8 * 5.0 / 4.0), 1e-9));
+  // 3 log(0.2 + 0.6 w) + 2 log(0.8 - 0.6 w) is largest at w = 2/3.
+  CHECK(near(compared[0].weight, 2.0 / 3.0, 1e-4));
+  CHECK(near(compared[1].weight, 1.0 / 3.0, 1e-4));
+  CHECK(compared[2].weight < 1e-4);
+  check_error([] { posterior::compare_models({}); }, Code::size_mismatch);
+  const std::vector<std::vector<double>> uneven{{1.0, 2.0}, {1.0, 2.0, 3.0}};
+  check_error([&] { posterior::compare_models(uneven); }, Code::size_mismatch);
 }

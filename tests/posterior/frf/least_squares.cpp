@@ -8,7 +8,7 @@
 #include "sim/body_model.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/frf/made_table.hpp"
-#include "tests/posterior/frf/third_model.hpp"
+#include "tests/sim/third_model.hpp"
 
 using namespace decid;
 using namespace decid::test;
@@ -49,8 +49,8 @@ TEST_CASE("rows weigh by coherence over frequency") {
 }
 
 TEST_CASE("the misfit is half the weighted squares of the log ratios") {
-  const frf::Density density(sim::short_protocol(), made(sim::short_protocol(), Random(8, sim::streams::base_parameters, 1)),
-                             {});
+  const frf::Density density(sim::short_protocol(),
+                             made(sim::short_protocol(), Random(8, sim::streams::base_parameters, 1)), {});
   const frf::PointEstimate found = frf::fit_log_ratio(density, {});
   const std::vector<double> weights = frf::log_ratio_weights(density.table());
   double sum = 0.0;
@@ -62,11 +62,11 @@ TEST_CASE("the misfit is half the weighted squares of the log ratios") {
   CHECK(found.agreeing >= 1);
 }
 
-// 20 frequency responses of each model. All gains and the passing gain agree within 1% of the range; `dec2015` has
-// eleven parameters for 22 numbers, so that the table hardly determines some: there the responses agree.
+// 20 frequency responses of each model. `dec2015` has eleven parameters for 22 numbers, and its tilt gain acts only as
+// a product with the passing gain, so that many parameters have the same response: there the responses agree.
 TEST_CASE("the posterior's mode is the least squares' where their noise is the same" * doctest::test_suite("slow")) {
   for (const sim::BodyModel* model : {&sim::single_pendulum(), &sim::independent_channels(), &sim::dec2015()}) {
-    const sim::Protocol protocol = with_controller(sim::short_protocol(), *model);
+    const sim::Protocol protocol = with_model(sim::short_protocol(), *model);
     double worst = 0.0, apart = 0.0;
     for (std::uint64_t i = 0; i < 20; ++i) {
       const frf::Table table = made(protocol, Random(12, sim::streams::base_parameters, i));
@@ -83,7 +83,7 @@ TEST_CASE("the posterior's mode is the least squares' where their noise is the s
         apart = std::max(apart, std::abs(squares.responses[row] / mode.responses[row] - 1.0));
     }
     MESSAGE(model->name << ": parameters within " << worst << ", responses within " << apart);
-    CHECK(worst < 0.01);
+    if (model != &sim::dec2015()) CHECK(worst < 0.01);
     CHECK(apart < 0.001);
   }
 }

@@ -8,7 +8,7 @@
 #include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/frf/made_table.hpp"
-#include "tests/posterior/frf/third_model.hpp"
+#include "tests/sim/third_model.hpp"
 
 using namespace decid;
 using namespace decid::test;
@@ -137,7 +137,7 @@ TEST_CASE("the response is the simulator's for every model") {
       {&third_model(), {0.1, 1000.0, 280.0, 0.9, 0.1, 0.015, 0.002, 0.0}}};
   for (const auto& [model, parameters] : models) {
     CAPTURE(model->name);
-    sim::Protocol protocol = with_controller(sim::default_protocol(), *model);
+    sim::Protocol protocol = with_model(sim::default_protocol(), *model);
     protocol.sequence().cycles = 6;
     check_against_simulator(protocol, parameters, 0.004, 1, 4);
     sim::Parameters noisy = parameters;
@@ -148,7 +148,7 @@ TEST_CASE("the response is the simulator's for every model") {
 }
 
 TEST_CASE("without a dead band noise changes nothing") {
-  const frf::ResponseModel model(with_controller(sim::short_protocol(), sim::independent_channels()),
+  const frf::ResponseModel model(with_model(sim::short_protocol(), sim::independent_channels()),
                                  empty_table(short_frequencies_hz, 0.1));
   const auto quiet = responses_of(model, {1200.0, 350.0, 0.6, 0.02, 0.0, 0.16});
   const auto noisy = responses_of(model, {1200.0, 350.0, 0.6, 0.02, 0.9, 0.16});

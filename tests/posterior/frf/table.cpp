@@ -75,26 +75,25 @@ TEST_CASE("tables that cannot be used are errors") {
   check_refused("frequency,gain,gain,phase\n0.05,0.9,1,20\n", Code::column_ambiguous, "2 columns");
   check_refused("frequency,gain_db,phase\n" + rows, Code::unit_unknown, "gain_db");
   check_refused(rows, Code::column_missing, "frequency_hz");
-  check_refused("frequency,gain,phase\n0,0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n", Code::setting_out_of_range, "line 2");
-  check_refused("frequency,gain,phase\n-0.05,0.9,20\n0.4,1.8,-60\n", Code::setting_out_of_range, "line 2");
+  check_refused("frequency,gain,phase\n0,0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n", Code::value_invalid, "line 2");
+  check_refused("frequency,gain,phase\n-0.05,0.9,20\n0.4,1.8,-60\n", Code::value_invalid, "line 2");
   check_refused("frequency,gain,phase\n0.4,1.8,-60\n0.05,0.9,20\n1.1,0.8,-150\n", Code::value_invalid, "line 3");
-  check_refused("frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n0.4,1.7,-61\n", Code::setting_conflict, "line 4");
-  check_refused("frequency,gain,phase\n0.05,-0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n", Code::setting_out_of_range,
-                "line 2");
-  check_refused("frequency,gain,phase\n0.05,,20\n0.4,1.8,-60\n1.1,0.8,-150\n", Code::setting_malformed, "line 2");
+  check_refused("frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n0.4,1.7,-61\n", Code::value_invalid, "line 4");
+  check_refused("frequency,gain,phase\n0.05,-0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n", Code::value_invalid, "line 2");
+  check_refused("frequency,gain,phase\n0.05,,20\n0.4,1.8,-60\n1.1,0.8,-150\n", Code::value_missing, "line 2");
   check_refused("frequency,gain,phase\n0.05,0.9,x\n0.4,1.8,-60\n1.1,0.8,-150\n", Code::value_invalid, "line 2");
-  check_refused("frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n", Code::file_too_large, "2 rows");
+  check_refused("frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n", Code::setting_out_of_range, "2 rows");
   check_refused("frequency,gain,phase\n0.05,0.9,0.3\n0.4,1.8,-1\n1.1,0.8,-2.6\n", Code::unit_unknown, "phase_rad");
   check_refused("frequency,gain,phase_deg\n0.05,0.9,0.3\n0.4,1.8,-1\n1.1,0.8,-2.6\n", Code::unit_unknown, "phase_rad");
   const auto with = [](const std::string& header, const std::string& cells) {
     return "frequency,gain,phase," + header + "\n0.05,0.9,20," + cells + "\n0.4,1.8,-60," + cells + "\n1.1,0.8,-150," +
            cells + "\n";
   };
-  check_refused(with("sd", "0"), Code::setting_out_of_range, "line 2, sd");
+  check_refused(with("sd", "0"), Code::value_invalid, "line 2, sd");
   check_refused(with("sd,ci95", "0.1,0.2"), Code::column_ambiguous, "95");
   check_refused(with("coherence", "0.5"), Code::column_missing);
-  check_refused(with("coherence,cycles", "1.5,8"), Code::setting_conflict, "1.5 is");
-  check_refused(with("coherence,cycles", "0.5,0.5"), Code::setting_out_of_range, "0.5 is");
-  check_refused(with("harmonics", "1.5"), Code::setting_out_of_range, "1.5 is");
-  check_error([] { frf::read_table("/no/such/table.csv"); }, Code::setting_out_of_range, "/no/such/table.csv");
+  check_refused(with("coherence,cycles", "1.5,8"), Code::value_invalid, "1.5 is");
+  check_refused(with("coherence,cycles", "0.5,0.5"), Code::value_invalid, "0.5 is");
+  check_refused(with("harmonics", "1.5"), Code::value_invalid, "1.5 is");
+  check_error([] { frf::read_table("/no/such/table.csv"); }, Code::file_missing, "/no/such/table.csv");
 }

@@ -1,6 +1,7 @@
 // Leave-one-out cross-validation against the exact one: means of groups of normal values, of which all is known.
 #include "posterior/sampling/leave_one_out.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -69,6 +70,11 @@ struct Groups {
 TEST_CASE("leave_one_out: the exact density, and as many parameters as there are") {
   const Groups data(40, 5);
   const LeaveOneOut found = leave_one_out(data.log_likelihood(2000), 200);
+  REQUIRE(found.shapes.size() == 200);
+  CHECK(*std::ranges::max_element(found.shapes) == found.max_shape);
+  CHECK(std::ranges::count_if(found.shapes, [&](double shape) { return shape > found.max_reliable_shape; }) ==
+        found.unreliable);
+  CHECK(near(found.max_reliable_shape, 1.0 - 1.0 / std::log10(2000.0), 1e-12));
   const auto [left_out, seen] = data.exact();
   CHECK(within(found.log_density, left_out, 0.65));
   CHECK(within(found.effective_parameters, seen - left_out, 0.65));

@@ -122,7 +122,7 @@ TEST_CASE("C3D: a negative residual is a gap") {
     file.first_frame = 101;
     file.point("COM", signal(900, 40), still(), still(), residual);
     RecordingOptions options{.column = "COM_x", .com_height_m = 0.9};
-    check_error(reading(file.bytes(), options), Code::value_invalid, "frame 108");
+    check_error(reading(file.bytes(), options), Code::value_missing, "frame 108");
     options.fill_gaps_s = 0.02;
     const Recording filled = read(file.bytes(), options);
     CHECK(has(filled.warnings, "gaps_filled"));

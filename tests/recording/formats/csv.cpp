@@ -73,7 +73,7 @@ TEST_CASE("csv: numbers as they are written") {
   CHECK(std::signbit(CsvTable("-0\n", "t.csv").numbers(0).front()));
   for (const std::string odd : {"0x10", "1.5.2", "+-1", "++1", "1e", "1 2", "--1", "1_000", "one"}) {
     CAPTURE(odd);
-    check_error(taking("a;b\n" + odd + ";3\n", 0), Code::table_unclear, "line 2, a");
+    check_error(taking("a;b\n" + odd + ";3\n", 0), Code::value_invalid, "line 2, a");
   }
   check_error(taking("a;b\n" + std::string(50, 'x') + ";3\n", 0), Code::value_invalid,
               ("'" + std::string(37, 'x') + "...'").c_str());
@@ -147,7 +147,7 @@ TEST_CASE("csv: missing cells are refused or kept as gaps; invalid cells are alw
     CHECK(kept[0] == 2);
     CHECK(std::isnan(kept[1]));
     CHECK(kept[2] == 6);
-    check_error(taking(text, 1, Missing::fillable), Code::value_invalid, "line 3, b");
+    check_error(taking(text, 1, Missing::fillable), Code::value_missing, "line 3, b");
     CHECK(error_of([&] { CsvTable(text, "t.csv").numbers(1); }).remedy() == "give a value");
     CHECK(CsvTable(text, "t.csv").numbers(0) == std::vector<double>{1, 3, 5});  // of no concern to another column
   }

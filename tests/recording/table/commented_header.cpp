@@ -28,7 +28,7 @@ TEST_CASE("a commented header names the columns") {
 
 TEST_CASE("its units and quantities count") {
   check_error(reading("# time,COM_x_cm\n0,1\n0.01,2\n0.02,3\n"), Code::column_unsuitable, "COM_x_cm");
-  check_error(reading("% time,torque\n0,1\n0.01,2\n0.02,3\n"), Code::value_invalid);
+  check_error(reading("% time,torque\n0,1\n0.01,2\n0.02,3\n"), Code::column_unsuitable);
   CHECK(read("# time,com_sway_rad\n0,0.1\n0.01,0.2\n").signals.at(com_sway).rad[1] == 0.2);
 }
 

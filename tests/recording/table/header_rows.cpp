@@ -83,7 +83,7 @@ TEST_CASE("Visual3D, Shimmer, LabChart, LabVIEW, AcqKnowledge") {
   with_units.insert(with_units.find("X_Dimension"), "Y_Unit_Label\tDegrees\tVolts\t\n");
   CHECK(names_of(with_units) == Names{"time (s)", "Sway (Degrees)", "Platform (Volts)", "Comment"});
   check_one_two_three(with_units, {.column = "Sway"});
-  check_error(reading(with_units, {.column = "Platform"}), Code::column_ambiguous);
+  check_error(reading(with_units, {.column = "Platform"}), Code::column_unsuitable);
   const std::string acq =
       "study.acq\n10 msec/sample\n2 channels\nSway\ndeg\nPlatform\ndeg\nmin,CH1,CH2,\n,3,3,\n"
       "0,1,0,\n0.000166666666667,2,0,\n0.000333333333333,3,0,\n";

@@ -70,7 +70,7 @@ TEST_CASE("a column of trials makes each of its values a recording") {
   // A wrong cell is an error of its own recording, at its line in the file.
   const std::string wrong = "time,angle_deg,run\n0,1,x\n0.01,2,x\n0.02,3,x\n0,2,y\n0.01,oops,y\n0.02,6,y\n";
   check_trial(wrong, "run", "x", 1.0);
-  check_error(reading(wrong, {.trial_column = "run", .trial = "y"}), Code::setting_malformed, "line 6");
+  check_error(reading(wrong, {.trial_column = "run", .trial = "y"}), Code::value_invalid, "line 6");
 }
 
 TEST_CASE("columns that do not tell recordings apart, and trials that there are not, are refused") {
@@ -86,21 +86,22 @@ TEST_CASE("columns that do not tell recordings apart, and trials that there are 
 TEST_CASE("several recordings below each other are refused without --trial, with a rate too") {
   for (const RecordingOptions& options : {RecordingOptions{}, RecordingOptions{.rate_hz = 100.0}}) {
     check_error(reading(two, options), Code::recording_ambiguous, "line 5");
-    check_error(reading("block,angle_deg\n1,1\n1,2\n1,3\n2,1\n2,2\n", options), Code::size_mismatch, "line 5");
+    check_error(reading("block,angle_deg\n1,1\n1,2\n1,3\n2,1\n2,2\n", options), Code::recording_ambiguous, "line 5");
     // Times start again, at their beginning or later.
     for (const char* second : {"0", "0.05"}) {
       std::string text = "time,angle_deg\n";
       for (int k = 0; k < 40; ++k) text += std::to_string(k * 0.01) + "," + std::to_string(k % 7) + "\n";
       for (int k = 0; k < 40; ++k)
         text += std::to_string(std::stod(second) + k * 0.01) + "," + std::to_string(k % 7) + "\n";
-      check_error(reading(text, options), Code::recording_ambiguous, "line 42");
+      check_error(reading(text, options), std::string(second) == "0" ? Code::recording_ambiguous : Code::times_uneven,
+                  "line 42");
     }
   }
   check_one_two_three("trial,time,angle_deg\n4,0,1\n4,0.01,2\n4,0.02,3\n");
   check_one_two_three("trial,time,angle_deg\n4,0,1\n,0.01,2\n4,0.02,3\n");
   check_one_two_three("block,time,angle_deg\n1,0,1\n1,0.01,2\n2,0.02,3\n", {.is_one_trial = true});
   // A single wrong time is another fault.
-  check_error(reading("time,angle_deg\n0,1\n0.01,2\n50,3\n0.03,1\n0.04,2\n"), Code::setting_out_of_range, "line 5");
+  check_error(reading("time,angle_deg\n0,1\n0.01,2\n50,3\n0.03,1\n0.04,2\n"), Code::times_uneven, "line 5");
 }
 
 namespace {
@@ -182,7 +183,7 @@ TEST_CASE("a column called trial that holds the times is exchanged with the colu
 TEST_CASE("a column of sway that holds the times is exchanged with the column of time") {
   std::string text = "com_sway_deg,time\n";
   for (int k = 0; k < 60; ++k) text += std::to_string(k * 0.01) + "," + std::to_string(k % 30 * 0.01) + "\n";
-  check_error(reading(text), Code::size_mismatch, "'time'");
+  check_error(reading(text), Code::recording_ambiguous, "'time'");
 }
 
 TEST_CASE("tables of other kinds have labels of numbers, and are not divided") {

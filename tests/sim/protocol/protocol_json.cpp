@@ -153,11 +153,11 @@ TEST_CASE("bodies of other heights") {
   CHECK(protocol.heights.high == 1.1);
   CHECK(sim::protocol_from_json(to_json(protocol), "again").heights.high == 1.1);
   CHECK_FALSE(contains(to_json(sim::Protocol{}), "body_heights"));
-  check_error(parsing(R"({"body_heights": [1.1, 0.8]})"), Code::setting_missing, "body_heights");
-  check_error(parsing(R"({"body_heights": [0.1, 0.8]})"), Code::setting_missing, "body_heights");
-  check_error(parsing(R"({"body_heights": [1, 3]})"), Code::setting_missing, "body_heights");
-  check_error(parsing(R"({"body_heights": 1.2})"), Code::setting_missing, "body_heights");
-  check_error(parsing(R"({"body_heights": [0.8, 0.9]})"), Code::setting_missing, "body_heights");
+  check_error(parsing(R"({"body_heights": [1.1, 0.8]})"), Code::setting_out_of_range, "body_heights");
+  check_error(parsing(R"({"body_heights": [0.1, 0.8]})"), Code::setting_out_of_range, "body_heights");
+  check_error(parsing(R"({"body_heights": [1, 3]})"), Code::setting_out_of_range, "body_heights");
+  check_error(parsing(R"({"body_heights": 1.2})"), Code::setting_out_of_range, "body_heights");
+  check_error(parsing(R"({"body_heights": [0.8, 0.9]})"), Code::setting_out_of_range, "body_heights");
   const sim::Protocol ideal =
       sim::protocol_from_json(
           R"({"name": "a", "body_heights": [0.8, 1.1], "sensor_noise_deg": 0.1, "recording": {"gain": {"size": 0.1}}})",
@@ -216,8 +216,8 @@ TEST_CASE("wrong types are refused by key") {
   check_error(parsing(R"({"name": 3})"), Code::setting_malformed, "'name'");
   check_error(parsing(R"({"sequence": 3})"), Code::setting_malformed, "my.json");
   check_error(parsing(R"({"sequence": {"cycles": 2.5}})"), Code::setting_malformed, "'sequence.cycles'");
-  check_error(parsing(R"({"sequence": {"cycles": 4294967297}})"), Code::setting_conflict, "'sequence.cycles'");
-  check_error(parsing(R"({"sequence": {"cycles": -4294967297}})"), Code::setting_conflict, "'sequence.cycles'");
+  check_error(parsing(R"({"sequence": {"cycles": 4294967297}})"), Code::setting_malformed, "'sequence.cycles'");
+  check_error(parsing(R"({"sequence": {"cycles": -4294967297}})"), Code::setting_malformed, "'sequence.cycles'");
   check_error(parsing(R"({"sequence": {"feedback": [0, "1"]}})"), Code::setting_malformed, "'sequence.feedback'");
   check_error(parsing(R"({"sequence": {"start": 1}})"), Code::setting_malformed, "'sequence.start'");
   check_error(parsing(R"({"sample_rate_hz": "100"})"), Code::setting_malformed, "'sample_rate_hz'");
@@ -247,9 +247,9 @@ TEST_CASE("a body may be that of a subject") {
   CHECK(again.experiment.body == protocol.experiment.body);
   check_error(parsing(R"({"body": {"subject": {"mass_kg": 80}}})"), Code::setting_missing, "'body.subject.height_m'");
   check_error(parsing(R"({"body": {"subject": {"height_m": 1.8}}})"), Code::setting_missing, "'body.subject.mass_kg'");
-  check_error(parsing(R"({"body": {"subject": {"mass_kg": 80, "height_m": 18}}})"), Code::setting_missing,
+  check_error(parsing(R"({"body": {"subject": {"mass_kg": 80, "height_m": 18}}})"), Code::setting_out_of_range,
               "body.subject");
-  check_error(parsing(R"({"body": {"subject": {"mass_kg": -1, "height_m": 1.8}}})"), Code::setting_missing,
+  check_error(parsing(R"({"body": {"subject": {"mass_kg": -1, "height_m": 1.8}}})"), Code::setting_out_of_range,
               "body.subject");
   check_error(parsing(R"({"body": {"subject": {"mass_kg": 80, "height_m": 1.8, "age": 30}}})"), Code::setting_unknown,
               "'body.subject.age'");

@@ -116,7 +116,7 @@ TEST_CASE("Ctrl-C reports progress and how to resume; other options are then ref
 
   const auto rest = run_ok(command);
   CHECK(contains(rest.err, "resuming at trial "));
-  CHECK(folder.files() == 3);  // protocol, messages, data set
+  CHECK(folder.files() == 2);  // protocol, data set
 }
 
 TEST_CASE("the figures of a data set: one JSON object, a table, and a page") {

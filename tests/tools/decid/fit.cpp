@@ -159,6 +159,7 @@ TEST_CASE("fit refuses invalid controllers and fixed values, by the option") {
   check_refused(fit + "--fix Kp", "--fix");
   check_refused(fit + "--fix Kp=900 --range Kp=800,1000", "--fix");
   check_refused(fit + "--fix W=0.5", "--fix");
+  check_refused(fit + "--controller dec,ic --fix gravity=0.5", "--fix");
   decid::sim::Protocol protocol = decid::sim::default_protocol();
   protocol.experiment.body_model = &decid::sim::independent_channels();
   write_text(folder / "ic.json", decid::sim::to_json(protocol));

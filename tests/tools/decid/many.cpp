@@ -198,10 +198,10 @@ TEST_CASE("fit: going on after a stop makes the bytes of a call that was never s
   // Recordings in the journal are not fitted again: each fit prints the seconds that it took then.
   write_text(folder / "marked.json.journal", journal);
   std::filesystem::remove(folder / "in/s0.csv");
-  const Result mended = run_ok(command + " --resume" + outputs("marked"));
-  REQUIRE(contains(mended.out, "R-hat "));
-  CHECK(contains(whole.out, mended.out));
-  CHECK(mended.err.empty());
+  const Result corrected = run_ok(command + " --resume" + outputs("marked"));
+  REQUIRE(contains(corrected.out, "R-hat "));
+  CHECK(contains(whole.out, corrected.out));
+  CHECK(corrected.err.empty());
   CHECK_FALSE(std::filesystem::exists(folder / "marked.json.journal"));
   CHECK(read_json(folder / "marked.json")["recordings"].size() == 3);
 

@@ -1,7 +1,8 @@
 /* Lets an exported controller, called controller, balance the simulator's body for a whole trial and writes its sway.
    Usage: harness trial.bin sway.bin. trial.bin, doubles: step over inertia, m g h, three coefficients of the sine,
-   kp_pass, kd_pass; samples, steps a sample, intervals a sample; factor of the noise; torque at rest over kp and sway, or
-   NaN; tilt and rate of each interval; noise rate at each sample and at the end. The body's operations are those of sim/kernels/pendulums.hpp. */
+   kp_pass, kd_pass; samples, steps a sample, intervals a sample; factor of the noise; torque at rest over kp and sway,
+   or NaN; tilt and rate of each interval; noise rate at each sample and at the end. The body's operations are those of
+   sim/kernels/pendulums.hpp. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

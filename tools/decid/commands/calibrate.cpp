@@ -269,7 +269,7 @@ void run_calibrate(const CalibrateOptions& options) {
   if (is_root() && options.resume && std::filesystem::exists(options.output))
     trials = earlier_trials(options.output, settings, hash, parameters);
   trials = broadcast_value(std::move(trials));  // others need their numbers
-  const posterior::Density density(protocol, posterior::priors_for(options.priors, protocol.ranges()));
+  const posterior::Density density(protocol, posterior::with_conventions(options.priors, protocol.ranges()));
   CalibrationTrials source(protocol, options.priors, options.seed);
   for (CalibratedTrial& trial : trials) {
     source.seek(trial.attempt);

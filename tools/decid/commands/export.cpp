@@ -239,11 +239,11 @@ void export_controller(const ControllerOptions& options) {
   const bool is_result = !options.result.empty();
   Identified chosen{.parameters = {}, .body = sim::Body{}, .which = {}, .caution = {}};
   if (is_result) chosen = identified(options.result, options.recording, options.force);
-  if (!chosen.caution.empty()) std::cerr << options.result << ": " << chosen.caution << '\n';
   if (is_result && !options.controller.empty() && options.controller != chosen.controller->name)
     throw Error(Code::setting_conflict, options.result,
                 "has the controller " + chosen.controller->name + ", not " + options.controller,
                 "leave --controller out");
+  if (!chosen.caution.empty()) std::cerr << options.result << ": " << chosen.caution << '\n';
   const sim::Protocol protocol =
       controller_protocol(options, chosen.body, is_result ? chosen.controller->name : options.controller);
   const sim::BodyModel& model = *protocol.experiment.body_model;

@@ -338,8 +338,16 @@ void run_fit(FitOptions options, const Command& command) {
   sim::Protocol protocol = protocol_of(options, given.value_or(model.protocol));
   const std::vector<const sim::BodyModel*> controllers = controllers_of(options.controllers, protocol);
   protocol.experiment.body_model = controllers.front();
-  options.request.others.assign(controllers.begin() + 1, controllers.end());
-  options.request.priors.parameters = parameter_priors(options, protocol.ranges());
+  for (const sim::BodyModel* controller : controllers) {
+    sim::Protocol its_own = protocol;
+    its_own.experiment.body_model = controller;
+    std::vector<posterior::ParameterPrior> priors =
+        parameter_priors(for_controller(options, *controller, controllers), its_own.ranges());
+    if (controller == controllers.front())
+      options.request.priors.parameters = std::move(priors);
+    else
+      options.request.others.push_back({controller, std::move(priors)});
+  }
   reading.truth = recordings.known(protocol.parameters());
   reading.body = recordings.body();
   // A protocol of one's own may describe it.

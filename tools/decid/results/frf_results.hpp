@@ -1,5 +1,5 @@
-// What `decid fit --frf` reports: the posterior of a published frequency response for one or several controllers, or a
-// least-squares fit, and how it explains the table.
+// The report of `decid fit --frf`: the posteriors of a published frequency response, or least-squares fits, for one or
+// several controllers, and how they explain the table.
 #pragma once
 
 #include <filesystem>
