@@ -76,7 +76,7 @@ TEST_CASE("fit gives identify's keys and the posterior" * doctest::test_suite("s
   CHECK(left_out["blocks"] == 630);
   CHECK(left_out["standard_error"].get<double>() > 0);
   CHECK(left_out["effective_parameters"].get<double>() > 7);
-  CHECK(contains(read_text(folder / "r.html"), "Posterior of posture control"));
+  CHECK(contains(read_text(folder / "r.html"), "\"log_density\""));
 
   CHECK(run_decid(command + " --threads 1").out == result.out);
 }
@@ -182,7 +182,7 @@ TEST_CASE("fit: one bad recording of several does not stop the others, and quiet
   CHECK(contains(result.err, "bad.csv"));
   CHECK(contains(result.err, "still.csv, posterior: the recording is constant"));
   CHECK(contains(result.err, "2 of 3 recordings failed"));
-  CHECK(contains(result.out, "bad.csv: not fitted"));
+  CHECK(contains(result.out, "bad.csv: not analysed"));
   CHECK(contains(result.out, "Kp_pass"));
   CHECK(contains(result.out, "predictive check, two-sided p: 0.05 to 0.2 Hz "));
   CHECK(contains(result.out, "the intervals may be too narrow"));  // the trial has no sensor noise
