@@ -63,7 +63,7 @@ TEST_CASE("fourteen parameters as results: JSON, text and page") {
     CHECK(parameters[p].at("normalized").is_null() != info.per_mgh);
     CHECK_FALSE(parameters[p].contains("sd"));  // point estimates do not say how sure they are
     CHECK_FALSE(parameters[p].contains("interval90"));
-    CHECK(text.find("  " + info.name + " ") != std::string::npos);
+    CHECK(text.find("(" + info.name + ")") != std::string::npos);
     CHECK(page.find("\"name\":\"" + info.name + "\"") != std::string::npos);
     CHECK(page.find("\"description\":\"" + info.description + "\"") != std::string::npos);
   }
