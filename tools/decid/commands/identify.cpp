@@ -41,7 +41,7 @@ Report identify_all(const IdentifyOptions& options, const Model& model, const Re
   std::vector<std::size_t> order(count);  // recordings of one body one after the other
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::stable_sort(order, {}, [&](std::size_t i) { return plan.recordings[i].setting; });
-  ProgressBar bar("identify", "recordings", static_cast<long long>(count), options.common.quiet);
+  ProgressBar bar("Analysing", "recordings", static_cast<long long>(count), options.common.quiet);
   long long done = 0;
   share_out<RecordingResult>(
       count, at_once,

@@ -52,7 +52,7 @@ void write_draws(const std::filesystem::path& path, const Report& report, std::s
 Json body_json(const sim::Body& body, bool assumed);
 /// Returns a line that says whose stiffness and damping the tables show.
 std::string body_text(const sim::Body& body, bool assumed);
-/// Returns a line: usable, with caution, or not, with the gravest of the warnings.
+/// Returns a line: the trust, with the gravest of the warnings.
 std::string trust_text(const Warnings& warnings);
 /// Returns a line for each of the other warnings.
 std::string warnings_text(const Warnings& warnings);
