@@ -280,8 +280,8 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
   Warnings unlike_simulated, unfamiliar;
   const std::string odd = figures.check.warning();
   if (!odd.empty()) add_caution(unlike_simulated, "unlike_simulated", odd);
-  // A recording unlike the network's training is not usable if the draws are odd too. The network on its own flags four
-  // of a hundred clean trials.
+  // A recording unlike the network's training is not usable if the draws are odd too: the network on its own also flags
+  // some clean trials (docs/reference/accuracy.md).
   if (!unlike_training.empty())
     unfamiliar.push_back({!odd.empty() || found.apart() ? Severity::invalid : Severity::caution, "out_of_distribution",
                           "by the network, " + unlike_training});

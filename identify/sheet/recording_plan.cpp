@@ -55,13 +55,31 @@ class Planner {
     for (std::size_t line = 0; line < lines().size(); ++line) {
       if (used_[line]) continue;
       const SheetLine& unused = lines()[line];
-      std::error_code ignored;
-      if (unused.file.empty() || std::filesystem::exists(path_beside(*plan_.sheet, unused.file), ignored))
+      if (unused.error && unused.file.empty() && unused.entry.participant.empty())
+        plan_.notes.emplace_back(unused.error->what());
+      else if (unused.file.empty() || is_near(line))
         plan_.notes.push_back(plan_.sheet->place_of(unused) + ": no recording of this call is of " +
                               (unused.file.empty() ? unused.entry.participant : unused.file));
       else
         add_missing(unused, "names " + unused.file + ", which does not exist");
     }
+  }
+
+  /// Returns true if a file below the sheet's folder is the line's.
+  bool is_near(std::size_t line) {
+    namespace fs = std::filesystem;
+    std::error_code error;
+    if (fs::exists(path_beside(*plan_.sheet, lines()[line].file), error)) return true;
+    if (!near_) {
+      near_.emplace();
+      const fs::path folder = plan_.sheet->file.parent_path();
+      fs::recursive_directory_iterator at(folder.empty() ? "." : folder, fs::directory_options::skip_permission_denied,
+                                          error);
+      for (; !error && at != fs::end(at); at.increment(error))
+        if (std::error_code ignored; at->is_regular_file(ignored)) near_->emplace_back(at->path().string());
+    }
+    return std::ranges::any_of(*near_,
+                               [&](const PathKey& path) { return path.ends_with(line_keys_[line]) != Likeness::none; });
   }
 
   /// Adds a recording of the call with the lines that are of it.
@@ -158,7 +176,8 @@ class Planner {
     const PathKey direct(path_beside(*plan_.sheet, lines()[line].file).string());
     for (std::size_t i = 0; i < sources_.size(); ++i) {
       const Likeness here = likeness_of(i, line);
-      if (here == Likeness::exact && PathKey(sources_[i].name()).ends_with(direct) == Likeness::exact) return {i};
+      const PathKey name(sources_[i].name());
+      if (name.parts() == direct.parts() && name.ends_with(direct) == Likeness::exact) return {i};
       if (here == Likeness::none || here < likeness) continue;
       if (here > likeness) best.clear();
       likeness = here;
@@ -185,7 +204,7 @@ class Planner {
   }
 
   void plan_person(const SheetLine& person, std::vector<bool>& taken) {
-    bool has_one = std::ranges::any_of(lines(), [&](const SheetLine& line) {
+    bool has_one = !person.entry.participant.empty() && std::ranges::any_of(lines(), [&](const SheetLine& line) {
       return !line.file.empty() && line.entry.participant == person.entry.participant;
     });
     for (std::size_t i = 0; i < sources_.size(); ++i) {
@@ -230,7 +249,7 @@ class Planner {
       apply(line, planned.reading, setting);
     } catch (const Error& wrong) {
       if (!planned.error)
-        planned.error = Error(wrong.code(), plan_.sheet->place_of(line), wrong.what(), "correct the line");
+        planned.error = Error(wrong.code(), plan_.sheet->place_of(line), wrong.problem(), wrong.remedy());
     }
     planned.reading.body = setting.body;
     auto found = std::ranges::find(plan_.settings, setting);
@@ -259,6 +278,7 @@ class Planner {
   const ReadOptions& reading_;
   RecordingPlan plan_;
   std::vector<PathKey> line_keys_, source_keys_;
+  std::optional<std::vector<PathKey>> near_;     // files below the sheet's folder, once they are needed
   std::vector<bool> used_;                       // lines
   std::vector<std::vector<std::size_t>> found_;  // recordings of each line with a file
 };

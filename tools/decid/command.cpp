@@ -187,4 +187,10 @@ sim::Protocol ProtocolOptions::load(bool quiet, std::vector<std::string>* files)
   return protocol;
 }
 
+std::string in_sentence(const sim::ParameterInfo& info) {
+  std::string text = info.description;
+  text[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(text[0])));
+  return text.ends_with(info.name) ? text : text + " (" + info.name + ")";
+}
+
 }  // namespace decid::tools

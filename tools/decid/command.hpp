@@ -86,4 +86,7 @@ void add_info(const Command& program);
 void add_selftest(const Command& program);
 void add_export(const Command& program);
 
+/// Returns a parameter as a part of a sentence: "active stiffness (Kp)".
+std::string in_sentence(const sim::ParameterInfo& info);
+
 }  // namespace decid::tools

@@ -142,6 +142,31 @@ void refuse_few_pairs(const std::string& table, const std::string& one, const st
               "give different people different names, or all people recordings in both groups");
 }
 
+/// Throws Error for fewer than two groups, and for groups that share a few people.
+void refuse_groups(const std::string& table, const std::vector<GroupMember>& members) {
+  std::map<std::string, std::set<std::string>> groups;  // their people
+  for (const GroupMember& member : members)
+    if (!member.group.empty()) groups[member.group].insert(member.person);
+  if (groups.size() < 2)
+    throw Error(Code::setting_out_of_range, table,
+                "puts the recordings in " + counted(static_cast<long long>(groups.size()), "group"),
+                "give two groups or more");
+  for (auto one = groups.begin(); one != groups.end(); ++one)
+    for (auto other = std::next(one); other != groups.end(); ++other)
+      refuse_few_pairs(table, one->first, one->second, other->first, other->second);
+}
+
+/// Returns the groups of the study's sheet, whose lines the plan has matched with the recordings.
+GroupTable groups_of_sheet(const std::string& table, const RecordingPlan& plan) {
+  const auto has_participant = [](const PlannedRecording& it) { return !it.entry.participant.empty(); };
+  const bool has_people = std::ranges::any_of(plan.recordings, has_participant);
+  GroupTable groups{has_people ? "participant_id" : "", {}};
+  for (const PlannedRecording& it : plan.recordings)
+    groups.members.push_back({it.entry.group, has_participant(it) ? it.entry.participant : it.source.name()});
+  refuse_groups(table, groups.members);
+  return groups;
+}
+
 /// Throws Error if two of the recordings are one.
 void refuse_twice(const std::vector<RecordingSource>& sources) {
   std::map<std::pair<std::filesystem::path, std::string>, std::string> names;
@@ -182,24 +207,17 @@ GroupTable read_group_table(const std::string& table_name, const std::vector<std
     if (!is_used) result.unused.push_back({line + 1, row.file});
   }
   refuse_missing(table_name, recordings, found);
-  std::map<std::string, std::set<std::string>> groups;  // their people
-  for (const std::optional<GroupMember>& member : found) {
-    result.members.push_back(*member);
-    if (!member->group.empty()) groups[member->group].insert(member->person);
-  }
-  if (groups.size() < 2)
-    throw Error(Code::setting_out_of_range, table_name,
-                "puts the recordings in " + counted(static_cast<long long>(groups.size()), "group"),
-                "give two groups or more");
-  for (auto one = groups.begin(); one != groups.end(); ++one)
-    for (auto other = std::next(one); other != groups.end(); ++other)
-      refuse_few_pairs(table_name, one->first, one->second, other->first, other->second);
+  for (const std::optional<GroupMember>& member : found) result.members.push_back(*member);
+  refuse_groups(table_name, result.members);
   return result;
 }
 
-GroupTable groups_of(const std::string& table, const RecordingFlags& recordings, bool quiet) {
+GroupTable groups_of(const std::string& table, const RecordingFlags& recordings, const RecordingPlan& plan,
+                     bool quiet) {
   if (table.empty()) return {};
   refuse_twice(recordings.sources);
+  std::error_code ignored;
+  if (plan.sheet && std::filesystem::equivalent(table, plan.sheet->file, ignored)) return groups_of_sheet(table, plan);
   GroupTable groups = read_group_table(table, recordings.files);
   for (const UnusedLine& unused : groups.unused)
     if (!quiet && is_root())

@@ -72,6 +72,7 @@ void RecordingFlags::find_sources(const std::vector<std::string>& others, bool q
     try {
       const std::string folder = std::filesystem::path(study).parent_path().string();
       files = recording_files({folder.empty() ? "." : folder}, others, true).files;
+      for (std::string& file : files) file = std::filesystem::path(file).lexically_normal().string();  // no "./"
     } catch (const Error&) {
       files.clear();  // each line's recording is missing
     }

@@ -44,7 +44,7 @@ Json parameters_of(const RecordingResult& recording, const FitFigures& fitted, c
   return list;
 }
 
-/// Sensor noise, start and gain, where they were not known.
+/// Measurement noise, start and gain, where they were not known.
 Json others_of(const Posterior& found) {
   Json list = Json::array();
   const auto add = [&](int quantity, const char* name, const char* unit) {
@@ -52,9 +52,9 @@ Json others_of(const Posterior& found) {
     Json& json = list.emplace_back(Json{{"name", name}, {"unit", unit}});
     add_figures(json, found, quantity);
   };
-  add(Density::sensor_noise, "Sensor noise", "deg");
-  add(Density::start, "Start after the protocol", "s");
-  add(Density::gain, "Recorded over true sway", "1");
+  add(Density::sensor_noise, "Measurement noise", "deg");
+  add(Density::start, "Start of the recording after the protocol", "s");
+  add(Density::gain, "Scale of the sway sensor (1 = correct)", "1");
   return list;
 }
 
@@ -248,6 +248,7 @@ Json recording_to_json(const RecordingResult& recording, const Report& of, const
           {"column", recording.column},
           {"tilt", tilt_to_json(recording)},
           {"protocol", protocol_figures(of.protocol_of(recording))},
+          {"body_assumed", of.body_assumed_for(recording)},
           {"trust", name(recording.trust())},
           {"warnings", warnings_json(recording.warnings)},
           {"peak_to_peak_deg", page_number(recording.peak_to_peak_deg())},
@@ -288,9 +289,9 @@ std::string fit_page(const Report& report) {
   for (Json& recording : recordings)
     data["recordings"].push_back(taken(recording, {"file", "trust", "parameters", "diagnostics"}));
   return page_html(
-      {.title = "Posterior of posture control",
-       .lead = "The controller's parameters, estimated from recordings of body sway on a tilting platform, and "
-               "their uncertainty.",
+      {.title = "Balance control report: detailed analysis",
+       .lead = "Seven balance-control parameters with their uncertainty, estimated from body sway on a tilting "
+               "platform.",
        .script = std::string(embedded::recordings_js()) + std::string(embedded::density_js()) +
                  std::string(embedded::controllers_js()) + std::string(embedded::fit_js()),
        .style = std::string(embedded::density_css()) + std::string(embedded::fit_css()),

@@ -11,6 +11,7 @@
 #include "base/error.hpp"
 #include "base/files/json_object.hpp"
 #include "base/math/math.hpp"
+#include "base/math/statistics.hpp"
 #include "base/version.hpp"
 #include "embedded/density_css.hpp"
 #include "embedded/density_js.hpp"
@@ -56,12 +57,6 @@ struct ColourScale {
   bool logarithmic;  // limits are decimal logarithms
 };
 
-double quantile(std::vector<double>& values, double fraction) {
-  const auto nth = values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), nth, values.end());
-  return *nth;
-}
-
 // A few bins hold most of the power, so the limits are quantiles, and values beyond take the last colour.
 ColourScale colour_scale(dataset::Channel channel, std::vector<double> finite) {
   using dataset::Channel;
@@ -78,8 +73,8 @@ ColourScale colour_scale(dataset::Channel channel, std::vector<double> finite) {
   if (logarithmic) {
     for (double& value : finite) value = std::log10(std::max(value, dataset::min_modulus_rad));
   }
-  const double low = quantile(finite, 0.005);
-  const double high = quantile(finite, 0.999);
+  std::ranges::sort(finite);
+  const double low = quantile_of_sorted(finite, 0.005), high = quantile_of_sorted(finite, 0.999);
   return {"sequential", low, std::max(high, low + 1e-6), logarithmic};
 }
 
@@ -207,9 +202,8 @@ std::string identify_page(const Report& report) {
                {"failed", errors_json(report)}};
   for (Json& shown : recordings)
     data["recordings"].push_back(taken(shown, {"file", "trust", "parameters", "variance_accounted_for"}));
-  return page_html({.title = "Posture control report",
-                    .lead = "Seven parameters of the DEC posture-control model, identified from body sway on a tilting "
-                            "platform.",
+  return page_html({.title = "Balance control report",
+                    .lead = "Seven balance-control parameters, estimated from body sway on a tilting platform.",
                     .script = std::string(embedded::recordings_js()) + std::string(embedded::density_js()) +
                               std::string(embedded::frf_js()) + std::string(embedded::identify_js()),
                     .style = embedded::density_css(),

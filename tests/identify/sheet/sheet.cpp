@@ -239,6 +239,9 @@ TEST_CASE("plan_of: a person's line fills the lines of recordings; what is not c
   CHECK(filled.recordings[1].reading.trial.start_s == 5.0);
   CHECK(filled.recordings[0].reading.trial.start_s == 3.0);
 
+  const RecordingPlan nobody = plan_of_text(folder, "participant_id\tgroup\nn/a\tx\n", files, Choice::by_sheet);
+  REQUIRE(nobody.recordings.size() == 1);
+  check_has(nobody.recordings[0].error, Code::value_missing, "line 2");
   const RecordingPlan unclear = plan_of_text(folder, "file\nt\nA_open.mat\n", files, Choice::by_sheet);
   check_has(unclear.recordings[0].error, Code::value_invalid, "line 2");
   CHECK(unclear.recordings[1].source.file == folder / "A_open.csv");
@@ -252,4 +255,8 @@ TEST_CASE("plan_of: a person's line fills the lines of recordings; what is not c
       plan_of_text(folder, "participant_id\tfile\nA\ta/t.csv\nZ\tn/a\n", {"a/t.csv"}, Choice::by_call);
   CHECK(unused.recordings.size() == 1);
   CHECK(unused.notes.size() == 1);
+  const RecordingPlan part = plan_of_text(folder, "file\nt.csv\nA_OPEN.csv\ngone.csv\n", {"a/t.csv"}, Choice::by_call);
+  REQUIRE(part.recordings.size() == 2);  // A_open.csv exists, so the call left it out
+  CHECK(part.notes.size() == 1);
+  check_has(part.recordings[1].error, Code::file_missing, "gone.csv");
 }

@@ -54,7 +54,7 @@ TEST_CASE("motion-BIDS: names, units and the rate, also from the data set's fold
 TEST_CASE("motion-BIDS: channels that do not fit are refused, other files are read as before") {
   const TemporaryFolder folder;
   const std::filesystem::path motion = write_text(folder / "a_motion.tsv", samples(false));
-  check_error([&] { recording::read_recording(motion, {}); }, Code::column_missing);  // no channels
+  check_error([&] { recording::read_recording(motion, {}); }, Code::column_ambiguous);  // no channels
   write_text(folder / "a_channels.tsv", "name\ttype\ncom_sway\tJNTANG\n");
   check_error([&] { recording::read_recording(motion, {}); }, Code::file_damaged, "3 columns");
   write_text(folder / "a_channels.tsv", "type\nJNTANG\n");

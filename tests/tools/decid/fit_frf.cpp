@@ -77,7 +77,7 @@ TEST_CASE("fit --frf takes the body, the tilt's size and known parameters") {
       run_decid("fit --frf " + usual + " --truth Kp=900,Kd=260,Kp_pass=150,Kd_pass=120,Nv=.2,theta=.002,delay=.12");
   CHECK(text.code == 0);
   for (const char* words :
-       {"11 frequencies, 0.05 to 2.2 Hz", "chi-square", "true", "contraction", "90 % of the draws", "R-hat"})
+       {"11 frequencies, 0.05 to 2.2 Hz", "chi-square", "true", "contraction", "90% interval", "R-hat"})
     CHECK(contains(text.out, words));
 }
 

@@ -64,7 +64,7 @@ TEST_CASE("fourteen parameters as results: JSON, text and page") {
     CHECK(parameters[p].at("normalized").is_null() != info.per_mgh);
     CHECK_FALSE(parameters[p].contains("sd"));  // point estimates do not say how sure they are
     CHECK_FALSE(parameters[p].contains("interval90"));
-    CHECK(text.find("  " + info.name + " ") != std::string::npos);
+    CHECK(text.find("(" + info.name + ")") != std::string::npos);
     CHECK(page.find("\"name\":\"" + info.name + "\"") != std::string::npos);
     CHECK(page.find("\"description\":\"" + info.description + "\"") != std::string::npos);
   }
@@ -103,7 +103,7 @@ TEST_CASE("fourteen parameters as a distribution: JSON, text and page") {
       CHECK(parameter.at("normalized_interval90").is_null());
     CHECK(text.find(format("%.5g to %.5g", low, high)) != std::string::npos);
   }
-  CHECK(text.find("90 % interval") != std::string::npos);
+  CHECK(text.find("90% interval") != std::string::npos);
   const std::string page = identify_page(all);
   CHECK(page.find("\"densities\":[[[0.0,") != std::string::npos);
 }

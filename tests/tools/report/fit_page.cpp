@@ -90,7 +90,7 @@ TEST_CASE("fit page") {
             within(shown["correlations"][p][q].get<double>(), found.correlation(quantity, static_cast<int>(q)), 0.006));
     }
     REQUIRE(shown["others"].size() == 3);
-    CHECK(shown["others"][0]["name"] == "Sensor noise");
+    CHECK(shown["others"][0]["name"] == "Measurement noise");
     CHECK(shown["diagnostics"]["draws"] == found.draws());
     REQUIRE(shown["check"]["figures"].size() == fit.check.figures.size());
     CHECK(shown["check"]["figures"].size() == 8);

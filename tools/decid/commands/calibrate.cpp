@@ -121,7 +121,9 @@ std::string parts_text(const std::vector<CalibratedTrial>& trials, const sim::Pr
   std::string text;
   if (trials.size() < 3) return text;
   for (const Key& key : keys(protocol)) {
-    text += format("\n| %s | trials | MSE | promised | network | in 90 %% |\n|---|---|---|---|---|---|\n", key.title);
+    text +=
+        format("\n| %s | trials | MSE | predicted variance | network | 90%% coverage |\n|---|---|---|---|---|---|\n",
+               key.title);
     for (const CalibrationPart& part : calibration_by(trials, deviation, key.of)) {
       const ParameterCalibration& all = part.figures.all;
       text += format("| %.3g to %.3g | %d | %.4f | %.4f | %s | %.3f |\n", part.low, part.high, part.figures.trials,
@@ -132,7 +134,9 @@ std::string parts_text(const std::vector<CalibratedTrial>& trials, const sim::Pr
 }
 
 std::string figures_text(const sim::ParameterTable& table, const Calibration& found) {
-  std::string text = "| | MSE | promised | network | in 50 % | in 90 % | distance |\n|---|---|---|---|---|---|---|\n";
+  std::string text =
+      "| | MSE | predicted variance | network | 50% coverage | 90% coverage | distance "
+      "|\n|---|---|---|---|---|---|---|\n";
   const auto line = [&](const std::string& name, const ParameterCalibration& of) {
     text += format("| %s | %.4f | %.4f | %s | %.3f | %.3f | %.3f |\n", name.c_str(), of.mse, of.predicted_variance,
                    network_text(of).c_str(), of.coverage50, of.coverage90, of.distance);
@@ -339,7 +343,7 @@ void run_calibrate(const CalibrateOptions& options) {
   if (options.common.json) {
     std::cout << document();
   } else {
-    std::cout << format("%d trials, chains of %d agree; distances from uniform beyond %.3f are not chance (95 %%)\n\n",
+    std::cout << format("%d trials, chains of %d agree; distances from uniform beyond %.3f are not chance (95%%)\n\n",
                         found.trials, found.agreed, found.band)
               << figures_text(table, found) << scores_text(found) << parts_text(trials, protocol, deviation);
   }

@@ -24,7 +24,7 @@ class FitProgressBar {
  public:
   FitProgressBar(const FitResults& results, bool quiet)
       : done_(results.size()),
-        bar_("fit", results.size() > 1 ? "recordings" : "%",
+        bar_("Analysing", results.size() > 1 ? "recordings" : "%",
              static_cast<long long>(results.size() > 1 ? results.size() : parts), quiet,
              results.size() > 1 ? parts : 1) {
     for (std::size_t i = 0; i < results.size(); ++i) done_[i] = results[i] ? 1.0 : 0.0;

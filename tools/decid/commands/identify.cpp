@@ -41,7 +41,7 @@ Report identify_all(const IdentifyOptions& options, const Model& model, const Re
   std::vector<std::size_t> order(count);  // recordings of one body one after the other
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::stable_sort(order, {}, [&](std::size_t i) { return plan.recordings[i].setting; });
-  ProgressBar bar("identify", "recordings", static_cast<long long>(count), options.common.quiet);
+  ProgressBar bar("Analysing", "recordings", static_cast<long long>(count), options.common.quiet);
   long long done = 0;
   share_out<RecordingResult>(
       count, at_once,
@@ -75,7 +75,7 @@ void run_identify(IdentifyOptions options, const Command& command) {
   std::vector<std::string> inputs = recordings.distinct_files();
   inputs.insert(inputs.end(), {recordings.study, options.model, options.group});
   options.outputs.check(inputs);
-  const GroupTable groups = groups_of(options.group, recordings, options.common.quiet);
+  const GroupTable groups = groups_of(options.group, recordings, plan, options.common.quiet);
 
   Report report = identify_all(options, model, plan);
   if (!is_root()) return;

@@ -4,6 +4,7 @@
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 
 #include "base/error.hpp"
@@ -59,6 +60,19 @@ Call read_call(const std::string& path, const std::string& content) {
   return {all["command"].get<std::string>(), all["arguments"].get<std::vector<std::string>>()};
 }
 
+/// Discards standard output for its lifetime: the call prints its results, and rerun writes them to a file.
+class Silence {
+ public:
+  Silence() : before_(std::cout.rdbuf(discarded_.rdbuf())) {}
+  Silence(const Silence&) = delete;
+  Silence& operator=(const Silence&) = delete;
+  ~Silence() { std::cout.rdbuf(before_); }
+
+ private:
+  std::ostringstream discarded_;
+  std::streambuf* before_;
+};
+
 /// Runs a command in this process. Throws its errors.
 void run(const Call& call, const std::string& output, const CommonOptions& common) {
   std::vector<std::string> words{"decid", call.command};
@@ -71,6 +85,7 @@ void run(const Call& call, const std::string& output, const CommonOptions& commo
   const Program program("decid", "", version);
   add_identify(program.top());
   add_fit(program.top());
+  const Silence silence;
   try {
     program.parse(static_cast<int>(pointers.size()), pointers.data());
   } catch (const UsageError& error) {

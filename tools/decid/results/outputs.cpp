@@ -1,16 +1,47 @@
 // The files of a report: see outputs.hpp.
 #include "tools/decid/results/outputs.hpp"
 
+#include <filesystem>
 #include <iostream>
 
+#include "base/error.hpp"
 #include "base/files/file.hpp"
 #include "tools/decid/ranks.hpp"
 #include "tools/decid/results/results.hpp"
 #include "tools/decid/results/table.hpp"
+#include "tools/report/figures/result_figures.hpp"
 #include "tools/report/fit_page.hpp"
 #include "tools/report/identify_page.hpp"
 
 namespace decid::tools {
+
+namespace {
+
+/// Throws Error if a figure would replace an input, or decid cannot write into the folder or create it.
+void check_figures(const std::filesystem::path& name, const std::vector<std::string>& inputs) {
+  const std::filesystem::path folder = name.has_filename() ? name : name.parent_path();
+  for (const char* id : result_figure_ids)
+    for (const char* ending : {".svg", ".csv"})
+      refuse_same_file((folder / (std::string(id) + ending)).string(), inputs);
+  std::error_code ignored;
+  if (std::filesystem::is_directory(folder, ignored)) {
+    if (is_root()) PendingFile probe(folder / (std::string(result_figure_ids.front()) + ".svg"));
+  } else if (std::filesystem::exists(folder, ignored)) {
+    throw Error(Code::file_unwritable, name.string(), "is a file", "give the name of a folder");
+  } else if (is_root()) {
+    PendingFile probe(folder);
+  }
+}
+
+void write_figures(const std::filesystem::path& folder, const Report& report) {
+  make_output_folder(folder);
+  for (const Figure& figure : result_figures(report)) {
+    write_file(folder / (figure.id + ".svg"), figure.svg);
+    write_file(folder / (figure.id + ".csv"), figure.csv);
+  }
+}
+
+}  // namespace
 
 void Outputs::check(std::vector<std::string> inputs) const {
   for (const std::string& path : files()) {
@@ -19,6 +50,7 @@ void Outputs::check(std::vector<std::string> inputs) const {
   }
   for (const std::string& path : files())
     if (!path.empty() && is_root()) PendingFile probe(path);  // reports an unwritable place before the work
+  if (!figures.empty()) check_figures(figures, inputs);
 }
 
 void Outputs::write(const Report& report, bool print_json) const {
@@ -28,6 +60,7 @@ void Outputs::write(const Report& report, bool print_json) const {
   const CsvStyle style = csv_style_of(excel);
   if (!table.empty()) write_table(table, wide_table(report), style);
   if (!long_table.empty()) write_table(long_table, decid::tools::long_table(report), style);
+  if (!figures.empty()) write_figures(figures, report);
   if (!json.empty()) write_file(json, text);
   std::cout << (print_json ? text : report_text(report));
 }
@@ -43,6 +76,9 @@ void add_report_options(const Command& command, Outputs& outputs, bool of_fit) {
                     "Write a table with one line per recording, as CSV or .xlsx, for spreadsheets and R");
   add_output_option(command, "--long", outputs.long_table, Written::table,
                     "Write a table with one line per recording and parameter, as CSV or .xlsx");
+  add_output_option(command, "--figures", outputs.figures, Written::folder,
+                    "Write figures into this folder, as SVG with their numbers as CSV: estimates by group, changes by "
+                    "session and condition, frequency responses");
   command.section("Output");
   command
       .add_option("--excel", outputs.excel,

@@ -15,13 +15,14 @@
 namespace decid::tools {
 
 /// Options that do not change the answer, and options that the JSON reports elsewhere.
-inline const std::vector<std::string> beside_answers{
-    "recordings", "--output",   "--draws", "--report",    "--table", "--group", "--resume", "--threads",   "--quiet",
-    "--json",     "--protocol", "--model", "--recursive", "--long",  "--excel", "--study",  "--controller"};
+inline const std::vector<std::string> beside_answers{"recordings", "--output",     "--draws",     "--report", "--table",
+                                                     "--group",    "--resume",     "--threads",   "--quiet",  "--json",
+                                                     "--protocol", "--model",      "--recursive", "--long",   "--excel",
+                                                     "--study",    "--controller", "--figures"};
 /// Options that no output's content depends on, and the recordings, whose files Report::arguments has.
-inline const std::vector<std::string> not_repeated{"recordings", "--output", "--draws", "--report",
-                                                   "--table",    "--long",   "--excel", "--resume",
-                                                   "--threads",  "--quiet",  "--json",  "--recursive"};
+inline const std::vector<std::string> not_repeated{"recordings", "--output",    "--draws",  "--report",  "--table",
+                                                   "--long",     "--excel",     "--resume", "--threads", "--quiet",
+                                                   "--json",     "--recursive", "--figures"};
 /// Sets the report's command, arguments and inputs. `named`: the recordings' files in the call; `inputs`: all files
 /// that were read; empty names do not count.
 void record_call(Report& report, const Command& command, const std::vector<std::string>& named,
@@ -51,7 +52,7 @@ void write_draws(const std::filesystem::path& path, const Report& report, std::s
 Json body_json(const sim::Body& body, bool assumed);
 /// Returns a line that says whose stiffness and damping the tables show.
 std::string body_text(const sim::Body& body, bool assumed);
-/// Returns a line: usable, with caution, or not, with the gravest of the warnings.
+/// Returns a line: the trust, with the gravest of the warnings.
 std::string trust_text(const Warnings& warnings);
 /// Returns a line for each of the other warnings.
 std::string warnings_text(const Warnings& warnings);

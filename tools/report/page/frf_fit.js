@@ -9,7 +9,7 @@ function comparison() {
   const rows = report.controllers.map(each => element("tr", {}, element("th", { scope: "row" }, each.controller),
     number(fixed(each.log_predictive_density, 1)),
     number(each.difference < 0 ? `${fixed(each.difference, 1)} \u00b1 ${fixed(each.difference_standard_error, 1)}` : "best"),
-    number(fixed(each.weight, 2)), number(fixed(100 * each.relative_error, 1) + " %")));
+    number(fixed(each.weight, 2)), number(fixed(100 * each.relative_error, 1) + "%")));
   return table("Log predictive density: the sum over the frequencies of the density of each row, given all others; larger is better. " +
     "\u00b1 is the standard error of the difference. The weights make the mixture of the controllers that predicts best.",
     [heading("Controller"), ...["Log predictive density", "Difference", "Weight", "Relative error"].map(text => heading(text, "number"))], rows);
