@@ -248,3 +248,230 @@ std::optional<FitJournal> journal_of(const FitOptions& options, const std::strin
   if (output.empty() || options.recordings.files.size() < 2 || !is_file) return std::nullopt;
   return std::make_optional<FitJournal>(output + ".journal", settings, options.resume);
 }
+
+/// Returns the report of the recordings whose fit began, with the groups of the table of all recordings.
+Report report_of(const FitOptions& options, const PlanFitter& fitter, FitResults results, GroupTable groups,
+                 std::vector<std::size_t>& places) {
+  Report report = fitter.report();
+  std::vector<GroupMember> members;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    if (!results[i]) continue;
+    places.push_back(i);
+    report.recordings.push_back(std::move(*results[i]));
+    if (!options.group.empty()) members.push_back(groups.members[i]);
+  }
+  groups.members = std::move(members);
+  if (!options.group.empty())
+    report.groups = report_groups(std::move(groups), report.recordings, report.protocol.parameters().size());
+  return report;
+}
+
+/// Reads --free: parameters, and the column of the conditions between which they differ.
+void set_free(FitOptions& options) {
+  if (options.free.empty()) return;
+  if (options.joint.empty())
+    throw Error(Code::setting_conflict, "--free", "is for recordings that are fitted together", "give --joint too");
+  const std::size_t colon = options.free.rfind(':');
+  if (colon == std::string::npos || colon == 0 || colon + 1 == options.free.size())
+    throw Error(Code::setting_malformed, "--free", "'" + options.free + "' is not NAME,..:COLUMN",
+                "give parameters and a column of the sheet, such as theta,Nv:condition");
+  options.conditions = options.free.substr(colon + 1);
+  for (std::size_t begin = 0; begin <= colon;) {
+    const std::size_t end = std::min(options.free.find(',', begin), colon);
+    options.request.freed.push_back(options.free.substr(begin, end - begin));
+    begin = end + 1;
+  }
+}
+
+void run_fit(FitOptions options, const Command& command) {
+  set_free(options);
+  RecordingFlags& recordings = options.recordings;
+  ReadOptions reading = recordings.read_options();
+  std::vector<std::string> inputs = options.outputs.files();
+  inputs.insert(inputs.end(), {options.model, options.protocol, options.group, recordings.study});
+  recordings.find_sources(inputs, options.common.quiet);
+  inputs.clear();
+  std::optional<sim::Protocol> given;
+  if (!options.protocol.empty()) given = read_protocol(options.protocol, options.common.quiet, &inputs);
+  const Model model = model_or_built_in(options.model);
+  sim::Protocol protocol = protocol_of(options, given.value_or(model.protocol));
+  const std::vector<const sim::BodyModel*> controllers = controllers_of(options.controllers, protocol);
+  protocol.experiment.body_model = controllers.front();
+  for (const sim::BodyModel* controller : controllers) {
+    sim::Protocol its_own = protocol;
+    its_own.experiment.body_model = controller;
+    std::vector<posterior::ParameterPrior> priors =
+        parameter_priors(for_controller(options, *controller, controllers), its_own.ranges());
+    if (controller == controllers.front())
+      options.request.priors.parameters = std::move(priors);
+    else
+      options.request.others.push_back({controller, std::move(priors)});
+  }
+  if (!options.joint.empty() && controllers.size() > 1)
+    throw Error(Code::setting_conflict, "--joint", "does not go with several controllers",
+                "name one with --controller");
+  if (!options.joint.empty() && !options.group.empty())
+    throw Error(Code::setting_conflict, "--joint", "does not go with --group, which takes each recording as a person",
+                "give one of them");
+  for (const std::string& name : options.request.freed) require_parameter(name, "--free", protocol.parameters());
+  reading.truth = recordings.known(protocol.parameters());
+  reading.body = recordings.body();
+  // A protocol of one's own may describe it.
+  if (!reading.body && given && given->experiment.body != sim::Body{}) reading.body = given->experiment.body;
+
+  const RecordingPlan plan = recordings.plan(reading, options.common.quiet);
+  const std::vector<std::string> files = recordings.distinct_files();
+  inputs.insert(inputs.begin(), files.begin(), files.end());
+  inputs.insert(inputs.end(), {recordings.study, options.model, options.group});
+  options.outputs.check(inputs);
+  const GroupTable groups = groups_of(options.group, recordings, plan, options.common.quiet);
+
+  const Json settings{{"version", version},
+                      {"protocol", sim::json_of(protocol)},
+                      {"model", nn::weights_sha256(model.network)},
+                      {"options", command.given(beside_answers)}};
+  std::optional<FitJournal> journal = is_root() ? journal_of(options, print_json(settings)) : std::nullopt;
+  catch_interrupt();
+  options.request.keeps_log_likelihood = options.outputs.draws.ends_with(".npz");
+  PlanFitter fitter(&model, protocol, plan, options.request, &inputs);
+  FitResults results =
+      fit_all({recordings.sources, listed(recordings.files), options.joint, options.conditions, options.common.quiet},
+              fitter, plan, journal ? &*journal : nullptr);
+  if (!is_root()) return;
+  options.outputs.count = results.size();
+  Report report = report_of(options, fitter, std::move(results), groups, options.outputs.places);
+  const std::vector<RecordingResult>& begun = report.recordings;
+  refuse_alone(begun);
+  report.model = model_name(options.model);
+  report.model_sha256 = nn::weights_sha256(model.network);
+  report.options = command.given(beside_answers);
+  record_call(report, command, recordings.named, inputs);
+  options.outputs.write(report, options.common.json);
+  const bool failed = std::ranges::any_of(begun, [](const RecordingResult& id) { return id.error.has_value(); });
+  if (journal && !failed && begun.size() == options.outputs.count && !interrupted()) journal->remove();
+  if (interrupted())
+    throw std::runtime_error(format("stopped at recording %zu of %zu; what was drawn until then was written%s",
+                                    begun.size(), options.outputs.count, journal ? "; --resume goes on" : ""));
+  if (journal && failed && !options.common.quiet) std::cerr << "decid: mend them, and --resume fits these alone\n";
+  tell_errors("fit", begun);
+}
+
+}  // namespace
+
+void add_fit(const Command& program) {
+  auto options = std::make_shared<FitOptions>();
+  const Command command = program.add_subcommand(
+      "fit",
+      "Sample the posterior of balance-control parameters from recordings; slower and more accurate than identify");
+  add_recording_flags(command, options->recordings);
+  add_study_option(command, options->recordings);
+  add_truth_option(command, options->recordings);
+  command.section("Input");
+  command.add_option("--frf", options->frf,
+                     "Fit this table of a frequency response instead of recordings: columns frequency_hz, gain, "
+                     "phase_deg and, if known, sd, ci95, radius95, or coherence and cycles");
+  command
+      .add_option("--amplitude", options->amplitude_deg,
+                  "Use this peak-to-peak tilt in degrees for --frf; default: the protocol's")
+      .range(1e-3, 20.0);
+  add_body_options(command, options->recordings);
+  command.section("Model");
+  command.add_option("--protocol", options->protocol,
+                     "Use this protocol: default, short, or a JSON file; default: the model's");
+  command.add_option(
+      "--model", options->model,
+      "Use this model file for the protocol, and for the estimate where chains disagree; default: the built-in model");
+  command
+      .add_option("--controller", options->controllers,
+                  "Fit this controller: dec, dec2015 or ic; several, separated by commas, are compared, and the first "
+                  "one answers; default: the protocol's")
+      .shown_as("NAME,...");
+  command.section("Advanced");
+  command
+      .add_option(
+          "--objective", options->objective,
+          "Fit an --frf table by its posterior, or by least squares of the log ratio of model and table, weighted "
+          "by coherence over frequency (log-ratio); default: posterior")
+      .one_of({"posterior", "log-ratio"});
+  command
+      .add_option("--joint", options->joint,
+                  "Fit recordings with the same value in this column of the sheet together, as of one person, such as "
+                  "participant_id; all: all recordings of a call without a sheet")
+      .shown_as("COLUMN");
+  command
+      .add_option("--free", options->free,
+                  "Let these parameters differ between values of a sheet's column in --joint fits, such as "
+                  "theta,Nv:condition")
+      .shown_as("NAME,..:COLUMN");
+  command
+      .add_option("--prior-start", options->request.priors.start_s,
+                  "Allow the recording to start up to this many seconds before or after the protocol; 0: it starts "
+                  "with it; a tilt column overrides this")
+      .show_default()
+      .range(0.0, 0.5);
+  command
+      .add_option(
+          "--prior-gain", options->prior_gain,
+          format("Expect the scale of the sway sensor within this standard deviation of its logarithm; 0: exact; "
+                 "default: %g. With --frf, expect the gains within 1 +- this; default: %g",
+                 posterior::Priors{}.gain, frf::Priors{}.gain))
+      .range(0.0, 0.5);
+  command
+      .add_option("--prior-noise", options->request.priors.sensor_noise_deg,
+                  "Expect this measurement noise in degrees, within a factor of 20")
+      .show_default()
+      .range(1e-6, 10.0);
+  command
+      .add_option("--range", options->ranges,
+                  "Limit a parameter to LOW to HIGH in its JSON unit, for example delay=0.05,0.2; may be repeated")
+      .repeatable()
+      .shown_as("NAME=LOW,HIGH");
+  command
+      .add_option("--prior", options->priors,
+                  "Use a normal prior with this mean and standard deviation for a parameter, for example "
+                  "delay=0.12,0.02; default: uniform in its range; may be repeated")
+      .repeatable()
+      .shown_as("NAME=MEAN,SD");
+  command
+      .add_option("--fix", options->fixed,
+                  "Fix a parameter at this value in its JSON unit, for example Kp=838.98; may be repeated")
+      .repeatable()
+      .shown_as("NAME=VALUE");
+  command.add_flag("--moved-before", options->request.priors.moved_before,
+                   "Assume that the platform played the end of a cycle before the recording; default: it rested");
+  command
+      .add_option("--prior-error", options->prior_error,
+                  "Allow errors of an --frf table beyond its confidence, as a fraction of the response, within a "
+                  "factor of 3; default: 0.01, or 0.05 for a table without confidence")
+      .range(0.0, 1.0);
+  command
+      .add_option("--max-draws,--most-draws", options->request.settings.max_draws,
+                  "Take at most this many draws per chain; fewer where they suffice")
+      .show_default()
+      .range(8, 1'000'000);
+  add_seed_option(command, options->request.settings.seed, "Seed the chains");
+  add_report_options(command, options->outputs, true);
+  add_group_option(command, options->group);
+  command.section("Output");
+  command.add_flag("--resume", options->resume,
+                   "Continue a stopped call: skip the recordings that its journal OUTPUT.journal holds");
+  add_common_options(command, options->common, true);
+  command.footer(
+      "Examples:\n"
+      "  decid fit recording.csv --mass 70 --height 1.75 -o result.json --report report.html\n"
+      "  decid fit subjects -o results.json --table results.csv --resume\n"
+      "  decid fit --study participants.tsv -o results.json --long long.csv\n"
+      "  decid fit recording.csv --range delay=0.05,0.2 --prior Kp=900,100 --draws draws.npz\n"
+      "  decid fit --frf response.csv --amplitude 1 --mass 70 --height 1.75 --report response.html");
+  command.callback([options, command] {
+    check_kind(*options, command);
+    if (options->prior_gain) options->request.priors.gain = *options->prior_gain;
+    options->request.settings.min_draws =
+        std::min(options->request.settings.min_draws, options->request.settings.max_draws);
+    apply(options->common);
+    if (options->frf.empty()) return run_fit(*options, command);
+    run_table(*options, command);
+  });
+}
+
+}  // namespace decid::tools
