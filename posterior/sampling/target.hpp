@@ -4,7 +4,7 @@
 // unknowns is an arrow: the trials' own unknowns depend on each other only through the common ones. Eliminating each
 // trial's own first leaves a small matrix of the common unknowns, so time and memory grow with the number of trials.
 // Rows of a trial's matrices are then: noise, start, gain and measurement noise, and the parameters last; of its
-// metric: all common unknowns in place of its parameters. With one trial, rows are the coordinates of its Density.
+// metric: its own unknowns, then all common ones. With one trial, rows are the coordinates of its Density.
 #pragma once
 
 #include <array>
