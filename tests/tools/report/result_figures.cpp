@@ -24,6 +24,7 @@ void add(Report& report, const SheetEntry& who, double kp, double gain) {
     sim::FrfPoint& point = frf.recorded.emplace_back();
     point.frequency_hz = hz;
     point.response = {0.0, -gain};
+    frf.linear.emplace_back(0.0, -1.0);
   }
 }
 

@@ -137,7 +137,7 @@ Figure estimates_figure(const std::vector<Estimates>& all, const sim::ParameterT
   for (std::size_t p = 0; p < table.size(); ++p) {
     std::vector<double> values;
     for (const Estimates& one : all) values.insert(values.end(), {one.value[p], one.low90[p], one.high90[p]});
-    Plot plot = panels.add(axis_of_names(groups), axis_for(table[p].unit, {values}, false), table[p].name);
+    Plot plot = panels.add(axis_of_names(groups), axis_for(table[p].shown_unit(), {values}, false), table[p].name);
     for (const Estimates& one : all) {
       const std::size_t g = place_in(groups, one.who.group);
       const double count = static_cast<double>(people[g].size()),
@@ -181,7 +181,7 @@ Figure change_figure(const std::vector<Estimates>& all, const sim::ParameterTabl
           return one.who.group == groups[g] && one.who.*visit == name;
         }));
     for (const auto& of_group : means) shown.insert(shown.end(), of_group.begin(), of_group.end());
-    Plot plot = panels.add(axis_of_names(visits), axis_for(table[p].unit, shown, false), table[p].name);
+    Plot plot = panels.add(axis_of_names(visits), axis_for(table[p].shown_unit(), shown, false), table[p].name);
     for (std::size_t g = 0; g < groups.size(); ++g)
       for (std::size_t person = 0; person < people.size(); ++person) {
         std::vector<double> y;
@@ -200,7 +200,7 @@ Figure change_figure(const std::vector<Estimates>& all, const sim::ParameterTabl
           panels.sheet().svg(), csv};
 }
 
-/// A recording's response: gains and unwrapped phases in degrees.
+/// A recording's response: gains, and phases in degrees near those of the identified controller's linear loop.
 struct Response {
   std::size_t group = 0;
   std::vector<double> gain, phase_deg;
@@ -208,10 +208,10 @@ struct Response {
 
 Response response_of(const FrequencyResponses& frf, std::size_t group) {
   Response made{group, {}, {}};
-  double near_deg = 0.0;
-  for (const sim::FrfPoint& point : frf.recorded) {
-    const Bode figures = bode(point, near_deg);
-    near_deg = figures.phase_deg;
+  double linear_deg = 0.0;  // unwrapped from band to band: noise would mislead the recording's own phase
+  for (std::size_t k = 0; k < frf.recorded.size(); ++k) {
+    linear_deg = bode({.response = frf.linear[k]}, linear_deg).phase_deg;
+    const Bode figures = bode(frf.recorded[k], linear_deg);
     made.gain.push_back(figures.gain);
     made.phase_deg.push_back(figures.phase_deg);
   }
