@@ -13,6 +13,7 @@
 #include "embedded/density_js.hpp"
 #include "embedded/fit_css.hpp"
 #include "embedded/fit_js.hpp"
+#include "embedded/parameters_js.hpp"
 #include "embedded/recordings_js.hpp"
 #include "tools/report/json/groups_json.hpp"
 #include "tools/report/json/parameters_json.hpp"
@@ -292,8 +293,9 @@ std::string fit_page(const Report& report) {
       {.title = "Balance control report: detailed analysis",
        .lead = "Seven balance-control parameters with their uncertainty, estimated from body sway on a tilting "
                "platform.",
-       .script = std::string(embedded::recordings_js()) + std::string(embedded::density_js()) +
-                 std::string(embedded::controllers_js()) + std::string(embedded::fit_js()),
+       .script = std::string(embedded::parameters_js()) + std::string(embedded::recordings_js()) +
+                 std::string(embedded::density_js()) + std::string(embedded::controllers_js()) +
+                 std::string(embedded::fit_js()),
        .style = std::string(embedded::density_css()) + std::string(embedded::fit_css()),
        .details = std::move(recordings)},
       data);

@@ -17,6 +17,7 @@
 #include "embedded/density_js.hpp"
 #include "embedded/frf_js.hpp"
 #include "embedded/identify_js.hpp"
+#include "embedded/parameters_js.hpp"
 #include "embedded/recordings_js.hpp"
 #include "tools/report/frf.hpp"
 #include "tools/report/json/groups_json.hpp"
@@ -204,8 +205,9 @@ std::string identify_page(const Report& report) {
     data["recordings"].push_back(taken(shown, {"file", "trust", "parameters", "variance_accounted_for"}));
   return page_html({.title = "Balance control report",
                     .lead = "Seven balance-control parameters, estimated from body sway on a tilting platform.",
-                    .script = std::string(embedded::recordings_js()) + std::string(embedded::density_js()) +
-                              std::string(embedded::frf_js()) + std::string(embedded::identify_js()),
+                    .script = std::string(embedded::parameters_js()) + std::string(embedded::recordings_js()) +
+                              std::string(embedded::density_js()) + std::string(embedded::frf_js()) +
+                              std::string(embedded::identify_js()),
                     .style = embedded::density_css(),
                     .details = std::move(recordings)},
                    data);

@@ -163,7 +163,12 @@ TEST_CASE("fit refuses invalid controllers and fixed values, by the option") {
   decid::sim::Protocol protocol = decid::sim::default_protocol();
   protocol.experiment.body_model = &decid::sim::independent_channels();
   write_text(folder / "ic.json", decid::sim::to_json(protocol));
-  check_refused(fit + "--controller dec2015 --protocol " + folder / "ic.json", "--controller");
+  check_refused(fit + "--controller dec2015 --protocol " + folder / "ic.json", "has the controller 'ic'");
+  // The default controller counts too, if the file names it.
+  write_text(folder / "dec.json", R"({"controller": "dec"})");
+  for (const char* others : {"ic", "dec2015,ic"})
+    check_refused(fit + "--controller " + others + " --protocol " + folder / "dec.json", "has the controller 'dec'");
+  check_refused("fit --frf t.csv --controller ic --protocol " + folder / "dec.json", "has the controller 'dec'");
 }
 
 TEST_CASE("fit: one bad recording of several does not stop the others, and quiet leaves the figures" *

@@ -124,6 +124,8 @@ TEST_CASE("fit --frf compares controllers" * doctest::test_suite("slow")) {
   CHECK(json["controllers"][1]["parameters"].size() == 6);
   CHECK(near(json["controllers"][2]["parameters"][10]["value"].get<double>(), 0.13, 1e-9));
   CHECK(contains(read_text(page), "\"controllers\""));
+  for (const char* meaning : {"Sensory noise", "Weight of proprioception", "Gain of the tilt estimate"})
+    CHECK(contains(read_text(page), std::string("\"description\":\"") + meaning + '"'));
   CHECK_FALSE(contains(read_text(page), "\"seconds\""));
 }
 

@@ -151,9 +151,9 @@ std::vector<posterior::ParameterPrior> parameter_priors(const FitOptions& option
 }
 
 /// Returns the controllers that --controller names, in its order. Throws Error if the protocol names another one.
-std::vector<const sim::BodyModel*> controllers_of(const std::string& names, const sim::Protocol& protocol) {
+std::vector<const sim::BodyModel*> controllers_of(const FitOptions& options, const sim::Protocol& protocol) {
   std::vector<const sim::BodyModel*> all;
-  std::istringstream stream(names);
+  std::istringstream stream(options.controllers);
   for (std::string name; std::getline(stream, name, ',');) {
     const sim::BodyModel& model = sim::body_model_of(name, "--controller");
     if (std::ranges::find(all, &model) != all.end())
@@ -162,10 +162,14 @@ std::vector<const sim::BodyModel*> controllers_of(const std::string& names, cons
   }
   const sim::BodyModel* own = protocol.experiment.body_model;
   if (all.empty()) return {own};
-  if (own != &sim::single_pendulum() && std::ranges::find(all, own) == all.end())
+  if (std::ranges::find(all, own) != all.end()) return all;
+  if (!options.protocol.empty())
+    // Only the file tells a controller that it names from the default; reading it for another one throws.
+    static_cast<void>(read_protocol(options.protocol, true, nullptr, all.front()->name));
+  else if (own != &sim::single_pendulum())
     throw Error(Code::setting_conflict, "--controller",
                 "does not name " + own->name + ", the controller of protocol '" + protocol.name + "'",
-                "leave it out, or use a protocol without a controller");
+                "leave it out, or give a protocol without a controller");
   return all;
 }
 
@@ -218,7 +222,7 @@ void run_table(const FitOptions& options, const Command& command) {
                .options = command.given(beside_answers),
                .body_assumed = !options.recordings.body() && named.experiment.body == sim::Body{}};
   sim::Protocol protocol = protocol_of(options, named);
-  const std::vector<const sim::BodyModel*> controllers = controllers_of(options.controllers, protocol);
+  const std::vector<const sim::BodyModel*> controllers = controllers_of(options, protocol);
   for (const sim::BodyModel* controller : controllers) {
     protocol.experiment.body_model = controller;
     frf::Priors priors{
@@ -295,7 +299,7 @@ void run_fit(FitOptions options, const Command& command) {
   if (!options.protocol.empty()) given = read_protocol(options.protocol, options.common.quiet, &inputs);
   const Model model = model_or_built_in(options.model);
   sim::Protocol protocol = protocol_of(options, given.value_or(model.protocol));
-  const std::vector<const sim::BodyModel*> controllers = controllers_of(options.controllers, protocol);
+  const std::vector<const sim::BodyModel*> controllers = controllers_of(options, protocol);
   protocol.experiment.body_model = controllers.front();
   for (const sim::BodyModel* controller : controllers) {
     sim::Protocol its_own = protocol;
