@@ -29,12 +29,12 @@ int main(int count, char** arguments) {
     return 2;
   }
   if (decid_result_trust(result) == DECID_NOT_USABLE)
-    printf("NOT USABLE: the warnings below say why; the figures mean little\n");
+    printf("not usable: do not use these values; the warnings below say why\n");
   else if (decid_result_trust(result) == DECID_WITH_CAUTION)
-    printf("with caution: see the warnings below\n");
+    printf("caution: see the warnings below\n");
   for (i = 0; i < decid_result_parameters(result); ++i) {
     const decid_parameter* found = decid_result_parameter(result, i);
-    printf("%-8s %12.5g   90 %%: %.5g to %.5g %s\n", found->name, found->value, found->interval90[0],
+    printf("%-8s %12.5g   90%%: %.5g to %.5g %s\n", found->name, found->value, found->interval90[0],
            found->interval90[1], found->unit);
   }
   for (i = 0; i < decid_result_warnings(result); ++i)

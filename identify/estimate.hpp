@@ -49,8 +49,8 @@ struct Explanation {
   /// Mean and standard deviation of the response ratio over trials of the controller; NaN unknown.
   double response_ratio_mean = std::numeric_limits<double>::quiet_NaN();
   double response_ratio_sd = std::numeric_limits<double>::quiet_NaN();
-  /// Out-of-distribution score of the recording (response_ratio.hpp); 96 of 100 simulated trials are below 1. NaN if
-  /// the model has no familiarity.
+  /// Out-of-distribution score of the recording (response_ratio.hpp); above 1 it is flagged. Rate of false alarms:
+  /// docs/reference/accuracy.md. NaN if the model has no familiarity.
   double ood_score = std::numeric_limits<double>::quiet_NaN();
   /// The reason why the recording is out of distribution; empty: it is not, or no model has judged it.
   std::string unlike_training;

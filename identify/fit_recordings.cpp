@@ -40,9 +40,10 @@ bool moved_before(const recording::TiltMatch& tilt, bool asked, Warnings& warnin
   return moved;
 }
 
-}  // namespace
-
-namespace {
+/// Returns an error of a recording, with its file.
+Error in_file(const Error& error, const std::string& file) {
+  return Error(error.code(), file + ", " + error.where(), error.problem(), error.remedy());
+}
 
 /// Compares the controllers of a recording; warns if another one than the protocol's predicts it far better.
 void compare(std::span<const std::vector<double>> pointwise, const std::string& own, FitFigures& figures,
@@ -140,16 +141,110 @@ Fitter::Fitter(const Model* model, sim::Protocol protocol, const std::optional<s
 }
 Fitter::~Fitter() = default;
 
-void Fitter::fit(RecordingResult& result, const posterior::OnProgress& progress) {
-  const auto begin = std::chrono::steady_clock::now();
+/// A recording in the form that its density needs.
+struct Fitter::Prepared {
+  bool moved;
+  const Density* density;
+  posterior::Observation observation;
+};
+
+Fitter::Prepared Fitter::prepare(RecordingResult& result) {
   const posterior::Priors& priors = report_.fit->priors;
-  const posterior::Settings& settings = report_.fit->settings;
   const recording::Trial& trial = result.trial;
   const bool moved = trial.tilt ? moved_before(*trial.tilt, priors.moved_before, result.warnings) : priors.moved_before;
   const Density& density = plan_->own.density_for(trial, moved);
-  const posterior::Observation observation = density.observe(trial.sway_rad());
+  return {moved, &density, density.observe(trial.sway_rad())};
+}
+
+void Fitter::fit(RecordingResult& result, const posterior::OnProgress& progress) {
+  const auto begin = std::chrono::steady_clock::now();
+  const Prepared prepared = prepare(result);
+  conclude(result, prepared,
+           posterior::sample(*prepared.density, prepared.observation, report_.fit->settings, {}, part_of(progress, 0)));
+  if (result.error) return;
+  fit_others(result, prepared.moved, progress);
+  result.fit->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+namespace {
+
+/// Returns the number of the common unknown that each parameter is in each recording: see posterior::TargetTrial. A
+/// freed parameter is another unknown in each condition.
+std::vector<std::vector<std::size_t>> common_unknowns(const std::vector<std::string>& names,
+                                                      const std::vector<std::string>& freed,
+                                                      std::span<const std::string> conditions) {
+  std::vector<std::vector<std::size_t>> common(conditions.size());
+  std::size_t count = 0;
+  for (const std::string& name : names) {
+    const bool is_freed = std::ranges::find(freed, name) != freed.end();
+    std::vector<std::string> known;  // conditions with an unknown of their own
+    for (std::size_t i = 0; i < conditions.size(); ++i) {
+      const std::string condition = is_freed ? conditions[i] : std::string();
+      const auto found = std::ranges::find(known, condition);
+      common[i].push_back(count + static_cast<std::size_t>(found - known.begin()));
+      if (found == known.end()) known.push_back(condition);
+    }
+    count += known.size();
+  }
+  return common;
+}
+
+}  // namespace
+
+void Fitter::fit_together(std::span<RecordingResult> read, const FitterOf& fitter_of, const FitGroup& group,
+                          const posterior::OnProgress& progress) {
+  const auto begin = std::chrono::steady_clock::now();
+  std::vector<std::size_t> usable;
+  std::vector<std::string> conditions;
+  std::deque<Prepared> prepared;
+  for (std::size_t i = 0; i < group.recordings.size(); ++i) {
+    RecordingResult& result = read[group.recordings[i]];
+    if (result.error) continue;
+    try {
+      prepared.push_back(fitter_of(group.recordings[i]).prepare(result));
+    } catch (const Error& error) {
+      result.error = in_file(error, result.file);
+      continue;
+    }
+    usable.push_back(group.recordings[i]);
+    conditions.push_back(group.conditions.empty() ? std::string() : group.conditions[i]);
+  }
+  if (usable.empty()) return;
+  const FitRequest& request = *fitter_of(usable.front()).report_.fit;
+  if (!request.others.empty())
+    throw Error(Code::setting_conflict, "joint posterior", "is for one controller, not for a comparison of several",
+                "fit the controllers in calls of their own");
+  const sim::ParameterTable& table = prepared.front().density->ranges();
+  for (const std::string& name : request.freed)
+    if (std::ranges::find(table, name, &sim::ParameterInfo::name) == table.end())
+      throw Error(Code::setting_unknown, "joint posterior", "parameter '" + name + "' is not one of the controller's",
+                  "name another");
+  const std::vector<std::vector<std::size_t>> common = common_unknowns(table.names(), request.freed, conditions);
+  std::vector<posterior::TargetTrial> trials;
+  for (std::size_t i = 0; i < usable.size(); ++i)
+    trials.push_back({prepared[i].density, &prepared[i].observation, common[i]});
+  std::vector<Posterior> found =
+      posterior::sample_joint(posterior::Target(std::move(trials)), request.settings, progress);
+  JointFit joint{{}, request.freed, {}};
+  for (const std::size_t i : usable) joint.files.push_back(read[i].file);
+  for (std::size_t i = 0; i < usable.size(); ++i) {
+    RecordingResult& result = read[usable[i]];
+    fitter_of(usable[i]).conclude(result, prepared[i], std::move(found[i]));
+    if (result.error) continue;
+    joint.condition = conditions[i];
+    result.fit->joint = joint;
+    result.fit->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  }
+}
+
+void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posterior drawn) {
+  const posterior::Priors& priors = report_.fit->priors;
+  const posterior::Settings& settings = report_.fit->settings;
+  const recording::Trial& trial = result.trial;
+  const Density& density = *prepared.density;
+  const posterior::Observation& observation = prepared.observation;
   FitFigures& figures = result.fit.emplace();
-  figures.posterior = posterior::sample(density, observation, settings, {}, part_of(progress, 0));
+  figures.posterior = std::move(drawn);
   const Posterior& found = figures.posterior;
   if (found.draws() == 0) {
     result.error = Error(Code::stopped, result.file, "was stopped before anything was drawn", "let it run");
@@ -185,22 +280,21 @@ void Fitter::fit(RecordingResult& result, const posterior::OnProgress& progress)
   Warnings unlike_simulated, unfamiliar;
   const std::string odd = figures.check.warning();
   if (!odd.empty()) add_caution(unlike_simulated, "unlike_simulated", odd);
-  // A recording unlike the network's training is not usable if the draws are odd too. The network on its own flags four
-  // of a hundred clean trials.
+  // A recording unlike the network's training is not usable if the draws are odd too: the network on its own also flags
+  // some clean trials (docs/reference/accuracy.md).
   if (!unlike_training.empty())
     unfamiliar.push_back({!odd.empty() || found.apart() ? Severity::invalid : Severity::caution, "out_of_distribution",
                           "by the network, " + unlike_training});
   result.warnings = gravest_first({result.warnings, unlike_simulated, result.explanation.warnings, unfamiliar,
                                    following_warnings(result.explanation),
                                    posterior_warnings(density, observation, found, from_network), contradictions});
-  figures.inferred = posterior::infer(density, observation, found);
+  figures.inferred = posterior::infer(density, observation, found, report_.fit->keeps_log_likelihood);
+  for (int i = 0; i < found.points(); ++i) figures.stored_draws.push_back(found.draw_of_point(i));
   figures.posterior.drop_points();
   figures.samples_noise_deg = observation.noise_deg;
   figures.block_s = density.block_s();
   figures.edge_s = density.bin_s();
   figures.first_edge_s = density.first_bin_s();
-  fit_others(result, moved, progress);
-  figures.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
 posterior::OnProgress Fitter::part_of(const posterior::OnProgress& progress, std::size_t fitted) const {
@@ -242,29 +336,50 @@ void Fitter::fit_others(RecordingResult& result, bool moved, const posterior::On
 }
 
 bool Fitter::fit(std::span<RecordingResult> read, const FitProgress& progress, const OnFitted& fitted) {
+  return fit_each(read, [this](std::size_t) -> Fitter& { return *this; }, progress, fitted, {});
+}
+
+bool fit_each(std::span<RecordingResult> read, const std::function<Fitter&(std::size_t recording)>& fitter_of,
+              const FitProgress& progress, const OnFitted& fitted, std::span<const FitGroup> groups) {
+  std::vector<FitGroup> units;  // in the order of their first recordings
+  std::vector<bool> taken(read.size(), false);
+  for (const FitGroup& group : groups) {
+    for (const std::size_t i : group.recordings) taken.at(i) = true;
+    if (!group.recordings.empty()) units.push_back(group);
+  }
+  for (std::size_t i = 0; i < read.size(); ++i)
+    if (!taken[i]) units.push_back({{i}});
+  std::ranges::stable_sort(units, {}, [](const FitGroup& unit) { return unit.recordings.front(); });
+
   std::mutex reporting;
   std::atomic<bool> stopped{false};
   std::atomic<std::size_t> begun{0};
-  parallel_for(static_cast<int>(read.size()), [&](int) {
+  parallel_for(static_cast<int>(units.size()), [&](int) {
     if (stopped) return;
-    const std::size_t number = begun++;  // in their order
-    RecordingResult& result = read[number];
+    const FitGroup& unit = units[begun++];
     bool cut = false;
+    const auto report = [&](const posterior::Progress& here) {
+      const std::lock_guard lock(reporting);
+      for (const std::size_t i : unit.recordings)
+        if (progress && !stopped && !progress(i, here)) stopped = true;
+      cut = stopped;
+      return !cut;
+    };
     try {
-      if (!result.error)
-        fit(result, [&](const posterior::Progress& here) {
-          const std::lock_guard lock(reporting);
-          if (progress && !stopped && !progress(number, here)) stopped = true;
-          cut = stopped;
-          return !cut;
-        });
+      if (unit.recordings.size() > 1)
+        Fitter::fit_together(read, fitter_of, unit, report);
+      else if (RecordingResult& result = read[unit.recordings.front()]; !result.error)
+        fitter_of(unit.recordings.front()).fit(result, report);
     } catch (const Error& error) {
-      result.error = Error(error.code(), result.file + ", " + error.where(), error.problem(), error.remedy());
+      for (const std::size_t i : unit.recordings)
+        if (!read[i].error) read[i].error = in_file(error, read[i].file);
     }
-    if (result.error) result.fit.reset();
-    if (result.fit) result.fit->stopped = cut;
     const std::lock_guard lock(reporting);
-    if (fitted) fitted(number);
+    for (const std::size_t i : unit.recordings) {
+      if (read[i].error) read[i].fit.reset();
+      if (read[i].fit) read[i].fit->stopped = cut;
+      if (fitted) fitted(i);
+    }
   });
   return !stopped;
 }

@@ -24,6 +24,13 @@ using FitProgress = std::function<bool(std::size_t recording, const posterior::P
 /// recording's result. Others are still being written.
 using OnFitted = std::function<void(std::size_t recording)>;
 
+/// Recordings of one person that are fitted together. All their parameters are the same, except FitRequest::freed,
+/// which are the same in recordings of one condition.
+struct FitGroup {
+  std::vector<std::size_t> recordings;
+  std::vector<std::string> conditions{};  ///< of each recording; empty: one condition
+};
+
 /// Fits recordings of one protocol: has the plans that the fits share. The model must outlive it.
 class Fitter {
  public:
@@ -44,8 +51,18 @@ class Fitter {
   bool fit(std::span<RecordingResult> read, const FitProgress& progress = {}, const OnFitted& fitted = {});
 
  private:
+  friend bool fit_each(std::span<RecordingResult> read, const std::function<Fitter&(std::size_t recording)>& fitter_of,
+                       const FitProgress& progress, const OnFitted& fitted, std::span<const FitGroup> groups);
   class Plan;
+  struct Prepared;
+  using FitterOf = std::function<Fitter&(std::size_t recording)>;
   void fit(RecordingResult& result, const posterior::OnProgress& progress);
+  /// Fits the recordings of a group that have no error.
+  static void fit_together(std::span<RecordingResult> read, const FitterOf& fitter_of, const FitGroup& group,
+                           const posterior::OnProgress& progress);
+  Prepared prepare(RecordingResult& result);
+  /// Explains and checks a recording by its posterior.
+  void conclude(RecordingResult& result, const Prepared& prepared, posterior::Posterior found);
   /// Fits the request's other controllers and compares them; leaves them out if it is stopped.
   void fit_others(RecordingResult& result, bool moved, const posterior::OnProgress& progress);
   /// Returns the progress of one of a recording's fits, `fitted` of which are over.
@@ -54,6 +71,12 @@ class Fitter {
   Report report_;
   std::unique_ptr<Plan> plan_;
 };
+
+/// Does the same as Fitter::fit() with a fitter of its own for each recording; recordings may share one. groups: of
+/// recordings that are fitted together, by their places; each recording is in at most one, and is fitted alone if it is
+/// in none. If a group cannot be fitted together, each of its recordings has the error.
+bool fit_each(std::span<RecordingResult> read, const std::function<Fitter&(std::size_t recording)>& fitter_of,
+              const FitProgress& progress = {}, const OnFitted& fitted = {}, std::span<const FitGroup> groups = {});
 
 /// Reads recordings and fits them. Throws Error if the protocol cannot be fitted.
 Report fit_recordings(const Model* model, const sim::Protocol& protocol, const std::vector<RecordingSource>& sources,

@@ -82,16 +82,13 @@ void judge(const Model& model, const Estimate& estimate, Explanation& explanatio
   if (explanation.ood_score <= 1.0) return;  // false for NaN
   const bool stands = std::isfinite(explanation.rms_residual_deg);
   const double noise = model.protocol.family().coefficients(estimate.parameters)[sim::Coefficient::nv];
-  const std::string response =
-      std::isnan(explanation.response_ratio)
-          ? "how much of the response to the tilt it has is not known, as the identified controller " +
-                std::string(stands && noise <= 0.0 ? "has no noise" : "falls")
-          : format("it has %.2f of the response to the tilt that the identified controller would have",
-                   explanation.response_ratio);
+  const std::string response = std::isnan(explanation.response_ratio)
+                                   ? "no stimulus response ratio, because the identified controller " +
+                                         std::string(stands && noise <= 0.0 ? "has no noise" : "falls")
+                                   : format("stimulus response ratio %.2f", explanation.response_ratio);
   explanation.unlike_training = format(
-      "looks unlike the trials the model was trained on (%.2f, where 96%% of simulated trials are below 1; %s): "
-      "its parameters mean little; check that the platform played the protocol's stimulus from the first "
-      "sample on, the sign of the sway, the rate and the unit",
+      "this recording does not resemble the test (OOD score %.2f, limit 1; %s); common causes: wrong sign, late start, "
+      "other platform movement, wrong unit or rate",
       explanation.ood_score, response.c_str());
   add_invalid(explanation.warnings, "out_of_distribution", explanation.unlike_training);
 }

@@ -42,27 +42,33 @@ std::vector<RecordingSource> sources_of(const std::vector<std::filesystem::path>
   return sources;
 }
 
+RecordingResult read_source(const recording::ProtocolPlan& plan, const RecordingSource& source,
+                            const ReadOptions& options) {
+  RecordingResult result;
+  const std::string file = source.name();
+  try {
+    recording::RecordingOptions reading = options.recording;
+    reading.mean_is_upright = options.trial.detrend != recording::Detrend::none;
+    reading.trial = source.trial;
+    // Throws what sources_of() met.
+    if (!reading.trial_column.empty() && reading.trial.empty()) recording::list_trials(source.file, reading);
+    result = bring(recording::read_recording(source.file, reading), plan, options.trial);
+  } catch (const Error& error) {
+    const bool is_file = error.where() == source.file.string();
+    result.error = is_file ? Error(error.code(), file, error.problem(), error.remedy()) : error;
+  }
+  result.file = file;
+  result.truth = options.truth;
+  return result;
+}
+
 std::vector<RecordingResult> read_recordings(const sim::Protocol& protocol, const std::vector<RecordingSource>& sources,
                                              const ReadOptions& options) {
   std::vector<RecordingResult> all(sources.size());
-  recording::RecordingOptions reading = options.recording;
-  reading.mean_is_upright = options.trial.detrend != recording::Detrend::none;
   const recording::ProtocolPlan plan(protocol);
   parallel_for(static_cast<int>(sources.size()), [&](int place) {
     const auto i = static_cast<std::size_t>(place);
-    const std::string file = sources[i].name();
-    try {
-      recording::RecordingOptions its_own = reading;
-      its_own.trial = sources[i].trial;
-      // Throws what sources_of() met.
-      if (!its_own.trial_column.empty() && its_own.trial.empty()) recording::list_trials(sources[i].file, its_own);
-      all[i] = bring(recording::read_recording(sources[i].file, its_own), plan, options.trial);
-    } catch (const Error& error) {
-      const bool is_file = error.where() == sources[i].file.string();
-      all[i].error = is_file ? Error(error.code(), file, error.problem(), error.remedy()) : error;
-    }
-    all[i].file = file;
-    all[i].truth = options.truth;
+    all[i] = read_source(plan, sources[i], options);
   });
   return all;
 }

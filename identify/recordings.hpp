@@ -46,6 +46,10 @@ struct ReadOptions {
 RecordingResult bring(recording::Recording recording, const recording::ProtocolPlan& plan,
                       const recording::TrialOptions& options);
 
+/// Reads a source and brings it to the plan's protocol. A source that cannot be used has an error.
+RecordingResult read_source(const recording::ProtocolPlan& plan, const RecordingSource& source,
+                            const ReadOptions& options);
+
 /// Reads each source and brings it to the protocol. A source that cannot be used has an error.
 std::vector<RecordingResult> read_recordings(const sim::Protocol& protocol, const std::vector<RecordingSource>& sources,
                                              const ReadOptions& options);

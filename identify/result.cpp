@@ -42,6 +42,23 @@ sim::ParameterTable Report::ranges() const {
   return fit ? posterior::ranges_of(fit->priors, protocol.ranges()) : protocol.ranges();
 }
 
+const sim::Protocol& Report::protocol_of(const RecordingResult& recording) const {
+  return recording.setting == 0 ? protocol : other_settings.at(recording.setting - 1).protocol;
+}
+
+bool Report::body_assumed_for(const RecordingResult& recording) const {
+  return recording.setting == 0 ? body_assumed : other_settings.at(recording.setting - 1).body_assumed;
+}
+
+const std::vector<float>& Report::tilt_of(const RecordingResult& recording) const {
+  return recording.setting == 0 ? tilt_rad : other_settings.at(recording.setting - 1).tilt_rad;
+}
+
+sim::ParameterTable Report::ranges_of(const RecordingResult& recording) const {
+  const sim::ParameterTable table = protocol_of(recording).ranges();
+  return fit ? posterior::ranges_of(fit->priors, table) : table;
+}
+
 GroupReport report_groups(GroupTable table, const Report& report) {
   GroupReport made{std::move(table), {}, {}};
   std::vector<GroupedRecording> people;

@@ -11,6 +11,7 @@
 #include "identify/estimate.hpp"
 #include "identify/groups.hpp"
 #include "identify/predictive_check.hpp"
+#include "identify/sheet/sheet.hpp"
 #include "posterior/density/inferred.hpp"
 #include "posterior/sampling/model_comparison.hpp"
 #include "recording/trial.hpp"
@@ -20,12 +21,15 @@ namespace decid {
 struct FitRequest {
   posterior::Priors priors;  ///< where a recording's tilt was measured, its start is known
   posterior::Settings settings;
+  bool keeps_log_likelihood = false;  ///< posterior::Inferred::log_likelihood
   /// A controller that is fitted too, and compared with the protocol's, and the priors of its parameters.
   struct Other {
     const sim::BodyModel* controller;
     std::vector<posterior::ParameterPrior> parameters{};
   };
   std::vector<Other> others{};
+  /// Parameters that may differ between conditions where recordings are fitted together (FitGroup).
+  std::vector<std::string> freed{};
 };
 
 /// The fit of another controller to the same recording.
@@ -38,6 +42,13 @@ struct ControllerFit {
   Warnings warnings;  ///< of its posterior and of its check
 };
 
+/// The recordings that were fitted together with one.
+struct JointFit {
+  std::vector<std::string> files;  ///< of all, its own too
+  std::vector<std::string> freed;  ///< parameters that only recordings of one condition have in common
+  std::string condition;           ///< of the recording
+};
+
 /// A fit: the posterior, and the signals and checks that come from it.
 struct FitFigures {
   /// Source of the estimate: the posterior's means or, if its chains do not agree, the network.
@@ -46,6 +57,7 @@ struct FitFigures {
   posterior::Posterior posterior;
   std::optional<sim::Parameters> network;  ///< the network's answer, if it covers the experiment
   posterior::Inferred inferred;
+  std::vector<int> stored_draws;  ///< the draws of Inferred::log_likelihood, chain by chain
   PredictiveCheck check;
   double samples_noise_deg = 0.0;  ///< the sensor's noise by the samples' second differences
   double block_s = 0.0;            ///< of what is inferred and checked; the first block begins with the trial
@@ -56,6 +68,7 @@ struct FitFigures {
   /// The place of this fit among all fitted controllers, and the others; empty if only one was fitted.
   std::optional<posterior::ComparedModel> compared{};
   std::vector<ControllerFit> others{};
+  std::optional<JointFit> joint{};  ///< empty: the recording was fitted alone
 };
 const char* name(FitFigures::Answer answer);
 
@@ -69,7 +82,10 @@ struct RecordingResult {
   Estimate estimate;
   Explanation explanation;
   std::optional<FitFigures> fit = {};  ///< empty if only the network answered
-  Warnings warnings = {};  ///< of all steps, the gravest first, else in their order; those of the parts are here too
+  Warnings warnings = {};   ///< of all steps, the gravest first, else in their order; those of the parts are here too
+  std::size_t setting = 0;  ///< Report::setting_of()
+  SheetEntry entry = {};    ///< of a study's sheet
+  std::optional<double> mass_kg = {}, height_m = {};  ///< of the person, by the sheet
 
   double peak_to_peak_deg() const;
   Trust trust() const { return worst_trust(warnings); }
@@ -87,6 +103,18 @@ void use_distribution(const RecordingResult& result, const Use& use) {
 /// Returns the warnings of several lists, the gravest first, else in their order.
 Warnings gravest_first(std::initializer_list<Warnings> lists);
 
+/// A protocol with a subject's body, and what follows from them.
+struct ReportSetting {
+  sim::Protocol protocol;       ///< with the subject's body, or the one that is assumed
+  bool body_assumed = true;     ///< no body was given
+  std::vector<float> tilt_rad;  ///< the platform at the trials' samples
+};
+
+/// A file that a call read. Pipes and standard input have no hash.
+struct InputFile {
+  std::string file, sha256;
+};
+
 /// The recordings of one call, and their common values.
 struct Report {
   sim::Protocol protocol;              ///< with the subject's body, or the one that is assumed
@@ -101,9 +129,21 @@ struct Report {
   std::vector<std::string> options;    ///< given options that change the answers, such as --unit rad
   std::vector<RecordingResult> recordings;
   std::optional<GroupReport> groups = {};
+  /// Other bodies and protocols of a study, for RecordingResult::setting 1, 2, ...; 0 is the report's own.
+  std::vector<ReportSetting> other_settings = {};
+  std::optional<StudySheet> sheet = {};
+  std::string command = {};                 ///< such as "fit"
+  std::vector<std::string> arguments = {};  ///< of the command, except outputs, as given
+  std::vector<InputFile> inputs = {};       ///< the files that the answers depend on
+
+  const sim::Protocol& protocol_of(const RecordingResult& recording) const;
+  bool body_assumed_for(const RecordingResult& recording) const;
+  const std::vector<float>& tilt_of(const RecordingResult& recording) const;
 
   /// Returns the parameters with their ranges: the body's, or the requested ones.
   sim::ParameterTable ranges() const;
+  /// Returns the parameters with their ranges for the recording's body.
+  sim::ParameterTable ranges_of(const RecordingResult& recording) const;
 };
 
 /// Compares the groups of `table`, whose members are those of the report's recordings, in their order. Leaves out

@@ -47,7 +47,7 @@ template <class Archive>
 void archive(Archive& a, posterior::Inferred& inferred) {
   posterior::LeaveOneOut& left_out = inferred.left_out;
   a(inferred.sway_rad, inferred.noise_rad_s, inferred.tilt_estimate_rad, left_out.log_density, left_out.standard_error,
-    left_out.effective_parameters, left_out.max_shape, left_out.unreliable);
+    left_out.effective_parameters, left_out.max_shape, left_out.unreliable, inferred.log_likelihood);
 }
 template <class Archive>
 void archive(Archive& a, CheckedFigure& figure) {
@@ -62,9 +62,13 @@ void archive(Archive& a, ControllerFit& fit) {
   a(fit.controller, fit.posterior, fit.sway_rad, fit.check, fit.compared, fit.warnings);
 }
 template <class Archive>
+void archive(Archive& a, JointFit& fit) {
+  a(fit.files, fit.freed, fit.condition);
+}
+template <class Archive>
 void archive(Archive& a, FitFigures& fit) {
-  a(fit.answer, fit.posterior, fit.network, fit.inferred, fit.check, fit.samples_noise_deg, fit.block_s, fit.edge_s,
-    fit.first_edge_s, fit.seconds, fit.stopped, fit.compared, fit.others);
+  a(fit.answer, fit.posterior, fit.network, fit.inferred, fit.stored_draws, fit.check, fit.samples_noise_deg,
+    fit.block_s, fit.edge_s, fit.first_edge_s, fit.seconds, fit.stopped, fit.compared, fit.others, fit.joint);
 }
 template <class Archive>
 void archive(Archive& a, RecordingResult& result) {

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <deque>
+#include <limits>
 
 #include "base/error.hpp"
 #include "base/math/math.hpp"
@@ -61,6 +62,23 @@ std::vector<double> Posterior::draws_of(int quantity) const {
   return draws;
 }
 
+std::vector<std::vector<double>> Posterior::chains_of(int quantity) const {
+  std::vector<std::vector<double>> chains(static_cast<std::size_t>(chains_));
+  const auto each = static_cast<std::size_t>(draws_per_chain());
+  for (std::size_t i = 0; i < each * chains.size(); ++i) chains[i / each].push_back(value(states_[i], quantity));
+  return chains;
+}
+
+double Posterior::tail_effective_draws(int quantity) const {
+  if (draws_per_chain() < min_judged_draws) return std::numeric_limits<double>::quiet_NaN();
+  return posterior::tail_effective_draws(chains_of(quantity));
+}
+
+double Posterior::monte_carlo_error(int quantity) const {
+  if (draws_per_chain() < min_judged_draws) return std::numeric_limits<double>::quiet_NaN();
+  return deviation(quantity) / std::sqrt(mean_effective_draws(chains_of(quantity)));
+}
+
 double Posterior::mean(int quantity) const {
   return decid::mean(draws_of(quantity));
 }
@@ -89,16 +107,16 @@ bool Posterior::apart() const {
 
 class Run {
  public:
-  Run(const Density& density, const Observation& observation, const Settings& settings, const OnProgress& progress)
-      : density_(density), settings_(settings), progress_(progress) {
+  Run(Target target, const Settings& settings, const OnProgress& progress)
+      : target_(std::move(target)), settings_(settings), progress_(progress) {
     check(settings);
-    if (std::ranges::all_of(observation.sway, [](double sway) { return sway == 0.0; }))
-      throw Error(Code::value_invalid, "posterior", "the recording is constant", "give a recording of sway");
-    for (int group = 0; group < settings.groups; ++group)
-      groups_.emplace_back(density, observation, settings_, group, stopped_);
+    for (std::size_t t = 0; t < target_.trials(); ++t)
+      if (std::ranges::all_of(target_.observation(t).sway, [](double sway) { return sway == 0.0; }))
+        throw Error(Code::value_invalid, "posterior", "the recording is constant", "give a recording of sway");
+    for (int group = 0; group < settings.groups; ++group) groups_.emplace_back(target_, settings_, group, stopped_);
   }
 
-  Posterior operator()(std::span<const State> starts) {
+  std::vector<Posterior> operator()(std::span<const State> starts) {
     const ChainGroup::Report of_warming = [this](const char* stage, double done) {
       report(stage, warming_fraction * done);
     };
@@ -112,7 +130,7 @@ class Run {
       if (draw_round(last) || last) break;
       in_parallel([&](int group) { at(group).learn_from_round(); });
     }
-    return result_;
+    return std::move(results_);
   }
 
  private:
@@ -135,27 +153,35 @@ class Run {
       judge(draws);
       if (draws >= settings_.min_draws && (enough() || steps() >= settings_.max_steps)) break;
       report("drawing", warming_fraction + (1.0 - warming_fraction) * draws / settings_.max_draws);
-      if (!last && draws >= settings_.trial_draws && result_.apart() && steps() < settings_.max_steps / 2) return false;
+      if (!last && draws >= settings_.trial_draws && apart() && steps() < settings_.max_steps / 2) return false;
     }
     return true;
   }
 
   /// Judges the first `draws` of each chain.
   void judge(int draws) {
-    Posterior& r = result_;
-    r = {};
+    results_.clear();
+    for (std::size_t t = 0; t < target_.trials(); ++t) results_.push_back(of_trial(t, draws));
+  }
+
+  Posterior of_trial(std::size_t trial, int draws) const {
+    Posterior r;
     r.chains_ = settings_.groups * lanes;
     const auto first = [draws](const auto& values) { return std::span(values).first(static_cast<std::size_t>(draws)); };
     ChainDraws energy;
     for (const ChainGroup& group : groups_) {
-      for (int chain = 0; chain < lanes; ++chain) {
-        for (std::size_t i = 0; i < group.points(chain).size(); ++i) {
+      for (std::size_t chain = 0; chain < lanes; ++chain) {
+        const auto& points = group.points(trial, chain);
+        for (std::size_t i = 0; i < points.size(); ++i) {
           const int draw = (static_cast<int>(i) + 1) * group.apart() - 1;
-          if (draw < draws) r.points_.push_back({r.draws() + draw, group.points(chain)[i]});
+          if (draw < draws) r.points_.push_back({r.draws() + draw, points[i]});
         }
-        const auto states = first(group.states(chain));
+        const auto states = first(group.states(trial, chain));
         r.states_.insert(r.states_.end(), states.begin(), states.end());
-        energy.emplace_back(first(group.energy(chain)).begin(), first(group.energy(chain)).end());
+        const auto transitions = first(group.transitions(chain));
+        r.transitions_.insert(r.transitions_.end(), transitions.begin(), transitions.end());
+        std::vector<double>& of_chain = energy.emplace_back();
+        for (const Transition& transition : transitions) of_chain.push_back(transition.energy);
       }
       r.divergences_ += group.divergences();
       r.restarts_ += group.restarts();
@@ -163,48 +189,58 @@ class Run {
       r.acceptance_ += group.acceptance() / settings_.groups;
     }
     r.energy_fraction_ = energy_fraction(energy);
-    for (std::size_t place = 0; place + Density::held < static_cast<std::size_t>(density_.globals()); ++place) {
-      const int quantity = density_.quantity(place);
-      ChainDraws chains;
-      for (int chain = 0; chain < r.chains_; ++chain) {
-        std::vector<double>& values = chains.emplace_back();
-        for (int i = 0; i < draws; ++i)
-          values.push_back(Posterior::value(r.states_[static_cast<std::size_t>(chain * draws + i)], quantity));
-      }
+    const Density& density = target_.density(trial);
+    for (std::size_t place = 0; place + Density::held < static_cast<std::size_t>(density.globals()); ++place) {
+      const ChainDraws chains = r.chains_of(density.quantity(place));
       r.rhat_.push_back(rhat(chains));
       r.effective_.push_back(posterior::effective_draws(chains));
     }
+    return r;
   }
 
   /// Returns the leapfrog steps of a group.
   long long steps() const { return groups_.front().leapfrog_steps() / lanes; }
 
   bool enough() const {
-    return std::ranges::all_of(result_.rhat_, [&](double value) { return value <= settings_.max_rhat; }) &&
-           std::ranges::all_of(result_.effective_, [&](double value) { return value >= settings_.effective_draws; });
+    return std::ranges::all_of(results_, [&](const Posterior& result) {
+      return std::ranges::all_of(result.rhat(), [&](double value) { return value <= settings_.max_rhat; }) &&
+             std::ranges::all_of(result.effective_draws(),
+                                 [&](double value) { return value >= settings_.effective_draws; });
+    });
   }
+
+  bool apart() const { return std::ranges::any_of(results_, &Posterior::apart); }
 
   /// A repeated round does not reduce the progress.
   void report(const char* stage, double done) {
     if (!progress_) return;
     done_ = std::max(done_, done);
-    const double worst = result_.rhat_.empty() ? 0.0 : *std::ranges::max_element(result_.rhat_);
+    double worst = 0.0;
+    for (const Posterior& result : results_) worst = std::max(worst, *std::ranges::max_element(result.rhat()));
     if (!progress_({stage, done_, worst})) stopped_ = true;
   }
 
-  const Density& density_;
+  const Target target_;
   const Settings settings_;
   const OnProgress& progress_;
   std::deque<ChainGroup> groups_;
   std::atomic<bool> stopped_{false};
   double done_ = 0.0;
-  Posterior result_;
+  std::vector<Posterior> results_;  // of each trial
 };
 
 Posterior sample(const Density& density, const Observation& observation, const Settings& settings,
                  std::span<const State> starts, const OnProgress& progress) {
-  Run run(density, observation, settings, progress);
-  return run(starts);
+  Run run(Target(density, observation), settings, progress);
+  std::vector<Posterior> results = run(starts);
+  return results.empty() ? Posterior() : std::move(results.front());
+}
+
+std::vector<Posterior> sample_joint(const Target& target, const Settings& settings, const OnProgress& progress) {
+  Run run(target, settings, progress);
+  std::vector<Posterior> results = run({});
+  results.resize(target.trials());
+  return results;
 }
 
 }  // namespace decid::posterior

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "posterior/density/density.hpp"
+#include "posterior/sampling/target.hpp"
 
 namespace decid::posterior {
 
@@ -45,6 +46,18 @@ struct Progress {
 /// Returns false to stop: the run then returns the draws so far. One thread at a time calls it.
 using OnProgress = std::function<bool(const Progress& progress)>;
 
+/// The transition that led to a draw.
+struct Transition {
+  double log_density = 0.0;  ///< of the draw's coordinates, up to a constant (Stan's lp__)
+  double energy = 0.0;       ///< at the transition's start, momentum included
+  double acceptance = 0.0;   ///< probability
+  double diverged = 0.0;     ///< 1 or 0
+  template <class Archive>
+  void archive(Archive& a) {
+    a(log_density, energy, acceptance, diverged);
+  }
+};
+
 /// Draws from the posterior. Quantities are Density's: the parameters by their index, Density::sensor_noise in degrees,
 /// start, gain and the slow noise.
 class Posterior {
@@ -54,6 +67,9 @@ class Posterior {
   int draws_per_chain() const noexcept { return chains_ > 0 ? draws() / chains_ : 0; }
   /// Returns the states, chain by chain.
   std::span<const State> states() const noexcept { return states_; }
+
+  /// Returns the transitions of the states.
+  std::span<const Transition> transitions() const noexcept { return transitions_; }
 
   /// The maximum number of draws that are stored completely, with their vestibular noise, or one per chain: every k-th
   /// of each chain, k a power of two.
@@ -78,6 +94,8 @@ class Posterior {
   }
   static double value(const State& state, int quantity);
   std::vector<double> draws_of(int quantity) const;
+  /// Returns the draws of each chain.
+  std::vector<std::vector<double>> chains_of(int quantity) const;
 
   double mean(int quantity) const;
   double deviation(int quantity) const;
@@ -89,6 +107,10 @@ class Posterior {
   // Known quantities have an R-hat of 1.
   const std::vector<double>& rhat() const noexcept { return rhat_; }
   const std::vector<double>& effective_draws() const noexcept { return effective_; }
+  /// Effective draws of the 5% and 95% quantiles, the smaller; NaN of fewer than four draws per chain.
+  double tail_effective_draws(int quantity) const;
+  /// Returns the Monte Carlo standard error of mean(): deviation() over the root of the mean's effective draws.
+  double monte_carlo_error(int quantity) const;
   double energy_fraction() const noexcept { return energy_fraction_; }
   int divergences() const noexcept { return divergences_; }
   int restarts() const noexcept { return restarts_; }                    ///< of chains that were stuck in a window
@@ -101,8 +123,8 @@ class Posterior {
 
   template <class Archive>
   void archive(Archive& a) {
-    a(chains_, divergences_, restarts_, leapfrog_steps_, energy_fraction_, acceptance_, states_, points_, rhat_,
-      effective_);
+    a(chains_, divergences_, restarts_, leapfrog_steps_, energy_fraction_, acceptance_, states_, transitions_, points_,
+      rhat_, effective_);
   }
 
  private:
@@ -119,6 +141,7 @@ class Posterior {
     }
   };
   std::vector<State> states_;
+  std::vector<Transition> transitions_;
   std::vector<Point> points_;
   std::vector<double> rhat_, effective_;
 };
@@ -128,5 +151,9 @@ class Posterior {
 /// constant, and for settings below 1, six window_transitions or trial_draws, or four max_draws.
 Posterior sample(const Density& density, const Observation& observation, const Settings& settings,
                  std::span<const State> starts = {}, const OnProgress& progress = {});
+
+/// Draws from the joint posterior of several trials (target.hpp). Returns that of each trial's unknowns, with the same
+/// draws: common unknowns have the same values in all. Result and errors otherwise as of sample().
+std::vector<Posterior> sample_joint(const Target& target, const Settings& settings, const OnProgress& progress = {});
 
 }  // namespace decid::posterior

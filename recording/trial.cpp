@@ -207,9 +207,9 @@ TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, doubl
     add_caution(
         recording.warnings, "tilt_of_other_size",
         "the platform tilted " + six_digits(std::round(1e3 * match.gain) / 1e3) +
-            " times as far as the protocol prescribes, and the model was trained on that amplitude only: train a model "
-            "for your amplitude, or check " +
-            either(recording, "the tilt's unit", setting("tilt_unit")) +
+            " times as far as the protocol prescribes, so these values are biased: analyse with your own protocol (" +
+            either(recording, "a fit with a protocol of your amplitude", "decid fit with " + setting("protocol")) +
+            "), or check " + either(recording, "the tilt's unit", setting("tilt_unit")) +
             (std::abs(match.gain / sim::rad_per_deg - 1.0) < good_gain ? ", because these may be radians" : ""));
   }
   const std::vector<double> expected = prescribed_tilt(protocol);

@@ -41,6 +41,23 @@ bool same_ranges(const ParameterDistribution& distribution, const sim::Parameter
   return true;
 }
 
+bool same_ranges(const sim::ParameterTable& one, const sim::ParameterTable& other) {
+  return std::ranges::equal(one, other, [](const sim::ParameterInfo& a, const sim::ParameterInfo& b) {
+    return a.name == b.name && a.low == b.low && a.high == b.high;
+  });
+}
+
+/// Recordings that were fitted together have one posterior, which counts once.
+class FirstOfJoint {
+ public:
+  bool operator()(const RecordingResult& result) {
+    return !result.fit || !result.fit->joint || seen_.insert(result.fit->joint->files).second;
+  }
+
+ private:
+  std::set<std::vector<std::string>> seen_{};
+};
+
 /// The values of a person in a group; sums, then means.
 struct Mean {
   double recordings = 0.0;
@@ -51,6 +68,7 @@ struct Mean {
 
 std::optional<Measurement> measurement_of(const RecordingResult& result, const Report& report) {
   const sim::ParameterTable ranges = report.ranges();
+  if (!same_ranges(ranges, report.ranges_of(result))) return std::nullopt;  // another body or controller
   if (result.fit && result.fit->answer == FitFigures::Answer::posterior) {
     const std::span<const posterior::State> states = result.fit->posterior.states();
     if (states.size() < 16) return std::nullopt;
@@ -69,8 +87,9 @@ std::optional<Measurement> measurement_of(const RecordingResult& result, const R
 std::optional<Result> analyse_groups(const Report& report, std::span<const Recording> members) {
   std::vector<Recording> recordings;
   std::map<std::string, std::set<std::string>> persons;
+  FirstOfJoint is_first;
   for (std::size_t i = 0; i < members.size(); ++i) {
-    if (members[i].group.empty()) continue;
+    if (members[i].group.empty() || !is_first(report.recordings[i])) continue;
     std::optional<Measurement> measurement;
     try {
       measurement = measurement_of(report.recordings[i], report);
@@ -93,9 +112,11 @@ std::vector<std::optional<Reliability>> reliability_of(const Report& report, std
                                                        const std::string& first, const std::string& second) {
   const std::size_t parameters = report.protocol.parameters().size();
   std::map<std::string, std::array<Mean, 2>> persons;
+  FirstOfJoint is_first;
   for (std::size_t i = 0; i < members.size(); ++i) {
     if (members[i].group != first && members[i].group != second) continue;
     const RecordingResult& result = report.recordings[i];
+    if (!is_first(result)) continue;
     Mean& mean = persons[members[i].participant][members[i].group == first ? 0 : 1];
     mean.recordings += 1.0;
     mean.values.resize(parameters);

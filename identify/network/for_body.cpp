@@ -66,11 +66,10 @@ ForBody for_body(const Model& model, const std::string& name, const std::optiona
   const sim::Heights& known = model.protocol.heights;
   const double metre = sim::body_of(sim::segments_of({.height_m = 1.0})).com_height_m;
   const double model_m = model.protocol.experiment.body.com_height_m / metre;
-  throw Error(
-      Code::setting_out_of_range, "body",
-      format("is %.3g m tall by its centre of mass, %.3g times as tall as the one of %s, which knows %.3g to %.3g m",
-             body->com_height_m / metre, found.height, name.c_str(), known.low * model_m, known.high * model_m),
-      "fit the recording (decid fit), or train a model on a protocol with body_heights");
+  throw Error(Code::setting_out_of_range, "body",
+              format("height %.3g m is outside the range of %s (%.3g to %.3g m)", body->com_height_m / metre,
+                     name.c_str(), known.low * model_m, known.high * model_m),
+              "fit the recording (decid fit), or train a model on a protocol with body_heights");
 }
 
 }  // namespace decid

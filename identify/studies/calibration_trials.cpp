@@ -1,14 +1,28 @@
 // The trials of a calibration: see calibration_trials.hpp.
 #include "identify/studies/calibration_trials.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numeric>
 
 #include "base/error.hpp"
 #include "dataset/sets/dataset.hpp"
 #include "sim/protocol/conditions.hpp"
 
 namespace decid {
+namespace {
+
+sim::ParameterTable ranges_of_first(std::span<const sim::Protocol> protocols) {
+  if (protocols.empty()) throw Error(Code::value_invalid, "calibration", "has no protocol", "give one");
+  return protocols.front().ranges();
+}
+
+bool same_range(const sim::ParameterInfo& a, const sim::ParameterInfo& b) {
+  return a.name == b.name && a.low == b.low && a.high == b.high;
+}
+
+}  // namespace
 
 sim::Protocol with_priors(sim::Protocol protocol, const posterior::Priors& priors) {
   if (priors.start_s > 0.0) protocol.conditions[sim::Condition::start] = {.share = 1.0, .high = priors.start_s};
@@ -25,37 +39,65 @@ sim::Parameters uniform_deviation(const sim::ParameterTable& ranges) {
 }
 
 CalibrationTrials::CalibrationTrials(const sim::Protocol& protocol, const posterior::Priors& priors, std::uint64_t seed)
-    : simulator_([&] {
-        sim::Protocol recorded = with_priors(protocol, priors);
-        if (recorded.standing_s == 0.0) recorded.standing_s = priors.standing_s;
-        return recorded;
-      }()),
-      ranges_(protocol.ranges()),
-      seed_(seed) {}
+    : CalibrationTrials(std::span(&protocol, 1), priors, seed) {}
+
+CalibrationTrials::CalibrationTrials(std::span<const sim::Protocol> protocols, const posterior::Priors& priors,
+                                     std::uint64_t seed)
+    : ranges_(ranges_of_first(protocols)), seed_(seed) {
+  for (const sim::Protocol& protocol : protocols) {
+    if (!std::ranges::equal(protocol.ranges(), ranges_, same_range))
+      throw Error(Code::value_invalid, "protocol " + protocol.name, "has other parameters or ranges than the first",
+                  "give protocols of one body and controller");
+    sim::Protocol recorded = with_priors(protocol, priors);
+    if (recorded.standing_s == 0.0) recorded.standing_s = priors.standing_s;
+    simulators_.emplace_back(std::move(recorded));
+  }
+}
 
 CalibrationTrials::Trial CalibrationTrials::next() {
-  const sim::Protocol& protocol = simulator_.protocol();
-  std::vector<double> sway(static_cast<std::size_t>(protocol.samples()));
+  constexpr int repetition_bit = 40;  // of attempts: later recordings of a person have noise of their own
   for (int tried = 0; tried < 10'000; ++tried) {
     const std::uint64_t attempt = next_++;
-    sim::TrialInput input = dataset::base_trial(ranges_, seed_, attempt);
+    sim::Parameters parameters = dataset::base_trial(ranges_, seed_, attempt).parameters;
     for (std::size_t p = 0; p < ranges_.size(); ++p)
-      if (ranges_[p].convention) input.parameters[p] = *ranges_[p].convention;
-    if (!simulator_.run(input.parameters, input.noise, sway).valid) continue;
-    sim::record(protocol, seed_, attempt, sway);
-    return {attempt, input.parameters, {sway.begin(), sway.end()}};
+      if (ranges_[p].convention) parameters[p] = *ranges_[p].convention;
+    Trial trial{attempt, parameters, {}};
+    bool valid = true;
+    for (std::uint64_t k = 0; k < simulators_.size() && valid; ++k) {
+      const sim::Simulator& simulator = simulators_[k];
+      const std::uint64_t item = attempt + (k << repetition_bit);
+      std::vector<double> sway(static_cast<std::size_t>(simulator.protocol().samples()));
+      valid = simulator.run(parameters, dataset::base_trial(ranges_, seed_, item).noise, sway).valid;
+      if (!valid) break;
+      sim::record(simulator.protocol(), seed_, item, sway);
+      std::vector<float>& to = k == 0 ? trial.sway_rad : trial.others_rad.emplace_back();
+      to.assign(sway.begin(), sway.end());
+    }
+    if (valid) return trial;
   }
-  throw Error(Code::body_falls, "protocol " + protocol.name, "10,000 trials in a row fell",
+  throw Error(Code::body_falls, "protocol " + simulators_.front().protocol().name, "10,000 trials in a row fell",
               "use a smaller stimulus or less noise");
 }
 
-std::optional<CalibratedTrial> calibrate_trial(const posterior::Density& density, const CalibrationTrials::Trial& trial,
-                                               const sim::ParameterTable& ranges, posterior::Settings settings,
-                                               const std::function<bool()>& stop) {
+std::optional<CalibratedTrial> calibrate_trial(const std::deque<posterior::Density>& densities,
+                                               const CalibrationTrials::Trial& trial, const sim::ParameterTable& ranges,
+                                               posterior::Settings settings, const std::function<bool()>& stop) {
   const auto begin = std::chrono::steady_clock::now();
   settings.seed = trial.attempt;
-  const posterior::Posterior found = posterior::sample(density, density.observe(trial.sway_rad), settings, {},
-                                                       [&](const posterior::Progress&) { return !stop(); });
+  std::vector<posterior::Observation> observations{densities.front().observe(trial.sway_rad)};
+  for (std::size_t k = 0; k < trial.others_rad.size(); ++k)
+    observations.push_back(densities.at(k + 1).observe(trial.others_rad[k]));
+  const auto progress = [&](const posterior::Progress&) { return !stop(); };
+  posterior::Posterior found;
+  if (observations.size() == 1) {
+    found = posterior::sample(densities.front(), observations.front(), settings, {}, progress);
+  } else {
+    std::vector<std::size_t> all(ranges.size());
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    std::vector<posterior::TargetTrial> together;
+    for (std::size_t k = 0; k < observations.size(); ++k) together.push_back({&densities[k], &observations[k], all});
+    found = std::move(posterior::sample_joint(posterior::Target(std::move(together)), settings, progress).front());
+  }
   if (stop()) return std::nullopt;
   CalibratedTrial result = calibrate(trial.truth, found, ranges);
   result.attempt = trial.attempt;

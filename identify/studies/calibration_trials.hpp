@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,11 +28,15 @@ sim::Parameters uniform_deviation(const sim::ParameterTable& ranges);
 class CalibrationTrials {
  public:
   CalibrationTrials(const sim::Protocol& protocol, const posterior::Priors& priors, std::uint64_t seed);
+  /// Trials of people who are recorded several times: once with each protocol, with new noise, start and gain. Throws
+  /// Error for no protocol, and for protocols of other parameters.
+  CalibrationTrials(std::span<const sim::Protocol> protocols, const posterior::Priors& priors, std::uint64_t seed);
 
   struct Trial {
     std::uint64_t attempt;
     sim::Parameters truth;
-    std::vector<float> sway_rad;
+    std::vector<float> sway_rad;                   ///< of the first protocol
+    std::vector<std::vector<float>> others_rad{};  ///< of the other protocols
   };
   /// Continues from this attempt.
   void seek(std::uint64_t attempt) { next_ = attempt; }
@@ -38,16 +44,16 @@ class CalibrationTrials {
   Trial next();
 
  private:
-  sim::Simulator simulator_;
+  std::vector<sim::Simulator> simulators_;
   sim::ParameterTable ranges_;
   std::uint64_t seed_, next_ = 0;
 };
 
-/// Samples the posterior of a trial, seeded by its attempt, and compares it with the truth. Returns nothing if `stop`
-/// returned true meanwhile.
-std::optional<CalibratedTrial> calibrate_trial(const posterior::Density& density, const CalibrationTrials::Trial& trial,
-                                               const sim::ParameterTable& ranges, posterior::Settings settings,
-                                               const std::function<bool()>& stop);
+/// Samples the posterior of a trial, of all its recordings together, seeded by its attempt, and compares it with the
+/// truth. densities: of the protocols. Returns nothing if `stop` returned true meanwhile.
+std::optional<CalibratedTrial> calibrate_trial(const std::deque<posterior::Density>& densities,
+                                               const CalibrationTrials::Trial& trial, const sim::ParameterTable& ranges,
+                                               posterior::Settings settings, const std::function<bool()>& stop);
 
 /// The answers of a network to a calibration's trials; none if it is for another experiment.
 class NetworkAnswers {

@@ -82,6 +82,8 @@ class Density {
   /// Returns the allowed ranges of parameters: the priors', else those of the protocol's body.
   const sim::ParameterTable& ranges() const noexcept { return ranges_; }
   const Priors& priors() const noexcept { return priors_; }
+  /// Returns the prior of a parameter, as a function of its coordinate.
+  const Quantile& quantile(std::size_t parameter) const { return quantiles_.at(parameter); }
   int parameters() const noexcept { return static_cast<int>(ranges_.size()); }
   int globals() const noexcept { return parameters() + others; }
   /// Returns the place of a quantity among the globals, and the quantity at a place.

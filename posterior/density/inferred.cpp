@@ -37,7 +37,8 @@ Band band_of(std::span<const double> values, int times) {
   return band;
 }
 
-Inferred infer(const Density& density, const Observation& observation, const Posterior& found) {
+Inferred infer(const Density& density, const Observation& observation, const Posterior& found,
+               bool keeps_log_likelihood) {
   const auto size = static_cast<std::size_t>(density.size()) * lanes;
   const auto blocks = static_cast<std::size_t>(density.blocks()), edges = static_cast<std::size_t>(density.edges());
   std::vector<double> x(size), sway(blocks * lanes), residual(blocks * lanes), noise(edges * lanes), tilt(noise.size());
@@ -60,8 +61,13 @@ Inferred infer(const Density& density, const Observation& observation, const Pos
     density.leave_block_out(observation, x, left_out, work);
     append(left_out, here, likelihood);
   }
-  return {band_of(all_sway, density.blocks()), band_of(all_noise, density.edges()), band_of(all_tilt, density.edges()),
-          leave_one_out(likelihood, density.blocks())};
+  Inferred inferred{band_of(all_sway, density.blocks()),
+                    band_of(all_noise, density.edges()),
+                    band_of(all_tilt, density.edges()),
+                    leave_one_out(likelihood, density.blocks()),
+                    {}};
+  if (keeps_log_likelihood) inferred.log_likelihood = std::move(likelihood);
+  return inferred;
 }
 
 }  // namespace decid::posterior

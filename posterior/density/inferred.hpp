@@ -24,10 +24,13 @@ struct Inferred {
   Band tilt_estimate_rad;  ///< integral of the passed velocity, at the same edges
   /// For the means of blocks, in degrees: each given the parameters, the noise and the earlier blocks.
   LeaveOneOut left_out;
+  /// log p(block | draw) of each stored point, the blocks of one after the other; empty unless they are kept.
+  std::vector<double> log_likelihood;
 };
 
 /// Infers from the points that `found` stores completely. Throws Error for fewer points than leave_one_out() needs, or
 /// points of another density.
-Inferred infer(const Density& density, const Observation& observation, const Posterior& found);
+Inferred infer(const Density& density, const Observation& observation, const Posterior& found,
+               bool keeps_log_likelihood = false);
 
 }  // namespace decid::posterior

@@ -46,6 +46,8 @@ struct Quantile {
   double probability_low = 0.0,
          probability_range = 1.0;  ///< of the normal distribution: below low, and within the range
 
+  bool operator==(const Quantile&) const = default;
+
   double value(double x) const;
   /// Returns the derivative of value().
   double slope(double x) const;

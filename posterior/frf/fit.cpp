@@ -151,17 +151,16 @@ void Fit::warn(const Density& density) {
             "the model does not explain the table: chi-square is %.3g at %d degrees of freedom by its %s (p = %.2g)%s",
             misfit_.chi_square, misfit_.degrees_of_freedom, density.table().confidence.c_str(), misfit_.p_value,
             *priors.error > 0.0
-                ? format("; the intervals attribute the rest, %.2g %% of the response, to errors of the table", percent)
+                ? format("; the intervals attribute the rest, %.2g%% of the response, to errors of the table", percent)
                       .c_str()
                 : "; the intervals are too narrow"));
   }
   if (!density.table().has_confidence() && quantile(error(), 0.05) > *priors.error * priors.error_factor) {
     add_caution(
         warnings_, "response_unexplained",
-        format(
-            "the model leaves %.2g %% of the response unexplained, far more than the %.2g %% expected: the intervals "
-            "attribute it to errors of the table",
-            percent, 100.0 * *priors.error));
+        format("the model leaves %.2g%% of the response unexplained, far more than the %.2g%% expected: the intervals "
+               "attribute it to errors of the table",
+               percent, 100.0 * *priors.error));
   }
 }
 

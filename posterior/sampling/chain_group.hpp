@@ -1,4 +1,4 @@
-// `lanes` chains that warm up and draw together, with one reparameterisation and one metric. Not installed.
+// `lanes` chains that warm up and draw together, with one reparameterisation per trial and one metric. Not installed.
 #pragma once
 
 #include <array>
@@ -15,10 +15,9 @@ namespace decid::posterior {
 
 class ChainGroup {
  public:
-  /// number: of the group, of settings.groups. All arguments must outlive it; stopped: no transition begins once it is
-  /// set.
-  ChainGroup(const Density& density, const Observation& observation, const Settings& settings, int number,
-             const std::atomic<bool>& stopped);
+  /// number: of the group, of settings.groups. Settings and stopped must outlive it; no transition begins once stopped
+  /// is set.
+  ChainGroup(const Target& target, const Settings& settings, int number, const std::atomic<bool>& stopped);
 
   using Report = std::function<void(const char* stage, double done)>;
   /// Warms up from any start: see posterior.hpp. done: fraction of the warm-up.
@@ -29,11 +28,14 @@ class ChainGroup {
   /// Uses the trial draws as another window of the warm-up.
   void learn_from_round();
 
-  const std::vector<State>& states(int chain) const { return states_[static_cast<std::size_t>(chain)]; }
-  const std::vector<double>& energy(int chain) const { return energy_[static_cast<std::size_t>(chain)]; }
-  int draws() const noexcept { return static_cast<int>(states_.front().size()); }
-  /// Returns the draws apart() - 1, 2 apart() - 1, ... of a chain, with all coordinates.
-  const std::vector<std::vector<double>>& points(int chain) const { return points_[static_cast<std::size_t>(chain)]; }
+  /// Returns the draws of a trial's unknowns.
+  const std::vector<State>& states(std::size_t trial, std::size_t chain) const { return trials_[trial].states[chain]; }
+  const std::vector<Transition>& transitions(std::size_t chain) const { return transitions_[chain]; }
+  int draws() const noexcept { return static_cast<int>(transitions_.front().size()); }
+  /// Returns the draws apart() - 1, 2 apart() - 1, ... of a chain, with all coordinates of a trial.
+  const std::vector<std::vector<double>>& points(std::size_t trial, std::size_t chain) const {
+    return trials_[trial].points[chain];
+  }
   int apart() const noexcept { return apart_; }
   double acceptance() const noexcept { return acceptance_; }
   int divergences() const noexcept { return divergences_; }
@@ -41,11 +43,20 @@ class ChainGroup {
   long long leapfrog_steps() const noexcept { return sampler_.leapfrog_steps() * lanes; }
 
  private:
-  using Globals = std::array<double, Density::max_globals>;
+  struct Trial {
+    ReparameterisationFit fit;                        // of the current window
+    double annealed_deg = 0.0;                        // the fixed measurement noise
+    std::vector<std::vector<double>> informations{};  // at the window's places
+    std::array<std::vector<State>, lanes> states{};   // of the current round
+    std::array<std::vector<std::vector<double>>, lanes> points{};
+  };
+  using Place = std::vector<AlignedVector<double>>;  // coordinates of each trial
 
-  double noise_deg() const;
-  Sampler::Lanes unexplained_deg() const;
-  double first_noise_deg() const;
+  const Target& target() const noexcept { return sampler_.target(); }
+  const Density& density(std::size_t trial) const { return target().density(trial); }
+  double noise_deg(std::size_t trial) const;
+  Sampler::Lanes unexplained_deg(std::size_t trial) const;
+  double first_noise_deg(std::size_t trial) const;
   void place(std::span<const State> starts);
   void anneal(const Report& report);
   void metric_from_here();
@@ -55,30 +66,28 @@ class ChainGroup {
   void begin_window();
   void learn(int move, int moves);
   void end_window();
-  void add_log_mass(std::span<const double> x, std::span<const double> factors, Sampler::Lanes& log_mass);
+  void reparameterise();
+  Sampler::Lanes log_mass();
   void restart(const Sampler::Lanes& badness, double limit);
   void release_noise();
   void keep();
+  Place here() const;
 
-  const Density& density_;
-  const Observation& observation_;
   const Settings& settings_;
   const std::uint64_t number_;
   const std::atomic<bool>& stopped_;
   Sampler sampler_;
+  std::vector<Trial> trials_;
   int leapfrog_steps_ = 0;  // per transition
   int windows_ = 0;         // and annealings
   int restarts_ = 0;
 
   // The current window:
-  ReparameterisationFit fit_;
-  std::vector<Globals> globals_;
-  std::vector<AlignedVector<double>> places_;  // where the information is needed
+  std::vector<std::vector<double>> globals_;
+  std::vector<Place> places_;  // where the information is needed
 
   // The current round:
-  std::array<std::vector<State>, lanes> states_;
-  std::array<std::vector<double>, lanes> energy_;
-  std::array<std::vector<std::vector<double>>, lanes> points_;
+  std::array<std::vector<Transition>, lanes> transitions_;
   bool last_round_ = false;
   int apart_ = 1, divergences_ = 0;
   double acceptance_ = 0.0;

@@ -72,8 +72,9 @@ double rhat(const ChainDraws& chains) {
   return std::max(plain_rhat(normal_scores(halves)), plain_rhat(normal_scores(folded)));
 }
 
-double effective_draws(const ChainDraws& chains) {
-  const ChainDraws halves = normal_scores(split(chains));
+namespace {
+
+double effective_of(const ChainDraws& halves) {
   const std::size_t length = halves.front().size();
   const double draws = static_cast<double>(length * halves.size());
   const Variances found = variances(halves);
@@ -96,6 +97,30 @@ double effective_draws(const ChainDraws& chains) {
     sum += 2.0 * last;
   }
   return draws / std::max(sum, 1.0 / (decid::log(draws) / decid::log(10.0)));
+}
+
+}  // namespace
+
+double effective_draws(const ChainDraws& chains) {
+  return effective_of(normal_scores(split(chains)));
+}
+
+double mean_effective_draws(const ChainDraws& chains) {
+  return effective_of(split(chains));
+}
+
+double tail_effective_draws(const ChainDraws& chains) {
+  std::vector<double> all;
+  for (const std::vector<double>& chain : chains) all.insert(all.end(), chain.begin(), chain.end());
+  double fewest = std::numeric_limits<double>::infinity();
+  for (const double probability : {0.05, 0.95}) {
+    const double limit = quantile(all, probability);
+    ChainDraws below = split(chains);
+    for (std::vector<double>& half : below)
+      for (double& value : half) value = value <= limit ? 1.0 : 0.0;
+    fewest = std::min(fewest, effective_of(below));
+  }
+  return fewest;
 }
 
 double energy_fraction(const ChainDraws& energy) {

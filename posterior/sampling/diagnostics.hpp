@@ -18,6 +18,13 @@ double rhat(const ChainDraws& chains);
 /// initial monotone sequence of autocorrelations); at most draws * log10(draws).
 double effective_draws(const ChainDraws& chains);
 
+/// Returns the same for the mean itself, without ranks: what its Monte Carlo error needs.
+double mean_effective_draws(const ChainDraws& chains);
+
+/// Returns the effective draws of the 5% and of the 95% quantile, whichever has fewer: those of the indicators of draws
+/// below them.
+double tail_effective_draws(const ChainDraws& chains);
+
 /// Returns the smallest E (energy[n] - energy[n - 1])^2 / var(energy) of the chains. Below 0.3 the momenta are too
 /// small to cross the energies of the distribution. energy: at each transition's start, momentum included.
 double energy_fraction(const ChainDraws& energy);

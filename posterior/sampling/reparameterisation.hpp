@@ -60,7 +60,8 @@ class Reparameterisation {
 /// Collects points and fits a reparameterisation.
 class ReparameterisationFit {
  public:
-  explicit ReparameterisationFit(const Density& density);
+  /// parameters_last: informations have the rows of parameters after those of other globals.
+  explicit ReparameterisationFit(const Density& density, bool parameters_last = false);
 
   /// Adds the points of `lanes` chains.
   void add(std::span<const double> x);
@@ -83,7 +84,11 @@ class ReparameterisationFit {
   LeastSquares shifts(const Reparameterisation& fit) const;
   LeastSquares log_widths(const Reparameterisation& fit) const;
 
+  /// Returns the row of a global in an information.
+  std::size_t row(std::size_t global) const;
+
   const Density& density_;
+  const bool parameters_last_;
   std::vector<std::size_t> variable_;
   std::vector<Point> before_, points_;
 };

@@ -68,9 +68,18 @@ struct ReparameterisationFit::LeastSquares {
   std::vector<double> matrix, right;
 };
 
-ReparameterisationFit::ReparameterisationFit(const Density& density) : density_(density) {
+ReparameterisationFit::ReparameterisationFit(const Density& density, bool parameters_last)
+    : density_(density), parameters_last_(parameters_last) {
   for (std::size_t global = 0; global < static_cast<std::size_t>(density.globals()); ++global)
     if (density.infers(density.quantity(global)) && !density.is_held(global)) variable_.push_back(global);
+}
+
+std::size_t ReparameterisationFit::row(std::size_t global) const {
+  const auto noises = static_cast<std::size_t>(density_.noise_size()),
+             parameters = static_cast<std::size_t>(density_.parameters()),
+             others = static_cast<std::size_t>(density_.globals()) - parameters;
+  if (!parameters_last_) return noises + global;
+  return noises + (global < parameters ? others + global : global - parameters);
 }
 
 void ReparameterisationFit::add(std::span<const double> x) {
@@ -90,8 +99,8 @@ void ReparameterisationFit::add(std::span<const double> x, std::span<double> inf
   run.factorize(density_.size(), information.data());
   AlignedVector<double> slope(noises * lanes);
   for (const std::size_t global : variable_) {
-    const double* row = information.data() + triangle(noises + global) * lanes;
-    std::transform(row, row + noises * lanes, slope.begin(), [](double value) { return -value; });
+    const double* values = information.data() + triangle(row(global)) * lanes;
+    std::transform(values, values + noises * lanes, slope.begin(), [](double value) { return -value; });
     run.solve_transposed(static_cast<int>(noises), information.data(), slope.data());
     for (std::size_t l = 0; l < lanes; ++l) {
       std::vector<double>& slopes = points_[points_.size() - lanes + l].slopes;

@@ -246,7 +246,7 @@ void CsvTable::read_header(std::string_view line) {
   while (cells.size() > 1 && cells.back().empty()) cells.pop_back();
   check_columns(cells.size());
   has_header_ = std::any_of(cells.begin(), cells.end(), [&](std::string_view cell) {
-    return !cell.empty() && !parse_number(cell).is_number && !clock_time(cell);
+    return !is_missing(cell) && !parse_number(cell).is_number && !clock_time(cell);
   });
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const bool named = has_header_ && !cells[i].empty();

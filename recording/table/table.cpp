@@ -15,6 +15,7 @@
 #include "recording/formats/csv.hpp"
 #include "recording/formats/foreign.hpp"
 #include "recording/formats/mat/mat.hpp"
+#include "recording/formats/motion_bids.hpp"
 #include "recording/formats/xlsx.hpp"
 
 namespace decid::recording {
@@ -116,7 +117,9 @@ std::unique_ptr<Table> read_table(const std::filesystem::path& path, std::option
     throw Error(Code::file_unsupported, where, "is an HDF5 file that is not MATLAB's",
                 "save the signals as a MAT-file (SciPy's savemat) or as CSV");
   }
-  return std::make_unique<CsvTable>(std::move(text), where, skip_lines, section);
+  auto table = std::make_unique<CsvTable>(std::move(text), where, skip_lines, section);
+  if (!is_motion_bids(path)) return table;
+  return read_motion_bids(path, std::move(table));
 }
 
 }  // namespace decid::recording

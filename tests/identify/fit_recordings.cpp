@@ -1,4 +1,4 @@
-// Fits of several controllers to one recording: the warning of a better one, priors of each, and a stop between them.
+// Fits of several controllers to one recording, and of several recordings together.
 #include "identify/fit_recordings.hpp"
 
 #include <algorithm>
@@ -68,4 +68,86 @@ TEST_CASE("priors of parameters that a controller does not have are refused") {
   FitRequest request = with_channels();
   request.priors.parameters.push_back({.name = "W", .fixed = 0.4});
   check_error([&] { Fitter(nullptr, sines_protocol(), {}, request); }, Code::setting_unknown, "W");
+}
+
+namespace {
+
+/// Recordings of one person, of which the second has an error.
+std::vector<RecordingResult> of_one_person() {
+  std::vector<RecordingResult> read(4);
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    read[i].file = "trial" + std::to_string(i) + ".csv";
+    read[i].trial = recording::trial_of(recorded(sines_protocol(), some_parameters(), 0.02, i));
+  }
+  read[1].error = Error(Code::file_missing, "trial1.csv", "is missing", "name another");
+  return read;
+}
+
+FitRequest quick_request() {
+  FitRequest request;
+  request.settings = quick();
+  request.settings.max_leapfrog_steps = 8;
+  return request;
+}
+
+}  // namespace
+
+TEST_CASE("recordings fitted together have the same parameters, but for those that conditions free") {
+  std::vector<RecordingResult> read = of_one_person();
+  FitRequest request = quick_request();
+  request.freed = {"theta"};
+  Fitter fitter(nullptr, sines_protocol(), {}, request);
+  const FitGroup group{{0, 1, 3}, {"open", "open", "closed"}};
+  std::vector<std::size_t> order;
+  CHECK(fit_each(
+      read, [&](std::size_t) -> Fitter& { return fitter; }, {}, [&](std::size_t i) { order.push_back(i); },
+      std::span(&group, 1)));
+  CHECK(order.size() == 4);
+  CHECK(read[1].error->code() == Code::file_missing);
+  REQUIRE(!read[0].error);
+  REQUIRE(!read[3].error);
+  const posterior::Posterior &first = read[0].fit->posterior, &last = read[3].fit->posterior;
+  CHECK(first.mean(sim::Kp) == last.mean(sim::Kp));
+  CHECK(first.mean(sim::Theta) != last.mean(sim::Theta));
+  REQUIRE(read[3].fit->joint);
+  CHECK(read[3].fit->joint->files == std::vector<std::string>{"trial0.csv", "trial3.csv"});
+  CHECK(read[3].fit->joint->condition == "closed");
+  CHECK(read[3].fit->joint->freed == request.freed);
+  // The recording that is in no group has the bits of a fit of its own.
+  std::vector<RecordingResult> alone = of_one_person();
+  CHECK(fitter.fit(std::span(alone).subspan(2, 1)));
+  CHECK(!read[2].fit->joint);
+  CHECK(read[2].fit->posterior.mean(sim::Kp) == alone[2].fit->posterior.mean(sim::Kp));
+}
+
+TEST_CASE("recordings that cannot be fitted together each have the error") {
+  const auto code_of = [](const FitRequest& request, const sim::Protocol& second) {
+    std::vector<RecordingResult> read = of_one_person();
+    Fitter one(nullptr, sines_protocol(), {}, request), other(nullptr, second, {}, request);
+    const FitGroup group{{0, 3}};
+    fit_each(
+        read, [&](std::size_t i) -> Fitter& { return i == 0 ? one : other; }, {}, {}, std::span(&group, 1));
+    REQUIRE(read[0].error);
+    REQUIRE(read[3].error);
+    CHECK(read[0].error->code() == read[3].error->code());
+    return read[0].error->code();
+  };
+  FitRequest unknown = quick_request();
+  unknown.freed = {"W"};
+  CHECK(code_of(unknown, sines_protocol()) == Code::setting_unknown);
+  CHECK(code_of(with_channels(), sines_protocol()) == Code::setting_conflict);
+  sim::Protocol heavier = sines_protocol();
+  heavier.experiment.body.mass_kg += 10.0;
+  CHECK(code_of(quick_request(), heavier) == Code::value_invalid);
+}
+
+TEST_CASE("a stop before the first draw is the error of all recordings that are fitted together") {
+  std::vector<RecordingResult> read = of_one_person();
+  Fitter fitter(nullptr, sines_protocol(), {}, quick_request());
+  const FitGroup group{{0, 3}};
+  CHECK_FALSE(fit_each(
+      read, [&](std::size_t) -> Fitter& { return fitter; },
+      [](std::size_t, const posterior::Progress&) { return false; }, {}, std::span(&group, 1)));
+  CHECK(read[0].error->code() == Code::stopped);
+  CHECK(read[3].error->code() == Code::stopped);
 }

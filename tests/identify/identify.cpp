@@ -233,11 +233,11 @@ TEST_CASE("identify: where the response cannot be measured, the warning says so 
     }
     return std::string();
   };
-  CHECK(contains(unlike(), "of the response to the tilt that the identified controller would have"));
+  CHECK(contains(unlike(), "stimulus response ratio 0."));
   sim::Parameters falling = estimates.front().parameters;
   falling[sim::Kp] = falling[sim::Kp_pass] = 0.0;
   estimates.front().parameters = falling;
-  CHECK(contains(unlike(), "is not known, as the identified controller falls)"));
+  CHECK(contains(unlike(), "falls)"));
 }
 
 TEST_CASE("a body of the model's height and another weight: the same sway, parameters times its m g h") {
@@ -288,7 +288,7 @@ TEST_CASE("bodies of other heights: refused by a model that does not know them, 
     CHECK(near(tall.parameters[p], knowing.decode(output)[p], 1e-12));  // the same m g h
     CHECK(tall.parameters[p] != own.parameters[p]);
   }
-  check_error([&] { for_body(knowing, "m", sim::Body{}.of_height(1.2)); }, Code::setting_out_of_range, "1.2 times");
+  check_error([&] { for_body(knowing, "m", sim::Body{}.of_height(1.2)); }, Code::setting_out_of_range, "body_heights");
 
   // Data sets of another body, and of another experiment.
   sim::Protocol trials = sim::default_protocol();

@@ -31,6 +31,7 @@ FOREIGN = [
     (r"<CLI/", "the command-line parser", ["tools/decid"]),
     (r"<matio\.h>", "matio", ["recording"]),
     (r"<zip\.h>", "libzip", ["dataset/npz"]),
+    (r"<xlsxwriter\.h>", "libxlsxwriter", ["tools/decid"]),
     (r"<Eigen/", "Eigen", ["tools/compare"]),
     (r"<pybind11/", "pybind11", ["bindings/python"]),
 ]

@@ -28,7 +28,10 @@ Format format_of(Written written) {
       return {"JSON", ".json"};
     case Written::csv:
       return {"CSV", ".csv"};
+    case Written::table:
+      return {"CSV or a workbook", ".csv"};
     case Written::npz:
+    case Written::draws:
       return {"NumPy's arrays", ".npz"};
     case Written::html:
       return {"a page", ".html"};
@@ -61,7 +64,8 @@ std::string what_is_wrong(const std::string& name, Written written) {
            (path / (std::string("result") + right.ending)).string() + "'";
   std::string ending = path.extension();
   for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  const bool same = ending == right.ending || (written == Written::html && ending == ".htm");
+  const bool same = ending == right.ending || (written == Written::html && ending == ".htm") ||
+                    (written == Written::draws && ending == ".csv") || (written == Written::table && ending == ".xlsx");
   if (same || std::ranges::count(known_endings, ending) == 0) return "";
   if (written == Written::folder)
     return std::filesystem::is_directory(path)
@@ -181,6 +185,12 @@ sim::Protocol ProtocolOptions::load(bool quiet, std::vector<std::string>* files)
   if (!sensor_noise_deg.empty()) protocol.noise.sensor = {sensor_noise_deg.front(), sensor_noise_deg.back()};
   protocol.validate();
   return protocol;
+}
+
+std::string in_sentence(const sim::ParameterInfo& info) {
+  std::string text = info.description;
+  text[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(text[0])));
+  return text.ends_with(info.name) ? text : text + " (" + info.name + ")";
 }
 
 }  // namespace decid::tools

@@ -46,8 +46,9 @@ void require_controller(const std::string& controller, const sim::Protocol& mode
 /// Adds --seed, from 0 to 2^64 - 1.
 void add_seed_option(const Command& command, std::uint64_t& seed, const std::string& description);
 
-/// The format of an output file, or a folder.
-enum class Written { json, csv, npz, html, svg, safetensors, onnx, samples, folder };
+/// The format of an output file, or a folder. table: CSV or a workbook. draws: .npz or
+/// CSV.
+enum class Written { json, csv, table, npz, draws, html, svg, safetensors, onnx, samples, folder };
 
 /// Adds the option `names`: "-o,--output", or the option of another output file. Rejects a name with the ending of
 /// another format, because readers would take the file for that format. Rejects a folder where the command writes a
@@ -76,6 +77,7 @@ void add_train(const Command& program);
 void add_evaluate(const Command& program);
 void add_identify(const Command& program);
 void add_fit(const Command& program);
+void add_rerun(const Command& program);
 void add_calibrate(const Command& program);
 void add_compare(const Command& program);
 void add_study(const Command& program);
@@ -84,5 +86,8 @@ void add_image(const Command& program);
 void add_info(const Command& program);
 void add_selftest(const Command& program);
 void add_export(const Command& program);
+
+/// Returns a parameter as a part of a sentence: "active stiffness (Kp)".
+std::string in_sentence(const sim::ParameterInfo& info);
 
 }  // namespace decid::tools

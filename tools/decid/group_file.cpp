@@ -11,9 +11,8 @@
 #include <string_view>
 
 #include "base/error.hpp"
-#include "base/files/file.hpp"
 #include "base/text.hpp"
-#include "recording/formats/encoding.hpp"
+#include "identify/sheet/spreadsheet.hpp"
 #include "recording/table/cells.hpp"
 #include "tools/decid/ranks.hpp"
 
@@ -22,30 +21,6 @@ namespace {
 
 using Cells = std::vector<std::string>;
 
-constexpr std::size_t max_bytes = std::size_t{1} << 22;  // of the table; each cell takes 32 in memory
-
-/// Rows of cells; the file's lines count as rows, those without any text are kept, so that errors can name them.
-std::vector<Cells> split_rows(const std::string& text, char separator) {
-  std::vector<Cells> rows(1, Cells(1));
-  bool quoted = false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    std::string& cell = rows.back().back();
-    if (c == '"' && quoted && i + 1 < text.size() && text[i + 1] == '"') {
-      cell += text[++i];
-    } else if (c == '"') {
-      quoted = !quoted;
-    } else if (c == separator && !quoted) {
-      rows.back().emplace_back();
-    } else if (c == '\n' && !quoted) {
-      rows.emplace_back(1);
-    } else if (c != '\r' || quoted) {
-      cell += c;
-    }
-  }
-  return rows;
-}
-
 std::string trimmed(const std::string& text) {
   return std::string(recording::trim(text));
 }
@@ -53,12 +28,6 @@ std::string trimmed(const std::string& text) {
 std::string lower_case(std::string text) {
   std::ranges::transform(text, text.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c; });
   return text;
-}
-
-/// As spreadsheets of most languages write it: whichever stands first in the line of names.
-char guess_separator(const std::string& text) {
-  const std::size_t at = text.find_first_of(",;\t\n");
-  return at == std::string::npos || text[at] == '\n' ? ',' : text[at];
 }
 
 /// Whether `path` ends with the parts of `end`.
@@ -110,9 +79,7 @@ std::optional<std::size_t> person_column(const std::string& file, const Cells& n
 }
 
 Table read_table(const std::string& name) {
-  std::string text = recording::to_utf8(read_file(name, max_bytes), name);
-  if (text.starts_with("sep=")) text.erase(0, std::min(text.find('\n'), text.size() - 1) + 1);  // Excel's own line
-  Table table{0, 0, {}, split_rows(text, guess_separator(text))};
+  Table table{0, 0, {}, read_spreadsheet(name)};
   const Cells& names = table.rows.front();
   table.file = require_column(name, names, "file");
   table.group = require_column(name, names, "group");
@@ -132,6 +99,7 @@ Row read_row(const Table& table, const Cells& cells, const std::string& where) {
         Code::value_missing, where, "is too short",
         table.person ? "give file, group and " + trimmed(table.rows.front()[*table.person]) : "give file and group");
   Row row{trimmed(cells[table.file]), trimmed(cells[table.group]), {}};
+  if (row.group == "n/a") row.group.clear();  // as BIDS has it
   if (row.file.empty()) throw Error(Code::value_missing, where, "names no file", "give one, or take the line away");
   if (table.person) row.person = trimmed(cells[*table.person]);
   if (table.person && row.person.empty() && !row.group.empty())
@@ -174,6 +142,31 @@ void refuse_few_pairs(const std::string& table, const std::string& one, const st
               "give different people different names, or all people recordings in both groups");
 }
 
+/// Throws Error for fewer than two groups, and for groups that share a few people.
+void refuse_groups(const std::string& table, const std::vector<GroupMember>& members) {
+  std::map<std::string, std::set<std::string>> groups;  // their people
+  for (const GroupMember& member : members)
+    if (!member.group.empty()) groups[member.group].insert(member.person);
+  if (groups.size() < 2)
+    throw Error(Code::setting_out_of_range, table,
+                "puts the recordings in " + counted(static_cast<long long>(groups.size()), "group"),
+                "give two groups or more");
+  for (auto one = groups.begin(); one != groups.end(); ++one)
+    for (auto other = std::next(one); other != groups.end(); ++other)
+      refuse_few_pairs(table, one->first, one->second, other->first, other->second);
+}
+
+/// Returns the groups of the study's sheet, whose lines the plan has matched with the recordings.
+GroupTable groups_of_sheet(const std::string& table, const RecordingPlan& plan) {
+  const auto has_participant = [](const PlannedRecording& it) { return !it.entry.participant.empty(); };
+  const bool has_people = std::ranges::any_of(plan.recordings, has_participant);
+  GroupTable groups{has_people ? "participant_id" : "", {}};
+  for (const PlannedRecording& it : plan.recordings)
+    groups.members.push_back({it.entry.group, has_participant(it) ? it.entry.participant : it.source.name()});
+  refuse_groups(table, groups.members);
+  return groups;
+}
+
 /// Throws Error if two of the recordings are one.
 void refuse_twice(const std::vector<RecordingSource>& sources) {
   std::map<std::pair<std::filesystem::path, std::string>, std::string> names;
@@ -214,24 +207,17 @@ GroupTable read_group_table(const std::string& table_name, const std::vector<std
     if (!is_used) result.unused.push_back({line + 1, row.file});
   }
   refuse_missing(table_name, recordings, found);
-  std::map<std::string, std::set<std::string>> groups;  // their people
-  for (const std::optional<GroupMember>& member : found) {
-    result.members.push_back(*member);
-    if (!member->group.empty()) groups[member->group].insert(member->person);
-  }
-  if (groups.size() < 2)
-    throw Error(Code::setting_out_of_range, table_name,
-                "puts the recordings in " + counted(static_cast<long long>(groups.size()), "group"),
-                "give two groups or more");
-  for (auto one = groups.begin(); one != groups.end(); ++one)
-    for (auto other = std::next(one); other != groups.end(); ++other)
-      refuse_few_pairs(table_name, one->first, one->second, other->first, other->second);
+  for (const std::optional<GroupMember>& member : found) result.members.push_back(*member);
+  refuse_groups(table_name, result.members);
   return result;
 }
 
-GroupTable groups_of(const std::string& table, const RecordingFlags& recordings, bool quiet) {
+GroupTable groups_of(const std::string& table, const RecordingFlags& recordings, const RecordingPlan& plan,
+                     bool quiet) {
   if (table.empty()) return {};
   refuse_twice(recordings.sources);
+  std::error_code ignored;
+  if (plan.sheet && std::filesystem::equivalent(table, plan.sheet->file, ignored)) return groups_of_sheet(table, plan);
   GroupTable groups = read_group_table(table, recordings.files);
   for (const UnusedLine& unused : groups.unused)
     if (!quiet && is_root())

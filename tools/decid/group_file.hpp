@@ -20,10 +20,11 @@ namespace decid::tools {
 /// pairs.
 GroupTable read_group_table(const std::string& table, const std::vector<std::string>& recordings);
 
-/// Reads the table for the recordings that were found; without a table there are no groups. Says on standard error
-/// which lines are of no recording, unless `quiet`. Throws Error also for a recording that is given twice, under
+/// Reads the table for the recordings that were found; without a table there are no groups. If the table is the plan's
+/// sheet, a recording has the group and the person of its line there. Prints on standard error which lines are of no
+/// recording, unless `quiet`. Throws Error also for a recording that is given twice, under
 /// whatever name: it would count as two people.
-GroupTable groups_of(const std::string& table, const RecordingFlags& recordings, bool quiet);
+GroupTable groups_of(const std::string& table, const RecordingFlags& recordings, const RecordingPlan& plan, bool quiet);
 
 /// Adds --group, of the commands that compare groups.
 void add_group_option(const Command& command, std::string& table);

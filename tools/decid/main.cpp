@@ -95,6 +95,7 @@ Ending run(int argc, char** argv, const decid::tools::Session& session) {
 #if !defined(__wasm__)  // a page (bindings/web) simulates, identifies and fits
   decid::tools::add_stimulus(top);
   decid::tools::add_info(top);
+  decid::tools::add_rerun(top);
   decid::tools::add_calibrate(top);
   decid::tools::add_compare(top);
   decid::tools::add_dataset(top);

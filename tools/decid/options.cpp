@@ -127,6 +127,23 @@ std::vector<std::string> Command::given(const std::vector<std::string>& without)
   return all;
 }
 
+std::vector<std::string> Command::arguments(const std::vector<std::string>& without) const {
+  std::vector<std::string> all;
+  for (const CLI::Option* option : app_->get_options()) {
+    const std::string name = option->get_name();
+    if (option->count() == 0 || std::ranges::find(without, name) != without.end()) continue;
+    const bool is_flag = option->get_items_expected_max() == 0;
+    if (is_flag) all.push_back(name);
+    for (const std::string& value : option->results())
+      if (!is_flag) all.push_back(name.starts_with('-') ? name + "=" + value : value);
+  }
+  return all;
+}
+
+std::string Command::name() const {
+  return app_->get_name();
+}
+
 std::size_t Command::count(const std::string& option) const {
   return app_->count(option);
 }

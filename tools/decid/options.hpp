@@ -67,6 +67,9 @@ class Command {
   void callback(std::function<void()> work) const;
   /// Returns "--option value value" for each given option except `without`. Call it in a callback.
   std::vector<std::string> given(const std::vector<std::string>& without) const;
+  /// Returns the given options except `without` as arguments of a later call: "--option=value", "--flag".
+  std::vector<std::string> arguments(const std::vector<std::string>& without) const;
+  std::string name() const;
   /// Returns how often an option was given. Call it in a callback.
   std::size_t count(const std::string& option) const;
 

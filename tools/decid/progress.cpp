@@ -57,9 +57,12 @@ std::string ProgressBar::figures(long long done) const {
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   const double rate = static_cast<double>(done - before_) / std::max(seconds, 1e-9);
   const double units = rate / parts_;
+  const std::string left =
+      done > before_ ? ", about " + duration_text(static_cast<double>(total_ - done) / rate) + " left" : "";
+  if (unit_ == "%") return format("%lld%%", 100 * done / total_) + left;
   const std::string count = parts_ == 1 ? std::to_string(done) : format("%.1f", static_cast<double>(done) / parts_);
   return format("%s of %lld %s, %.*f/s", count.c_str(), total_ / parts_, unit_.c_str(), units < 10 ? 2 : 0, units) +
-         (done > before_ ? ", " + duration_text(static_cast<double>(total_ - done) / rate) + " left" : std::string());
+         left;
 }
 
 void ProgressBar::go_on_from(long long done) {

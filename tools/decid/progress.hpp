@@ -13,8 +13,8 @@ std::string curve(std::span<const double> values, std::size_t most = 24);
 
 class ProgressBar {
  public:
-  /// Starts a bar. `what` names the work, `unit` the counted items ("trials"). The other functions count in parts;
-  /// `parts` of them make one item.
+  /// Starts a bar. `what` names the work, `unit` the counted items ("trials"; "%": shows only a percentage). The other
+  /// functions count in parts; `parts` of them make one item.
   ProgressBar(std::string what, std::string unit, long long total, bool quiet, int parts = 1);
   ~ProgressBar();
   ProgressBar(const ProgressBar&) = delete;

@@ -6,7 +6,9 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "identify/sheet/reading_option.hpp"
 #include "sim/segments.hpp"
+#include "tools/decid/ranks.hpp"
 #include "tools/decid/recording_files.hpp"
 
 namespace decid::tools {
@@ -14,20 +16,6 @@ namespace {
 
 /// The value of --tilt-column and --trial for none.
 constexpr const char* no_column = "none";
-
-std::optional<recording::Unit> read_unit(const std::string& name) {
-  if (name == "deg") return recording::Unit::degree;
-  if (name == "rad") return recording::Unit::radian;
-  if (name == "mrad") return recording::Unit::milliradian;
-  return {};
-}
-
-std::optional<double> metres_of(const std::string& unit) {
-  if (unit == "m") return 1.0;
-  if (unit == "cm") return 0.01;
-  if (unit == "mm") return 0.001;
-  return {};
-}
 
 }  // namespace
 
@@ -40,11 +28,11 @@ void RecordingFlags::find_files(const std::vector<std::string>& others, bool qui
 ReadOptions RecordingFlags::read_options() const {
   ReadOptions made;
   made.recording.column = column;
-  made.recording.unit = read_unit(unit);
+  made.recording.unit = angle_unit_named(unit);
   made.recording.rate_hz = rate;
   made.recording.fill_gaps_s = fill_gaps;
   made.recording.missing_value = missing;
-  made.recording.metres_per_unit = metres_of(unit);
+  made.recording.metres_per_unit = metres_of_unit(unit);
   made.recording.skip_lines = skip_lines;
   made.recording.section = section;
   made.recording.com_height_m = com_height;
@@ -58,7 +46,7 @@ ReadOptions RecordingFlags::read_options() const {
   made.recording.body_height_m = height_m;
   made.recording.find_tilt = tilt_column != no_column;
   if (made.recording.find_tilt) made.recording.tilt_column = tilt_column;
-  made.recording.tilt_unit = read_unit(tilt_unit);
+  made.recording.tilt_unit = angle_unit_named(tilt_unit);
   made.recording.invert_sway = invert == "sway" || invert == "both";
   made.recording.invert_tilt = invert == "tilt" || invert == "both";
   made.trial.start_s = begin;
@@ -80,10 +68,36 @@ ReadOptions RecordingFlags::read_options() const {
 }
 
 void RecordingFlags::find_sources(const std::vector<std::string>& others, bool quiet) {
+  if (!study.empty() && files.empty()) {
+    try {
+      const std::string folder = std::filesystem::path(study).parent_path().string();
+      files = recording_files({folder.empty() ? "." : folder}, others, true).files;
+      for (std::string& file : files) file = std::filesystem::path(file).lexically_normal().string();  // no "./"
+    } catch (const Error&) {
+      files.clear();  // each line's recording is missing
+    }
+    sources = sources_of({files.begin(), files.end()}, read_options().recording);
+    return;
+  }
   find_files(others, quiet);
   sources = sources_of({files.begin(), files.end()}, read_options().recording);
   files.clear();
   for (const RecordingSource& source : sources) files.push_back(source.name());
+  named = distinct_files();
+}
+
+RecordingPlan RecordingFlags::plan(const ReadOptions& reading, bool quiet) {
+  if (study.empty()) return plan_of(sources, reading);
+  RecordingPlan made = plan_of(read_sheet(study), sources, named.empty() ? Choice::by_sheet : Choice::by_call, reading);
+  sources.clear();
+  files.clear();
+  for (const PlannedRecording& recording : made.recordings) {
+    sources.push_back(recording.source);
+    files.push_back(recording.source.name());
+  }
+  if (!quiet && is_root())
+    for (const std::string& note : made.notes) std::cerr << "note: " << one_line(note) << '\n';
+  return made;
 }
 
 std::vector<std::string> RecordingFlags::distinct_files() const {
@@ -182,6 +196,14 @@ void add_body_options(const Command& command, BodyFlags& flags) {
       .add_option("--mass", flags.mass_kg, "Set the person's mass in kg, with --height; default: the protocol's body")
       .range(1.0, 500.0);
   command.add_option("--height", flags.height_m, "Set the person's height in m, with --mass").range(0.3, 3.0, "m");
+}
+
+void add_study_option(const Command& command, RecordingFlags& flags) {
+  command.section("Input");
+  command.add_option(
+      "--study", flags.study,
+      "Read persons, groups, bodies, protocols and reading options from this sheet (TSV, CSV or .xlsx), a "
+      "line per recording or participant_id; without recordings, read those that it names");
 }
 
 void add_truth_option(const Command& command, RecordingFlags& flags) {

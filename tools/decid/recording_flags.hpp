@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "identify/recordings.hpp"
+#include "identify/sheet/recording_plan.hpp"
 #include "tools/decid/command.hpp"
 
 namespace decid::tools {
@@ -25,7 +25,7 @@ void add_body_options(const Command& command, BodyFlags& flags);
 struct RecordingFlags : BodyFlags {
   std::vector<std::string> files;
   std::string column, unit, truth, tilt_column, tilt_unit, invert, detrend = "none";
-  std::string leg, trunk, hip, shoulder, ankle, section, trial;
+  std::string leg, trunk, hip, shoulder, ankle, section, trial, study;
   bool recursive = false;
   std::optional<double> rate, begin, com_height;
   std::optional<int> skip_lines;
@@ -33,12 +33,17 @@ struct RecordingFlags : BodyFlags {
   std::optional<double> missing;
 
   std::vector<RecordingSource> sources;  ///< the recordings in the files, once they are found
+  std::vector<std::string> named;        ///< the files of the call, each once, without those that a sheet names
 
   /// Replaces `files` by the files for which they stand (recording_files.hpp), except `others`. Prints on standard
   /// error which files it left out, unless `quiet`.
   void find_files(const std::vector<std::string>& others, bool quiet);
-  /// Finds the recordings in the files, as find_files() finds files; `files` are then their names.
+  /// Finds the recordings in the files, as find_files() finds files; `files` are then their names. With --study and no
+  /// file it finds all recordings below the sheet's folder.
   void find_sources(const std::vector<std::string>& others, bool quiet);
+  /// Returns the plan of the recordings found, by the sheet of --study if there is one. `sources` and `files` are then
+  /// the plan's. Prints on standard error which lines are of no recording, unless `quiet`.
+  RecordingPlan plan(const ReadOptions& reading, bool quiet);
   /// Returns the files of the recordings, each once.
   std::vector<std::string> distinct_files() const;
   /// Throws Error for options that contradict each other.
@@ -54,6 +59,8 @@ inline constexpr const char* reading_options[] = {
     "--begin",  "--tilt-column", "--tilt-unit",  "--invert", "--detrend"};
 /// Adds the argument for the recordings, which is optional, and the reading options.
 Option add_recording_flags(const Command& command, RecordingFlags& flags);
+/// Adds --study, an option of the commands that read many recordings.
+void add_study_option(const Command& command, RecordingFlags& flags);
 /// Adds --truth, an option of the commands that show estimates.
 void add_truth_option(const Command& command, RecordingFlags& flags);
 

@@ -40,7 +40,7 @@ Json comparison_json(const ComparisonFigures& figures) {
 std::string comparison_text(const ComparisonFigures& figures) {
   const sim::ParameterTable& table = figures.protocol.parameters();
   std::string text = format(
-      "%d trials (%s), protocol '%s', sensor noise %g to %g degrees, %s, %d threads\n\n| method | MSE | +- |",
+      "%d trials (%s), protocol '%s', measurement noise %g to %g degrees, %s, %d threads\n\n| method | MSE | +- |",
       figures.trials, figures.trials_from.c_str(), figures.protocol.name.c_str(), figures.protocol.noise.sensor.low_deg,
       figures.protocol.noise.sensor.high_deg, figures.model.c_str(), figures.threads);
   for (const sim::ParameterInfo& info : table) text += " " + info.name + " |";

@@ -13,6 +13,7 @@
 #include "embedded/density_js.hpp"
 #include "embedded/fit_css.hpp"
 #include "embedded/fit_js.hpp"
+#include "embedded/parameters_js.hpp"
 #include "embedded/recordings_js.hpp"
 #include "tools/report/json/groups_json.hpp"
 #include "tools/report/json/parameters_json.hpp"
@@ -44,7 +45,7 @@ Json parameters_of(const RecordingResult& recording, const FitFigures& fitted, c
   return list;
 }
 
-/// Sensor noise, start and gain, where they were not known.
+/// Measurement noise, start and gain, where they were not known.
 Json others_of(const Posterior& found) {
   Json list = Json::array();
   const auto add = [&](int quantity, const char* name, const char* unit) {
@@ -52,9 +53,9 @@ Json others_of(const Posterior& found) {
     Json& json = list.emplace_back(Json{{"name", name}, {"unit", unit}});
     add_figures(json, found, quantity);
   };
-  add(Density::sensor_noise, "Sensor noise", "deg");
-  add(Density::start, "Start after the protocol", "s");
-  add(Density::gain, "Recorded over true sway", "1");
+  add(Density::sensor_noise, "Measurement noise", "deg");
+  add(Density::start, "Start of the recording after the protocol", "s");
+  add(Density::gain, "Scale of the sway sensor (1 = correct)", "1");
   return list;
 }
 
@@ -170,7 +171,7 @@ class Chart {
 
 /// Returns the page's time series: sway about its mean, noise and tilt estimate, evenly thinned.
 Json signals_of(const RecordingResult& recording, const FitFigures& fitted, const Report& of) {
-  const double rate_hz = of.protocol.experiment.sample_rate_hz;
+  const double rate_hz = of.protocol_of(recording).experiment.sample_rate_hz;
   const std::vector<float>& samples = recording.trial.sway_rad();
   const auto block = static_cast<std::size_t>(std::lround(fitted.block_s * rate_hz));
   std::vector<double> recorded;
@@ -191,11 +192,12 @@ Json signals_of(const RecordingResult& recording, const FitFigures& fitted, cons
   Chart noise(fitted.first_edge_s, step_s), tilt(fitted.first_edge_s, step_s);
   noise.band("noise", inferred.noise_rad_s, edges);
   tilt.band("estimate", inferred.tilt_estimate_rad, edges);
+  const std::vector<float>& tilt_rad = of.tilt_of(recording);
   std::vector<double> platform;
-  for (std::size_t i = 0; i < inferred.tilt_estimate_rad.low.size() && !of.tilt_rad.empty(); ++i) {
+  for (std::size_t i = 0; i < inferred.tilt_estimate_rad.low.size() && !tilt_rad.empty(); ++i) {
     const double place = (fitted.first_edge_s + static_cast<double>(i) * fitted.edge_s) * rate_hz;
-    const double last = static_cast<double>(of.tilt_rad.size() - 1);
-    platform.push_back(double{of.tilt_rad[static_cast<std::size_t>(std::clamp(std::round(place), 0.0, last))]});
+    const double last = static_cast<double>(tilt_rad.size() - 1);
+    platform.push_back(double{tilt_rad[static_cast<std::size_t>(std::clamp(std::round(place), 0.0, last))]});
   }
   tilt.line("platform", edges(platform));
   return {{"sway", sway.json()}, {"noise", noise.json()}, {"tilt", tilt.json()}};
@@ -246,14 +248,15 @@ Json recording_to_json(const RecordingResult& recording, const Report& of, const
   return {{"file", recording.file},
           {"column", recording.column},
           {"tilt", tilt_to_json(recording)},
-          {"protocol", protocol_figures(of.protocol)},
+          {"protocol", protocol_figures(of.protocol_of(recording))},
+          {"body_assumed", of.body_assumed_for(recording)},
           {"trust", name(recording.trust())},
           {"warnings", warnings_json(recording.warnings)},
           {"peak_to_peak_deg", page_number(recording.peak_to_peak_deg())},
           {"answer", name(fitted.answer)},
-          {"parameters", parameters_of(recording, fitted, of.protocol, ranges)},
+          {"parameters", parameters_of(recording, fitted, of.protocol_of(recording), ranges)},
           {"others", others_of(found)},
-          {"controllers", controllers_of(fitted, of.protocol)},
+          {"controllers", controllers_of(fitted, of.protocol_of(recording))},
           {"samples_noise_deg", page_number(fitted.samples_noise_deg)},
           {"diagnostics", diagnostics_of(found)},
           {"check", check_of(fitted.check)},
@@ -273,12 +276,13 @@ Json recording_to_json(const RecordingResult& recording, const Report& of, const
 }  // namespace
 
 std::string fit_page(const Report& report) {
-  const sim::ParameterTable ranges = report.ranges();
   std::vector<Json> recordings;
   for (const RecordingResult& recording : report.recordings)
-    if (!recording.error) recordings.push_back(recording_to_json(recording, report, ranges));
+    if (!recording.error) recordings.push_back(recording_to_json(recording, report, report.ranges_of(recording)));
   Json data = {{"version", version},
                {"seed", report.fit->settings.seed},
+               {"call", call_json(report)},
+               {"sha256", report.model_sha256},
                {"groups", page_groups(report)},
                {"other_answer", other_answer_json(report)},
                {"recordings", Json::array()},
@@ -286,11 +290,12 @@ std::string fit_page(const Report& report) {
   for (Json& recording : recordings)
     data["recordings"].push_back(taken(recording, {"file", "trust", "parameters", "diagnostics"}));
   return page_html(
-      {.title = "Posterior of posture control",
-       .lead = "The controller's parameters, estimated from recordings of body sway on a tilting platform, and "
-               "their uncertainty.",
-       .script = std::string(embedded::recordings_js()) + std::string(embedded::density_js()) +
-                 std::string(embedded::controllers_js()) + std::string(embedded::fit_js()),
+      {.title = "Balance control report: detailed analysis",
+       .lead = "Seven balance-control parameters with their uncertainty, estimated from body sway on a tilting "
+               "platform.",
+       .script = std::string(embedded::parameters_js()) + std::string(embedded::recordings_js()) +
+                 std::string(embedded::density_js()) + std::string(embedded::controllers_js()) +
+                 std::string(embedded::fit_js()),
        .style = std::string(embedded::density_css()) + std::string(embedded::fit_css()),
        .details = std::move(recordings)},
       data);

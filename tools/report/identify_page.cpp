@@ -11,11 +11,13 @@
 #include "base/error.hpp"
 #include "base/files/json_object.hpp"
 #include "base/math/math.hpp"
+#include "base/math/statistics.hpp"
 #include "base/version.hpp"
 #include "embedded/density_css.hpp"
 #include "embedded/density_js.hpp"
 #include "embedded/frf_js.hpp"
 #include "embedded/identify_js.hpp"
+#include "embedded/parameters_js.hpp"
 #include "embedded/recordings_js.hpp"
 #include "tools/report/frf.hpp"
 #include "tools/report/json/groups_json.hpp"
@@ -56,12 +58,6 @@ struct ColourScale {
   bool logarithmic;  // limits are decimal logarithms
 };
 
-double quantile(std::vector<double>& values, double fraction) {
-  const auto nth = values.begin() + static_cast<std::ptrdiff_t>(fraction * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), nth, values.end());
-  return *nth;
-}
-
 // A few bins hold most of the power, so the limits are quantiles, and values beyond take the last colour.
 ColourScale colour_scale(dataset::Channel channel, std::vector<double> finite) {
   using dataset::Channel;
@@ -78,8 +74,8 @@ ColourScale colour_scale(dataset::Channel channel, std::vector<double> finite) {
   if (logarithmic) {
     for (double& value : finite) value = std::log10(std::max(value, dataset::min_modulus_rad));
   }
-  const double low = quantile(finite, 0.005);
-  const double high = quantile(finite, 0.999);
+  std::ranges::sort(finite);
+  const double low = quantile_of_sorted(finite, 0.005), high = quantile_of_sorted(finite, 0.999);
   return {"sequential", low, std::max(high, low + 1e-6), logarithmic};
 }
 
@@ -170,9 +166,9 @@ Json recording_to_json(const RecordingResult& recording, const Report& of) {
   Json json{{"file", recording.file},
             {"column", recording.column},
             {"tilt", tilt_to_json(recording)},
-            {"protocol", protocol_figures(of.protocol)},
-            {"body_assumed", of.body_assumed},
-            {"parameters", described_parameters(recording, of.protocol, of.protocol.ranges())},
+            {"protocol", protocol_figures(of.protocol_of(recording))},
+            {"body_assumed", of.body_assumed_for(recording)},
+            {"parameters", described_parameters(recording, of.protocol_of(recording), of.ranges_of(recording))},
             {"rms_residual_deg", page_number(explanation.rms_residual_deg)},
             {"variance_accounted_for", page_number(explanation.variance_accounted_for)},
             {"peak_to_peak_deg", page_number(recording.peak_to_peak_deg())},
@@ -181,7 +177,8 @@ Json recording_to_json(const RecordingResult& recording, const Report& of) {
             {"series", series_to_json({{"sway", &recording.trial.sway_rad()}, {"fitted", &explanation.fitted_rad}})},
             {"frf", explanation.frf ? frf_to_json(*explanation.frf) : Json(nullptr)},
             {"image", image_to_json(recording, of)}};
-  if (recording.estimate.distribution) add_distribution(json, *recording.estimate.distribution, of.protocol);
+  if (recording.estimate.distribution)
+    add_distribution(json, *recording.estimate.distribution, of.protocol_of(recording));
   return json;
 }
 
@@ -196,6 +193,7 @@ std::string identify_page(const Report& report) {
                  {"sha256", report.model_sha256},
                  {"version", version},
                  {"options", report.options},
+                 {"call", call_json(report)},
                  {"protocol", report.protocol.name},
                  {"recalibrated", report.recalibrated}}},
                {"groups", page_groups(report)},
@@ -205,11 +203,11 @@ std::string identify_page(const Report& report) {
                {"failed", errors_json(report)}};
   for (Json& shown : recordings)
     data["recordings"].push_back(taken(shown, {"file", "trust", "parameters", "variance_accounted_for"}));
-  return page_html({.title = "Posture control report",
-                    .lead = "Seven parameters of the DEC posture-control model, identified from body sway on a tilting "
-                            "platform.",
-                    .script = std::string(embedded::recordings_js()) + std::string(embedded::density_js()) +
-                              std::string(embedded::frf_js()) + std::string(embedded::identify_js()),
+  return page_html({.title = "Balance control report",
+                    .lead = "Seven balance-control parameters, estimated from body sway on a tilting platform.",
+                    .script = std::string(embedded::parameters_js()) + std::string(embedded::recordings_js()) +
+                              std::string(embedded::density_js()) + std::string(embedded::frf_js()) +
+                              std::string(embedded::identify_js()),
                     .style = embedded::density_css(),
                     .details = std::move(recordings)},
                    data);

@@ -11,8 +11,8 @@ struct OtherAnswer {
 
 inline constexpr OtherAnswer beside_identify{
     "decid fit",
-    "about a third of the squared error, and intervals that allow for start, drift and noise; some 12 s a recording"};
-inline constexpr OtherAnswer beside_fit{
-    "decid identify", "a second opinion within milliseconds, with about three times the squared error"};
+    "a third of the squared error, and intervals that allow for start, drift and noise; about 15 s per recording"};
+inline constexpr OtherAnswer beside_fit{"decid identify",
+                                        "a second opinion within milliseconds, with three times the squared error"};
 
 }  // namespace decid::tools

@@ -123,11 +123,12 @@ std::vector<Row> study_rows(const Study& study) {
     rows.push_back(error_row(study, "training half", study.data->training, format("%.4f", paper::training_loss)));
   }
   for (const NoiseLevel& level : study.levels)
-    rows.push_back(error_row(study, format("fresh, %g deg sensor noise", level.sensor_noise_deg), level.all, ""));
+    rows.push_back(
+        error_row(study, format("test trials, %g deg measurement noise", level.sensor_noise_deg), level.all, ""));
   const Evaluation& of = study.data ? study.data->validation : fresh;
   const sim::ParameterTable& table = study.protocol.parameters();
   for (std::size_t p = 0; p < table.size(); ++p)
-    rows.push_back({format("%s %s", study.data ? "validation," : "fresh,", table[p].name.c_str()),
+    rows.push_back({format("%s %s", study.data ? "validation," : "test,", table[p].name.c_str()),
                     format("%.4f", of.mse_per_parameter[p]), format("%.4f", 0.5 * of.mse_per_parameter[p]),
                     shown(by_paper(study, of.mse_per_parameter, p)), ""});
   rows.push_back({"guessing the mean", "1", format("%g", 0.5 * static_cast<double>(table.size())),
@@ -184,12 +185,10 @@ Json faults_json(const sim::ParameterTable& table, const std::vector<FaultFigure
 
 std::string faults_convention(const Study& study) {
   return format(
-      "%d fresh trials of the protocol's own body with %g degrees of sensor noise and one fault each, the same in "
-      "every "
-      "row; with twice the tilt those that stand, and of leg and trunk one body with other noise in each. Promised: "
-      "the mean variance that the network gives, to be as large as the MSE. In 90 %%: share of the truths in the "
-      "intervals of 90 %%. Warned: share of the recordings with a warning of caution or worse, to be set beside that "
-      "of the first row.",
+      "%d test trials of the protocol's own body with %g degrees of measurement noise and one fault each, the same "
+      "trials in every row. With twice the tilt: only trials that stand. Leg and trunk: one body with different noise. "
+      "Predicted: predicted variance, which should equal the MSE. Cover: coverage of the 90%% interval. Warned: "
+      "fraction of recordings with a caution or invalid warning; the first row has the false alarms.",
       study.faults.front().errors.trials, study.faults_noise_deg);
 }
 
@@ -299,8 +298,7 @@ std::string study_text(const Study& study) {
     text += format("%-30s %20s %14s %14s %14s\n", row.what.c_str(), row.ours.c_str(), row.ours_matlab.c_str(),
                    row.ours_by_paper.c_str(), row.paper.c_str());
   if (study.data) {
-    text +=
-        format("\n%-30s %20s %14s %14s %14s\n", "after enrichment", "mean", "deviation", "paper's mean", "deviation");
+    text += format("\n%-30s %20s %14s %14s %14s\n", "after enrichment", "mean", "sd", "paper's mean", "paper's sd");
     for (std::size_t p = 0; p < study.protocol.parameters().size(); ++p) {
       const dataset::Distribution& d = study.data->all.parameters[p];
       const bool papers = has_papers_controller(study);
@@ -311,8 +309,7 @@ std::string study_text(const Study& study) {
   }
   text += "\n" + convention(study) + "\n";
   if (!study.faults.empty()) {
-    text +=
-        format("\n%-44s %9s %9s %9s %9s\n", "recordings with faults", "MSE", "predicted_variance", "in 90 %", "warned");
+    text += format("\n%-44s %9s %9s %9s %9s\n", "recordings with faults", "MSE", "predicted", "90% cover", "warned");
     for (const FaultFigures& row : study.faults) {
       text += format("%-44s", row.fault.what.c_str());
       for (const std::string& cell : fault_cells(row)) text += format(" %9s", cell.c_str());

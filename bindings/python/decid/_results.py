@@ -30,7 +30,7 @@ class Parameter:
 
     def __str__(self) -> str:
         unit = "" if self.unit == "1" else " " + self.unit
-        within = "" if self.interval90 is None else f" (90 %: {_tables.between(self.interval90)})"
+        within = "" if self.interval90 is None else f" (90%: {_tables.between(self.interval90)})"
         return f"{self.name} = {self.value:.5g}{unit}{within}"
 
 
@@ -117,7 +117,8 @@ class Result:
                          _tables.number(p.normalized),
                          _tables.interval_bar(p.low, p.high, p.interval90, p.value) if known else ""))
         notices = "".join(f"<li>{html.escape(notice.severity)}: {html.escape(notice.text)}</li>" for notice in self.warnings)
-        table = _tables.html_table(("", "value", "90 % interval", "unit", "/ (m g h)", "in its range"), rows)
+        heading = ("", "value", "90% interval", "unit", "relative to gravity", "within the limits (not a normal range)")
+        table = _tables.html_table(heading, rows)
         return f"<p><b>{html.escape(self.trust)}</b></p>{table}" + (f"<ul>{notices}</ul>" if notices else "")
 
 

@@ -228,7 +228,15 @@ class Fits(WithFolder):
                          tuple(diagnostics[key] for key in ("chains", "draws", "divergences", "agreed")))
         arrays = np.load(draws)
         np.testing.assert_array_equal(np.stack([found.draws[name] for name in found.parameters], axis=1), arrays["parameters"])
-        np.testing.assert_array_equal(found.draws["gain"], arrays["gain"])
+        np.testing.assert_array_equal(found.draws["gain"], arrays["gain"].ravel())
+        # ArviZ: from_dict() takes arrays whose axes are chain and draw, and log likelihoods with a third of observations.
+        for name in (*found.parameters, "sensor_noise_deg", "lp", "diverging", "energy", "acceptance_rate"):
+            self.assertEqual(arrays[name].shape, (8, 8), name)
+        np.testing.assert_array_equal(found.draws["Kp"], arrays["Kp"].ravel())
+        self.assertEqual(arrays["diverging"].sum(), diagnostics["divergences"])
+        likelihood = arrays["log_likelihood"]
+        self.assertEqual(likelihood.shape, (8, len(arrays["log_likelihood_draw"]), expected["log_predictive_density"]["blocks"]))
+        self.assertTrue(np.isfinite(likelihood).all())
         np.testing.assert_array_equal(found.draws_frame()["chain"], arrays["chain"])
         self.assertEqual(told, sorted(told, key=lambda at: at[0]))
         self.assertEqual(told[0][1], "annealing")

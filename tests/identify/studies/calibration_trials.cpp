@@ -5,6 +5,8 @@
 
 #include "identify/studies/self_checks.hpp"
 #include "tests/helpers.hpp"
+#include "tests/posterior/sampling/quick.hpp"
+#include "tests/posterior/trial.hpp"
 
 using namespace decid;
 
@@ -22,6 +24,43 @@ TEST_CASE("CalibrationTrials: an attempt gives the same trial, and trials differ
   const CalibrationTrials::Trial unmoved = known.next();
   CHECK(unmoved.truth == second.truth);
   CHECK(unmoved.sway_rad != second.sway_rad);
+}
+
+TEST_CASE("CalibrationTrials: later recordings of a person have the same parameters and their own noise") {
+  const posterior::Priors priors{.start_s = 0.0, .gain = 0.0};
+  const std::vector<sim::Protocol> protocols{sim::default_protocol(), sim::short_protocol(), sim::default_protocol()};
+  const CalibrationTrials::Trial trial = CalibrationTrials(protocols, priors, 7).next();
+  REQUIRE(trial.others_rad.size() == 2);
+  CHECK(trial.sway_rad == CalibrationTrials(protocols[0], priors, 7).next().sway_rad);
+  CHECK(trial.others_rad[0].size() == static_cast<std::size_t>(protocols[1].samples()));
+  CHECK(trial.others_rad[1].size() == trial.sway_rad.size());
+  CHECK(trial.others_rad[1] != trial.sway_rad);
+  test::check_error([&] { CalibrationTrials(std::span<const sim::Protocol>(), priors, 7); }, Code::value_invalid);
+  sim::Protocol other = sim::default_protocol();
+  other.experiment.body_model = &sim::independent_channels();
+  test::check_error([&] { CalibrationTrials(std::vector{protocols[0], other}, priors, 7); }, Code::value_invalid);
+}
+
+TEST_CASE("calibrate_trial: recordings of a person tell more together") {
+  sim::Protocol protocol = test::sines_protocol();
+  protocol.noise.sensor = {0.02, 0.02};
+  const posterior::Priors priors{.start_s = 0.0, .gain = 0.0};
+  std::vector<sim::Protocol> protocols{protocol};
+  std::deque<posterior::Density> densities;
+  double variance[2];
+  for (const std::size_t count : {std::size_t{1}, std::size_t{4}}) {
+    protocols.resize(count, protocol);
+    while (densities.size() < count) densities.emplace_back(protocol, priors);
+    CalibrationTrials trials(protocols, priors, 7);
+    const std::optional<CalibratedTrial> found =
+        calibrate_trial(densities, trials.next(), protocol.ranges(), test::quick(), [] { return false; });
+    REQUIRE(found);
+    double sum = 0.0;
+    for (std::size_t p = 0; p < found->truth.size(); ++p)
+      sum += std::pow(found->deviation[p] / protocol.ranges()[p].range(), 2);
+    variance[count == 1 ? 0 : 1] = sum;
+  }
+  CHECK(variance[1] < 0.7 * variance[0]);
 }
 
 TEST_CASE("CalibrationTrials: a protocol in which every trial falls is refused") {
@@ -50,9 +89,10 @@ TEST_CASE("with_priors: start and gain of every trial vary with the prior's stan
 TEST_CASE("calibrate_trial: stops when asked") {
   const sim::Protocol protocol = sim::default_protocol();
   const posterior::Priors priors{.start_s = 0.0, .gain = 0.0};
-  const posterior::Density density(protocol, priors);
+  std::deque<posterior::Density> densities;
+  densities.emplace_back(protocol, priors);
   CalibrationTrials trials(protocol, priors, 7);
-  CHECK_FALSE(calibrate_trial(density, trials.next(), protocol.ranges(), {}, [] { return true; }).has_value());
+  CHECK_FALSE(calibrate_trial(densities, trials.next(), protocol.ranges(), {}, [] { return true; }).has_value());
 }
 
 TEST_CASE("NetworkAnswers: answers of a network for its own experiment only") {

@@ -33,6 +33,18 @@ ChainDraws autoregression(double a, int chains, int draws) {
 
 }  // namespace
 
+TEST_CASE("effective draws of the mean and of the tails: known of an autoregression, fewer where tails stick") {
+  const ChainDraws independent = autoregression(0.0, 8, 1000), slow = autoregression(0.8, 8, 1000);
+  CHECK(near(mean_effective_draws(independent), 8000.0, 0.1));
+  CHECK(near(mean_effective_draws(slow), 8000.0 / 9.0, 0.15));  // (1 - 0.8) / (1 + 0.8)
+  CHECK(near(tail_effective_draws(independent), 8000.0, 0.15));
+  CHECK(tail_effective_draws(slow) < 0.5 * tail_effective_draws(independent));
+  ChainDraws sticky = independent;  // one chain stays in the tail for a tenth of its time
+  for (std::size_t i = 100; i < 200; ++i) sticky[0][i] = 5.0;
+  CHECK(tail_effective_draws(sticky) < 0.5 * tail_effective_draws(independent));
+  CHECK(tail_effective_draws(ChainDraws(4, std::vector<double>(10, 1.0))) == 40.0);
+}
+
 TEST_CASE("rhat: 1 for chains that agree, above for those that differ in place, spread or trend") {
   const ChainDraws good = autoregression(0.0, 8, 400);
   CHECK(rhat(good) < 1.01);

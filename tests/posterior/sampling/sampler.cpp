@@ -27,7 +27,7 @@ struct Prior {
 
 TEST_CASE_FIXTURE(Prior, "Sampler: where the recording says nothing, draws are those of the prior" *
                              doctest::test_suite("slow")) {
-  Sampler sampler(density, observation, 3, 0);
+  Sampler sampler(Target(density, observation), 3, 0);
   sampler.fix_noise(1e6);
   sampler.begin_adapting(0.3);
   // Small steps, or small Nv, where all noise is in a narrow neck, is left out.
@@ -66,7 +66,7 @@ TEST_CASE_FIXTURE(Prior, "Sampler: where the recording says nothing, draws are t
 
 TEST_CASE_FIXTURE(Prior,
                   "Sampler: small steps keep the energy, so all is accepted; huge steps diverge and change nothing") {
-  Sampler sampler(density, observation, 3, 1);
+  Sampler sampler(Target(density, observation), 3, 1);
   for (int chain = 0; chain < lanes; ++chain)
     density.set({.parameters = some_parameters(), .sensor_noise_deg = 0.02}, sampler.coordinates(), chain);
   const std::vector<double> before(sampler.coordinates().begin(), sampler.coordinates().end());
@@ -85,17 +85,17 @@ TEST_CASE_FIXTURE(Prior,
 }
 
 TEST_CASE_FIXTURE(Prior, "Sampler: a metric that is not positive definite is refused and changes nothing") {
-  Sampler sampler(density, observation, 3, 0);
+  Sampler sampler(Target(density, observation), 3, 0);
   const auto size = static_cast<std::size_t>(density.size());
-  CHECK_FALSE(sampler.set_metric(std::vector<double>(triangle(size), 0.0)));
+  CHECK_FALSE(sampler.set_metric(std::vector(1, std::vector<double>(triangle(size), 0.0))));
   std::vector<double> matrices(triangle(size) * lanes), information(triangle(size));
   sampler.information(sampler.coordinates(), matrices);
   for (std::size_t i = 0; i < information.size(); ++i) information[i] = matrices[i * lanes];
-  CHECK(sampler.set_metric(information));
+  CHECK(sampler.set_metric(std::vector(1, information)));
 }
 
 TEST_CASE_FIXTURE(Prior, "Sampler: globals that are held stay where they are, and all others move") {
-  Sampler sampler(density, observation, 3, 0);
+  Sampler sampler(Target(density, observation), 3, 0);
   for (int chain = 0; chain < lanes; ++chain)
     density.set({.parameters = some_parameters(), .sensor_noise_deg = 0.02, .slow_noise_deg = 0.01},
                 sampler.coordinates(), chain);
@@ -114,12 +114,12 @@ TEST_CASE_FIXTURE(Prior, "Sampler: globals that are held stay where they are, an
   std::vector<double> matrices(triangle(size) * lanes), information(triangle(size));
   sampler.information(sampler.coordinates(), matrices);
   for (std::size_t i = 0; i < information.size(); ++i) information[i] = matrices[i * lanes];
-  REQUIRE(sampler.set_metric(information));
+  REQUIRE(sampler.set_metric(std::vector(1, information)));
   check();
 }
 
 TEST_CASE_FIXTURE(Prior, "Sampler: the potential is the density's") {
-  Sampler sampler(density, observation, 3, 0);
+  Sampler sampler(Target(density, observation), 3, 0);
   Density::Workspace work(density);
   std::vector<double> gradient(sampler.coordinates().size()), potential(lanes);
   density.evaluate(observation, sampler.coordinates(), gradient, potential, work);
@@ -129,19 +129,18 @@ TEST_CASE_FIXTURE(Prior, "Sampler: the potential is the density's") {
 
 // Points whose deviation is 1 in units of the metric, except in one direction, where it is 5.
 TEST_CASE_FIXTURE(Prior, "Sampler: the widest direction is found in units of the metric") {
-  Sampler sampler(density, observation, 3, 0);
+  Sampler sampler(Target(density, observation), 3, 0);
   const auto size = static_cast<std::size_t>(density.size()), noises = static_cast<std::size_t>(density.noise_size());
   std::vector<double> metric(triangle(size), 0.0);
   for (std::size_t i = 0; i < size; ++i) metric[triangle(i) + i] = i < noises ? 7.0 : 4.0;
   metric[triangle(noises + 2) + noises + 1] = 1.0;
-  REQUIRE(sampler.set_metric(metric));
-  std::vector<std::array<double, Density::max_globals>> points;
+  REQUIRE(sampler.set_metric(std::vector(1, metric)));
+  std::vector<std::vector<double>> points;
   const double root = std::sqrt(0.5);
   for (std::size_t i = 0; i < globals; ++i) {
     for (const double sign : {-1.0, 1.0}) {
       // Eigenvectors of the metric's block: (1, 1) and (1, -1) over root 2 with values 5 and 3, unit vectors with 4.
-      auto& point = points.emplace_back();
-      point.fill(0.0);
+      std::vector<double>& point = points.emplace_back(globals, 0.0);
       const double length = sign * std::sqrt(static_cast<double>(globals)) * (i == 1 ? 5.0 : 1.0);
       if (i == 1 || i == 2) {
         point[1] = length * root / std::sqrt(i == 1 ? 5.0 : 3.0);

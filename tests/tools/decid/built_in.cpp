@@ -131,7 +131,7 @@ TEST_CASE("another body: answers times its m g h, trials of it, and heights that
   run_ok("simulate --seed 5 -o " + folder / "trial.csv");
   const std::string identify = "identify " + folder / "trial.csv";
   const auto assumed = run_decid(identify), told = run_decid(identify + " --mass 133.29 --height 1.80 --json");
-  CHECK(contains(assumed.out, "It is assumed"));
+  CHECK(contains(assumed.out, "Body (assumed)"));
   const Json result = Json::parse(told.out), own = run_json(identify + " --json");
   CHECK(own.at("body").at("assumed") == true);
   CHECK(result.at("body").at("assumed") == false);

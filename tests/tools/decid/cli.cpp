@@ -12,8 +12,8 @@ using Json = nlohmann::json;
 
 TEST_CASE("every command's help has options under headings and three examples or more") {
   for (const std::string command :
-       {"simulate", "stimulus", "dataset", "train", "evaluate", "identify", "fit", "calibrate", "compare", "info",
-        "image", "study", "power", "selftest", "export c", "export controller", "export sway", "export onnx"}) {
+       {"simulate", "stimulus", "dataset", "train", "evaluate", "identify", "fit", "calibrate", "compare", "rerun",
+        "info", "image", "study", "power", "selftest", "export c", "export controller", "export sway", "export onnx"}) {
     const std::string help = run_decid(command + " --help").out;
     CAPTURE(command);
     const auto has = [&](const std::string& text) { return help.find(text) != std::string::npos; };

@@ -76,7 +76,7 @@ TEST_CASE("fit gives identify's keys and the posterior" * doctest::test_suite("s
   CHECK(left_out["blocks"] == 630);
   CHECK(left_out["standard_error"].get<double>() > 0);
   CHECK(left_out["effective_parameters"].get<double>() > 7);
-  CHECK(contains(read_text(folder / "r.html"), "Posterior of posture control"));
+  CHECK(contains(read_text(folder / "r.html"), "\"log_density\""));
 
   CHECK(run_decid(command + " --threads 1").out == result.out);
 }
@@ -163,7 +163,12 @@ TEST_CASE("fit refuses invalid controllers and fixed values, by the option") {
   decid::sim::Protocol protocol = decid::sim::default_protocol();
   protocol.experiment.body_model = &decid::sim::independent_channels();
   write_text(folder / "ic.json", decid::sim::to_json(protocol));
-  check_refused(fit + "--controller dec2015 --protocol " + folder / "ic.json", "--controller");
+  check_refused(fit + "--controller dec2015 --protocol " + folder / "ic.json", "has the controller 'ic'");
+  // The default controller counts too, if the file names it.
+  write_text(folder / "dec.json", R"({"controller": "dec"})");
+  for (const char* others : {"ic", "dec2015,ic"})
+    check_refused(fit + "--controller " + others + " --protocol " + folder / "dec.json", "has the controller 'dec'");
+  check_refused("fit --frf t.csv --controller ic --protocol " + folder / "dec.json", "has the controller 'dec'");
 }
 
 TEST_CASE("fit: one bad recording of several does not stop the others, and quiet leaves the figures" *
@@ -182,9 +187,9 @@ TEST_CASE("fit: one bad recording of several does not stop the others, and quiet
   CHECK(contains(result.err, "bad.csv"));
   CHECK(contains(result.err, "still.csv, posterior: the recording is constant"));
   CHECK(contains(result.err, "2 of 3 recordings failed"));
-  CHECK(contains(result.out, "bad.csv: not fitted"));
+  CHECK(contains(result.out, "bad.csv: not analysed"));
   CHECK(contains(result.out, "Kp_pass"));
-  CHECK(contains(result.out, "simulated again, two-sided p: 0.05 to 0.2 Hz "));
+  CHECK(contains(result.out, "predictive check, two-sided p: 0.05 to 0.2 Hz "));
   CHECK(contains(result.out, "the intervals may be too narrow"));  // the trial has no sensor noise
   const Json json = read_json(folder / "o.json");
   CHECK(json["body"]["assumed"] == true);
@@ -208,7 +213,7 @@ TEST_CASE("fit: Ctrl-C keeps the draws" * doctest::test_suite("slow")) {
   CHECK(contains(err, " of 100 recordings, "));
   CHECK(std::filesystem::exists(folder / "o.json.journal"));
   CHECK(contains(err, ", drawing, R-hat "));
-  CHECK(contains(out, "Body: "));  // its last line, printed before the end
+  CHECK(contains(out, "Body (assumed): "));  // its last line, printed before the end
   const Json recordings = read_json(folder / "o.json")["recordings"];
   CHECK((recordings.size() >= 1 && recordings.size() < 100));
   // The last recordings begun, one per thread, have some draws or none.
@@ -288,7 +293,7 @@ TEST_CASE("calibrate: figures of trials, resumed as if never stopped" * doctest:
   for (const decid::sim::ParameterInfo& info : decid::sim::single_pendulum().parameters)
     CHECK(contains(said.out, "| " + std::string(info.name) + " |"));
   CHECK(contains(said.out, "log score "));
-  CHECK(contains(said.out, "| promised | network | in 90 % |"));
+  CHECK(contains(said.out, "| predicted variance | network | 90% coverage |"));
   std::filesystem::create_symlink("c.json", folder / "same");
   check_refused(command + " --trials 3 --resume --figure " + folder / "same");
   check_refused(command + " --trials 2 --resume --seed 4", "seed is 4, and was 2026");

@@ -77,7 +77,7 @@ TEST_CASE("fit --frf takes the body, the tilt's size and known parameters") {
       run_decid("fit --frf " + usual + " --truth Kp=900,Kd=260,Kp_pass=150,Kd_pass=120,Nv=.2,theta=.002,delay=.12");
   CHECK(text.code == 0);
   for (const char* words :
-       {"11 frequencies, 0.05 to 2.2 Hz", "chi-square", "true", "contraction", "90 % of the draws", "R-hat"})
+       {"11 frequencies, 0.05 to 2.2 Hz", "chi-square", "true", "contraction", "90% interval", "R-hat"})
     CHECK(contains(text.out, words));
 }
 
@@ -124,6 +124,8 @@ TEST_CASE("fit --frf compares controllers" * doctest::test_suite("slow")) {
   CHECK(json["controllers"][1]["parameters"].size() == 6);
   CHECK(near(json["controllers"][2]["parameters"][10]["value"].get<double>(), 0.13, 1e-9));
   CHECK(contains(read_text(page), "\"controllers\""));
+  for (const char* meaning : {"Sensory noise", "Weight of proprioception", "Gain of the tilt estimate"})
+    CHECK(contains(read_text(page), std::string("\"description\":\"") + meaning + '"'));
   CHECK_FALSE(contains(read_text(page), "\"seconds\""));
 }
 

@@ -36,7 +36,7 @@ TEST_CASE("a network with predicted uncertainty: trained, recalibrated, evaluate
   for (const char* key : {"coverage50", "coverage90", "predicted_variance", "log_score"})
     CHECK(evaluation.at(std::string(key) + "_per_parameter").size() == 7);
   const std::string text = run_decid(evaluate).out;
-  for (const char* part : {"predicted_variance", "in 50 %", "log score", "  all "}) CHECK(contains(text, part));
+  for (const char* part : {"predicted", "50% cover", "log score", "  all "}) CHECK(contains(text, part));
 
   run_ok("simulate" + protocol + " -o " + folder / "trial.csv");
   const auto identified =

@@ -9,6 +9,7 @@
 #include "dataset/sets/dataset.hpp"
 #include "tests/near.hpp"
 #include "tests/sim/made_up_body.hpp"
+#include "tools/decid/results/table.hpp"
 #include "tools/report/comparison_page.hpp"
 #include "tools/report/dataset_page.hpp"
 #include "tools/report/identify_page.hpp"
@@ -63,7 +64,7 @@ TEST_CASE("fourteen parameters as results: JSON, text and page") {
     CHECK(parameters[p].at("normalized").is_null() != info.per_mgh);
     CHECK_FALSE(parameters[p].contains("sd"));  // point estimates do not say how sure they are
     CHECK_FALSE(parameters[p].contains("interval90"));
-    CHECK(text.find("  " + info.name + " ") != std::string::npos);
+    CHECK(text.find("(" + info.name + ")") != std::string::npos);
     CHECK(page.find("\"name\":\"" + info.name + "\"") != std::string::npos);
     CHECK(page.find("\"description\":\"" + info.description + "\"") != std::string::npos);
   }
@@ -102,7 +103,7 @@ TEST_CASE("fourteen parameters as a distribution: JSON, text and page") {
       CHECK(parameter.at("normalized_interval90").is_null());
     CHECK(text.find(format("%.5g to %.5g", low, high)) != std::string::npos);
   }
-  CHECK(text.find("90 % interval") != std::string::npos);
+  CHECK(text.find("90% interval") != std::string::npos);
   const std::string page = identify_page(all);
   CHECK(page.find("\"densities\":[[[0.0,") != std::string::npos);
 }
@@ -160,13 +161,14 @@ TEST_CASE("a table says what the values say: a line a recording, as many cells w
   failed.file = "c,d.csv";
   failed.error = Error(Code::column_missing, "c,d.csv", "no \"sway\"", "name it");
   all.recordings.insert(all.recordings.end(), {unknown, failed});
-  const std::string text = report_table(all);
+  const std::string text = csv_text(wide_table(all), CsvStyle::plain);
   CHECK(text.starts_with("file,trust," + table()[0].name + "," + table()[0].name + "_low90,"));
   CHECK(text.find("\ntrial.csv,usable," + Json(values(2)[0]).dump() + ",,,") != std::string::npos);
   const double low = unknown.estimate.distribution->quantile(0, 0.5 * (1.0 - 0.9));
   CHECK(text.find("\na\xEF\xBF\xBD.csv,usable," + Json(values(2)[0]).dump() + "," + Json(low).dump() + ",") !=
         std::string::npos);
-  CHECK(text.ends_with("\n\"c,d.csv\",," + std::string(3 * 14, ',') + "\"c,d.csv: no \"\"sway\"\"; name it\"\n"));
+  CHECK(text.find("\n\"c,d.csv\",," + std::string(3 * 14, ',')) != std::string::npos);
+  CHECK(text.ends_with(",\"c,d.csv: no \"\"sway\"\"; name it\"\n"));
   std::size_t begin = 0;
   const std::ptrdiff_t first_commas = std::ranges::count(text.substr(0, text.find('\n')), ',');
   for (int line = 0; line < 3; ++line) {

@@ -52,7 +52,7 @@ TEST_CASE("fit page") {
       CAPTURE(loading);
       CHECK(page.find(loading) == std::string::npos);
     }
-    CHECK(page.size() < 160'000);  // two recordings of 30 s
+    CHECK(page.size() < 180'000);  // two recordings of 30 s
     CHECK(page == page_of(fitted()));
   }
   SUBCASE("text from outside cannot leave its block") {
@@ -90,11 +90,24 @@ TEST_CASE("fit page") {
             within(shown["correlations"][p][q].get<double>(), found.correlation(quantity, static_cast<int>(q)), 0.006));
     }
     REQUIRE(shown["others"].size() == 3);
-    CHECK(shown["others"][0]["name"] == "Sensor noise");
+    CHECK(shown["others"][0]["name"] == "Measurement noise");
     CHECK(shown["diagnostics"]["draws"] == found.draws());
     REQUIRE(shown["check"]["figures"].size() == fit.check.figures.size());
     CHECK(shown["check"]["figures"].size() == 8);
     CHECK(near(shown["log_density"]["value"].get<double>(), fit.inferred.left_out.log_density, six_digits));
+  }
+  SUBCASE("the controllers are compared, with their parameters in SI units") {
+    const json& controllers = data()["recordings"][0]["controllers"];
+    REQUIRE(controllers.size() == 2);
+    CHECK(controllers[0]["difference"] == 0.0);
+    CHECK(controllers[1]["difference"] == -10.0);
+    CHECK(controllers[1]["standard_error"] == 3.0);
+    const Posterior& found = fitted().recordings[0].fit->posterior;
+    const json& delay = controllers[1]["parameters"][sim::Delay];
+    CHECK(delay["unit"] == "s");
+    CHECK(near(delay["mean"].get<double>(), found.mean(sim::Delay), six_digits));
+    CHECK(near(delay["high"].get<double>(), found.quantile(sim::Delay, 0.95), six_digits));
+    CHECK(data()["recordings"][1]["controllers"].empty());
   }
   SUBCASE("draws and ranks are those of the chains") {
     const json& shown = data()["recordings"][0];

@@ -31,7 +31,8 @@ inline FitRequest quick_request() {
   return request;
 }
 
-/// Returns the report of the recordings, with the last recording's chains marked as disagreeing.
+/// Returns the report of the recordings: the first one compares its controller with itself, and the last one's chains
+/// are marked as disagreeing.
 inline Report fitted_recordings() {
   const sim::Protocol protocol = three_sines();
   const std::filesystem::path file =
@@ -51,6 +52,14 @@ inline Report fitted_recordings() {
   std::filesystem::remove(file);
   all.network_answers = true;
   all.recordings[0].file = "recordings/subject-04/trial-2.csv";
+  FitFigures& first = *all.recordings[0].fit;
+  first.compared = posterior::ComparedModel{.log_density = -100.0, .weight = 0.9};
+  first.others.push_back({"dec",
+                          first.posterior,
+                          first.inferred.sway_rad,
+                          first.check,
+                          {.log_density = -110.0, .difference = -10.0, .standard_error = 3.0, .weight = 0.1},
+                          {}});
   RecordingResult& odd = all.recordings[2];
   odd.file = hostile_name;
   odd.truth.reset();

@@ -97,7 +97,8 @@ TEST_CASE("svg: text is anchored, turned and escaped") {
   CHECK(has(text("sway", Anchor::middle, false), "text-anchor=\"middle\""));
   CHECK(has(text("sway", Anchor::end, true),
             "text-anchor=\"end\" fill=\"#abcdef\" transform=\"rotate(-90 10.00 20.00)\""));
-  CHECK(has(text("<b>&\"\xffx\n", Anchor::start, false), ">&lt;b&gt;&amp;&quot;?x?</text>\n"));
+  CHECK(has(text("<b>&\"\xffx\n", Anchor::start, false), ">&lt;b&gt;&amp;&quot;\xEF\xBF\xBDx?</text>\n"));
+  CHECK(has(text("M\u00FCller", Anchor::start, false), ">M\u00FCller</text>\n"));
 }
 
 TEST_CASE("svg: a bitmap is a PNG in its place, sharp") {

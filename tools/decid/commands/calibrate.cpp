@@ -1,6 +1,7 @@
 // decid calibrate: posteriors of trials with known parameters, and their coverage of the true values.
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -32,25 +33,29 @@ struct CalibrateOptions {
   std::uint64_t seed = 2026;
   bool resume = false, faults = false;
   std::string output, figure, model, conditions;
+  std::vector<std::string> with;
   posterior::Priors priors{.start_s = 0.0, .gain = 0.0};
   posterior::Settings settings;
 };
 
 /// Returns the settings that all trials of one calibration share.
-Json settings_json(const CalibrateOptions& options, const sim::Protocol& protocol) {
-  return {{"version", version},
-          {"protocol", sim::json_of(protocol)},
-          {"seed", options.seed},
-          {"prior_start_s", options.priors.start_s},
-          {"prior_gain", options.priors.gain},
-          {"standing_s", options.priors.standing_s},
-          {"max_steps", options.settings.max_steps},
-          {"groups", options.settings.groups},
-          {"max_leapfrog_steps", options.settings.max_leapfrog_steps},
-          {"rounds", options.settings.rounds},
-          {"trial_draws", options.settings.trial_draws},
-          {"min_draws", options.settings.min_draws},
-          {"max_draws", options.settings.max_draws}};
+Json settings_json(const CalibrateOptions& options, const sim::Protocol& protocol,
+                   std::span<const sim::Protocol> others = {}) {
+  Json json{{"version", version},
+            {"protocol", sim::json_of(protocol)},
+            {"seed", options.seed},
+            {"prior_start_s", options.priors.start_s},
+            {"prior_gain", options.priors.gain},
+            {"standing_s", options.priors.standing_s},
+            {"max_steps", options.settings.max_steps},
+            {"groups", options.settings.groups},
+            {"max_leapfrog_steps", options.settings.max_leapfrog_steps},
+            {"rounds", options.settings.rounds},
+            {"trial_draws", options.settings.trial_draws},
+            {"min_draws", options.settings.min_draws},
+            {"max_draws", options.settings.max_draws}};
+  for (const sim::Protocol& other : others) json["with"].push_back(sim::json_of(other));
+  return json;
 }
 
 Json figures_json(const sim::ParameterTable& table, const Calibration& found) {
@@ -116,7 +121,9 @@ std::string parts_text(const std::vector<CalibratedTrial>& trials, const sim::Pr
   std::string text;
   if (trials.size() < 3) return text;
   for (const Key& key : keys(protocol)) {
-    text += format("\n| %s | trials | MSE | promised | network | in 90 %% |\n|---|---|---|---|---|---|\n", key.title);
+    text +=
+        format("\n| %s | trials | MSE | predicted variance | network | 90%% coverage |\n|---|---|---|---|---|---|\n",
+               key.title);
     for (const CalibrationPart& part : calibration_by(trials, deviation, key.of)) {
       const ParameterCalibration& all = part.figures.all;
       text += format("| %.3g to %.3g | %d | %.4f | %.4f | %s | %.3f |\n", part.low, part.high, part.figures.trials,
@@ -127,7 +134,9 @@ std::string parts_text(const std::vector<CalibratedTrial>& trials, const sim::Pr
 }
 
 std::string figures_text(const sim::ParameterTable& table, const Calibration& found) {
-  std::string text = "| | MSE | promised | network | in 50 % | in 90 % | distance |\n|---|---|---|---|---|---|---|\n";
+  std::string text =
+      "| | MSE | predicted variance | network | 50% coverage | 90% coverage | distance "
+      "|\n|---|---|---|---|---|---|---|\n";
   const auto line = [&](const std::string& name, const ParameterCalibration& of) {
     text += format("| %s | %.4f | %.4f | %s | %.3f | %.3f | %.3f |\n", name.c_str(), of.mse, of.predicted_variance,
                    network_text(of).c_str(), of.coverage50, of.coverage90, of.distance);
@@ -247,6 +256,12 @@ void run_conditions(const CalibrateOptions& options) {
 void run_calibrate(const CalibrateOptions& options) {
   std::vector<std::string> inputs;
   const sim::Protocol protocol = options.protocol.load(options.common.quiet, &inputs);
+  std::vector<sim::Protocol> protocols{protocol};
+  for (const std::string& name : options.with) {
+    ProtocolOptions other = options.protocol;
+    other.name = name;
+    protocols.push_back(other.load(options.common.quiet, &inputs));
+  }
   inputs.push_back(options.model);
   refuse_same_file(options.output, inputs);
   inputs.push_back(options.output);
@@ -255,7 +270,7 @@ void run_calibrate(const CalibrateOptions& options) {
     if (!path.empty() && is_root()) PendingFile probe(path);
   if (options.resume && options.output.empty())
     throw Error(Code::setting_missing, "--resume", "needs --output", "name the file to go on with");
-  const Json settings = settings_json(options, protocol);
+  const Json settings = settings_json(options, protocol, std::span(protocols).subspan(1));
   const Model model = model_or_built_in(options.model);
   if (!options.model.empty()) require_same_experiment(model, options.model, protocol, "protocol " + protocol.name);
   NetworkAnswers network(model, protocol);
@@ -265,8 +280,10 @@ void run_calibrate(const CalibrateOptions& options) {
   if (is_root() && options.resume && std::filesystem::exists(options.output))
     trials = earlier_trials(options.output, settings, hash, parameters);
   trials = broadcast_value(std::move(trials));  // others need their numbers
-  const posterior::Density density(protocol, posterior::with_conventions(options.priors, protocol.ranges()));
-  CalibrationTrials source(protocol, options.priors, options.seed);
+  const posterior::Priors priors = posterior::with_conventions(options.priors, protocol.ranges());
+  std::deque<posterior::Density> densities;
+  for (const sim::Protocol& one : protocols) densities.emplace_back(one, priors);
+  CalibrationTrials source(protocols, options.priors, options.seed);
   for (CalibratedTrial& trial : trials) {
     source.seek(trial.attempt);
     const CalibrationTrials::Trial again = source.next();
@@ -307,7 +324,7 @@ void run_calibrate(const CalibrateOptions& options) {
           [&](std::size_t first, std::size_t last, const Give<CalibratedTrial>& give) {
             parallel_for(static_cast<int>(last - first), [&](int i) {
               const std::size_t place = first + static_cast<std::size_t>(i);
-              if (auto trial = calibrate_trial(density, batch[place], table, options.settings, interrupted))
+              if (auto trial = calibrate_trial(densities, batch[place], table, options.settings, interrupted))
                 give(place, std::move(*trial));
             });
           },
@@ -326,7 +343,7 @@ void run_calibrate(const CalibrateOptions& options) {
   if (options.common.json) {
     std::cout << document();
   } else {
-    std::cout << format("%d trials, chains of %d agree; distances from uniform beyond %.3f are not chance (95 %%)\n\n",
+    std::cout << format("%d trials, chains of %d agree; distances from uniform beyond %.3f are not chance (95%%)\n\n",
                         found.trials, found.agreed, found.band)
               << figures_text(table, found) << scores_text(found) << parts_text(trials, protocol, deviation);
   }
@@ -363,6 +380,11 @@ void add_calibrate(const Command& program) {
                   "Let the body stand and sway for this many seconds before each trial; 0: it starts at rest")
       .show_default()
       .range(0.0, 60.0);
+  command
+      .add_option("--with", options->with,
+                  "Record each person once more, with this protocol, and fit the recordings together; may be repeated")
+      .repeatable()
+      .shown_as("PROTOCOL");
   command.add_option("--conditions", options->conditions,
                      "Measure each recording condition of this protocol alone, then all together");
   command.add_flag("--faults", options->faults,
@@ -384,6 +406,7 @@ void add_calibrate(const Command& program) {
   command.footer(
       "Examples:\n"
       "  decid calibrate --trials 300 --sensor-noise 0.02 -o calibration.json\n"
+      "  decid calibrate --trials 40 --sensor-noise 0.02 --with default --with default\n"
       "  decid calibrate --conditions examples/laboratory.json --sensor-noise 0.02 --trials 60\n"
       "  decid calibrate --faults --sensor-noise 0.02 --trials 60 -o artefacts.json --resume");
   command.callback([options] {
@@ -391,6 +414,8 @@ void add_calibrate(const Command& program) {
     apply(options->common);
     if (options->faults && !options->conditions.empty())
       throw Error(Code::setting_conflict, "--faults", "beside --conditions", "give one of them");
+    if (!options->with.empty() && (options->faults || !options->conditions.empty()))
+      throw Error(Code::setting_conflict, "--with", "beside --faults or --conditions", "leave it out");
     if (options->faults || !options->conditions.empty()) return run_conditions(*options);
     run_calibrate(*options);
   });

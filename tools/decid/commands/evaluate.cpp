@@ -83,7 +83,7 @@ void add_promises(Json& json, const sim::ParameterTable& table, const NetworkCal
 
 std::string promises_text(const sim::ParameterTable& table, const Evaluation& result, const NetworkCalibration& found) {
   std::string text =
-      format("  %-8s %8s %9s %9s %9s %10s\n", "", "MSE", "predicted_variance", "in 50 %", "in 90 %", "log score");
+      format("  %-8s %8s %9s %9s %9s %10s\n", "", "MSE", "predicted", "50% cover", "90% cover", "log score");
   const auto line = [&](const std::string& what, double mse, const ParameterCalibration& of, double log_score) {
     text += format("  %-8s %8.4f %9.4f %8.1f%% %8.1f%% %10.3f\n", what.c_str(), mse, of.predicted_variance,
                    100.0 * of.coverage50, 100.0 * of.coverage90, log_score);
@@ -92,9 +92,9 @@ std::string promises_text(const sim::ParameterTable& table, const Evaluation& re
     line(table[p].name, result.mse_per_parameter[p], found.figures.parameters[p], found.log_score_per_parameter[p]);
   line("all", result.mse(), found.figures.all, found.figures.log_score);
   return text +
-         "  promised: mean variance, to be as large as the MSE; in 50 %, in 90 %: share of the truths in these "
-         "intervals;\n  log score: mean log density at the truth, of shares of the ranges, in nats a parameter; 0 "
-         "knows only the ranges\n";
+         "  predicted: predicted variance, which should equal the MSE; cover: coverage of these intervals;\n  log "
+         "score: mean "
+         "log density at the true values, in nats per parameter; 0 is the score of the ranges\n";
 }
 
 Evaluated evaluated(const EvaluateOptions& options, Model& model, const std::string& name,
@@ -159,14 +159,14 @@ std::string table_of(const std::vector<Evaluated>& models, const std::string& da
                             counted(models.front().result.trials, "trial").c_str(), data.c_str());
   text += named("model") + "      MSE";
   for (const sim::ParameterInfo& info : models.front().table) text += format(" %8s", info.name.c_str());
-  text += promises ? "  promised   in 90 % log score\n" : "\n";
+  text += promises ? " predicted 90% cover log score\n" : "\n";
   for (const Evaluated& each : models) {
     text += named(each.name) + format(" %8.4f", each.result.mse());
     for (const double mse : each.result.mse_per_parameter) text += format(" %8.4f", mse);
     if (each.promises) {
       const NetworkCalibration& found = *each.promises;
-      text += format(" %9.4f %7.1f %% %9.3f", found.figures.all.predicted_variance,
-                     100.0 * found.figures.all.coverage90, found.figures.log_score);
+      text += format(" %9.4f %8.1f%% %9.3f", found.figures.all.predicted_variance, 100.0 * found.figures.all.coverage90,
+                     found.figures.log_score);
     }
     text += '\n';
   }

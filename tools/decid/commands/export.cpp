@@ -285,7 +285,7 @@ void add_export_controller(const Command& parent) {
   options->parameters.add(command, [](const sim::BodyModel& model, std::size_t i) {
     if (model.family.parameter_of(sim::Coefficient::nv) == i) return std::string();  // a machine has its own noise
     const sim::ParameterInfo& info = model.parameters[i];
-    return "Use this " + info.description + (info.unit == "1" ? "" : " in " + info.unit) + " instead of the estimate";
+    return "Use this " + in_sentence(info) + (info.unit == "1" ? "" : " in " + info.unit) + " instead of the estimate";
   });
   const Option protocol = command
                               .add_option("--protocol", options->protocol,

@@ -10,6 +10,7 @@
 #include "base/error.hpp"
 #include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
+#include "base/files/sha256.hpp"
 #include "base/number.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
@@ -17,9 +18,11 @@
 #include "identify/fit_recordings.hpp"
 #include "identify/network/for_body.hpp"
 #include "identify/result_archive.hpp"
+#include "identify/sheet/study_results.hpp"
 #include "sim/protocol/protocol_object.hpp"
 #include "sim/segments.hpp"
 #include "tools/decid/command.hpp"
+#include "tools/decid/commands/fit_all.hpp"
 #include "tools/decid/commands/fit_frf.hpp"
 #include "tools/decid/commands/fit_journal.hpp"
 #include "tools/decid/group_file.hpp"
@@ -38,6 +41,7 @@ struct FitOptions {
   RecordingFlags recordings;
   Outputs outputs;
   std::string model, protocol, frf, group;
+  std::string joint, free, conditions;  ///< columns of the sheet; free: NAME,..:COLUMN
   bool resume = false;
   std::optional<double> amplitude_deg, prior_error, prior_gain;
   std::vector<std::string> ranges, priors, fixed;  ///< of parameters: NAME=LOW,HIGH, NAME=MEAN,SD and NAME=VALUE
@@ -48,16 +52,18 @@ struct FitOptions {
 
 /// Options that apply only to recordings, except the file-reading options, and options that apply only to a frequency
 /// response.
-constexpr const char* of_recordings[] = {"recordings", "--model", "--prior-start",  "--prior-noise", "--max-draws",
-                                         "--table",    "--group", "--moved-before", "--resume",      "--recursive"};
+constexpr const char* of_recordings[] = {"recordings",  "--model",     "--prior-start", "--prior-noise",
+                                         "--max-draws", "--table",     "--group",       "--moved-before",
+                                         "--resume",    "--recursive", "--study",       "--long",
+                                         "--excel",     "--figures",   "--joint",       "--free"};
 constexpr const char* of_tables[] = {"--amplitude", "--prior-error", "--objective"};
 
 /// Throws Error for options that do not apply to the input.
 void check_kind(const FitOptions& options, const Command& command) {
   const bool is_table = !options.frf.empty();
-  if (!is_table && options.recordings.files.empty())
+  if (!is_table && options.recordings.files.empty() && options.recordings.study.empty())
     throw Error(Code::setting_missing, "fit", "neither a recording nor a frequency response is named",
-                "name CSV, MAT, C3D or .xlsx files, or a table with --frf");
+                "name CSV, MAT, C3D or .xlsx files, a sheet with --study, or a table with --frf");
   const auto refuse = [&](const char* option) {
     if (command.count(option) == 0) return;
     if (is_table && std::string(option) == "recordings")
@@ -67,6 +73,15 @@ void check_kind(const FitOptions& options, const Command& command) {
   if (is_table) std::ranges::for_each(of_recordings, refuse);
   if (is_table) std::ranges::for_each(reading_options, refuse);
   if (!is_table) std::ranges::for_each(of_tables, refuse);
+}
+
+/// Throws Error for a name that is not in the table.
+void require_parameter(const std::string& name, const char* option, const sim::ParameterTable& table) {
+  const std::vector<std::string> names = table.names();
+  if (std::ranges::find(names, name) != names.end()) return;
+  std::string all;
+  for (const std::string& one : names) all += (all.empty() ? "" : ", ") + one;
+  throw Error(Code::setting_unknown, option, "'" + name + "' is not a parameter", "name one of " + all);
 }
 
 /// Reads "NAME=NUMBER" or "NAME=NUMBER,NUMBER", an option's text for a parameter of the table.
@@ -87,11 +102,7 @@ struct NamedNumbers {
       begin = end + 1;
     }
     if (numbers.size() != count) fail("'" + text + "' is not " + form);
-    const std::vector<std::string> names = table.names();
-    if (std::ranges::find(names, name) != names.end()) return;
-    std::string all;
-    for (const std::string& one : names) all += (all.empty() ? "" : ", ") + one;
-    throw Error(Code::setting_unknown, option, "'" + name + "' is not a parameter", "name one of " + all);
+    require_parameter(name, option, table);
   }
   std::string name;
   std::vector<double> numbers;
@@ -140,9 +151,9 @@ std::vector<posterior::ParameterPrior> parameter_priors(const FitOptions& option
 }
 
 /// Returns the controllers that --controller names, in its order. Throws Error if the protocol names another one.
-std::vector<const sim::BodyModel*> controllers_of(const std::string& names, const sim::Protocol& protocol) {
+std::vector<const sim::BodyModel*> controllers_of(const FitOptions& options, const sim::Protocol& protocol) {
   std::vector<const sim::BodyModel*> all;
-  std::istringstream stream(names);
+  std::istringstream stream(options.controllers);
   for (std::string name; std::getline(stream, name, ',');) {
     const sim::BodyModel& model = sim::body_model_of(name, "--controller");
     if (std::ranges::find(all, &model) != all.end())
@@ -151,10 +162,14 @@ std::vector<const sim::BodyModel*> controllers_of(const std::string& names, cons
   }
   const sim::BodyModel* own = protocol.experiment.body_model;
   if (all.empty()) return {own};
-  if (own != &sim::single_pendulum() && std::ranges::find(all, own) == all.end())
+  if (std::ranges::find(all, own) != all.end()) return all;
+  if (!options.protocol.empty())
+    // Only the file tells a controller that it names from the default; reading it for another one throws.
+    static_cast<void>(read_protocol(options.protocol, true, nullptr, all.front()->name));
+  else if (own != &sim::single_pendulum())
     throw Error(Code::setting_conflict, "--controller",
                 "does not name " + own->name + ", the controller of protocol '" + protocol.name + "'",
-                "leave it out, or use a protocol without a controller");
+                "leave it out, or give a protocol without a controller");
   return all;
 }
 
@@ -193,6 +208,8 @@ void run_table(const FitOptions& options, const Command& command) {
   const sim::Protocol named =
       read_protocol(options.protocol.empty() ? "default" : options.protocol, options.common.quiet, &inputs);
   options.outputs.check(inputs);
+  if (options.outputs.draws.ends_with(".csv"))
+    throw Error(Code::setting_conflict, "--draws", "writes .npz for --frf", "give a name that ends in .npz");
   FrfFit asked{.table = options.frf,
                .output = options.outputs.json,
                .draws = options.outputs.draws,
@@ -205,7 +222,7 @@ void run_table(const FitOptions& options, const Command& command) {
                .options = command.given(beside_answers),
                .body_assumed = !options.recordings.body() && named.experiment.body == sim::Body{}};
   sim::Protocol protocol = protocol_of(options, named);
-  const std::vector<const sim::BodyModel*> controllers = controllers_of(options.controllers, protocol);
+  const std::vector<const sim::BodyModel*> controllers = controllers_of(options, protocol);
   for (const sim::BodyModel* controller : controllers) {
     protocol.experiment.body_model = controller;
     frf::Priors priors{
@@ -236,77 +253,8 @@ std::optional<FitJournal> journal_of(const FitOptions& options, const std::strin
   return std::make_optional<FitJournal>(output + ".journal", settings, options.resume);
 }
 
-/// The results of a call's recordings, in order; empty for a recording whose fit has not begun.
-using Results = std::vector<std::optional<RecordingResult>>;
-
-/// The progress of all recordings, for the bar.
-class FitProgressBar {
- public:
-  FitProgressBar(const Results& results, bool quiet)
-      : done_(results.size()),
-        bar_("fit", results.size() > 1 ? "recordings" : "%",
-             static_cast<long long>(results.size() > 1 ? results.size() : parts), quiet,
-             results.size() > 1 ? parts : 1) {
-    for (std::size_t i = 0; i < results.size(); ++i) done_[i] = results[i] ? 1.0 : 0.0;
-    bar_.go_on_from(all());
-  }
-  /// Updates one recording's progress. Only one thread at a time may call it.
-  void update(std::size_t recording, double done, const std::string& note = {}) {
-    done_[recording] = done;
-    bar_.update(all(), note);
-  }
-
- private:
-  static constexpr int parts = 100;  // of a recording
-  long long all() const { return static_cast<long long>(parts * std::accumulate(done_.begin(), done_.end(), 0.0)); }
-
-  std::vector<double> done_;
-  ProgressBar bar_;
-};
-
-/// Fits the recordings that the journal does not have; the ranks share them.
-Results fit_all(const FitOptions& options, Fitter& fitter, const ReadOptions& reading, FitJournal* journal) {
-  const std::vector<RecordingSource>& sources = options.recordings.sources;
-  require_same("the list of recordings", listed(options.recordings.files), "give all hosts the same files");
-  Results results(sources.size());
-  std::vector<std::string> keys(sources.size());
-  std::vector<std::size_t> left;
-  for (std::size_t i = 0; i < sources.size(); ++i) {
-    if (journal != nullptr) keys[i] = FitJournal::key(sources[i]);
-    if (journal != nullptr) results[i] = journal->find(keys[i]);
-    if (!results[i]) left.push_back(i);
-  }
-  left = broadcast_value(left);  // what rank 0 finds counts
-  FitProgressBar bar(results, options.common.quiet);
-  const bool alone = ranks() == nullptr;
-  share_out<RecordingResult>(
-      left.size(), alone ? left.size() : static_cast<std::size_t>(thread_count()),
-      [&](std::size_t first, std::size_t last, const Give<RecordingResult>& give) {
-        std::vector<RecordingSource> some;
-        for (std::size_t i = first; i < last; ++i) some.push_back(sources[left[i]]);
-        std::vector<RecordingResult> read = read_recordings(fitter.report().protocol, some, reading);
-        fitter.fit(
-            read,
-            [&](std::size_t i, const posterior::Progress& here) {
-              if (alone)
-                bar.update(left[first + i], here.done,
-                           here.rhat > 0.0 ? format("%s, R-hat %.2f", here.stage, here.rhat) : here.stage);
-              return !interrupted();
-            },
-            [&](std::size_t i) { give(first + i, std::move(read[i])); });
-      },
-      [&](std::size_t number, RecordingResult result) {
-        const std::size_t i = left[number];
-        if (journal != nullptr && !result.error && !result.fit->stopped) journal->append(keys[i], result);
-        results[i] = std::move(result);
-        bar.update(i, 1.0);
-      },
-      interrupted);
-  return results;
-}
-
 /// Returns the report of the recordings whose fit began, with the groups of the table of all recordings.
-Report report_of(const FitOptions& options, const Fitter& fitter, Results results, GroupTable groups,
+Report report_of(const FitOptions& options, const PlanFitter& fitter, FitResults results, GroupTable groups,
                  std::vector<std::size_t>& places) {
   Report report = fitter.report();
   std::vector<GroupMember> members;
@@ -321,21 +269,36 @@ Report report_of(const FitOptions& options, const Fitter& fitter, Results result
   return report;
 }
 
+/// Reads --free: parameters, and the column of the conditions between which they differ.
+void set_free(FitOptions& options) {
+  if (options.free.empty()) return;
+  if (options.joint.empty())
+    throw Error(Code::setting_conflict, "--free", "is for recordings that are fitted together", "give --joint too");
+  const std::size_t colon = options.free.rfind(':');
+  if (colon == std::string::npos || colon == 0 || colon + 1 == options.free.size())
+    throw Error(Code::setting_malformed, "--free", "'" + options.free + "' is not NAME,..:COLUMN",
+                "give parameters and a column of the sheet, such as theta,Nv:condition");
+  options.conditions = options.free.substr(colon + 1);
+  for (std::size_t begin = 0; begin <= colon;) {
+    const std::size_t end = std::min(options.free.find(',', begin), colon);
+    options.request.freed.push_back(options.free.substr(begin, end - begin));
+    begin = end + 1;
+  }
+}
+
 void run_fit(FitOptions options, const Command& command) {
+  set_free(options);
   RecordingFlags& recordings = options.recordings;
   ReadOptions reading = recordings.read_options();
   std::vector<std::string> inputs = options.outputs.files();
-  inputs.insert(inputs.end(), {options.model, options.protocol, options.group});
+  inputs.insert(inputs.end(), {options.model, options.protocol, options.group, recordings.study});
   recordings.find_sources(inputs, options.common.quiet);
-  inputs = recordings.distinct_files();
-  inputs.insert(inputs.end(), {options.model, options.group});
+  inputs.clear();
   std::optional<sim::Protocol> given;
   if (!options.protocol.empty()) given = read_protocol(options.protocol, options.common.quiet, &inputs);
-  options.outputs.check(inputs);
-  const GroupTable groups = groups_of(options.group, recordings, options.common.quiet);
   const Model model = model_or_built_in(options.model);
   sim::Protocol protocol = protocol_of(options, given.value_or(model.protocol));
-  const std::vector<const sim::BodyModel*> controllers = controllers_of(options.controllers, protocol);
+  const std::vector<const sim::BodyModel*> controllers = controllers_of(options, protocol);
   protocol.experiment.body_model = controllers.front();
   for (const sim::BodyModel* controller : controllers) {
     sim::Protocol its_own = protocol;
@@ -347,10 +310,24 @@ void run_fit(FitOptions options, const Command& command) {
     else
       options.request.others.push_back({controller, std::move(priors)});
   }
+  if (!options.joint.empty() && controllers.size() > 1)
+    throw Error(Code::setting_conflict, "--joint", "does not go with several controllers",
+                "name one with --controller");
+  if (!options.joint.empty() && !options.group.empty())
+    throw Error(Code::setting_conflict, "--joint", "does not go with --group, which takes each recording as a person",
+                "give one of them");
+  for (const std::string& name : options.request.freed) require_parameter(name, "--free", protocol.parameters());
   reading.truth = recordings.known(protocol.parameters());
   reading.body = recordings.body();
   // A protocol of one's own may describe it.
   if (!reading.body && given && given->experiment.body != sim::Body{}) reading.body = given->experiment.body;
+
+  const RecordingPlan plan = recordings.plan(reading, options.common.quiet);
+  const std::vector<std::string> files = recordings.distinct_files();
+  inputs.insert(inputs.begin(), files.begin(), files.end());
+  inputs.insert(inputs.end(), {recordings.study, options.model, options.group});
+  options.outputs.check(inputs);
+  const GroupTable groups = groups_of(options.group, recordings, plan, options.common.quiet);
 
   const Json settings{{"version", version},
                       {"protocol", sim::json_of(protocol)},
@@ -358,8 +335,11 @@ void run_fit(FitOptions options, const Command& command) {
                       {"options", command.given(beside_answers)}};
   std::optional<FitJournal> journal = is_root() ? journal_of(options, print_json(settings)) : std::nullopt;
   catch_interrupt();
-  Fitter fitter(&model, protocol, reading.body, options.request);
-  Results results = fit_all(options, fitter, reading, journal ? &*journal : nullptr);
+  options.request.keeps_log_likelihood = options.outputs.draws.ends_with(".npz");
+  PlanFitter fitter(&model, protocol, plan, options.request, &inputs);
+  FitResults results =
+      fit_all({recordings.sources, listed(recordings.files), options.joint, options.conditions, options.common.quiet},
+              fitter, plan, journal ? &*journal : nullptr);
   if (!is_root()) return;
   options.outputs.count = results.size();
   Report report = report_of(options, fitter, std::move(results), groups, options.outputs.places);
@@ -368,6 +348,7 @@ void run_fit(FitOptions options, const Command& command) {
   report.model = model_name(options.model);
   report.model_sha256 = nn::weights_sha256(model.network);
   report.options = command.given(beside_answers);
+  record_call(report, command, recordings.named, inputs);
   options.outputs.write(report, options.common.json);
   const bool failed = std::ranges::any_of(begun, [](const RecordingResult& id) { return id.error.has_value(); });
   if (journal && !failed && begun.size() == options.outputs.count && !interrupted()) journal->remove();
@@ -386,6 +367,7 @@ void add_fit(const Command& program) {
       "fit",
       "Sample the posterior of balance-control parameters from recordings; slower and more accurate than identify");
   add_recording_flags(command, options->recordings);
+  add_study_option(command, options->recordings);
   add_truth_option(command, options->recordings);
   command.section("Input");
   command.add_option("--frf", options->frf,
@@ -414,6 +396,16 @@ void add_fit(const Command& program) {
           "Fit an --frf table by its posterior, or by least squares of the log ratio of model and table, weighted "
           "by coherence over frequency (log-ratio); default: posterior")
       .one_of({"posterior", "log-ratio"});
+  command
+      .add_option("--joint", options->joint,
+                  "Fit recordings with the same value in this column of the sheet together, as of one person, such as "
+                  "participant_id; all: all recordings of a call without a sheet")
+      .shown_as("COLUMN");
+  command
+      .add_option("--free", options->free,
+                  "Let these parameters differ between values of a sheet's column in --joint fits, such as "
+                  "theta,Nv:condition")
+      .shown_as("NAME,..:COLUMN");
   command
       .add_option("--prior-start", options->request.priors.start_s,
                   "Allow the recording to start up to this many seconds before or after the protocol; 0: it starts "
@@ -471,6 +463,7 @@ void add_fit(const Command& program) {
       "Examples:\n"
       "  decid fit recording.csv --mass 70 --height 1.75 -o result.json --report report.html\n"
       "  decid fit subjects -o results.json --table results.csv --resume\n"
+      "  decid fit --study participants.tsv -o results.json --long long.csv\n"
       "  decid fit recording.csv --range delay=0.05,0.2 --prior Kp=900,100 --draws draws.npz\n"
       "  decid fit --frf response.csv --amplitude 1 --mass 70 --height 1.75 --report response.html");
   command.callback([options, command] {

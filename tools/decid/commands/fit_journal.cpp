@@ -23,7 +23,7 @@ struct Entry {
 }  // namespace
 
 FitJournal::FitJournal(const std::filesystem::path& path, const std::string& settings, bool resume)
-    : journal_(path, "decid fit journal 2") {
+    : journal_(path, "decid fit journal 3") {
   if (!journal_.try_lock())
     throw Error(Code::file_in_use, path.string(), "is being written by another process", "wait until that has ended");
   if (resume && read(settings)) return;
@@ -48,9 +48,9 @@ bool FitJournal::read(const std::string& settings) {
   return true;
 }
 
-std::string FitJournal::key(const RecordingSource& recording) {
+std::string FitJournal::key(const RecordingSource& recording, const std::string& settings) {
   try {
-    return sha256(recording.name() + '\n' + sha256(read_file(recording.file)));
+    return sha256(recording.name() + '\n' + sha256(read_file(recording.file)) + settings);
   } catch (const Error&) {
     return {};  // whoever reads the recording reports it
   }

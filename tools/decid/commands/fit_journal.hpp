@@ -18,8 +18,8 @@ class FitJournal {
   /// settings.
   FitJournal(const std::filesystem::path& path, const std::string& settings, bool resume);
 
-  /// Returns a hash of the recording's name and its file's content; empty if the file cannot be read.
-  static std::string key(const RecordingSource& recording);
+  /// Returns a hash of the recording's name, its file's content and its own settings; empty if the file cannot be read.
+  static std::string key(const RecordingSource& recording, const std::string& settings = {});
   /// Returns nothing if the journal does not have this recording.
   std::optional<RecordingResult> find(const std::string& key) const;
   /// Adds a result. The result is on the disk when the function returns.

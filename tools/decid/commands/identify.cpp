@@ -1,8 +1,12 @@
 // decid identify: recordings in, parameters, JSON and report out.
 
+#include <algorithm>
 #include <memory>
+#include <numeric>
 
+#include "base/error.hpp"
 #include "identify/result_archive.hpp"
+#include "identify/sheet/study_results.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/group_file.hpp"
 #include "tools/decid/progress.hpp"
@@ -27,26 +31,27 @@ struct IdentifyOptions {
 
 /// Returns the report of all recordings at rank 0, with the work shared by all ranks; at other ranks a report without
 /// recordings.
-Report identify_all(const IdentifyOptions& options, const Model& model, const ReadOptions& reading) {
-  const std::vector<RecordingSource>& sources = options.recordings.sources;
+Report identify_all(const IdentifyOptions& options, const Model& model, const RecordingPlan& plan) {
+  const std::size_t count = plan.recordings.size();
   const std::size_t at_once = ranks() == nullptr ? recordings_at_once : recordings_of_rank;
   require_same("the list of recordings", listed(options.recordings.files), "give all hosts the same files");
-  Identifier identifier(model, for_body(model, model_name(options.model), reading.body),
-                        std::min(sources.size(), at_once));
-  Report report = report_of(identifier);
-  report.recordings.resize(is_root() ? sources.size() : 0);
-  ProgressBar bar("identify", "recordings", static_cast<long long>(sources.size()), options.common.quiet);
+  PlanIdentifier identifier(model, model_name(options.model), plan, std::min(count, at_once));
+  Report report = identifier.report();
+  report.recordings.resize(is_root() ? count : 0);
+  std::vector<std::size_t> order(count);  // recordings of one body one after the other
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return plan.recordings[i].setting; });
+  ProgressBar bar("Analysing", "recordings", static_cast<long long>(count), options.common.quiet);
   long long done = 0;
   share_out<RecordingResult>(
-      sources.size(), at_once,
+      count, at_once,
       [&](std::size_t first, std::size_t last, const Give<RecordingResult>& give) {
-        const auto at = [&](std::size_t i) { return sources.begin() + static_cast<std::ptrdiff_t>(i); };
-        std::vector<RecordingResult> some = read_recordings(model.protocol, {at(first), at(last)}, reading);
-        identifier.identify(some);
+        std::vector<RecordingResult> some = identifier.identify(std::span(order).subspan(first, last - first));
         for (std::size_t i = 0; i < some.size(); ++i) give(first + i, std::move(some[i]));
       },
       [&](std::size_t i, RecordingResult result) {
-        report.recordings[i] = std::move(result);
+        set_planned(result, plan.recordings[order[i]]);
+        report.recordings[order[i]] = std::move(result);
         bar.update(++done);
       },
       [] { return false; });
@@ -56,26 +61,32 @@ Report identify_all(const IdentifyOptions& options, const Model& model, const Re
 void run_identify(IdentifyOptions options, const Command& command) {
   ReadOptions reading = options.recordings.read_options();
   RecordingFlags& recordings = options.recordings;
-  std::vector<std::string> others = options.outputs.files();
-  others.insert(others.end(), {options.model, options.group});
-  recordings.find_sources(others, options.common.quiet);
-  std::vector<std::string> inputs = recordings.distinct_files();
-  inputs.insert(inputs.end(), {options.model, options.group});
-  options.outputs.check(inputs);
-  const GroupTable groups = groups_of(options.group, recordings, options.common.quiet);
-
+  if (recordings.files.empty() && recordings.study.empty())
+    throw Error(Code::setting_missing, "identify", "no recording is named",
+                "name CSV, MAT, C3D or .xlsx files, or a sheet with --study");
   const Model model = model_or_built_in(options.model);
   require_controller(options.controller, model.protocol, model_name(options.model));
   reading.truth = recordings.known(model.parameters());
   reading.body = recordings.body();
-  Report report = identify_all(options, model, reading);
+  std::vector<std::string> others = options.outputs.files();
+  others.insert(others.end(), {options.model, options.group, recordings.study});
+  recordings.find_sources(others, options.common.quiet);
+  const RecordingPlan plan = recordings.plan(reading, options.common.quiet);
+  std::vector<std::string> inputs = recordings.distinct_files();
+  inputs.insert(inputs.end(), {recordings.study, options.model, options.group});
+  options.outputs.check(inputs);
+  const GroupTable groups = groups_of(options.group, recordings, plan, options.common.quiet);
+
+  Report report = identify_all(options, model, plan);
   if (!is_root()) return;
   refuse_alone(report.recordings);
   if (!options.group.empty()) report.groups = report_groups(groups, report);
   report.model = model_name(options.model);
   report.options = command.given(beside_answers);
-  if (options.common.json || !options.outputs.json.empty() || !options.outputs.page.empty())
-    report.model_sha256 = nn::weights_sha256(model.network);  // a millisecond that text and tables do without
+  if (options.common.json || options.outputs.needs_hashes()) {
+    report.model_sha256 = nn::weights_sha256(model.network);  // a millisecond that text does without
+    record_call(report, command, recordings.named, inputs);
+  }
   options.outputs.write(report, options.common.json);
   tell_errors("identify", report.recordings);
 }
@@ -86,7 +97,8 @@ void add_identify(const Command& program) {
   auto options = std::make_shared<IdentifyOptions>();
   const Command command =
       program.add_subcommand("identify", "Estimate balance-control parameters from sway recordings");
-  add_recording_flags(command, options->recordings).required();
+  add_recording_flags(command, options->recordings);
+  add_study_option(command, options->recordings);
   add_body_options(command, options->recordings);
   add_truth_option(command, options->recordings);
   command.section("Model");
@@ -103,6 +115,7 @@ void add_identify(const Command& program) {
       "  decid identify lab.csv --tilt-column platform_deg --fill-gaps 0.1\n"
       "  decid identify subjects --table results.csv --group groups.csv\n"
       "  decid identify long.csv --trial subject,trial --table results.csv\n"
+      "  decid identify --study participants.tsv --table results.xlsx --long long.csv\n"
       "A recording that cannot be used does not stop the others: its JSON entry has \"error\", and the exit code is "
       "2.");
   command.callback([options, command] {

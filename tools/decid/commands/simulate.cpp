@@ -179,7 +179,7 @@ void add_simulate(const Command& program) {
                         "Simulate this controller (decid info --controllers); default: the protocol's, else dec");
   options->parameters.add(command, [&](const sim::BodyModel& model, std::size_t i) {
     const sim::ParameterInfo& info = model.parameters[i];
-    return format("Set the %s; usual range%s: %g to %g%s; default: ", info.description.c_str(),
+    return format("Set the %s; usual range%s: %g to %g%s; default: ", in_sentence(info).c_str(),
                   &model == &sim::single_pendulum() ? "" : (" with " + model.name).c_str(), info.low, info.high,
                   info.unit_after().c_str()) +
            (&model == &sim::single_pendulum() ? format("%g, with --model dip %.4g", info.middle(), of_double.ankle[i])
@@ -196,7 +196,7 @@ void add_simulate(const Command& program) {
     const sim::ParameterInfo& info = joint_table()[i];
     command
         .add_option("--hip-" + info.option, options->hip[i],
-                    format("Set the hip's %s, with --model dip; default: %.4g%s", info.description.c_str(),
+                    format("Set the hip's %s, with --model dip; default: %.4g%s", in_sentence(info).c_str(),
                            of_double.hip[i], info.unit_after().c_str()))
         .shown_as("FLOAT");
   }

@@ -151,7 +151,7 @@ std::string parameters_text(const FrfAnswer& answer, const std::optional<sim::Pa
   if (!found.explained())
     return "  no parameters are shown, as no controller of the model has this response; the nearest ones have:\n";
   const sim::ParameterTable& ranges = answer.density.ranges();
-  std::string text = table_heading("mean", "90 % of the draws", truth.has_value(), " contraction");
+  std::string text = table_heading("estimate", truth.has_value(), " contraction");
   const sim::Parameters mean = means(answer);
   for (std::size_t p = 0; p < ranges.size(); ++p)
     text += parameter_line(
@@ -162,8 +162,8 @@ std::string parameters_text(const FrfAnswer& answer, const std::optional<sim::Pa
 }
 
 std::string rows_text(const FrfAnswer& answer) {
-  std::string text = format("  %8s %9s %9s %20s %9s %9s %20s %9s\n", "Hz", "gain", "model", "90 % of the draws",
-                            "phase", "model", "90 % of the draws", "distance");
+  std::string text = format("  %8s %9s %9s %20s %9s %9s %20s %9s\n", "Hz", "gain", "model", "90% interval", "phase",
+                            "model", "90% interval", "distance");
   const std::vector<Shown> rows = shown_rows(answer);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const frf::Predicted& predicted = answer.found.predicted()[i];
@@ -180,16 +180,17 @@ std::string answer_text(const FrfAnswer& answer, const std::optional<sim::Parame
   const frf::Fit& found = answer.found;
   std::string text = trust_text(found.warnings()) + parameters_text(answer, truth);
   if (found.deviation(found.gain()) > 0.0)
-    text += format("  the table's over the true gain %.3g +- %.2g\n", found.mean(found.gain()),
+    text += format("  scale of the table's gain %.3g +- %.2g (1 = correct)\n", found.mean(found.gain()),
                    found.deviation(found.gain()));
   if (found.deviation(found.error()) > 0.0)
-    text += format("  errors%s %.2g +- %.1g %% of the response\n",
+    text += format("  errors%s %.2g +- %.1g%% of the response\n",
                    answer.density.table().has_confidence() ? " beyond the table's confidence" : "",
                    100.0 * found.mean(found.error()), 100.0 * found.deviation(found.error()));
   text += rows_text(answer);
-  text += format("  the mean response leaves %.1f %% (root mean square of the relative error)\n", 100.0 * found.left());
+  text += format("  the mean response leaves %.1f%% (root mean square of the relative error)\n", 100.0 * found.left());
   text +=
-      format("  %d chains, %d draws worth %.0f and more, R-hat %.3f and less; %.1f s\n", found.chains(), found.draws(),
+      format("  calculation converged: %s (%d chains, %d draws, at least %.0f effective, R-hat at most %.3f; %.1f s)\n",
+             found.agreed() ? "yes" : "no", found.chains(), found.draws(),
              *std::ranges::min_element(found.effective_draws()), *std::ranges::max_element(found.rhat()), seconds);
   return text + warnings_text(found.warnings());
 }
@@ -202,7 +203,7 @@ std::string comparison_text(const std::vector<FrfAnswer>& answers) {
     const std::string difference = compared.difference < 0.0
                                        ? format("%.1f +- %.1f", compared.difference, compared.standard_error)
                                        : std::string("best");
-    text += format("  %-10s %24.1f %26s %8.2f %14.1f %%\n", answer.controller().name.c_str(), compared.log_density,
+    text += format("  %-10s %24.1f %26s %8.2f %15.1f%%\n", answer.controller().name.c_str(), compared.log_density,
                    difference.c_str(), compared.weight, 100.0 * answer.found.left());
   }
   return text + "  log predictive density: sum over the rows of log p(row | all other rows), nats\n";
@@ -311,13 +312,13 @@ Json answer_json(const LogRatioReport::Answer& answer, const std::optional<sim::
 
 std::string answer_text(const LogRatioReport::Answer& answer, const std::optional<sim::Parameters>& truth) {
   const sim::ParameterTable& ranges = answer.density.ranges();
-  std::string text =
-      format("  %-8s %10s %12s %-10s%s  %s\n", "", "/ (m g h)", "value", "unit", truth ? "         true" : "", "range");
+  std::string text = format("  %-28s %10s %-10s %14s%s  %s\n", "", "estimate", "unit", "or", truth ? "       true" : "",
+                            "model's limits");
   for (std::size_t p = 0; p < ranges.size(); ++p) {
     const double value = answer.found.state.parameters[p];
-    text += format("  %-8s ", ranges[p].name.c_str()) + over_mgh(ranges[p], value, mgh_of(answer.density)) +
-            format(" %12.5g %-10s", value, ranges[p].shown_unit().c_str());
-    if (truth) text += format(" %12.5g", (*truth)[p]);
+    text += format("  %-28s %10.5g %-10s %14s", shown_name(ranges[p]).c_str(), value, ranges[p].shown_unit().c_str(),
+                   in_other_unit(ranges[p], value, mgh_of(answer.density)).c_str());
+    if (truth) text += format(" %10.5g", (*truth)[p]);
     text += format("  %g to %g%s\n", ranges[p].low, ranges[p].high,
                    answer.density.is_fixed(p) ? ", fixed"
                    : answer.found.at_end[p]   ? ", at its end"
@@ -330,7 +331,7 @@ std::string answer_text(const LogRatioReport::Answer& answer, const std::optiona
   for (std::size_t i = 0; i < rows.size(); ++i)
     text += format("  %8.4g %9.4g %9.4g %9.1f %9.1f\n", answer.density.table().rows[i].frequency_hz, rows[i].table.gain,
                    rows[i].model.gain, rows[i].table.phase_deg, rows[i].model.phase_deg);
-  return text + format("  it leaves %.1f %% (root mean square of the relative error); %d starts agree\n",
+  return text + format("  it leaves %.1f%% (root mean square of the relative error); %d starts agree\n",
                        100.0 * answer.found.left, answer.found.agreeing);
 }
 

@@ -1,15 +1,47 @@
 // The files of a report: see outputs.hpp.
 #include "tools/decid/results/outputs.hpp"
 
+#include <filesystem>
 #include <iostream>
 
+#include "base/error.hpp"
 #include "base/files/file.hpp"
 #include "tools/decid/ranks.hpp"
 #include "tools/decid/results/results.hpp"
+#include "tools/decid/results/table.hpp"
+#include "tools/report/figures/result_figures.hpp"
 #include "tools/report/fit_page.hpp"
 #include "tools/report/identify_page.hpp"
 
 namespace decid::tools {
+
+namespace {
+
+/// Throws Error if a figure would replace an input, or decid cannot write into the folder or create it.
+void check_figures(const std::filesystem::path& name, const std::vector<std::string>& inputs) {
+  const std::filesystem::path folder = name.has_filename() ? name : name.parent_path();
+  for (const char* id : result_figure_ids)
+    for (const char* ending : {".svg", ".csv"})
+      refuse_same_file((folder / (std::string(id) + ending)).string(), inputs);
+  std::error_code ignored;
+  if (std::filesystem::is_directory(folder, ignored)) {
+    if (is_root()) PendingFile probe(folder / (std::string(result_figure_ids.front()) + ".svg"));
+  } else if (std::filesystem::exists(folder, ignored)) {
+    throw Error(Code::file_unwritable, name.string(), "is a file", "give the name of a folder");
+  } else if (is_root()) {
+    PendingFile probe(folder);
+  }
+}
+
+void write_figures(const std::filesystem::path& folder, const Report& report) {
+  make_output_folder(folder);
+  for (const Figure& figure : result_figures(report)) {
+    write_file(folder / (figure.id + ".svg"), figure.svg);
+    write_file(folder / (figure.id + ".csv"), figure.csv);
+  }
+}
+
+}  // namespace
 
 void Outputs::check(std::vector<std::string> inputs) const {
   for (const std::string& path : files()) {
@@ -18,13 +50,17 @@ void Outputs::check(std::vector<std::string> inputs) const {
   }
   for (const std::string& path : files())
     if (!path.empty() && is_root()) PendingFile probe(path);  // reports an unwritable place before the work
+  if (!figures.empty()) check_figures(figures, inputs);
 }
 
 void Outputs::write(const Report& report, bool print_json) const {
   const std::string text = print_json || !json.empty() ? report_json(report) : std::string();
   if (!draws.empty()) write_draws(draws, report, places, count);
   if (!page.empty()) write_file(page, report.fit ? fit_page(report) : identify_page(report));
-  if (!table.empty()) write_file(table, report_table(report));
+  const CsvStyle style = csv_style_of(excel);
+  if (!table.empty()) write_table(table, wide_table(report), style);
+  if (!long_table.empty()) write_table(long_table, decid::tools::long_table(report), style);
+  if (!figures.empty()) write_figures(figures, report);
   if (!json.empty()) write_file(json, text);
   std::cout << (print_json ? text : report_text(report));
 }
@@ -32,11 +68,23 @@ void Outputs::write(const Report& report, bool print_json) const {
 void add_report_options(const Command& command, Outputs& outputs, bool of_fit) {
   add_output_option(command, "-o,--output", outputs.json, Written::json, "Write the results to this JSON file");
   if (of_fit)
-    add_output_option(command, "--draws", outputs.draws, Written::npz, "Write all draws to this NumPy file (.npz)");
+    add_output_option(command, "--draws", outputs.draws, Written::draws,
+                      "Write all draws to this NumPy file (.npz), or as CSV for R and Stan's tools (.csv)");
   add_output_option(command, "--report", outputs.page, Written::html,
                     "Write a report to this HTML page, which opens offline");
-  add_output_option(command, "--table", outputs.table, Written::csv,
-                    "Write a CSV table with one line per recording, for spreadsheets and R");
+  add_output_option(command, "--table", outputs.table, Written::table,
+                    "Write a table with one line per recording, as CSV or .xlsx, for spreadsheets and R");
+  add_output_option(command, "--long", outputs.long_table, Written::table,
+                    "Write a table with one line per recording and parameter, as CSV or .xlsx");
+  add_output_option(command, "--figures", outputs.figures, Written::folder,
+                    "Write figures into this folder, as SVG with their numbers as CSV: estimates by group, changes by "
+                    "session and condition, frequency responses");
+  command.section("Output");
+  command
+      .add_option("--excel", outputs.excel,
+                  "Write CSV tables for Excel: with decimal commas (comma), points (point), or as the system's "
+                  "language writes numbers (locale); default: points, for R and pandas")
+      .one_of({"comma", "point", "locale"});
 }
 
 }  // namespace decid::tools

@@ -10,19 +10,23 @@
 namespace decid::tools {
 
 struct Outputs {
-  std::string json, page, table, draws;  ///< files; empty: not asked for
+  std::string json, page, table, long_table, draws;  ///< files; empty: not asked for
+  std::string figures;                               ///< a folder; empty: not asked for
+  std::string excel;                                 ///< --excel
   /// The places of the report's recordings in a call of `count`.
   std::vector<std::size_t> places = {};
   std::size_t count = 0;
 
-  std::vector<std::string> files() const { return {json, draws, page, table}; }
-  /// Throws Error if one of them would replace an input or another one, or cannot be written.
+  std::vector<std::string> files() const { return {json, draws, page, table, long_table}; }
+  /// Returns true if an output shows hashes of the model and of inputs.
+  bool needs_hashes() const { return !json.empty() || !page.empty() || !table.empty() || !long_table.empty(); }
+  /// Throws Error if one of them would replace an input or another one, or cannot be written. Leaves no file.
   void check(std::vector<std::string> inputs) const;
   /// Writes the files and prints the report on standard output, as JSON or as text.
   void write(const Report& report, bool print_json) const;
 };
 
-/// Adds -o, --report and --table, of a fit also --draws.
+/// Adds -o, --report, --table, --long, --excel and --figures, of a fit also --draws.
 void add_report_options(const Command& command, Outputs& outputs, bool of_fit);
 
 }  // namespace decid::tools

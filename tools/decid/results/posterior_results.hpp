@@ -12,6 +12,7 @@
 #include "base/files/json_object.hpp"
 #include "base/text.hpp"
 #include "sim/parameters.hpp"
+#include "sim/protocol/experiment.hpp"
 #include "tools/report/json/parameters_json.hpp"
 
 namespace decid::tools {
@@ -68,29 +69,36 @@ Json common_diagnostics(const Found& found, std::vector<std::string> names, std:
           {"draws", found.draws()},   {"acceptance", found.acceptance()}};
 }
 
-/// Returns a value over m g h, or blanks for a parameter where that has no meaning.
-inline std::string over_mgh(const sim::ParameterInfo& info, double value, double mgh) {
-  return info.per_mgh ? format("%10.4f", value / mgh) : std::string(10, ' ');
+/// Returns a parameter as people know it: "Tilt-speed threshold (theta)".
+inline std::string shown_name(const sim::ParameterInfo& info) {
+  return info.description + " (" + info.name + ")";
+}
+
+/// Returns a value relative to gravity, in degrees per second or in milliseconds; empty for a plain number.
+inline std::string in_other_unit(const sim::ParameterInfo& info, double value, double mgh) {
+  if (info.per_mgh) return format(info.unit == "N m/rad" ? "%.3f m g h" : "%.3f s m g h", value / mgh);
+  if (info.unit == "rad/s") return format("%.3f deg/s", value / sim::rad_per_deg);
+  return info.unit == "s" ? format("%.0f ms", 1e3 * value) : std::string();
 }
 
 /// Returns the heading of parameter_line()s. value: the heading of the parameter's value; note: the heading of
 /// parameter_line()'s note.
-inline std::string table_heading(const char* value, const char* interval, bool truth, const std::string& note = {}) {
-  return format("  %-8s %10s %12s %10s %24s %-10s%s%s  %s\n", "", "/ (m g h)", value, "sd", interval, "unit",
-                truth ? "         true" : "", note.c_str(), "range");
+inline std::string table_heading(const char* value, bool truth, const std::string& note = {}) {
+  return format("  %-28s %10s %10s %24s %-10s %14s%s%s  %s\n", "", value, "sd", "90% interval", "unit", "or",
+                truth ? "       true" : "", note.c_str(), "model's limits");
 }
 
-/// Returns a table's line of one parameter, up to its range; `value` is the parameter's value, `note` comes before the
-/// range.
+/// Returns a table's line of one parameter, up to its limits; `value` is the parameter's value, `note` comes before the
+/// limits.
 template <class Found>
 std::string parameter_line(const Found& found, std::size_t p, const sim::ParameterInfo& info, double value, double mgh,
                            const std::optional<sim::Parameters>& truth, const std::string& note = {}) {
   const int quantity = static_cast<int>(p);
   const std::string between = format("%.5g to %.5g", found.quantile(quantity, 0.05), found.quantile(quantity, 0.95));
-  std::string text = format("  %-8s ", info.name.c_str()) + over_mgh(info, value, mgh);
-  text +=
-      format(" %12.5g %10.3g %24s %-10s", value, found.deviation(quantity), between.c_str(), info.shown_unit().c_str());
-  if (truth) text += format(" %12.5g", (*truth)[p]);
+  std::string text =
+      format("  %-28s %10.5g %10.3g %24s %-10s %14s", shown_name(info).c_str(), value, found.deviation(quantity),
+             between.c_str(), info.shown_unit().c_str(), in_other_unit(info, value, mgh).c_str());
+  if (truth) text += format(" %10.5g", (*truth)[p]);
   return text + note + format("  %g to %g\n", info.low, info.high);
 }
 

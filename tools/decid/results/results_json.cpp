@@ -1,8 +1,14 @@
 // Reports as JSON: see results.hpp.
 #include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <set>
 
+#include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
+#include "base/files/sha256.hpp"
 #include "base/version.hpp"
+#include "recording/formats/motion_bids.hpp"
 #include "sim/protocol/protocol_object.hpp"
 #include "sim/segments.hpp"
 #include "tools/decid/results/posterior_results.hpp"
@@ -20,6 +26,10 @@ using posterior::Posterior;
 
 Json diagnostics_json(const Posterior& found, const sim::ParameterTable& table) {
   Json json = common_diagnostics(found, table.names(), {"sensor_noise_deg", "start_s", "gain"});
+  for (std::size_t p = 0; p < table.size(); ++p) {
+    json["tail_effective_draws"][table[p].name] = number_or_null(found.tail_effective_draws(static_cast<int>(p)));
+    json["monte_carlo_error"][table[p].name] = number_or_null(found.monte_carlo_error(static_cast<int>(p)));
+  }
   json["divergences"] = found.divergences();
   json["energy_fraction"] = number_or_null(found.energy_fraction());
   json["restarts"] = found.restarts();
@@ -52,7 +62,7 @@ Json left_out_json(const FitFigures& fitted) {
 
 /// The values, ranges and priors of the parameters, and how sure they are.
 Json parameters_of(const RecordingResult& id, const Report& report, const sim::ParameterTable& table) {
-  const double mgh = report.protocol.experiment.body.mgh();
+  const double mgh = report.protocol_of(id).experiment.body.mgh();
   Json list = parameters_json(table, id.estimate.parameters, mgh, id.truth);
   for (std::size_t p = 0; p < table.size(); ++p) {
     list[p]["range"] = {table[p].low, table[p].high};
@@ -117,22 +127,60 @@ void add_fit(Json& recording, const FitFigures& fitted, const sim::Protocol& pro
   recording["log_predictive_density"] = left_out_json(fitted);
   recording["fit"]["answer"] = name(fitted.answer);
   if (fitted.compared) recording["controllers"] = controllers_json(fitted, protocol);
+  if (fitted.joint) {
+    recording["joint"] = {{"recordings", fitted.joint->files}, {"free", fitted.joint->freed}};
+    if (!fitted.joint->freed.empty()) recording["joint"]["condition"] = fitted.joint->condition;
+  }
+}
+
+Json text_or_null(const std::string& text) {
+  return text.empty() ? Json(nullptr) : Json(text);
+}
+
+/// The study's columns of a recording, and its own body and protocol.
+Json sheet_json(const RecordingResult& id, const Report& report) {
+  Json columns = Json::object();
+  for (std::size_t i = 0; i < report.sheet->columns.size(); ++i)
+    columns[report.sheet->columns[i]] = text_or_null(id.entry.cells.at(i));
+  Json json{{"participant_id", text_or_null(id.entry.participant)},
+            {"session", text_or_null(id.entry.session)},
+            {"group", text_or_null(id.entry.group)},
+            {"condition", text_or_null(id.entry.condition)},
+            {"columns", std::move(columns)}};
+  if (id.error) return json;
+  json["protocol"] = report.protocol_of(id).name;
+  json["body"] = body_json(report.protocol_of(id).experiment.body, report.body_assumed_for(id));
+  return json;
+}
+
+/// The sheet, and the protocols of its recordings, without their bodies' differences.
+Json study_sheet_json(const Report& report) {
+  Json protocols = Json::object();
+  for (const RecordingResult& id : report.recordings)
+    if (!id.error && !protocols.contains(report.protocol_of(id).name))
+      protocols[report.protocol_of(id).name] = sim::json_of(report.protocol_of(id));
+  return {
+      {"sheet", report.sheet->file.string()}, {"columns", report.sheet->columns}, {"protocols", std::move(protocols)}};
 }
 
 /// A recording's object.
 Json recording_json(const RecordingResult& id, const Report& report) {
-  if (id.error) return {{"file", id.file}, {"error", id.error->what()}, {"code", name(id.error->code())}};
-  const sim::ParameterTable table = report.ranges();
+  Json recording{{"file", id.file}};
+  if (report.sheet) recording.update(sheet_json(id, report));
+  if (id.error) {
+    recording["error"] = id.error->what();
+    recording["code"] = name(id.error->code());
+    return recording;
+  }
+  const sim::ParameterTable table = report.ranges_of(id);
   const Explanation& explanation = id.explanation;
   const std::optional<recording::TiltMatch>& tilt = id.trial.tilt;
-  Json recording{{"file", id.file},
-                 {"parameters", parameters_of(id, report, table)},
-                 {"fit",
-                  {{"rms_residual_deg", number_or_null(explanation.rms_residual_deg)},
-                   {"variance_accounted_for", number_or_null(explanation.variance_accounted_for)}}},
-                 {"peak_to_peak_deg", id.peak_to_peak_deg()},
-                 {"response_ratio", number_or_null(explanation.response_ratio)},
-                 {"ood_score", number_or_null(explanation.ood_score)}};
+  recording["parameters"] = parameters_of(id, report, table);
+  recording["fit"] = {{"rms_residual_deg", number_or_null(explanation.rms_residual_deg)},
+                      {"variance_accounted_for", number_or_null(explanation.variance_accounted_for)}};
+  recording["peak_to_peak_deg"] = id.peak_to_peak_deg();
+  recording["response_ratio"] = number_or_null(explanation.response_ratio);
+  recording["ood_score"] = number_or_null(explanation.ood_score);
   if (tilt) {
     recording["tilt"] = {{"column", id.tilt_column},
                          {"delay_s", tilt->delay_s},
@@ -143,7 +191,7 @@ Json recording_json(const RecordingResult& id, const Report& report) {
   recording["trust"] = name(id.trust());
   recording["warnings"] = warnings_json(id.warnings);
   use_distribution(id, [&](const auto& found) { recording["correlations"] = correlations_json(found, table.size()); });
-  if (id.fit) add_fit(recording, *id.fit, report.protocol, table);
+  if (id.fit) add_fit(recording, *id.fit, report.protocol_of(id), table);
   return recording;
 }
 
@@ -168,6 +216,24 @@ std::optional<sim::Subject> person_of(const sim::Body& body) {
   }
 }
 
+void record_call(Report& report, const Command& command, const std::vector<std::string>& named,
+                 const std::vector<std::string>& inputs) {
+  report.command = command.name();
+  report.arguments = command.arguments(not_repeated);
+  report.arguments.insert(report.arguments.end(), named.begin(), named.end());
+  std::set<std::string> seen{""};
+  const auto add = [&](const std::string& file) {
+    if (!seen.insert(file).second) return;
+    std::error_code ignored;
+    const bool is_file = std::filesystem::is_regular_file(file, ignored);
+    report.inputs.push_back({file, is_file ? sha256(read_file(file)) : std::string()});
+  };
+  for (const std::string& file : inputs) {
+    add(file);
+    for (const std::filesystem::path& beside : recording::files_beside(file)) add(beside.string());
+  }
+}
+
 Json body_json(const sim::Body& body, bool assumed) {
   Json json{{"mass_kg", body.mass_kg},
             {"com_height_m", body.com_height_m},
@@ -182,12 +248,17 @@ std::string report_json(const Report& report) {
   Json json{{"decid", version},
             {"model", report.model},
             {"model_sha256", report.model_sha256},
+            {"command", report.command},
+            {"arguments", report.arguments},
             {"controller", report.protocol.experiment.body_model->name},
             {"options", report.options},
+            {"seed", report.fit ? Json(report.fit->settings.seed) : Json(nullptr)},
+            {"inputs", inputs_json(report)},
             {"protocol", sim::json_of(report.protocol)},
             {"body", body_json(report.protocol.experiment.body, report.body_assumed)},
             {"other_answer", other_answer_json(report)},
             {"recordings", recordings_json(report)}};
+  if (report.sheet) json["study"] = study_sheet_json(report);
   if (report.groups) json.update(groups_json(report));
   return print_json(json) + "\n";
 }

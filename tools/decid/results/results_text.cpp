@@ -13,37 +13,34 @@ namespace {
 using posterior::Density;
 
 std::string point_table(const RecordingResult& id, const Report& report) {
-  const sim::ParameterTable table = report.ranges();
-  std::string text = format("  %-8s %10s %12s %-10s%s  %s\n", "", "/ (m g h)", "identified", "unit",
-                            id.truth ? "         true" : "", "range");
+  const sim::ParameterTable table = report.ranges_of(id);
+  std::string text = format("  %-28s %10s %-10s %14s%s  %s\n", "", "estimate", "unit", "or",
+                            id.truth ? "       true" : "", "model's limits");
   for (std::size_t p = 0; p < table.size(); ++p) {
     const sim::ParameterInfo& info = table[p];
-    text += format("  %-8s ", info.name.c_str()) +
-            over_mgh(info, id.estimate.parameters[p], report.protocol.experiment.body.mgh());
-    text += format(" %12.5g %-10s", id.estimate.parameters[p], info.shown_unit().c_str());
-    if (id.truth) text += format(" %12.5g", (*id.truth)[p]);
+    const double value = id.estimate.parameters[p];
+    text += format("  %-28s %10.5g %-10s %14s", shown_name(info).c_str(), value, info.shown_unit().c_str(),
+                   in_other_unit(info, value, report.protocol_of(id).experiment.body.mgh()).c_str());
+    if (id.truth) text += format(" %10.5g", (*id.truth)[p]);
     text += format("  %g to %g\n", info.low, info.high);
   }
   return text;
 }
 
 template <class Found>
-std::string distribution_table(const RecordingResult& id, const Report& report, const Found& found, const char* value,
-                               const char* interval) {
-  const sim::ParameterTable table = report.ranges();
-  std::string text = table_heading(value, interval, id.truth.has_value());
+std::string distribution_table(const RecordingResult& id, const Report& report, const Found& found) {
+  const sim::ParameterTable table = report.ranges_of(id);
+  const bool from_network = id.fit && id.fit->answer == FitFigures::Answer::network;
+  std::string text = table_heading(from_network ? "network" : "estimate", id.truth.has_value());
   for (std::size_t p = 0; p < table.size(); ++p)
-    text +=
-        parameter_line(found, p, table[p], id.estimate.parameters[p], report.protocol.experiment.body.mgh(), id.truth);
+    text += parameter_line(found, p, table[p], id.estimate.parameters[p], report.protocol_of(id).experiment.body.mgh(),
+                           id.truth);
   return text;
 }
 
 std::string parameters_text(const RecordingResult& id, const Report& report) {
-  const bool from_posterior = id.fit && id.fit->answer == FitFigures::Answer::posterior;
-  const char* const value = !id.fit ? "identified" : from_posterior ? "mean" : "network";
-  if (id.estimate.distribution)
-    return distribution_table(id, report, *id.estimate.distribution, value, "90 % interval");
-  if (id.fit) return distribution_table(id, report, id.fit->posterior, value, "90 % of the draws");
+  if (id.estimate.distribution) return distribution_table(id, report, *id.estimate.distribution);
+  if (id.fit) return distribution_table(id, report, id.fit->posterior);
   return point_table(id, report);
 }
 
@@ -53,7 +50,7 @@ std::string check_text(const PredictiveCheck& check) {
   std::string text;
   for (const CheckedFigure& figure : check.figures)
     text += format("%s%s %.2g", text.empty() ? "" : ", ", figure.name.c_str(), figure.p);
-  return "  simulated again, two-sided p: " + text + "\n";
+  return "  predictive check, two-sided p: " + text + "\n";
 }
 
 /// Returns the table of the fitted controllers, the one that answers first.
@@ -80,62 +77,85 @@ std::string fit_text(const FitFigures& fitted) {
     if (found.deviation(quantity) > 0.0)
       text += format("  %s %.3g +- %.2g%s\n", what, found.mean(quantity), found.deviation(quantity), unit);
   };
-  line("sensor noise", Density::sensor_noise, " degrees");
-  text += format("  slow noise %.3g degrees, which forgets within %.2g s\n", found.mean(Density::slow_noise),
+  line("measurement noise", Density::sensor_noise, " degrees");
+  text += format("  slow noise %.3g degrees, correlation time %.2g s\n", found.mean(Density::slow_noise),
                  found.mean(Density::slow_memory));
   line("the recording starts", Density::start, " s after the protocol");
-  line("recorded over true sway", Density::gain, "");
+  line("scale of the sway sensor", Density::gain, " (1 = correct)");
+  if (fitted.joint) {
+    text +=
+        "  fitted together with " + counted(static_cast<long long>(fitted.joint->files.size()) - 1, "other recording");
+    for (const std::string& name : fitted.joint->freed) text += ", " + name + " with those of the same condition";
+    text += "\n";
+  }
   const auto worst = std::ranges::max_element(found.rhat());
   const auto fewest = std::ranges::min_element(found.effective_draws());
-  text += format("  %d chains, %d draws worth %.0f and more, R-hat %.3f and less, %d divergences; %.1f s\n",
-                 found.chains(), found.draws(), *fewest, *worst, found.divergences(), fitted.seconds);
+  text += format(
+      "  calculation converged: %s (%d chains, %d draws, at least %.0f effective, R-hat at most %.3f, %d divergences; "
+      "%.1f s)\n",
+      found.agreed() ? "yes" : "no", found.chains(), found.draws(), *fewest, *worst, found.divergences(),
+      fitted.seconds);
   return text + check_text(fitted.check);
+}
+
+/// Returns the fraction of the variance that the estimate explains, for people.
+std::string explained_text(double part) {
+  return part > 0.0 ? format("%.1f%%", 100.0 * part) : "none (expected at high sensory noise)";
 }
 
 std::string sway_text(const RecordingResult& id) {
   std::string text = format("  sway: peak to peak %.3f degrees", id.peak_to_peak_deg());
   if (std::isfinite(id.explanation.rms_residual_deg))
-    text += format(", rms residual %.3f degrees, variance accounted for %.1f%%", id.explanation.rms_residual_deg,
-                   100 * id.explanation.variance_accounted_for);
+    text += format("; explained without noise: %s, residual %.3f degrees rms",
+                   explained_text(id.explanation.variance_accounted_for).c_str(), id.explanation.rms_residual_deg);
   if (std::isfinite(id.explanation.response_ratio))
-    text += format(", follows the tilt %.2f", id.explanation.response_ratio);
+    text += format("; stimulus response ratio %.2f", id.explanation.response_ratio);
   if (id.trial.tilt) {
-    text += format("\n  the protocol starts %.3f s after the recording by its tilt %s (correlation %.3f, gain %.3f)",
+    text += format("\n  platform movement found at %.3f s (column %s, correlation %.3f, gain %.3f)",
                    std::round(1e3 * id.trial.tilt->delay_s) / 1e3 + 0.0,  // no -0.000
                    id.tilt_column.c_str(), id.trial.tilt->correlation, id.trial.tilt->gain);
   }
   return text + "\n";
 }
 
+/// Returns the person's line of a study: ", sub-01, ses-2, patients, eyes closed".
+std::string who_text(const SheetEntry& entry) {
+  std::string text;
+  for (const std::string* part : {&entry.participant, &entry.session, &entry.group, &entry.condition})
+    if (!part->empty()) text += ", " + *part;
+  return text;
+}
+
 std::string recording_text(const RecordingResult& id, const Report& report) {
-  if (id.error) return id.file + (report.fit ? ": not fitted\n" : ": not identified\n");
-  return format("%s (%s)\n", id.file.c_str(), id.column.c_str()) + trust_text(id.warnings) +
+  const std::string who = who_text(id.entry);
+  if (id.error) return id.file + who + ": not analysed\n";
+  return format("%s (%s)%s\n", id.file.c_str(), id.column.c_str(), who.c_str()) + trust_text(id.warnings) +
          parameters_text(id, report) +
-         (id.fit ? controllers_text(*id.fit, report.protocol.experiment.body_model->name) + fit_text(*id.fit) : "") +
-         sway_text(id) + warnings_text(id.warnings);
+         (id.fit ? controllers_text(*id.fit, report.protocol_of(id).experiment.body_model->name) + fit_text(*id.fit)
+                 : "") +
+         sway_text(id) +
+         (report.sheet ? "  " + body_text(report.protocol_of(id).experiment.body, report.body_assumed_for(id)) : "") +
+         warnings_text(id.warnings);
 }
 
 std::string person_text(const sim::Body& body) {
   const std::optional<sim::Subject> person = person_of(body);
-  return person ? format("; a person of %.1f kg and %.2f m", person->mass_kg, person->height_m) : "";
+  return person ? format("a person of %.1f kg and %.2f m, ", person->mass_kg, person->height_m) : "";
 }
 
 }  // namespace
 
 std::string body_text(const sim::Body& body, bool assumed) {
-  const std::string text = format("Body: %.1f kg above the ankles, centre of mass at %.3f m, m g h %.0f N m/rad",
-                                  body.mass_kg, body.com_height_m, body.mgh()) +
-                           person_text(body);
-  if (!assumed) return text + ".\n";
-  return text +
-         ". It is assumed: stiffness and damping of another body of that height are these over its m g h "
-         "(--mass, --height).\n";
+  const std::string text = std::string(assumed ? "Body (assumed): " : "Body: ") + person_text(body) +
+                           format("%.1f kg above the ankles, centre of mass at %.3f m, m g h %.0f N m/rad.\n",
+                                  body.mass_kg, body.com_height_m, body.mgh());
+  return assumed ? text + "Values in N m/rad and N m s/rad are not this person's: give --mass and --height.\n" : text;
 }
 
 std::string trust_text(const Warnings& warnings) {
   const Trust trust = worst_trust(warnings);
-  if (trust == Trust::usable) return "  usable: no check found anything odd\n";
-  return (trust == Trust::caution ? "  with caution: " : "  NOT USABLE: ") + gravest(warnings)->text + "\n";
+  return "  " + std::string(name(trust)) + ": " +
+         (trust == Trust::usable ? "recording passed all checks" : gravest(warnings)->text) + "\n";
 }
 
 std::string warnings_text(const Warnings& warnings) {
@@ -151,7 +171,8 @@ std::string warnings_text(const Warnings& warnings) {
 std::string report_text(const Report& report) {
   std::string text;
   for (const RecordingResult& id : report.recordings) text += recording_text(id, report);
-  const std::string body = body_text(report.protocol.experiment.body, report.body_assumed);
+  const std::string body =
+      report.sheet ? std::string() : body_text(report.protocol.experiment.body, report.body_assumed);
   return report.fit ? valid_utf8(text) + groups_text(report) + body : text + body + groups_text(report);
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/math/statistics.hpp"
 #include "base/text.hpp"
 #include "dataset/image/channel.hpp"
 #include "dataset/image/image.hpp"
@@ -25,12 +26,8 @@ std::vector<double> in_degrees(std::span<const float> angles) {
 
 /// Limits of the colour scale: a few values lie far beyond the others.
 std::pair<double, double> usual_range(std::vector<double> values) {
-  const auto quantile = [&](double part) {
-    const auto at = values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
-    std::ranges::nth_element(values, at);
-    return *at;
-  };
-  const double low = quantile(0.005), high = quantile(0.995);
+  std::ranges::sort(values);
+  const double low = quantile_of_sorted(values, 0.005), high = quantile_of_sorted(values, 0.995);
   return {low, high > low ? high : low + 1};
 }
 

@@ -2,18 +2,12 @@
 // table of its numbers.
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "identify/studies/study.hpp"
+#include "tools/report/figures/figure.hpp"
 
 namespace decid::tools {
-
-struct Figure {
-  std::string id;  ///< its files are id.svg and id.csv
-  std::string title, caption;
-  std::string svg, csv;
-};
 
 /// Returns the paper's figures in its order, then the figures about accuracy. It omits figures whose data the study
 /// lacks.

@@ -14,7 +14,7 @@ constexpr const char* grid = "#e6eaee";
 
 std::string escaped(const std::string& text) {
   std::string safe;
-  for (const char c : text) {
+  for (const char c : valid_utf8(text)) {
     if (c == '<')
       safe += "&lt;";
     else if (c == '>')
@@ -23,8 +23,8 @@ std::string escaped(const std::string& text) {
       safe += "&amp;";
     else if (c == '"')
       safe += "&quot;";
-    else if (static_cast<unsigned char>(c) < ' ' || static_cast<unsigned char>(c) >= 0x7f)
-      safe += '?';  // maybe no UTF-8
+    else if (static_cast<unsigned char>(c) < ' ' || c == '\x7f')
+      safe += '?';
     else
       safe += c;
   }

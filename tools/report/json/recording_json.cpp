@@ -15,6 +15,22 @@ Json other_answer_json(const Report& report) {
   return {{"command", other.command}, {"adds", other.adds}};
 }
 
+Json inputs_json(const Report& report) {
+  Json list = Json::array();
+  for (const InputFile& input : report.inputs)
+    list.push_back({{"file", input.file}, {"sha256", input.sha256.empty() ? Json(nullptr) : Json(input.sha256)}});
+  return list;
+}
+
+Json call_json(const Report& report) {
+  std::string text = "decid " + report.command;
+  for (const std::string& argument : report.arguments) {
+    const bool plain = argument.find_first_of(" '\"$;&|<>()*?[]\\") == std::string::npos;
+    text += plain ? " " + argument : " '" + argument + "'";
+  }
+  return {{"command", text}, {"protocol", report.protocol.name}, {"inputs", inputs_json(report)}};
+}
+
 Json errors_json(const Report& report) {
   Json list = Json::array();
   for (const RecordingResult& recording : report.recordings)

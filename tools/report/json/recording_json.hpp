@@ -16,6 +16,11 @@ namespace decid::tools {
 /// Returns {"command", "adds"} of the command that gives another answer to the report's recordings, or null.
 Json other_answer_json(const Report& report);
 
+/// Returns the files that the call read: "file", and "sha256" or null.
+Json inputs_json(const Report& report);
+/// Returns the call for pages: "command" as one line, "protocol", "inputs".
+Json call_json(const Report& report);
+
 /// Returns the errors of recordings that could not be used, one text per recording.
 Json errors_json(const Report& report);
 

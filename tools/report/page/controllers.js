@@ -1,4 +1,4 @@
-// The section of several fitted controllers, after common.js and plot.js: predictions, parameters, what each cannot explain.
+// The section of several fitted controllers, after common.js, plot.js and recordings.js: predictions, parameters, what each cannot explain.
 const controllersSection = (() => {
 const heading = (text, kind = "number") => element("th", { scope: "col", class: kind }, text);
 const number = text => element("td", { class: "number" }, text);
@@ -25,10 +25,9 @@ function parameters(controllers) {
   };
   const about = name => controllers.flatMap(one => one.parameters).find(parameter => parameter.name === name);
   return element("div", { class: "scroll" }, element("table", {},
-    element("thead", {}, element("tr", {}, heading("Mean (90% interval)", ""), ...controllers.map(one => heading(one.name)))),
+    element("thead", {}, element("tr", {}, columnHead("Parameter", "estimate (90% interval)", ""), ...controllers.map(one => heading(one.name)))),
     element("tbody", {}, ...names.map(name => element("tr", {},
-      element("th", { scope: "row" }, name, element("span", { class: "description" }, about(name).description + (about(name).unit ? ", " + about(name).unit : ""))),
-      ...controllers.map(one => cellOf(one, name)))))));
+      nameCell(about(name)), ...controllers.map(one => cellOf(one, name)))))));
 }
 
 // Recorded sway over the band of each controller's simulated trials.
@@ -37,7 +36,7 @@ function bands(controllers, sway) {
     [signal.first_s + i * signal.step_s, value / signal.per_degree, ...(others ? [others[i] / signal.per_degree] : [])]);
   return controllers.filter(one => one.sway.again_low).map(one => {
     const recorded = points(sway, sway.recorded), title = `Sway that ${one.name} predicts`;
-    const { made, draw } = plot({ title, x: { text: "Time (s)", low: 0, high: recorded[recorded.length - 1][0] }, y: { text: "Sway (deg)" }, height: 200,
+    const { made, draw } = plot({ title, x: { text: "Time (s)", low: 0, high: recorded[recorded.length - 1][0] }, y: { text: "Sway (\u00b0)" }, height: 200,
       marks: [{ name: `${one.name}: 90% of simulated trials`, class: "again-soft", band: points(one.sway, one.sway.again_low, one.sway.again_high) },
         { name: "Recorded", class: "recorded", line: recorded }] });
     draw(0, recorded[recorded.length - 1][0]);
@@ -48,7 +47,8 @@ function bands(controllers, sway) {
 return recording => {
   const { controllers } = recording;
   if (controllers.length === 0) return null;
-  return element("section", { class: "controllers" }, element("h3", {}, "Which controller?"),
+  for (const { parameters } of controllers) parameters.forEach(inShownUnit);
+  return element("section", { class: "controllers", "aria-label": "Which controller?" }, element("h3", {}, "Which controller?"),
     element("p", { class: "note" }, "Each controller predicts every part of the recording from the rest. A larger log predictive density is better; a difference below " +
       "two standard errors decides nothing. The weights are those of the mixture that predicts best. \u201cCannot explain\u201d lists checks with p below 0.01."),
     predictions(controllers), parameters(controllers), ...bands(controllers, recording.signals.sway));

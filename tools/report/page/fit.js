@@ -247,7 +247,8 @@ function footer() {
     element("p", {}, element("strong", {}, "This is not a diagnosis. "),
       "The intervals hold if a simplified model of posture control is right: a single inverted pendulum under disturbance estimation " +
       "and compensation (DEC). They hold for the stated protocol and body only."),
-    element("p", {}, `decid ${report.version}, seed ${report.seed}. Charts show up to ${shownDraws} draws; figures come from all draws.`));
+    element("p", {}, `decid ${report.version}, seed ${report.seed}. Charts show up to ${shownDraws} draws; figures come from all draws.`),
+    ...callTexts(report.call));
 }
 const shownDraws = 800;
 

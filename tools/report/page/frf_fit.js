@@ -1,52 +1,79 @@
-// Draws the page of decid fit --frf, after common.js and plot.js.
+// Draws the page of decid fit --frf, after common.js, plot.js and parameters.js.
 (() => {
 const main = document.getElementById("main"), answers = [report, ...(report.controllers ?? []).slice(1)];
-const number = text => element("td", { class: "number" }, text), heading = (text, kind = "") => element("th", { scope: "col", class: kind }, text);
+for (const { parameters } of answers) parameters.forEach(inShownUnit);
+const number = text => element("td", { class: "number" }, text);
 const table = (caption, head, rows) => element("div", { class: "scroll" }, element("table", {}, element("caption", {}, caption),
   element("thead", {}, element("tr", {}, ...head)), element("tbody", {}, ...rows)));
 
+// ---- the controllers side by side ------------------------------------------------------------------------------------
+
+// Returns the frequency that a controller explains least: "48% at 0.05 Hz".
+function largestError({ frf }) {
+  const errorAt = i => {
+    const ratio = frf.model_gain[i] / frf.gain[i], turned = (frf.model_phase_deg[i] - frf.phase_deg[i]) * Math.PI / 180;
+    return Math.hypot(ratio * Math.cos(turned) - 1, ratio * Math.sin(turned));
+  };
+  const errors = frf.gain.map((_, i) => errorAt(i)), worst = errors.indexOf(Math.max(...errors));
+  return `${percent(errors[worst])} at ${compact(frf.frequency_hz[worst])} Hz`;
+}
+
 function comparison() {
-  const rows = report.controllers.map(each => element("tr", {}, element("th", { scope: "row" }, each.controller),
+  const rows = report.controllers.map((each, i) => element("tr", {}, element("th", { scope: "row" }, each.controller),
     number(fixed(each.log_predictive_density, 1)),
     number(each.difference < 0 ? `${fixed(each.difference, 1)} \u00b1 ${fixed(each.difference_standard_error, 1)}` : "best"),
-    number(fixed(each.weight, 2)), number(fixed(100 * each.relative_error, 1) + " %")));
+    number(fixed(each.weight, 2)), number(fixed(100 * each.relative_error, 1) + "%"), number(largestError(answers[i]))));
   return table("Log predictive density: the sum over the frequencies of the density of each row, given all others; larger is better. " +
-    "\u00b1 is the standard error of the difference. The weights make the mixture of the controllers that predicts best.",
-    [heading("Controller"), ...["Log predictive density", "Difference", "Weight", "Relative error"].map(text => heading(text, "number"))], rows);
+    "\u00b1 is the standard error of the difference. The weights make the mixture of the controllers that predicts best. Relative error: the part of the response " +
+    "that the mean of the draws does not explain, as root mean square over the frequencies, and at the worst frequency.",
+    [columnHead("Controller", "", ""), ...["Log predictive density", "Difference \u00b1 1 SE", "Weight", "Relative error", "Largest error"].map(text => columnHead(text))], rows);
 }
 
-function responseFigure({ controller, frf, misfit }) {
-  const at = (low, high) => frf.frequency_hz.map((x, i) => [x, low[i], high[i]]), line = values => frf.frequency_hz.map((x, i) => [x, values[i]]);
-  const bounds = key => [0, 1].map(end => frf[key].map(interval => interval[end]));
-  const chart = (title, y, key, legend) => plot({ title, height: 280, legend, y,
-    x: { text: "Frequency (Hz)", logarithmic: true, low: frf.frequency_hz[0], high: frf.frequency_hz.at(-1) },
-    marks: [{ name: `${controller}, 90 % of the draws`, class: "again-soft", band: at(...bounds(`model_${key}_interval90`)) },
-      { name: controller, class: "again dashed", line: line(frf[`model_${key === "gain" ? "gain" : "phase_deg"}`]) },
-      { name: "Table", class: "draw", line: line(frf[key === "gain" ? "gain" : "phase_deg"]), dots: true }] });
-  return chartFigure(`Response of ${controller}`, `Sway over tilt at the table\u2019s frequencies. The mean of the draws leaves ` +
-    `${fixed(100 * misfit.relative_error, 1)} % of the response (root mean square of the relative error).`,
-    chart(`Line chart: gain of the table and of ${controller} over frequency`, { text: "Gain (deg/deg)", logarithmic: true }, "gain", true),
-    chart(`Line chart: phase of the table and of ${controller} over frequency`, { text: "Phase (deg)" }, "phase", false));
+// Draws the recorded response over the 90% band of each controller, all with the same axes.
+function responses() {
+  const frequencies = report.frf.frequency_hz, x = { text: "Frequency (Hz)", logarithmic: true, low: frequencies[0], high: frequencies.at(-1) };
+  const limits = (key, recorded) => {
+    const all = answers.flatMap(({ frf }) => [...frf[recorded], ...frf[`model_${key}_interval90`].flat()]);
+    return [Math.min(...all), Math.max(...all)];
+  };
+  const [least, most] = limits("gain", "gain"), [lowest, highest] = limits("phase", "phase_deg");
+  const axes = { gain: { text: "Gain (\u00b0/\u00b0)", logarithmic: true, low: least / 1.1, high: 1.1 * most }, phase_deg: { text: "Phase (\u00b0)", low: lowest - 10, high: highest + 10 } };
+  const chart = ({ controller, frf }, key, band, legend) => plot({ title: `${key === "gain" ? "Gain" : "Phase"} of the recorded response and of ${controller} over frequency`,
+    height: key === "gain" ? 280 : 220, sheet: answers.length > 1 ? 334 : 688, legend, x, y: axes[key],
+    marks: [{ name: `${controller}, 90% interval`, class: "again-soft", band: frequencies.map((at, i) => [at, ...frf[`model_${band}_interval90`][i]]) },
+      { name: `${controller}, mean`, class: "again dashed", line: frequencies.map((at, i) => [at, frf[`model_${key}`][i]]) },
+      { name: "Recorded", class: "draw", line: frequencies.map((at, i) => [at, frf[key][i]]), dots: true }] }).made;
+  const panel = answer => element("div", {}, element("h4", {}, answer.controller), chart(answer, "gain", "gain", true), chart(answer, "phase_deg", "phase", false));
+  return element("figure", {}, element("h3", {}, "Recorded response and each controller\u2019s"), element("div", { class: "panels" }, ...answers.map(panel)),
+    element("figcaption", {}, "Sway over platform tilt. Where the recorded response leaves the band, the controller does not explain it. " +
+      answers.map(({ controller, misfit }) => `${controller} leaves ${fixed(100 * misfit.relative_error, 1)}% of the response`).join("; ") +
+      " (root mean square of the relative error)."));
 }
+
+// ---- each controller -------------------------------------------------------------------------------------------------
 
 function parameterTable({ controller, parameters }) {
-  const rows = parameters.map(each => element("tr", {}, element("th", { scope: "row" }, each.name), number(compact(each.value)),
-    number(each.fixed ? "fixed" : each.interval90.map(compact).join(" to ")), element("td", {}, unitOf(each)),
-    number(absent(each.normalized) ? "" : fixed(each.normalized, 3)), number(fixed(each.contraction, 2)), number(each.range.map(compact).join(" to "))));
-  return table(`Parameters of ${controller}. Contraction: the fraction of the prior\u2019s variance that the table removes; at 0 it says nothing.`,
-    [heading("Parameter"), heading("Mean", "number"), heading("90 % of the draws", "number"), heading("Unit"), heading("/ (m g h)", "number"),
-      heading("Contraction", "number"), heading("Range", "number")], rows);
+  const rows = parameters.map(each => {
+    Object.assign(each, { low: each.range[0], high: each.range[1] });
+    const relative = absent(each.normalized) ? "\u2013" : fixed(each.normalized, 3) + normalizedUnit(each);
+    return element("tr", {}, nameCell(each), number(each.fixed ? `${compact(each.value)}, fixed` : valueOf(each)),
+      number(each.fixed ? "\u2013" : between(each.interval90, finestOf(each))), number(relative), number(each.fixed ? "\u2013" : fixed(each.contraction, 2)),
+      number(each.range.map(compact).join(" to ")));
+  });
+  return table(`Parameters of ${controller}. Contraction: the fraction of the prior\u2019s variance that the table removes; at 0 the table does not determine the parameter.`,
+    [columnHead("Parameter", "", ""), columnHead("Estimate \u00b1 uncertainty", "1 SD"), columnHead("90% interval"), columnHead("Relative to gravity", "1 = just balances"),
+      columnHead("Contraction"), columnHead("Model\u2019s limits", "not a normal range")], rows);
 }
 
 document.title = `${report.file} \u2013 frequency response`;
-main.append(element("h2", {}, report.file), element("p", { class: "about" }, `${report.frf.frequency_hz.length} frequencies, protocol \u201c${report.protocol}\u201d.`));
-if (report.controllers) main.append(comparison());
+main.append(element("section", { "aria-label": report.file }, element("h2", {}, report.file),
+  element("p", { class: "about" }, `${report.frf.frequency_hz.length} frequencies, protocol \u201c${report.protocol}\u201d.`),
+  report.controllers ? comparison() : null, responses()));
 for (const answer of answers) {
-  main.append(element("h2", {}, `Controller ${answer.controller}: ${answer.trust}`),
-    ...answer.warnings.map(({ text }) => element("p", { class: "warning" }, text)), responseFigure(answer));
-  if (answer.warnings.some(({ code }) => code === "no_controller"))
-    main.append(element("p", {}, "No parameters are shown, as no controller of this model has this response."));
-  else main.append(parameterTable(answer));
+  const explained = answer.warnings.every(({ code }) => code !== "no_controller");
+  main.append(element("section", { "aria-label": answer.controller }, element("h2", {}, `Controller ${answer.controller}: ${answer.trust}`),
+    ...answer.warnings.map(({ text }) => element("p", { class: "warning" }, text)),
+    explained ? parameterTable(answer) : element("p", {}, "No parameters are shown, as no controller of this model has this response.")));
 }
 document.getElementById("footer").append(element("p", {}, "decid ", report.decid, "."));
 finish();

@@ -178,7 +178,7 @@ function footer() {
       "The model is a single inverted pendulum under disturbance estimation and compensation (DEC). The values hold for the stated " +
       "protocol only, and contain the errors of model, network and measurement."),
     element("p", {}, "decid ", version, ", model \u201c", name, "\u201d, SHA-256 of its weights ", element("code", {}, sha256),
-      ", protocol \u201c", protocol, "\u201d", ...(options.length > 0 ? [", options ", element("code", {}, options.join(" "))] : []), "."));
+      ", protocol \u201c", protocol, "\u201d", ...(options.length > 0 ? [", options ", element("code", {}, options.join(" "))] : []), "."), ...callTexts(report.model.call));
 }
 
 if (report.recordings.length === 1) document.title = `${report.recordings[0].file} \u2013 balance control report`;

@@ -1,57 +1,8 @@
-// Functions that the pages of decid identify and decid fit share, after common.js: text about recordings and their contents.
+// Functions that the pages of decid identify and decid fit share, after common.js and parameters.js: text about recordings and their contents.
 
-// ---- parameters ----------------------------------------------------------------------------------------------------
-
-// Pages show these units instead of SI: [unit, its number per SI unit].
-const shownUnits = { "rad/s": ["\u00b0/s", 180 / Math.PI], s: ["ms", 1000] };
-
-// Converts a parameter's values in place; factor: the shown value over the value in SI.
-function inShownUnit(parameter) {
-  const [unit, factor] = shownUnits[parameter.unit] ?? [parameter.unit, 1], converted = value => absent(value) ? value : factor * value;
-  for (const key of ["value", "true", "mean", "sd", "low", "high"].filter(key => key in parameter)) parameter[key] = converted(parameter[key]);
-  for (const key of ["interval50", "interval90"].filter(key => key in parameter)) parameter[key] = parameter[key].map(converted);
-  return Object.assign(parameter, { unit, factor });
-}
 for (const { parameters } of report.recordings) parameters.forEach(inShownUnit);
 
-const symbolAndUnit = parameter => parameter.name + (unitOf(parameter) ? ", " + unitOf(parameter) : "");
-const normalizedUnit = parameter => parameter.unit.includes(" s/") ? " s" : "";
-
-// Returns a heading of a column, with what it means below in small print.
-const columnHead = (text, small, kind = "number") => element("th", { scope: "col", class: kind }, text, small ? element("span", { class: "description" }, small) : null);
-
-// Returns a cell of the results table. heading: the text before the value where the table is too narrow for columns.
-const cell = (heading, text) => element("td", { class: text === "\u2013" ? "number none" : "number", "data-heading": heading }, text);
-const nameCell = parameter => element("th", { scope: "row" }, parameter.description, element("span", { class: "description" }, symbolAndUnit(parameter)));
-
 // ---- the table of parameters -----------------------------------------------------------------------------------------
-
-const between = ([low, high], decimals) => `${fixed(low, decimals)} to ${fixed(high, decimals)}`;
-// Returns decimals that resolve the limits and, if it is known, the standard deviation.
-const finestOf = parameter => "sd" in parameter ? Math.min(12, Math.max(decimalsOf(parameter), Math.floor(1.5 - Math.log10(parameter.sd)))) : decimalsOf(parameter);
-const valueOf = (parameter, value = parameter.value) => fixed(value, finestOf(parameter)) +
-  ("sd" in parameter ? ` \u00b1 ${fixed(parameter.sd, finestOf(parameter))}` : "");
-
-// Returns a bar from the lower to the upper limit, with the value, its 90% interval and the true value.
-function rangeCell(parameter, value) {
-  const place = value => Math.min(100, Math.max(0, 100 * (value - parameter.low) / (parameter.high - parameter.low)));
-  const bar = element("div", { class: "bar", "aria-hidden": "true" }), decimals = decimalsOf(parameter);
-  const add = (kind, from, width) => {
-    const made = element("span", { class: kind });
-    Object.assign(made.style, { left: from + "%" }, width === undefined ? {} : { width: width + "%" });
-    bar.append(made);
-  };
-  if ("interval90" in parameter) {
-    const [from, to] = parameter.interval90.map(place);
-    add("interval", from, to - from);
-  }
-  if ("true" in parameter) add("truth-mark", place(parameter.true));
-  if (!absent(value)) add(parameter.beyond ? "value-mark outside" : "value-mark", place(value));
-  return element("td", { class: "range" }, bar,
-    element("div", { class: "limits" }, element("span", {}, fixed(parameter.low, decimals)),
-      parameter.beyond && !absent(value) ? element("strong", {}, "outside") : null,
-      element("span", {}, fixed(parameter.high, decimals))));
-}
 
 // network: the answer is the network's although the parameters have the posterior's means and intervals.
 function parameterTable({ parameters, protocol, body_assumed: assumed }, network = false) {
@@ -380,4 +331,12 @@ function howToRead(whence) {
   window.addEventListener("beforeprint", () => { made.open = true; });
   window.addEventListener("afterprint", () => { made.open = false; });
   return made;
+}
+
+// The call that made the report, and its inputs.
+function callTexts(call) {
+  const rows = call.inputs.map(({ file, sha256 }) => element("li", {}, file, " ", element("code", {}, sha256 ?? "no hash")));
+  return [element("p", {}, "Command: ", element("code", {}, call.command), `; protocol \u201c${call.protocol}\u201d. `,
+    "decid rerun computes its JSON again."),
+    element("details", {}, element("summary", {}, "SHA-256 of the inputs"), element("ul", {}, ...rows))];
 }

@@ -1,0 +1,35 @@
+// Finds the recording that a cell of a sheet names, and the recordings of a person. Letter case, accents in NFC or NFD,
+// the direction of slashes and the ending of the name do not count. Not installed.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace decid {
+
+/// A path as parts for comparison.
+class PathKey {
+ public:
+  explicit PathKey(const std::string& path);
+
+  /// The likeness of two names: not at all; without their endings, such as .csv and .tsv; with them; letter by letter.
+  enum class Likeness { none, without_ending, forgiving, exact };
+  /// Compares the last parts of this path with all parts of `end`: "a/trial.csv" with "trial.csv".
+  Likeness ends_with(const PathKey& end) const;
+  /// Returns the number of parts.
+  std::size_t parts() const { return exact_.size(); }
+
+  /// Returns true if a part of the path names the participant, alone or within other text: "sub-01" or "01" names
+  /// "data/sub-01/ses-1/trial.csv", "P1" names "P1_closed.csv" but not "P10.csv". Numbers need "sub-" or a folder.
+  bool names_participant(const std::string& participant) const { return names(participant, "sub-"); }
+  bool names_session(const std::string& session) const { return names(session, "ses-"); }
+
+ private:
+  bool names(const std::string& wanted, const std::string& prefix) const;
+
+  std::vector<std::string> exact_, forgiving_;  // parts
+  std::string stem_;                            // the last part of forgiving_ without its ending
+};
+
+}  // namespace decid

@@ -1,0 +1,221 @@
+// A study's sheet: see sheet.hpp.
+#include "identify/sheet/sheet.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <string_view>
+
+#include "base/text.hpp"
+#include "identify/sheet/reading_option.hpp"
+#include "identify/sheet/spreadsheet.hpp"
+#include "identify/sheet/text_key.hpp"
+
+namespace decid {
+namespace {
+
+/// The meaning of a column: a cell of the entry, a value of decid's, or an option of reading.
+enum class Role { carried, participant, session, group, condition, file, mass, height, protocol, reading };
+
+struct Column {
+  Role role;
+  std::string option = {};  ///< of reading
+};
+
+Column column_of(const std::string& name) {
+  using Key = std::pair<std::string_view, Role>;
+  constexpr std::array<Key, 30> known{{{"participant", Role::participant},
+                                       {"participantid", Role::participant},
+                                       {"subject", Role::participant},
+                                       {"subjectid", Role::participant},
+                                       {"subid", Role::participant},
+                                       {"person", Role::participant},
+                                       {"personid", Role::participant},
+                                       {"patient", Role::participant},
+                                       {"patientid", Role::participant},
+                                       {"probandid", Role::participant},
+                                       {"session", Role::session},
+                                       {"sessionid", Role::session},
+                                       {"group", Role::group},
+                                       {"condition", Role::condition},
+                                       {"file", Role::file},
+                                       {"filename", Role::file},
+                                       {"path", Role::file},
+                                       {"recording", Role::file},
+                                       {"mass", Role::mass},
+                                       {"masskg", Role::mass},
+                                       {"weight", Role::mass},
+                                       {"weightkg", Role::mass},
+                                       {"bodymass", Role::mass},
+                                       {"bodyweight", Role::mass},
+                                       {"height", Role::height},
+                                       {"heightm", Role::height},
+                                       {"heightcm", Role::height},
+                                       {"bodyheight", Role::height},
+                                       {"bodyheightcm", Role::height},
+                                       {"protocol", Role::protocol}}};
+  const std::string key = column_key(name);
+  if (const auto found = std::ranges::find(known, key, &Key::first); found != known.end()) return {found->second};
+  std::string option = reading_option_of(name);
+  return option.empty() ? Column{Role::carried} : Column{Role::reading, std::move(option)};
+}
+
+bool has_no_value(const std::string& cell) {
+  const std::string key = text_key(cell);
+  return key.empty() || key == "n/a" || key == "na" || key == "nan" || key == "#n/a";
+}
+
+/// Reads the number of a cell; decimal commas are allowed.
+std::optional<double> number_of(std::string cell) {
+  std::ranges::replace(cell, ',', '.');
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+  if (error != std::errc() || end != cell.data() + cell.size() || !std::isfinite(value)) return {};
+  return value;
+}
+
+double mass_of(const std::string& cell, const std::string& where) {
+  const std::optional<double> kg = number_of(cell);
+  if (!kg || *kg < 1.0 || *kg > 500.0)
+    throw Error(Code::value_invalid, where, "the weight '" + cell + "' is not from 1 to 500 kg",
+                "give it in kg, or n/a");
+  return *kg;
+}
+
+double height_of(const std::string& cell, const std::string& where) {
+  const std::optional<double> given = number_of(cell);
+  const double metres = !given ? 0.0 : *given >= 30.0 ? *given / 100.0 : *given;
+  if (metres < 0.3 || metres > 3.0)
+    throw Error(Code::value_invalid, where,
+                "the height '" + cell + "' is neither from 0.3 to 3 m nor from 30 to 300 cm",
+                "give it in m or cm, or n/a");
+  return metres;
+}
+
+void read_cell(const Column& column, const std::string& cell, const std::string& where, SheetLine& line) {
+  switch (column.role) {
+    case Role::carried:
+      line.entry.cells.push_back(has_no_value(cell) ? std::string() : cell);
+      return;
+    case Role::participant:
+      line.entry.participant = has_no_value(cell) ? std::string() : cell;
+      return;
+    default:
+      break;
+  }
+  if (has_no_value(cell)) return;
+  switch (column.role) {
+    case Role::session:
+      line.entry.session = cell;
+      break;
+    case Role::group:
+      line.entry.group = cell;
+      break;
+    case Role::condition:
+      line.entry.condition = cell;
+      break;
+    case Role::file:
+      line.file = cell;
+      break;
+    case Role::mass:
+      line.mass_kg = mass_of(cell, where);
+      break;
+    case Role::height:
+      line.height_m = height_of(cell, where);
+      break;
+    case Role::protocol:
+      line.protocol = cell;
+      break;
+    default: {
+      ReadOptions unused;
+      set_reading_option(unused, column.option, cell, where);  // throws for a wrong value
+      line.reading.emplace_back(column.option, cell);
+    }
+  }
+}
+
+SheetLine read_line(const std::vector<Column>& columns, const std::vector<std::string>& cells, std::size_t number,
+                    const std::string& where) {
+  SheetLine line;
+  line.number = number;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    try {
+      read_cell(columns[i], i < cells.size() ? cells[i] : std::string(), where, line);
+    } catch (const Error& error) {
+      if (!line.error) line.error = error;
+    }
+  }
+  if (!line.error && line.file.empty() && line.entry.participant.empty())
+    line.error =
+        Error(Code::value_missing, where, "names neither a participant nor a file", "give one, or delete the line");
+  return line;
+}
+
+/// Throws Error if two columns mean the same.
+std::vector<Column> read_columns(const std::vector<std::string>& names, const std::string& where) {
+  std::vector<Column> columns;
+  std::map<std::pair<Role, std::string>, std::string> seen;
+  for (const std::string& name : names) {
+    const Column& column = columns.emplace_back(column_of(name));
+    const std::string carried_as = column.role == Role::carried ? text_key(name) : column.option;
+    const auto [first, is_new] = seen.try_emplace({column.role, carried_as}, name);
+    if (!is_new)
+      throw Error(Code::column_ambiguous, where,
+                  "has two columns of one meaning, \"" + first->second + "\" and \"" + name + "\"",
+                  "rename or delete one of them");
+  }
+  const auto has = [&](Role role) { return std::ranges::find(columns, role, &Column::role) != columns.end(); };
+  if (!has(Role::participant) && !has(Role::file))
+    throw Error(Code::column_missing, where, "has neither a column \"participant_id\" nor a column \"file\"",
+                "name the columns in the first line, between tabs, commas or semicolons");
+  return columns;
+}
+
+}  // namespace
+
+std::string StudySheet::place_of(const SheetLine& line) const {
+  return format("%s, line %zu", file.string().c_str(), line.number);
+}
+
+StudySheet read_sheet(const std::filesystem::path& path) {
+  std::vector<std::vector<std::string>> rows = read_spreadsheet(path);
+  std::vector<std::string>& names = rows.front();
+  while (!names.empty() && names.back().empty()) names.pop_back();
+  const std::vector<Column> columns = read_columns(names, path.string() + ", line 1");
+  StudySheet sheet{path, {}, {}};
+  for (std::size_t i = 0; i < columns.size(); ++i)
+    if (columns[i].role == Role::carried) sheet.columns.push_back(names[i]);
+  for (std::size_t row = 1; row < rows.size(); ++row) {
+    if (std::ranges::all_of(rows[row], [](const std::string& cell) { return cell.empty(); })) continue;
+    const std::string where = format("%s, line %zu", path.string().c_str(), row + 1);
+    sheet.lines.push_back(read_line(columns, rows[row], row + 1, where));
+  }
+  if (sheet.lines.empty())
+    throw Error(Code::file_empty, path.string(), "has no line below its names", "add a line per recording or person");
+  return sheet;
+}
+
+SheetLine merged(SheetLine recording, const SheetLine& person) {
+  const auto fill = [](std::string& empty, const std::string& from) {
+    if (empty.empty()) empty = from;
+  };
+  fill(recording.entry.participant, person.entry.participant);
+  fill(recording.entry.session, person.entry.session);
+  fill(recording.entry.group, person.entry.group);
+  fill(recording.entry.condition, person.entry.condition);
+  fill(recording.protocol, person.protocol);
+  for (std::size_t i = 0; i < recording.entry.cells.size(); ++i)
+    fill(recording.entry.cells[i], person.entry.cells.at(i));
+  if (!recording.mass_kg) recording.mass_kg = person.mass_kg;
+  if (!recording.height_m) recording.height_m = person.height_m;
+  for (const auto& option : person.reading)
+    if (std::ranges::find(recording.reading, option.first, &std::pair<std::string, std::string>::first) ==
+        recording.reading.end())
+      recording.reading.push_back(option);
+  if (!recording.error) recording.error = person.error;
+  return recording;
+}
+
+}  // namespace decid

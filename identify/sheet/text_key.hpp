@@ -1,0 +1,18 @@
+// Compares names as people spell them: letter case, and accents as one character or two (NFC, NFD), do not count.
+// Accents: Unicode 15, canonical decompositions of Latin letters up to U+01DC and of U+0218 to U+021B. Not installed.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace decid {
+
+/// Returns a key that equal names share: accents follow their letters as characters of their own, letters are small.
+/// text: UTF-8; other bytes stay as they are.
+std::string text_key(std::string_view text);
+
+/// Returns text_key() without blanks, underscores, hyphens, points and brackets: "Participant ID" and "participant_id"
+/// are one.
+std::string column_key(std::string_view name);
+
+}  // namespace decid

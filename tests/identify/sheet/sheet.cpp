@@ -1,0 +1,262 @@
+// A study's sheet: its columns, cells, names in NFC and NFD, and the recordings of its lines.
+#include "identify/sheet/sheet.hpp"
+
+#include <doctest/doctest.h>
+
+#include "identify/sheet/path_match.hpp"
+#include "identify/sheet/reading_option.hpp"
+#include "identify/sheet/recording_plan.hpp"
+#include "identify/sheet/spreadsheet.hpp"
+#include "identify/sheet/text_key.hpp"
+#include "sim/segments.hpp"
+#include "tests/helpers.hpp"
+
+using namespace decid;
+using namespace decid::test;
+
+namespace {
+
+using Likeness = PathKey::Likeness;
+
+Likeness likeness(const std::string& path, const std::string& end) {
+  return PathKey(path).ends_with(PathKey(end));
+}
+
+/// The sources of files, with an empty file at each place that exists.
+std::vector<RecordingSource> sources(const TemporaryFolder& folder, const std::vector<std::string>& names) {
+  std::vector<RecordingSource> all;
+  for (const std::string& name : names) {
+    std::filesystem::create_directories((folder / name).parent_path());
+    all.emplace_back(write_text(folder / name, "x"));
+  }
+  return all;
+}
+
+RecordingPlan plan_of_text(const TemporaryFolder& folder, const std::string& sheet,
+                           const std::vector<std::string>& names, Choice choice) {
+  const std::filesystem::path path = write_text(folder / "participants.tsv", sheet);
+  return plan_of(read_sheet(path), sources(folder, names), choice, {});
+}
+
+/// Checks an error that a line or a recording has: its code, and a fact in its text.
+void check_has(const std::optional<Error>& error, Code code, const std::string& fact,
+               const char* file = __builtin_FILE(), int line = __builtin_LINE()) {
+  REQUIRE_MESSAGE(error, "called in " << file << ", line " << line);
+  check_error([&] { throw *error; }, code, fact, file, line);
+}
+
+}  // namespace
+
+TEST_CASE("text_key: case and the form of accents do not count, letters do") {
+  CHECK(text_key("J\u00FCrgen \u00C4RGER") == text_key("ju\u0308rgen a\u0308rger"));
+  CHECK(text_key("\u0141\u00D3D\u0179") == text_key("\u0142o\u0301dz\u0301"));
+  CHECK(text_key("\u0394\u0416") == text_key("\u03B4\u0436"));
+  CHECK(text_key("u") != text_key("\u00FC"));
+  CHECK(text_key("\u00E9") != text_key("\u00E8"));
+  CHECK(text_key("a\xFF\xC3") == "a\xFF\xC3");  // no UTF-8
+  CHECK(text_key("\xF0\x9F\x98\x80") == "\xF0\x9F\x98\x80");
+  CHECK(column_key("Participant ID") == column_key("participant_id"));
+  CHECK(column_key("Height (cm)") == "heightcm");
+}
+
+TEST_CASE("path_match: how alike a path and a cell are") {
+  CHECK(likeness("a/b/trial.csv", "trial.csv") == Likeness::exact);
+  CHECK(likeness("a/b/trial.csv", "b/trial.csv") == Likeness::exact);
+  CHECK(likeness("a/b/trial.csv", "./b\\trial.csv") == Likeness::exact);
+  CHECK(likeness("a/B/Trial.CSV", "b/trial.csv") == Likeness::forgiving);
+  CHECK(likeness("a/Pru\u0308f 1.csv", "Pr\u00FCf 1.csv") == Likeness::forgiving);
+  CHECK(likeness("a/b/trial.csv", "b/trial.mat") == Likeness::without_ending);
+  CHECK(likeness("a/b/trial.csv", "trial") == Likeness::without_ending);
+  CHECK(likeness("a/b/trial.csv", "c/trial.csv") == Likeness::none);
+  CHECK(likeness("a/b/trial.csv", "rial.csv") == Likeness::none);
+  CHECK(likeness("trial.csv", "b/trial.csv") == Likeness::none);
+  CHECK(likeness("long.csv#2", "long.csv#2") == Likeness::exact);
+  CHECK(likeness("long.csv#2", "long.csv#1") == Likeness::none);
+  CHECK(likeness("long.csv", "") == Likeness::none);
+
+  CHECK(PathKey("data/sub-01/ses-2/t.csv").names_participant("sub-01"));
+  CHECK(PathKey("data/sub-01/ses-2/t.csv").names_participant("01"));
+  CHECK(PathKey("data/sub-01/ses-2/t.csv").names_session("2"));
+  CHECK_FALSE(PathKey("data/sub-010/t.csv").names_participant("sub-01"));
+  CHECK(PathKey("P1_closed.csv").names_participant("p1"));
+  CHECK_FALSE(PathKey("P10_closed.csv").names_participant("P1"));
+  CHECK_FALSE(PathKey("trial_1.csv").names_participant("1"));
+  CHECK(PathKey("1/trial.csv").names_participant("1"));
+  CHECK_FALSE(PathKey("t.csv").names_participant(""));
+}
+
+TEST_CASE("read_sheet: columns by BIDS' names, units, decimal commas, missing values") {
+  const TemporaryFolder folder;
+  const StudySheet sheet = read_sheet(write_text(
+      folder / "s.csv",
+      "\xEF\xBB\xBFParticipant ID;File;Group;age;Height (cm);Weight_kg;Begin;Invert;Hand\r\n"
+      "P1;a.csv;patients;71;175;\"70,5\";2,5;sway;left\r\n\r\nP2;;n/a;n/a;1,62;N/A;;;\"a;b\"\r\n;;;;;;;;\r\n"));
+  CHECK(sheet.columns == std::vector<std::string>{"age", "Hand"});
+  REQUIRE(sheet.lines.size() == 2);
+  const SheetLine &first = sheet.lines[0], &second = sheet.lines[1];
+  CHECK(first.entry == SheetEntry{"P1", "", "patients", "", {"71", "left"}});
+  CHECK(first.file == "a.csv");
+  CHECK(first.mass_kg == 70.5);
+  CHECK(first.height_m == 1.75);
+  CHECK(first.reading.size() == 2);
+  CHECK_FALSE(first.error);
+  CHECK(second.number == 4);
+  CHECK(second.entry == SheetEntry{"P2", "", "", "", {"", "a;b"}});
+  CHECK(second.height_m == 1.62);
+  CHECK_FALSE(second.mass_kg);
+  CHECK(sheet.place_of(second) == (folder / "s.csv").string() + ", line 4");
+
+  const StudySheet wrong =
+      read_sheet(write_text(folder / "w.tsv",
+                            "participant_id\theight\tweight\tunit\nA\t17\t70\tdeg\nB\t1.7\tx\tdeg\n"
+                            "C\t1.7\t70\tfeet\nD\t1.7\t70\tmm\n\t1.7\t70\tdeg\n"));
+  REQUIRE(wrong.lines.size() == 5);
+  check_has(wrong.lines[0].error, Code::value_invalid, "'17'");
+  check_has(wrong.lines[1].error, Code::value_invalid, "'x'");
+  check_has(wrong.lines[2].error, Code::value_invalid, "feet");
+  CHECK_FALSE(wrong.lines[3].error);
+  check_has(wrong.lines[4].error, Code::value_missing, "line 6");
+
+  check_error([&] { read_sheet(folder / "none.tsv"); }, Code::file_missing, "none.tsv");
+  const auto refused = [&](const std::string& text, Code code) {
+    check_error([&] { read_sheet(write_text(folder / "r.tsv", text)); }, code, "r.tsv");
+  };
+  refused("name\tage\nA\t3\n", Code::column_missing);
+  refused("participant_id\tsubject\nA\tB\n", Code::column_ambiguous);
+  refused("participant_id\tage\tAGE\nA\t3\t3\n", Code::column_ambiguous);
+  refused("participant_id\tage\n", Code::file_empty);
+}
+
+TEST_CASE("set_reading_option: every option, and values it does not have") {
+  ReadOptions made;
+  for (const auto& [name, value] : std::initializer_list<std::pair<const char*, const char*>>{{"column", "COM_x"},
+                                                                                              {"section", "2"},
+                                                                                              {"leg_column", "l"},
+                                                                                              {"trunk_column", "t"},
+                                                                                              {"hip_column", "h"},
+                                                                                              {"shoulder_column", "s"},
+                                                                                              {"ankle_column", "a"},
+                                                                                              {"unit", "mm"},
+                                                                                              {"rate", "100"},
+                                                                                              {"com_height", "0.9"},
+                                                                                              {"skip_lines", "3"},
+                                                                                              {"missing_value", "-1"},
+                                                                                              {"fill_gaps", "0.1"},
+                                                                                              {"begin", "2"},
+                                                                                              {"tilt_column", "p"},
+                                                                                              {"tilt_unit", "rad"},
+                                                                                              {"invert", "both"},
+                                                                                              {"detrend", "linear"}})
+    set_reading_option(made, name, value, "here");
+  const recording::RecordingOptions& reading = made.recording;
+  CHECK(reading.column == "COM_x");
+  CHECK(reading.section == "2");
+  CHECK((reading.leg_column == "l" && reading.trunk_column == "t" && reading.hip_column == "h"));
+  CHECK((reading.shoulder_column == "s" && reading.ankle_column == "a"));
+  CHECK((reading.metres_per_unit == 0.001 && !reading.unit));
+  CHECK((reading.rate_hz == 100.0 && reading.com_height_m == 0.9 && reading.skip_lines == 3));
+  CHECK((reading.missing_value == -1.0 && reading.fill_gaps_s == 0.1 && made.trial.start_s == 2.0));
+  CHECK((reading.tilt_column == "p" && reading.find_tilt && reading.tilt_unit == recording::Unit::radian));
+  CHECK((reading.invert_sway && reading.invert_tilt));
+  CHECK(made.trial.detrend == recording::Detrend::linear);
+  set_reading_option(made, "tilt_column", "none", "here");
+  CHECK((!made.recording.find_tilt && made.recording.tilt_column.empty()));
+  for (const auto& [name, value] : std::initializer_list<std::pair<const char*, const char*>>{{"unit", "feet"},
+                                                                                              {"tilt_unit", "mm"},
+                                                                                              {"invert", "all"},
+                                                                                              {"detrend", "mean"},
+                                                                                              {"rate", "0"},
+                                                                                              {"rate", "x"},
+                                                                                              {"begin", "-1"},
+                                                                                              {"begin", "1 s"}})
+    check_error([&, &n = name, &v = value] { set_reading_option(made, n, v, "here"); }, Code::value_invalid, "here");
+  check_error([&] { set_reading_option(made, "nothing", "1", "here"); }, Code::setting_unknown, "nothing");
+  CHECK(reading_option_of("Tilt column") == "tilt_column");
+  CHECK(reading_option_of("leg").empty());
+}
+
+TEST_CASE("plan_of a sheet of files: the call's recordings, their own options, those without a line or a file") {
+  const TemporaryFolder folder;
+  const RecordingPlan plan = plan_of_text(folder,
+                                          "participant_id\tfile\theight\tweight\tinvert\tprotocol\n"
+                                          "A\ta/t.csv\t175\t70\tsway\tn/a\nB\tB/T.csv\t1.75\t70\tn/a\tshort\n"
+                                          "C\tc/t.csv\tn/a\tn/a\tn/a\tn/a\nD\tgone.csv\t160\t60\tn/a\tn/a\n"
+                                          "E\te.csv\t160\tn/a\tn/a\tn/a\n",
+                                          {"a/t.csv", "b/t.csv", "x.csv", "c/t.csv", "e.csv"}, Choice::by_call);
+  REQUIRE(plan.recordings.size() == 6);
+  const PlannedRecording& a = plan.recordings[0];
+  CHECK(a.entry.participant == "A");
+  CHECK(a.reading.recording.invert_sway);
+  CHECK(a.reading.recording.body_height_m == 1.75);
+  CHECK(a.reading.body == sim::body_of_person({.mass_kg = 70.0, .height_m = 1.75}));
+  const PlannedRecording& b = plan.recordings[1];
+  CHECK(b.entry.participant == "B");
+  CHECK_FALSE(b.reading.recording.invert_sway);
+  CHECK(b.setting != a.setting);  // another protocol
+  CHECK(plan.settings[b.setting].body == plan.settings[a.setting].body);
+  CHECK(plan.settings[b.setting].protocol == "short");
+  check_has(plan.recordings[2].error, Code::value_missing, "x.csv");
+  CHECK_FALSE(plan.recordings[3].error);
+  CHECK_FALSE(plan.recordings[3].reading.body);
+  check_has(plan.recordings[4].error, Code::value_missing, "no weight");
+  CHECK(plan.recordings[5].entry.participant == "D");
+  check_has(plan.recordings[5].error, Code::file_missing, "gone.csv");
+  CHECK(plan.notes.empty());
+}
+
+TEST_CASE("plan_of a sheet of people: their recordings near the sheet, sessions, people without one") {
+  const TemporaryFolder folder;
+  const RecordingPlan plan = plan_of_text(
+      folder,
+      "participant_id\tsession\tgroup\tfile\n01\tn/a\tx\tn/a\n"
+      "01\t2\ty\tn/a\nJ\u00FCrgen\tn/a\tn/a\tn/a\nQ\tn/a\tz\tn/a\n"
+      "01\tn/a\tw\tsub-01/extra.csv\n",
+      {"sub-01/ses-1/t.csv", "sub-01/ses-2/t.csv", "sub-01/extra.csv", "sub-02/t.csv", "ju\u0308rgen 1.csv"},
+      Choice::by_sheet);
+  std::vector<std::pair<std::string, std::string>> found;  // file and group
+  for (const PlannedRecording& recording : plan.recordings)
+    found.emplace_back(recording.source.file.lexically_relative(folder.path()).string(), recording.entry.group);
+  REQUIRE(found.size() == 5);
+  CHECK(found[0] == std::pair<std::string, std::string>("sub-01/ses-1/t.csv", "x"));
+  CHECK(found[1] == std::pair<std::string, std::string>("sub-01/ses-2/t.csv", "y"));
+  CHECK(found[2].first == "ju\u0308rgen 1.csv");
+  CHECK(plan.recordings[3].source.name() == "Q");
+  check_has(plan.recordings[3].error, Code::file_missing, "line 5");
+  CHECK(found[4] == std::pair<std::string, std::string>("sub-01/extra.csv", "w"));
+}
+
+TEST_CASE("plan_of: a person's line fills the lines of recordings; what is not clear is an error") {
+  const TemporaryFolder folder;
+  const std::vector<std::string> files{"a/t.csv", "b/t.csv", "A_open.csv"};
+  const RecordingPlan filled = plan_of_text(folder,
+                                            "participant_id\tfile\tage\theight\tweight\tbegin\n"
+                                            "A\tn/a\t71\t175\t70\t3\nA\tA_open.csv\tn/a\tn/a\tn/a\t5\n",
+                                            files, Choice::by_sheet);
+  REQUIRE(filled.recordings.size() == 2);  // a folder called like the person is that person's
+  CHECK(filled.recordings[0].source.file == folder / "a/t.csv");
+  CHECK(filled.recordings[1].entry.cells == std::vector<std::string>{"71"});
+  CHECK(filled.recordings[1].mass_kg == 70.0);
+  CHECK(filled.recordings[1].reading.trial.start_s == 5.0);
+  CHECK(filled.recordings[0].reading.trial.start_s == 3.0);
+
+  const RecordingPlan nobody = plan_of_text(folder, "participant_id\tgroup\nn/a\tx\n", files, Choice::by_sheet);
+  REQUIRE(nobody.recordings.size() == 1);
+  check_has(nobody.recordings[0].error, Code::value_missing, "line 2");
+  const RecordingPlan unclear = plan_of_text(folder, "file\nt\nA_open.mat\n", files, Choice::by_sheet);
+  check_has(unclear.recordings[0].error, Code::value_invalid, "line 2");
+  CHECK(unclear.recordings[1].source.file == folder / "A_open.csv");
+  const RecordingPlan twice =
+      plan_of_text(folder, "file\tgroup\na/t.csv\tx\nA/T.csv\ty\nt.csv\tz\n", files, Choice::by_call);
+  CHECK(twice.recordings[0].entry.group == "x");  // the exact one
+  CHECK(twice.recordings[1].entry.group == "z");
+  const RecordingPlan two = plan_of_text(folder, "file\tgroup\na/t.csv\tx\na/t.csv\ty\n", files, Choice::by_call);
+  check_has(two.recordings[0].error, Code::value_invalid, "line 3");
+  const RecordingPlan unused =
+      plan_of_text(folder, "participant_id\tfile\nA\ta/t.csv\nZ\tn/a\n", {"a/t.csv"}, Choice::by_call);
+  CHECK(unused.recordings.size() == 1);
+  CHECK(unused.notes.size() == 1);
+  const RecordingPlan part = plan_of_text(folder, "file\nt.csv\nA_OPEN.csv\ngone.csv\n", {"a/t.csv"}, Choice::by_call);
+  REQUIRE(part.recordings.size() == 2);  // A_open.csv exists, so the call left it out
+  CHECK(part.notes.size() == 1);
+  check_has(part.recordings[1].error, Code::file_missing, "gone.csv");
+}

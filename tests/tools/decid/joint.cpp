@@ -1,0 +1,95 @@
+// decid fit --joint: several recordings of one person fitted together, by a sheet or all of a call.
+#include "tests/tools/decid/run.hpp"
+
+using namespace decid::test;
+using Json = nlohmann::json;
+
+namespace {
+
+/// Three recordings of a person with eyes open and closed, and one of another person.
+struct People {
+  Folder folder;
+  std::string protocol, sheet;
+  People() {
+    write_text(folder / "tiny.json", brief_protocol);
+    protocol = " --protocol " + folder / "tiny.json";
+    for (const char* name : {"a1", "a2", "a3", "b1"})
+      run_ok("simulate --quiet" + protocol + " --seed " + name[1] + " -o " + folder / name + ".csv");
+    sheet = folder / "people.csv";
+    write_text(sheet,
+               "participant_id,file,eyes\nA,a1.csv,open\na,a2.csv,open\nB,b1.csv,open\nA,a3.csv,closed\n");
+  }
+  std::string command(const std::string& options) const {
+    return "fit --quiet --json --max-draws 8 --seed 3" + protocol + " " + options;
+  }
+};
+
+const Json& parameter(const Json& json, std::size_t recording, std::size_t p) {
+  return json["recordings"][recording]["parameters"][p];
+}
+
+}  // namespace
+
+TEST_CASE_FIXTURE(People, "fit --joint: recordings of a person share parameters, but for those that are free") {
+  const std::string options = "--study " + sheet + " --joint participant_id --free theta:eyes";
+  const Json json = Json::parse(run_ok(command(options)).out);
+  REQUIRE(json["recordings"].size() == 4);
+  CHECK(parameter(json, 0, 0) == parameter(json, 1, 0));
+  CHECK(parameter(json, 0, 0) == parameter(json, 3, 0));
+  CHECK(parameter(json, 0, 5) == parameter(json, 1, 5));
+  CHECK(parameter(json, 0, 5)["value"] != parameter(json, 3, 5)["value"]);
+  const Json& joint = json["recordings"][3]["joint"];
+  CHECK(joint["recordings"].size() == 3);
+  CHECK(joint["free"] == Json::array({"theta"}));
+  CHECK(joint["condition"] == "closed");
+  // The only recording of a person has the bits of a fit of its own.
+  CHECK_FALSE(json["recordings"][2].contains("joint"));
+  const Json alone = Json::parse(run_ok(command(folder / "b1.csv")).out);
+  for (std::size_t p = 0; p < alone["recordings"][0]["parameters"].size(); ++p)
+    CHECK(parameter(json, 2, p) == parameter(alone, 0, p));
+}
+
+TEST_CASE_FIXTURE(People, "fit --joint all: the recordings of a call, whose journal goes on with all of them") {
+  const std::string files = folder / "a1.csv" + " " + folder / "a2.csv";
+  const std::string call = command("--joint all " + files + " -o " + folder / "o.json");
+  const Json json = Json::parse(run_ok(call).out);
+  CHECK(parameter(json, 0, 6) == parameter(json, 1, 6));
+  CHECK(json["recordings"][0]["joint"]["recordings"].size() == 2);
+  CHECK_FALSE(json["recordings"][0]["joint"].contains("condition"));
+  const std::string text = run_ok("fit --quiet --max-draws 8 --seed 3" + protocol + " --joint all " + files).out;
+  CHECK(contains(text, "fitted together with 1 other recording"));
+  // A missing recording leaves the others' results in the journal, but these depend on all: nothing is taken from it.
+  const Result failed = run_decid(call + " " + folder / "none.csv");
+  CHECK(failed.code != 0);
+  CHECK(Json::parse(failed.out)["recordings"][1]["joint"]["recordings"].size() == 2);
+  CHECK(Json::parse(run_ok(call + " --resume").out) == json);
+}
+
+TEST_CASE_FIXTURE(People, "fit --joint: what does not fit together is refused") {
+  const auto refused = [&](const std::string& options, const char* fact) {
+    const Result result = run_decid(command(options));
+    CHECK(result.code == 2);
+    CHECK(contains(result.err, fact));
+  };
+  const std::string files = folder / "a1.csv" + " " + folder / "a2.csv", study = "--study " + sheet;
+  refused("--joint participant_id " + files, "participant_id");
+  refused(study + " --joint shoe", "shoe");
+  refused(study + " --joint participant_id --free theta:shoe", "shoe");
+  refused(study + " --joint participant_id --free W:eyes", "'W'");
+  refused(study + " --joint participant_id --free theta", "NAME,..:COLUMN");
+  refused(study + " --free theta:eyes", "--joint");
+  refused(study + " --joint participant_id --controller dec,ic", "--controller");
+  refused("--joint all --group " + sheet + " " + files, "--group");
+}
+
+TEST_CASE_FIXTURE(People, "calibrate --with: people recorded several times") {
+  const std::string call = "calibrate --quiet --json --trials 1 --max-draws 8" + protocol;
+  const Json one = Json::parse(run_ok(call).out),
+             three = Json::parse(run_ok(call + " --with " + folder / "tiny.json" + " --with " + folder / "tiny.json").out);
+  CHECK(three["settings"]["with"].size() == 2);
+  CHECK(one["trials"][0]["truth"] == three["trials"][0]["truth"]);
+  CHECK(three["calibration"]["all"]["predicted_variance"] != one["calibration"]["all"]["predicted_variance"]);
+  const Result refused = run_decid(call + " --faults --with short");
+  CHECK(refused.code == 2);
+  CHECK(contains(refused.err, "--with"));
+}

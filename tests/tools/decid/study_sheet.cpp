@@ -1,0 +1,288 @@
+// A study in one call: decid identify and fit with --study, their tables, draws, and decid rerun.
+
+#include <cmath>
+#include <map>
+
+#include "recording/formats/xlsx.hpp"
+#include "tests/tools/decid/run.hpp"
+
+using namespace decid::test;
+using Json = nlohmann::json;
+
+namespace {
+
+void simulate(const std::string& file, const std::string& options) {
+  std::filesystem::create_directories(std::filesystem::path(file).parent_path());
+  run_ok("simulate --quiet " + options + " -o '" + file + "'");
+}
+
+std::vector<std::vector<std::string>> cells_of(const std::string& text, char separator) {
+  std::vector<std::vector<std::string>> rows;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.ends_with('\r')) line.pop_back();
+    std::vector<std::string>& row = rows.emplace_back(1);
+    bool quoted = false;
+    for (const char c : line) {
+      if (c == '"') quoted = !quoted;
+      if (c == separator && !quoted) row.emplace_back();
+      if (c != '"' && (c != separator || quoted)) row.back() += c;
+    }
+  }
+  return rows;
+}
+
+/// A table's cell by the name of its column.
+std::string cell(const std::vector<std::vector<std::string>>& rows, std::size_t row, const std::string& name) {
+  const auto found = std::ranges::find(rows.at(0), name);
+  REQUIRE_MESSAGE(found != rows[0].end(), name);
+  return rows.at(row).at(static_cast<std::size_t>(found - rows[0].begin()));
+}
+
+/// The keys that a call of its own does not have.
+Json without_study(Json recording) {
+  for (const char* key : {"participant_id", "session", "group", "condition", "columns", "protocol", "body"})
+    recording.erase(key);
+  return recording;
+}
+
+constexpr const char* feet = "\u00FC";         // of the sheet, NFC
+constexpr const char* decomposed = "u\u0308";  // of the files, NFD
+
+}  // namespace
+
+// Guards the bits of a study: bodies share a call, so an identifier of another body must not be used. 24 calls take 10
+// s.
+TEST_CASE("a study of 24 bodies in one call gives what 24 calls give, to the bit" * doctest::test_suite("slow")) {
+  const Folder folder;
+  std::string sheet = "participant_id\tfile\theight\tweight\tage\n";
+  std::vector<std::string> calls;
+  for (int i = 0; i < 24; ++i) {
+    const std::string name = "data/p" + std::to_string(i) + ".csv", height = std::to_string(160 + i),
+                      mass = std::to_string(55 + i);
+    simulate(folder / name, "--seed " + std::to_string(i));
+    sheet += "P" + std::to_string(i) + "\t" + name + "\t" + height + "\t" + mass + "\t" + std::to_string(20 + i) + "\n";
+    calls.push_back("identify --quiet --json " + folder / name + " --mass " + mass + " --height " + "1." +
+                    height.substr(1));
+  }
+  write_text(folder / "participants.tsv", sheet);
+  const Json study = run_json("identify --quiet --json --study " + folder / "participants.tsv");
+  REQUIRE(study["recordings"].size() == 24);
+  for (std::size_t i = 0; i < 24; ++i) {
+    const Json single = run_json(calls[i]);
+    CHECK(without_study(study["recordings"][i]) == single["recordings"][0]);
+    CHECK(study["recordings"][i]["body"] == single["body"]);
+    CHECK(study["recordings"][i]["columns"]["age"] == std::to_string(20 + i));
+  }
+}
+
+TEST_CASE("a study as laboratories have it: umlauts, a missing trial, a wrong cell, its tables") {
+  const Folder folder;
+  const std::string name = std::string("M") + decomposed + "ller";
+  simulate(folder / ("Gruppe A/" + name + "/" + name + "_offen.CSV"), "--seed 1");
+  simulate(folder / ("Gruppe A/" + name + "/" + name + "_zu.csv"), "--seed 2");
+  simulate(folder / "Gruppe B/K1.csv", "--seed 3");
+  simulate(folder / "Gruppe B/K2.csv", "--seed 4");
+  const std::string who = std::string("M") + feet + "ller";
+  write_text(folder / "studie.csv",
+             "Participant ID;File;Group;Condition;Height;Weight;Invert;Hand\n" + who + ";gruppe a\\" + who + "\\" +
+                 who + "_offen;patients;open;1,75;70;;right\n" + who + ";" + who +
+                 "_zu.csv;patients;closed;175;70;;right\n" + "K1;K1.csv;controls;open;168;61,5;sway;=left\n" +
+                 "K2;K2.csv;controls;open;16;61;;left\n" + "K3;K3.csv;controls;open;168;61;;left\n");
+  const std::string call = "identify --quiet --json --study " + folder / "studie.csv";
+  const Result result = run_decid(call + " --table " + folder / "wide.csv" + " --long " + folder / "long.csv" +
+                                  " --report " + folder / "r.html");
+  CAPTURE(result.err);
+  CHECK(result.code == 2);
+  CHECK(contains(result.err, "2 of 5 recordings failed"));
+  const Json json = Json::parse(result.out);
+  REQUIRE(json["recordings"].size() == 5);
+  CHECK(json["recordings"][0]["participant_id"] == who);
+  CHECK(json["recordings"][1]["condition"] == "closed");
+  CHECK(json["recordings"][2]["columns"]["Hand"] == "=left");
+  CHECK(contains(json["recordings"][3]["error"].get<std::string>(), "'16'"));
+  CHECK(contains(json["recordings"][4]["error"].get<std::string>(), "K3.csv"));
+  CHECK(json["recordings"][0]["body"] == json["recordings"][1]["body"]);
+  CHECK(json["study"]["columns"] == Json::array({"Hand"}));
+  const Json inverted =
+      run_json("identify --quiet --json --invert sway --mass 61.5 --height 1.68 '" + folder / "Gruppe B/K1.csv" + "'");
+  CHECK(without_study(json["recordings"][2])["parameters"] == inverted["recordings"][0]["parameters"]);
+
+  const auto wide = cells_of(read_text(folder / "wide.csv"), ',');
+  REQUIRE(wide.size() == 6);
+  CHECK(wide[0].back() == "error");
+  CHECK(cell(wide, 1, "participant_id") == who);
+  CHECK(cell(wide, 3, "Hand") == "'=left");  // no formula
+  CHECK(cell(wide, 3, "mass_kg") == "61.5");
+  CHECK(cell(wide, 3, "height_m") == "1.68");
+  CHECK(std::stod(cell(wide, 1, "mgh")) > 500.0);
+  const Json& kp = json["recordings"][0]["parameters"][0];
+  CHECK(std::stod(cell(wide, 1, "Kp")) == kp["value"]);
+  CHECK(std::stod(cell(wide, 1, "Kp_sd")) == kp["sd"]);
+  CHECK(near(std::stod(cell(wide, 1, "Kp_normalized")), kp["normalized"].get<double>(), 1e-14));
+  CHECK(cell(wide, 1, "theta_normalized").empty());
+  CHECK(cell(wide, 1, "model_sha256") == json["model_sha256"]);
+  CHECK(cell(wide, 1, "decid") == DECID_VERSION);
+  CHECK(contains(cell(wide, 4, "error"), "16"));
+  CHECK(cell(wide, 4, "group") == "controls");
+
+  const auto tall = cells_of(read_text(folder / "long.csv"), ',');
+  REQUIRE(tall.size() == 1 + 3 * 7 + 2);
+  for (std::size_t p = 0; p < 7; ++p) {
+    const Json& parameter = json["recordings"][1]["parameters"][p];
+    const std::size_t row = 8 + p;
+    CHECK(cell(tall, row, "parameter") == parameter["name"]);
+    CHECK(cell(tall, row, "unit") == parameter["unit"]);
+    CHECK(std::stod(cell(tall, row, "value")) == parameter["value"]);
+    CHECK(std::stod(cell(tall, row, "low50")) == parameter["interval50"][0]);
+    CHECK(std::stod(cell(tall, row, "high90")) == parameter["interval90"][1]);
+    CHECK(cell(tall, row, "condition") == "closed");
+    CHECK(cell(tall, row, "trust") == json["recordings"][1]["trust"]);
+    CHECK(cell(tall, row, "rhat").empty());
+  }
+  CHECK(cell(tall, 22, "parameter").empty());
+  CHECK(contains(cell(tall, 23, "error"), "K3.csv"));
+
+  run_decid(call + " --excel comma --table " + folder / "e.csv" + " --long " + folder / "e.xlsx");
+  const std::string excel = read_text(folder / "e.csv");
+  CHECK(
+      excel.starts_with("\xEF\xBB\xBF"
+                        "file;trust;Kp;"));
+  CHECK(contains(excel, "\r\n"));
+  const auto comma = cells_of(excel, ';');
+  CHECK(cell(comma, 3, "mass_kg") == "61,5");
+  std::string kp_text = cell(comma, 1, "Kp");
+  std::ranges::replace(kp_text, ',', '.');
+  CHECK(std::stod(kp_text) == kp["value"]);
+  const auto sheet = cells_of(decid::recording::read_xlsx(read_text(folder / "e.xlsx"), "e.xlsx").text, '\t');
+  REQUIRE(sheet.size() == tall.size());
+  CHECK(sheet[0] == tall[0]);
+  CHECK(near(std::stod(cell(sheet, 8, "value")), json["recordings"][1]["parameters"][0]["value"].get<double>(), 1e-12));
+  CHECK(cell(sheet, 8, "participant_id") == who);
+
+  check_refused("identify --study " + folder / "none.tsv", "none.tsv");
+  check_refused("identify", "--study");
+  check_refused("identify --study " + folder / "studie.csv" + " --excel german", "--excel");
+  check_refused("identify --study " + folder / "studie.csv" + " --table " + folder / "studie.csv", "studie.csv");
+}
+
+TEST_CASE("recordings that are named, and a sheet: those without a line have an error") {
+  const Folder folder;
+  simulate(folder / "in/sub-1_trial.csv", "--seed 1");
+  simulate(folder / "in/other.csv", "--seed 2");
+  write_text(folder / "participants.tsv", "participant_id\tsex\nsub-1\tF\nsub-9\tM\n");
+  const Result result = run_decid("identify --json " + folder / "in" + " --study " + folder / "participants.tsv");
+  CHECK(result.code == 2);
+  CHECK(contains(result.err, "note: "));
+  CHECK(contains(result.err, "sub-9"));
+  const Json json = Json::parse(result.out);
+  REQUIRE(json["recordings"].size() == 2);
+  CHECK(contains(json["recordings"][0]["error"].get<std::string>(), "has no line"));
+  CHECK(json["recordings"][1]["columns"]["sex"] == "F");
+}
+
+TEST_CASE("a sheet is a table of groups, too; n/a is no group") {
+  const Folder folder;
+  std::string sheet = "participant_id\tgroup\tfile\n";
+  for (int i = 0; i < 4; ++i) {
+    const std::string file = std::to_string(i) + ".csv";
+    simulate(folder / file, "--seed " + std::to_string(i));
+    sheet += "p" + std::to_string(i) + '\t' +
+             (i == 3   ? "n/a"
+              : i == 2 ? "b"
+                       : "a") +
+             '\t' + (i == 0 ? "0.CSV" : file) + '\n';  // as forgiving as the sheet is
+  }
+  const std::string path = write_text(folder / "s.tsv", sheet).string();
+  const Json json =
+      run_json("identify --quiet --json --study " + path + " --group " + path + " --table " + folder / "t.csv");
+  REQUIRE(json["groups"].size() == 2);
+  CHECK(json["groups"][0]["people"] == 2);
+  CHECK(json["recordings"][0]["subject"] == "p0");
+  CHECK(json["recordings"][3]["group"].is_null());
+  const auto rows = cells_of(read_text(folder / "t.csv"), ',');
+  CHECK(cell(rows, 3, "group") == "b");
+  CHECK(cell(rows, 4, "group").empty());
+}
+
+TEST_CASE("fit: a study of two bodies and two protocols, each with the bits of a call of its own" *
+          doctest::test_suite("slow")) {
+  const Folder folder;
+  const std::string wide =
+      write_text(folder / "wide.json", R"({"sequence": {"cycles": 1, "amplitude_deg": 2}})").string();
+  simulate(folder / "a.csv", "--protocol short --seed 1");
+  simulate(folder / "b.csv", "--protocol " + wide + " --seed 2");
+  write_text(folder / "s.csv",
+             "participant_id,file,height,weight,protocol\nA,a.csv,1.75,70,short\nB,b.csv,1.62,58,wide.json\n");
+  const std::string options = " --quiet --json --max-draws 8 --seed 3";
+  const Result study = run_decid("fit" + options + " --study " + folder / "s.csv" + " -o " + folder / "o.json" +
+                                 " --draws " + folder / "d.csv");
+  const Json json = Json::parse(study.out);
+  REQUIRE(json["recordings"].size() == 2);
+  const Json a = run_json("fit" + options + " --mass 70 --height 1.75 --protocol short " + folder / "a.csv"),
+             b = run_json("fit" + options + " --mass 58 --height 1.62 --protocol " + wide + " " + folder / "b.csv");
+  CHECK(without_study(json["recordings"][0]) == a["recordings"][0]);
+  CHECK(without_study(json["recordings"][1]) == b["recordings"][0]);
+  CHECK(json["recordings"][1]["protocol"] == "wide");
+  CHECK(json["study"]["protocols"].size() == 2);
+  CHECK(json["seed"] == 3);
+
+  // Draws as R's package posterior reads them: its names, and numbers from 1.
+  const auto draws = cells_of(read_text(folder / "d.csv"), ',');
+  REQUIRE(draws.size() == 1 + 2 * 64);
+  CHECK(draws[0][0] == "file");
+  CHECK(draws[0][1] == ".chain");
+  double mean = 0.0;
+  for (std::size_t row = 1; row <= 64; ++row) {
+    CHECK(cell(draws, row, ".draw") == std::to_string(row));
+    CHECK(cell(draws, row, ".chain") == std::to_string((row - 1) / 8 + 1));
+    CHECK(cell(draws, row, ".iteration") == std::to_string((row - 1) % 8 + 1));
+    CHECK(std::isfinite(std::stod(cell(draws, row, "lp__"))));
+    const double acceptance = std::stod(cell(draws, row, "accept_stat__"));
+    CHECK((acceptance >= 0.0 && acceptance <= 1.0));
+    mean += std::stod(cell(draws, row, "Kp")) / 64.0;
+  }
+  CHECK(near(mean, json["recordings"][0]["parameters"][0]["value"].get<double>(), 1e-12));
+  const Json& diagnostics = json["recordings"][0]["diagnostics"];
+  CHECK(diagnostics["tail_effective_draws"]["Kp"].get<double>() > 0.0);
+  CHECK(diagnostics["monte_carlo_error"]["Kp"].get<double>() <
+        json["recordings"][0]["parameters"][0]["sd"].get<double>());
+
+  const Result again = run_decid("rerun " + folder / "o.json" + " -o " + folder / "again.json");
+  CAPTURE(again.err);
+  CHECK(again.code == study.code);
+  CHECK(read_text(folder / "again.json") == read_text(folder / "o.json"));
+}
+
+TEST_CASE("rerun: the same bytes, and refusals of changed inputs and other files") {
+  const Folder folder;
+  simulate(folder / "t.csv", "--seed 5");
+  run_ok("identify --quiet " + folder / "t.csv" + " --detrend offset -o " + folder / "o.json" + " --table " +
+         folder / "table.csv");
+  const Json json = read_json(folder / "o.json");
+  CHECK(json["command"] == "identify");
+  CHECK(json["arguments"] == Json::array({"--detrend=offset", folder / "t.csv"}));
+  CHECK(json["inputs"][0]["file"] == folder / "t.csv");
+  CHECK(json["inputs"][0]["sha256"].get<std::string>().size() == 64);
+  CHECK(json["seed"].is_null());
+  const Result result = run_ok("rerun " + folder / "o.json" + " -o " + folder / "again.json");
+  CHECK(contains(result.err, "to the byte"));
+  CHECK(read_text(folder / "again.json") == read_text(folder / "o.json"));
+  run_ok("rerun --quiet --threads 1 " + folder / "o.json");
+
+  std::string changed = read_text(folder / "o.json");
+  changed.replace(changed.find("\"peak_to_peak_deg\": "), 20, "\"peak_to_peak_deg\": 1");
+  write_text(folder / "changed.json", changed);
+  CHECK(run_decid("rerun " + folder / "changed.json").code == 1);
+  check_refused("rerun " + folder / "o.json" + " -o " + folder / "o.json", "another name");
+  check_refused("rerun " + folder / "t.csv", "t.csv");
+  write_text(folder / "empty.json", "{}");
+  check_refused("rerun " + folder / "empty.json", "empty.json");
+  std::string old = read_text(folder / "o.json");
+  old.replace(old.find(DECID_VERSION), std::string(DECID_VERSION).size(), "0.1");
+  write_text(folder / "old.json", old);
+  check_refused("rerun " + folder / "old.json", "0.1");
+  std::filesystem::remove(folder / "t.csv");
+  simulate(folder / "t.csv", "--seed 6");
+  check_refused("rerun " + folder / "o.json", "t.csv");
+}

@@ -1,0 +1,130 @@
+// Figures of results: which there are, their numbers as CSV, and where the drawing puts them.
+#include "tools/report/figures/result_figures.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "sim/body_model.hpp"
+#include "tests/helpers.hpp"
+
+namespace decid::tools {
+namespace {
+
+/// Adds a recording whose Kp is `kp`, with a response of this gain at two frequencies.
+void add(Report& report, const SheetEntry& who, double kp, double gain) {
+  RecordingResult& made = report.recordings.emplace_back();
+  made.file = who.participant + who.session + ".csv";
+  made.entry = who;
+  made.estimate.parameters = sim::single_pendulum().parameters.middle();
+  made.estimate.parameters[0] = kp;
+  FrequencyResponses& frf = made.explanation.frf.emplace();
+  for (const double hz : {0.1, 1.0}) {
+    sim::FrfPoint& point = frf.recorded.emplace_back();
+    point.frequency_hz = hz;
+    point.response = {0.0, -gain};
+    frf.linear.emplace_back(0.0, -1.0);
+  }
+}
+
+/// Two groups of two people; one person has two sessions.
+Report study() {
+  Report report;
+  add(report, {"P1", "1", "patients", ""}, 600.0, 1.0);
+  add(report, {"P1", "2", "patients", ""}, 700.0, 2.0);
+  add(report, {"P2", "1", "patients", ""}, 800.0, 3.0);
+  add(report, {"K, 1", "1", "controls", ""}, 900.0, 4.0);
+  add(report, {"K2", "1", "controls", ""}, 1000.0, 5.0);
+  return report;
+}
+
+std::vector<std::string> ids(const std::vector<Figure>& figures) {
+  std::vector<std::string> all;
+  for (const Figure& figure : figures) all.push_back(figure.id);
+  return all;
+}
+
+std::vector<std::string> lines_with(const std::string& csv, const std::string& part) {
+  std::vector<std::string> found;
+  std::istringstream text(csv);
+  for (std::string line; std::getline(text, line);)
+    if (line.find(part) != std::string::npos) found.push_back(line);
+  return found;
+}
+
+std::ptrdiff_t count(const std::string& text, const std::string& part) {
+  std::ptrdiff_t found = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
+  return found;
+}
+
+}  // namespace
+
+TEST_CASE("figures of results: groups, sessions and responses, each with its numbers") {
+  const std::vector<Figure> figures = result_figures(study());
+  REQUIRE(ids(figures) == std::vector<std::string>{"estimates", "sessions", "responses"});
+  for (const Figure& figure : figures) {
+    CHECK(figure.svg.starts_with("<svg "));
+    CHECK(figure.svg.ends_with("</svg>\n"));
+    CHECK(figure.svg.find("nan") == std::string::npos);
+  }
+  const std::vector<std::string> kp = lines_with(figures[0].csv, "Kp,");
+  REQUIRE(kp.size() == 5);
+  CHECK(kp[1] == "Kp,N m/rad,P1,2,patients,,P12.csv,700.0,,");
+  CHECK(kp[3] == "Kp,N m/rad,\"K, 1\",1,controls,,\"K, 11.csv\",900.0,,");
+  CHECK(count(figures[0].svg, "<circle") == 5 * 7);
+  // Both groups' means: people count once, so the patients' is (650 + 800) / 2.
+  CHECK(count(figures[0].svg, "stroke=\"#1c2733\"") == 2 * 7);
+
+  const std::vector<std::string> change = lines_with(figures[1].csv, "Kp,");
+  REQUIRE(change.size() == 5);
+  CHECK(change[1] == "Kp,N m/rad,P1,patients,2,700.0");
+  CHECK(figures[1].csv.starts_with("parameter,unit,participant_id,group,session,value\n"));
+
+  const std::vector<std::string> response = lines_with(figures[2].csv, "K2,");
+  REQUIRE(response.size() == 2);
+  CHECK(response[0] == "K2,1,controls,,K21.csv,0.1,5.0,-90.0");
+}
+
+TEST_CASE("figures of results: the mean of a group is of its people, not of its recordings") {
+  Report one, two;
+  add(one, {"A", "", "", ""}, 600.0, 1.0);
+  add(one, {"A", "", "", ""}, 600.0, 1.0);
+  add(one, {"A", "", "", ""}, 600.0, 1.0);
+  add(one, {"B", "", "", ""}, 1000.0, 1.0);
+  add(two, {"A", "", "", ""}, 600.0, 1.0);
+  add(two, {"B", "", "", ""}, 1000.0, 1.0);
+  const auto mean_line = [](const Report& report) {
+    const std::string svg = result_figures(report).at(0).svg;
+    const std::size_t at = svg.find("stroke=\"#1c2733\""), begin = svg.rfind("<path", at);
+    return svg.substr(begin, at - begin);
+  };
+  CHECK(mean_line(one) == mean_line(two));
+}
+
+TEST_CASE("figures of results: recordings that cannot be used are left out; none make no figure") {
+  Report report = study();
+  report.recordings[0].error = Error(Code::file_missing, "P11.csv", "cannot be opened", "correct the name");
+  add_invalid(report.recordings[3].warnings, "out_of_distribution", "it is unlike the training");
+  report.recordings[4].explanation.frf.reset();
+  const std::vector<Figure> figures = result_figures(report);
+  REQUIRE(ids(figures) == std::vector<std::string>{"estimates", "sessions", "responses"});
+  CHECK(lines_with(figures[0].csv, "Kp,").size() == 3);
+  CHECK(lines_with(figures[2].csv, "controls").empty());
+  report.recordings.resize(1);
+  CHECK(result_figures(report).empty());
+  CHECK(result_figures({}).empty());
+}
+
+TEST_CASE("figures of results: groups and people of a table of groups") {
+  Report report = study();
+  for (RecordingResult& id : report.recordings) id.entry = {};
+  report.groups.emplace();
+  for (const char* group : {"a", "a", "b", "b", "b"}) report.groups->table.members.push_back({group, "someone"});
+  const std::vector<Figure> figures = result_figures(report);
+  REQUIRE(ids(figures) == std::vector<std::string>{"estimates", "responses"});
+  CHECK(lines_with(figures[0].csv, ",someone,,b,").size() == 3 * 7);
+}
+
+}  // namespace decid::tools
