@@ -41,9 +41,12 @@ bool same_ranges(const ParameterDistribution& distribution, const sim::Parameter
   return true;
 }
 
-bool same_ranges(const sim::ParameterTable& one, const sim::ParameterTable& other) {
-  return std::ranges::equal(one, other, [](const sim::ParameterInfo& a, const sim::ParameterInfo& b) {
-    return a.name == b.name && a.low == b.low && a.high == b.high;
+/// Returns true if fractions of both ranges mean the same: what scales with m g h may have this ratio.
+bool alike(const sim::ParameterTable& ranges, const sim::ParameterTable& other, double mgh_ratio) {
+  return std::ranges::equal(ranges, other, [&](const sim::ParameterInfo& a, const sim::ParameterInfo& b) {
+    const double ratio = a.per_mgh ? mgh_ratio : 1.0, tolerance = 1e-9 * b.range();
+    return a.name == b.name && std::abs(ratio * a.low - b.low) <= tolerance &&
+           std::abs(ratio * a.high - b.high) <= tolerance;
   });
 }
 
@@ -67,8 +70,9 @@ struct Mean {
 }  // namespace
 
 std::optional<Measurement> measurement_of(const RecordingResult& result, const Report& report) {
-  const sim::ParameterTable ranges = report.ranges();
-  if (!same_ranges(ranges, report.ranges_of(result))) return std::nullopt;  // another body or controller
+  const sim::ParameterTable ranges = report.ranges_of(result);
+  const double mgh_ratio = report.protocol_of(result).experiment.body.mgh() / report.protocol.experiment.body.mgh();
+  if (!alike(report.ranges(), ranges, mgh_ratio)) return std::nullopt;
   if (result.fit && result.fit->answer == FitFigures::Answer::posterior) {
     const std::span<const posterior::State> states = result.fit->posterior.states();
     if (states.size() < 16) return std::nullopt;

@@ -14,11 +14,12 @@ struct Report;
 namespace decid::cohort {
 
 /// Returns the evidence of a recording of the report: the draws of its posterior, with normal priors divided out, or
-/// the network's distribution. Empty if it has neither, fewer than 16 draws, or a distribution over other ranges.
+/// the network's distribution. Parameters that scale with m g h count relative to the recording's own body. Empty if
+/// the recording has neither, fewer than 16 draws, or other ranges than the report.
 std::optional<Measurement> measurement_of(const RecordingResult& result, const Report& report);
 
 /// Analyses the groups of a report. members: one per recording, with participant and group; an empty group leaves it
-/// out. Empty unless two groups have two persons with evidence each.
+/// out. Recordings that were fitted together count once. Empty unless two groups have two persons with evidence each.
 std::optional<Result> analyse_groups(const Report& report, std::span<const Recording> members);
 
 /// Returns the reliability of the values of persons in both groups, per parameter; empty where it is undefined. The

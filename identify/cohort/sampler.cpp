@@ -27,7 +27,7 @@ Sampler::Sampler(const Design& design, std::span<const Recording> recordings, st
       recordings_(recordings),
       seed_(seed),
       chain_(chain),
-      random_(seed, streams::cohort, chain << 32U),
+      random_(seed, streams::cohort, chain_ << 32U),
       size_(design.parameters),
       coefficients_(design.cells.size() + design.covariate_sd.size()),
       noise_variance_(size_, 0.0),

@@ -107,6 +107,40 @@ TEST_CASE("cohort: recordings without a distribution over the ranges are not in 
   CHECK_FALSE(decid::cohort::measurement_of(report.recordings[2], report));
 }
 
+TEST_CASE("cohort: recordings fitted together count once; those of another body are not in the model") {
+  Report report;
+  GroupTable table{"subject", {}};
+  add_groups(report, table, false);
+  for (const std::size_t twin : {0U, 1U, 2U}) {
+    report.recordings.push_back(report.recordings[twin]);
+    table.members.push_back(table.members[twin]);
+  }
+  CHECK(decid::report_groups(table, report).hierarchical->cells[0].recordings == 6);
+  for (const std::size_t twin : {0U, 1U, 2U})
+    for (const std::size_t i : {twin, twin + 6})
+      report.recordings[i].fit.emplace().joint = decid::JointFit{{std::to_string(twin), "twin"}, {}, {}};
+  for (RecordingResult& one : report.recordings)
+    if (one.fit) one.fit->answer = decid::FitFigures::Answer::network;
+  CHECK(decid::report_groups(table, report).hierarchical->cells[0].recordings == 3);
+
+  decid::ReportSetting& other = report.other_settings.emplace_back();
+  other.protocol = report.protocol;
+  report.recordings[5].setting = 1;
+  CHECK(decid::cohort::measurement_of(report.recordings[5], report));  // the same body
+  other.protocol.experiment.body.mass_kg *= 1.2;
+  CHECK_FALSE(decid::cohort::measurement_of(report.recordings[5], report));  // a network's ranges are its body's
+  // Draws of a heavier body have the same fractions of their own ranges.
+  report.fit.emplace();
+  RecordingResult own = fitted(report, 0.4);
+  Report heavier = report;
+  heavier.protocol = other.protocol;
+  RecordingResult scaled = fitted(heavier, 0.4);
+  scaled.setting = 1;
+  const auto one = decid::cohort::measurement_of(own, report), same = decid::cohort::measurement_of(scaled, report);
+  REQUIRE(same);
+  CHECK(near(same->centre(0, decid::sim::Kp), one->centre(0, decid::sim::Kp), 1e-9));
+}
+
 TEST_CASE("cohort: draws of a fit are evidence, and a normal prior is taken back") {
   Report report;
   report.fit.emplace();
