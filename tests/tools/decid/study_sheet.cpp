@@ -91,7 +91,7 @@ TEST_CASE("a study as laboratories have it: umlauts, a missing trial, a wrong ce
                  "K2;K2.csv;controls;open;16;61;;left\n" + "K3;K3.csv;controls;open;168;61;;left\n");
   const std::string call = "identify --quiet --json --study " + folder / "studie.csv";
   const Result result = run_decid(call + " --table " + folder / "wide.csv" + " --long " + folder / "long.csv" +
-                                  " --report " + folder / "r.html");
+                                  " --report " + folder / "r.html" + " --figures " + folder / "figures");
   CAPTURE(result.err);
   CHECK(result.code == 2);
   CHECK(contains(result.err, "2 of 5 recordings failed"));
@@ -107,6 +107,12 @@ TEST_CASE("a study as laboratories have it: umlauts, a missing trial, a wrong ce
   const Json inverted =
       run_json("identify --quiet --json --invert sway --mass 61.5 --height 1.68 '" + folder / "Gruppe B/K1.csv" + "'");
   CHECK(without_study(json["recordings"][2])["parameters"] == inverted["recordings"][0]["parameters"]);
+
+  for (const char* figure : {"estimates", "conditions", "responses"}) {
+    CHECK(read_text(folder / ("figures/" + std::string(figure) + ".svg")).starts_with("<svg "));
+    CHECK(contains(read_text(folder / ("figures/" + std::string(figure) + ".csv")), who));
+  }
+  CHECK_FALSE(std::filesystem::exists(folder / "figures/sessions.svg"));
 
   const auto wide = cells_of(read_text(folder / "wide.csv"), ',');
   REQUIRE(wide.size() == 6);
