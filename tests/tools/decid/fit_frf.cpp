@@ -144,6 +144,18 @@ TEST_CASE("fit --frf --objective log-ratio is the field's least squares") {
     CHECK(contains(text.out, words));
 }
 
+TEST_CASE("fit --frf: columns stand below their headings, however long the parameters' names are") {
+  const std::string text =
+      run_ok("fit --frf " + example + " --protocol short --objective log-ratio --controller dec2015").out;
+  const auto column_of = [&](const std::string& words) {
+    const std::size_t at = text.find(words);
+    REQUIRE(at != std::string::npos);
+    return at - text.rfind('\n', at);
+  };
+  CHECK(column_of("0.6 to 1.2") == column_of("model's limits"));
+  CHECK(column_of("0 to 0.26") == column_of("model's limits"));
+}
+
 TEST_CASE("fit --frf warns of a table that the model does not explain") {
   const Folder folder;
   write_text(folder / "t.csv",

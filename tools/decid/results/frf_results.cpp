@@ -151,11 +151,11 @@ std::string parameters_text(const FrfAnswer& answer, const std::optional<sim::Pa
   if (!found.explained())
     return "  no parameters are shown, as no controller of the model has this response; the nearest ones have:\n";
   const sim::ParameterTable& ranges = answer.density.ranges();
-  std::string text = table_heading("estimate", truth.has_value(), " contraction");
+  std::string text = table_heading(name_width(ranges), "estimate", truth.has_value(), " contraction");
   const sim::Parameters mean = means(answer);
   for (std::size_t p = 0; p < ranges.size(); ++p)
     text += parameter_line(
-        found, p, ranges[p], mean[p], mgh_of(answer.density), truth,
+        found, p, ranges, mean[p], mgh_of(answer.density), truth,
         answer.density.is_fixed(p) ? "       fixed" : format(" %11.2f", found.contraction(static_cast<int>(p))));
   return text +
          "  contraction: fraction of the prior's variance that the table removes; at 0 the draws are the prior's\n";
@@ -312,12 +312,13 @@ Json answer_json(const LogRatioReport::Answer& answer, const std::optional<sim::
 
 std::string answer_text(const LogRatioReport::Answer& answer, const std::optional<sim::Parameters>& truth) {
   const sim::ParameterTable& ranges = answer.density.ranges();
-  std::string text = format("  %-28s %10s %-10s %14s%s  %s\n", "", "estimate", "unit", "or", truth ? "       true" : "",
-                            "model's limits");
+  const int width = name_width(ranges);
+  std::string text = format("  %-*s %10s %-10s %14s%s  %s\n", width, "", "estimate", "unit", "or",
+                            truth ? "       true" : "", "model's limits");
   for (std::size_t p = 0; p < ranges.size(); ++p) {
     const double value = answer.found.state.parameters[p];
-    text += format("  %-28s %10.5g %-10s %14s", shown_name(ranges[p]).c_str(), value, ranges[p].shown_unit().c_str(),
-                   in_other_unit(ranges[p], value, mgh_of(answer.density)).c_str());
+    text += format("  %-*s %10.5g %-10s %14s", width, shown_name(ranges[p]).c_str(), value,
+                   ranges[p].shown_unit().c_str(), in_other_unit(ranges[p], value, mgh_of(answer.density)).c_str());
     if (truth) text += format(" %10.5g", (*truth)[p]);
     text += format("  %g to %g%s\n", ranges[p].low, ranges[p].high,
                    answer.density.is_fixed(p) ? ", fixed"

@@ -3,6 +3,7 @@
 // parameters come first.
 #pragma once
 
+#include <algorithm>
 #include <initializer_list>
 #include <optional>
 #include <string>
@@ -74,6 +75,13 @@ inline std::string shown_name(const sim::ParameterInfo& info) {
   return info.description + " (" + info.name + ")";
 }
 
+/// Returns the width of the longest shown_name() of a table.
+inline int name_width(const sim::ParameterTable& table) {
+  std::size_t width = 0;
+  for (const sim::ParameterInfo& info : table) width = std::max(width, shown_name(info).size());
+  return static_cast<int>(width);
+}
+
 /// Returns a value relative to gravity, in degrees per second or in milliseconds; empty for a plain number.
 inline std::string in_other_unit(const sim::ParameterInfo& info, double value, double mgh) {
   if (info.per_mgh) return format(info.unit == "N m/rad" ? "%.3f m g h" : "%.3f s m g h", value / mgh);
@@ -81,23 +89,24 @@ inline std::string in_other_unit(const sim::ParameterInfo& info, double value, d
   return info.unit == "s" ? format("%.0f ms", 1e3 * value) : std::string();
 }
 
-/// Returns the heading of parameter_line()s. value: the heading of the parameter's value; note: the heading of
-/// parameter_line()'s note.
-inline std::string table_heading(const char* value, bool truth, const std::string& note = {}) {
-  return format("  %-28s %10s %10s %24s %-10s %14s%s%s  %s\n", "", value, "sd", "90% interval", "unit", "or",
+/// Returns the heading of parameter_line()s. width: name_width() of their table; value: the heading of the parameter's
+/// value; note: the heading of parameter_line()'s note.
+inline std::string table_heading(int width, const char* value, bool truth, const std::string& note = {}) {
+  return format("  %-*s %10s %10s %24s %-10s %14s%s%s  %s\n", width, "", value, "sd", "90% interval", "unit", "or",
                 truth ? "       true" : "", note.c_str(), "model's limits");
 }
 
 /// Returns a table's line of one parameter, up to its limits; `value` is the parameter's value, `note` comes before the
 /// limits.
 template <class Found>
-std::string parameter_line(const Found& found, std::size_t p, const sim::ParameterInfo& info, double value, double mgh,
-                           const std::optional<sim::Parameters>& truth, const std::string& note = {}) {
+std::string parameter_line(const Found& found, std::size_t p, const sim::ParameterTable& table, double value,
+                           double mgh, const std::optional<sim::Parameters>& truth, const std::string& note = {}) {
+  const sim::ParameterInfo& info = table[p];
   const int quantity = static_cast<int>(p);
   const std::string between = format("%.5g to %.5g", found.quantile(quantity, 0.05), found.quantile(quantity, 0.95));
-  std::string text =
-      format("  %-28s %10.5g %10.3g %24s %-10s %14s", shown_name(info).c_str(), value, found.deviation(quantity),
-             between.c_str(), info.shown_unit().c_str(), in_other_unit(info, value, mgh).c_str());
+  std::string text = format("  %-*s %10.5g %10.3g %24s %-10s %14s", name_width(table), shown_name(info).c_str(), value,
+                            found.deviation(quantity), between.c_str(), info.shown_unit().c_str(),
+                            in_other_unit(info, value, mgh).c_str());
   if (truth) text += format(" %10.5g", (*truth)[p]);
   return text + note + format("  %g to %g\n", info.low, info.high);
 }

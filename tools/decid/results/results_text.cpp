@@ -14,12 +14,13 @@ using posterior::Density;
 
 std::string point_table(const RecordingResult& id, const Report& report) {
   const sim::ParameterTable table = report.ranges_of(id);
-  std::string text = format("  %-28s %10s %-10s %14s%s  %s\n", "", "estimate", "unit", "or",
+  const int width = name_width(table);
+  std::string text = format("  %-*s %10s %-10s %14s%s  %s\n", width, "", "estimate", "unit", "or",
                             id.truth ? "       true" : "", "model's limits");
   for (std::size_t p = 0; p < table.size(); ++p) {
     const sim::ParameterInfo& info = table[p];
     const double value = id.estimate.parameters[p];
-    text += format("  %-28s %10.5g %-10s %14s", shown_name(info).c_str(), value, info.shown_unit().c_str(),
+    text += format("  %-*s %10.5g %-10s %14s", width, shown_name(info).c_str(), value, info.shown_unit().c_str(),
                    in_other_unit(info, value, report.protocol_of(id).experiment.body.mgh()).c_str());
     if (id.truth) text += format(" %10.5g", (*id.truth)[p]);
     text += format("  %g to %g\n", info.low, info.high);
@@ -31,9 +32,9 @@ template <class Found>
 std::string distribution_table(const RecordingResult& id, const Report& report, const Found& found) {
   const sim::ParameterTable table = report.ranges_of(id);
   const bool from_network = id.fit && id.fit->answer == FitFigures::Answer::network;
-  std::string text = table_heading(from_network ? "network" : "estimate", id.truth.has_value());
+  std::string text = table_heading(name_width(table), from_network ? "network" : "estimate", id.truth.has_value());
   for (std::size_t p = 0; p < table.size(); ++p)
-    text += parameter_line(found, p, table[p], id.estimate.parameters[p], report.protocol_of(id).experiment.body.mgh(),
+    text += parameter_line(found, p, table, id.estimate.parameters[p], report.protocol_of(id).experiment.body.mgh(),
                            id.truth);
   return text;
 }
