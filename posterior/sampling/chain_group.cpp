@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/math/cholesky.hpp"
 #include "base/math/math.hpp"
@@ -274,14 +275,20 @@ void ChainGroup::reparameterise() {
 
 /// Moves chains that are worse than the best by more than the limit to the place of another chain.
 void ChainGroup::restart(const Sampler::Lanes& badness, double limit) {
-  const double highest = *std::ranges::min_element(badness) + limit;
+  // A chain without a finite value is worse than all others.
+  const auto of = [&](std::size_t l) {
+    return std::isfinite(badness[l]) ? badness[l] : std::numeric_limits<double>::infinity();
+  };
+  double highest = std::numeric_limits<double>::infinity();
+  for (std::size_t l = 0; l < lanes; ++l) highest = std::min(highest, of(l) + limit);
+  if (!std::isfinite(highest)) return;
   std::vector<std::size_t> good;
   for (std::size_t l = 0; l < lanes; ++l)
-    if (badness[l] <= highest) good.push_back(l);
+    if (of(l) <= highest) good.push_back(l);
   const Random random(settings_.seed, streams::chains,
                       restarting + number_ * max_windows + static_cast<std::uint64_t>(windows_));
   for (std::size_t l = 0; l < lanes; ++l) {
-    if (badness[l] <= highest || good.empty()) continue;
+    if (of(l) <= highest) continue;
     const std::size_t from = good[static_cast<std::size_t>(random.below(l, good.size()))];
     for (std::size_t t = 0; t < trials_.size(); ++t) {
       const std::span<double> x = sampler_.coordinates(t);
