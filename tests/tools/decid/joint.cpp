@@ -16,8 +16,7 @@ struct People {
     for (const char* name : {"a1", "a2", "a3", "b1"})
       run_ok("simulate --quiet" + protocol + " --seed " + name[1] + " -o " + folder / name + ".csv");
     sheet = folder / "people.csv";
-    write_text(sheet,
-               "participant_id,file,eyes\nA,a1.csv,open\na,a2.csv,open\nB,b1.csv,open\nA,a3.csv,closed\n");
+    write_text(sheet, "participant_id,file,eyes\nA,a1.csv,open\na,a2.csv,open\nB,b1.csv,open\nA,a3.csv,closed\n");
   }
   std::string command(const std::string& options) const {
     return "fit --quiet --json --max-draws 8 --seed 3" + protocol + " " + options;
@@ -85,7 +84,8 @@ TEST_CASE_FIXTURE(People, "fit --joint: what does not fit together is refused") 
 TEST_CASE_FIXTURE(People, "calibrate --with: people recorded several times") {
   const std::string call = "calibrate --quiet --json --trials 1 --max-draws 8" + protocol;
   const Json one = Json::parse(run_ok(call).out),
-             three = Json::parse(run_ok(call + " --with " + folder / "tiny.json" + " --with " + folder / "tiny.json").out);
+             three =
+                 Json::parse(run_ok(call + " --with " + folder / "tiny.json" + " --with " + folder / "tiny.json").out);
   CHECK(three["settings"]["with"].size() == 2);
   CHECK(one["trials"][0]["truth"] == three["trials"][0]["truth"]);
   CHECK(three["calibration"]["all"]["predicted_variance"] != one["calibration"]["all"]["predicted_variance"]);
