@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "identify/cohort/cohort.hpp"
@@ -11,7 +12,10 @@ namespace decid::cohort {
 struct Design {
   struct CellName {
     std::string group, session, condition;
-    auto operator<=>(const CellName&) const = default;
+    bool operator==(const CellName&) const = default;
+    bool operator<(const CellName& other) const {
+      return std::tie(group, session, condition) < std::tie(other.group, other.session, other.condition);
+    }
   };
   struct Visit {
     std::size_t person, cell;

@@ -239,11 +239,11 @@ class Planner {
         Error(Code::file_missing, plan_.sheet->place_of(line), problem, "correct the name, or copy the file there"));
   }
 
-  void add(const RecordingSource& source, const SheetLine& line, std::optional<Error> error = {}) {
+  void add(const RecordingSource& source, const SheetLine& line, const std::optional<Error>& error = {}) {
     PlannedRecording planned{source, reading_, 0, line.entry, line.mass_kg, line.height_m};
     planned.options = line.reading;
     planned.entry.cells.resize(plan_.sheet->columns.size());
-    planned.error = error ? std::move(error) : line.error;
+    planned.error = error ? error : line.error;
     RecordingSetting setting{reading_.body, {}};
     try {
       apply(line, planned.reading, setting);

@@ -80,7 +80,8 @@ void use_controller(sim::Protocol& its_own, const sim::Protocol& protocol, const
 
 }  // namespace
 
-PlanIdentifier::PlanIdentifier(const Model& model, std::string name, const RecordingPlan& plan, std::size_t at_once)
+PlanIdentifier::PlanIdentifier(const Model& model, const std::string& name, const RecordingPlan& plan,
+                               std::size_t at_once)
     : model_(model), plan_(plan), at_once_(at_once), errors_(plan.settings.size()) {
   for (std::size_t k = 0; k < plan.settings.size(); ++k) {
     bodies_.push_back(for_body(model, name, {}));

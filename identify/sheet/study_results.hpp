@@ -18,7 +18,7 @@ class PlanIdentifier {
  public:
   /// name: the model's name in errors. at_once: recordings that identify() often gets. A setting that the model does
   /// not cover is an error of its recordings if the plan has a sheet, and is thrown otherwise.
-  PlanIdentifier(const Model& model, std::string name, const RecordingPlan& plan, std::size_t at_once);
+  PlanIdentifier(const Model& model, const std::string& name, const RecordingPlan& plan, std::size_t at_once);
   PlanIdentifier(const PlanIdentifier&) = delete;
   PlanIdentifier& operator=(const PlanIdentifier&) = delete;
   ~PlanIdentifier();

@@ -262,7 +262,8 @@ void Sampler::move(int leapfrog_steps) {
   const Lanes kinetic_after = kinetic_energy();
   for (std::size_t l = 0; l < lanes; ++l) {
     const double change = potential_[l] + kinetic_after[l] - energy_[l];
-    diverged_[l] = !(change < divergence);
+    // While chains draw, a large gain is an error of the steps, too; to reject both keeps the distribution.
+    diverged_[l] = !((holds_ ? std::abs(change) : change) < divergence);
     acceptance_[l] = diverged_[l] ? 0.0 : decid::exp(-std::max(0.0, change));
     const bool accepted = choice[l] < acceptance_[l];
     log_density_[l] = accepted ? -potential_[l] - log_volume_[l] : -before[l] - volume_before[l];

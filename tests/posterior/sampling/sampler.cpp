@@ -84,6 +84,31 @@ TEST_CASE_FIXTURE(Prior,
   CHECK(sampler.leapfrog_steps() == 8);
 }
 
+// Far from where the noise is probable, one step of this length loses at least a tenth of the energy, 8,000.
+TEST_CASE("Sampler: a large gain of a transition is accepted on the way, and is a divergence while chains draw") {
+  const sim::Protocol protocol = sines_protocol();
+  Priors priors;
+  priors.parameters.push_back({.name = "Nv", .fixed = 0.3});
+  const Density density(protocol, priors);
+  const Observation observation = density.observe(recorded(protocol, some_parameters(), 0.02, 0));
+  const auto noises = static_cast<std::size_t>(density.noise_size());
+  const double scale = std::sqrt(0.3 * 0.3 + 0.05 * 0.05);  // of a noise coefficient
+  for (const bool holds : {false, true}) {
+    Sampler sampler(Target(density, observation), 3, 0);
+    sampler.fix_noise(1e6);
+    sampler.hold_last(holds);
+    const double far = scale * std::sqrt(16'000.0 / static_cast<double>(noises));
+    std::fill_n(sampler.coordinates().begin(), noises * lanes, far);
+    sampler.begin_adapting(scale);
+    sampler.move(1);
+    for (std::size_t l = 0; l < lanes; ++l) {
+      CHECK(sampler.diverged()[l] == holds);
+      CHECK(sampler.acceptance()[l] == (holds ? 0.0 : 1.0));
+      CHECK((sampler.coordinates()[l] == far) == holds);
+    }
+  }
+}
+
 TEST_CASE_FIXTURE(Prior, "Sampler: a metric that is not positive definite is refused and changes nothing") {
   Sampler sampler(Target(density, observation), 3, 0);
   const auto size = static_cast<std::size_t>(density.size());

@@ -71,7 +71,8 @@ void add_draws(const std::string& prefix, const FitFigures& fit, const std::vect
   for (std::size_t draw = 0; draw < draws; ++draw) {
     const sim::Parameters& values = found.states()[draw].parameters;
     parameters.insert(parameters.end(), values.begin(), values.end());
-    chain.push_back(static_cast<double>(draw / each));
+    const std::size_t number = draw / each;
+    chain.push_back(static_cast<double>(number));
   }
   arrays.add(prefix + "parameters", {draws, names.size()}, std::move(parameters));
   arrays.add(prefix + "chain", {draws}, std::move(chain));

@@ -1,7 +1,8 @@
 // Tables as text: see table.hpp.
 #ifndef __wasm__  // a page has no locales
 #include <langinfo.h>
-#include <locale.h>
+
+#include <clocale>
 #endif
 
 #include <algorithm>
