@@ -179,13 +179,14 @@ void add_visits(const Drawn& drawn, Result& result) {
   for (std::size_t v = 0; v < design.visits.size(); ++v) {
     const Design::Visit& visit = design.visits[v];
     result.visits.push_back({design.persons[visit.person].name, visit.cell, visit.recordings.size(), {}});
-    std::vector<Series>& series = all.emplace_back();
+    std::vector<Series> series;
     for (std::size_t p = 0; p < design.parameters; ++p) {
       series.push_back(drawn.series([&](const Draw& draw) {
         return drawn.value(draw.visits[v * design.parameters + p], drawn.squared_sd(draw.trial_sd, p), p);
       }));
       result.visits.back().value.push_back(quantity_of(series.back()));
     }
+    all.push_back(std::move(series));
   }
   for (const Design::Person& person : design.persons)
     for (std::size_t c = 0; c < result.comparisons.size(); ++c) {

@@ -113,9 +113,10 @@ void ChainGroup::metric_from_here() {
     const std::size_t size = triangle(static_cast<std::size_t>(density(t).size()));
     std::vector<double> matrices(size * lanes);
     sampler_.information(sampler_.coordinates(t), matrices, t);
-    std::vector<double>& mean = means.emplace_back(size, 0.0);
+    std::vector<double> mean(size, 0.0);
     add_mean(matrices, mean);
     target().parameters_last(t, mean, 1);
+    means.push_back(std::move(mean));
   }
   sampler_.set_metric(means);
 }
@@ -260,13 +261,14 @@ void ChainGroup::reparameterise() {
   Reparameterisation::Workspace work;
   for (std::size_t t = 0; t < trials_.size(); ++t) {
     const Reparameterisation& fit = fits.emplace_back(trials_[t].fit.fit());
-    std::vector<double>& metric = metrics.emplace_back(triangle(static_cast<std::size_t>(density(t).size())), 0.0);
+    std::vector<double> metric(triangle(static_cast<std::size_t>(density(t).size())), 0.0);
     for (std::size_t i = 0; i < places_.size(); ++i) {
       fit.change_information(places_[i][t], trials_[t].informations[i], work, density(t).isa());
       add_mean(trials_[t].informations[i], metric);
     }
     for (double& value : metric) value /= static_cast<double>(places_.size());
     target().parameters_last(t, metric, 1);
+    metrics.push_back(std::move(metric));
     trials_[t].informations.clear();
   }
   if (!sampler_.set_metric(metrics)) return;

@@ -77,7 +77,8 @@ class Panels {
 
   Sheet& sheet() { return sheet_; }
   Plot add(PlotAxis x, PlotAxis y, const std::string& title) {
-    const auto column = static_cast<double>(next_ % columns), row = static_cast<double>(next_ / columns);
+    const auto row_number = next_ / columns;
+    const auto column = static_cast<double>(next_ % columns), row = static_cast<double>(row_number);
     ++next_;
     return Plot(sheet_, {62 + column * width, 60 + row * height}, width - 82, height - 70, std::move(x), std::move(y),
                 title);
