@@ -151,9 +151,9 @@ class Run {
       for (const ChainGroup& group : groups_) draws = std::min(draws, group.draws());
       if (draws < min_judged_draws) break;
       judge(draws);
-      if (draws >= settings_.min_draws && (enough() || steps() >= settings_.max_steps)) break;
+      if (draws >= settings_.min_draws && (enough() || steps() >= max_steps())) break;
       report("drawing", warming_fraction + (1.0 - warming_fraction) * draws / settings_.max_draws);
-      if (!last && draws >= settings_.trial_draws && apart() && steps() < settings_.max_steps / 2) return false;
+      if (!last && draws >= settings_.trial_draws && apart() && steps() < max_steps() / 2) return false;
     }
     return true;
   }
@@ -200,6 +200,8 @@ class Run {
 
   /// Returns the leapfrog steps of a group.
   long long steps() const { return groups_.front().leapfrog_steps() / lanes; }
+
+  long long max_steps() const { return (target_.joint() ? 2 : 1) * settings_.max_steps; }
 
   bool enough() const {
     return std::ranges::all_of(results_, [&](const Posterior& result) {

@@ -32,8 +32,9 @@ struct Settings {
   int trial_draws = 25;            ///< of a chain, after which a round except the last may be repeated
   int min_draws = 40;              ///< of a chain
   int max_draws = 160;
-  long long max_steps = 25'000;  ///< leapfrog steps of a group after which no draws begin
-  double max_rhat = 1.05;        ///< sufficient: every quantity's R-hat is at most this
+  long long max_steps =
+      25'000;              ///< leapfrog steps of a group after which no draws begin; twice as many for several trials
+  double max_rhat = 1.05;  ///< sufficient: every quantity's R-hat is at most this
   double effective_draws = 100;  ///< sufficient: every quantity has this many
 };
 
