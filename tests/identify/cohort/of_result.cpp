@@ -62,22 +62,25 @@ RecordingResult fitted(const Report& report, double at, std::size_t draws = 64) 
   return made;
 }
 
-/// Adds three persons to each of two groups.
-void add_groups(Report& report, GroupTable& table, bool same_persons) {
-  for (const bool second : {false, true})
-    for (int i = 0; i < 3; ++i) {
-      report.recordings.push_back(read_by_network(report, 0.2 * i + (second ? 0.5 : -0.5) + 0.01 * i * i));
-      table.members.push_back({second ? "b" : "a", (second && !same_persons ? "x" : "y") + std::to_string(i)});
-    }
-}
+/// A report with three persons in each of two groups.
+struct TwoGroups {
+  Report report;
+  GroupTable table{"subject", {}};
+  explicit TwoGroups(bool same_persons) {
+    for (const bool second : {false, true})
+      for (int i = 0; i < 3; ++i) {
+        report.recordings.push_back(read_by_network(report, 0.2 * i + (second ? 0.5 : -0.5) + 0.01 * i * i));
+        table.members.push_back({second ? "b" : "a", (second && !same_persons ? "x" : "y") + std::to_string(i)});
+      }
+  }
+  decid::GroupReport compared() const { return decid::report_groups(table, report); }
+};
 
 }  // namespace
 
 TEST_CASE("cohort: groups of a report are analysed by their distributions") {
-  Report report;
-  GroupTable table{"subject", {}};
-  add_groups(report, table, false);
-  const decid::GroupReport groups = decid::report_groups(table, report);
+  TwoGroups made(false);
+  const decid::GroupReport groups = made.compared();
   REQUIRE(groups.hierarchical);
   REQUIRE(groups.hierarchical->comparisons.size() == 1);
   CHECK(groups.hierarchical->cells[0].group == "a");
@@ -93,14 +96,13 @@ TEST_CASE("cohort: groups of a report are analysed by their distributions") {
 }
 
 TEST_CASE("cohort: recordings without a distribution over the ranges are not in the hierarchical model") {
-  Report report;
-  GroupTable table{"subject", {}};
-  add_groups(report, table, false);
+  TwoGroups made(false);
+  Report& report = made.report;
   report.recordings[0].estimate.distribution.reset();
-  REQUIRE(decid::report_groups(table, report).hierarchical);
-  CHECK(decid::report_groups(table, report).hierarchical->cells[0].persons == 2);
+  REQUIRE(made.compared().hierarchical);
+  CHECK(made.compared().hierarchical->cells[0].persons == 2);
   report.recordings[1].estimate.distribution.reset();  // one person is left
-  CHECK_FALSE(decid::report_groups(table, report).hierarchical);
+  CHECK_FALSE(made.compared().hierarchical);
 
   CHECK(decid::cohort::measurement_of(report.recordings[2], report));
   report.fit.emplace().priors.parameters = {{"delay", decid::posterior::ParameterPrior::Range{0.0, 0.2}, {}}};
@@ -108,20 +110,19 @@ TEST_CASE("cohort: recordings without a distribution over the ranges are not in 
 }
 
 TEST_CASE("cohort: recordings fitted together count once; those of another body are not in the model") {
-  Report report;
-  GroupTable table{"subject", {}};
-  add_groups(report, table, false);
+  TwoGroups made(false);
+  auto& [report, table] = made;
   for (const std::size_t twin : {0U, 1U, 2U}) {
     report.recordings.push_back(report.recordings[twin]);
     table.members.push_back(table.members[twin]);
   }
-  CHECK(decid::report_groups(table, report).hierarchical->cells[0].recordings == 6);
+  CHECK(made.compared().hierarchical->cells[0].recordings == 6);
   for (const std::size_t twin : {0U, 1U, 2U})
     for (const std::size_t i : {twin, twin + 6})
       report.recordings[i].fit.emplace().joint = decid::JointFit{{std::to_string(twin), "twin"}, {}, {}};
   for (RecordingResult& one : report.recordings)
     if (one.fit) one.fit->answer = decid::FitFigures::Answer::network;
-  CHECK(decid::report_groups(table, report).hierarchical->cells[0].recordings == 3);
+  CHECK(made.compared().hierarchical->cells[0].recordings == 3);
 
   decid::ReportSetting& other = report.other_settings.emplace_back();
   other.protocol = report.protocol;
@@ -165,10 +166,9 @@ TEST_CASE("cohort: draws of a fit are evidence, and a normal prior is taken back
 }
 
 TEST_CASE("cohort: persons in both groups have a reliability and changes") {
-  Report report;
-  GroupTable table{"subject", {}};
-  add_groups(report, table, true);
-  const decid::GroupReport groups = decid::report_groups(table, report);
+  TwoGroups made(true);
+  Report& report = made.report;
+  const decid::GroupReport groups = made.compared();
   REQUIRE(groups.hierarchical);
   CHECK(groups.hierarchical->comparisons[0].persons_in_both == 3);
   CHECK(groups.hierarchical->changes.size() == 3);
@@ -178,5 +178,5 @@ TEST_CASE("cohort: persons in both groups have a reliability and changes") {
   CHECK(groups.reliability[0][0]->persons == 3);
   CHECK(groups.reliability[0][0]->measurement_sd > 0.0);
   for (RecordingResult& one : report.recordings) one.estimate.parameters[0] = 900.0;
-  CHECK_FALSE(decid::report_groups(table, report).reliability[0][0]);
+  CHECK_FALSE(made.compared().reliability[0][0]);
 }
