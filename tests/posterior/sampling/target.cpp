@@ -9,6 +9,7 @@
 #include "posterior/posterior.hpp"
 #include "posterior/sampling/sampler.hpp"
 #include "tests/helpers.hpp"
+#include "tests/posterior/sampling/prior_draws.hpp"
 #include "tests/posterior/sampling/quick.hpp"
 #include "tests/posterior/trial.hpp"
 
@@ -172,7 +173,7 @@ TEST_CASE_FIXTURE(Pair, "Target: small steps keep the energy of all trials, with
     sampler.information(sampler.coordinates(t), matrices, t);
     for (std::size_t i = 0; i < triangle(size); ++i) informations[t].push_back(matrices[i * lanes]);
     sampler.fix_noise(1.0, t);
-    Target(sampler.target()).parameters_last(t, informations[t], 1);
+    sampler.target().parameters_last(t, informations[t], 1);
   }
   REQUIRE(sampler.set_metric(informations));
   sampler.begin_adapting(1e-3);
@@ -207,29 +208,7 @@ TEST_CASE_FIXTURE(Pair, "Sampler: of two trials that say nothing, draws are thos
                             doctest::test_suite("slow")) {
   Sampler sampler(target(), 3, 0);
   for (std::size_t t = 0; t < 2; ++t) sampler.fix_noise(1e6, t);
-  sampler.begin_adapting(0.3);
-  for (int i = 0; i < 200; ++i) {
-    sampler.move(48);
-    sampler.adapt(0.95);
-  }
-  sampler.end_adapting();
-  constexpr int draws = 2000;
-  std::vector<double> sum(count), squares(count);
-  for (int i = 0; i < draws; ++i) {
-    sampler.move(48);
-    for (std::size_t p = 0; p < count; ++p) {
-      for (std::size_t l = 0; l < lanes; ++l) {
-        const double x = sampler.coordinates(1)[(own - Density::others + p) * lanes + l];
-        sum[p] += x;
-        squares[p] += x * x;
-      }
-    }
-  }
-  // 16,000 draws, worth at least a twentieth of that: 5 standard errors of means (0.035) and of variances (0.05).
-  for (std::size_t p = 0; p < count; ++p) {
-    CHECK(within(sum[p] / (draws * lanes), 0.0, 0.18));
-    CHECK(within(squares[p] / (draws * lanes), 1.0, 0.25));
-  }
+  check_draws_of_prior(sampler, 1, own - Density::others, count, [] {});
 }
 
 TEST_CASE_FIXTURE(Pair, "Target: what does not fit together is refused") {
