@@ -87,17 +87,14 @@ std::optional<CalibratedTrial> calibrate_trial(const std::deque<posterior::Densi
   std::vector<posterior::Observation> observations{densities.front().observe(trial.sway_rad)};
   for (std::size_t k = 0; k < trial.others_rad.size(); ++k)
     observations.push_back(densities.at(k + 1).observe(trial.others_rad[k]));
-  const auto progress = [&](const posterior::Progress&) { return !stop(); };
-  posterior::Posterior found;
-  if (observations.size() == 1) {
-    found = posterior::sample(densities.front(), observations.front(), settings, {}, progress);
-  } else {
-    std::vector<std::size_t> all(ranges.size());
-    std::iota(all.begin(), all.end(), std::size_t{0});
-    std::vector<posterior::TargetTrial> together;
-    for (std::size_t k = 0; k < observations.size(); ++k) together.push_back({&densities[k], &observations[k], all});
-    found = std::move(posterior::sample_joint(posterior::Target(std::move(together)), settings, progress).front());
-  }
+  std::vector<std::size_t> common(observations.size() > 1 ? ranges.size() : 0);  // every parameter
+  std::iota(common.begin(), common.end(), std::size_t{0});
+  std::vector<posterior::TargetTrial> together;
+  for (std::size_t k = 0; k < observations.size(); ++k) together.push_back({&densities[k], &observations[k], common});
+  const posterior::Posterior found = std::move(
+      posterior::sample_joint(posterior::Target(std::move(together)), settings, [&](const posterior::Progress&) {
+        return !stop();
+      }).front());
   if (stop()) return std::nullopt;
   CalibratedTrial result = calibrate(trial.truth, found, ranges);
   result.attempt = trial.attempt;

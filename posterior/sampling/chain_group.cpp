@@ -132,11 +132,13 @@ void ChainGroup::adapt(int moves, int leapfrog_steps) {
 /// Lowers the measurement noise of all trials in stages, each from its own first to its own last.
 void ChainGroup::anneal(const Report& report) {
   // Several trials tell more, so the density changes more with the noise.
-  const double log_lowering = decid::log(lowering) / std::sqrt(static_cast<double>(trials_.size()));
+  const double factor = trials_.size() == 1
+                            ? lowering
+                            : decid::exp(decid::log(lowering) / std::sqrt(static_cast<double>(trials_.size())));
   double step = 0.2, stages = 1.0;
   for (std::size_t t = 0; t < trials_.size(); ++t) {
     trials_[t].annealed_deg = first_noise_deg(t);
-    stages = std::max(stages, decid::log(trials_[t].annealed_deg / noise_deg(t)) / log_lowering + 1.0);
+    stages = std::max(stages, decid::log(trials_[t].annealed_deg / noise_deg(t)) / decid::log(factor) + 1.0);
   }
   for (int stage = 0; !stopped_; ++stage) {
     for (std::size_t t = 0; t < trials_.size(); ++t) sampler_.fix_noise(trials_[t].annealed_deg, t);
@@ -149,7 +151,7 @@ void ChainGroup::anneal(const Report& report) {
     for (std::size_t t = 0; t < trials_.size(); ++t) {
       double& noise = trials_[t].annealed_deg;
       last = last && noise <= noise_deg(t);
-      noise = std::max(noise_deg(t), trials_.size() == 1 ? noise / lowering : noise * decid::exp(-log_lowering));
+      noise = std::max(noise_deg(t), noise / factor);
     }
     if (last) break;
   }

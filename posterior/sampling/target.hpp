@@ -57,8 +57,8 @@ class Target {
   void parameters_last(std::size_t trial, std::span<double> matrix, std::size_t width) const;
 
   /// Computes the inverse factors of the metric from each trial's information, in the order of parameters_last(). The
-  /// first of `held` rows, the trial's last own ones, do not depend on others. Returns false if a matrix is not
-  /// positive definite. Several trials only.
+  /// last `held` own rows of each trial are fixed: they do not act on others. Returns false if a matrix is not positive
+  /// definite. Several trials only.
   bool metric(std::span<const std::vector<double>> informations, std::size_t held,
               std::vector<std::vector<double>>& inverse_factors) const;
   /// Returns the sum of logarithms of the diagonal of the information's Cholesky factor, from each trial's factors.
