@@ -196,20 +196,15 @@ void Fitter::fit_together(std::span<RecordingResult> read, const FitterOf& fitte
   const auto begin = std::chrono::steady_clock::now();
   std::vector<std::size_t> usable;
   std::vector<std::string> conditions;
-  std::deque<Prepared> prepared;
   for (std::size_t i = 0; i < group.recordings.size(); ++i) {
-    RecordingResult& result = read[group.recordings[i]];
-    if (result.error) continue;
-    try {
-      prepared.push_back(fitter_of(group.recordings[i]).prepare(result));
-    } catch (const Error& error) {
-      result.error = in_file(error, result.file);
-      continue;
-    }
+    if (read[group.recordings[i]].error) continue;
     usable.push_back(group.recordings[i]);
     conditions.push_back(group.conditions.empty() ? std::string() : group.conditions[i]);
   }
   if (usable.empty()) return;
+  if (usable.size() == 1) return fitter_of(usable.front()).fit(read[usable.front()], progress);
+  std::deque<Prepared> prepared;
+  for (const std::size_t i : usable) prepared.push_back(fitter_of(i).prepare(read[i]));
   const FitRequest& request = *fitter_of(usable.front()).report_.fit;
   if (!request.others.empty())
     throw Error(Code::setting_conflict, "joint posterior", "is for one controller, not for a comparison of several",
@@ -335,22 +330,24 @@ void Fitter::fit_others(RecordingResult& result, bool moved, const posterior::On
   compare(pointwise, plan_->own.name(), figures, result.warnings);
 }
 
+std::vector<FitGroup> with_lone(std::vector<FitGroup> groups, std::size_t recordings) {
+  std::vector<bool> taken(recordings, false);
+  std::erase_if(groups, [](const FitGroup& group) { return group.recordings.empty(); });
+  for (const FitGroup& group : groups)
+    for (const std::size_t i : group.recordings) taken.at(i) = true;
+  for (std::size_t i = 0; i < recordings; ++i)
+    if (!taken[i]) groups.push_back({{i}});
+  std::ranges::sort(groups, {}, [](const FitGroup& group) { return group.recordings.front(); });
+  return groups;
+}
+
 bool Fitter::fit(std::span<RecordingResult> read, const FitProgress& progress, const OnFitted& fitted) {
   return fit_each(read, [this](std::size_t) -> Fitter& { return *this; }, progress, fitted, {});
 }
 
 bool fit_each(std::span<RecordingResult> read, const std::function<Fitter&(std::size_t recording)>& fitter_of,
               const FitProgress& progress, const OnFitted& fitted, std::span<const FitGroup> groups) {
-  std::vector<FitGroup> units;  // in the order of their first recordings
-  std::vector<bool> taken(read.size(), false);
-  for (const FitGroup& group : groups) {
-    for (const std::size_t i : group.recordings) taken.at(i) = true;
-    if (!group.recordings.empty()) units.push_back(group);
-  }
-  for (std::size_t i = 0; i < read.size(); ++i)
-    if (!taken[i]) units.push_back({{i}});
-  std::ranges::stable_sort(units, {}, [](const FitGroup& unit) { return unit.recordings.front(); });
-
+  const std::vector<FitGroup> units = with_lone({groups.begin(), groups.end()}, read.size());
   std::mutex reporting;
   std::atomic<bool> stopped{false};
   std::atomic<std::size_t> begun{0};

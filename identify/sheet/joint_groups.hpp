@@ -12,8 +12,8 @@ namespace decid {
 /// Returns groups of two or more recordings, by their places in the plan: those with the same text in the sheet's
 /// column `joint`, such as participant_id; without a sheet, all recordings if `joint` is "all". Recordings without that
 /// text, and those with an error, are in no group. conditions: the column whose texts FitGroup::conditions are; empty:
-/// none. Letter case, blanks and underscores of column names do not count. Throws Error for a column that the sheet
-/// does not have, and for a column of a plan without a sheet.
+/// none. Letter case does not count in these texts. Throws Error for a column that the sheet does not have
+/// (StudySheet::reader_of()), and for a column of a plan without a sheet.
 std::vector<FitGroup> joint_groups(const RecordingPlan& plan, const std::string& joint, const std::string& conditions);
 
 }  // namespace decid

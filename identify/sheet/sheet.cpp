@@ -179,6 +179,32 @@ std::string StudySheet::place_of(const SheetLine& line) const {
   return format("%s, line %zu", file.string().c_str(), line.number);
 }
 
+std::function<std::string(const SheetEntry& entry)> StudySheet::reader_of(const std::string& column) const {
+  switch (column_of(column).role) {
+    case Role::participant:
+      return &SheetEntry::participant;
+    case Role::session:
+      return &SheetEntry::session;
+    case Role::group:
+      return &SheetEntry::group;
+    case Role::condition:
+      return &SheetEntry::condition;
+    default:
+      break;
+  }
+  const auto found = std::ranges::find(columns, column_key(column), column_key);
+  if (found == columns.end())
+    throw Error(Code::column_missing, file.string(), "has no column '" + column + "' of persons or conditions",
+                "name participant_id, session, group, condition or another column of the sheet");
+  return [place = static_cast<std::size_t>(found - columns.begin())](const SheetEntry& entry) {
+    return place < entry.cells.size() ? entry.cells[place] : std::string();
+  };
+}
+
+bool names_persons(const std::string& column) {
+  return column_of(column).role == Role::participant;
+}
+
 StudySheet read_sheet(const std::filesystem::path& path) {
   std::vector<std::vector<std::string>> rows = read_spreadsheet(path);
   std::vector<std::string>& names = rows.front();

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -31,6 +32,9 @@ struct StudySheet {
 
   /// Returns "participants.tsv, line 3".
   std::string place_of(const SheetLine& line) const;
+  /// Returns the function that reads a column of entries, by any spelling of its name; "" is n/a. Throws Error for a
+  /// column that the sheet or its entries do not have.
+  std::function<std::string(const SheetEntry& entry)> reader_of(const std::string& column) const;
 };
 
 /// Reads a sheet: text between tabs, commas or semicolons (RFC 4180), or the first sheet of a workbook (.xlsx). Letter
@@ -43,6 +47,9 @@ struct StudySheet {
 /// unreadable file, a sheet without participant_id and file, two columns of one meaning, and a sheet without lines. A
 /// line with a wrong cell has an error.
 StudySheet read_sheet(const std::filesystem::path& path);
+
+/// Returns true for the names of a column of persons: participant_id, subject and the like.
+bool names_persons(const std::string& column);
 
 /// Returns the line with the empty cells of a recording's line filled from the person's.
 SheetLine merged(SheetLine recording, const SheetLine& person);

@@ -2,16 +2,15 @@
 #include "tools/decid/group_file.hpp"
 
 #include <algorithm>
-#include <array>
 #include <filesystem>
 #include <iostream>
 #include <map>
 #include <optional>
 #include <set>
-#include <string_view>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "identify/sheet/sheet.hpp"
 #include "identify/sheet/spreadsheet.hpp"
 #include "recording/table/cells.hpp"
 #include "tools/decid/ranks.hpp"
@@ -55,19 +54,10 @@ std::size_t require_column(const std::string& file, const Cells& names, const st
               "give a table with the columns file and group, and subject if some recordings are of one person");
 }
 
-/// A column's name without what writers vary: "Participant ID", "participant-id" and "participant_id" are one.
-std::string plain_name(const std::string& name) {
-  std::string plain = lower_case(trimmed(name));
-  std::erase_if(plain, [](char c) { return c == ' ' || c == '_' || c == '-' || c == '.'; });
-  return plain;
-}
-
 std::optional<std::size_t> person_column(const std::string& file, const Cells& names) {
-  constexpr std::array<std::string_view, 10> wanted{"subject", "subjectid", "subid",   "participant", "participantid",
-                                                    "person",  "personid",  "patient", "patientid",   "probandid"};
   std::optional<std::size_t> column;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (std::ranges::find(wanted, plain_name(names[i])) == wanted.end()) continue;
+    if (!names_persons(names[i])) continue;
     if (column)
       throw Error(Code::column_ambiguous, file + ", line 1",
                   "has two columns that may name the person, \"" + trimmed(names[*column]) + "\" and \"" +

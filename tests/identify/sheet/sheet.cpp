@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include "identify/sheet/joint_groups.hpp"
 #include "identify/sheet/path_match.hpp"
 #include "identify/sheet/reading_option.hpp"
 #include "identify/sheet/recording_plan.hpp"
@@ -259,4 +260,24 @@ TEST_CASE("plan_of: a person's line fills the lines of recordings; what is not c
   REQUIRE(part.recordings.size() == 2);  // A_open.csv exists, so the call left it out
   CHECK(part.notes.size() == 1);
   check_has(part.recordings[1].error, Code::file_missing, "gone.csv");
+}
+
+TEST_CASE("StudySheet::reader_of: columns by any spelling; joint_groups: persons and conditions by any case") {
+  const TemporaryFolder folder;
+  const std::filesystem::path path = write_text(
+      folder / "people.csv", "Subject,file,Eyes\nA,a.csv,open\na,b.csv,Open\nB,c.csv,open\na,d.csv,closed\n");
+  const StudySheet sheet = read_sheet(path);
+  CHECK(sheet.reader_of("participant_id")(sheet.lines[0].entry) == "A");
+  CHECK(sheet.reader_of("eyes")(sheet.lines[1].entry) == "Open");
+  check_error([&] { sheet.reader_of("shoe"); }, Code::column_missing, "shoe");
+  check_error([&] { sheet.reader_of("file"); }, Code::column_missing, "file");
+  CHECK(names_persons("Patient ID"));
+  CHECK_FALSE(names_persons("group"));
+  const RecordingPlan plan =
+      plan_of(sheet, sources(folder, {"a.csv", "b.csv", "c.csv", "d.csv"}), Choice::by_sheet, {});
+  const std::vector<FitGroup> groups = joint_groups(plan, "subject", "eyes");
+  REQUIRE(groups.size() == 1);
+  CHECK(groups[0].recordings == std::vector<std::size_t>{0, 1, 3});
+  CHECK(groups[0].conditions == std::vector<std::string>{"open", "open", "closed"});
+  check_error([&] { joint_groups(plan_of(sources(folder, {"a.csv"}), {}), "subject", ""); }, Code::setting_conflict);
 }

@@ -16,7 +16,7 @@ struct People {
     for (const char* name : {"a1", "a2", "a3", "b1"})
       run_ok("simulate --quiet" + protocol + " --seed " + name[1] + " -o " + folder / name + ".csv");
     sheet = folder / "people.csv";
-    write_text(sheet, "participant_id,file,eyes\nA,a1.csv,open\na,a2.csv,open\nB,b1.csv,open\nA,a3.csv,closed\n");
+    write_text(sheet, "participant_id,file,eyes\nA,a1.csv,open\na,a2.csv,Open\nB,b1.csv,open\nA,a3.csv,closed\n");
   }
   std::string command(const std::string& options) const {
     return "fit --quiet --json --max-draws 8 --seed 3" + protocol + " " + options;
@@ -64,6 +64,19 @@ TEST_CASE_FIXTURE(People, "fit --joint all: the recordings of a call, whose jour
   CHECK(Json::parse(run_ok(call + " --resume").out) == json);
 }
 
+TEST_CASE_FIXTURE(People, "fit --joint --group: recordings that are fitted together are one of the group's") {
+  const std::string table = folder / "groups.csv";
+  write_text(table, "file,group,subject\na1.csv,x,A\na2.csv,x,A\nb1.csv,y,B\n");
+  const std::string files = folder / "a1.csv" + " " + folder / "a2.csv" + " " + folder / "b1.csv";
+  write_text(folder / "three.csv", "subject,file\nA,a1.csv\nA,a2.csv\nB,b1.csv\n");
+  const Json json = Json::parse(
+      run_ok(command(files + " --study " + folder / "three.csv" + " --joint subject --group " + table)).out);
+  CHECK(json["recordings"][1]["joint"]["recordings"].size() == 2);
+  const Json& group = json["groups"][0];
+  CHECK(group["people"] == 1);
+  CHECK(group["parameters"][0]["mean"] == parameter(json, 0, 0)["value"]);
+}
+
 TEST_CASE_FIXTURE(People, "fit --joint: what does not fit together is refused") {
   const auto refused = [&](const std::string& options, const char* fact) {
     const Result result = run_decid(command(options));
@@ -78,7 +91,6 @@ TEST_CASE_FIXTURE(People, "fit --joint: what does not fit together is refused") 
   refused(study + " --joint participant_id --free theta", "NAME,..:COLUMN");
   refused(study + " --free theta:eyes", "--joint");
   refused(study + " --joint participant_id --controller dec,ic", "--controller");
-  refused("--joint all --group " + sheet + " " + files, "--group");
 }
 
 TEST_CASE_FIXTURE(People, "calibrate --with: people recorded several times") {

@@ -313,9 +313,6 @@ void run_fit(FitOptions options, const Command& command) {
   if (!options.joint.empty() && controllers.size() > 1)
     throw Error(Code::setting_conflict, "--joint", "does not go with several controllers",
                 "name one with --controller");
-  if (!options.joint.empty() && !options.group.empty())
-    throw Error(Code::setting_conflict, "--joint", "does not go with --group, which takes each recording as a person",
-                "give one of them");
   for (const std::string& name : options.request.freed) require_parameter(name, "--free", protocol.parameters());
   reading.truth = recordings.known(protocol.parameters());
   reading.body = recordings.body();

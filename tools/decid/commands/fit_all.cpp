@@ -56,20 +56,6 @@ std::string own_settings(const RecordingPlan& plan, std::size_t i) {
   return text;
 }
 
-/// Returns the recordings that are fitted together, and those that are fitted alone as groups of one, in the order of
-/// their first recordings.
-std::vector<FitGroup> groups_of(const FitCall& call, const RecordingPlan& plan) {
-  std::vector<FitGroup> groups;
-  if (!call.joint.empty()) groups = joint_groups(plan, call.joint, call.conditions);
-  std::vector<bool> taken(plan.recordings.size(), false);
-  for (const FitGroup& group : groups)
-    for (const std::size_t i : group.recordings) taken[i] = true;
-  for (std::size_t i = 0; i < taken.size(); ++i)
-    if (!taken[i]) groups.push_back({{i}});
-  std::ranges::sort(groups, {}, [](const FitGroup& group) { return group.recordings.front(); });
-  return groups;
-}
-
 /// Returns the journal's keys of a group's recordings. Results of recordings that are fitted together depend on all.
 std::vector<std::string> journal_keys(const FitGroup& group, const std::vector<RecordingSource>& sources,
                                       const RecordingPlan& plan) {
@@ -91,7 +77,8 @@ std::vector<std::string> journal_keys(const FitGroup& group, const std::vector<R
 FitResults fit_all(const FitCall& call, PlanFitter& fitter, const RecordingPlan& plan, FitJournal* journal) {
   require_same("the list of recordings", call.files, "give all hosts the same files");
   FitResults results(call.sources.size());
-  const std::vector<FitGroup> groups = groups_of(call, plan);
+  const std::vector<FitGroup> groups = with_lone(
+      call.joint.empty() ? std::vector<FitGroup>() : joint_groups(plan, call.joint, call.conditions), results.size());
   std::vector<std::string> keys(call.sources.size());
   std::vector<std::size_t> left;
   for (std::size_t g = 0; g < groups.size(); ++g) {
