@@ -85,7 +85,7 @@ void Density::set_noise(double sensor_noise_deg, double slow_noise_deg, std::spa
 
 Density::Chains Density::chains(std::span<const double> x, std::optional<double> fixed_noise_deg) const {
   Chains c;
-  const double padded_s = padded_bins_ * bin_steps_ * sim::integration_step_s;
+  const double padded_s = padded_blocks_ * bin_steps_ * sim::integration_step_s;
   for (std::size_t l = 0; l < lanes; ++l) {
     const auto coordinate = [&](int quantity) {
       return x[(static_cast<std::size_t>(noise_.size()) + place(quantity)) * lanes + l];

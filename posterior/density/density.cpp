@@ -21,7 +21,7 @@ namespace {
 using sim::Complex;
 
 constexpr double evidence_hz = 2.5;  // of the coefficients that the likelihood uses
-constexpr double full_hz = 2.6, top_hz = 4.4, block_ms = 100.0, bin_ms = 50.0;
+constexpr double full_hz = 2.6, top_hz = 4.4, block_ms = 100.0;
 constexpr double whole_damping = 10.0;  // c times the transforms' length: wrapped values decay by e^-10
 constexpr int spare_blocks = 40;        // of the transforms, in addition to the trial: more than the latest start
 constexpr int fewest_blocks = 20;
@@ -31,26 +31,18 @@ int samples_per_block(const sim::Experiment& experiment) {
   return std::max(1, static_cast<int>(std::floor(block_ms / experiment.steps_per_sample() + 0.5)));
 }
 
-/// Returns the steps per bin: the divisor of a block that is nearest to bin_ms.
-int steps_per_bin(int block_steps) {
-  int best = block_steps;
-  for (int steps = 1; steps <= block_steps; ++steps) {
-    if (block_steps % steps == 0 && std::abs(steps - bin_ms) < std::abs(best - bin_ms)) best = steps;
-  }
-  return best;
-}
-
-/// Returns the begin of a bin, -bin_steps < step <= 0, such that the platform's velocity changes between bins; 0 if it
-/// changes elsewhere too.
+/// Returns the begin of a bin, -bin_steps < step <= 0, such that the platform's velocity changes between the halves of
+/// bins; 0 if it changes elsewhere too.
 int first_step_of(const sim::Stimulus& stimulus, int bin_steps) {
+  const int part = bin_steps % 2 == 0 ? bin_steps / 2 : bin_steps;
   int place = -1;
   for (std::size_t i = 1; i < stimulus.rate_rad_s.size(); ++i) {
     if (stimulus.rate_rad_s[i] == stimulus.rate_rad_s[i - 1]) continue;
-    const int here = static_cast<int>(i) * stimulus.interval_steps % bin_steps;
+    const int here = static_cast<int>(i) * stimulus.interval_steps % part;
     if (place >= 0 && here != place) return 0;
     place = here;
   }
-  return place <= 0 ? 0 : place - bin_steps;
+  return place <= 0 ? 0 : place - part;
 }
 
 /// Returns z = exp(s T) at frequency k, T one step.
@@ -99,21 +91,19 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
       isa_(isa),
       unit_gains_(protocol.family().has_unit_gains()),
       block_samples_(samples_per_block(protocol.experiment)),
-      bin_steps_(steps_per_bin(block_samples_ * protocol.experiment.steps_per_sample())),
+      bin_steps_(block_samples_ * protocol.experiment.steps_per_sample()),
       blocks_(NoiseSpectrum::fast_blocks(protocol.samples() / block_samples_)),
       lead_blocks_(static_cast<int>(std::ceil(
           priors.standing_s / (block_samples_ * protocol.experiment.steps_per_sample() * sim::integration_step_s)))),
       lead_steps_(lead_blocks_ * block_samples_ * protocol.experiment.steps_per_sample()),
       first_step_(0),
       bins_(0),
-      padded_bins_(0),
       padded_blocks_(sim::smooth_length(lead_blocks_ + protocol.samples() / block_samples_ + spare_blocks)),
       frequencies_(0),
       damping_(0.0),
       noise_(protocol, bin_steps_, (lead_steps_ + protocol.experiment.steps()) / bin_steps_ + 8,
              protocol.experiment.steps() / bin_steps_ + 8, top_hz),
-      bins_fft_(padded_blocks_ * (block_samples_ * protocol.experiment.steps_per_sample() / bin_steps_)),
-      blocks_fft_(padded_blocks_),
+      fft_(padded_blocks_),
       spectrum_(blocks_, block_samples_ * protocol.experiment.steps_per_sample() * sim::integration_step_s, evidence_hz,
                 priors.drift_hz) {
   for (const sim::ParameterInfo& info : ranges_)
@@ -131,7 +121,6 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
   const double block_s = block_steps * sim::integration_step_s, step_s = sim::integration_step_s;
   const double padded_s = padded_blocks_ * block_s;
   const long long padded_steps = static_cast<long long>(padded_blocks_) * block_steps;
-  padded_bins_ = bins_fft_.length();
   damping_ = whole_damping / padded_s;
   frequencies_ = std::min(static_cast<int>(top_hz * padded_s), padded_blocks_ / 2);
 
@@ -205,7 +194,7 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
 }
 
 Density::Transforms Density::transforms() const {
-  return {bins_fft_.length(), blocks_fft_.length(), noise_.transform_length(), noise_.transforms()};
+  return {fft_.length(), noise_.transform_length(), noise_.transforms()};
 }
 
 Density::Workspace::Workspace(const Density& d) {
@@ -213,16 +202,14 @@ Density::Workspace::Workspace(const Density& d) {
   for (auto* values : {&velocity, &by_velocity}) values->assign(of(d.noise_.edges()), 0.0);
   for (auto* values : {&fine, &by_fine}) values->assign(of(2 * d.bins_ + 1), 0.0);
   for (auto* values : {&halves, &by_halves, &by_low, &by_high, &by_theta}) values->assign(of(2 * d.bins_), 0.0);
-  for (auto* values : {&passed, &by_passed}) values->assign(of(d.padded_bins_), 0.0);
-  bins_spectrum.assign(of(2 * d.bins_fft_.bins()), 0.0);
-  loop_spectrum.assign(of(2 * d.bins_fft_.bins()), 0.0);
-  sway_spectrum.assign(of(2 * d.blocks_fft_.bins()), 0.0);
+  for (auto* values : {&passed, &by_passed}) values->assign(of(d.padded_blocks_), 0.0);
+  for (auto* values : {&bins_spectrum, &loop_spectrum, &sway_spectrum}) values->assign(of(2 * d.fft_.bins()), 0.0);
   for (auto* values : {&delayed, &inverse, &sway, &observe, &response}) values->assign(of(2 * d.frequencies_), 0.0);
   modelled.assign(of(d.padded_blocks_), 0.0);
   residual.assign(of(d.padded_blocks_), 0.0);
   unfolded.assign(of(d.blocks_), 0.0);
   noise = d.spectrum_.workspace();
-  fft_work.assign(of(2 * std::max(d.bins_fft_.work_length(), d.blocks_fft_.work_length())), 0.0);
+  fft_work.assign(of(2 * d.fft_.work_length()), 0.0);
   noise_work.assign(d.noise_.work_size(), 0.0);
 }
 
@@ -274,7 +261,7 @@ void Density::check(const Observation& observation, std::span<const double> x, s
 }
 
 void Density::to_blocks(Workspace& work) const {
-  blocks_fft_.inverse_lanes(work.sway_spectrum, work.modelled, work.fft_work, isa_);
+  fft_.inverse_lanes(work.sway_spectrum, work.modelled, work.fft_work, isa_);
 }
 
 std::array<double, lanes> Density::forward(const Observation& observation, std::span<const double> x, const Chains& c,
@@ -284,7 +271,7 @@ std::array<double, lanes> Density::forward(const Observation& observation, std::
   run.refine(bins_ + 1, work.velocity.data(), work.fine.data());
   run.dead_band(halves(), dead_band_values(c, work));
   run.join(bins_, work.halves.data(), work.passed.data());
-  bins_fft_.forward_lanes(work.passed, work.bins_spectrum, work.fft_work, isa_);
+  fft_.forward_lanes(work.passed, work.bins_spectrum, work.fft_work, isa_);
   (unit_gains_ ? run.loop : run.family_loop)(constants(observation), loop_parameters(c),
                                              {work.bins_spectrum.data(), work.delayed.data(), work.inverse.data(),
                                               work.sway.data(), work.observe.data(), work.sway_spectrum.data()});
@@ -326,7 +313,7 @@ void Density::evaluate(const Observation& observation, std::span<const double> x
   std::fill(work.residual.begin(), work.residual.end(), 0.0);
   run.fold(blocks_, work.unfolded.data(), undamp_.data(),
            work.residual.data() + static_cast<std::ptrdiff_t>(lead_blocks_) * lanes);
-  blocks_fft_.forward_lanes(work.residual, work.sway_spectrum, work.fft_work, isa_);
+  fft_.forward_lanes(work.residual, work.sway_spectrum, work.fft_work, isa_);
   std::array<double, loop_sums * lanes> sums{};
   const LoopState state{work.bins_spectrum.data(), work.delayed.data(), work.inverse.data(),
                         work.sway.data(),          work.observe.data(), nullptr};
@@ -334,7 +321,7 @@ void Density::evaluate(const Observation& observation, std::span<const double> x
       constants(observation), loop_parameters(c), state,
       {work.sway_spectrum.data(), work.loop_spectrum.data(), sums.data()});
   std::fill(work.sway_spectrum.begin() + 2 * frequencies_ * lanes, work.sway_spectrum.end(), 0.0);
-  bins_fft_.inverse_lanes(work.loop_spectrum, work.by_passed, work.fft_work, isa_);
+  fft_.inverse_lanes(work.loop_spectrum, work.by_passed, work.fft_work, isa_);
   run.join_gradient(bins_, work.by_passed.data(), work.by_halves.data());
   run.dead_band_gradient(halves(), dead_band_values(c, work),
                          {work.by_halves.data(), work.by_fine.data(), d_gain.data(), d_theta.data()});
@@ -342,7 +329,7 @@ void Density::evaluate(const Observation& observation, std::span<const double> x
   noise_.gradient(work.by_velocity.data(), gradient.data(), work.noise_work.data(), isa_);
 
   const auto noises = static_cast<std::size_t>(noise_.size()), count_of_globals = static_cast<std::size_t>(globals());
-  const double back = 0.5 * padded_bins_;  // of the inverse transform, and of the pairs of frequencies
+  const double back = 0.5 * padded_blocks_;  // of the inverse transform, and of the pairs of frequencies
   std::array<double, lanes> coefficient_squares, factor, of_prior;
   for (std::size_t l = 0; l < lanes; ++l) {
     of_prior[l] = 1.0 / (c.radius[l] * c.radius[l]);

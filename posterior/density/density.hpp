@@ -4,7 +4,7 @@
 //
 // The dead band acts on the platform's velocity plus noise, never on the body: a memoryless kink, then a linear system.
 // The sway's transform is the transform of the velocity that passes the dead band, times the transfer function of the
-// simulator's own 1 ms steps. Bins of some 50 ms hold the passed velocity as two straight halves and the first moment
+// simulator's own 1 ms steps. Bins of some 100 ms hold the passed velocity as two straight halves and the first moment
 // of their difference. The contour s = c + i w, c > 0, damps the transform, so that nothing wraps around. Sway is
 // averaged to blocks of some 100 ms. The difference between sin(a) and a is a torque computed from the recorded sway.
 //
@@ -102,7 +102,7 @@ class Density {
   double noise_period_s() const noexcept { return noise_.period_s(); }
   /// Lengths of the Fourier transforms, and the number of noise transforms per evaluation in each direction.
   struct Transforms {
-    int bins, blocks, noise, noise_count;
+    int sway, noise, noise_count;
   };
   Transforms transforms() const;
   /// Returns false for quantities with a fixed value: parameters, start and gain may be fixed.
@@ -209,14 +209,14 @@ class Density {
   Priors priors_;
   sim::ParameterTable ranges_;
   Isa isa_;
-  std::vector<Quantile> quantiles_;  // of the parameters
-  bool unit_gains_;                  // Family::has_unit_gains
-  int block_samples_, bin_steps_, blocks_;
-  int lead_blocks_, lead_steps_;  // before the trial
-  int first_step_, bins_, padded_bins_, padded_blocks_, frequencies_;
+  std::vector<Quantile> quantiles_;         // of the parameters
+  bool unit_gains_;                         // Family::has_unit_gains
+  int block_samples_, bin_steps_, blocks_;  // a bin is as long as a block
+  int lead_blocks_, lead_steps_;            // before the trial
+  int first_step_, bins_, padded_blocks_, frequencies_;
   double damping_;  // c, 1/s
   NoiseBasis noise_;
-  sim::RealFft bins_fft_, blocks_fft_;
+  sim::RealFft fft_;
   NoiseSpectrum spectrum_;
   AlignedVector<double> rate_low_, rate_high_, weight_, undamp_;
   AlignedVector<double> s_, sum_, rate_, body_, hold_, observe_, platform_;

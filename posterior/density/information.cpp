@@ -214,7 +214,7 @@ void Density::information(const Observation& observation, std::span<const double
     }
   }
   const auto passed_column = [&](std::size_t column, const std::array<double, lanes>& factors) {
-    bins_fft_.forward_lanes(work.by_passed, work.loop_spectrum, work.fft_work, isa_);
+    fft_.forward_lanes(work.by_passed, work.loop_spectrum, work.fft_work, isa_);
     run.product(frequencies_, work.loop_spectrum.data(), work.response.data(), work.sway_spectrum.data());
     write_column(column, factors);
   };

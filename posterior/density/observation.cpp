@@ -67,11 +67,11 @@ Observation Density::observe(std::span<const float> sway_rad) const {
     torque[static_cast<std::size_t>(place)] =
         mgh * sine_excess(sum / count) * decid::exp(-damping_ * (block_s * place + middle_s));
   }
-  std::vector<Complex> spectrum(static_cast<std::size_t>(blocks_fft_.bins()));
-  std::vector<Complex> work(static_cast<std::size_t>(blocks_fft_.work_length()));
-  blocks_fft_.forward(torque, spectrum, work);
+  std::vector<Complex> spectrum(static_cast<std::size_t>(fft_.bins()));
+  std::vector<Complex> work(static_cast<std::size_t>(fft_.work_length()));
+  fft_.forward(torque, spectrum, work);
   const long long middle_steps = static_cast<long long>(block_samples_ - 1) * protocol_.experiment.steps_per_sample();
-  const long long padded_steps = static_cast<long long>(padded_bins_) * bin_steps_;
+  const long long padded_steps = static_cast<long long>(padded_blocks_) * bin_steps_;
   for (int k = 0; k < frequencies_; ++k) {
     const auto [sin, cos] = sincos_of_turn(k * middle_steps, 2 * padded_steps);
     put(observation.torque,

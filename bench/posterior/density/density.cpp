@@ -54,11 +54,9 @@ void bench_gradient(benchmark::State& state, Isa isa) {
   });
   const Density::Transforms lengths = recorded.density.transforms();
   state.counters["us/chain"] = seconds * 1e6 / lanes;
-  count_double_flops(
-      state, peak,
-      2.0 * lanes *
-          (fft_flops(lengths.bins) + fft_flops(lengths.blocks) + lengths.noise_count * fft_flops(lengths.noise)),
-      seconds);
+  count_double_flops(state, peak,
+                     2.0 * lanes * (2.0 * fft_flops(lengths.sway) + lengths.noise_count * fft_flops(lengths.noise)),
+                     seconds);
 }
 
 void bench_information(benchmark::State& state, Isa isa) {
@@ -71,10 +69,8 @@ void bench_information(benchmark::State& state, Isa isa) {
   state.counters["ms"] = seconds * 1e3;
   const Density::Transforms lengths = recorded.density.transforms();
   const double columns = static_cast<double>(size);
-  count_double_flops(
-      state, peak,
-      lanes * columns * (fft_flops(lengths.bins) + fft_flops(lengths.blocks) + columns * recorded.density.blocks()),
-      seconds);
+  count_double_flops(state, peak,
+                     lanes * columns * (2.0 * fft_flops(lengths.sway) + columns * recorded.density.blocks()), seconds);
 }
 
 [[maybe_unused]] const bool registered = [] {

@@ -82,7 +82,7 @@ TEST_CASE("Density: the modelled sway is the simulator's, with its noise") {
     REQUIRE(within(modelled.sway[m * lanes] + modelled.residual[m * lanes], observation.sway[m] + line, 1e-15));
   }
   CHECK(rms_deg(observation.sway) > 0.1);
-  // Bins of 50 ms, 2.5 Hz; a sensor of 0.02 degrees leaves 6e-3 in a block of 100 ms.
+  // Bins of 100 ms, 2.5 Hz; a sensor of 0.02 degrees leaves 6e-3 in a block of 100 ms.
   CHECK(rms_deg(of_chain(modelled.residual, 0)) < 1e-3);
 }
 

@@ -55,8 +55,8 @@ TEST_CASE("infer: the bands hold what a simulated trial had" * doctest::test_sui
   REQUIRE(found.points() > 80);
   const Inferred inferred = infer(density, observation, found);
   REQUIRE(inferred.sway_rad.low.size() == 200);
-  REQUIRE(inferred.noise_rad_s.low.size() == 401);
-  REQUIRE(inferred.tilt_estimate_rad.low.size() == 401);
+  REQUIRE(inferred.noise_rad_s.low.size() == 201);
+  REQUIRE(inferred.tilt_estimate_rad.low.size() == 201);
 
   std::vector<double> noise(static_cast<std::size_t>(protocol.samples()) + 1), tilt(noise.size(), 0.0);
   sim::VestibularNoiseMaker(protocol).velocity(truth[sim::Nv], Random(5, sim::streams::vestibular_noise, 3), noise);
@@ -70,8 +70,8 @@ TEST_CASE("infer: the bands hold what a simulated trial had" * doctest::test_sui
       tilt[k] += sim::integration_step_s * (velocity - std::clamp(velocity, -truth[sim::Theta], truth[sim::Theta]));
     }
   }
-  CHECK(covered(inferred.noise_rad_s, [&](std::size_t i) { return noise[5 * i]; }) > 0.75);
-  CHECK(covered(inferred.tilt_estimate_rad, [&](std::size_t i) { return tilt[5 * i]; }) > 0.6);
+  CHECK(covered(inferred.noise_rad_s, [&](std::size_t i) { return noise[10 * i]; }) > 0.75);
+  CHECK(covered(inferred.tilt_estimate_rad, [&](std::size_t i) { return tilt[10 * i]; }) > 0.6);
   // The band is of the model's sway, without the sensor's noise: a third of the noise's width, about.
   double error = 0.0, width = 0.0;
   for (std::size_t m = 0; m < 200; ++m) {

@@ -15,8 +15,8 @@ TEST_CASE("Density: the perceived tilt is the noise plus the part of noise and p
   const Density density(protocol, {});
   const Values x = random_points(density, 5);
   const auto size = static_cast<std::size_t>(density.edges()) * lanes;
-  CHECK(density.edges() == 401);
-  CHECK(near(density.bin_s(), 0.05, 1e-15));
+  CHECK(density.edges() == 201);
+  CHECK(near(density.bin_s(), 0.1, 1e-15));
   CHECK(near(density.block_s(), 0.1, 1e-15));
   Values noise(size), tilt(size), none(size - 1);
   Density::Workspace work(density);
@@ -25,10 +25,10 @@ TEST_CASE("Density: the perceived tilt is the noise plus the part of noise and p
   CHECK_THROWS_AS(density.perceive(x, none, tilt, work), Error);
   CHECK_THROWS_AS(density.perceive(none, noise, tilt, work), Error);
 
-  // 10 s of standing before the trial: 200 bins.
-  constexpr std::size_t lead = 200;
-  const NoiseBasis basis(protocol, 50, 200 + protocol.experiment.steps() / 50 + 8, protocol.experiment.steps() / 50 + 8,
-                         4.4);
+  // 10 s of standing before the trial: 100 bins.
+  constexpr std::size_t lead = 100;
+  const int bins = protocol.experiment.steps() / 100 + 8;
+  const NoiseBasis basis(protocol, 100, static_cast<int>(lead) + bins, bins, 4.4);
   REQUIRE(basis.size() == density.noise_size());
   const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
   std::vector<double> column(static_cast<std::size_t>(basis.edges()));
@@ -53,12 +53,12 @@ TEST_CASE("Density: the perceived tilt is the noise plus the part of noise and p
       CHECK(within(noise[edge * lanes + l], expected[edge + 1], 1e-12));
       worst = std::max(worst, std::abs(tilt[edge * lanes + l] - estimate));
       largest = std::max(largest, std::abs(estimate));
-      for (int j = 0; j < 50 && edge + 1 < static_cast<std::size_t>(density.edges()); ++j) {
-        const double between = (j % 25 + 0.5) / 25.0;
-        const double low = j < 25 ? expected[edge + 1] : middle(edge);
-        const double high = j < 25 ? middle(edge) : expected[edge + 2];
+      for (int j = 0; j < 100 && edge + 1 < static_cast<std::size_t>(density.edges()); ++j) {
+        const double between = (j % 50 + 0.5) / 50.0;
+        const double low = j < 50 ? expected[edge + 1] : middle(edge);
+        const double high = j < 50 ? middle(edge) : expected[edge + 2];
         const double velocity =
-            stimulus.rate_at(static_cast<int>(edge) * 50 + j) + (1.0 - between) * low + between * high;
+            stimulus.rate_at(static_cast<int>(edge) * 100 + j) + (1.0 - between) * low + between * high;
         estimate += sim::integration_step_s * (velocity - std::clamp(velocity, -theta, theta));
       }
     }

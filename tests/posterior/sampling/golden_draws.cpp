@@ -26,5 +26,5 @@ TEST_CASE("sample: golden draws" * doctest::test_suite("golden")) {
       bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
     }
   }
-  CHECK(sha256(bytes) == "771c65d383149912c172639ba60b6ac96694533f3486aa28283a6b6f6419c7c2");
+  CHECK(sha256(bytes) == "beb413e86c53252c4bf6415519eab8a3a851453920de053ec1670f3b7f773b89");
 }

@@ -156,9 +156,7 @@ TEST_CASE("fit page") {
     CHECK(signals["sway"]["again_high"].size() == 300);
     CHECK(near(signals["sway"]["first_s"].get<double>(), 0.045, 1e-12));
     CHECK(near(signals["noise"]["step_s"].get<double>(), 0.1, 1e-12));
-    std::vector<double> estimate;
-    for (std::size_t i = 0; i < inferred.tilt_estimate_rad.middle.size(); i += 2)
-      estimate.push_back(inferred.tilt_estimate_rad.middle[i]);
+    const std::vector<double>& estimate = inferred.tilt_estimate_rad.middle;
     check_chart(signals["tilt"], "estimate_middle", estimate, 0.0);
     CHECK(signals["tilt"]["platform"].size() == estimate.size());
   }
