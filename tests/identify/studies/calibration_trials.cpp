@@ -7,6 +7,7 @@
 #include "tests/helpers.hpp"
 #include "tests/posterior/sampling/quick.hpp"
 #include "tests/posterior/trial.hpp"
+#include "tests/sim/tiny_protocol.hpp"
 
 using namespace decid;
 
@@ -64,7 +65,8 @@ TEST_CASE("calibrate_trial: recordings of a person tell more together") {
 }
 
 TEST_CASE("CalibrationTrials: a protocol in which every trial falls is refused") {
-  sim::Protocol protocol = sim::default_protocol();
+  sim::Protocol protocol = test::tiny_protocol();
+  protocol.sequence().cycles = 5;  // a fall takes seconds
   // No controller of these ranges holds a body up.
   std::vector<sim::ParameterInfo> weak(protocol.parameters().begin(), protocol.parameters().end());
   weak[sim::Kp].low = 1.0;
@@ -73,7 +75,7 @@ TEST_CASE("CalibrationTrials: a protocol in which every trial falls is refused")
       .name = "weak", .parameters = sim::ParameterTable(weak), .family = sim::single_pendulum().family};
   protocol.experiment.body_model = &model;
   CalibrationTrials trials(protocol, {}, 7);
-  test::check_error([&] { trials.next(); }, Code::body_falls, "default");
+  test::check_error([&] { trials.next(); }, Code::body_falls, "tiny");
 }
 
 TEST_CASE("with_priors: start and gain of every trial vary with the prior's standard deviation") {

@@ -39,7 +39,7 @@ TEST_CASE("the rows of faults: start and gain are drawn as the priors have them,
 // 0.10 +- 0.07 of the prior's variance (docs/research/posterior.md): 0.5 is exceeded in fewer than one of a million.
 // Where the offset is taken for sway the error is 1.6.
 // Over 20 s beside other tests: fits of the built-in network's protocol take ten seconds each.
-TEST_CASE("fits of recordings with an offset are as good as without" * doctest::test_suite("slow")) {
+TEST_CASE("fits of recordings with an offset are as good as without" * doctest::test_suite("long")) {
   sim::Protocol protocol = sim::default_protocol();
   protocol.noise.sensor = {0.02, 0.02};
   FitRequest request;

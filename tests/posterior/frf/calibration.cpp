@@ -124,11 +124,11 @@ TEST_CASE("ranks of known values among the draws are uniform, without confidence
   check(sim::single_pendulum(), calibrate(sim::single_pendulum(), 0.0, short_form));
 }
 
-TEST_CASE("ranks are uniform for dec2015" * doctest::test_suite("slow")) {
+TEST_CASE("ranks are uniform for dec2015" * doctest::test_suite("long")) {
   check_with_confidence(sim::dec2015(), short_form);
 }
 
-TEST_CASE("ranks are uniform for ic" * doctest::test_suite("slow")) {
+TEST_CASE("ranks are uniform for ic" * doctest::test_suite("long")) {
   check_with_confidence(sim::independent_channels(), short_form);
 }
 

@@ -32,7 +32,7 @@ double sum(const std::vector<double>& values) {
 }  // namespace
 
 // Fits without each row; 12 fits.
-TEST_CASE("rows left out by importance sampling are those of fits without them" * doctest::test_suite("slow")) {
+TEST_CASE("rows left out by importance sampling are those of fits without them" * doctest::test_suite("long")) {
   const sim::Protocol protocol = sim::short_protocol();
   frf::Table table = table_of_prior(protocol, 0.05, 2);
   table.rows[3].response *= 1.3;  // the others do not predict it
@@ -54,7 +54,7 @@ TEST_CASE("rows left out by importance sampling are those of fits without them" 
   }
 }
 
-TEST_CASE("the model behind a table predicts it best") {
+TEST_CASE("the model behind a table predicts it best" * doctest::test_suite("slow")) {
   const sim::Protocol dec = sim::short_protocol(), dec2015 = with_model(dec, sim::dec2015());
   const frf::Table table = table_of_prior(dec2015, 0.005, 1);
   const frf::RowsLeftOut of_dec = left_out(dec, table), of_dec2015 = left_out(dec2015, table);

@@ -205,7 +205,7 @@ TEST_CASE_FIXTURE(Pair, "sample_joint: trials have the same draws of common unkn
 
 // Where recordings say nothing, draws are the prior's: that of common unknowns too, which two trials have.
 TEST_CASE_FIXTURE(Pair, "Sampler: of two trials that say nothing, draws are those of the prior" *
-                            doctest::test_suite("slow")) {
+                            doctest::test_suite("long")) {
   Sampler sampler(target(), 3, 0);
   for (std::size_t t = 0; t < 2; ++t) sampler.fix_noise(1e6, t);
   check_draws_of_prior(sampler, 1, own - Density::others, count, [] {});

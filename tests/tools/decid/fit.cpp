@@ -312,7 +312,7 @@ TEST_CASE("calibrate: figures of trials, resumed as if never stopped" * doctest:
   check_refused(command + " --trials 2 --resume", "c.json");
 }
 
-TEST_CASE("calibrate: tables of faults and of conditions, resumed row by row" * doctest::test_suite("slow")) {
+TEST_CASE("calibrate: tables of faults and of conditions, resumed row by row" * doctest::test_suite("long")) {
   const Folder folder;
   write_text(folder / "p.json",
              R"({"sensor_noise_deg": 0.02, "recording": {"offset_deg": {"share": 0.3, "size": [0, 1]}},
