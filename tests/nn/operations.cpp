@@ -211,9 +211,9 @@ TEST_CASE("operations: gradients are differences of the loss, parameters' and in
     }
 }
 
-// A relu works in the memory of the layer before it where that layer allows it, and a batchnorm puts its derivative in
-// place of its input. What a layer still reads of its output in backward must survive both. (The cube's third
-// derivative behind a batchnorm costs more digits.)
+// A relu works in the memory of the layer before it where that layer allows it, and a batchnorm writes its derivative
+// over its input. Both must leave the outputs that the layer before reads in backward. The limit is higher than above
+// because the cube's third derivative is large behind a batchnorm.
 TEST_CASE("gradients: every layer before a relu, and before a relu and a batchnorm") {
   const OneThread one_thread;
   std::vector<std::string> lines{"conv 4 3x3 pad 1",
