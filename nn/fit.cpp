@@ -45,16 +45,17 @@ struct Loaded {
   std::vector<float> inputs, targets;
 };
 
-Loaded load(const Samples& samples, std::span<const int> places, std::size_t values, std::size_t width,
-            const std::function<std::optional<Random>(int)>& random) {
-  Loaded loaded{std::vector<float>(places.size() * values), std::vector<float>(places.size() * width)};
+/// Loads samples into `loaded`, whose memory stays from call to call: a step's would go back to the system each time.
+void load(const Samples& samples, std::span<const int> places, std::size_t values, std::size_t width,
+          const std::function<std::optional<Random>(int)>& random, Loaded& loaded) {
+  loaded.inputs.resize(places.size() * values);
+  loaded.targets.resize(places.size() * width);
   parallel_for(static_cast<int>(places.size()), [&](int i) {
     const auto k = static_cast<std::size_t>(i);
     const std::optional<Random> own = random ? random(places[k]) : std::nullopt;
     samples.load(places[k], own ? &*own : nullptr, std::span(loaded.inputs).subspan(k * values, values),
                  std::span(loaded.targets).subspan(k * width, width));
   });
-  return loaded;
 }
 
 /// Calls body(output, target) with each of the samples at `places`, in their order.
@@ -65,9 +66,10 @@ void for_each_output(const Network<float>& network, const Samples& samples, std:
   const auto outputs = static_cast<std::size_t>(network.output_shape().size());
   Predictor predictor(network, validated_at_once);
   std::vector<float> all;
+  Loaded loaded;
   for (std::size_t first = 0; first < places.size(); first += validated_at_once) {
     const std::size_t count = std::min<std::size_t>(validated_at_once, places.size() - first);
-    const Loaded loaded = load(samples, places.subspan(first, count), values, width, {});
+    load(samples, places.subspan(first, count), values, width, {}, loaded);
     all.resize(count * outputs);
     predictor.run(loaded.inputs, all);
     for (std::size_t i = 0; i < count; ++i)
@@ -140,18 +142,20 @@ class Fit final : public TrainingLoop {
     for (int i = batches_.first(at.batch); i < batches_.first(at.batch + 1); ++i)
       places.push_back(training_[static_cast<std::size_t>(order_[static_cast<std::size_t>(i)])]);
     const auto values = static_cast<std::size_t>(network_.input_shape().size());
-    const Loaded loaded = load(samples_, places, values, width_, [&](int sample) {
+    const auto random = [&](int sample) {
       const auto epoch = static_cast<std::uint64_t>(at.epoch), number = static_cast<std::uint64_t>(sample);
       return Random(options_.seed, Stream::augmentation, epoch << 32U | number);
-    });
+    };
+    load(samples_, places, values, width_, random, loaded_);
     trainer_.set_batch(static_cast<int>(places.size()));
     parallel_for(static_cast<int>(places.size()), [&](int i) {
-      trainer_.input().load(i, std::span(loaded.inputs).subspan(static_cast<std::size_t>(i) * values, values));
+      trainer_.input().load(
+          i, std::span<const float>(loaded_.inputs).subspan(static_cast<std::size_t>(i) * values, values));
     });
     const long long step = 1LL * at.epoch * batches_.count() + at.batch;
     trainer_.set_random(options_.seed, static_cast<std::uint64_t>(step));
     trainer_.forward();
-    const double loss = total_loss<float>(*options_.loss, trainer_.output(), loaded.targets, trainer_.output_diff());
+    const double loss = total_loss<float>(*options_.loss, trainer_.output(), loaded_.targets, trainer_.output_diff());
     if (!std::isfinite(loss))
       throw Error(Code::diverged, "fit", format("diverged in epoch %d: the loss is not finite", at.epoch + 1),
                   format("lower the learning rate of %g, or clip gradients", options_.learning_rate));
@@ -241,6 +245,7 @@ class Fit final : public TrainingLoop {
   std::size_t width_;
   std::vector<std::span<float>> gradients_;  // empty: frozen
   std::vector<int> order_;
+  Loaded loaded_;
   double rate_ = 0, last_loss_ = 0;
 
  public:

@@ -41,20 +41,31 @@ struct OperationParameter {
   double initial = 0;
 };
 
+/// The random numbers of a step and layer in training.
+struct StepRandom {
+  const Random* numbers = nullptr;  ///< null: none are drawn, as in inference
+  std::span<const int> blocks{};    ///< of the batch, that a process with a part of it has; empty: all
+
+  explicit operator bool() const { return numbers != nullptr; }
+  /// Returns the number of one of this process' blocks within the whole batch. Indices count from there, so that
+  /// masks do not depend on the number of processes.
+  int block(int own) const { return blocks.empty() ? own : blocks[static_cast<std::size_t>(own)]; }
+};
+
 template <class T>
 struct ForwardPass {
   TensorView<const T> src;
   TensorView<T> dst;
   std::span<const std::span<const T>> parameters;
-  const Random* random;  ///< of this step and layer; null in inference
+  StepRandom random;
 };
 
 template <class T>
 struct BackwardPass {
-  TensorView<const T> src, dst, diff_dst;  ///< a relu behind has made dst's negative values 0
-  const TensorView<T>* diff_src;           ///< null: not needed
+  TensorView<const T> src, dst, diff_dst;
+  const TensorView<T>* diff_src;  ///< null: not needed
   std::span<const std::span<const T>> parameters;
-  const Random* random;           ///< as in forward
+  StepRandom random;              ///< as in forward
   std::span<T* const> gradients;  ///< of each parameter, for each block of 16 samples: see gradient()
 
   /// Returns the place for the gradient of a parameter over the samples of one block. The blocks are added up
@@ -82,6 +93,8 @@ class Operation {
   /// Returns the zeros that it reads around src, and around diff_dst.
   virtual Halo src_halo() const { return {}; }
   virtual Halo diff_dst_halo() const { return {}; }
+  /// Returns false if backward does not read dst. Then a relu behind works in dst, and needs no memory.
+  virtual bool backward_reads_dst() const { return true; }
 
   virtual void forward(const ForwardPass<float>& pass) const = 0;
   virtual void forward(const ForwardPass<double>& pass) const = 0;

@@ -70,9 +70,11 @@ void Predictor::run(std::span<const float> images, std::span<float> outputs, std
 void Predictor::run_batch(std::span<const float> images, std::span<float> outputs, std::span<float> features) {
   const std::size_t count = images.size() / static_cast<std::size_t>(inference_->input_shape().size());
   batch_->set_batch(static_cast<int>(count));
-  parallel_for(static_cast<int>(count),
-               [&](int i) { batch_->input().load(i, part(images, count, static_cast<std::size_t>(i), 1)); });
-  batch_->forward();
+  with_team([&] {
+    parallel_for(static_cast<int>(count),
+                 [&](int i) { batch_->input().load(i, part(images, count, static_cast<std::size_t>(i), 1)); });
+    batch_->forward();
+  });
   for (std::size_t i = 0; i < count; ++i) {
     batch_->output().store(static_cast<int>(i), part(outputs, count, i, 1));
     if (!features.empty()) batch_->features().store(static_cast<int>(i), part(features, count, i, 1));

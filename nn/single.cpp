@@ -158,7 +158,7 @@ void SingleExecutor::operate(const Step<float>& step, const Edge& way) {
   store(maps_[way.src], in);
   src.load(0, in);
   const std::vector<std::span<const float>> parameters(step.parameters.begin(), step.parameters.end());
-  step.operation->forward(ForwardPass<float>{src, dst, parameters, nullptr});
+  step.operation->forward(ForwardPass<float>{src, dst, parameters, {}});
   dst.store(0, std::span(values_).first(static_cast<std::size_t>(step.dst.size())));
   const Map& map = maps_[way.dst];
   float* const to = at(map);

@@ -1,12 +1,13 @@
 // The networks that are timed, one training step of each, and the multiplications and additions in it. NetA is small,
-// NetB is the paper's preset, Best the default preset, Series that of time series (identify/training/presets.cpp);
-// peers/training.py has A and B too.
+// NetB is the paper's preset, Best the default preset, Series that of time series (identify/training/presets.cpp),
+// Digits that of examples/classifier.cpp; peers/training.py has A and B too.
 #pragma once
 
 #include <cstddef>
 #include <string>
 #include <vector>
 
+#include "base/parallel.hpp"
 #include "nn/training/loss.hpp"
 #include "nn/training/trainer.hpp"
 
@@ -43,6 +44,10 @@ inline constexpr NamedNetwork named_networks[] = {
      "1; batchnorm; relu; maxpool 2; conv 128 3x3 pad 1; batchnorm; relu; globalavgpool; fc 7"},
     best_network,
     series_network,
+    {"Digits",
+     {1, 28, 28},
+     "conv 16 3x3 pad 1; batchnorm; relu; maxpool 2; conv 32 3x3 pad 1; batchnorm; relu; maxpool 2; conv 64 3x3 pad 1; "
+     "batchnorm; relu; maxpool 2; fc 10"},
 };
 
 /// A layer of multiply-adds: the others' work is not counted, as it is bound by memory.
@@ -92,11 +97,14 @@ class Training {
     squares_.resize(outputs);
     load_some(trainer.input());
   }
+  /// As nn::run() calls a step (nn/training/loop.hpp).
   void step() {
-    trainer.forward();
-    nn::mean_squared_error(trainer.output(), targets_, squares_, trainer.output_diff());
-    trainer.backward();
-    trainer.step(1e-3, {});
+    with_team([this] {
+      trainer.forward();
+      nn::mean_squared_error(trainer.output(), targets_, squares_, trainer.output_diff());
+      trainer.backward();
+      trainer.step(1e-3, {});
+    });
   }
 
   nn::Network<float> network;

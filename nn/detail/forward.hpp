@@ -75,6 +75,15 @@ void statistics_forward(const TensorView<const T>& src, const TensorView<T>& dst
   });
 }
 
+/// Copies a tensor into the channels of another from `first` on.
+template <class T>
+void copy_planes(const TensorView<const T>& from, const TensorView<T>& to, int first = 0) {
+  for_each_plane(from.blocks(), from.shape().channels, [&](int block, int c) {
+    for (int i = 0; i < from.shape().rows; ++i)
+      std::copy_n(from.row(block, c, i), from.shape().columns * lanes, to.row(block, first + c, i));
+  });
+}
+
 /// Returns the kind of pooling for the activation kernels.
 inline Pooling make_pooling(const std::optional<Pool>& pool) {
   return !pool ? Pooling::none : pool->kind == Pool::Kind::max ? Pooling::max : Pooling::average;

@@ -44,6 +44,7 @@ class GroupedConv final : public OperationOf<GroupedConv> {
   long long flops() const override {
     return 2LL * dst().size() * group_.src_channels * shape_.kernel_rows * shape_.kernel_columns;
   }
+  bool backward_reads_dst() const override { return false; }
   Halo src_halo() const override { return nn::src_halo(shape_); }
   Halo diff_dst_halo() const override {
     Halo halo;

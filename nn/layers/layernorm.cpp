@@ -21,6 +21,7 @@ class LayerNorm final : public OperationOf<LayerNorm> {
   explicit LayerNorm(Shape shape) : OperationOf(shape, shape) {}
   std::string text() const override { return "layernorm"; }
   long long flops() const override { return 8LL * src().size(); }
+  bool backward_reads_dst() const override { return false; }
   std::vector<OperationParameter> parameters() const override {
     return {{"gamma", {src().channels}, 0, 1}, {"beta", {src().channels}, 0, 0}};
   }

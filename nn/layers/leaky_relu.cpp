@@ -9,6 +9,7 @@ class LeakyRelu final : public OperationOf<LeakyRelu> {
  public:
   LeakyRelu(Shape shape, double slope) : OperationOf(shape, shape), slope_(slope) {}
   std::string text() const override { return format("leakyrelu %.9g", slope_); }
+  bool backward_reads_dst() const override { return false; }
 
   template <class T>
   void forward_pass(const ForwardPass<T>& pass) const {

@@ -25,21 +25,25 @@ class OperationTraining final : public TrainingLayer<T> {
 
   Halo src_halo() const override { return operation_->src_halo(); }
   Halo diff_dst_halo() const override { return operation_->diff_dst_halo(); }
-  bool backward_reads_dst() const override { return true; }
+  bool backward_reads_dst() const override { return operation_->backward_reads_dst(); }
   bool is_random() const override { return operation_->is_random(); }
   void set_random(const Random& random) override { random_ = random; }
 
   void forward(const TensorView<const T>& src, const TensorView<T>& dst) override {
-    operation_->forward(ForwardPass<T>{src, dst, parameters(), random_ ? &*random_ : nullptr});
+    operation_->forward(ForwardPass<T>{src, dst, parameters(), random()});
   }
   void backward(const TensorView<const T>& src, const TensorView<const T>& dst, const TensorView<T>& diff_dst,
                 const TensorView<T>* diff_src) override {
-    operation_->backward(
-        BackwardPass<T>{src, dst, diff_dst, diff_src, parameters(), random_ ? &*random_ : nullptr, to_});
+    operation_->backward(BackwardPass<T>{src, dst, diff_dst, diff_src, parameters(), random(), to_});
     if (!gradients_.empty()) sum_gradients<T>(gradients_, src.blocks(), this->all_reduce());
   }
 
  private:
+  StepRandom random() const {
+    if (!random_) return {};
+    AllReduce<T>* const ranks = this->all_reduce();
+    return {&*random_, ranks != nullptr ? std::span<const int>(ranks->share().blocks) : std::span<const int>()};
+  }
   /// Reads the current values, because a program may have changed them.
   std::span<const std::span<const T>> parameters() {
     for (std::size_t k = 0; k < parameters_.size(); ++k) parameters_[k] = this->value(k);

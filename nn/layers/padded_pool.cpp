@@ -15,6 +15,7 @@ class PaddedPool final : public OperationOf<PaddedPool> {
     return pool_.text() + " pad " + std::to_string(pad_rows_) + "x" + std::to_string(pad_columns_);
   }
   long long flops() const override { return pool_.flops(); }
+  bool backward_reads_dst() const override { return false; }
 
   template <class T>
   void forward_pass(const ForwardPass<T>& pass) const {

@@ -11,7 +11,7 @@ std::unique_ptr<TrainingLayer<T>> make_training_layer(Layer<T>& layer, int max_b
   if (const auto* conv = std::get_if<Conv2d>(&layer.kind())) return make_training(layer, *conv, max_batch);
   if (const auto* fc = std::get_if<FullyConnected>(&layer.kind())) return make_training(layer, *fc, max_batch);
   if (const auto* norm = std::get_if<BatchNorm>(&layer.kind())) return make_training(layer, *norm, max_batch, before);
-  if (const auto* relu = std::get_if<Relu>(&layer.kind())) return make_training(layer, *relu);
+  if (const auto* relu = std::get_if<Relu>(&layer.kind())) return make_training(layer, *relu, before);
   if (const auto* pool = std::get_if<Pool>(&layer.kind())) return make_training(layer, *pool);
   if (const auto* branch = std::get_if<Branch>(&layer.kind())) return make_training(layer, *branch, max_batch, open);
   if (const auto* join = std::get_if<Join>(&layer.kind())) return make_training(layer, *join, open);

@@ -33,7 +33,7 @@ class TrainingLayer {
   virtual bool in_place() const { return false; }
   /// Returns true if diff_src may be src's memory: backward reads each value of src before it writes there.
   virtual bool diff_may_replace_src() const { return false; }
-  /// Returns true if backward reads dst, so that the next layer must not overwrite it.
+  /// Returns true if backward reads dst, so that the next layer must not overwrite it: a ReLU gets memory of its own.
   virtual bool backward_reads_dst() const { return false; }
   /// Returns the zeros that this layer reads around src in forward and backward, and around diff_dst in backward.
   virtual Halo src_halo() const { return {}; }
@@ -69,7 +69,8 @@ class TrainingLayer {
 };
 
 /// Makes `layer` trainable, with the memory for up to `max_batch` samples; no later call allocates. If it is a
-/// BatchNorm, `before`, unless null, is fused with it. `open`: the open skips of the layer's chain.
+/// BatchNorm, `before`, unless null, is fused with it; if it is a ReLU, it overwrites that layer's output if it may.
+/// `open`: the open skips of the layer's chain.
 template <class T>
 std::unique_ptr<TrainingLayer<T>> make_training_layer(Layer<T>& layer, int max_batch, TrainingLayer<T>* before,
                                                       OpenSkips<T>& open);

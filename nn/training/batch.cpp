@@ -20,15 +20,7 @@ Halo halo_of(const std::vector<Step<T>>& steps, std::size_t index) {
 template <class T>
 void run_operation(const Step<T>& step, const TensorView<T>& src, const TensorView<T>& dst) {
   const std::vector<std::span<const T>> parameters(step.parameters.begin(), step.parameters.end());
-  step.operation->forward(ForwardPass<T>{src, dst, parameters, nullptr});
-}
-
-template <class T>
-void copy_planes(const TensorView<const T>& from, const TensorView<T>& to, int first = 0) {
-  for_each_plane(from.blocks(), from.shape().channels, [&](int block, int c) {
-    for (int i = 0; i < from.shape().rows; ++i)
-      std::copy_n(from.row(block, c, i), from.shape().columns * lanes, to.row(block, first + c, i));
-  });
+  step.operation->forward(ForwardPass<T>{src, dst, parameters, {}});
 }
 
 template <class T>

@@ -2,6 +2,8 @@
 // decid's training, which has a different source of batches.
 #pragma once
 
+#include "base/parallel.hpp"
+
 namespace decid::nn {
 
 /// The position of a training. A checkpoint saves it.
@@ -33,7 +35,7 @@ inline bool run(TrainingLoop& loop, LoopPosition& at, int epochs, int batches) {
   while (at.epoch < epochs && loop.wants_epoch(at)) {
     bool stop = false;
     while (at.batch < batches) {
-      at.loss_sum += loop.train_batch(at);
+      with_team([&] { at.loss_sum += loop.train_batch(at); });
       ++at.batch;
       stop = !loop.after_batch(at);
       if (stop && at.batch < batches) return false;

@@ -50,10 +50,6 @@ Trainer<T>::Trainer(Network<T>& network, int max_batch, Communicator* ranks, boo
   for (Layer<T>& layer : network.layers()) {
     layers_.push_back(
         make_training_layer<T>(layer, own_batch_, layers_.empty() ? nullptr : layers_.back().get(), open));
-    if (all_reduce_ && layers_.back()->is_random())
-      throw Error(Code::not_supported, "layer '" + layer.text() + "'",
-                  "draws random numbers, which processes cannot share yet",
-                  "train with one process, or leave the layer out");
     if (all_reduce_) layers_.back()->share_batch(*all_reduce_);
     for (std::size_t k = 0; k < layer.parameters().size(); ++k) gradients_.push_back(&layers_.back()->gradient(k));
   }

@@ -58,7 +58,7 @@ class Trainer {
   TensorView<const T> input_diff() const { return differences_.front(); }
 
   /// Sets the random numbers of layers that draw some (dropout) to those of (seed, step). Without this call they draw
-  /// none. Equal numbers give equal masks, for any number of threads.
+  /// none. Equal numbers give equal masks, for any number of threads and ranks.
   void set_random(std::uint64_t seed, std::uint64_t step);
   /// Runs the forward pass with the batch's statistics in BatchNorm.
   void forward();

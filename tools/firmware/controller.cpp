@@ -98,7 +98,7 @@ FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Pro
    bits are right. */
 )";
   source += "#include \"" + name + ".h\"\n\n#include <float.h>\n#include <stddef.h>\n#include <stdint.h>\n\n";
-  for (const char* unused : {"USES_SQUARE_ROOT", "USES_LOG", "USES_FMA_FLOAT", "USES_FLOAT_BITS"})
+  for (const char* unused : {"USES_SQUARE_ROOT", "USES_LOG", "USES_EXPONENTIAL", "USES_FMA_FLOAT", "USES_FLOAT_BITS"})
     source += define(unused, 0);
   source += define("USES_FMA_DOUBLE", 1) + define("USES_IS_FINITE", 1) +
             define_double("LARGEST_GAIN", std::numeric_limits<double>::max()) +

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "embedded/firmware_arithmetic.hpp"
+#include "embedded/firmware_elementary.hpp"
 #include "embedded/firmware_network.hpp"
 #include "embedded/firmware_network_alone.hpp"
 #include "embedded/firmware_network_alone_header.hpp"
@@ -15,14 +16,15 @@ namespace {
 
 std::string settings(const nn::Network<float>& network, const FirmwarePlan& plan) {
   using Kind = FirmwareLayer::Kind;
-  const bool statistics = std::ranges::count(plan.layers, Kind::statistics, &FirmwareLayer::kind) > 0;
-  std::string text = define("QUANTISED", 0) + define("STREAM_ROWS", 1) + define("USES_STATISTICS", statistics) +
-                     define("USES_POOLS", std::ranges::any_of(plan.layers, &FirmwareLayer::pools)) +
+  const bool statistics = has_kind(plan, Kind::statistics), gelu = has_kind(plan, Kind::gelu);
+  std::string text = define("QUANTISED", 0) + define("STREAM_ROWS", 1) + layer_settings(plan) +
                      define("MAPS", static_cast<long long>(plan.maps.size())) +
                      define("LAYERS", static_cast<long long>(plan.layers.size())) +
                      define("INPUTS", network.input_shape().size()) + define("OUTPUTS", network.output_shape().size());
-  text += define("USES_LOG", 0) + define("USES_SQUARE_ROOT", statistics) + define("USES_FMA_FLOAT", 1) +
-          define("USES_FMA_DOUBLE", 0) + define("USES_IS_FINITE", 0) + define("USES_FLOAT_BITS", 1);
+  text += define("USES_LOG", 0) + define("USES_ASINH", 0) + define("USES_PHASE", 0) +
+          define("USES_EXPONENTIAL", uses_exponential(plan)) + define("USES_NORMAL", gelu) + define("USES_DENSITY", 0) +
+          define("USES_SQUARE_ROOT", statistics || has_kind(plan, Kind::layer_norm)) + define("USES_FMA_FLOAT", 1) +
+          define("USES_FMA_DOUBLE", gelu) + define("USES_IS_FINITE", 0) + define("USES_FLOAT_BITS", 1);
   if (statistics)
     text += "#define STATISTICS_EPSILON " + literal(static_cast<float>(nn::StatisticsPool::epsilon)) + "\n";
   return text + "/* Where things are in the arena, bytes. */\n" + define("MAPS_OFFSET", plan.arena.maps) +
@@ -52,6 +54,7 @@ FirmwareFiles network_files(const nn::Network<float>& network, const FirmwarePla
                        settings(network, plan) + "\n";
   source += embedded::firmware_arithmetic();
   source += "\n";
+  if (uses_exponential(plan)) source += std::string(embedded::firmware_elementary()) + "\n";
   source += embedded::firmware_types();
   source += "\n/* ---- Tables */\n\n" + layer_tables(plan) +
             table("static const uint32_t test_outputs[OUTPUTS]", bits_of(outputs)) + "\n";

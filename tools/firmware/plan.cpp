@@ -6,6 +6,7 @@
 #include "base/error.hpp"
 #include "base/text.hpp"
 #include "nn/operation.hpp"
+#include "nn/words.hpp"
 #include "sim/fft.hpp"
 
 namespace decid::tools {
@@ -38,12 +39,22 @@ class Chain {
     finished_ = true;
     return layers_.back();
   }
+  /// The current map is the input of a block: nothing may change it any more.
+  void open_block() {
+    kept_.push_back(static_cast<int>(shapes_.size()) - 1);
+    finished_ = true;
+  }
+  void close_block(const nn::Join& join) {
+    add(join.concatenates ? Kind::concat : Kind::add, join.dst()).kept = kept_.back();
+    kept_.pop_back();
+  }
   std::vector<FirmwareLayer> layers() && { return std::move(layers_); }
   const std::vector<nn::Shape>& shapes() const { return shapes_; }
 
  private:
   std::vector<nn::Shape> shapes_;
   std::vector<FirmwareLayer> layers_;
+  std::vector<int> kept_;  // inputs of the open blocks
   bool finished_ = false;
 };
 
@@ -67,6 +78,72 @@ void add_pool(Chain& chain, const nn::Pool& pool) {
   layer.taps = layer.kernel.rows * layer.kernel.columns;
 }
 
+/// The pair behind `name` of a line that text() wrote: all its options are there, in this order.
+Extent option(nn::Words& words, const char* name) {
+  words.take_if(name);
+  const auto [rows, columns] = words.take_pair(0, 1 << 20);
+  return {rows, columns};
+}
+
+/// Convolution with groups and dilation. Along columns the kernel gets zeros between its taps, as in the engine.
+void add_grouped(Chain& chain, const nn::Step<float>& step, nn::Words& words) {
+  words.take();
+  const Extent kernel = option(words, "");
+  FirmwareLayer& layer = chain.add(Kind::convolution, step.dst);
+  layer.stride = option(words, "stride");
+  layer.pad = option(words, "pad");
+  layer.groups = option(words, "groups").rows;
+  const Extent dilation = option(words, "dilation");
+  layer.dilation = dilation.rows;
+  layer.kernel = {kernel.rows, (kernel.columns - 1) * dilation.columns + 1};
+  layer.taps = step.src.channels / layer.groups * layer.kernel.rows * layer.kernel.columns;
+  layer.bias = step.parameters[1];
+  layer.weight.assign(layer.bias.size() * static_cast<std::size_t>(layer.taps), 0.0F);
+  const auto columns = static_cast<std::size_t>(kernel.columns), wide = static_cast<std::size_t>(layer.kernel.columns),
+             gap = static_cast<std::size_t>(dilation.columns);
+  for (std::size_t i = 0; i < step.parameters[0].size(); ++i)
+    layer.weight[i / columns * wide + i % columns * gap] = step.parameters[0][i];
+}
+
+void add_padded(Chain& chain, Kind kind, const nn::Step<float>& step, nn::Words& words) {
+  FirmwareLayer& layer = chain.add(kind, step.dst);
+  layer.kernel = option(words, "");
+  layer.stride = option(words, "stride");
+  layer.pad = option(words, "pad");
+  layer.taps = layer.kernel.rows * layer.kernel.columns;
+}
+
+void add_layernorm(Chain& chain, const nn::Step<float>& step) {
+  FirmwareLayer& layer = chain.add(Kind::layer_norm, step.dst);
+  layer.kernel = {step.src.rows, step.src.columns};
+  layer.taps = step.src.rows * step.src.columns;
+  layer.weight = step.parameters[0];
+  layer.bias = step.parameters[1];
+}
+
+/// A layer of one file, by the words of its line.
+void add_operation(Chain& chain, const nn::Step<float>& step) {
+  const std::string text = step.operation->text();
+  nn::Words words(text);
+  const std::string word = words.take();
+  if (word == "conv") return add_grouped(chain, step, words);
+  if (word == "maxpool") return add_padded(chain, Kind::max_pool, step, words);
+  if (word == "avgpool") return add_padded(chain, Kind::average_pool, step, words);
+  if (word == "layernorm") return add_layernorm(chain, step);
+  if (word == "dropout") return;  // passes on in inference
+  constexpr std::pair<const char*, Kind> functions[] = {
+      {"leakyrelu", Kind::leaky_relu}, {"tanh", Kind::tanh}, {"sigmoid", Kind::sigmoid}, {"gelu", Kind::gelu}};
+  for (const auto& [name, kind] : functions)
+    if (word == name) {
+      FirmwareLayer& layer = chain.add(kind, step.dst);
+      layer.taps = 1;
+      if (kind == Kind::leaky_relu) layer.slope = static_cast<float>(words.take_number(0, 1));
+      return;
+    }
+  throw Error(Code::not_supported, "export", "the network has a layer '" + text + "', which exported C does not have",
+              "export a network of decid's own layers");
+}
+
 Chain chain_of(const nn::Inference<float>& inference) {
   Chain chain(inference.input_shape());
   for (const nn::Step<float>& step : inference.steps()) {
@@ -80,13 +157,18 @@ Chain chain_of(const nn::Inference<float>& inference) {
       add_sums(chain, step);
       continue;
     }
-    if (step.kind != nn::Step<float>::Kind::activation)
-      throw Error(
-          Code::not_supported, "export",
-          "the network has " + (step.operation ? "a layer '" + step.operation->text() + "'" : "a residual or concat") +
-              ", which exported C does not have yet",
-          "export a network of conv without groups and dilation, fc, batchnorm, relu, pools without padding and "
-          "statspool, or export ONNX");
+    if (step.kind == nn::Step<float>::Kind::operation) {
+      add_operation(chain, step);
+      continue;
+    }
+    if (step.kind == nn::Step<float>::Kind::branch) {
+      chain.open_block();
+      continue;
+    }
+    if (step.kind == nn::Step<float>::Kind::join) {
+      chain.close_block(step.join);
+      continue;
+    }
     FirmwareLayer& finished = chain.to_finish();
     finished.affine = step.affine;
     finished.normalises = step.affine.scale.empty();
@@ -109,11 +191,22 @@ void lay_out(FirmwareMap& map, const FirmwareLayer* consumer, bool stream_rows, 
     map.position_stride = stream_rows ? 1 : s.columns;
     return;
   }
-  const int kernel = consumer == nullptr ? 1 : stream_rows ? consumer->kernel.rows : consumer->kernel.columns;
+  const Extent extent = consumer == nullptr ? Extent{} : consumer->extent();
+  const int kernel = stream_rows ? extent.rows : extent.columns;
   map.capacity = std::min(kernel, map.lines);
   map.channel_stride = map.positions;
   map.line_stride = s.channels * map.positions;
   map.position_stride = 1;
+}
+
+/// Maps that layers read more than once, or write at once: inputs and outputs of blocks, outputs of layernorm.
+std::vector<bool> whole_maps(const std::vector<FirmwareLayer>& layers) {
+  std::vector<bool> whole(layers.size() + 1, false);
+  for (const FirmwareLayer& layer : layers) {
+    if (layer.joins()) whole[static_cast<std::size_t>(layer.kept)] = whole[static_cast<std::size_t>(layer.src)] = true;
+    if (layer.kind == Kind::layer_norm) whole[static_cast<std::size_t>(layer.dst)] = true;
+  }
+  return whole;
 }
 
 long long aligned(long long bytes) {
@@ -169,10 +262,12 @@ FirmwarePlan plan_by(const Chain& chain, const Model& model, const FirmwareOptio
   const int window = model.image().window;
   const bool series = model.image().block > 0;
   if (!series) plan.radices = sim::fft_radices(window % 2 == 0 ? window / 2 : window);
+  const std::vector<bool> whole = whole_maps(plan.layers);
   for (std::size_t i = 0; i < chain.shapes().size(); ++i) {
     FirmwareMap map;
     map.shape = chain.shapes()[i];
-    lay_out(map, i < plan.layers.size() ? &plan.layers[i] : nullptr, stream_rows, i == 0 && stream_rows && !series);
+    lay_out(map, i < plan.layers.size() ? &plan.layers[i] : nullptr, stream_rows,
+            whole[i] || (i == 0 && stream_rows && !series));
     plan.maps.push_back(map);
   }
   plan_memory(plan, model);
@@ -225,6 +320,10 @@ FirmwarePlan plan_firmware(const Model& model, const FirmwareOptions& options) {
                 "leave one of them out");
   const Chain chain = chain_of(nn::Inference<float>(model.network));
   check_sizes(chain);
+  const std::vector<FirmwareLayer> layers = Chain(chain).layers();
+  if (options.int8 && !std::ranges::all_of(layers, &FirmwareLayer::has_integers))
+    throw Error(Code::not_supported, "--int8", "the network has a layer that 8-bit integers do not have",
+                "leave it out, or use conv, fc, batchnorm, relu, pools without padding and statspool");
   FirmwarePlan rows = plan_by(chain, model, options, true), columns = plan_by(chain, model, options, false);
   const bool by_columns = options.incremental && model.images().shape().columns > 1;
   const bool by_rows = model.image().block > 0;
@@ -244,11 +343,12 @@ FirmwarePlan plan_network(const nn::Network<float>& network) {
   check_sizes(chain);
   FirmwarePlan plan;
   plan.layers = Chain(chain).layers();
+  const std::vector<bool> whole = whole_maps(plan.layers);
   long long values = 0, patch = 0;
   for (std::size_t i = 0; i < chain.shapes().size(); ++i) {
     FirmwareMap map;
     map.shape = chain.shapes()[i];
-    lay_out(map, i < plan.layers.size() ? &plan.layers[i] : nullptr, true, i == 0);
+    lay_out(map, i < plan.layers.size() ? &plan.layers[i] : nullptr, true, i == 0 || whole[i]);
     map.offset = static_cast<int>(std::min(values, max_bytes));
     if (i + 1 < chain.shapes().size()) values += map.values();
     plan.maps.push_back(map);

@@ -30,13 +30,31 @@ struct Extent {
 };
 
 struct FirmwareLayer {
-  /// all: every value of the input, fully connected; statistics: means and deviations of the channels, a statspool.
-  enum class Kind { convolution, all, max_pool, average_pool, statistics };
+  /// all: every value of the input, fully connected; statistics: means and deviations of the channels, a statspool; add
+  /// and concat: the end of a block, which also reads the block's input.
+  enum class Kind {
+    convolution,
+    all,
+    max_pool,
+    average_pool,
+    statistics,
+    leaky_relu,
+    tanh,
+    sigmoid,
+    gelu,
+    layer_norm,
+    add,
+    concat
+  };
   Kind kind = Kind::convolution;
   int src = 0, dst = 0;     ///< maps
+  int kept = 0;             ///< the map with the block's input
   bool normalises = false;  ///< a BatchNorm that is folded away follows, which makes -0 a 0
   bool rectifies = false;
   Extent kernel, stride, pad{0, 0};
+  int dilation = 1;                ///< of the kernel's rows; its columns have zeros between their taps instead
+  int groups = 1;                  ///< of channels
+  float slope = 0.0F;              ///< of a leaky ReLU
   int taps = 0;                    ///< inputs of one sum
   std::vector<float> weight;       ///< [output][tap], empty for pools
   std::vector<float> bias;         ///< [output]
@@ -47,8 +65,20 @@ struct FirmwareLayer {
   /// Products with weights.
   bool sums() const { return kind == Kind::convolution || kind == Kind::all; }
   bool pools() const { return kind == Kind::max_pool || kind == Kind::average_pool; }
+  /// Returns a number that outputs are multiplied by: of an average, or a leaky ReLU's slope.
+  float factor() const {
+    return kind == Kind::leaky_relu ? slope : 1.0F / static_cast<float>(kernel.rows * kernel.columns);
+  }
   /// Reads its input whole.
-  bool reads_all() const { return kind == Kind::all || kind == Kind::statistics; }
+  bool reads_all() const { return kind == Kind::all || kind == Kind::statistics || kind == Kind::layer_norm; }
+  /// Ends a residual or concat.
+  bool joins() const { return kind == Kind::add || kind == Kind::concat; }
+  /// Returns the rows from the kernel's first to its last, and the columns.
+  Extent extent() const { return {(kernel.rows - 1) * dilation + 1, kernel.columns}; }
+  /// Returns true if it also has arithmetic in 8-bit integers.
+  bool has_integers() const {
+    return kind <= Kind::statistics && dilation == 1 && groups == 1 && (sums() || (pad.rows == 0 && pad.columns == 0));
+  }
 };
 
 /// Bytes from the start of the arena, multiples of 8.

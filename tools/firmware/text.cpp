@@ -72,7 +72,7 @@ Uses uses_of(const Model& model, const FirmwarePlan& plan) {
   uses.modulus = has(Channel::modulus) || uses.log_modulus || uses.cos || uses.sin;
   uses.asinh = model.image().block > 0 || has(Channel::asinh_real) || has(Channel::asinh_imaginary);
   uses.mixture = components(model) > 0;
-  uses.statistics = std::ranges::count(plan.layers, Kind::statistics, &FirmwareLayer::kind) > 0;
+  uses.statistics = has_kind(plan, Kind::statistics);
   return uses;
 }
 
@@ -126,13 +126,14 @@ std::string settings(const Model& model, const ForBody& body, const FirmwarePlan
   text += define("USES_ASINH", uses.asinh) +
           define("USES_LOG", uses.log_modulus || uses.residual || uses.asinh || uses.mixture) +
           define("USES_SQUARE_ROOT", uses.modulus || uses.residual || uses.asinh || uses.mixture || uses.statistics ||
-                                         plan.options.familiarity) +
-          define("USES_FMA_FLOAT", 1) + define("USES_FMA_DOUBLE", uses.mixture) + define("USES_IS_FINITE", 0) +
-          define("USES_FLOAT_BITS", 1);
+                                         has_kind(plan, Kind::layer_norm) || plan.options.familiarity) +
+          define("USES_EXPONENTIAL", uses.mixture || uses_exponential(plan)) +
+          define("USES_NORMAL", uses.mixture || has_kind(plan, Kind::gelu)) + define("USES_DENSITY", uses.mixture) +
+          define("USES_FMA_FLOAT", 1) + define("USES_FMA_DOUBLE", uses.mixture || has_kind(plan, Kind::gelu)) +
+          define("USES_IS_FINITE", 0) + define("USES_FLOAT_BITS", 1);
   text += define("FAMILIARITY", plan.options.familiarity) + define("QUANTISED", plan.options.int8) +
           define("INCREMENTAL", plan.options.incremental) + define("STREAM_ROWS", plan.stream_rows) +
-          define("USES_POOLS", std::ranges::any_of(plan.layers, &FirmwareLayer::pools)) +
-          define("USES_STATISTICS", uses.statistics) + define("MAPS", static_cast<long long>(plan.maps.size())) +
+          layer_settings(plan) + define("MAPS", static_cast<long long>(plan.maps.size())) +
           define("LAYERS", static_cast<long long>(plan.layers.size())) +
           define("PARAMETERS", static_cast<long long>(model.parameters().size())) +
           define("OUTPUTS", model.network.output_shape().size()) + define("COMPONENTS", components(model)) +
@@ -199,9 +200,29 @@ std::string named(std::string& text, const char* type, const std::string& name, 
 
 }  // namespace
 
+bool has_kind(const FirmwarePlan& plan, FirmwareLayer::Kind kind) {
+  return std::ranges::count(plan.layers, kind, &FirmwareLayer::kind) > 0;
+}
+
+bool uses_exponential(const FirmwarePlan& plan) {
+  return has_kind(plan, Kind::tanh) || has_kind(plan, Kind::sigmoid) || has_kind(plan, Kind::gelu);
+}
+
+std::string layer_settings(const FirmwarePlan& plan) {
+  const bool leaks = has_kind(plan, Kind::leaky_relu);
+  return define("USES_POOLS", std::ranges::any_of(plan.layers, &FirmwareLayer::pools)) +
+         define("USES_STATISTICS", has_kind(plan, Kind::statistics)) + define("USES_LEAKY_RELU", leaks) +
+         define("USES_TANH", has_kind(plan, Kind::tanh)) + define("USES_SIGMOID", has_kind(plan, Kind::sigmoid)) +
+         define("USES_GELU", has_kind(plan, Kind::gelu)) + define("USES_FUNCTIONS", leaks || uses_exponential(plan)) +
+         define("USES_LAYER_NORM", has_kind(plan, Kind::layer_norm)) +
+         define("USES_BLOCKS", std::ranges::any_of(plan.layers, &FirmwareLayer::joins));
+}
+
 std::string layer_tables(const FirmwarePlan& plan) {
-  static constexpr const char* kinds[] = {"LAYER_CONVOLUTION", "LAYER_ALL", "LAYER_MAX_POOL", "LAYER_AVERAGE_POOL",
-                                          "LAYER_STATISTICS"};
+  static constexpr const char* kinds[] = {"LAYER_CONVOLUTION",  "LAYER_ALL",        "LAYER_MAX_POOL",
+                                          "LAYER_AVERAGE_POOL", "LAYER_STATISTICS", "LAYER_LEAKY_RELU",
+                                          "LAYER_TANH",         "LAYER_SIGMOID",    "LAYER_GELU",
+                                          "LAYER_NORM",         "LAYER_ADD",        "LAYER_CONCAT"};
   const bool rows = plan.stream_rows;
   const auto along = [&](const Extent& e) { return rows ? e.rows : e.columns; };
   const auto across = [&](const Extent& e) { return rows ? e.columns : e.rows; };
@@ -215,12 +236,13 @@ std::string layer_tables(const FirmwarePlan& plan) {
     const std::string scale = named(tables, "float", name("scale"), layer.scale);
     const std::string affine_scale = named(tables, "float", name("affine_scale"), layer.affine.scale);
     const std::string affine_shift = named(tables, "float", name("affine_shift"), layer.affine.shift);
-    text += format("    {%s, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %s,\n     %s, %s, %s, %s, %s},\n",
-                   kinds[static_cast<int>(layer.kind)], layer.src, layer.dst, layer.normalises, layer.rectifies,
-                   i + 1 == plan.layers.size(), along(layer.kernel), across(layer.kernel), along(layer.stride),
-                   across(layer.stride), along(layer.pad), across(layer.pad), layer.taps,
-                   literal(1.0F / static_cast<float>(layer.kernel.rows * layer.kernel.columns)).c_str(), weight.c_str(),
-                   bias.c_str(), scale.c_str(), affine_scale.c_str(), affine_shift.c_str());
+    text += format(
+        "    {%s, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %s,\n     %s, %s, %s, %s, %s},\n",
+        kinds[static_cast<int>(layer.kind)], layer.src, layer.dst, layer.kept, layer.normalises, layer.rectifies,
+        i + 1 == plan.layers.size(), along(layer.kernel), across(layer.kernel), along(layer.stride),
+        across(layer.stride), along(layer.pad), across(layer.pad), rows ? layer.dilation : 1, rows ? 1 : layer.dilation,
+        layer.groups, layer.taps, literal(layer.factor()).c_str(), weight.c_str(), bias.c_str(), scale.c_str(),
+        affine_scale.c_str(), affine_shift.c_str());
   }
   return tables + map_table(plan) + text + "};\n\n";
 }

@@ -43,6 +43,11 @@ std::string define_double(const std::string& name, double value);
 /// Returns a C literal with exactly these bits. Throws Error for a value that is not finite.
 std::string literal(float value);
 std::string literal(double value, int digits = 17);
+bool has_kind(const FirmwarePlan& plan, FirmwareLayer::Kind kind);
+/// Returns true if a layer of the plan needs the exponential function.
+bool uses_exponential(const FirmwarePlan& plan);
+/// Returns the preprocessor's settings for the kinds of layers that the plan has.
+std::string layer_settings(const FirmwarePlan& plan);
 /// Returns the tables of weights, maps and layers.
 std::string layer_tables(const FirmwarePlan& plan);
 std::vector<std::uint32_t> bits_of(const std::vector<float>& values);

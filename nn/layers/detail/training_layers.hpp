@@ -17,8 +17,9 @@ std::unique_ptr<TrainingLayer<T>> make_training(Layer<T>& layer, const FullyConn
 template <class T>
 std::unique_ptr<TrainingLayer<T>> make_training(Layer<T>& layer, const BatchNorm& norm, int max_batch,
                                                 TrainingLayer<T>* before);
+/// `before`, unless null, is asked whether it needs its output.
 template <class T>
-std::unique_ptr<TrainingLayer<T>> make_training(Layer<T>& layer, const Relu& relu);
+std::unique_ptr<TrainingLayer<T>> make_training(Layer<T>& layer, const Relu& relu, const TrainingLayer<T>* before);
 template <class T>
 std::unique_ptr<TrainingLayer<T>> make_training(Layer<T>& layer, const Pool& pool);
 template <class T>

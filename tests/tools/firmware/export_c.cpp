@@ -10,6 +10,7 @@
 #include "identify/network/prediction.hpp"
 #include "identify/training/presets.hpp"
 #include "identify/training/training.hpp"
+#include "nn/operation.hpp"
 #include "sim/segments.hpp"
 #include "tests/tools/firmware/models.hpp"
 #include "tools/firmware/quantise.hpp"
@@ -139,6 +140,19 @@ const dataset::ImageSettings every_channel{
     .standardize_rows = true,
     .first_sample = 37};
 
+/// A layer that a program registered.
+class Square final : public nn::OperationOf<Square> {
+ public:
+  explicit Square(nn::Shape shape) : OperationOf(shape, shape) {}
+  std::string text() const override { return "square"; }
+  template <class T>
+  void forward_pass(const nn::ForwardPass<T>& pass) const {
+    nn::map<T>(pass.src, pass.dst, [](T x) { return x * x; });
+  }
+  template <class T>
+  void backward_pass(const nn::BackwardPass<T>&) const {}
+};
+
 }  // namespace
 
 TEST_CASE("the firmware model on the host: the bits of identify in every compiler, whole and as samples arrive" *
@@ -156,6 +170,17 @@ TEST_CASE("exported networks have the bits of identify for every kind of layer a
         "avgpool 2x3; batchnorm; maxpool 2x2; relu; fc 9; batchnorm; relu; conv 8 1x1; batchnorm; fc 7; relu";
     check_bits(test::made_up_model(sim::default_protocol(), every_channel, odd), 2, "--incremental", 1);
     check_bits(test::made_up_model(sim::default_protocol(), every_channel, odd), 2, "--int8", 1);
+  }
+  SUBCASE("blocks, functions, groups, dilation and padded pools, row by row and column by column") {
+    const std::string newer =
+        "conv 6 3x4 stride 4x3 pad 2x3; tanh; residual { conv 6 3x2 pad 2x1 groups 2 dilation 2; sigmoid }; relu; "
+        "maxpool 3x2 stride 2 pad 1; layernorm; concat { gelu; maxpool 3 stride 1 pad 1 }; leakyrelu; "
+        "avgpool 3 stride 2 pad 1; globalavgpool; fc 7";
+    for (const char* options : {"", "--incremental"})
+      check_bits(test::made_up_model(sim::short_protocol(), {.window = 100, .half_spectrum = true}, newer), 2, options,
+                 1);
+    const Model model = test::made_up_model(sim::short_protocol(), {.window = 100}, newer);
+    check_error([&] { plan_firmware(model, {.int8 = true}); }, Code::not_supported);
   }
   SUBCASE("the paper's, column by column") {
     const Preset& preset = preset_named("paper");
@@ -336,6 +361,12 @@ TEST_CASE("the plan's own network in float has the bits of the engine") {
   const auto sways = sways_in_memory([&](int i) { return data.trial(i); });
   const std::vector<float> outputs = predict(model, data.trials(), 64, sways);
   CHECK(as_bytes(predict_planned(plan_firmware(model, {}), model, data.trials(), sways)) == as_bytes(outputs));
+}
+
+TEST_CASE("a layer that a program registered is not exported") {
+  nn::register_layer("square",
+                     [](nn::Shape src, nn::Words&) -> nn::OperationPointer { return std::make_shared<Square>(src); });
+  check_error([&] { plan_network(nn::Network<float>({3, 1, 1}, "fc 2; square")); }, Code::not_supported, "'square'");
 }
 
 TEST_CASE("outputs that are not parameters are not exported") {

@@ -129,7 +129,7 @@ static double angle_of(double y, double x) {
 }
 #endif
 
-#if COMPONENTS > 0
+#if USES_EXPONENTIAL
 static double floor_of(double x) {
   const double whole = (double)(int32_t)x;
   return (whole > x) ? (whole - 1.0) : whole;
@@ -155,10 +155,15 @@ static double exponential(double x) {
   return (1.0 + (r + ((r * r) * sum))) * double_of((uint64_t)((int32_t)k + 1023) << 52);
 }
 
+#endif
+
+#if USES_DENSITY
 static double normal_density(double x) {
   return 0.39894228040143268 * exponential((-0.5 * x) * x);
 }
+#endif
 
+#if USES_NORMAL
 static double ratio_of(const double* numerator, const double* denominator, int32_t count, double x) {
   double above = numerator[0];
   double below = denominator[0];
@@ -217,5 +222,26 @@ static double normal_distribution(double x) {
     /* 0 */
   }
   return (x < 0.0) ? (0.5 * tail) : (1.0 - (0.5 * tail));
+}
+#endif
+
+#if USES_TANH
+static double hyperbolic_tangent(double x) {
+  const double size = (x < 0.0) ? -x : x;
+  double y;
+  if (!(size < 20.0)) {
+    y = (size >= 20.0) ? 1.0 : size; /* NaN stays */
+  } else {
+    const double square = exponential(2.0 * size);
+    y = (square - 1.0) / (square + 1.0);
+  }
+  return (x < 0.0) ? -y : y;
+}
+#endif
+
+#if USES_SIGMOID
+/* 1 / (1 + e^-x); e^700 is finite, above it the quotient is 0. */
+static double logistic(double x) {
+  return (x < -700.0) ? 0.0 : (1.0 / (1.0 + exponential(-x)));
 }
 #endif

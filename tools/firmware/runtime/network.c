@@ -25,8 +25,21 @@ static activation to_activation(float value, const quantisation_scale* to) {
 #endif
 }
 
+/* Place of a line's position in a map's channel. */
+static int32_t place_in(const network_map* map, int32_t line, int32_t position) {
+  return ((line % map->capacity) * map->line_stride) + (position * map->position_stride);
+}
+
+#if USES_POOLS
+/* The nearest number from 0 to below count. */
+static int32_t clamped(int32_t i, int32_t count) {
+  const int32_t low = (i < 0) ? 0 : i;
+  return (low < count) ? low : (count - 1);
+}
+#endif
+
 /* The inputs of one output position, in `channels` channels from data on, in the order of the sums: channel, row,
-   column; zeros outside. */
+   column. Outside are zeros; to a maximum, values that it has already. */
 static void gather(const network_layer* layer, const network_map* src, const activation* data, int32_t channels,
                    int32_t line, int32_t position, activation* patch) {
   const int32_t first_line = (line * layer->stride_lines) - layer->pad_lines;
@@ -47,14 +60,18 @@ static void gather(const network_layer* layer, const network_map* src, const act
     for (y = 0; y < kernel_rows; ++y) {
       for (x = 0; x < kernel_columns; ++x) {
 #if STREAM_ROWS
-        const int32_t l = first_line + y;
-        const int32_t p = first_position + x;
+        const int32_t l = first_line + (y * layer->dilation_lines);
+        const int32_t p = first_position + (x * layer->dilation_positions);
 #else
-        const int32_t l = first_line + x;
-        const int32_t p = first_position + y;
+        const int32_t l = first_line + (x * layer->dilation_lines);
+        const int32_t p = first_position + (y * layer->dilation_positions);
 #endif
         if ((l >= 0) && (l < src->lines) && (p >= 0) && (p < src->positions)) {
-          *to = plane[((l % src->capacity) * src->line_stride) + (p * src->position_stride)];
+          *to = plane[place_in(src, l, p)];
+#if USES_POOLS
+        } else if (layer->kind == LAYER_MAX_POOL) {
+          *to = plane[place_in(src, clamped(l, src->lines), clamped(p, src->positions))];
+#endif
         } else {
           *to = (activation)src->quantisation.zero;
         }
@@ -134,15 +151,16 @@ static void put_output(const network_layer* layer, const network_map* dst, activ
   }
 }
 
-static void convolve(const network_layer* layer, const network_map* dst, const activation* x, activation* to,
-                     float* outputs) {
-  int32_t first;
+/* Outputs of the channels from `first` to below `end`, which read the same inputs. */
+static void convolve(const network_layer* layer, const network_map* dst, const activation* x, int32_t first,
+                     int32_t end, activation* to, float* outputs) {
+  int32_t next;
   int32_t i;
-  for (first = 0; first < dst->channels; first += 4) {
+  for (next = first; next < end; next += 4) {
     const weight_value* weight[4];
     accumulator sum[4];
     for (i = 0; i < 4; ++i) {
-      const int32_t channel = ((first + i) < dst->channels) ? (first + i) : (dst->channels - 1);
+      const int32_t channel = ((next + i) < end) ? (next + i) : (end - 1);
       weight[i] = &layer->weight[channel * layer->taps];
 #if QUANTISED
       sum[i] = 0;
@@ -151,9 +169,21 @@ static void convolve(const network_layer* layer, const network_map* dst, const a
 #endif
     }
     sum_products(weight, x, layer->taps, sum);
-    for (i = 0; (i < 4) && ((first + i) < dst->channels); ++i) {
-      put_output(layer, dst, to, outputs, first + i, from_accumulator(layer, first + i, sum[i]));
+    for (i = 0; (i < 4) && ((next + i) < end); ++i) {
+      put_output(layer, dst, to, outputs, next + i, from_accumulator(layer, next + i, sum[i]));
     }
+  }
+}
+
+static void convolve_groups(const network_layer* layer, const network_map* src, const network_map* dst,
+                            const activation* data, int32_t line, int32_t position, activation* patch, activation* to,
+                            float* outputs) {
+  const int32_t inputs = src->channels / layer->groups;
+  const int32_t made = dst->channels / layer->groups;
+  int32_t group;
+  for (group = 0; group < layer->groups; ++group) {
+    gather(layer, src, &data[(group * inputs) * src->channel_stride], inputs, line, position, patch);
+    convolve(layer, dst, patch, group * made, (group + 1) * made, to, outputs);
   }
 }
 
@@ -183,7 +213,7 @@ static accumulator pool(const network_layer* layer, const activation* x) {
       sum += x[t];
     }
 #if !QUANTISED
-    sum = sum * layer->average;
+    sum = sum * layer->factor;
 #endif
   }
   return sum;
@@ -204,14 +234,97 @@ static void summarise(const network_layer* layer, const network_map* src, const 
     for (t = 0; t < layer->taps; ++t) {
       sum = sum + from_accumulator(layer, channel, plane[t]);
     }
-    mean = sum * layer->average;
+    mean = sum * layer->factor;
     for (t = 0; t < layer->taps; ++t) {
       const float off = from_accumulator(layer, channel, plane[t]) - mean;
       squares = fma_float(off, off, squares);
     }
     put_output(layer, dst, to, outputs, channel, mean);
     put_output(layer, dst, to, outputs, src->channels + channel,
-               (float)square_root((double)fma_float(squares, layer->average, STATISTICS_EPSILON)));
+               (float)square_root((double)fma_float(squares, layer->factor, STATISTICS_EPSILON)));
+  }
+}
+#endif
+
+#if USES_FUNCTIONS
+static float function_of(const network_layer* layer, float x) {
+  float y = x;
+  switch (layer->kind) {
+#if USES_LEAKY_RELU
+    case LAYER_LEAKY_RELU:
+      y = (x > 0.0F) ? x : (layer->factor * x);
+      break;
+#endif
+#if USES_TANH
+    case LAYER_TANH:
+      y = (float)hyperbolic_tangent((double)x);
+      break;
+#endif
+#if USES_SIGMOID
+    case LAYER_SIGMOID:
+      y = (float)logistic((double)x);
+      break;
+#endif
+#if USES_GELU
+    case LAYER_GELU:
+      y = (float)((double)x * normal_distribution((double)x));
+      break;
+#endif
+    default:
+      /* other layers have other code */
+      break;
+  }
+  return y;
+}
+#endif
+
+#if USES_LAYER_NORM
+/* All lines: each value less the mean of all, over their standard deviation, by the channel's factor and shift. */
+static void normalise(const network_layer* layer, const network_map* src, const network_map* dst,
+                      const activation* data, activation* to, float* outputs) {
+  const double count = (double)(src->channels * layer->taps);
+  double mean = 0.0;
+  double squares = 0.0;
+  double inverse;
+  int32_t channel;
+  int32_t t;
+  for (t = 0; t < (src->channels * layer->taps); ++t) {
+    mean = mean + (double)data[t];
+  }
+  mean = mean / count;
+  for (t = 0; t < (src->channels * layer->taps); ++t) {
+    const double off = (double)data[t] - mean;
+    squares = squares + (off * off);
+  }
+  inverse = 1.0 / square_root((squares / count) + 1e-5);
+  for (channel = 0; channel < src->channels; ++channel) {
+    for (t = 0; t < layer->taps; ++t) {
+      const double normal = ((double)data[(channel * src->channel_stride) + t] - mean) * inverse;
+      put_output(layer, dst, &to[t], outputs, channel,
+                 (float)(((double)layer->weight[channel] * normal) + (double)layer->bias[channel]));
+    }
+  }
+}
+#endif
+
+#if USES_BLOCKS
+/* The end of a block, at one position: kept: the map with its input. */
+static void join_block(const network_layer* layer, const network_map* src, const network_map* dst,
+                       const activation* memory, int32_t line, int32_t position, activation* to, float* outputs) {
+  const network_map* const kept = &network_maps[layer->kept];
+  const activation* const past = &memory[kept->offset + place_in(kept, line, position)];
+  const activation* const made = &memory[src->offset + place_in(src, line, position)];
+  int32_t channel;
+  for (channel = 0; channel < dst->channels; ++channel) {
+    float value;
+    if (layer->kind == LAYER_ADD) {
+      value = past[channel * kept->channel_stride] + made[channel * src->channel_stride];
+    } else if (channel < kept->channels) {
+      value = past[channel * kept->channel_stride];
+    } else {
+      value = made[(channel - kept->channels) * src->channel_stride];
+    }
+    put_output(layer, dst, to, outputs, channel, value);
   }
 }
 #endif
@@ -222,35 +335,69 @@ static void make_line(const network_layer* layer, int32_t line, activation* memo
   const network_map* const dst = &network_maps[layer->dst];
   const activation* const data = &memory[src->offset];
   int32_t position;
-#if USES_POOLS
+#if USES_POOLS || USES_FUNCTIONS
   int32_t channel;
 #endif
   for (position = 0; position < dst->positions; ++position) {
-    activation* const to =
-        &memory[dst->offset + ((line % dst->capacity) * dst->line_stride) + (position * dst->position_stride)];
+    activation* const to = &memory[dst->offset + place_in(dst, line, position)];
     switch (layer->kind) {
       case LAYER_CONVOLUTION:
-        gather(layer, src, data, src->channels, line, position, patch);
-        convolve(layer, dst, patch, to, outputs);
+        convolve_groups(layer, src, dst, data, line, position, patch, to, outputs);
         break;
       case LAYER_ALL:
-        convolve(layer, dst, data, to, outputs);
+        convolve(layer, dst, data, 0, dst->channels, to, outputs);
         break;
 #if USES_STATISTICS
       case LAYER_STATISTICS:
         summarise(layer, src, dst, data, to, outputs);
         break;
 #endif
-      default:
+#if USES_LAYER_NORM
+      case LAYER_NORM:
+        if (position == 0) {
+          normalise(layer, src, dst, data, to, outputs);
+        }
+        break;
+#endif
+#if USES_BLOCKS
+      case LAYER_ADD:
+      case LAYER_CONCAT:
+        join_block(layer, src, dst, memory, line, position, to, outputs);
+        break;
+#endif
 #if USES_POOLS
+      case LAYER_MAX_POOL:
+      case LAYER_AVERAGE_POOL:
         for (channel = 0; channel < dst->channels; ++channel) {
           gather(layer, src, &data[channel * src->channel_stride], 1, line, position, patch);
           put_output(layer, dst, to, outputs, channel, from_accumulator(layer, channel, pool(layer, patch)));
+        }
+        break;
+#endif
+      default:
+#if USES_FUNCTIONS
+        for (channel = 0; channel < dst->channels; ++channel) {
+          const activation x = data[(channel * src->channel_stride) + place_in(src, line, position)];
+          put_output(layer, dst, to, outputs, channel, function_of(layer, x));
         }
 #endif
         break;
     }
   }
+}
+
+/* Returns 1 if the inputs of a layer's next line are there. */
+static int32_t can_make(const network_layer* layer, const int32_t* ready, int32_t line) {
+  const network_map* const src = &network_maps[layer->src];
+  const int32_t extent = ((layer->kernel_lines - 1) * layer->dilation_lines) + 1;
+  const int32_t needed = ((line * layer->stride_lines) - layer->pad_lines) + extent;
+  int32_t can = (((needed < src->lines) ? needed : src->lines) <= ready[layer->src]) ? 1 : 0;
+#if USES_BLOCKS
+  if (((layer->kind == LAYER_ADD) || (layer->kind == LAYER_CONCAT)) && (ready[layer->kept] <= line)) {
+    can = 0;
+  }
+#endif
+  return can;
 }
 
 /* Makes one line, of the deepest layer that can make one. ready: lines of each map that were made. Returns 0 if no
@@ -259,13 +406,11 @@ static int32_t advance_network(int32_t* ready, activation* memory, activation* p
   int32_t i;
   for (i = LAYERS - 1; i >= 0; --i) {
     const network_layer* const layer = &network_layers[i];
-    const network_map* const src = &network_maps[layer->src];
     const network_map* const dst = &network_maps[layer->dst];
     const int32_t line = ready[layer->dst];
-    const int32_t needed = ((line * layer->stride_lines) - layer->pad_lines) + layer->kernel_lines;
-    if ((line < dst->lines) && (((needed < src->lines) ? needed : src->lines) <= ready[layer->src])) {
+    if ((line < dst->lines) && (can_make(layer, ready, line) != 0)) {
       make_line(layer, line, memory, patch, outputs);
-      ready[layer->dst] = line + 1;
+      ready[layer->dst] = (layer->kind == LAYER_NORM) ? dst->lines : (line + 1);
       return 1;
     }
   }

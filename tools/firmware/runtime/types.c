@@ -32,13 +32,28 @@ typedef struct {
 } network_map;
 
 /* Kinds of layers: LAYER_ALL reads all values of its input, which lie in order, in one go; LAYER_STATISTICS those of
-   one channel after the other. */
-enum { LAYER_CONVOLUTION, LAYER_ALL, LAYER_MAX_POOL, LAYER_AVERAGE_POOL, LAYER_STATISTICS };
+   one channel after the other, LAYER_NORM all, and makes all lines in one go. LAYER_ADD and LAYER_CONCAT end a block,
+   whose input they read too. */
+enum {
+  LAYER_CONVOLUTION,
+  LAYER_ALL,
+  LAYER_MAX_POOL,
+  LAYER_AVERAGE_POOL,
+  LAYER_STATISTICS,
+  LAYER_LEAKY_RELU,
+  LAYER_TANH,
+  LAYER_SIGMOID,
+  LAYER_GELU,
+  LAYER_NORM,
+  LAYER_ADD,
+  LAYER_CONCAT
+};
 
 typedef struct {
   uint8_t kind;
   uint8_t src; /* maps */
   uint8_t dst;
+  uint8_t kept; /* the block's input */
   uint8_t normalises;
   uint8_t rectifies;
   uint8_t last;
@@ -48,9 +63,12 @@ typedef struct {
   int32_t stride_positions;
   int32_t pad_lines;
   int32_t pad_positions;
-  int32_t taps; /* inputs of one sum */
-  float average;
-  const weight_value* weight; /* [output][tap] */
+  int32_t dilation_lines;
+  int32_t dilation_positions;
+  int32_t groups;             /* of channels */
+  int32_t taps;               /* inputs of one sum */
+  float factor;               /* of an average, or a leaky ReLU's slope */
+  const weight_value* weight; /* [output][tap], or a LAYER_NORM's factors */
   const float* bias;          /* without quantisation the sums begin with it; with it, value = scale sum + bias */
   const float* scale;
   const float* affine_scale;
