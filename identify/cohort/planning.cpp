@@ -2,60 +2,136 @@
 #include "identify/cohort/planning.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "base/error.hpp"
-#include "base/math/math.hpp"
-#include "base/math/statistics.hpp"
+#include "base/setting.hpp"
 #include "base/text.hpp"
-#include "identify/cohort/measurement.hpp"
 #include "identify/cohort/streams.hpp"
 #include "identify/identify.hpp"
+#include "posterior/planning/expected_posterior.hpp"
 #include "sim/protocol/conditions.hpp"
 #include "sim/streams.hpp"
 
 namespace decid::cohort {
+namespace {
 
-sim::Parameters measurement_sd(const Model& model, const sim::Protocol& protocol, const sim::Parameters& at,
-                               const sim::Parameters& person_sd, int trials, std::uint64_t seed) {
-  const sim::ParameterTable& table = model.parameters();
-  if (!model.gives_distribution() || trials < 1)
-    throw Error(model.gives_distribution() ? Code::setting_out_of_range : Code::not_supported, "power",
-                model.gives_distribution() ? "no recordings are simulated" : "the model gives no distribution",
-                "simulate one recording or more, with a model that has a mixture head");
+constexpr double min_shown = 0.1;  // of a difference
+constexpr std::size_t repetitions = 2, recordings_of_person = 4;
+constexpr double max_shrunk = 0.99;  // of the prior's variance
+
+void check_groups(const sim::ParameterTable& table, const PlannedGroups& groups, int persons) {
+  if (persons < 2)
+    throw Error(Code::setting_out_of_range, "power", format("%d persons are simulated", persons),
+                "simulate eight recordings or more");
   for (std::size_t p = 0; p < table.size(); ++p)
-    if (!(at[p] > table[p].low && at[p] < table[p].high))
-      throw Error(Code::setting_out_of_range, "power", format("the mean of %s is %g", table[p].name.c_str(), at[p]),
-                  format("give one between %g and %g", table[p].low, table[p].high));
+    for (const double mean : {groups.at[p], groups.at[p] + groups.difference[p]})
+      if (!(mean > table[p].low && mean < table[p].high))
+        throw Error(Code::setting_out_of_range, "power", format("the mean of %s is %g", table[p].name.c_str(), mean),
+                    format("give one between %g and %g", table[p].low, table[p].high));
+}
 
-  const sim::Simulator simulator(protocol);
-  std::vector<recording::Trial> read(static_cast<std::size_t>(trials));
-  simulator.run_until_valid(
-      trials, 1000,
+/// The estimates of a person's recordings: two of the first group, two of the second.
+using PersonValues = std::array<sim::Parameters, recordings_of_person>;
+
+std::vector<PersonValues> simulated_values(const Model& model, const sim::Protocol& protocol,
+                                           const PlannedGroups& groups, int persons, std::uint64_t seed) {
+  const sim::ParameterTable& table = model.parameters();
+  const int count = persons * static_cast<int>(recordings_of_person);
+  std::vector<recording::Trial> read(static_cast<std::size_t>(count));
+  const auto repetition_of = [](int index) {  // both groups have the same numbers
+    const auto place = static_cast<std::uint64_t>(index);
+    return place / recordings_of_person * repetitions + place % repetitions;
+  };
+  sim::Simulator(protocol).run_until_valid(
+      count, 1000,
       [&](int index, int attempt) {
-        const auto item = static_cast<std::uint64_t>(index) * 1000 + static_cast<std::uint64_t>(attempt);
-        const Random random(seed, streams::cohort, item);
-        sim::Parameters person = at;
-        for (std::size_t p = 0; p < table.size(); ++p)
-          person[p] = std::clamp(at[p] + person_sd[p] * random.normal(p), table[p].low, table[p].high);
-        return sim::TrialInput{person, Random(seed, sim::streams::vestibular_noise, item)};
+        const auto place = static_cast<std::uint64_t>(index), tried = static_cast<std::uint64_t>(attempt);
+        const Random random(seed, streams::cohort, place / recordings_of_person * 1000 + tried);
+        sim::Parameters person = groups.at;
+        for (std::size_t p = 0; p < table.size(); ++p) {
+          const double shift = place % recordings_of_person < repetitions ? 0.0 : groups.difference[p];
+          person[p] =
+              std::clamp(groups.at[p] + shift + groups.person_sd[p] * random.normal(p), table[p].low, table[p].high);
+        }
+        return sim::TrialInput{person,
+                               Random(seed, sim::streams::vestibular_noise, repetition_of(index) * 1000 + tried)};
       },
       [&](int index, const sim::TrialInput&, std::span<double> sway) {
-        sim::record(protocol, seed, static_cast<std::uint64_t>(index), sway);
+        sim::record(protocol, seed, repetition_of(index), sway);
         read[static_cast<std::size_t>(index)] = recording::trial_of({sway.begin(), sway.end()});
       });
-  Identifier identifier(model);
-  std::vector<std::vector<double>> variances(table.size());
-  for (const Estimate& estimate : identifier.estimate(read)) {
-    const Measurement measurement = Measurement::of_distribution(*estimate.distribution);
-    for (std::size_t p = 0; p < table.size(); ++p) variances[p].push_back(measurement.variance(p));
+  std::vector<PersonValues> values(static_cast<std::size_t>(persons));
+  std::size_t place = 0;
+  for (const Estimate& estimate : Identifier(model).estimate(read)) {
+    values[place / recordings_of_person][place % recordings_of_person] = estimate.parameters;
+    ++place;
   }
-  sim::Parameters found(table.size());
+  return values;
+}
+
+/// Sums over persons and groups of one parameter.
+struct Sums {
+  double shift = 0.0, within = 0.0, between = 0.0;  ///< mean shift; variances of recordings and of persons' means
+};
+Sums sums_of(const std::vector<PersonValues>& values, std::size_t p) {
+  const auto count = static_cast<double>(values.size());
+  Sums sums;
+  for (const std::size_t first : {std::size_t{0}, repetitions}) {
+    double mean = 0.0, squares = 0.0;
+    for (const PersonValues& person : values) {
+      const double a = person[first][p], b = person[first + 1][p];
+      mean += 0.5 * (a + b) / count;
+      sums.within += 0.25 * (a - b) * (a - b) / count;  // half of each group
+    }
+    for (const PersonValues& person : values) {
+      const double off = 0.5 * (person[first][p] + person[first + 1][p]) - mean;
+      squares += off * off / (count - 1.0);
+    }
+    sums.between += 0.5 * squares;
+    sums.shift += first == 0 ? -mean : mean;
+  }
+  sums.between = std::max(0.0, sums.between - 0.5 * sums.within);
+  return sums;
+}
+
+}  // namespace
+
+ValueSpread spread_of_network(const Model& model, const sim::Protocol& protocol, const PlannedGroups& groups,
+                              int persons, std::uint64_t seed) {
+  const sim::ParameterTable& table = model.parameters();
+  check_groups(table, groups, persons);
+  const std::vector<PersonValues> values = simulated_values(model, protocol, groups, persons, seed);
+  ValueSpread spread{sim::Parameters(table.size()), sim::Parameters(table.size())};
   for (std::size_t p = 0; p < table.size(); ++p) {
-    const double coordinate = inverse_normal((at[p] - table[p].low) / table[p].range());
-    found[p] = table[p].range() * normal_density(coordinate) * std::sqrt(median(std::move(variances[p])));
+    if (groups.difference[p] == 0.0) continue;
+    const Sums sums = sums_of(values, p);
+    const double shown = sums.shift / groups.difference[p];
+    if (!(shown > min_shown))
+      throw Error(Code::value_invalid, "power",
+                  format("the network shows %.0f%% of the difference of %s", 100.0 * shown, table[p].name.c_str()),
+                  "plan with fits, or give " + setting("measurement_sd"));
+    spread.person_sd[p] = std::sqrt(sums.between) / shown;
+    spread.measurement_sd[p] = std::sqrt(sums.within) / shown;
   }
-  return found;
+  return spread;
+}
+
+ValueSpread spread_of_fits(const sim::Protocol& protocol, const posterior::Priors& priors, const PlannedGroups& groups,
+                           double sensor_noise_deg, int persons, std::uint64_t seed) {
+  const posterior::Density density(protocol, priors);
+  check_groups(density.ranges(), groups, persons);
+  const posterior::ExpectedPosterior found =
+      posterior::expected_posterior(density, {.draws = persons,
+                                              .sensor_noise_deg = sensor_noise_deg,
+                                              .at = groups.at,
+                                              .person_sd = groups.person_sd,
+                                              .seed = seed});
+  ValueSpread spread{groups.person_sd, sim::Parameters(found.sd.size())};
+  for (std::size_t p = 0; p < found.sd.size(); ++p)
+    spread.measurement_sd[p] = found.sd[p] / std::sqrt(1.0 - std::min(found.relative_variance[p], max_shrunk));
+  return spread;
 }
 
 }  // namespace decid::cohort

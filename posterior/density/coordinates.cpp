@@ -26,6 +26,11 @@ double Density::block_noise_rad(double sensor_noise_deg) const {
   return std::sqrt(of_sensor * of_sensor + model_error_deg * model_error_deg) * sim::rad_per_deg;
 }
 
+double Density::noise_radius(const sim::Parameters& parameters) const {
+  const double nv = family().coefficients(parameters)[sim::Coefficient::nv];
+  return std::sqrt(nv * nv + nv_scale * nv_scale);
+}
+
 State Density::state(std::span<const double> x, int chain) const {
   const auto at = [&](int quantity) {
     return x[(static_cast<std::size_t>(noise_.size()) + place(quantity)) * lanes + static_cast<std::size_t>(chain)];

@@ -100,6 +100,7 @@ class Density {
   int noise_size() const noexcept { return noise_.size(); }
   int blocks() const noexcept { return blocks_; }
   double noise_period_s() const noexcept { return noise_.period_s(); }
+  double noise_hz(int coefficient) const noexcept { return noise_.frequency_hz(coefficient); }
   /// Lengths of the Fourier transforms, and the number of noise transforms per evaluation in each direction.
   struct Transforms {
     int sway, noise, noise_count;
@@ -114,6 +115,8 @@ class Density {
   double first_bin_s() const noexcept { return first_step_ * sim::integration_step_s; }
   double bin_s() const noexcept { return bin_steps_ * sim::integration_step_s; }
   double block_s() const { return block_samples_ / protocol_.experiment.sample_rate_hz; }
+  /// Returns the standard deviation of the vestibular noise's coordinates at these parameters.
+  double noise_radius(const sim::Parameters& parameters) const;
   /// Returns the white noise in the mean of a block: measurement noise plus the model's own error.
   double block_noise_rad(double sensor_noise_deg) const;
   /// Returns the number of bin edges within the trial: edge i is at first_bin_s() + i * bin_s().

@@ -23,6 +23,8 @@ class NoiseBasis {
   int size() const noexcept { return static_cast<int>(2 * stddevs_.size()); }
   int edges() const noexcept { return edges_; }
   double period_s() const noexcept { return period_s_; }
+  /// Returns the frequency of the harmonic that a coefficient belongs to.
+  double frequency_hz(int coefficient) const noexcept { return (first_ + coefficient / 2) / period_s_; }
 
   /// Returns the number of Fourier transforms in a synthesis.
   int transforms() const noexcept { return phases_; }

@@ -81,6 +81,7 @@ void add_rerun(const Command& program);
 void add_calibrate(const Command& program);
 void add_compare(const Command& program);
 void add_study(const Command& program);
+void add_design(const Command& program);
 void add_power(const Command& program);
 void add_image(const Command& program);
 void add_info(const Command& program);

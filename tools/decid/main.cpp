@@ -102,6 +102,7 @@ Ending run(int argc, char** argv, const decid::tools::Session& session) {
   decid::tools::add_train(top);
   decid::tools::add_evaluate(top);
   decid::tools::add_study(top);
+  decid::tools::add_design(top);
   decid::tools::add_power(top);
   decid::tools::add_image(top);
   decid::tools::add_export(top);

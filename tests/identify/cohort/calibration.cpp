@@ -14,6 +14,8 @@
 #include "base/math/random.hpp"
 #include "base/parallel.hpp"
 #include "identify/cohort/cohort.hpp"
+#include "identify/cohort/planning.hpp"
+#include "identify/cohort/power.hpp"
 #include "identify/groups.hpp"
 #include "identify/identify.hpp"
 #include "recording/trial.hpp"
@@ -282,6 +284,37 @@ TEST_CASE("cohort: 200 studies, network, no difference" * doctest::test_suite("l
 TEST_CASE("cohort: 200 studies, network, Kp and delay differ" * doctest::test_suite("long")) {
   measure_network(12, 1.0);
   measure_network(20, 1.0);
+}
+
+// decid power for the network's values, against t-tests of other simulated studies: 600 of them have a standard error
+// of 2.0 points at most, the prediction about 1. The bound of four of both is 0.09; docs/guide/groups.md has the
+// figures.
+TEST_CASE("cohort: predicted power of the network's values" * doctest::test_suite("long")) {
+  constexpr int studies = 600, persons = 12;
+  Values found{};
+  for (const Study& study : read_by_network(studies, persons, 1.0)) {
+    const decid::GroupComparison t_test = decid::compare_groups(study.means, count);
+    for (std::size_t p = 0; p < count; ++p)
+      found[p] += leaves_out(t_test.pairs.at(0).parameters[p].interval95, 0.0) ? 1.0 / studies : 0.0;
+  }
+  const decid::Model model = decid::built_in_model();
+  const decid::sim::ParameterTable& table = model.parameters();
+  decid::cohort::PlannedGroups groups{table.from_unit(population), decid::sim::Parameters(count),
+                                      decid::sim::Parameters(count)};
+  for (std::size_t p = 0; p < count; ++p) {
+    groups.difference[p] = effect[p] * table[p].range();
+    groups.person_sd[p] = person_sd[p] * table[p].range();
+  }
+  const decid::cohort::ValueSpread spread = decid::cohort::spread_of_network(model, model.protocol, groups, 500, 1);
+  for (std::size_t p = 0; p < count; ++p) {
+    if (effect[p] == 0.0) continue;
+    decid::cohort::PowerDesign design{.persons = persons};
+    design.person_sd = spread.person_sd[p];
+    design.measurement_sd = spread.measurement_sd[p];
+    const double predicted = decid::cohort::power_of(design, groups.difference[p]);
+    MESSAGE(table[p].name << ": predicted " << predicted << ", t-test of " << studies << " studies " << found[p]);
+    CHECK(std::abs(predicted - found[p]) < 0.09);
+  }
 }
 
 // A correct program fails with a probability below 1e-4 for another seed: 168 intervals, of which 24 studies' depend on

@@ -1,4 +1,4 @@
-// The uncertainty of recordings of a planned study: the built-in model on simulated recordings.
+// The uncertainty of recordings of a planned study: the built-in network on simulated recordings, and fits.
 #include "identify/cohort/planning.hpp"
 
 #include <doctest/doctest.h>
@@ -8,26 +8,57 @@
 #include "tests/helpers.hpp"
 
 using decid::Code;
-using decid::cohort::measurement_sd;
+using decid::cohort::PlannedGroups;
+using decid::cohort::spread_of_fits;
+using decid::cohort::spread_of_network;
+using decid::cohort::ValueSpread;
 using decid::test::check_error;
 
-TEST_CASE("cohort: more measurement noise makes recordings less certain") {
+namespace {
+
+PlannedGroups later_in_the_middle(const decid::sim::ParameterTable& table) {
+  PlannedGroups groups{table.middle(), decid::sim::Parameters(table.size()), decid::sim::Parameters(table.size())};
+  for (std::size_t p = 0; p < table.size(); ++p) groups.person_sd[p] = table[p].range() / 10.0;
+  groups.difference[decid::sim::Delay] = 0.02;
+  return groups;
+}
+
+}  // namespace
+
+TEST_CASE("cohort: more measurement noise makes a network's values less certain") {
   const decid::Model model = decid::built_in_model();
-  const decid::sim::Parameters at = model.parameters().middle();
-  decid::sim::Parameters person_sd(at.size());
-  for (std::size_t p = 0; p < at.size(); ++p) person_sd[p] = model.parameters()[p].range() / 10.0;
+  PlannedGroups groups = later_in_the_middle(model.parameters());
   decid::sim::Protocol quiet = model.protocol, noisy = model.protocol;
   quiet.noise.sensor = {0.01, 0.01};
   noisy.noise.sensor = {0.2, 0.2};
-  const decid::sim::Parameters little = measurement_sd(model, quiet, at, person_sd, 40, 1);
-  const decid::sim::Parameters much = measurement_sd(model, noisy, at, person_sd, 40, 1);
-  CHECK(much[decid::sim::Delay] > 1.2 * little[decid::sim::Delay]);
-  CHECK(little[decid::sim::Delay] > 0.004);
-  CHECK(little[decid::sim::Delay] < 0.05);
-  CHECK(measurement_sd(model, quiet, at, person_sd, 40, 1) == little);
+  const ValueSpread little = spread_of_network(model, quiet, groups, 40, 1);
+  const ValueSpread much = spread_of_network(model, noisy, groups, 40, 1);
+  CHECK(much.measurement_sd[decid::sim::Delay] > 1.2 * little.measurement_sd[decid::sim::Delay]);
+  CHECK(little.measurement_sd[decid::sim::Delay] > 0.004);
+  CHECK(little.measurement_sd[decid::sim::Delay] < 0.05);
+  CHECK(little.person_sd[decid::sim::Delay] > 0.5 * groups.person_sd[decid::sim::Delay]);
+  CHECK(little.measurement_sd[decid::sim::Kp] == 0.0);  // no difference
+  CHECK(spread_of_network(model, quiet, groups, 40, 1).measurement_sd == little.measurement_sd);
 
-  check_error([&] { (void)measurement_sd(model, quiet, at, person_sd, 0, 1); }, Code::setting_out_of_range);
-  decid::sim::Parameters outside = at;
-  outside[decid::sim::Delay] = 0.3;
-  check_error([&] { (void)measurement_sd(model, quiet, outside, person_sd, 40, 1); }, Code::setting_out_of_range);
+  check_error([&] { (void)spread_of_network(model, quiet, groups, 1, 1); }, Code::setting_out_of_range);
+  PlannedGroups outside = groups;
+  outside.difference[decid::sim::Delay] = 0.3;
+  check_error([&] { (void)spread_of_network(model, quiet, outside, 40, 1); }, Code::setting_out_of_range);
+  // The network shows nothing of a difference that is far below its noise, or shows it with the wrong sign.
+  PlannedGroups backwards = groups;
+  backwards.difference = decid::sim::Parameters(groups.at.size());
+  backwards.difference[decid::sim::Kp_pass] = 1e-9 * model.parameters()[decid::sim::Kp_pass].range();
+  backwards.difference[decid::sim::Kp] = 0.25 * model.parameters()[decid::sim::Kp].range();
+  check_error([&] { (void)spread_of_network(model, noisy, backwards, 8, 1); }, Code::value_invalid);
+}
+
+TEST_CASE("cohort: fits of quieter recordings differ less") {
+  const decid::sim::Protocol protocol = decid::sim::short_protocol();
+  const PlannedGroups groups = later_in_the_middle(protocol.ranges());
+  const ValueSpread little = spread_of_fits(protocol, {}, groups, 0.01, 8, 1);
+  const ValueSpread much = spread_of_fits(protocol, {}, groups, 0.1, 8, 1);
+  CHECK(little.person_sd == groups.person_sd);
+  CHECK(much.measurement_sd[decid::sim::Delay] > 1.3 * little.measurement_sd[decid::sim::Delay]);
+  CHECK(much.measurement_sd[decid::sim::Kp_pass] > little.measurement_sd[decid::sim::Kp_pass]);
+  check_error([&] { (void)spread_of_fits(protocol, {}, groups, 0.0, 8, 1); }, Code::setting_out_of_range);
 }

@@ -6,85 +6,78 @@
 #include <iostream>
 #include <memory>
 #include <optional>
-#include <string_view>
 
 #include "base/error.hpp"
 #include "base/files/json_object.hpp"
-#include "base/number.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
 #include "identify/cohort/planning.hpp"
 #include "tools/decid/command.hpp"
+#include "tools/decid/named_values.hpp"
 
 namespace decid::tools {
 namespace {
+
+constexpr double default_noise_deg = 0.02;
+constexpr int max_fits = 128;
 
 struct PowerOptions {
   CommonOptions common;
   std::vector<std::string> differences, at, person_sd, visit_sd, trial_sd, measurement_sd;
   cohort::PowerDesign design;
-  int persons = 12, trials = 1, recordings = 200;
+  int persons = 12, trials = 1, recordings = 2000;
   double power = 0.8;
   std::vector<double> sensor_noise_deg;
   std::uint64_t seed = 1;
-  std::string model;
+  std::string model, by = "network", protocol;
 };
 
-/// A number, or per cent of a reference.
-double number_of(const std::string& option, const std::string& text, double reference) {
-  const bool is_percent = text.ends_with('%');
-  const std::optional<double> value =
-      number_from<double>(std::string_view(text).substr(0, text.size() - (is_percent ? 1 : 0)));
-  if (!value || !std::isfinite(*value))
-    throw Error(Code::setting_malformed, option, "'" + text + "' is not a number",
-                "give a number, or per cent such as -15%");
-  return is_percent ? 0.01 * *value * reference : *value;
-}
-
-/// Sets values from texts NAME=VALUE; per cent are of `reference`. Returns which were given.
-std::vector<bool> read_values(const std::string& option, const std::vector<std::string>& texts,
-                              const sim::ParameterTable& table, const sim::Parameters& reference,
-                              sim::Parameters& values) {
-  std::vector<bool> given(table.size(), false);
-  for (const std::string& text : texts) {
-    const std::size_t equals = text.find('=');
-    const std::string name = text.substr(0, equals);
-    const auto info = std::ranges::find_if(
-        table, [&](const sim::ParameterInfo& one) { return one.name == name || one.option == name; });
-    if (equals == std::string::npos || info == table.end())
-      throw Error(Code::setting_unknown, option, "'" + text + "' names no parameter",
-                  "give NAME=VALUE, such as delay=0.02 or Kp=-15%");
-    const auto p = static_cast<std::size_t>(std::distance(table.begin(), info));
-    values[p] = number_of(option, text.substr(equals + 1), reference[p]);
-    given[p] = true;
+/// Returns the spread of the recordings' values: the network's, or decid fit's.
+cohort::ValueSpread spread_of(const PowerOptions& options, const Model& model, const cohort::PlannedGroups& groups) {
+  sim::Protocol protocol = model.protocol;
+  if (options.by == "network") {
+    if (!options.sensor_noise_deg.empty())
+      protocol.noise.sensor = {options.sensor_noise_deg.front(), options.sensor_noise_deg.back()};
+    return cohort::spread_of_network(model, protocol, groups, options.recordings / 4, options.seed);
   }
-  return given;
+  if (!options.protocol.empty()) protocol = read_protocol(options.protocol, options.common.quiet);
+  if (protocol.experiment.body_model != model.protocol.experiment.body_model)
+    throw Error(Code::setting_conflict, "--protocol", "has another controller than the model",
+                "give a protocol of the model's controller");
+  const double noise_deg = options.sensor_noise_deg.empty()
+                               ? default_noise_deg
+                               : std::sqrt(options.sensor_noise_deg.front() * options.sensor_noise_deg.back());
+  const posterior::Priors priors = posterior::with_conventions({}, protocol.ranges());
+  return cohort::spread_of_fits(protocol, priors, groups, noise_deg, std::min(options.recordings, max_fits),
+                                options.seed);
 }
 
 void run_power(const PowerOptions& options) {
+  if (options.by == "network" && !options.protocol.empty())
+    throw Error(Code::setting_conflict, "--protocol", "is for --by fit: a network reads its own protocol",
+                "add --by fit, or leave it out");
   const Model model = model_or_built_in(options.model);
   const sim::ParameterTable& table = model.parameters();
-  sim::Protocol protocol = model.protocol;
-  if (!options.sensor_noise_deg.empty())
-    protocol.noise.sensor = {options.sensor_noise_deg.front(), options.sensor_noise_deg.back()};
   sim::Parameters at = table.middle(), difference(table.size()), person(table.size()), visit(table.size()),
                   trial(table.size());
-  read_values("--at", options.at, table, table.middle(), at);
-  const std::vector<bool> wanted = read_values("--difference", options.differences, table, at, difference);
+  read_named_values("--at", options.at, table, table.middle(), at);
+  const std::vector<bool> wanted = read_named_values("--difference", options.differences, table, at, difference);
   for (std::size_t p = 0; p < table.size(); ++p) {
     person[p] = table[p].range() / 8.0;
     visit[p] = table[p].range() / 24.0;
   }
-  read_values("--person-sd", options.person_sd, table, at, person);
-  read_values("--visit-sd", options.visit_sd, table, at, visit);
-  read_values("--trial-sd", options.trial_sd, table, at, trial);
-  sim::Parameters measured(table.size());
-  const std::vector<bool> known = read_values("--measurement-sd", options.measurement_sd, table, at, measured);
+  read_named_values("--person-sd", options.person_sd, table, at, person);
+  read_named_values("--visit-sd", options.visit_sd, table, at, visit);
+  read_named_values("--trial-sd", options.trial_sd, table, at, trial);
+  sim::Parameters measured(table.size()), of_values = person;
+  const std::vector<bool> known = read_named_values("--measurement-sd", options.measurement_sd, table, at, measured);
   if (!std::ranges::equal(wanted, known, [](bool is_wanted, bool is_known) { return is_known || !is_wanted; })) {
-    const sim::Parameters simulated =
-        cohort::measurement_sd(model, protocol, at, person, options.recordings, options.seed);
-    for (std::size_t p = 0; p < table.size(); ++p)
-      if (!known[p]) measured[p] = simulated[p];
+    const cohort::ValueSpread spread = spread_of(options, model, {at, difference, person});
+    for (std::size_t p = 0; p < table.size(); ++p) {
+      if (known[p]) continue;
+      measured[p] = spread.measurement_sd[p];
+      of_values[p] = spread.person_sd[p];
+    }
   }
 
   Json list = Json::array();
@@ -95,7 +88,7 @@ void run_power(const PowerOptions& options) {
     cohort::PowerDesign design = options.design;
     design.persons = static_cast<std::size_t>(options.persons);
     design.trials = static_cast<std::size_t>(options.trials);
-    design.person_sd = person[p];
+    design.person_sd = of_values[p];
     design.visit_sd = visit[p];
     design.trial_sd = trial[p];
     design.measurement_sd = measured[p];
@@ -108,6 +101,7 @@ void run_power(const PowerOptions& options) {
                     {"mean", at[p]},
                     {"difference", difference[p]},
                     {"person_sd", person[p]},
+                    {"person_sd_of_values", of_values[p]},
                     {"visit_sd", visit[p]},
                     {"trial_sd", trial[p]},
                     {"measurement_sd", measured[p]},
@@ -159,7 +153,7 @@ void add_power(const Command& program) {
       .repeatable();
   command
       .add_option("--measurement-sd", options->measurement_sd,
-                  "Set the standard deviation of one recording; default: the model's, on simulated recordings")
+                  "Set the standard deviation of one recording; default: --by simulates it")
       .repeatable();
   command.section("Study");
   command.add_option("--persons", options->persons, "Predict the power for this number of persons per group")
@@ -173,14 +167,21 @@ void add_power(const Command& program) {
       .range(0.01, 0.999)
       .show_default();
   command.section("Model");
+  command
+      .add_option("--by", options->by,
+                  "Simulate values of decid identify (network), or predict those of decid fit (fit)")
+      .one_of({"network", "fit"})
+      .show_default();
+  command.add_option("--protocol", options->protocol, "With --by fit: record this protocol; default: the model's");
   command.add_option("--model", options->model, "Use this model file; default: the built-in model");
   command
       .add_option(
           "--sensor-noise", options->sensor_noise_deg,
-          "Simulate recordings with this measurement noise in degrees, or from LOW to HIGH; default: the model's")
+          "Simulate recordings with this measurement noise in degrees, or from LOW to HIGH; default: the model's; "
+          "with --by fit: 0.02")
       .values(1, 2);
-  command.add_option("--recordings", options->recordings, "Simulate this number of recordings")
-      .range(1, 100000)
+  command.add_option("--recordings", options->recordings, "Simulate this number of recordings, four per person")
+      .range(8, 100000)
       .show_default();
   add_seed_option(command, options->seed, "Seed the simulated recordings");
   add_common_options(command, options->common, true);
@@ -189,7 +190,8 @@ void add_power(const Command& program) {
       "  decid power --difference delay=0.02 --difference Kp=-15%\n"
       "  decid power --difference delay=0.02 --person-sd delay=0.015 --persons 20 --trials 3\n"
       "  decid power --difference Kp=10% --paired --visit-sd Kp=30 --json\n"
-      "The prediction holds for the t-test of the persons' means, and for decid's hierarchical model.");
+      "  decid power --difference Kp=-15% --by fit --protocol short\n"
+      "The prediction is for the t-test of the persons' means. decid's hierarchical model finds at least as much.");
   command.callback([options] {
     apply(options->common);
     run_power(*options);

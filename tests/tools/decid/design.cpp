@@ -1,0 +1,60 @@
+// decid design: the table of protocols, what changes it, and refusals.
+#include "tests/near.hpp"
+#include "tests/tools/decid/run.hpp"
+
+using namespace decid::test;
+using Json = nlohmann::json;
+
+TEST_CASE("decid/design: a larger and a longer stimulus tell more") {
+  const Folder folder;
+  const std::string protocol = write_text(folder / "tiny.json", brief_protocol).string();
+  const Json found =
+      run_json("design --protocol " + protocol + " --amplitude 1 4 --cycles 2 4 --draws 8 --json --quiet");
+  REQUIRE(found["protocols"].size() == 4);
+  const auto variance = [&](std::size_t i) { return found["protocols"][i]["predicted_variance"].get<double>(); };
+  CHECK(found["protocols"][0]["name"] == "tiny, 1 deg, 2 cycles");
+  CHECK(near(found["protocols"][0]["peak_to_peak_deg"].get<double>(), 1.0, 1e-9));
+  CHECK(near(found["protocols"][3]["duration_s"].get<double>(), 32.0, 1e-9));
+  CHECK(variance(2) < variance(0));
+  CHECK(variance(1) < variance(0));
+  CHECK(variance(3) < variance(1));
+  CHECK(found["parameters"][0]["name"] == "Kp");
+  CHECK(found["parameters"][0]["at"].is_null());
+  const Json& kp = found["protocols"][0]["parameters"][0];
+  CHECK(kp["sd"].get<double>() < found["parameters"][0]["prior_sd"].get<double>());
+  double mean = 0.0;
+  for (const Json& one : found["protocols"][0]["parameters"]) mean += one["relative_variance"].get<double>() / 7.0;
+  CHECK(near(mean, variance(0), 1e-9));
+}
+
+TEST_CASE("decid/design: a person, a fixed parameter, a body and the text") {
+  const Folder folder;
+  const std::string call =
+      "design --protocol " + write_text(folder / "tiny.json", brief_protocol).string() + " --draws 8 --quiet ";
+  const Json person = run_json(call + "--at delay=0.1 --fix Kp_pass=200 --json");
+  CHECK(person["parameters"][6]["at"] == 0.1);
+  CHECK(person["protocols"][0]["parameters"][2]["sd"] == 0.0);
+  const Json light = run_json(call + "--mass 50 --height 1.5 --json"),
+             heavy = run_json(call + "--mass 100 --height 2 --json");
+  CHECK(light["parameters"][0]["prior_sd"].get<double>() < 0.5 * heavy["parameters"][0]["prior_sd"].get<double>());
+  const Result text = run_ok(call);
+  CHECK(contains(text.out, "N m/rad"));
+  CHECK(contains(text.out, "'tiny'"));
+}
+
+TEST_CASE("decid/design: seven sines of the same height halve the variance of the default protocol") {
+  const Json found = run_json("design --protocol default --protocol " DECID_SOURCE_DIR
+                              "/examples/seven_sines.json --draws 16 --json --quiet");
+  const Json& sines = found["protocols"].at(1);
+  CHECK(near(sines["peak_to_peak_deg"].get<double>(), 1.0, 0.02));
+  CHECK(near(sines["duration_s"].get<double>(), 120.0, 1e-9));
+  CHECK(sines["predicted_variance"].get<double>() < 0.6 * found["protocols"][0]["predicted_variance"].get<double>());
+}
+
+TEST_CASE("decid/design: plans that cannot be are refused") {
+  check_refused("design --at delay=0.5", "0.24");
+  check_refused("design --at height=2", "--at");
+  check_refused("design --cycles 1.5", "--cycles");
+  check_refused("design --amplitude 0", "amplitude");
+  check_refused("design --mass 70", "--height");
+}

@@ -1,0 +1,226 @@
+// decid design: what recordings with different protocols would tell, before a study.
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <iterator>
+#include <memory>
+
+#include "base/error.hpp"
+#include "base/files/json_object.hpp"
+#include "base/text.hpp"
+#include "base/version.hpp"
+#include "posterior/planning/expected_posterior.hpp"
+#include "posterior/planning/variations.hpp"
+#include "tools/decid/command.hpp"
+#include "tools/decid/named_values.hpp"
+#include "tools/decid/progress.hpp"
+#include "tools/decid/recording_flags.hpp"
+
+namespace decid::tools {
+namespace {
+
+struct DesignOptions {
+  CommonOptions common;
+  BodyFlags body;
+  std::vector<std::string> protocols, at, fixed;
+  std::string controller;
+  std::vector<double> amplitudes_deg, cycles;
+  posterior::PlannedRecordings planned;
+  posterior::Priors priors;
+};
+
+/// A protocol of the table.
+struct Planned {
+  std::string name;
+  sim::Protocol protocol;
+  double peak_to_peak_deg = 0.0;
+  posterior::ExpectedPosterior found = {};
+};
+
+std::string shown(double number) {
+  return format("%.4g", number);
+}
+
+/// Returns the protocols, each with all combinations of amplitudes and cycles.
+std::vector<Planned> planned_protocols(const DesignOptions& options) {
+  std::vector<Planned> all;
+  const std::vector<std::string> names =
+      options.protocols.empty() ? std::vector<std::string>{"default", "short"} : options.protocols;
+  for (const std::string& name : names) {
+    sim::Protocol protocol = read_protocol(name, options.common.quiet, nullptr, options.controller);
+    if (const std::optional<sim::Body> body = options.body.body()) protocol.experiment.body = *body;
+    protocol.validate();
+    std::vector<Planned> variants{{protocol.name, protocol}};
+    const auto vary = [&](const std::vector<double>& values, const char* unit, auto make) {
+      if (values.empty()) return;
+      std::vector<Planned> next;
+      for (const Planned& one : variants)
+        for (const double value : values)
+          next.push_back({one.name + ", " + shown(value) + unit, make(one.protocol, value)});
+      variants = std::move(next);
+    };
+    vary(options.amplitudes_deg, " deg", posterior::with_peak_to_peak);
+    vary(options.cycles, " cycles", [](const sim::Protocol& one, double cycles) {
+      if (cycles != std::floor(cycles))
+        throw Error(Code::setting_malformed, "--cycles", shown(cycles) + " is not a whole number",
+                    "give whole cycles, such as 1 2 4");
+      return posterior::with_cycles(one, static_cast<int>(cycles));
+    });
+    std::ranges::move(variants, std::back_inserter(all));
+  }
+  for (Planned& one : all)
+    one.peak_to_peak_deg = sim::make_stimulus(one.protocol.experiment).peak_to_peak_rad() / sim::rad_per_deg;
+  return all;
+}
+
+void require_same_controller(const std::vector<Planned>& all) {
+  for (const Planned& one : all)
+    if (one.protocol.experiment.body_model != all.front().protocol.experiment.body_model)
+      throw Error(Code::setting_conflict, "--protocol",
+                  "'" + one.name + "' has another controller than '" + all.front().name + "'",
+                  "give protocols of one controller, or --controller");
+}
+
+Json design_json(const DesignOptions& options, const std::vector<Planned>& all, const sim::ParameterTable& table) {
+  Json list = Json::array(), parameters = Json::array();
+  for (std::size_t p = 0; p < table.size(); ++p)
+    parameters.push_back({{"name", table[p].name},
+                          {"unit", table[p].unit},
+                          {"at", options.planned.at ? Json((*options.planned.at)[p]) : Json(nullptr)},
+                          {"prior_sd", all.front().found.prior_sd[p]}});
+  for (const Planned& one : all) {
+    Json of_parameters = Json::array();
+    for (std::size_t p = 0; p < table.size(); ++p)
+      of_parameters.push_back(
+          {{"name", table[p].name}, {"sd", one.found.sd[p]}, {"relative_variance", one.found.relative_variance[p]}});
+    list.push_back({{"name", one.name},
+                    {"duration_s", one.protocol.duration_s()},
+                    {"peak_to_peak_deg", one.peak_to_peak_deg},
+                    {"predicted_variance", one.found.figure_of_merit},
+                    {"predicted_variance_error", one.found.figure_error},
+                    {"parameters", std::move(of_parameters)}});
+  }
+  return {{"decid", version},
+          {"draws", options.planned.draws},
+          {"seed", options.planned.seed},
+          {"sensor_noise_deg", options.planned.sensor_noise_deg},
+          {"prior_start_s", options.priors.start_s},
+          {"prior_gain", options.priors.gain},
+          {"parameters", std::move(parameters)},
+          {"protocols", std::move(list)}};
+}
+
+std::string design_text(const std::vector<Planned>& all, const sim::ParameterTable& table) {
+  std::size_t width = 8;
+  for (const Planned& one : all) width = std::max(width, one.name.size());
+  const auto padded = [&](const std::string& text) { return text + std::string(width - text.size(), ' '); };
+  std::string text = padded("protocol") + "  length  tilt";
+  for (const sim::ParameterInfo& info : table) text += format(" %9s", info.name.c_str());
+  text += "  variance\n" + padded("") + "       s   deg";
+  for (const sim::ParameterInfo& info : table) text += format(" %9s", info.unit.c_str());
+  text += "\n" + padded("(before)") + "             ";
+  for (std::size_t p = 0; p < table.size(); ++p) text += format(" %9.3g", all.front().found.prior_sd[p]);
+  text += "     1\n";
+  for (const Planned& one : all) {
+    text += padded(one.name) + format(" %7.1f %5.2f", one.protocol.duration_s(), one.peak_to_peak_deg);
+    for (const double sd : one.found.sd) text += format(" %9.3g", sd);
+    text += format("  %.4f +- %.4f\n", one.found.figure_of_merit, one.found.figure_error);
+  }
+  return text;
+}
+
+void run_design(DesignOptions options) {
+  std::vector<Planned> all = planned_protocols(options);
+  require_same_controller(all);
+  const sim::ParameterTable table = all.front().protocol.ranges();
+  sim::Parameters at = table.middle();
+  for (std::size_t p = 0; p < table.size(); ++p)
+    if (table[p].convention) at[p] = *table[p].convention;
+  read_named_values("--at", options.at, table, at, at);
+  if (!options.at.empty()) options.planned.at = at;
+  sim::Parameters fixed(table.size());
+  const std::vector<bool> is_fixed = read_named_values("--fix", options.fixed, table, at, fixed);
+  for (std::size_t p = 0; p < table.size(); ++p)
+    if (is_fixed[p]) options.priors.parameters.push_back({.name = table[p].name, .fixed = fixed[p]});
+  ProgressBar bar("design", "protocols", static_cast<long long>(all.size()), options.common.quiet);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const posterior::Priors priors = posterior::with_conventions(options.priors, all[i].protocol.ranges());
+    all[i].found = posterior::expected_posterior(posterior::Density(all[i].protocol, priors), options.planned);
+    bar.update(static_cast<long long>(i) + 1);
+  }
+  if (options.common.json) {
+    std::cout << print_json(design_json(options, all, table)) << '\n';
+    return;
+  }
+  const Planned& best =
+      *std::ranges::min_element(all, {}, [](const Planned& one) { return one.found.figure_of_merit; });
+  std::cout << design_text(all, table)
+            << format(
+                   "Expected standard deviations of decid fit; variance: predicted over the prior's, mean of the "
+                   "parameters.\nMost is learned with '%s'.\n",
+                   best.name.c_str());
+}
+
+}  // namespace
+
+void add_design(const Command& program) {
+  auto options = std::make_shared<DesignOptions>();
+  const Command command =
+      program.add_subcommand("design", "Predict how much fits of recordings with different protocols tell");
+  command.section("Protocols");
+  command
+      .add_option("--protocol", options->protocols,
+                  "Compare this protocol: default, short, or a JSON file; may be repeated; default: default and short")
+      .repeatable();
+  command
+      .add_option("--amplitude", options->amplitudes_deg,
+                  "Give each protocol's stimulus these heights, highest minus lowest tilt in degrees, such as 1 2 4")
+      .values(1, 50);
+  command.add_option("--cycles", options->cycles, "Play each protocol's cycle this often, such as 1 2 4").values(1, 50);
+  add_controller_option(command, options->controller,
+                        "Plan for this controller (decid info --controllers); default: the protocols', else dec");
+  add_body_options(command, options->body);
+  command
+      .add_option(
+          "--at", options->at,
+          "Plan for a person with this parameter, in SI units, and the middle of the range for those not given; "
+          "may be repeated; default: all persons of the prior")
+      .repeatable()
+      .shown_as("NAME=VALUE");
+  command.add_option("--fix", options->fixed, "Plan for fits that fix this parameter; may be repeated")
+      .repeatable()
+      .shown_as("NAME=VALUE");
+  command.section("Recording");
+  command
+      .add_option("--sensor-noise", options->planned.sensor_noise_deg,
+                  "Expect this white measurement noise, in degrees per sample")
+      .show_default()
+      .range(1e-5, 10.0);
+  command
+      .add_option("--prior-start", options->priors.start_s,
+                  "Expect recordings to start up to this many seconds before or after the protocol; 0: known")
+      .show_default()
+      .range(0.0, 0.5);
+  command
+      .add_option("--prior-gain", options->priors.gain,
+                  "Expect the scale of the sway sensor within this standard deviation of its logarithm; 0: exact")
+      .show_default()
+      .range(0.0, 0.5);
+  command.section("Calculation");
+  command.add_option("--draws", options->planned.draws, "Average over this number of persons")
+      .range(1, 100'000)
+      .show_default();
+  add_seed_option(command, options->planned.seed, "Seed the persons");
+  add_common_options(command, options->common, true);
+  command.footer(
+      "Examples:\n"
+      "  decid design --protocol default --protocol short\n"
+      "  decid design --protocol short --amplitude 0.5 1 2 4 --cycles 1 3\n"
+      "  decid design --at Kp=839 --at delay=0.15 --protocol mine.json --sensor-noise 0.05 --json");
+  command.callback([options] {
+    apply(options->common);
+    run_design(*options);
+  });
+}
+
+}  // namespace decid::tools

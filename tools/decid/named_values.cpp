@@ -1,0 +1,47 @@
+// Values of parameters as options give them: see named_values.hpp.
+#include "tools/decid/named_values.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string_view>
+
+#include "base/error.hpp"
+#include "base/number.hpp"
+
+namespace decid::tools {
+namespace {
+
+/// A number, or per cent of a reference.
+double number_of(const std::string& option, const std::string& text, double reference) {
+  const bool is_percent = text.ends_with('%');
+  const std::optional<double> value =
+      number_from<double>(std::string_view(text).substr(0, text.size() - (is_percent ? 1 : 0)));
+  if (!value || !std::isfinite(*value))
+    throw Error(Code::setting_malformed, option, "'" + text + "' is not a number",
+                "give a number, or per cent such as -15%");
+  return is_percent ? 0.01 * *value * reference : *value;
+}
+
+}  // namespace
+
+std::vector<bool> read_named_values(const std::string& option, const std::vector<std::string>& texts,
+                                    const sim::ParameterTable& table, const sim::Parameters& reference,
+                                    sim::Parameters& values) {
+  std::vector<bool> given(table.size(), false);
+  for (const std::string& text : texts) {
+    const std::size_t equals = text.find('=');
+    const std::string name = text.substr(0, equals);
+    const auto info = std::ranges::find_if(
+        table, [&](const sim::ParameterInfo& one) { return one.name == name || one.option == name; });
+    if (equals == std::string::npos || info == table.end())
+      throw Error(Code::setting_unknown, option, "'" + text + "' names no parameter",
+                  "give NAME=VALUE, such as delay=0.02 or Kp=-15%");
+    const auto p = static_cast<std::size_t>(std::distance(table.begin(), info));
+    values[p] = number_of(option, text.substr(equals + 1), reference[p]);
+    given[p] = true;
+  }
+  return given;
+}
+
+}  // namespace decid::tools

@@ -1,0 +1,17 @@
+// Values of a controller's parameters as options give them: NAME=VALUE, in SI units or per cent.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sim/parameters.hpp"
+
+namespace decid::tools {
+
+/// Sets values from texts NAME=VALUE; per cent are of `reference`. Returns which were given. Throws Error that names
+/// the option for another text and an unknown name.
+std::vector<bool> read_named_values(const std::string& option, const std::vector<std::string>& texts,
+                                    const sim::ParameterTable& table, const sim::Parameters& reference,
+                                    sim::Parameters& values);
+
+}  // namespace decid::tools
