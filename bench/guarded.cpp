@@ -58,7 +58,7 @@ void add_kernels(Guarded& all) {
     for (int d = 0; d < 3; ++d)
       all[std::string("conv2d/") + conv.name + "/" + directions[d]] = [&conv, d]() -> Work {
         const auto run = std::make_shared<ConvRun>(conv.shape);
-        return [run, d] { run->run_batch(kernels_of(isa), static_cast<Direction>(d)); };
+        return [run, d] { run->run_batch(kernels_for(isa), static_cast<Direction>(d)); };
       };
   for (const PlaneKernel& kernel : plane_kernels)
     all[std::string("plane/") + kernel.name] = [&kernel]() -> Work {
@@ -68,7 +68,7 @@ void add_kernels(Guarded& all) {
       const auto m = std::make_shared<Memory>();
       return [m, &kernel] {
         for (int b = 0; b < blocks; ++b)
-          for (int c = 0; c < 16; ++c) kernel.run(kernels_of(isa), m->x, m->dy, m->pooled, b, c);
+          for (int c = 0; c < 16; ++c) kernel.run(kernels_for(isa), m->x, m->dy, m->pooled, b, c);
       };
     };
 }
@@ -109,7 +109,7 @@ void add_simulator(Guarded& all) {
       const auto simulator = std::make_shared<sim::Simulator>(sim::short_protocol(), isa);
       return [simulator, noise] {
         simulator->run_all(
-            20, [noise](int i) { return trial_of(i, noise); }, [](int, const sim::Outcome&, std::span<double>) {});
+            20, [noise](int i) { return make_trial(i, noise); }, [](int, const sim::Outcome&, std::span<double>) {});
       };
     };
   all["sim/double_pendulum"] = []() -> Work {

@@ -160,7 +160,8 @@ void Fitter::fit(RecordingResult& result, const posterior::OnProgress& progress)
   const auto begin = std::chrono::steady_clock::now();
   const Prepared prepared = prepare(result);
   conclude(result, prepared,
-           posterior::sample(*prepared.density, prepared.observation, report_.fit->settings, {}, part_of(progress, 0)));
+           posterior::sample(*prepared.density, prepared.observation, report_.fit->settings, {},
+                             part_progress(progress, 0)));
   if (result.error) return;
   fit_others(result, prepared.moved, progress);
   result.fit->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -292,7 +293,7 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
   figures.first_edge_s = density.first_bin_s();
 }
 
-posterior::OnProgress Fitter::part_of(const posterior::OnProgress& progress, std::size_t fitted) const {
+posterior::OnProgress Fitter::part_progress(const posterior::OnProgress& progress, std::size_t fitted) const {
   if (!progress) return {};
   return [&progress, fitted, fits = static_cast<double>(1 + plan_->others.size())](const posterior::Progress& here) {
     return progress({here.stage, (static_cast<double>(fitted) + here.done) / fits, here.rhat});
@@ -310,7 +311,7 @@ void Fitter::fit_others(RecordingResult& result, bool moved, const posterior::On
     const posterior::Observation observation = density.observe(result.trial.sway_rad());
     ControllerFit& fit = fits.emplace_back();
     fit.controller = other.name();
-    const posterior::OnProgress part = part_of(progress, fits.size());
+    const posterior::OnProgress part = part_progress(progress, fits.size());
     fit.posterior = posterior::sample(density, observation, settings, {}, [&](const posterior::Progress& here) {
       stopped = part && !part(here);
       return !stopped;

@@ -69,7 +69,7 @@ class Fitter {
   /// Fits the request's other controllers and compares them; leaves them out if it is stopped.
   void fit_others(RecordingResult& result, bool moved, const posterior::OnProgress& progress);
   /// Returns the progress of one of a recording's fits, `fitted` of which are over.
-  posterior::OnProgress part_of(const posterior::OnProgress& progress, std::size_t fitted) const;
+  posterior::OnProgress part_progress(const posterior::OnProgress& progress, std::size_t fitted) const;
 
   Report report_;
   std::unique_ptr<Plan> plan_;

@@ -129,7 +129,7 @@ Warnings contradiction_warnings(const sim::ParameterTable& table, const Posterio
   std::string names;
   for (std::size_t p = 0; p < table.size(); ++p) {
     const int quantity = static_cast<int>(p);
-    const double own = found.deviation(quantity), other = network.deviation(quantity);
+    const double own = found.stddev(quantity), other = network.stddev(quantity);
     const double apart = std::abs(found.mean(quantity) - network.mean(quantity));
     if (apart > contradiction_sd * std::sqrt(own * own + other * other))
       names += (names.empty() ? "" : ", ") + table[p].name;

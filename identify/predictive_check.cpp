@@ -44,7 +44,7 @@ double two_sided(double recorded, std::span<const double> simulated) {
 
 CheckedFigure figure(std::string name, bool in_degrees, double recorded, std::span<const double> simulated) {
   // A band at one time.
-  const posterior::Band band = posterior::band_of(simulated, 1);
+  const posterior::Band band = posterior::make_band(simulated, 1);
   return {std::move(name),
           in_degrees,
           recorded,
@@ -248,7 +248,7 @@ PredictiveCheck PredictiveChecker::check(std::span<const posterior::State> draws
   check.figures = compare(show(trial.sway_rad(), measured ? measured->rad : tilt_rad_), standing);
   std::vector<double> blocks;
   for (const Shown& shown : standing) blocks.insert(blocks.end(), shown.blocks_rad.begin(), shown.blocks_rad.end());
-  check.sway_rad = posterior::band_of(blocks, static_cast<int>(standing.front().blocks_rad.size()));
+  check.sway_rad = posterior::make_band(blocks, static_cast<int>(standing.front().blocks_rad.size()));
   return check;
 }
 

@@ -19,8 +19,8 @@ RecordingResult bring(recording::Recording recording, const recording::ProtocolP
   return result;
 }
 
-std::vector<RecordingSource> sources_of(const std::vector<std::filesystem::path>& files,
-                                        const recording::RecordingOptions& options) {
+std::vector<RecordingSource> make_sources(const std::vector<std::filesystem::path>& files,
+                                          const recording::RecordingOptions& options) {
   if (options.trial_column.empty()) return {files.begin(), files.end()};
   std::vector<std::vector<RecordingSource>> found(files.size());
   parallel_for(static_cast<int>(files.size()), [&](int place) {
@@ -50,7 +50,7 @@ RecordingResult read_source(const recording::ProtocolPlan& plan, const Recording
     recording::RecordingOptions reading = options.recording;
     reading.mean_is_upright = options.trial.detrend != recording::Detrend::none;
     reading.trial = source.trial;
-    // Throws what sources_of() met.
+    // Throws what make_sources() met.
     if (!reading.trial_column.empty() && reading.trial.empty()) recording::list_trials(source.file, reading);
     result = bring(recording::read_recording(source.file, reading), plan, options.trial);
   } catch (const Error& error) {
@@ -73,7 +73,7 @@ std::vector<RecordingResult> read_recordings(const sim::Protocol& protocol, cons
   return all;
 }
 
-Report report_of(const Identifier& identifier) {
+Report make_report(const Identifier& identifier) {
   const Model& model = identifier.model();
   const std::span<const float> tilt_rad = identifier.explainer().tilt_rad();
   Report report;
@@ -89,7 +89,7 @@ Report report_of(const Identifier& identifier) {
 Report identify_files(const Model& model, const std::string& name, const std::vector<RecordingSource>& sources,
                       const ReadOptions& options) {
   Identifier identifier(model, for_body(model, name, options.body), sources.size());
-  Report report = report_of(identifier);
+  Report report = make_report(identifier);
   report.recordings = read_recordings(model.protocol, sources, options);
   identifier.identify(report.recordings);
   return report;

@@ -30,8 +30,8 @@ struct RecordingSource {
 /// Returns the recordings of files: each file is one, or as many as options.trial_column separates. A file that cannot
 /// be read counts as one, and read_recordings() gives its error. Throws Error for standard input, which can be read
 /// only once.
-std::vector<RecordingSource> sources_of(const std::vector<std::filesystem::path>& files,
-                                        const recording::RecordingOptions& options);
+std::vector<RecordingSource> make_sources(const std::vector<std::filesystem::path>& files,
+                                          const recording::RecordingOptions& options);
 
 /// Settings for reading recordings.
 struct ReadOptions {
@@ -55,7 +55,7 @@ std::vector<RecordingResult> read_recordings(const sim::Protocol& protocol, cons
                                              const ReadOptions& options);
 
 /// Returns a report without recordings, with the common values of an identifier's recordings.
-Report report_of(const Identifier& identifier);
+Report make_report(const Identifier& identifier);
 
 /// Reads, identifies and explains recordings; `name`: the model's name in errors. Throws Error for a body outside the
 /// model's range (for_body.hpp).

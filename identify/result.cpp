@@ -39,10 +39,10 @@ Warnings gravest_first(std::initializer_list<Warnings> lists) {
 }
 
 sim::ParameterTable Report::ranges() const {
-  return fit ? posterior::ranges_of(fit->priors, protocol.ranges()) : protocol.ranges();
+  return fit ? posterior::ranges_for(fit->priors, protocol.ranges()) : protocol.ranges();
 }
 
-const sim::Protocol& Report::protocol_of(const RecordingResult& recording) const {
+const sim::Protocol& Report::protocol_for(const RecordingResult& recording) const {
   return recording.setting == 0 ? protocol : other_settings.at(recording.setting - 1).protocol;
 }
 
@@ -50,13 +50,13 @@ bool Report::body_assumed_for(const RecordingResult& recording) const {
   return recording.setting == 0 ? body_assumed : other_settings.at(recording.setting - 1).body_assumed;
 }
 
-const std::vector<float>& Report::tilt_of(const RecordingResult& recording) const {
+const std::vector<float>& Report::tilt_for(const RecordingResult& recording) const {
   return recording.setting == 0 ? tilt_rad : other_settings.at(recording.setting - 1).tilt_rad;
 }
 
-sim::ParameterTable Report::ranges_of(const RecordingResult& recording) const {
-  const sim::ParameterTable table = protocol_of(recording).ranges();
-  return fit ? posterior::ranges_of(fit->priors, table) : table;
+sim::ParameterTable Report::ranges_for(const RecordingResult& recording) const {
+  const sim::ParameterTable table = protocol_for(recording).ranges();
+  return fit ? posterior::ranges_for(fit->priors, table) : table;
 }
 
 GroupReport report_groups(GroupTable table, const Report& report) {
@@ -79,8 +79,8 @@ GroupReport report_groups(GroupTable table, const Report& report) {
   for (const GroupPair& pair : made.comparison.pairs) {
     made.reliability.emplace_back();
     if (pair.paired)
-      made.reliability.back() = cohort::reliability_of(report, members, made.comparison.groups[pair.first].name,
-                                                       made.comparison.groups[pair.second].name);
+      made.reliability.back() = cohort::compute_reliability(report, members, made.comparison.groups[pair.first].name,
+                                                            made.comparison.groups[pair.second].name);
   }
   return made;
 }

@@ -136,14 +136,14 @@ struct Report {
   std::vector<std::string> arguments = {};  ///< of the command, except outputs, as given
   std::vector<InputFile> inputs = {};       ///< the files that the answers depend on
 
-  const sim::Protocol& protocol_of(const RecordingResult& recording) const;
+  const sim::Protocol& protocol_for(const RecordingResult& recording) const;
   bool body_assumed_for(const RecordingResult& recording) const;
-  const std::vector<float>& tilt_of(const RecordingResult& recording) const;
+  const std::vector<float>& tilt_for(const RecordingResult& recording) const;
 
   /// Returns the parameters with their ranges: the body's, or the requested ones.
   sim::ParameterTable ranges() const;
   /// Returns the parameters with their ranges for the recording's body.
-  sim::ParameterTable ranges_of(const RecordingResult& recording) const;
+  sim::ParameterTable ranges_for(const RecordingResult& recording) const;
 };
 
 /// Compares the groups of `table`, whose members are those of the report's recordings, in their order. Leaves out

@@ -18,7 +18,7 @@ class BatchSums {
   /// `running_mean`: the forward sums are taken around it, and it must outlive this.
   BatchSums(const RunningStatistics<T>& running_mean, int max_batch)
       : running_mean_(running_mean), channels_(running_mean.value.size()) {
-    parts_.reserve(std::max<std::size_t>(TensorView<T>::blocks_of(max_batch), 1) * channels_ * 2);
+    parts_.reserve(std::max<std::size_t>(TensorView<T>::count_blocks(max_batch), 1) * channels_ * 2);
   }
 
   /// Forward: adds rows of a channel to its sums of each lane, `sums` (2 x lanes); calls in order of rows.

@@ -83,9 +83,9 @@ void Network<T>::initialise(std::uint64_t seed) {
   std::uint64_t item = 0;
   for (Parameter<T>* p : parameters()) {
     const Random random(seed, Stream::weights, item++);
-    const double deviation = p->fan_in > 0 ? std::sqrt(2.0 / p->fan_in) : 0.0;
+    const double stddev = p->fan_in > 0 ? std::sqrt(2.0 / p->fan_in) : 0.0;
     for (std::size_t i = 0; i < p->value.size(); ++i)
-      p->value[i] = p->fan_in > 0 ? static_cast<T>(deviation * random.normal(i)) : p->initial;
+      p->value[i] = p->fan_in > 0 ? static_cast<T>(stddev * random.normal(i)) : p->initial;
   }
   for (Layer<T>& layer : layers_)
     for (RunningStatistics<T>& s : layer.statistics()) s.value.assign(s.value.size(), s.initial);

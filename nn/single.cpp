@@ -120,14 +120,14 @@ void SingleExecutor::convolve(const Step<float>& step, const Edge& way) {
 
 void SingleExecutor::take_statistics(const Edge& way) {
   const Map &src = maps_[way.src], &dst = maps_[way.dst];
-  float mean[lanes], deviation[lanes];
+  float mean[lanes], stddev[lanes];
   const auto put = [&](int channel, float value) { at(dst)[channel / lanes * dst.block() + channel % lanes] = value; };
   for (int b = 0; b < src.blocks(); ++b) {
     const Plane<const float> plane{at(src) + b * src.block(), src.row(), src.shape.rows, src.shape.columns};
-    kernels<float>().statistics_pool_forward(plane, static_cast<float>(StatisticsPool::epsilon), mean, deviation);
+    kernels<float>().statistics_pool_forward(plane, static_cast<float>(StatisticsPool::epsilon), mean, stddev);
     for (int l = 0; l < lanes && b * lanes + l < src.shape.channels; ++l) {
       put(b * lanes + l, mean[l]);
-      put(src.shape.channels + b * lanes + l, deviation[l]);
+      put(src.shape.channels + b * lanes + l, stddev[l]);
     }
   }
 }

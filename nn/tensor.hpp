@@ -109,14 +109,14 @@ class TensorView {
   static std::size_t required(Shape shape, int batch, Halo halo) {
     const auto plane = static_cast<std::size_t>(shape.rows + 2 * halo.rows) *
                        static_cast<std::size_t>(shape.columns + 2 * halo.columns);
-    return blocks_of(batch) * static_cast<std::size_t>(shape.channels) * plane * lanes;
+    return count_blocks(batch) * static_cast<std::size_t>(shape.channels) * plane * lanes;
   }
-  static std::size_t blocks_of(int batch) { return static_cast<std::size_t>((batch + lanes - 1) / lanes); }
+  static std::size_t count_blocks(int batch) { return static_cast<std::size_t>((batch + lanes - 1) / lanes); }
 
   const Shape& shape() const { return shape_; }
   int batch() const { return batch_; }
   Halo halo() const { return halo_; }
-  int blocks() const { return static_cast<int>(blocks_of(batch_)); }
+  int blocks() const { return static_cast<int>(count_blocks(batch_)); }
   /// Lanes of a block that hold samples; the others hold values that no reduction reads.
   int valid_lanes(int block) const { return batch_ - block * lanes < lanes ? batch_ - block * lanes : lanes; }
   /// Sets a smaller number of samples in the same memory.

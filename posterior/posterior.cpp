@@ -56,13 +56,13 @@ double Posterior::value(const State& state, int quantity) {
   }
 }
 
-std::vector<double> Posterior::draws_of(int quantity) const {
+std::vector<double> Posterior::draws_for(int quantity) const {
   std::vector<double> draws;
   for (const State& state : states_) draws.push_back(value(state, quantity));
   return draws;
 }
 
-std::vector<std::vector<double>> Posterior::chains_of(int quantity) const {
+std::vector<std::vector<double>> Posterior::chains_for(int quantity) const {
   std::vector<std::vector<double>> chains(static_cast<std::size_t>(chains_));
   const auto each = static_cast<std::size_t>(draws_per_chain());
   for (std::size_t i = 0; i < each * chains.size(); ++i) chains[i / each].push_back(value(states_[i], quantity));
@@ -71,28 +71,28 @@ std::vector<std::vector<double>> Posterior::chains_of(int quantity) const {
 
 double Posterior::tail_effective_draws(int quantity) const {
   if (draws_per_chain() < min_judged_draws) return std::numeric_limits<double>::quiet_NaN();
-  return posterior::tail_effective_draws(chains_of(quantity));
+  return posterior::tail_effective_draws(chains_for(quantity));
 }
 
 double Posterior::monte_carlo_error(int quantity) const {
   if (draws_per_chain() < min_judged_draws) return std::numeric_limits<double>::quiet_NaN();
-  return deviation(quantity) / std::sqrt(mean_effective_draws(chains_of(quantity)));
+  return stddev(quantity) / std::sqrt(mean_effective_draws(chains_for(quantity)));
 }
 
 double Posterior::mean(int quantity) const {
-  return decid::mean(draws_of(quantity));
+  return decid::mean(draws_for(quantity));
 }
 
-double Posterior::deviation(int quantity) const {
-  return decid::stddev(draws_of(quantity));
+double Posterior::stddev(int quantity) const {
+  return decid::stddev(draws_for(quantity));
 }
 
 double Posterior::quantile(int quantity, double probability) const {
-  return decid::quantile(draws_of(quantity), probability);
+  return decid::quantile(draws_for(quantity), probability);
 }
 
 double Posterior::correlation(int a, int b) const {
-  const double found = decid::correlation(draws_of(a), draws_of(b));
+  const double found = decid::correlation(draws_for(a), draws_for(b));
   return a == b && found == 0.0 ? 1.0 : found;
 }
 
@@ -191,7 +191,7 @@ class Run {
     r.energy_fraction_ = energy_fraction(energy);
     const Density& density = target_.density(trial);
     for (std::size_t place = 0; place + Density::held < static_cast<std::size_t>(density.globals()); ++place) {
-      const ChainDraws chains = r.chains_of(density.quantity(place));
+      const ChainDraws chains = r.chains_for(density.quantity(place));
       r.rhat_.push_back(rhat(chains));
       r.effective_.push_back(posterior::effective_draws(chains));
     }

@@ -94,12 +94,12 @@ class Posterior {
     return static_cast<int>(place < parameters() ? place : place - parameters() + Density::sensor_noise);
   }
   static double value(const State& state, int quantity);
-  std::vector<double> draws_of(int quantity) const;
+  std::vector<double> draws_for(int quantity) const;
   /// Returns the draws of each chain.
-  std::vector<std::vector<double>> chains_of(int quantity) const;
+  std::vector<std::vector<double>> chains_for(int quantity) const;
 
   double mean(int quantity) const;
-  double deviation(int quantity) const;
+  double stddev(int quantity) const;
   double quantile(int quantity, double probability) const;
   /// Returns the correlation of two quantities; 0 if one of them is known.
   double correlation(int a, int b) const;
@@ -110,7 +110,7 @@ class Posterior {
   const std::vector<double>& effective_draws() const noexcept { return effective_; }
   /// Effective draws of the 5% and 95% quantiles, the smaller; NaN of fewer than four draws per chain.
   double tail_effective_draws(int quantity) const;
-  /// Returns the Monte Carlo standard error of mean(): deviation() over the root of the mean's effective draws.
+  /// Returns the Monte Carlo standard error of mean(): stddev() over the root of the mean's effective draws.
   double monte_carlo_error(int quantity) const;
   double energy_fraction() const noexcept { return energy_fraction_; }
   int divergences() const noexcept { return divergences_; }

@@ -21,7 +21,7 @@ constexpr std::size_t protocol_limit_bytes = std::size_t{1} << 26;
 sim::Protocol load_protocol(const std::string& name_or_path, std::vector<std::string>* files, Warnings* warnings,
                             const std::string& controller) {
   const sim::BodyModel& asked =
-      controller.empty() ? sim::single_pendulum() : sim::body_model_of(controller, setting("controller"));
+      controller.empty() ? sim::single_pendulum() : sim::find_body_model(controller, setting("controller"));
   if (name_or_path == "default" || name_or_path == "short") {
     sim::Protocol protocol = name_or_path == "short" ? sim::short_protocol() : sim::default_protocol();
     protocol.experiment.body_model = &asked;

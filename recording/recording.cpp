@@ -93,7 +93,7 @@ Clock find_clock(const Table& table, int sway, int time, const RecordingOptions&
                   "correct the header if the two names are swapped");
     if (!starts.empty())  // A given rate would join the recordings.
       throw Error(error.code(), error.where(),
-                  table.place_of(starts.front()) + ": " + name + " starts again: the file holds several recordings",
+                  table.locate(starts.front()) + ": " + name + " starts again: the file holds several recordings",
                   remedy_for_several(table, sway, time, starts, options.trial_column));
     if (!options.rate_hz) throw;
     add_info(recording.warnings, "time_not_used", "decid ignores the time column: " + error.problem());
@@ -150,7 +150,7 @@ std::vector<double> read_column(const Table& table, int column, const Clock& clo
   const double fill_gaps_s = options.fill_gaps_s;
   const Missing missing = fill_gaps_s > 0.0 ? Missing::kept : Missing::fillable;
   std::vector<double> raw = table.numbers(column, missing);
-  if (const std::string change = table.change_of(column); !change.empty())
+  if (const std::string change = table.change_at(column); !change.empty())
     add_info(recording.warnings, "resampled", change);
   mark_missing(raw, options.missing_value);
   std::vector<double> values = place_evenly(raw, clock);

@@ -452,7 +452,7 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   return trial;
 }
 
-Trial trial_of(std::vector<float> sway_rad) {
+Trial make_trial(std::vector<float> sway_rad) {
   Trial trial;
   trial.signals.add({com_sway, "sway", std::move(sway_rad)});
   return trial;

@@ -46,7 +46,7 @@ struct Trial {
   std::vector<float> sway_rad() && { return std::move(signals.at(com_sway).rad); }
 };
 /// Makes a trial that has only sway, at the protocol's samples.
-Trial trial_of(std::vector<float> sway_rad);
+Trial make_trial(std::vector<float> sway_rad);
 
 class TiltMatcher;
 class ResponseCheck;

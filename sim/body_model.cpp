@@ -22,7 +22,7 @@ std::vector<const BodyModel*> body_models() {
   return registry();
 }
 
-const BodyModel& body_model_of(const std::string& name, const std::string& where) {
+const BodyModel& find_body_model(const std::string& name, const std::string& where) {
   std::string names;
   for (const BodyModel* model : body_models()) {
     if (model->name == name) return *model;

@@ -32,7 +32,7 @@ const BodyModel& independent_channels();
 /// Returns all models that have a name in files and on the command line: those above, and registered ones.
 std::vector<const BodyModel*> body_models();
 /// Returns the model of a name. Throws Error, with the names, if there is none; `where` names the text.
-const BodyModel& body_model_of(const std::string& name, const std::string& where);
+const BodyModel& find_body_model(const std::string& name, const std::string& where);
 /// Gives a model of another program its name; the model must outlive all uses. Any thread may call it. Throws Error for
 /// a name that another model has.
 void register_body_model(const BodyModel& model);

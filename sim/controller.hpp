@@ -16,7 +16,7 @@ namespace decid::sim {
 
 /// Returns x without its part within [-theta, theta]: f_theta by a single subtraction.
 template <class Real>
-Real dead_band_of(Real x, Real theta) {
+Real apply_dead_band(Real x, Real theta) {
   const Real within = x < -theta ? -theta : (x > theta ? theta : x);
   return x - within;
 }

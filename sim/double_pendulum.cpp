@@ -26,7 +26,7 @@ class Module {
   /// Returns the joint's torque on the part above it, from the state at the start of a step; integrates the tilt
   /// estimate over the step.
   double torque(int step, Angle body, Angle support, Angle joint, double noise_rate) {
-    const double estimate_rate = dead_band_of(support.rate + noise_rate, p_[Theta]);
+    const double estimate_rate = apply_dead_band(support.rate + noise_rate, p_[Theta]);
     const double angle = 2.0 * body.angle + (tilt_estimate_ - support.angle);
     const double rate = 2.0 * body.rate + (estimate_rate - support.rate);
     tilt_estimate_ = tilt_estimate_ + integration_step_s * estimate_rate;
@@ -88,13 +88,13 @@ DoubleParameters default_double_parameters(const Segments& segments) {
     for (const Index gain : {Kp, Kd, Kp_pass, Kd_pass}) parts[gain] *= mgh;
     return parts;
   };
-  return {.ankle = scaled(body_of(segments).mgh(), {0.9, 0.275, 0.15, 0.15, 0.5, 0.0026, 0.16}),
+  return {.ankle = scaled(make_body(segments).mgh(), {0.9, 0.275, 0.15, 0.15, 0.5, 0.0026, 0.16}),
           .hip = scaled(segments.trunk_mgh(), {0.8, 0.175, 0.5, 0.15, 0.0, 0.0026, 0.07})};
 }
 
 DoubleSimulator::DoubleSimulator(Protocol protocol)
     : protocol_(checked(std::move(protocol))),
-      segments_(segments_of(subject_of(protocol_.experiment.body))),
+      segments_(make_segments(make_subject(protocol_.experiment.body))),
       stimulus_(make_stimulus(protocol_.experiment)),
       samples_(protocol_.samples()),
       whole_(protocol_.with_standing()),

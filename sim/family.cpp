@@ -23,7 +23,7 @@ bool Family::has_unit_gains() const {
          !varies(Coefficient::slow, 0.0) && !varies(Coefficient::torque, 0.0);
 }
 
-std::optional<std::size_t> Family::parameter_of(Coefficient coefficient) const {
+std::optional<std::size_t> Family::find_parameter(Coefficient coefficient) const {
   std::optional<std::size_t> found;
   for (const Term& term : terms) {
     if (term.coefficient != coefficient) continue;

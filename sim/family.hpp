@@ -67,7 +67,7 @@ struct Family {
   /// fewer operations.
   bool has_unit_gains() const;
   /// Returns the parameter that alone determines a coefficient; nothing if it is constant or depends on several.
-  std::optional<std::size_t> parameter_of(Coefficient coefficient) const;
+  std::optional<std::size_t> find_parameter(Coefficient coefficient) const;
   /// Returns the parameters with those of the vestibular noise set to 0.
   Parameters without_noise(Parameters parameters) const;
 };

@@ -72,14 +72,14 @@ Lanes::Lanes(const Setup& setup)
   for (int lane = 0; lane < Pendulums::count; ++lane) rest(lane);
 }
 
-void Lanes::run(const std::function<int()>& next, const Simulator::TrialOf& trial_of,
+void Lanes::run(const std::function<int()>& next, const Simulator::TrialOf& make_trial,
                 const Simulator::Finished& finished) {
   for (;;) {
     int busy = 0, samples = setup_.samples;  // busy: the number of lanes up to the last busy one
     for (int lane = 0; lane < Pendulums::count; ++lane) {
       Work& work = works_[static_cast<std::size_t>(lane)];
       if (work.index < 0) {
-        if (waiting_.empty()) prepare(next, trial_of);
+        if (waiting_.empty()) prepare(next, make_trial);
         if (!waiting_.empty()) {
           begin(lane, waiting_.back(), sway_of(lane));
           waiting_.pop_back();
@@ -95,7 +95,7 @@ void Lanes::run(const std::function<int()>& next, const Simulator::TrialOf& tria
   }
 }
 
-void Lanes::prepare(const std::function<int()>& next, const Simulator::TrialOf& trial_of) {
+void Lanes::prepare(const std::function<int()>& next, const Simulator::TrialOf& make_trial) {
   constexpr std::size_t most = fft_lanes;
   std::vector<double> nv;
   std::vector<Random> random;
@@ -104,7 +104,7 @@ void Lanes::prepare(const std::function<int()>& next, const Simulator::TrialOf& 
     const int index = next();
     if (index < 0) break;
     const std::size_t column = waiting_.size();
-    const TrialInput trial = trial_of(index);
+    const TrialInput trial = make_trial(index);
     check_parameters(trial.parameters, setup_.protocol.parameters());
     if (!(trial.height >= 0.1 && trial.height <= 10.0))
       throw Error(Code::setting_out_of_range, "trial",

@@ -36,7 +36,7 @@ class Lanes {
 
   /// Runs the trials that `next` names, until it returns a negative index and all lanes are free. Calls it whenever a
   /// lane is free. The lanes must not be used after an exception.
-  void run(const std::function<int()>& next, const Simulator::TrialOf& trial_of, const Simulator::Finished& finished);
+  void run(const std::function<int()>& next, const Simulator::TrialOf& make_trial, const Simulator::Finished& finished);
 
  private:
   /// The interleaved noises of fft_lanes trials, and the number of these trials that still run.
@@ -61,7 +61,7 @@ class Lanes {
 
   double* sway_of(int lane) { return sways_.get() + static_cast<std::size_t>(lane) * samples_; }
   /// Fetches as many trials as one noise transform serves; none when `next` has no more.
-  void prepare(const std::function<int()>& next, const Simulator::TrialOf& trial_of);
+  void prepare(const std::function<int()>& next, const Simulator::TrialOf& make_trial);
   NoiseBlock* free_noise();
   /// Empties a lane: it stays at zero.
   void rest(int lane);

@@ -44,14 +44,14 @@ NoiseBand noise_band(const Protocol& protocol) {
                   setting_text(period_s) + " s");
 }
 
-double noise_velocity_deviation(const Protocol& protocol) {
+double noise_velocity_stddev(const Protocol& protocol) {
   const NoiseBand band = noise_band(protocol);
   const double period_s = protocol.noise_period_samples() / protocol.experiment.sample_rate_hz;
   double variance = 0.0;
   for (int k = band.first; k <= band.last; ++k) {
     const double frequency_hz = k / period_s;
-    const double deviation = 2.0 * pi * frequency_hz * angle_stddev(protocol.noise.vestibular, frequency_hz, period_s);
-    variance += deviation * deviation;
+    const double stddev = 2.0 * pi * frequency_hz * angle_stddev(protocol.noise.vestibular, frequency_hz, period_s);
+    variance += stddev * stddev;
   }
   return std::sqrt(variance);
 }
@@ -75,10 +75,10 @@ VestibularNoiseMaker::VestibularNoiseMaker(const Protocol& protocol)
   if (noise.scale_deg == 0.0) return;
   for (int k = first_; k <= last; ++k) {
     const double frequency_hz = k / period_s;
-    const double deviation = angle_stddev(noise, frequency_hz, period_s);
+    const double stddev = angle_stddev(noise, frequency_hz, period_s);
     const double phase = pi * frequency_hz / protocol.experiment.sample_rate_hz;  // at most 0.1 pi
     const double sinc = sin_small(phase) / phase;
-    harmonics_.push_back({deviation, deviation * (2.0 * pi * frequency_hz) / (sinc * sinc)});
+    harmonics_.push_back({stddev, stddev * (2.0 * pi * frequency_hz) / (sinc * sinc)});
   }
   for (int r = 0; r < phases_; ++r) {
     for (int k = first_; k <= last; ++k) {
@@ -97,9 +97,9 @@ void VestibularNoiseMaker::draw(Quantity quantity, double nv, const Random& rand
   const bool is_angle = quantity == Quantity::angle;
   const auto apart = static_cast<std::size_t>(lanes);
   for (std::size_t i = 0; i < harmonics_.size(); ++i) {
-    const double deviation = gain * (is_angle ? harmonics_[i].angle_stddev : harmonics_[i].rate_stddev);
-    const double a = deviation * normals[2 * i];
-    const double b = deviation * normals[2 * i + 1];
+    const double stddev = gain * (is_angle ? harmonics_[i].angle_stddev : harmonics_[i].rate_stddev);
+    const double a = stddev * normals[2 * i];
+    const double b = stddev * normals[2 * i + 1];
     coefficients[2 * i * apart] = is_angle ? a : b;
     coefficients[(2 * i + 1) * apart] = is_angle ? -b : a;
   }

@@ -19,7 +19,7 @@ struct NoiseBand {
 NoiseBand noise_band(const Protocol& protocol);
 
 /// Returns the standard deviation of the vestibular noise's velocity at Nv = 1, rad/s. Throws Error as noise_band does.
-double noise_velocity_deviation(const Protocol& protocol);
+double noise_velocity_stddev(const Protocol& protocol);
 
 /// Makes realisations of a protocol's vestibular noise: independent Gaussian harmonics of its period T, nu(t) = sum
 /// over k of a_k cos(2 pi k t / T) + b_k sin(2 pi k t / T), where a_k and b_k have the variance PSD(k/T)/T for low <=

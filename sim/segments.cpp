@@ -33,7 +33,7 @@ double Segments::inertia_kgm2() const {
          trunk_inertia_kgm2;
 }
 
-Segments segments_of(const Subject& subject) {
+Segments make_segments(const Subject& subject) {
   const auto check = [](const char* setting, double value, double high) {
     if (value > 0.0 && value <= high) return;
     throw Error(Code::setting_out_of_range, "subject " + std::string(setting), "is " + given_text(value),
@@ -55,7 +55,7 @@ Segments segments_of(const Subject& subject) {
 
 Body body_of_person(const Subject& person) {
   constexpr double max_kg = 250.0, min_index = 12.0, max_index = 60.0;
-  const Body body = body_of(segments_of(person));
+  const Body body = make_body(make_segments(person));
   const double index = person.mass_kg / square(person.height_m);
   const std::string given = given_text(person.mass_kg) + " kg and " + given_text(person.height_m) + " m";
   if (person.mass_kg > max_kg)
@@ -69,17 +69,17 @@ Body body_of_person(const Subject& person) {
   return body;
 }
 
-Body body_of(const Segments& segments) {
+Body make_body(const Segments& segments) {
   return {
       .mass_kg = segments.mass_kg(), .com_height_m = segments.com_height_m(), .inertia_kgm2 = segments.inertia_kgm2()};
 }
 
-Subject subject_of(const Body& body) {
+Subject make_subject(const Body& body) {
   // Both are proportional to the unknown values.
   const Subject unit{.mass_kg = 1.0, .height_m = 1.0};
-  const Body model = body_of(segments_of(unit));
+  const Body model = make_body(make_segments(unit));
   const Subject subject{.mass_kg = body.mass_kg / model.mass_kg, .height_m = body.com_height_m / model.com_height_m};
-  const double inertia = body_of(segments_of(subject)).inertia_kgm2;
+  const double inertia = make_body(make_segments(subject)).inertia_kgm2;
   if (std::abs(body.inertia_kgm2 - inertia) <= 1e-3 * inertia) return subject;
   throw Error(Code::setting_conflict, "body",
               "its inertia of " + setting_text(body.inertia_kgm2) + " kg m2 differs from that of Winter's segments, " +

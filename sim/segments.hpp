@@ -29,17 +29,17 @@ struct Segments {
 };
 
 /// Returns the segments of a subject. Throws Error unless mass and height are positive and below 500 kg and 3 m.
-Segments segments_of(const Subject& subject);
+Segments make_segments(const Subject& subject);
 
 /// Returns the body of a person. Throws Error beyond 250 kg or if the body mass index is not from 12 to 60 kg/m^2,
 /// which usually indicates a lost decimal point or swapped values.
 Body body_of_person(const Subject& person);
 
 /// Returns the straight body as a single inverted pendulum.
-Body body_of(const Segments& segments);
+Body make_body(const Segments& segments);
 
 /// Returns the subject with this straight body: mass and height follow from its mass and centre of mass. Throws Error
 /// if such a subject's inertia differs by more than 0.1%: the body then does not consist of Winter's segments.
-Subject subject_of(const Body& body);
+Subject make_subject(const Body& body);
 
 }  // namespace decid::sim

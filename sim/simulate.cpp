@@ -42,7 +42,7 @@ struct Simulator::Core {
   }
 
   /// Runs on lanes that no other thread uses.
-  void run(const std::function<int()>& next, const TrialOf& trial_of, const Finished& finished) {
+  void run(const std::function<int()>& next, const TrialOf& make_trial, const Finished& finished) {
     std::unique_ptr<Lanes> lanes;
     {
       const std::lock_guard lock(mutex);
@@ -53,9 +53,9 @@ struct Simulator::Core {
     }
     if (lanes == nullptr) lanes = std::make_unique<Lanes>(setup);
     if (standing > 0)
-      lanes->run(next, trial_of, after_standing(finished));
+      lanes->run(next, make_trial, after_standing(finished));
     else
-      lanes->run(next, trial_of, finished);
+      lanes->run(next, make_trial, finished);
     const std::lock_guard lock(mutex);
     idle.push_back(std::move(lanes));
   }
@@ -124,12 +124,12 @@ class Indices {
 
 }  // namespace
 
-void Simulator::run_all(int count, const TrialOf& trial_of, const Finished& finished) const {
+void Simulator::run_all(int count, const TrialOf& make_trial, const Finished& finished) const {
   Indices indices(count);
-  parallel_for(indices.threads(), [&](int) { core_->run([&] { return indices.next(); }, trial_of, finished); });
+  parallel_for(indices.threads(), [&](int) { core_->run([&] { return indices.next(); }, make_trial, finished); });
 }
 
-void Simulator::run_until_valid(int count, int attempts, const AttemptOf& trial_of, const Valid& finished) const {
+void Simulator::run_until_valid(int count, int attempts, const AttemptOf& make_trial, const Valid& finished) const {
   Indices indices(count);
   std::vector<int> attempt(static_cast<std::size_t>(count), 0);
   std::vector<std::optional<TrialInput>> trials(static_cast<std::size_t>(count));
@@ -145,7 +145,7 @@ void Simulator::run_until_valid(int count, int attempts, const AttemptOf& trial_
         next,
         [&](int index) {
           const auto i = static_cast<std::size_t>(index);
-          trials[i] = trial_of(index, attempt[i]++);
+          trials[i] = make_trial(index, attempt[i]++);
           return *trials[i];
         },
         [&](int index, const Outcome& outcome, std::span<double> sway) {

@@ -62,9 +62,9 @@ class Simulator {
   /// Receives each trial once, in any order and from any thread; sway_rad may be changed and is valid only during the
   /// call.
   using Finished = std::function<void(int index, const Outcome& outcome, std::span<double> sway_rad)>;
-  /// Simulates trial_of(0) .. trial_of(count - 1) on OpenMP's threads, with the bits of run(). Larger calls fill the
-  /// lanes better: give hundreds of trials. Throws the errors of run(), trial_of and finished.
-  void run_all(int count, const TrialOf& trial_of, const Finished& finished) const;
+  /// Simulates make_trial(0) .. make_trial(count - 1) on OpenMP's threads, with the bits of run(). Larger calls fill
+  /// the lanes better: give hundreds of trials. Throws the errors of run(), trial_of and finished.
+  void run_all(int count, const TrialOf& make_trial, const Finished& finished) const;
 
   /// Makes an attempt at trial `index`: 0, 1, ...
   using AttemptOf = std::function<TrialInput(int index, int attempt)>;
@@ -72,7 +72,7 @@ class Simulator {
   using Valid = std::function<void(int index, const TrialInput& trial, std::span<double> sway_rad)>;
   /// Simulates like run_all(), repeating each index until its trial is valid; calls finished only for that one. Also
   /// throws Error if `attempts` consecutive trials are invalid.
-  void run_until_valid(int count, int attempts, const AttemptOf& trial_of, const Valid& finished) const;
+  void run_until_valid(int count, int attempts, const AttemptOf& make_trial, const Valid& finished) const;
 
  private:
   struct Core;

@@ -184,7 +184,7 @@ JsonObject::JsonObject(const Json& json, std::string where, std::string path)
               "write {\"key\": value, ...}");
 }
 
-std::string JsonObject::name_of(std::string_view key) const {
+std::string JsonObject::full_name(std::string_view key) const {
   std::string name = "'";
   if (!path_.empty()) name.append(path_).append(".");
   return name.append(key).append("'");
@@ -193,7 +193,7 @@ std::string JsonObject::name_of(std::string_view key) const {
 void JsonObject::wrong_type(const char* key, const std::string& expected) const {
   std::string found;
   print_beginning(json_.at(key), found);
-  throw Error(Code::setting_malformed, where_, name_of(key) + " is " + shortened(std::move(found), max_shown),
+  throw Error(Code::setting_malformed, where_, full_name(key) + " is " + shortened(std::move(found), max_shown),
               "make it " + expected);
 }
 
@@ -205,7 +205,7 @@ const Json* JsonObject::find(const char* key) {
 
 const Json& JsonObject::require(const char* key) {
   if (const Json* json = find(key)) return *json;
-  throw Error(Code::setting_missing, where_, name_of(key) + " is missing", "add it");
+  throw Error(Code::setting_missing, where_, full_name(key) + " is missing", "add it");
 }
 
 void JsonObject::read(const char* key, double& value) {
@@ -271,7 +271,7 @@ void JsonObject::finish() const {
     if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
     std::string list;
     for (const std::string& known : known_) list += (list.empty() ? "" : ", ") + known;
-    throw Error(Code::setting_unknown, where_, "unknown key " + name_of(shortened(key, max_shown)),
+    throw Error(Code::setting_unknown, where_, "unknown key " + full_name(shortened(key, max_shown)),
                 "the keys here are " + list);
   }
 }

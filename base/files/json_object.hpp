@@ -70,7 +70,7 @@ class JsonObject {
   [[noreturn]] void wrong_type(const char* key, const std::string& expected) const;
 
  private:
-  std::string name_of(std::string_view key) const;
+  std::string full_name(std::string_view key) const;
 
   const Json& json_;
   std::string where_, path_;

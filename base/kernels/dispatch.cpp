@@ -9,7 +9,7 @@ const RandomKernels& RandomTables::reference() {
 }
 
 const RandomKernels& random_kernels(Isa isa) {
-  return table_of<RandomTables>(isa);
+  return table_for<RandomTables>(isa);
 }
 
 }  // namespace decid

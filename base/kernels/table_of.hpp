@@ -9,7 +9,7 @@ namespace decid {
 /// family, each defined by the folder's kernels/target.cpp, compiled for it: baseline(), avx2() and avx512(), or
 /// neon(), or wasm() and relaxed().
 template <class Tables>
-const auto& table_of(Isa isa) {
+const auto& table_for(Isa isa) {
   switch (isa) {
 #if defined(__x86_64__)
     case Isa::baseline:

@@ -22,7 +22,7 @@ using namespace decid::nn;
 using namespace decid::bench;
 
 void bench_conv(benchmark::State& state, const Conv2dShape& shape, Direction direction, Isa isa) {
-  const Kernels<float>& kernels = kernels_of(isa);
+  const Kernels<float>& kernels = kernels_for(isa);
   ConvRun conv(shape);
   FmaPeak peak(name(isa));
   const double reference = conv.channel_flops(direction) /
@@ -55,7 +55,7 @@ void bench_plane(benchmark::State& state, const PlaneKernel& kernel, Isa isa) {
   std::vector<double> times;
   for (auto _ : state) {
     bandwidth.measure();
-    const double seconds = seconds_of([&] { run(kernels_of(isa), shape.channels); });
+    const double seconds = seconds_of([&] { run(kernels_for(isa), shape.channels); });
     times.push_back(seconds);
     state.SetIterationTime(seconds);
   }
@@ -86,7 +86,7 @@ void bench_dense(benchmark::State& state, int direction, Isa isa) {
   for (auto _ : state) {
     peak.measure();
     const double seconds = seconds_of([&] {
-      for (int b = 0; b < blocks; ++b) run(kernels_of(isa), b);
+      for (int b = 0; b < blocks; ++b) run(kernels_for(isa), b);
     });
     times.push_back(seconds);
     state.SetIterationTime(seconds);
@@ -126,7 +126,7 @@ void bench_conv_single(benchmark::State& state, const Conv2dShape& s, Isa isa) {
     peak.measure();
     const double seconds = seconds_of([&] {
       for (int n = 0; n < samples; ++n)
-        kernels_of(isa).conv2d_single(
+        kernels_for(isa).conv2d_single(
             {s.dst_rows, s.dst_columns, src.data() + n * src_size, s.stride_rows * row,
              static_cast<std::ptrdiff_t>(s.stride_columns) * lanes, offset.data(), taps, weight.data(), bias.data(),
              dst.data() + n * dst_size, dst_row * s.dst_rows, dst_row},

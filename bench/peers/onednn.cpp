@@ -93,7 +93,7 @@ void compare(const dnnl::engine& engine, const Conv& conv, Direction direction, 
   std::fflush(stdout);
 }
 
-const char* name_of(dnnl::cpu_isa isa) {
+const char* full_name(dnnl::cpu_isa isa) {
   switch (isa) {
     case dnnl::cpu_isa::avx2:
       return "avx2";
@@ -118,7 +118,7 @@ int main() {
   omp_set_num_threads(1);
   const dnnl::version_t& version = *dnnl::version();
   std::printf("oneDNN %d.%d.%d, instruction set %s; ours %s\n", version.major, version.minor, version.patch,
-              name_of(dnnl::get_effective_cpu_isa()), decid::nn::kernels<float>().name);
+              full_name(dnnl::get_effective_cpu_isa()), decid::nn::kernels<float>().name);
   const dnnl::engine engine(dnnl::engine::kind::cpu, 0);
   constexpr const char* directions[] = {"forward", "input gradient", "weight gradient"};
   for (const Conv& conv : convs)

@@ -24,7 +24,7 @@ using namespace decid::bench;
 void bench_trials(benchmark::State& state, bool noise, Isa isa) {
   constexpr int count = 160;
   const sim::Simulator simulator(sim::default_protocol(), isa);
-  const auto trial_of = [noise](int index) { return bench::trial_of(index, noise); };
+  const auto make_trial = [noise](int index) { return bench::make_trial(index, noise); };
   const sim::VestibularNoiseMaker maker(simulator.protocol());
   const auto samples = static_cast<std::size_t>(simulator.samples());
   std::vector<double> noise_rate(samples + 1), sway_rad(samples);
@@ -33,7 +33,7 @@ void bench_trials(benchmark::State& state, bool noise, Isa isa) {
   const auto run_plain = [&] {
     // A whole trial: those that fall would make it look cheaper.
     for (;; ++plain_index) {
-      const sim::TrialInput trial = trial_of(plain_index % count);
+      const sim::TrialInput trial = make_trial(plain_index % count);
       std::fill(noise_rate.begin(), noise_rate.end(), 0.0);
       const double start = cpu_seconds();
       if (noise) maker.velocity(trial.parameters[sim::Nv], trial.noise, noise_rate);
@@ -51,7 +51,7 @@ void bench_trials(benchmark::State& state, bool noise, Isa isa) {
   const auto run = [&] {
     simulated_s = 0.0;
     const double start = cpu_seconds();
-    simulator.run_all(count, trial_of,
+    simulator.run_all(count, make_trial,
                       [&](int, const sim::Outcome& outcome, std::span<double>) { simulated_s += outcome.end_s; });
     times.push_back(cpu_seconds() - start);
   };

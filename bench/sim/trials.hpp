@@ -11,7 +11,7 @@ namespace decid::bench {
 inline constexpr double flops_per_step = 36;
 
 /// Trial `index` of seed 1.
-inline sim::TrialInput trial_of(int index, bool noise = true) {
+inline sim::TrialInput make_trial(int index, bool noise = true) {
   sim::TrialInput trial = dataset::base_trial(sim::single_pendulum().parameters, 1, static_cast<std::uint64_t>(index));
   if (!noise) trial.parameters[sim::Nv] = 0;
   return trial;

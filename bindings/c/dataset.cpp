@@ -74,7 +74,7 @@ decid_evaluation evaluate(const decid::Model& model, const std::string& name, co
     });
   };
   const std::vector<float> outputs = decid::predict(model, static_cast<int>(chosen.size()), 64, sways);
-  const decid::Evaluation found = decid::evaluate(model.targets, decid::scores_of(model, outputs), truth);
+  const decid::Evaluation found = decid::evaluate(model.targets, decid::to_scores(model, outputs), truth);
   constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
   decid_evaluation result{
       static_cast<size_t>(found.trials), found.mse(), found.matlab_loss(), {}, unknown, unknown, unknown};

@@ -26,7 +26,7 @@ LastError* last() noexcept {
   }
 }
 
-const char* text_of(std::string LastError::*part) {
+const char* to_text(std::string LastError::*part) {
   const LastError* const error = last();
   return error != nullptr ? (error->*part).c_str() : "";
 }
@@ -87,19 +87,19 @@ std::vector<decid_warning> to_c(const Warnings& warnings) {
 using namespace decid::c;
 
 const char* decid_error_text(void) {
-  return text_of(&LastError::text);
+  return to_text(&LastError::text);
 }
 const char* decid_error_code(void) {
-  return text_of(&LastError::code);
+  return to_text(&LastError::code);
 }
 const char* decid_error_where(void) {
-  return text_of(&LastError::where);
+  return to_text(&LastError::where);
 }
 const char* decid_error_problem(void) {
-  return text_of(&LastError::problem);
+  return to_text(&LastError::problem);
 }
 const char* decid_error_remedy(void) {
-  return text_of(&LastError::remedy);
+  return to_text(&LastError::remedy);
 }
 
 int decid_abi(void) {

@@ -153,6 +153,6 @@ const T* at(const std::vector<T>& list, std::size_t i) noexcept {
 std::vector<decid_warning> to_c(const Warnings& warnings);
 
 /// Throws Error if one of the two stands alone; both 0: empty.
-std::optional<sim::Body> body_of(double mass_kg, double height_m, const char* where);
+std::optional<sim::Body> make_body(double mass_kg, double height_m, const char* where);
 
 }  // namespace decid::c

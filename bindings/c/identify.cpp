@@ -39,13 +39,13 @@ void describe(decid_parameter& parameter, const Found& found, int quantity, doub
     limits[0] = found.quantile(quantity, 0.5 * (1.0 - share));
     limits[1] = found.quantile(quantity, 1.0 - 0.5 * (1.0 - share));
   };
-  parameter.sd = found.deviation(quantity);
+  parameter.sd = found.stddev(quantity);
   interval(0.5, parameter.interval50);
   interval(0.9, parameter.interval90);
   for (int end = 0; end < 2; ++end) parameter.normalized_interval90[end] = parameter.interval90[end] / mgh;
 }
 
-decid_parameter parameter_of(const char* name, const char* unit, double value) {
+decid_parameter find_parameter(const char* name, const char* unit, double value) {
   return {name,
           unit,
           unknown,
@@ -70,7 +70,7 @@ std::vector<decid_parameter> parameters_of(const decid::RecordingResult& result,
     const decid::sim::ParameterInfo& info = ranges[p];
     const double mgh = info.per_mgh ? body.mgh() : no_mgh;
     decid_parameter& parameter =
-        list.emplace_back(parameter_of(info.name.c_str(), info.unit.c_str(), result.estimate.parameters[p]));
+        list.emplace_back(find_parameter(info.name.c_str(), info.unit.c_str(), result.estimate.parameters[p]));
     parameter.low = info.low;
     parameter.high = info.high;
     parameter.normalized = parameter.value / mgh;
@@ -83,7 +83,7 @@ std::vector<decid_parameter> parameters_of(const decid::RecordingResult& result,
 void add_other_quantities(const decid::posterior::Posterior& found, std::vector<decid_parameter>& list) {
   using decid::posterior::Density;
   const auto add = [&](const char* name, const char* unit, int quantity) {
-    describe(list.emplace_back(parameter_of(name, unit, found.mean(quantity))), found, quantity, no_mgh);
+    describe(list.emplace_back(find_parameter(name, unit, found.mean(quantity))), found, quantity, no_mgh);
   };
   add("sensor_noise_deg", "deg", Density::sensor_noise);
   add("start_s", "s", Density::start);
@@ -126,7 +126,7 @@ decid_sampling sampling_of(const decid::FitFigures& fit) {
 
 namespace decid::c {
 
-std::optional<sim::Body> body_of(double mass_kg, double height_m, const char* where) {
+std::optional<sim::Body> make_body(double mass_kg, double height_m, const char* where) {
   if ((mass_kg == 0.0) != (height_m == 0.0))
     throw Error(Code::setting_missing, where, "mass or height stands alone",
                 "give both, or neither for the protocol's body");
@@ -150,7 +150,7 @@ decid_result::decid_result(decid::RecordingResult of, const decid::Report& commo
   for (std::size_t q = 0; q < quantities.size(); ++q) {
     quantities[q].rhat = found.rhat()[q];
     quantities[q].effective_draws = found.effective_draws()[q];
-    draws.push_back(found.draws_of(found.quantity(q)));
+    draws.push_back(found.draws_for(found.quantity(q)));
   }
 }
 
@@ -165,12 +165,12 @@ decid::RecordingResult brought(const decid_recording& recording, const decid::si
 std::unique_ptr<decid_result> identify(const decid_model& model, const decid_recording& recording,
                                        const decid_identify_options& asked) {
   constexpr const char* where = "decid_identify";
-  const std::optional<decid::sim::Body> body = body_of(asked.mass_kg, asked.height_m, where);
+  const std::optional<decid::sim::Body> body = make_body(asked.mass_kg, asked.height_m, where);
   decid::Identifier identifier =
       body ? decid::Identifier(model.model, decid::for_body(model.model, model.name, body)) : *model.identifier;
   decid::RecordingResult result = brought(recording, model.model.protocol, asked, where);
   identifier.identify(std::span(&result, 1));
-  return std::make_unique<decid_result>(std::move(result), report_of(identifier));
+  return std::make_unique<decid_result>(std::move(result), make_report(identifier));
 }
 
 std::vector<decid::posterior::ParameterPrior> parameter_priors(const decid_fit_options& asked, const char* where) {
@@ -190,7 +190,7 @@ std::unique_ptr<decid_result> fit(const decid_model& model, const decid_recordin
                                   const decid_fit_options& asked) {
   constexpr const char* where = "decid_fit";
   decid::sim::Protocol protocol = asked.protocol != nullptr ? asked.protocol->protocol() : model.model.protocol;
-  std::optional<decid::sim::Body> body = body_of(asked.mass_kg, asked.height_m, where);
+  std::optional<decid::sim::Body> body = make_body(asked.mass_kg, asked.height_m, where);
   // A protocol of one's own may describe it.
   if (!body && asked.protocol != nullptr && protocol.experiment.body != decid::sim::Body{})
     body = protocol.experiment.body;

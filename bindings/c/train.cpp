@@ -77,7 +77,7 @@ class Teller {
 decid::Model train(const decid::dataset::TrialSource& source, const decid_train_options& asked, bool stream) {
   const decid::TrainingSettings settings = settings_of(asked, source, stream);
   decid::TrainingState state = decid::start_training(source, settings);
-  state.model.origin = decid::origin_of(settings, source, std::string("decid ") + decid::version);
+  state.model.origin = decid::make_origin(settings, source, std::string("decid ") + decid::version);
   Teller teller(asked, settings.preset.epochs, source.trials(decid::dataset::Part::training));
   std::string best;  // the model of the best epoch so far
   const bool finished = decid::run_training(

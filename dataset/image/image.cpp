@@ -102,7 +102,7 @@ void ImageSettings::validate() const {
                 "give 1 to " + std::to_string(max_fold) + " cycles");
 }
 
-Json json_of(const ImageSettings& settings) {
+Json to_json_object(const ImageSettings& settings) {
   std::vector<std::string> channels;
   for (const Channel channel : settings.channels) channels.emplace_back(name(channel));
   if (settings.block > 0) {
@@ -123,7 +123,7 @@ Json json_of(const ImageSettings& settings) {
 }
 
 std::string to_json(const ImageSettings& settings) {
-  return print_json(json_of(settings));
+  return print_json(to_json_object(settings));
 }
 
 ImageSettings image_settings_from_json(const std::string& text, const std::string& where) {
@@ -305,8 +305,7 @@ void ImageMaker::make_all(std::span<const Sway> sways, std::span<float> images, 
 }
 
 void RowScaling::apply(std::span<float> image, int columns) const {
-  if (columns < 1 || deviation.size() != mean.size() ||
-      image.size() != mean.size() * static_cast<std::size_t>(columns)) {
+  if (columns < 1 || stddev.size() != mean.size() || image.size() != mean.size() * static_cast<std::size_t>(columns)) {
     throw Error(Code::size_mismatch, "image",
                 "an image has " + std::to_string(image.size()) + " values, and the row statistics are for " +
                     std::to_string(mean.size()) + " rows of " + std::to_string(columns),
@@ -314,7 +313,7 @@ void RowScaling::apply(std::span<float> image, int columns) const {
   }
   auto value = image.begin();
   for (std::size_t row = 0; row < mean.size(); ++row) {
-    for (int column = 0; column < columns; ++column, ++value) *value = (*value - mean[row]) / deviation[row];
+    for (int column = 0; column < columns; ++column, ++value) *value = (*value - mean[row]) / stddev[row];
   }
 }
 
@@ -349,11 +348,11 @@ RowScaling RowStatistics::finish() const {
   const double count = static_cast<double>(images_) * shape_.columns;
   RowScaling scaling;
   for (std::size_t row = 0; row < mean_.size(); ++row) {
-    const double deviation = std::sqrt(squares_[row] / count);
+    const double stddev = std::sqrt(squares_[row] / count);
     // A standard deviation below float's resolution is rounding, not signal.
-    const bool constant = deviation <= 1e-7 * std::abs(mean_[row]);
+    const bool constant = stddev <= 1e-7 * std::abs(mean_[row]);
     scaling.mean.push_back(static_cast<float>(mean_[row]));
-    scaling.deviation.push_back(constant ? 1.0f : static_cast<float>(deviation));
+    scaling.stddev.push_back(constant ? 1.0f : static_cast<float>(stddev));
   }
   return scaling;
 }

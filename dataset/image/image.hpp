@@ -102,7 +102,7 @@ class ImageMaker {
 
 /// Mean and standard deviation of each row (channel, frequency) over a training set's images and times.
 struct RowScaling {
-  std::vector<float> mean, deviation;  ///< channels * rows values; standard deviations, 1 where a row is constant
+  std::vector<float> mean, stddev;  ///< channels * rows values; standard deviations, 1 where a row is constant
 
   /// Scales an image row by row: (image - mean) / deviation.
   void apply(std::span<float> image, int columns) const;

@@ -7,6 +7,6 @@
 namespace decid::dataset {
 
 /// Returns what to_json() prints (image.hpp).
-Json json_of(const ImageSettings& settings);
+Json to_json_object(const ImageSettings& settings);
 
 }  // namespace decid::dataset

@@ -46,7 +46,7 @@ Archive open_archive(const std::string& path, int flags, const std::string& wher
   if (code == ZIP_ER_MEMORY) throw std::bad_alloc();
   zip_error_t error;
   libzip().error_init(&error, code);
-  const std::string problem = libzip().text_of(&error);
+  const std::string problem = libzip().to_text(&error);
   libzip().error_fini(&error);
   throw Error(code == ZIP_ER_NOENT ? Code::file_missing : Code::file_damaged, where,
               "cannot be opened as an .npz file: " + problem,
@@ -93,7 +93,7 @@ void check_labels(const Dataset& data, std::size_t sway_trials, const std::strin
   }
 }
 
-std::string text_of(const std::vector<std::size_t>& shape) {
+std::string to_text(const std::vector<std::size_t>& shape) {
   std::string text;
   for (const std::size_t extent : shape) text += (text.empty() ? "" : " x ") + std::to_string(extent);
   return text.empty() ? "a single value" : text;
@@ -170,21 +170,21 @@ class Reader {
     const std::size_t dimensions = columns == 1 ? 1 : 2;
     if (header_.type != npy_type<T>()) refuse("of type " + header_.type, std::string("type ") + npy_type<T>());
     if (header_.shape.size() != dimensions || (dimensions == 2 && columns != 0 && header_.shape[1] != columns)) {
-      refuse(text_of(header_.shape), columns == 0   ? "trials x samples"
+      refuse(to_text(header_.shape), columns == 0   ? "trials x samples"
                                      : columns == 1 ? "one value per trial"
                                                     : "trials x " + std::to_string(columns));
     }
     const std::size_t count = value_count(header_.shape);
     if ((size_ - header_.bytes) % sizeof(T) != 0 || (size_ - header_.bytes) / sizeof(T) != count) {
       throw Error(Code::file_damaged, where_,
-                  "has a number of values that differs from its shape, " + text_of(header_.shape), regenerate);
+                  "has a number of values that differs from its shape, " + to_text(header_.shape), regenerate);
     }
   }
 
   /// Returns the bytes of a single value of type S, without its zero padding.
   std::string bytes() {
     if (!header_.type.starts_with("|S") || !header_.shape.empty()) {
-      refuse("of type " + header_.type + ", " + text_of(header_.shape), "a single value of bytes (type |S)");
+      refuse("of type " + header_.type + ", " + to_text(header_.shape), "a single value of bytes (type |S)");
     }
     if (size_ > max_text_bytes) refuse("larger than 16 MB", "a description");
     std::string content(static_cast<std::size_t>(size_ - header_.bytes), '\0');

@@ -44,7 +44,7 @@ std::string request_text(const DatasetRequest& request, const std::string& progr
                      {"seed", request.seed},
                      {"count", request.count},
                      {"base", request.base == 0 ? request.count : request.base},
-                     {"protocol", sim::json_of(request.protocol)}});
+                     {"protocol", sim::to_json_object(request.protocol)}});
 }
 
 /// Returns "seed 1, not 2": the difference between a partial file's request and this one.

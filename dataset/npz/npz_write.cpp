@@ -15,7 +15,7 @@ static_assert(std::endian::native == std::endian::little, "arrays are written as
 std::string describe(const sim::Protocol& protocol, std::uint64_t seed) {
   return print_json({{"format", npz_format_version},
                      {"seed", seed},
-                     {"protocol", sim::json_of(protocol)},
+                     {"protocol", sim::to_json_object(protocol)},
                      {"parameters", protocol.parameters().names()}});
 }
 

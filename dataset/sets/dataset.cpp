@@ -89,7 +89,7 @@ std::vector<std::uint8_t> split_by_group(const std::vector<std::int32_t>& group)
 std::vector<float> TargetScaling::scale(const sim::Parameters& parameters) const {
   std::vector<float> target(mean.size());
   for (std::size_t i = 0; i < target.size(); ++i) {
-    target[i] = static_cast<float>((parameters[i] - mean[i]) / deviation[i]);
+    target[i] = static_cast<float>((parameters[i] - mean[i]) / stddev[i]);
   }
   return target;
 }
@@ -102,7 +102,7 @@ sim::Parameters TargetScaling::unscale(std::span<const float> target) const {
   }
   sim::Parameters parameters(mean.size());
   for (std::size_t i = 0; i < parameters.size(); ++i) {
-    parameters[i] = mean[i] + static_cast<double>(target[i]) * deviation[i];
+    parameters[i] = mean[i] + static_cast<double>(target[i]) * stddev[i];
   }
   return parameters;
 }
@@ -120,9 +120,9 @@ TargetScaling target_scaling(const sim::ParameterTable& table, std::span<const s
       const double difference = p[i] - scaling.mean[i];
       squares += difference * difference;
     }
-    const double deviation = std::sqrt(squares / count);
+    const double stddev = std::sqrt(squares / count);
     // A single trial, or equal values, has no spread to divide by.
-    scaling.deviation[i] = deviation > 1e-12 * table[i].range() ? deviation : 1.0;
+    scaling.stddev[i] = stddev > 1e-12 * table[i].range() ? stddev : 1.0;
   }
   return scaling;
 }

@@ -71,7 +71,7 @@ std::vector<std::uint8_t> split_by_group(const std::vector<std::int32_t>& group)
 /// Mean and standard deviation (over N) of each parameter over some trials; z-scored targets have mean 0 and standard
 /// deviation 1. The standard deviation is 1 where all values are equal.
 struct TargetScaling {
-  sim::Parameters mean, deviation;
+  sim::Parameters mean, stddev;
 
   std::vector<float> scale(const sim::Parameters& parameters) const;
   sim::Parameters unscale(std::span<const float> target) const;

@@ -26,7 +26,7 @@ void Distribution::add(double value) {
   }
 }
 
-double Distribution::deviation() const noexcept {
+double Distribution::stddev() const noexcept {
   return count_ == 0 ? 0.0 : std::sqrt(squares_ / static_cast<double>(count_));
 }
 

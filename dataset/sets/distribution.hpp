@@ -18,7 +18,7 @@ class Distribution {
 
   long long count() const noexcept { return count_; }
   double mean() const noexcept { return mean_; }  ///< 0 without values, like the three below
-  double deviation() const noexcept;              ///< over N
+  double stddev() const noexcept;                 ///< over N
   double least() const noexcept { return least_; }
   double most() const noexcept { return most_; }
 

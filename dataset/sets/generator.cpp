@@ -88,7 +88,7 @@ std::int32_t Generator::find_parent(long long attempt) const {
   return parents_[static_cast<std::size_t>(attempt) % parents_.size()];
 }
 
-sim::TrialInput Generator::trial_of(long long attempt) const {
+sim::TrialInput Generator::trial_input(long long attempt) const {
   const auto item = static_cast<std::uint64_t>(attempt);
   if (!making_children()) return base_trial(ranges_, request_.seed, item);
   const Random random(request_.seed, sim::streams::child_parameters, item);
@@ -152,7 +152,7 @@ const Chunk& Generator::next() {
   std::vector<Result> results(static_cast<std::size_t>(attempts));
   const auto own_first = static_cast<int>(own.first);
   simulator_.run_all(
-      static_cast<int>(own.count()), [&](int i) { return trial_of(first + own_first + i); },
+      static_cast<int>(own.count()), [&](int i) { return trial_input(first + own_first + i); },
       [&](int i, const sim::Outcome& outcome, std::span<double> sway_rad) {
         const auto attempt = static_cast<std::size_t>(own_first + i);
         if (outcome.valid) results[attempt] = finish(first + own_first + i, sway_rad, stored(attempt));
@@ -173,7 +173,7 @@ const Chunk& Generator::next() {
     if (const Result& result = results[attempt]; result.valid) {
       const std::int32_t number = before + static_cast<std::int32_t>(chunk.trials.size());
       chunk.trials.push_back(
-          {trial_of(first + i).parameters, result.peak_to_peak_rad, children ? find_parent(first + i) : number});
+          {trial_input(first + i).parameters, result.peak_to_peak_rad, children ? find_parent(first + i) : number});
       if (attempt >= own.first && attempt < own.last) chunk.sway.emplace_back(stored(attempt));
       if (ranks_ != nullptr) ++chunk.trials_by_rank[static_cast<std::size_t>(rank)];
     }

@@ -58,7 +58,7 @@ class Generator {
   bool making_children() const noexcept { return trials() >= base_; }
   int attempts_worth_making(int missing) const;
   std::int32_t find_parent(long long attempt) const;
-  sim::TrialInput trial_of(long long attempt) const;
+  sim::TrialInput trial_input(long long attempt) const;
   Result finish(long long attempt, std::span<double> sway_rad, std::span<float> stored) const;
   void accept(const TrialRecord& trial);
   RankRange own_attempts(int attempts, int rank) const;

@@ -234,7 +234,7 @@ std::vector<Draw> sample(const Design& design, std::span<const Recording> record
 
 Result analyse(std::span<const Recording> recordings, std::span<const sim::ParameterInfo> ranges,
                const Settings& settings) {
-  const Design design = design_of(recordings, ranges.size(), settings);
+  const Design design = make_design(recordings, ranges.size(), settings);
   const Drawn drawn{design, ranges, sample(design, recordings, settings)};
   Result result;
   result.draws = static_cast<int>(drawn.draws.size());

@@ -53,7 +53,7 @@ Scale scale_of(std::span<const Recording> recordings, std::size_t covariate, con
 
 }  // namespace
 
-Design design_of(std::span<const Recording> recordings, std::size_t parameters, const Settings& settings) {
+Design make_design(std::span<const Recording> recordings, std::size_t parameters, const Settings& settings) {
   check(recordings, parameters, settings);
   Design design;
   design.parameters = parameters;

@@ -39,6 +39,6 @@ struct Design {
 };
 
 /// Returns the structure. Throws Error as analyse() does.
-Design design_of(std::span<const Recording> recordings, std::size_t parameters, const Settings& settings);
+Design make_design(std::span<const Recording> recordings, std::size_t parameters, const Settings& settings);
 
 }  // namespace decid::cohort

@@ -69,9 +69,9 @@ struct Mean {
 
 }  // namespace
 
-std::optional<Measurement> measurement_of(const RecordingResult& result, const Report& report) {
-  const sim::ParameterTable ranges = report.ranges_of(result);
-  const double mgh_ratio = report.protocol_of(result).experiment.body.mgh() / report.protocol.experiment.body.mgh();
+std::optional<Measurement> to_measurement(const RecordingResult& result, const Report& report) {
+  const sim::ParameterTable ranges = report.ranges_for(result);
+  const double mgh_ratio = report.protocol_for(result).experiment.body.mgh() / report.protocol.experiment.body.mgh();
   if (!alike(report.ranges(), ranges, mgh_ratio)) return std::nullopt;
   if (result.fit && result.fit->answer == FitFigures::Answer::posterior) {
     const std::span<const posterior::State> states = result.fit->posterior.states();
@@ -96,7 +96,7 @@ std::optional<Result> analyse_groups(const Report& report, std::span<const Recor
     if (members[i].group.empty() || !is_first(report.recordings[i])) continue;
     std::optional<Measurement> measurement;
     try {
-      measurement = measurement_of(report.recordings[i], report);
+      measurement = to_measurement(report.recordings[i], report);
     } catch (const Error&) {  // its draws are all on a plane
     }
     if (!measurement) continue;
@@ -112,8 +112,8 @@ std::optional<Result> analyse_groups(const Report& report, std::span<const Recor
   return analyse(recordings, ranges, {});
 }
 
-std::vector<std::optional<Reliability>> reliability_of(const Report& report, std::span<const Recording> members,
-                                                       const std::string& first, const std::string& second) {
+std::vector<std::optional<Reliability>> compute_reliability(const Report& report, std::span<const Recording> members,
+                                                            const std::string& first, const std::string& second) {
   const std::size_t parameters = report.protocol.parameters().size();
   std::map<std::string, std::array<Mean, 2>> persons;
   FirstOfJoint is_first;
@@ -128,7 +128,7 @@ std::vector<std::optional<Reliability>> reliability_of(const Report& report, std
     for (std::size_t p = 0; p < parameters; ++p) {
       mean.values[p] += result.estimate.parameters[p];
       use_distribution(result, [&](const auto& distribution) {
-        const double sd = distribution.deviation(static_cast<int>(p));
+        const double sd = distribution.stddev(static_cast<int>(p));
         mean.variances[p] += sd * sd;
       });
     }

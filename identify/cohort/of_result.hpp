@@ -16,7 +16,7 @@ namespace decid::cohort {
 /// Returns the evidence of a recording of the report: the draws of its posterior, with normal priors divided out, or
 /// the network's distribution. Parameters that scale with m g h count relative to the recording's own body. Empty if
 /// the recording has neither, fewer than 16 draws, or other ranges than the report.
-std::optional<Measurement> measurement_of(const RecordingResult& result, const Report& report);
+std::optional<Measurement> to_measurement(const RecordingResult& result, const Report& report);
 
 /// Analyses the groups of a report. members: one per recording, with participant and group; an empty group leaves it
 /// out. Recordings that were fitted together count once. Empty unless two groups have two persons with evidence each.
@@ -24,7 +24,7 @@ std::optional<Result> analyse_groups(const Report& report, std::span<const Recor
 
 /// Returns the reliability of the values of persons in both groups, per parameter; empty where it is undefined. The
 /// visits are the groups, in their order.
-std::vector<std::optional<Reliability>> reliability_of(const Report& report, std::span<const Recording> members,
-                                                       const std::string& first, const std::string& second);
+std::vector<std::optional<Reliability>> compute_reliability(const Report& report, std::span<const Recording> members,
+                                                            const std::string& first, const std::string& second);
 
 }  // namespace decid::cohort

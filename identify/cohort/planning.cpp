@@ -60,7 +60,7 @@ std::vector<PersonValues> simulated_values(const Model& model, const sim::Protoc
       },
       [&](int index, const sim::TrialInput&, std::span<double> sway) {
         sim::record(protocol, seed, repetition_of(index), sway);
-        read[static_cast<std::size_t>(index)] = recording::trial_of({sway.begin(), sway.end()});
+        read[static_cast<std::size_t>(index)] = recording::make_trial({sway.begin(), sway.end()});
       });
   std::vector<PersonValues> values(static_cast<std::size_t>(persons));
   std::size_t place = 0;

@@ -91,7 +91,7 @@ Reliability reliability(std::size_t visits, std::span<const double> values,
   return found;
 }
 
-VisitChange change_of(const Estimated& first, const Estimated& second, double within_person_sd) {
+VisitChange change_at(const Estimated& first, const Estimated& second, double within_person_sd) {
   const double sd = std::sqrt(first.sd * first.sd + second.sd * second.sd + 2.0 * within_person_sd * within_person_sd);
   const double difference = second.value - first.value;
   return {

@@ -45,6 +45,6 @@ struct VisitChange {
 };
 /// Compares two visits of one person, whose errors are independent and Gaussian. within_person_sd: of the person's
 /// values from visit to visit, if known (Reliability, or cohort::VarianceParts).
-VisitChange change_of(const Estimated& first, const Estimated& second, double within_person_sd = 0.0);
+VisitChange change_at(const Estimated& first, const Estimated& second, double within_person_sd = 0.0);
 
 }  // namespace decid::cohort

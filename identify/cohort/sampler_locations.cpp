@@ -20,9 +20,8 @@ void Sampler::set_location_above(std::size_t recording) {
   const std::size_t visit = levels_[visits].entity[recording], person = levels_[persons].entity[recording];
   for (std::size_t p = 0; p < size_; ++p) {
     location_[p] = base_[visit * size_ + p];
-    if (levels_[trials].active || levels_[visits].active)
-      location_[p] += levels_[persons].deviations[person * size_ + p];
-    if (levels_[trials].active && levels_[visits].active) location_[p] += levels_[visits].deviations[visit * size_ + p];
+    if (levels_[trials].active || levels_[visits].active) location_[p] += levels_[persons].stddevs[person * size_ + p];
+    if (levels_[trials].active && levels_[visits].active) location_[p] += levels_[visits].stddevs[visit * size_ + p];
   }
   if (levels_[trials].active || levels_[visits].active)
     set_sd(levels_[levels_[trials].active ? trials : visits], 0);
@@ -102,7 +101,7 @@ void Sampler::draw_locations() {
   }
   for (std::size_t i = 0; i < design_.persons.size(); ++i) absorb_person(i);
   draw_coefficients();
-  draw_deviations();
+  draw_stddevs();
 }
 
 /// Adds a person's evidence about the means: of all visits together, with the person's deviation integrated out.
@@ -173,18 +172,18 @@ void Sampler::draw_coefficients() {
 }
 
 /// Draws persons, then visits, then recordings, each given its location.
-void Sampler::draw_deviations() {
+void Sampler::draw_stddevs() {
   for (std::size_t i = 0; i < design_.persons.size(); ++i) {
     std::ranges::fill(work_, 0.0);
     for (const std::size_t v : design_.persons[i].visits)
       for (std::size_t p = 0; p < size_; ++p)
         work_[p] += about_base_[v].shift[p] - row_times(about_base_[v].precision, p, of(base_, v));
-    person_node_[i].draw(work_, normals(), of(levels_[persons].deviations, i));
+    person_node_[i].draw(work_, normals(), of(levels_[persons].stddevs, i));
   }
   for (std::size_t v = 0; v < design_.visits.size(); ++v) {
-    const std::span<double> own = of(levels_[visits].deviations, v);
+    const std::span<double> own = of(levels_[visits].stddevs, v);
     for (std::size_t p = 0; p < size_; ++p)
-      location_[p] = base_[v * size_ + p] + levels_[persons].deviations[design_.visits[v].person * size_ + p];
+      location_[p] = base_[v * size_ + p] + levels_[persons].stddevs[design_.visits[v].person * size_ + p];
     if (levels_[visits].active) {
       for (std::size_t p = 0; p < size_; ++p)
         work_[p] = of_visit_[v].shift[p] - row_times(of_visit_[v].precision, p, location_);
@@ -192,13 +191,13 @@ void Sampler::draw_deviations() {
       for (std::size_t p = 0; p < size_; ++p) location_[p] += own[p];
     }
     for (const std::size_t r : design_.visits[v].recordings) {
-      const std::span<double> x = of(x_, r), deviation = of(levels_[trials].deviations, r);
+      const std::span<double> x = of(x_, r), stddev = of(levels_[trials].stddevs, r);
       if (levels_[trials].active) {
         for (std::size_t p = 0; p < size_; ++p)
           work_[p] = of_recording_[r].shift[p] - row_times(of_recording_[r].precision, p, location_);
-        recording_node_[r].draw(work_, normals(), deviation);
+        recording_node_[r].draw(work_, normals(), stddev);
       }
-      for (std::size_t p = 0; p < size_; ++p) x[p] = location_[p] + deviation[p];
+      for (std::size_t p = 0; p < size_; ++p) x[p] = location_[p] + stddev[p];
     }
   }
 }

@@ -28,9 +28,9 @@ double ParameterDistribution::mean(int quantity) const {
   return low_[p] + range_[p] * mixture_.mean(p);
 }
 
-double ParameterDistribution::deviation(int quantity) const {
+double ParameterDistribution::stddev(int quantity) const {
   const auto p = static_cast<std::size_t>(quantity);
-  return range_[p] * mixture_.deviation(p) * recalibration_.factor(p);
+  return range_[p] * mixture_.stddev(p) * recalibration_.factor(p);
 }
 
 double ParameterDistribution::quantile(int quantity, double share) const {

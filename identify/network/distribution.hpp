@@ -23,7 +23,7 @@ class ParameterDistribution {
   double range(std::size_t parameter) const { return range_[parameter]; }
   const Recalibration& recalibration() const noexcept { return recalibration_; }
   double mean(int quantity) const;
-  double deviation(int quantity) const;
+  double stddev(int quantity) const;
   /// Returns the quantile of the probability `share`, 0 < share < 1.
   double quantile(int quantity, double share) const;
   /// Returns the probability that the parameter is below a value: the inverse of quantile().
@@ -37,7 +37,7 @@ class ParameterDistribution {
 
   template <class Archive>
   void archive(Archive& a) {
-    a(mixture_, low_, range_, recalibration_.levels, recalibration_.deviation_factor);
+    a(mixture_, low_, range_, recalibration_.levels, recalibration_.stddev_factor);
   }
 
  private:

@@ -64,7 +64,7 @@ ForBody for_body(const Model& model, const std::string& name, const std::optiona
   found.height = body->height_over(model.protocol.experiment.body);
   if (knows_body(model, *body)) return found;
   const sim::Heights& known = model.protocol.heights;
-  const double metre = sim::body_of(sim::segments_of({.height_m = 1.0})).com_height_m;
+  const double metre = sim::make_body(sim::make_segments({.height_m = 1.0})).com_height_m;
   const double model_m = model.protocol.experiment.body.com_height_m / metre;
   throw Error(Code::setting_out_of_range, "body",
               format("height %.3g m is outside the range of %s (%.3g to %.3g m)", body->com_height_m / metre,

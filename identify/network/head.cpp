@@ -55,7 +55,7 @@ class MixtureHead final : public Head {
     dataset::TargetScaling uniform{sim::Parameters(table.size()), sim::Parameters(table.size())};
     for (std::size_t p = 0; p < table.size(); ++p) {
       uniform.mean[p] = 0.5 * (table[p].low + table[p].high);
-      uniform.deviation[p] = table[p].range() / root_twelve;
+      uniform.stddev[p] = table[p].range() / root_twelve;
     }
     return uniform;
   }

@@ -169,27 +169,27 @@ double Mixture::second_moment(std::size_t a, std::size_t b) const {
   static const std::array<Node, nodes> all = make_nodes();
   double moment = 0.0;
   for (const Component& k : components_) {
-    const double variance = k.covariance[a * (parameters_ + 1)], deviation = std::sqrt(variance);
-    const double slope = k.covariance[a * parameters_ + b] / deviation;
+    const double variance = k.covariance[a * (parameters_ + 1)], stddev = std::sqrt(variance);
+    const double slope = k.covariance[a * parameters_ + b] / stddev;
     const double left = a == b ? 0.0 : std::max(0.0, k.covariance[b * (parameters_ + 1)] - slope * slope);
     const double stretch = std::sqrt(1.0 + left);
     double sum = 0.0;
     for (const Node& node : all)
-      sum += node.weight * normal_distribution(k.centre[a] + deviation * node.deviate) *
+      sum += node.weight * normal_distribution(k.centre[a] + stddev * node.deviate) *
              normal_distribution((k.centre[b] + slope * node.deviate) / stretch);
     moment += k.weight * sum;
   }
   return moment;
 }
 
-double Mixture::deviation(std::size_t parameter) const {
+double Mixture::stddev(std::size_t parameter) const {
   const double middle = mean(parameter);
   return std::sqrt(std::max(0.0, second_moment(parameter, parameter) - middle * middle));
 }
 
 double Mixture::correlation(std::size_t a, std::size_t b) const {
   if (a == b) return 1.0;
-  const double scale = deviation(a) * deviation(b);
+  const double scale = stddev(a) * stddev(b);
   return scale > 0.0 ? std::clamp((second_moment(a, b) - mean(a) * mean(b)) / scale, -1.0, 1.0) : 0.0;
 }
 

@@ -53,7 +53,7 @@ class Mixture {
   std::span<const double> centre(std::size_t component) const { return components_[component].centre; }
   std::span<const double> covariance(std::size_t component) const { return components_[component].covariance; }
   double mean(std::size_t parameter) const;
-  double deviation(std::size_t parameter) const;
+  double stddev(std::size_t parameter) const;
   /// Returns the quantile, as a fraction of the range, of this probability, 0 < probability < 1.
   double quantile(std::size_t parameter, double probability) const;
   /// Returns the probability that the parameter is below this fraction: 0 and 1 outside of the range.

@@ -19,7 +19,7 @@ namespace {
 
 constexpr const char* format_name = "decid model 1";
 
-Json list_of(const sim::Parameters& parameters) {
+Json to_list(const sim::Parameters& parameters) {
   return std::vector<double>(parameters.begin(), parameters.end());
 }
 
@@ -107,7 +107,7 @@ std::string to_bytes(const Model& model, const Checkpoint* checkpoint) {
       {"architecture", model.network.architecture()},
       {"protocol", sim::to_json(model.protocol)},
       {"image", dataset::to_json(model.image())},
-      {"targets", Json{{"mean", list_of(model.targets.mean)}, {"deviation", list_of(model.targets.deviation)}}.dump()},
+      {"targets", Json{{"mean", to_list(model.targets.mean)}, {"deviation", to_list(model.targets.stddev)}}.dump()},
       {"origin", to_json(model.origin)},
   };
   if (model.head != &point_head()) file.metadata["head"] = model.head->name();
@@ -116,7 +116,7 @@ std::string to_bytes(const Model& model, const Checkpoint* checkpoint) {
   if (model.image().standardize_rows) {
     const std::vector<long long> shape{model.images().shape().channels, model.images().shape().rows};
     file.tensors.push_back({"image.row_mean", shape, model.rows.mean});
-    file.tensors.push_back({"image.row_deviation", shape, model.rows.deviation});
+    file.tensors.push_back({"image.row_deviation", shape, model.rows.stddev});
   }
   if (model.familiarity.known()) {
     const auto n = static_cast<long long>(model.familiarity.mean.size());
@@ -153,18 +153,18 @@ Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpo
   try {
     const Json targets = parse_json(text("targets"), where);
     model.targets.mean = parameters_in(targets.at("mean"), model.parameters());
-    model.targets.deviation = parameters_in(targets.at("deviation"), model.parameters());
+    model.targets.stddev = parameters_in(targets.at("deviation"), model.parameters());
   } catch (const Json::exception&) {
     throw Error(Code::file_damaged, where, "has a target scaling that cannot be read", remedy);
   }
-  for (const double deviation : model.targets.deviation)
-    if (!(deviation > 0)) throw Error(Code::file_damaged, where, "has a target scaling that is not positive", remedy);
+  for (const double stddev : model.targets.stddev)
+    if (!(stddev > 0)) throw Error(Code::file_damaged, where, "has a target scaling that is not positive", remedy);
   if (model.image().standardize_rows) {
     const auto rows = static_cast<std::size_t>(model.images().shape().channels * model.images().shape().rows);
     model.rows.mean = file.find("image.row_mean", rows, where).values;
-    model.rows.deviation = file.find("image.row_deviation", rows, where).values;
+    model.rows.stddev = file.find("image.row_deviation", rows, where).values;
     for (std::size_t i = 0; i < rows; ++i)
-      if (!std::isfinite(model.rows.mean[i]) || !(model.rows.deviation[i] > 0))
+      if (!std::isfinite(model.rows.mean[i]) || !(model.rows.stddev[i] > 0))
         throw Error(Code::file_damaged, where, "has an image scaling that is not positive", remedy);
   }
   if (file.metadata.contains("familiarity")) {

@@ -63,7 +63,7 @@ dataset::TrialIdentity trials_from(const Json& json) {
 
 }  // namespace
 
-Json json_of(const Origin& origin) {
+Json to_json_object(const Origin& origin) {
   Json json = Json::object();
   if (origin.version > 1) json["version"] = origin.version;
   json.update(Json{{"program", origin.program},
@@ -92,7 +92,7 @@ Json json_of(const Origin& origin) {
 }
 
 std::string to_json(const Origin& origin) {
-  return json_of(origin).dump();
+  return to_json_object(origin).dump();
 }
 
 Origin origin_from_json(const std::string& text, const std::string& where) {
@@ -140,7 +140,7 @@ Origin::Start start_from(const Origin& origin, const std::string& weights_sha256
 }
 
 std::string difference(const Origin& there, const Origin& here) {
-  const Json a = json_of(there), b = json_of(here);
+  const Json a = to_json_object(there), b = to_json_object(here);
   std::string text;
   const auto value = [](const Json& object, const std::string& key) {
     return object.contains(key) ? object[key].dump() : "nothing";

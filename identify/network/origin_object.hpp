@@ -7,6 +7,6 @@
 namespace decid {
 
 /// Returns what to_json() prints (origin.hpp).
-Json json_of(const Origin& origin);
+Json to_json_object(const Origin& origin);
 
 }  // namespace decid

@@ -73,7 +73,7 @@ std::vector<float> predict(const Model& model, int trials, int at_once, const Sw
   return all;
 }
 
-std::vector<float> scores_of(const Model& model, std::span<const float> outputs) {
+std::vector<float> to_scores(const Model& model, std::span<const float> outputs) {
   const auto width = static_cast<std::size_t>(model.network.output_shape().size());
   const std::size_t parameters = model.parameters().size(), trials = outputs.size() / width;
   std::vector<float> scores(trials * parameters);
@@ -82,8 +82,8 @@ std::vector<float> scores_of(const Model& model, std::span<const float> outputs)
   return scores;
 }
 
-OutputsOf outputs_of(const Model& model, const dataset::TrialSource& source, dataset::Part part, int epoch, int trials,
-                     Communicator* ranks) {
+OutputsOf compute_outputs(const Model& model, const dataset::TrialSource& source, dataset::Part part, int epoch,
+                          int trials, Communicator* ranks) {
   OutputsOf made;
   made.truth.resize(static_cast<std::size_t>(trials));
   const auto sways = [&](std::span<const int> indices, const SwaySink& take) {
@@ -102,8 +102,8 @@ OutputsOf outputs_of(const Model& model, const dataset::TrialSource& source, dat
 }
 
 Predicted predict(const Model& model, const dataset::TrialSource& source, dataset::Part part, Communicator* ranks) {
-  OutputsOf found = outputs_of(model, source, part, 0, source.trials(part), ranks);
-  return {scores_of(model, found.outputs), std::move(found.truth)};
+  OutputsOf found = compute_outputs(model, source, part, 0, source.trials(part), ranks);
+  return {to_scores(model, found.outputs), std::move(found.truth)};
 }
 
 }  // namespace decid

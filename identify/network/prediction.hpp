@@ -23,7 +23,7 @@ std::vector<float> predict(const Model& model, int trials, int at_once, const Sw
 std::vector<float> predict(const Model& model, int trials, int at_once, const Sways& sways, Communicator* ranks);
 
 /// Returns the z-scored point estimates that such outputs stand for: scores[trial * parameters + parameter].
-std::vector<float> scores_of(const Model& model, std::span<const float> outputs);
+std::vector<float> to_scores(const Model& model, std::span<const float> outputs);
 
 /// The outputs for trials of a source, and the parameters that the trials were simulated with.
 struct OutputsOf {
@@ -32,8 +32,8 @@ struct OutputsOf {
 };
 /// Computes the outputs of `trials` trials, evenly spread over the part in that epoch. ranks, unless null, share the
 /// work; each rank gets all outputs.
-OutputsOf outputs_of(const Model& model, const dataset::TrialSource& source, dataset::Part part, int epoch, int trials,
-                     Communicator* ranks = nullptr);
+OutputsOf compute_outputs(const Model& model, const dataset::TrialSource& source, dataset::Part part, int epoch,
+                          int trials, Communicator* ranks = nullptr);
 
 /// The scores of a part of a source's trials, and the parameters that the trials were simulated with.
 struct Predicted {

@@ -27,7 +27,7 @@ double corner(const Recalibration::Levels& levels, std::size_t i) {
 
 /// Position among n sorted values below which a new value lies with this probability: k of them are below with
 /// probability k / (n + 1) each.
-double quantile_of(const std::vector<double>& sorted, double probability) {
+double make_quantile(const std::vector<double>& sorted, double probability) {
   const double place = probability * static_cast<double>(sorted.size() + 1) - 1.0;
   const double inside = std::clamp(place, 0.0, static_cast<double>(sorted.size() - 1));
   const auto below = static_cast<std::size_t>(inside), above = std::min(below + 1, sorted.size() - 1);
@@ -55,7 +55,7 @@ double Recalibration::share(std::size_t parameter, double level) const {
 
 // The factor weighs trials by their predicted variance. A few trials near an end of the range, with almost no standard
 // deviation, would dominate the mean of (error / deviation)^2.
-Recalibration recalibration_of(std::size_t parameters, std::span<const Said> said) {
+Recalibration fit_recalibration(std::size_t parameters, std::span<const Said> said) {
   if (parameters == 0 || said.empty() || said.size() % parameters != 0)
     throw Error(Code::size_mismatch, "recalibration",
                 format("%zu values for trials of %zu parameters", said.size(), parameters),
@@ -67,13 +67,14 @@ Recalibration recalibration_of(std::size_t parameters, std::span<const Said> sai
     for (std::size_t i = p; i < said.size(); i += parameters) {
       sorted.push_back(said[i].below);
       errors += said[i].error * said[i].error;
-      variances += said[i].deviation * said[i].deviation;
+      variances += said[i].stddev * said[i].stddev;
     }
     std::ranges::sort(sorted);
     Recalibration::Levels& levels = made.levels.emplace_back();
     for (std::size_t i = 0; i < levels.size(); ++i)
-      levels[i] = std::clamp(quantile_of(sorted, share_step * static_cast<double>(i + 1)), min_level, 1.0 - min_level);
-    made.deviation_factor.push_back(std::sqrt(errors / variances));
+      levels[i] =
+          std::clamp(make_quantile(sorted, share_step * static_cast<double>(i + 1)), min_level, 1.0 - min_level);
+    made.stddev_factor.push_back(std::sqrt(errors / variances));
   }
   return made;
 }
@@ -83,7 +84,7 @@ Recalibration learn_recalibration(const Model& model, const dataset::TrialSource
   const int trials = std::min(source.trials(dataset::Part::unseen), max_shown_trials);
   if (!model.gives_distribution() || trials < min_shown_trials) return {};
   const sim::ParameterTable& table = model.parameters();
-  const OutputsOf shown = outputs_of(model, source, dataset::Part::unseen, next_epoch, trials, ranks);
+  const OutputsOf shown = compute_outputs(model, source, dataset::Part::unseen, next_epoch, trials, ranks);
   const std::size_t width = model.head->outputs(table.size());
   std::vector<Said> said(shown.truth.size() * table.size());
   parallel_for(trials, [&](int index) {
@@ -93,15 +94,14 @@ Recalibration learn_recalibration(const Model& model, const dataset::TrialSource
     for (std::size_t p = 0; p < table.size(); ++p) {
       const int quantity = static_cast<int>(p);
       const double truth = shown.truth[i][p];
-      said[i * table.size() + p] = {found.below(quantity, truth), truth - found.mean(quantity),
-                                    found.deviation(quantity)};
+      said[i * table.size() + p] = {found.below(quantity, truth), truth - found.mean(quantity), found.stddev(quantity)};
     }
   });
-  return recalibration_of(table.size(), said);
+  return fit_recalibration(table.size(), said);
 }
 
 std::string to_json(const Recalibration& recalibration) {
-  return Json{{"levels", recalibration.levels}, {"deviation_factor", recalibration.deviation_factor}}.dump();
+  return Json{{"levels", recalibration.levels}, {"deviation_factor", recalibration.stddev_factor}}.dump();
 }
 
 Recalibration recalibration_from_json(const std::string& text, std::size_t parameters, const std::string& where) {
@@ -115,16 +115,16 @@ Recalibration recalibration_from_json(const std::string& text, std::size_t param
       Recalibration::Levels& levels = read.levels.emplace_back();
       for (std::size_t i = 0; i < levels.size(); ++i) levels[i] = list.at(i).get<double>();
     }
-    read.deviation_factor = json.at("deviation_factor").get<std::vector<double>>();
+    read.stddev_factor = json.at("deviation_factor").get<std::vector<double>>();
   } catch (const Json::exception&) {
     throw Error(Code::file_damaged, where, "has a recalibration that cannot be read", remedy);
   }
-  if (read.levels.size() != parameters || read.deviation_factor.size() != parameters)
+  if (read.levels.size() != parameters || read.stddev_factor.size() != parameters)
     throw Error(Code::file_damaged, where, "has a recalibration of another number of parameters", remedy);
   for (const Recalibration::Levels& levels : read.levels)
     if (!(levels.front() > 0.0) || !(levels.back() < 1.0) || !std::ranges::is_sorted(levels))
       throw Error(Code::file_damaged, where, "has a recalibration whose levels do not rise from 0 to 1", remedy);
-  for (const double factor : read.deviation_factor)
+  for (const double factor : read.stddev_factor)
     if (!(factor > 0.0) || !std::isfinite(factor))
       throw Error(Code::file_damaged, where, "has a recalibration whose deviations are not above 0", remedy);
   return read;

@@ -23,8 +23,8 @@ struct Recalibration {
   /// The probability level of the network's distribution below which this fraction of the truths lay.
   using Levels = std::array<double, probabilities>;
 
-  std::vector<Levels> levels;            ///< between 0 and 1, not falling
-  std::vector<double> deviation_factor;  ///< root of the sum of (truth - mean)^2 over that of deviation^2
+  std::vector<Levels> levels;         ///< between 0 and 1, not falling
+  std::vector<double> stddev_factor;  ///< root of the sum of (truth - mean)^2 over that of deviation^2
 
   bool known() const noexcept { return !levels.empty(); }
   /// Returns the level at which to evaluate the network's distribution for a probability `share`, 0 <= share <= 1:
@@ -33,19 +33,19 @@ struct Recalibration {
   /// Returns the inverse of level(), 0 <= level <= 1.
   double share(std::size_t parameter, double level) const;
   /// Returns the factor of the standard deviation; 1 if the recalibration is empty.
-  double factor(std::size_t parameter) const { return known() ? deviation_factor[parameter] : 1.0; }
+  double factor(std::size_t parameter) const { return known() ? stddev_factor[parameter] : 1.0; }
 
   bool operator==(const Recalibration&) const = default;
 };
 
 /// A network's distribution at a parameter of known truth.
 struct Said {
-  double below;             ///< the network's probability that the parameter is below the truth
-  double error, deviation;  ///< truth - mean, and the predicted standard deviation, both in the same unit
+  double below;          ///< the network's probability that the parameter is below the truth
+  double error, stddev;  ///< truth - mean, and the predicted standard deviation, both in the same unit
 };
 /// Computes the recalibration from trials of known parameters: said[trial * parameters + parameter]. Throws Error
 /// unless `said` holds whole trials, at least one.
-Recalibration recalibration_of(std::size_t parameters, std::span<const Said> said);
+Recalibration fit_recalibration(std::size_t parameters, std::span<const Said> said);
 
 /// Learns the recalibration from 10,240 trials outside of the training, or all that there are: the next epoch of a
 /// stream, or the validation half of a data set. The coverages of 50% and 90% intervals then have standard errors of

@@ -14,8 +14,8 @@ namespace {
 using TextOf = std::function<std::string(const SheetEntry& entry)>;
 
 /// Returns the function that reads a column of the plan's sheet.
-TextOf reader_of(const RecordingPlan& plan, const std::string& column) {
-  if (plan.sheet) return plan.sheet->reader_of(column);
+TextOf reader_for(const RecordingPlan& plan, const std::string& column) {
+  if (plan.sheet) return plan.sheet->reader_for(column);
   throw Error(Code::setting_conflict, "joint posterior", "names the column '" + column + "', but the call has no sheet",
               "give the sheet, or fit all recordings of the call together with 'all'");
 }
@@ -27,8 +27,8 @@ TextOf always(std::string text) {
 }  // namespace
 
 std::vector<FitGroup> joint_groups(const RecordingPlan& plan, const std::string& joint, const std::string& conditions) {
-  const TextOf person = !plan.sheet && joint == "all" ? always(joint) : reader_of(plan, joint),
-               condition = conditions.empty() ? always({}) : reader_of(plan, conditions);
+  const TextOf person = !plan.sheet && joint == "all" ? always(joint) : reader_for(plan, joint),
+               condition = conditions.empty() ? always({}) : reader_for(plan, conditions);
   std::vector<FitGroup> groups;
   std::vector<std::string> keys;
   for (std::size_t i = 0; i < plan.recordings.size(); ++i) {

@@ -13,7 +13,7 @@ namespace decid {
 /// column `joint`, such as participant_id; without a sheet, all recordings if `joint` is "all". Recordings without that
 /// text, and those with an error, are in no group. conditions: the column whose texts FitGroup::conditions are; empty:
 /// none. Letter case does not count in these texts. Throws Error for a column that the sheet does not have
-/// (StudySheet::reader_of()), and for a column of a plan without a sheet.
+/// (StudySheet::reader_for()), and for a column of a plan without a sheet.
 std::vector<FitGroup> joint_groups(const RecordingPlan& plan, const std::string& joint, const std::string& conditions);
 
 }  // namespace decid

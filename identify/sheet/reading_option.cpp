@@ -110,7 +110,7 @@ std::optional<double> metres_of_unit(std::string_view name) {
   return {};
 }
 
-std::string reading_option_of(std::string_view column) {
+std::string find_reading_option(std::string_view column) {
   const std::string key = column_key(column);
   const auto found = std::ranges::find(option_names, key, &OptionName::key);
   return found == option_names.end() ? std::string() : std::string(found->option);

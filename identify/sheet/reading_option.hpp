@@ -14,9 +14,10 @@ std::optional<recording::Unit> angle_unit_named(std::string_view name);
 std::optional<double> metres_of_unit(std::string_view name);
 
 /// Returns the option's name for a column of a sheet ("Tilt column": "tilt_column"), empty for any other column.
-std::string reading_option_of(std::string_view column);
+std::string find_reading_option(std::string_view column);
 
-/// Sets an option of reading_option_of(). Throws Error that calls it `where` for a value that the option does not have.
+/// Sets an option of find_reading_option(). Throws Error that calls it `where` for a value that the option does not
+/// have.
 void set_reading_option(ReadOptions& options, const std::string& name, const std::string& value,
                         const std::string& where);
 

@@ -58,7 +58,7 @@ class Planner {
       if (unused.error && unused.file.empty() && unused.entry.participant.empty())
         plan_.notes.emplace_back(unused.error->what());
       else if (unused.file.empty() || is_near(line))
-        plan_.notes.push_back(plan_.sheet->place_of(unused) + ": no recording of this call is of " +
+        plan_.notes.push_back(plan_.sheet->locate(unused) + ": no recording of this call is of " +
                               (unused.file.empty() ? unused.entry.participant : unused.file));
       else
         add_missing(unused, "names " + unused.file + ", which does not exist");
@@ -101,11 +101,11 @@ class Planner {
     if (best.size() > 1)
       return add(sources_[i], lines()[best[0]],
                  Error(Code::value_invalid, sources_[i].name(),
-                       "is the file of " + plan_.sheet->place_of(lines()[best[0]]) + " and of line " +
+                       "is the file of " + plan_.sheet->locate(lines()[best[0]]) + " and of line " +
                            std::to_string(lines()[best[1]].number),
                        "keep one line, or put folders before the names"));
     if (!best.empty()) return add(sources_[i], with_person(lines()[best[0]]));
-    const std::optional<std::size_t> person = person_of(i);
+    const std::optional<std::size_t> person = find_person(i);
     if (person) return add(sources_[i], lines()[*person]);
     add(sources_[i], SheetLine{},
         Error(Code::value_missing, sources_[i].name(), "has no line in " + plan_.sheet->file.string(),
@@ -120,7 +120,7 @@ class Planner {
   }
 
   /// Returns the person's line of a recording, the line with its session rather than one without.
-  std::optional<std::size_t> person_of(std::size_t source) {
+  std::optional<std::size_t> find_person(std::size_t source) {
     std::optional<std::size_t> found;
     for (std::size_t line = 0; line < lines().size(); ++line) {
       if (!lines()[line].file.empty() || !is_of(source, lines()[line])) continue;
@@ -194,7 +194,7 @@ class Planner {
     if (best.size() > 1 && sources_[best[0]].trial.empty())
       return add(
           direct, here,
-          Error(Code::value_invalid, plan_.sheet->place_of(here),
+          Error(Code::value_invalid, plan_.sheet->locate(here),
                 "names " + here.file + ", which may be " + sources_[best[0]].name() + " or " + sources_[best[1]].name(),
                 "put the folder before the file's name"));
     for (const std::size_t i : best) add(sources_[i], here);
@@ -225,18 +225,17 @@ class Planner {
 
   void add_without_recording(const SheetLine& person, bool has_one) {
     if (has_one) return;  // its recordings have the error of the line
-    const std::string name =
-        person.entry.participant.empty() ? plan_.sheet->place_of(person) : person.entry.participant;
+    const std::string name = person.entry.participant.empty() ? plan_.sheet->locate(person) : person.entry.participant;
     add(std::filesystem::path(name), person,
         person.error
             ? *person.error
-            : Error(Code::file_missing, plan_.sheet->place_of(person), "no recording below its folder is of " + name,
+            : Error(Code::file_missing, plan_.sheet->locate(person), "no recording below its folder is of " + name,
                     "put the participant_id into the names of files or folders, or add a column \"file\""));
   }
 
   void add_missing(const SheetLine& line, const std::string& problem) {
     add(path_beside(*plan_.sheet, line.file), with_person(line),
-        Error(Code::file_missing, plan_.sheet->place_of(line), problem, "correct the name, or copy the file there"));
+        Error(Code::file_missing, plan_.sheet->locate(line), problem, "correct the name, or copy the file there"));
   }
 
   void add(const RecordingSource& source, const SheetLine& line, const std::optional<Error>& error = {}) {
@@ -249,7 +248,7 @@ class Planner {
       apply(line, planned.reading, setting);
     } catch (const Error& wrong) {
       if (!planned.error)
-        planned.error = Error(wrong.code(), plan_.sheet->place_of(line), wrong.problem(), wrong.remedy());
+        planned.error = Error(wrong.code(), plan_.sheet->locate(line), wrong.problem(), wrong.remedy());
     }
     planned.reading.body = setting.body;
     auto found = std::ranges::find(plan_.settings, setting);
@@ -259,7 +258,7 @@ class Planner {
   }
 
   void apply(const SheetLine& line, ReadOptions& reading, RecordingSetting& setting) const {
-    const std::string where = plan_.sheet->place_of(line);
+    const std::string where = plan_.sheet->locate(line);
     for (const auto& [name, value] : line.reading) set_reading_option(reading, name, value, where);
     if (line.height_m) reading.recording.body_height_m = line.height_m;
     if (line.mass_kg.has_value() != line.height_m.has_value())
@@ -285,14 +284,14 @@ class Planner {
 
 }  // namespace
 
-RecordingPlan plan_of(const std::vector<RecordingSource>& sources, const ReadOptions& reading) {
+RecordingPlan make_plan(const std::vector<RecordingSource>& sources, const ReadOptions& reading) {
   RecordingPlan plan{{{reading.body, {}}}, {}};
   for (const RecordingSource& source : sources) plan.recordings.push_back({source, reading});
   return plan;
 }
 
-RecordingPlan plan_of(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice,
-                      const ReadOptions& reading) {
+RecordingPlan make_plan(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice,
+                        const ReadOptions& reading) {
   return Planner(std::move(sheet), sources, choice, reading)();
 }
 

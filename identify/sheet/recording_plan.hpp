@@ -1,7 +1,7 @@
 // The recordings of a call, with the person, the options and the protocol of each: all alike, or by a study's sheet.
 //
 //   const StudySheet sheet = read_sheet("participants.tsv");
-//   const RecordingPlan plan = plan_of(sheet, recordings_below("."), Choice::by_sheet, {});
+//   const RecordingPlan plan = make_plan(sheet, recordings_below("."), Choice::by_sheet, {});
 //   Report report = identify_plan(model, "my model", plan);      // study_results.hpp
 #pragma once
 
@@ -40,7 +40,7 @@ struct RecordingPlan {
 };
 
 /// Plans recordings that have the same options and the same body, reading.body.
-RecordingPlan plan_of(const std::vector<RecordingSource>& sources, const ReadOptions& reading);
+RecordingPlan make_plan(const std::vector<RecordingSource>& sources, const ReadOptions& reading);
 
 /// The choice of the recordings: those of the call, or those that the sheet's lines name among the files near it.
 enum class Choice { by_call, by_sheet };
@@ -51,7 +51,7 @@ enum class Choice { by_call, by_sheet };
 /// folder. These recordings have an error: a recording of the call without a line; a line whose file is missing; a
 /// person without a recording, by_sheet; a recording with two lines, and a line with two recordings, that are equally
 /// alike; a wrong cell; and one without the other of mass and height.
-RecordingPlan plan_of(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice,
-                      const ReadOptions& reading);
+RecordingPlan make_plan(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice,
+                        const ReadOptions& reading);
 
 }  // namespace decid

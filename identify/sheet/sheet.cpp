@@ -58,7 +58,7 @@ Column column_of(const std::string& name) {
                                        {"protocol", Role::protocol}}};
   const std::string key = column_key(name);
   if (const auto found = std::ranges::find(known, key, &Key::first); found != known.end()) return {found->second};
-  std::string option = reading_option_of(name);
+  std::string option = find_reading_option(name);
   return option.empty() ? Column{Role::carried} : Column{Role::reading, std::move(option)};
 }
 
@@ -175,11 +175,11 @@ std::vector<Column> read_columns(const std::vector<std::string>& names, const st
 
 }  // namespace
 
-std::string StudySheet::place_of(const SheetLine& line) const {
+std::string StudySheet::locate(const SheetLine& line) const {
   return format("%s, line %zu", file.string().c_str(), line.number);
 }
 
-std::function<std::string(const SheetEntry& entry)> StudySheet::reader_of(const std::string& column) const {
+std::function<std::string(const SheetEntry& entry)> StudySheet::reader_for(const std::string& column) const {
   switch (column_of(column).role) {
     case Role::participant:
       return &SheetEntry::participant;

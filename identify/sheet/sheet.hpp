@@ -31,10 +31,10 @@ struct StudySheet {
   std::vector<SheetLine> lines;
 
   /// Returns "participants.tsv, line 3".
-  std::string place_of(const SheetLine& line) const;
+  std::string locate(const SheetLine& line) const;
   /// Returns the function that reads a column of entries, by any spelling of its name; "" is n/a. Throws Error for a
   /// column that the sheet or its entries do not have.
-  std::function<std::string(const SheetEntry& entry)> reader_of(const std::string& column) const;
+  std::function<std::string(const SheetEntry& entry)> reader_for(const std::string& column) const;
 };
 
 /// Reads a sheet: text between tabs, commas or semicolons (RFC 4180), or the first sheet of a workbook (.xlsx). Letter

@@ -104,7 +104,7 @@ Identifier& PlanIdentifier::identifier(std::size_t setting) {
 }
 
 Report PlanIdentifier::report() {
-  Report report = report_of(identifier(0));
+  Report report = make_report(identifier(0));
   for (std::size_t k = 1; k < bodies_.size(); ++k)
     report.other_settings.push_back({bodies_[k].protocol, bodies_[k].assumed, report.tilt_rad});
   report.sheet = plan_.sheet;

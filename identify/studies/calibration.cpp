@@ -32,10 +32,10 @@ template <class Found>
 CalibratedTrial beside(const sim::Parameters& truth, const Found& found) {
   CalibratedTrial trial;
   trial.truth = truth;
-  trial.mean = trial.deviation = sim::Parameters(truth.size());
+  trial.mean = trial.stddev = sim::Parameters(truth.size());
   for (std::size_t p = 0; p < truth.size(); ++p) {
     trial.mean[p] = found.mean(static_cast<int>(p));
-    trial.deviation[p] = found.deviation(static_cast<int>(p));
+    trial.stddev[p] = found.stddev(static_cast<int>(p));
   }
   return trial;
 }
@@ -97,7 +97,7 @@ CalibratedTrial calibrate(const sim::Parameters& truth, const ParameterDistribut
   return trial;
 }
 
-Calibration calibration_of(std::span<const CalibratedTrial> trials, const sim::Parameters& deviation) {
+Calibration compute_calibration(std::span<const CalibratedTrial> trials, const sim::Parameters& stddev) {
   if (trials.empty()) throw Error(Code::trials_missing, "calibration", "has no trials", "give one at least");
   Calibration result;
   result.trials = static_cast<int>(trials.size());
@@ -109,19 +109,19 @@ Calibration calibration_of(std::span<const CalibratedTrial> trials, const sim::P
     result.network_log_score += trial.network_log_score / count;
   }
   const auto is_inferred = [&](std::size_t p) {
-    return std::ranges::any_of(trials, [&](const CalibratedTrial& trial) { return trial.deviation[p] > 0.0; });
+    return std::ranges::any_of(trials, [&](const CalibratedTrial& trial) { return trial.stddev[p] > 0.0; });
   };
   double inferred = 0.0;
-  for (std::size_t p = 0; p < deviation.size(); ++p) inferred += is_inferred(p) ? 1.0 : 0.0;
-  for (std::size_t p = 0; p < deviation.size(); ++p) {
+  for (std::size_t p = 0; p < stddev.size(); ++p) inferred += is_inferred(p) ? 1.0 : 0.0;
+  for (std::size_t p = 0; p < stddev.size(); ++p) {
     ParameterCalibration& of = result.parameters.emplace_back();
     std::vector<double> below;
     for (const CalibratedTrial& trial : trials) {
-      const double error = (trial.mean[p] - trial.truth[p]) / deviation[p], spread = trial.deviation[p] / deviation[p];
+      const double error = (trial.mean[p] - trial.truth[p]) / stddev[p], spread = trial.stddev[p] / stddev[p];
       of.mse += error * error / count;
       of.predicted_variance += spread * spread / count;
       const double miss = !trial.network ? std::numeric_limits<double>::quiet_NaN()
-                                         : ((*trial.network)[p] - trial.truth[p]) / deviation[p];
+                                         : ((*trial.network)[p] - trial.truth[p]) / stddev[p];
       of.network_mse += miss * miss / count;
       const double off_centre = std::abs(trial.below[p] - 0.5);
       of.coverage50 += off_centre <= 0.25 ? 1.0 / count : 0.0;
@@ -153,7 +153,7 @@ std::optional<NetworkCalibration> network_calibration(const Model& model, std::s
     const auto own = std::span(scores).subspan(i * parameters, parameters);
     for (std::size_t p = 0; p < parameters; ++p) own[p] = found.log_density(static_cast<int>(p), truth[i][p]);
   });
-  NetworkCalibration result{calibration_of(trials, model.targets.deviation), std::vector<double>(parameters)};
+  NetworkCalibration result{compute_calibration(trials, model.targets.stddev), std::vector<double>(parameters)};
   const auto count = static_cast<double>(truth.size());
   for (std::size_t i = 0; i < truth.size(); ++i)
     for (std::size_t p = 0; p < parameters; ++p)
@@ -161,13 +161,13 @@ std::optional<NetworkCalibration> network_calibration(const Model& model, std::s
   return result;
 }
 
-Calibration calibration_of_agreeing(std::span<const CalibratedTrial> trials, const sim::Parameters& deviation) {
+Calibration calibration_of_agreeing(std::span<const CalibratedTrial> trials, const sim::Parameters& stddev) {
   std::vector<CalibratedTrial> agreeing;
   std::ranges::copy_if(trials, std::back_inserter(agreeing), &CalibratedTrial::agreed);
-  return calibration_of(agreeing, deviation);
+  return compute_calibration(agreeing, stddev);
 }
 
-std::vector<CalibrationPart> calibration_by(std::span<const CalibratedTrial> trials, const sim::Parameters& deviation,
+std::vector<CalibrationPart> calibration_by(std::span<const CalibratedTrial> trials, const sim::Parameters& stddev,
                                             const std::function<double(const sim::Parameters& truth)>& key) {
   constexpr std::size_t parts = 3;
   if (trials.size() < parts)
@@ -181,7 +181,7 @@ std::vector<CalibrationPart> calibration_by(std::span<const CalibratedTrial> tri
     std::vector<CalibratedTrial> members;
     for (std::size_t i = part * sorted.size() / parts; i < (part + 1) * sorted.size() / parts; ++i)
       members.push_back(*sorted[i]);
-    result.push_back({key(members.front().truth), key(members.back().truth), calibration_of(members, deviation)});
+    result.push_back({key(members.front().truth), key(members.back().truth), compute_calibration(members, stddev)});
   }
   return result;
 }

@@ -18,7 +18,7 @@ namespace decid {
 /// One trial and its posterior, one value per parameter.
 struct CalibratedTrial {
   std::uint64_t attempt = 0;  ///< of the base trials of a seed (dataset::base_trial)
-  sim::Parameters truth, mean, deviation;
+  sim::Parameters truth, mean, stddev;
   std::optional<sim::Parameters> network;  ///< the network's estimate, for comparison
   /// Logarithm of the density at the truth over the number of parameters, see gaussian_log_score(); NaN unknown.
   double log_score = unknown_score;
@@ -33,7 +33,7 @@ struct CalibratedTrial {
 
   template <class Archive>
   void archive(Archive& a) {
-    a(attempt, truth, mean, deviation, network, log_score, network_log_score, below, rhat, effective_draws, agreed,
+    a(attempt, truth, mean, stddev, network, log_score, network_log_score, below, rhat, effective_draws, agreed,
       seconds);
   }
 };
@@ -73,9 +73,9 @@ struct Calibration {
 
 /// Computes the calibration over trials. deviation: the standard deviation of the trials' prior, which divides the
 /// errors. Throws Error without any trial.
-Calibration calibration_of(std::span<const CalibratedTrial> trials, const sim::Parameters& deviation);
+Calibration compute_calibration(std::span<const CalibratedTrial> trials, const sim::Parameters& stddev);
 /// Computes the calibration over only the trials whose chains agree.
-Calibration calibration_of_agreeing(std::span<const CalibratedTrial> trials, const sim::Parameters& deviation);
+Calibration calibration_of_agreeing(std::span<const CalibratedTrial> trials, const sim::Parameters& stddev);
 
 /// Calibration of a network's distributions over trials.
 struct NetworkCalibration {
@@ -95,7 +95,7 @@ struct CalibrationPart {
   Calibration figures;
 };
 /// Splits the trials by a key into three parts of equal size. Throws Error for fewer than three trials.
-std::vector<CalibrationPart> calibration_by(std::span<const CalibratedTrial> trials, const sim::Parameters& deviation,
+std::vector<CalibrationPart> calibration_by(std::span<const CalibratedTrial> trials, const sim::Parameters& stddev,
                                             const std::function<double(const sim::Parameters& truth)>& key);
 
 /// Returns the damping ratio of the body and its controller without noise and dead band, the delay approximated by a

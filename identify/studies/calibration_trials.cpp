@@ -32,10 +32,10 @@ sim::Protocol with_priors(sim::Protocol protocol, const posterior::Priors& prior
   return protocol;
 }
 
-sim::Parameters uniform_deviation(const sim::ParameterTable& ranges) {
-  sim::Parameters deviation(ranges.size());
-  for (std::size_t p = 0; p < ranges.size(); ++p) deviation[p] = ranges[p].range() / std::sqrt(12.0);
-  return deviation;
+sim::Parameters uniform_stddev(const sim::ParameterTable& ranges) {
+  sim::Parameters stddev(ranges.size());
+  for (std::size_t p = 0; p < ranges.size(); ++p) stddev[p] = ranges[p].range() / std::sqrt(12.0);
+  return stddev;
 }
 
 CalibrationTrials::CalibrationTrials(const sim::Protocol& protocol, const posterior::Priors& priors, std::uint64_t seed)
@@ -110,7 +110,7 @@ NetworkAnswers::NetworkAnswers(const Model& model, const sim::Protocol& protocol
 
 void NetworkAnswers::answer(const std::vector<float>& sway_rad, CalibratedTrial& trial) {
   if (!identifier_) return;
-  const Estimate found = std::move(identifier_->estimate({recording::trial_of(sway_rad)}).front());
+  const Estimate found = std::move(identifier_->estimate({recording::make_trial(sway_rad)}).front());
   trial.network = found.parameters;
   if (found.distribution)
     trial.network_log_score = found.distribution->log_density(trial.truth) / static_cast<double>(trial.truth.size());

@@ -21,7 +21,7 @@ sim::Protocol with_priors(sim::Protocol protocol, const posterior::Priors& prior
 
 /// Returns the standard deviations of uniform draws from the ranges. As divisors of errors they do not depend on which
 /// trials were valid.
-sim::Parameters uniform_deviation(const sim::ParameterTable& ranges);
+sim::Parameters uniform_stddev(const sim::ParameterTable& ranges);
 
 /// Simulates valid trials of a seed, one after the other. Parameters that have a convention (sim::ParameterInfo) have
 /// that value.

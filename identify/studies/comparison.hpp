@@ -37,7 +37,7 @@ struct ComparisonFigures {
 };
 
 /// Errors of estimates, each in the order of the trials. deviation: the divisor of z-scores.
-MethodFigures errors_of(std::string name, std::string description, std::span<const sim::Parameters> estimates,
-                        std::span<const sim::Parameters> truth, const sim::Parameters& deviation);
+MethodFigures compute_errors(std::string name, std::string description, std::span<const sim::Parameters> estimates,
+                             std::span<const sim::Parameters> truth, const sim::Parameters& stddev);
 
 }  // namespace decid

@@ -45,14 +45,14 @@ const std::vector<Looked>& looked_at() {
   return all;
 }
 
-void add_coloured_noise(std::span<double> sway, double deviation, double rate_hz, const Random& random) {
+void add_coloured_noise(std::span<double> sway, double stddev, double rate_hz, const Random& random) {
   const double kept = decid::exp(-1.0 / (memory_s * rate_hz)), fresh = std::sqrt(1.0 - kept * kept);
   std::vector<double> normals(sway.size());
   random.fill_normal(normals, of_coloured_noise);
   double noise = normals.front();
   for (std::size_t i = 0; i < sway.size(); ++i) {
     if (i > 0) noise = kept * noise + fresh * normals[i];
-    sway[i] += deviation * noise;
+    sway[i] += stddev * noise;
   }
 }
 
@@ -187,7 +187,7 @@ FaultTrials::Trials FaultTrials::take_double(int first, int count) const {
     const auto item = static_cast<std::uint64_t>(first + i);
     if (!double_->run(parameters, Random(seed_, sim::streams::vestibular_noise, item), {com, leg, trunk}).valid) return;
     sim::record(recorded_, seed_, item, com);
-    found[static_cast<std::size_t>(i)] = recording::trial_of({com.begin(), com.end()});
+    found[static_cast<std::size_t>(i)] = recording::make_trial({com.begin(), com.end()});
   });
   Trials made;
   for (std::optional<recording::Trial>& trial : found)

@@ -67,7 +67,7 @@ FaultFigures figures(const Model& model, const Fault& fault, const Row& row) {
     return made;
   }
   made.errors = evaluate(model.targets, row.scores, row.truth);
-  if (!row.said.empty()) made.promises = calibration_of(row.said, model.targets.deviation);
+  if (!row.said.empty()) made.promises = compute_calibration(row.said, model.targets.stddev);
   return made;
 }
 

@@ -17,7 +17,7 @@ constexpr double far_off_sd = 5.0;
 double furthest(const CalibratedTrial& answer) {
   double largest = 0.0;
   for (std::size_t p = 0; p < answer.truth.size(); ++p)
-    largest = std::max(largest, std::abs(answer.mean[p] - answer.truth[p]) / answer.deviation[p]);
+    largest = std::max(largest, std::abs(answer.mean[p] - answer.truth[p]) / answer.stddev[p]);
   return largest;
 }
 
@@ -101,7 +101,7 @@ FitConditionFigures fit_condition(const Model& model, const sim::Protocol& proto
     row.max_s = std::max(row.max_s, fit.seconds);
   }
   if (answers.empty()) return row;
-  row.figures = calibration_of(answers, uniform_deviation(ranges));
+  row.figures = compute_calibration(answers, uniform_stddev(ranges));
   return row;
 }
 

@@ -216,7 +216,7 @@ void study_fresh(const Model& model, int trials, const std::vector<double>& leve
           take(static_cast<std::size_t>(place), noisy(first, i, levels_deg[l]));
         });
       });
-      const std::vector<float> of_chunk = scores_of(model, outputs);
+      const std::vector<float> of_chunk = to_scores(model, outputs);
       scores[l].insert(scores[l].end(), of_chunk.begin(), of_chunk.end());
     }
   }
@@ -271,7 +271,7 @@ void study_double(const Model& model, int realisations, Study& study, const Anno
   const auto outputs =
       predict(model, static_cast<int>(sways.size()), 64,
               sways_in_memory([&](int i) { return std::span<const float>(sways[static_cast<std::size_t>(i)]); }));
-  const std::vector<float> scores = scores_of(model, outputs);
+  const std::vector<float> scores = to_scores(model, outputs);
   const sim::Simulator single(model.protocol);
   DoubleCase& dip = study.dip.emplace();
   for (std::size_t i = 0; i < sways.size(); ++i) {
@@ -289,7 +289,7 @@ std::vector<LearningPoint> read_learning_curve(const std::string& file) {
   for (std::size_t i = 0; i < trials.size(); ++i) {
     if (!(trials[i] > (i > 0 ? trials[i - 1] : 0)) || !(mse[i] >= 0))
       throw Error(Code::value_invalid, file,
-                  format("%s: trials must grow from row to row, and no mse be negative", table.place_of(i).c_str()),
+                  format("%s: trials must grow from row to row, and no mse be negative", table.locate(i).c_str()),
                   "sort it by trials");
     curve.push_back({trials[i], mse[i]});
   }
@@ -306,7 +306,7 @@ std::vector<EpochLog> read_log(const std::string& file) {
   for (std::size_t i = 0; i < epoch.size(); ++i) {
     log.push_back({static_cast<int>(i) + 1, training[i], validation[i], rate[i]});
     if (epoch[i] != static_cast<double>(i + 1))
-      throw Error(Code::value_invalid, file, format("%s: epochs do not count from 1", table.place_of(i).c_str()),
+      throw Error(Code::value_invalid, file, format("%s: epochs do not count from 1", table.locate(i).c_str()),
                   "give the log that decid train wrote");
   }
   return log;

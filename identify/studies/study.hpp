@@ -82,7 +82,7 @@ struct Study {
   std::string model, sha256, version;
   Origin origin;  ///< the model's
   sim::Protocol protocol;
-  sim::Parameters target_deviation;  ///< standard deviations of the model's z-scores, SI units
+  sim::Parameters target_stddev;  ///< standard deviations of the model's z-scores, SI units
   dataset::ImageSettings image;
   std::size_t network_parameters = 0;
   std::string architecture;

@@ -50,8 +50,8 @@ void extend(TrainingState& state, const TrainingRequest& request) {
 
 }  // namespace
 
-Origin origin_of(const TrainingSettings& settings, const dataset::TrialSource& source, const std::string& program,
-                 std::optional<Origin::Start> from) {
+Origin make_origin(const TrainingSettings& settings, const dataset::TrialSource& source, const std::string& program,
+                   std::optional<Origin::Start> from) {
   const Preset& p = settings.preset;
   Origin origin;
   origin.program = program;

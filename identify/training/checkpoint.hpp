@@ -18,8 +18,8 @@ struct Checkpoint {
 
 /// Returns everything that determines the bits of the trained model. program: "decid 0.2.0"; from: the start of a fine
 /// tuning.
-Origin origin_of(const TrainingSettings& settings, const dataset::TrialSource& source, const std::string& program,
-                 std::optional<Origin::Start> from = std::nullopt);
+Origin make_origin(const TrainingSettings& settings, const dataset::TrialSource& source, const std::string& program,
+                   std::optional<Origin::Start> from = std::nullopt);
 
 /// Convert a training's state to the bytes of a checkpoint and back; errors call it `name`.
 std::string checkpoint_bytes(const TrainingState& state);

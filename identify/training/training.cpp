@@ -66,8 +66,8 @@ class SharedLoss {
   const nn::BatchPartition& partition(int batch) {
     const auto [found, is_new] = shares_.try_emplace(batch);
     if (is_new)
-      found->second =
-          nn::make_partition(static_cast<int>(nn::TensorView<float>::blocks_of(batch)), ranks_.rank(), ranks_.size());
+      found->second = nn::make_partition(static_cast<int>(nn::TensorView<float>::count_blocks(batch)), ranks_.rank(),
+                                         ranks_.size());
     return found->second;
   }
 

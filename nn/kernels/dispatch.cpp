@@ -9,7 +9,7 @@ namespace decid::nn {
 template <class T>
 const Kernels<T>& kernels() {
   if constexpr (std::is_same_v<T, float>) {
-    static const Kernels<float>& chosen = kernels_of(chosen_isa());
+    static const Kernels<float>& chosen = kernels_for(chosen_isa());
     return chosen;
   } else {
     return reference_kernels<T>();
@@ -19,8 +19,8 @@ const Kernels<T>& kernels() {
 template const Kernels<float>& kernels();
 template const Kernels<double>& kernels();
 
-const Kernels<float>& kernels_of(Isa isa) {
-  return table_of<FloatTables>(isa);
+const Kernels<float>& kernels_for(Isa isa) {
+  return table_for<FloatTables>(isa);
 }
 
 }  // namespace decid::nn

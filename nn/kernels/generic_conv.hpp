@@ -244,7 +244,7 @@ struct Phase {
   int count, first_tap, taps, shift;
 };
 
-inline Phase phase_of(int phase, int size, int kernel, int stride, int pad) {
+inline Phase make_phase(int phase, int size, int kernel, int stride, int pad) {
   const int first_tap = (phase + pad) % stride;
   return {phase < size ? ceil_div(size - phase, stride) : 0, first_tap,
           first_tap < kernel ? ceil_div(kernel - first_tap, stride) : 0, (phase + pad - first_tap) / stride};
@@ -259,8 +259,8 @@ void conv2d_backward_src(const Conv2dShape& wanted, BlockView<const float> diff_
   const std::ptrdiff_t kernel = static_cast<std::ptrdiff_t>(s.kernel_rows) * s.kernel_columns;
   for (int y = 0; y < smaller(s.stride_rows, s.src_rows); ++y)
     for (int x = 0; x < smaller(s.stride_columns, s.src_columns); ++x) {
-      const Phase row = phase_of(y, s.src_rows, s.kernel_rows, s.stride_rows, s.pad_rows);
-      const Phase column = phase_of(x, s.src_columns, s.kernel_columns, s.stride_columns, s.pad_columns);
+      const Phase row = make_phase(y, s.src_rows, s.kernel_rows, s.stride_rows, s.pad_rows);
+      const Phase column = make_phase(x, s.src_columns, s.kernel_columns, s.stride_columns, s.pad_columns);
       Correlation c{};
       c.rows = row.count;
       c.columns = column.count;

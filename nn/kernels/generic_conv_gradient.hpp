@@ -104,7 +104,7 @@ struct GradientTask {
 };
 
 /// Rows [i, i_end) and columns [j, j_end) of dst, whole rows or a part of one, as all tiles of a block meet them.
-inline GradientPlace place_of(const GradientTask& task, int i, int i_end, int j, int j_end) {
+inline GradientPlace locate(const GradientTask& task, int i, int i_end, int j, int j_end) {
   const Conv2dShape& s = task.shape;
   GradientPlace place{};
   place.src_row = s.stride_rows * task.src.row;
@@ -184,7 +184,7 @@ void accumulate_gradient(const GradientTask& task, GradientBlock& block) {
   const int positions = gradient_positions<V>(s.stride_rows, s.stride_columns);
   for_each_part(s.dst_rows, larger(1, positions / s.dst_columns), [&](int i, int i_end) {
     for_each_part(s.dst_columns, i_end - i > 1 ? s.dst_columns : positions, [&](int j, int j_end) {
-      accumulate_positions<V>(task, block, place_of(task, i, i_end, j, j_end), j_end == s.dst_columns);
+      accumulate_positions<V>(task, block, locate(task, i, i_end, j, j_end), j_end == s.dst_columns);
       block.begins = false;
     });
   });

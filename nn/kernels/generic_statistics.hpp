@@ -7,7 +7,7 @@ namespace decid::nn {
 namespace {
 
 template <class V>
-void statistics_pool_forward(Plane<const float> src, float epsilon, float* mean, float* deviation) {
+void statistics_pool_forward(Plane<const float> src, float epsilon, float* mean, float* stddev) {
   using Float = typename V::Float;
   const Float share = V::broadcast(1 / static_cast<float>(src.rows * src.columns));
   for (int l = 0; l < lanes; l += V::width) {
@@ -21,19 +21,19 @@ void statistics_pool_forward(Plane<const float> src, float epsilon, float* mean,
         squares = V::fma(off, off, squares);
       }
     V::store(mean + l, middle);
-    V::store(deviation + l, V::fma(squares, share, V::broadcast(epsilon)));
+    V::store(stddev + l, V::fma(squares, share, V::broadcast(epsilon)));
   }
-  for (int l = 0; l < lanes; ++l) deviation[l] = __builtin_sqrtf(deviation[l]);
+  for (int l = 0; l < lanes; ++l) stddev[l] = __builtin_sqrtf(stddev[l]);
 }
 
 template <class V>
-void statistics_pool_backward(Plane<const float> src, const float* mean, const float* deviation, const float* diff_mean,
-                              const float* diff_deviation, Plane<float> diff_src) {
+void statistics_pool_backward(Plane<const float> src, const float* mean, const float* stddev, const float* diff_mean,
+                              const float* diff_stddev, Plane<float> diff_src) {
   using Float = typename V::Float;
   const float share = 1 / static_cast<float>(src.rows * src.columns);
   float slope[lanes], shift[lanes];
   for (int l = 0; l < lanes; ++l) {
-    slope[l] = diff_deviation[l] * share / deviation[l];
+    slope[l] = diff_stddev[l] * share / stddev[l];
     shift[l] = diff_mean[l] * share;
   }
   for (int l = 0; l < lanes; l += V::width) {

@@ -28,7 +28,7 @@ struct Conv2dShape {
 
 /// Returns `rows` rows of dst as a separate convolution. Its src begins at the first row that they meet, row
 /// stride_rows - pad_rows, in the halo above the plane at first.
-inline Conv2dShape band_of(Conv2dShape s, int rows) {
+inline Conv2dShape make_band(Conv2dShape s, int rows) {
   s.dst_rows = rows;
   s.src_rows = (rows - 1) * s.stride_rows + s.kernel_rows;
   s.pad_rows = 0;
@@ -132,10 +132,10 @@ struct Kernels {
 
   /// For each lane: mean = (chain of additions over the plane, row by row) * (1 / its values); deviation = the square
   /// root of fma(chain of squares of value - mean, 1 / its values, epsilon).
-  void (*statistics_pool_forward)(Plane<const T> src, T epsilon, T* mean, T* deviation);
+  void (*statistics_pool_forward)(Plane<const T> src, T epsilon, T* mean, T* stddev);
   /// diff_src = fma(diff_deviation * (1 / values) / deviation, src - mean, diff_mean * (1 / values)).
-  void (*statistics_pool_backward)(Plane<const T> src, const T* mean, const T* deviation, const T* diff_mean,
-                                   const T* diff_deviation, Plane<T> diff_src);
+  void (*statistics_pool_backward)(Plane<const T> src, const T* mean, const T* stddev, const T* diff_mean,
+                                   const T* diff_stddev, Plane<T> diff_src);
 
   /// gradient' = fma(weight_decay, value, gradient); velocity = fma(momentum, velocity, gradient');
   /// value = fma(-learning_rate, velocity, value).
@@ -151,7 +151,7 @@ const Kernels<T>& reference_kernels();
 template <class T>
 const Kernels<T>& kernels();
 /// Returns the kernels of an available instruction set.
-const Kernels<float>& kernels_of(Isa isa);
+const Kernels<float>& kernels_for(Isa isa);
 
 /// Returns the halo that conv2d_forward reads around src: the padding.
 Halo src_halo(const Conv2dShape& shape);

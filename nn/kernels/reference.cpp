@@ -376,7 +376,7 @@ void activation_backward(const Activation<T>& a, const PoolShape& s, Plane<const
 }
 
 template <class T>
-void statistics_pool_forward(Plane<const T> src, T epsilon, T* mean, T* deviation) {
+void statistics_pool_forward(Plane<const T> src, T epsilon, T* mean, T* stddev) {
   const T share = T(1) / static_cast<T>(src.rows * src.columns);
   for (int l = 0; l < lanes; ++l) {
     T sum = T(0), squares = T(0);
@@ -388,19 +388,19 @@ void statistics_pool_forward(Plane<const T> src, T epsilon, T* mean, T* deviatio
         const T off = get(src, i, j, l) - mean[l];
         squares = std::fma(off, off, squares);
       }
-    deviation[l] = std::sqrt(std::fma(squares, share, epsilon));
+    stddev[l] = std::sqrt(std::fma(squares, share, epsilon));
   }
 }
 
 template <class T>
-void statistics_pool_backward(Plane<const T> src, const T* mean, const T* deviation, const T* diff_mean,
-                              const T* diff_deviation, Plane<T> diff_src) {
+void statistics_pool_backward(Plane<const T> src, const T* mean, const T* stddev, const T* diff_mean,
+                              const T* diff_stddev, Plane<T> diff_src) {
   const T share = T(1) / static_cast<T>(src.rows * src.columns);
   for (int i = 0; i < src.rows; ++i)
     for (int j = 0; j < src.columns; ++j)
       for (int l = 0; l < lanes; ++l)
         diff_src.data[i * diff_src.row + j * lanes + l] =
-            std::fma(diff_deviation[l] * share / deviation[l], get(src, i, j, l) - mean[l], diff_mean[l] * share);
+            std::fma(diff_stddev[l] * share / stddev[l], get(src, i, j, l) - mean[l], diff_mean[l] * share);
 }
 
 template <class T>

@@ -190,7 +190,7 @@ class BatchNormTraining final : public TrainingLayer<T> {
   /// dy (src - mean).
   void set_gradients(const double* total, double count) {
     for (std::size_t c = 0; c < channels_; ++c) {
-      const double inverse = normalisations_[c].inverse_deviation, sum = total[2 * c], dot = total[2 * c + 1] * inverse;
+      const double inverse = normalisations_[c].inverse_stddev, sum = total[2 * c], dot = total[2 * c + 1] * inverse;
       this->gradient(0)[c] = static_cast<T>(dot);
       this->gradient(1)[c] = static_cast<T>(sum);
       const double a = static_cast<double>(this->value(0)[c]) * inverse;

@@ -26,7 +26,7 @@ template <class T>
 class Conv2dTraining final : public TrainingLayer<T> {
  public:
   Conv2dTraining(Layer<T>& layer, const Conv2dShape& shape, int max_batch) : TrainingLayer<T>(layer), shape_(shape) {
-    const std::size_t blocks = TensorView<T>::blocks_of(max_batch);
+    const std::size_t blocks = TensorView<T>::count_blocks(max_batch);
     weight_parts_.reserve(blocks * weight().size());
     bias_parts_.reserve(blocks * bias().size());
   }
@@ -84,7 +84,7 @@ class Conv2dTraining final : public TrainingLayer<T> {
       src_band.data += (row * shape_.stride_rows - shape_.pad_rows) * src_band.row;
       BlockView<T> band = dst.block(block);
       band.data += row * band.row;
-      kernels<T>().conv2d_forward(band_of(shape_, rows), src_band, weight().data(), bias().data(), band, first, last);
+      kernels<T>().conv2d_forward(make_band(shape_, rows), src_band, weight().data(), bias().data(), band, first, last);
       for (int c = first; c < last; ++c)
         sums_->add_rows({band.data + c * band.channel, band.row, rows, shape_.dst_columns}, c, sums[c - first]);
     }

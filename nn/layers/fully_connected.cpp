@@ -9,7 +9,7 @@ template <class T>
 class FullyConnectedTraining final : public TrainingLayer<T> {
  public:
   FullyConnectedTraining(Layer<T>& layer, const FullyConnected& fc, int max_batch) : TrainingLayer<T>(layer), fc_(fc) {
-    const std::size_t blocks = TensorView<T>::blocks_of(max_batch);
+    const std::size_t blocks = TensorView<T>::count_blocks(max_batch);
     weight_parts_.reserve(blocks * weight().size());
     bias_parts_.reserve(blocks * bias().size());
     dense_.reserve(blocks * bias().size() * lanes);

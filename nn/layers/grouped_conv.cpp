@@ -49,7 +49,7 @@ class GroupedConv final : public OperationOf<GroupedConv> {
   Halo diff_dst_halo() const override {
     Halo halo;
     for (int p = 0; p < dilation_rows_; ++p) {
-      const Phase phase = phase_of(p);
+      const Phase phase = make_phase(p);
       if (phase.shape.dst_rows > 0) halo = larger(halo, diff_halo(phase.shape));
     }
     return {halo.rows * dilation_rows_, halo.columns};
@@ -60,7 +60,7 @@ class GroupedConv final : public OperationOf<GroupedConv> {
     const std::vector<T> weight = spread(pass.parameters[0]);
     for_each_part(pass.src.blocks(), group_.dst_channels, [&](int block, int group, int first, int last) {
       for (int p = 0; p < dilation_rows_; ++p) {
-        const Phase phase = phase_of(p);
+        const Phase phase = make_phase(p);
         if (phase.shape.dst_rows > 0)
           kernels<T>().conv2d_forward(phase.shape, source(pass.src, block, group, phase), weight_of(weight, group),
                                       pass.parameters[1].data() + group * group_.dst_channels,
@@ -79,7 +79,7 @@ class GroupedConv final : public OperationOf<GroupedConv> {
     map(pass.src, *pass.diff_src, [](T) { return T(0); });  // rows that no output reads
     for_each_part(pass.src.blocks(), group_.src_channels, [&](int block, int group, int first, int last) {
       for (int p = 0; p < dilation_rows_; ++p) {
-        const Phase phase = phase_of(p);
+        const Phase phase = make_phase(p);
         if (phase.shape.dst_rows > 0 && phase.shape.src_rows > 0)
           kernels<T>().conv2d_backward_src(phase.shape, result(pass.diff_dst, block, group, p),
                                            weight_of(weight, group), source(*pass.diff_src, block, group, phase), first,
@@ -95,7 +95,7 @@ class GroupedConv final : public OperationOf<GroupedConv> {
     int first;
   };
 
-  Phase phase_of(int p) const {
+  Phase make_phase(int p) const {
     const int d = dilation_rows_;
     if (d == 1) return {group_, 0};
     const auto count = [d](int from, int rows) { return from < rows ? (rows - 1 - from) / d + 1 : 0; };
@@ -161,7 +161,7 @@ class GroupedConv final : public OperationOf<GroupedConv> {
     std::fill(to + begin, to + end, T(0));
     std::fill(to_bias + first, to_bias + last, T(0));
     for (int p = 0; p < dilation_rows_; ++p) {
-      const Phase phase = phase_of(p);
+      const Phase phase = make_phase(p);
       if (phase.shape.dst_rows == 0) continue;
       kernels<T>().conv2d_backward_weight(phase.shape, source(pass.src, block, group, phase),
                                           result(pass.diff_dst, block, group, p), pass.src.valid_lanes(block),

@@ -17,7 +17,7 @@ class OperationTraining final : public TrainingLayer<T> {
         parameters_(parts_.size()) {
     for (std::size_t k = 0; k < parts_.size(); ++k) {
       const std::vector<T>& value = layer.parameters()[k].value;
-      parts_[k].reserve(TensorView<T>::blocks_of(max_batch) * value.size());
+      parts_[k].reserve(TensorView<T>::count_blocks(max_batch) * value.size());
       to_.push_back(parts_[k].data());
       gradients_.push_back({parts_[k].data(), this->gradient(k)});
     }

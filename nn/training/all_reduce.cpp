@@ -36,7 +36,7 @@ std::vector<std::size_t> bytes_of(const std::vector<std::size_t>& values) {
 template <class T>
 void AllReduce<T>::set_batch(int batch) {
   batch_ = batch;
-  const int blocks = static_cast<int>(TensorView<T>::blocks_of(batch));
+  const int blocks = static_cast<int>(TensorView<T>::count_blocks(batch));
   const auto [found, is_new] = shares_.try_emplace(blocks);
   if (is_new) found->second = make_partition(blocks, ranks_.rank(), ranks_.size());
   share_ = &found->second;

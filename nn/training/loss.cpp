@@ -26,8 +26,8 @@ void check_sizes(const TensorView<const T>& output, std::span<const T> targets, 
 
 /// The squared errors of one output of a block; its derivatives are written.
 template <class T>
-double errors_of(const TensorView<const T>& output, std::span<const T> targets, T factor, int block, int o,
-                 const TensorView<T>& diff) {
+double compute_errors(const TensorView<const T>& output, std::span<const T> targets, T factor, int block, int o,
+                      const TensorView<T>& diff) {
   const auto width = static_cast<std::size_t>(output.shape().channels);
   std::array<double, lanes> squared{};
   for (int l = 0; l < lanes; ++l) {
@@ -63,7 +63,7 @@ void squared_errors(const std::type_identity_t<TensorView<const T>>& output,
   const T slope = slope_of<T>(batch, outputs);
   std::size_t i = 0;
   for (int block = 0; block < output.blocks(); ++block)
-    for (int o = 0; o < outputs; ++o) parts[i++] = errors_of(output, targets, slope, block, o, diff);
+    for (int o = 0; o < outputs; ++o) parts[i++] = compute_errors(output, targets, slope, block, o, diff);
 }
 
 template <class T>
@@ -75,7 +75,7 @@ void mean_squared_error(const std::type_identity_t<TensorView<const T>>& output,
   const T slope = slope_of<T>(output.batch(), outputs);
   for (int o = 0; o < outputs; ++o) {
     double sum = 0;
-    for (int block = 0; block < output.blocks(); ++block) sum += errors_of(output, targets, slope, block, o, diff);
+    for (int block = 0; block < output.blocks(); ++block) sum += compute_errors(output, targets, slope, block, o, diff);
     squares[static_cast<std::size_t>(o)] = sum;
   }
 }

@@ -43,7 +43,7 @@ Trainer<T>::Trainer(Network<T>& network, int max_batch, Communicator* ranks, boo
     throw Error(Code::setting_out_of_range, "batch", "of " + std::to_string(max_batch) + " samples", "give 1 to 65536");
   if (ranks != nullptr) {
     all_reduce_ = std::make_unique<AllReduce<T>>(*ranks);
-    const auto blocks = static_cast<int>(TensorView<T>::blocks_of(max_batch));
+    const auto blocks = static_cast<int>(TensorView<T>::count_blocks(max_batch));
     own_batch_ = std::min(max_batch, max_blocks(blocks, ranks->size()) * lanes);
   }
   OpenSkips<T> open;
@@ -154,7 +154,7 @@ std::vector<int> Trainer<T>::own_samples(int batch) const {
   if (ranks_ == nullptr) add(0, batch);
   if (ranks_ != nullptr)
     for (const int block :
-         make_partition(static_cast<int>(TensorView<T>::blocks_of(batch)), ranks_->rank(), ranks_->size()).blocks)
+         make_partition(static_cast<int>(TensorView<T>::count_blocks(batch)), ranks_->rank(), ranks_->size()).blocks)
       add(block * lanes, (block + 1) * lanes);
   return samples;
 }

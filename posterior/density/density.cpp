@@ -87,7 +87,7 @@ const sim::Protocol& of_family(const sim::Protocol& protocol) {
 Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
     : protocol_(of_family(protocol)),
       priors_(checked(priors)),
-      ranges_(ranges_of(priors, protocol.ranges())),
+      ranges_(ranges_for(priors, protocol.ranges())),
       isa_(isa),
       unit_gains_(protocol.family().has_unit_gains()),
       block_samples_(samples_per_block(protocol.experiment)),
@@ -107,7 +107,7 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
       spectrum_(blocks_, block_samples_ * protocol.experiment.steps_per_sample() * sim::integration_step_s, evidence_hz,
                 priors.drift_hz) {
   for (const sim::ParameterInfo& info : ranges_)
-    quantiles_.push_back(quantile_of(priors, info.name, info.low, info.range()));
+    quantiles_.push_back(make_quantile(priors, info.name, info.low, info.range()));
   if (blocks_ < fewest_blocks) {
     throw Error(Code::setting_out_of_range, "protocol " + protocol.name, format("lasts %g s", protocol.duration_s()),
                 "give a protocol of at least 2 s");
@@ -276,7 +276,7 @@ std::array<double, lanes> Density::forward(const Observation& observation, std::
                                              {work.bins_spectrum.data(), work.delayed.data(), work.inverse.data(),
                                               work.sway.data(), work.observe.data(), work.sway_spectrum.data()});
   to_blocks(work);
-  run.unfold(blocks_, observation.sway.data(), trial_of(work.modelled), undamp_.data(), work.unfolded.data());
+  run.unfold(blocks_, observation.sway.data(), trial_blocks(work.modelled), undamp_.data(), work.unfolded.data());
   return spectrum_.misfit(c.levels, work.unfolded, work.noise, isa_);
 }
 
@@ -384,7 +384,7 @@ void Density::model(const Observation& observation, std::span<const double> x, s
   check(observation, x, sway_rad.size() + residual_rad.size(), 2 * static_cast<std::size_t>(blocks_) * lanes);
   const Kernels& run = kernels(isa_);
   forward(observation, x, chains(x, {}), work);
-  run.scale(blocks_, trial_of(work.modelled), undamp_.data(), sway_rad.data());
+  run.scale(blocks_, trial_blocks(work.modelled), undamp_.data(), sway_rad.data());
   const double root = std::sqrt(static_cast<double>(blocks_));
   for (std::size_t m = 0; m < static_cast<std::size_t>(blocks_); ++m) {
     const double place = (static_cast<double>(m) + 0.5) / blocks_ - 0.5;

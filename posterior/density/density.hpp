@@ -198,7 +198,7 @@ class Density {
   /// Converts a transform of the observed sway in work.sway_spectrum to blocks in work.modelled.
   void to_blocks(Workspace& work) const;
   /// Returns the trial's blocks among all modelled ones.
-  const double* trial_of(const AlignedVector<double>& blocks) const {
+  const double* trial_blocks(const AlignedVector<double>& blocks) const {
     return blocks.data() + static_cast<std::ptrdiff_t>(lead_blocks_) * lanes;
   }
   /// Sets the levels of a chain's measurement noise by the three coordinates.

@@ -20,7 +20,7 @@ void append(std::span<const double> side_by_side, int chains, std::vector<double
 
 }  // namespace
 
-Band band_of(std::span<const double> values, int times) {
+Band make_band(std::span<const double> values, int times) {
   const auto count = static_cast<std::size_t>(std::max(times, 0));
   if (count == 0 || values.empty() || values.size() % count != 0)
     throw Error(Code::size_mismatch, "band of draws", format("%zu values at %d times", values.size(), times),
@@ -61,9 +61,9 @@ Inferred infer(const Density& density, const Observation& observation, const Pos
     density.leave_block_out(observation, x, left_out, work);
     append(left_out, here, likelihood);
   }
-  Inferred inferred{band_of(all_sway, density.blocks()),
-                    band_of(all_noise, density.edges()),
-                    band_of(all_tilt, density.edges()),
+  Inferred inferred{make_band(all_sway, density.blocks()),
+                    make_band(all_noise, density.edges()),
+                    make_band(all_tilt, density.edges()),
                     leave_one_out(likelihood, density.blocks()),
                     {}};
   if (keeps_log_likelihood) inferred.log_likelihood = std::move(likelihood);

@@ -16,7 +16,7 @@ struct Band {
 
 /// Returns the quantiles. values: one draw after the other, all times each. Throws Error unless their number is a
 /// positive multiple of `times`.
-Band band_of(std::span<const double> values, int times);
+Band make_band(std::span<const double> values, int times);
 
 struct Inferred {
   Band sway_rad;           ///< in blocks of the density, in the recording's frame: its start and its gain

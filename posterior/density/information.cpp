@@ -149,7 +149,7 @@ void Density::information(const Observation& observation, std::span<const double
   // Writes the column of the observed sway's change, whose transform is in work.sway_spectrum.
   const auto write_column = [&](std::size_t column, const std::array<double, lanes>& factors) {
     to_blocks(work);
-    run.unfold(blocks_, silence.data(), trial_of(work.modelled), undamp_.data(), work.unfolded.data());
+    run.unfold(blocks_, silence.data(), trial_blocks(work.modelled), undamp_.data(), work.unfolded.data());
     spectrum_.whiten(work.unfolded, work.noise, isa_);
     const double* in = work.noise.coefficient.data();
     for (std::size_t k = 0; k < rows; ++k) {
@@ -161,7 +161,7 @@ void Density::information(const Observation& observation, std::span<const double
 
   // Columns of the loop, from the forward pass's state; then columns of the passed velocity.
   const auto frequencies = static_cast<std::size_t>(frequencies_);
-  const auto place_of = [&](std::size_t k, std::size_t l) {
+  const auto locate = [&](std::size_t k, std::size_t l) {
     using enum sim::Coefficient;
     Place here{.s = number(s_, k),
                .sum = number(sum_, k),
@@ -188,7 +188,7 @@ void Density::information(const Observation& observation, std::span<const double
   const auto write_loop_column = [&](std::size_t global, const auto& change) {
     for (std::size_t k = 0; k < frequencies; ++k)
       for (std::size_t l = 0; l < lanes; ++l)
-        put_lane(work.sway_spectrum, k, l, change(place_of(k, l)) * in_lane(work.observe, k, l));
+        put_lane(work.sway_spectrum, k, l, change(locate(k, l)) * in_lane(work.observe, k, l));
     write_column(noises + global, c.d_coordinate[global]);
   };
   for (std::size_t i = 0; i < quantiles_.size(); ++i) {
@@ -208,7 +208,7 @@ void Density::information(const Observation& observation, std::span<const double
   write_loop_column(place(gain), [](const Place& p) { return p.sway; });
   for (std::size_t k = 0; k < frequencies; ++k) {
     for (std::size_t l = 0; l < lanes; ++l) {
-      const Place p = place_of(k, l);
+      const Place p = locate(k, l);
       put_lane(work.response, k, l,
                -(p.gain * p.tilt) * p.active() * p.c() * p.inverse * number(hold_, k) * in_lane(work.observe, k, l));
     }
@@ -220,8 +220,8 @@ void Density::information(const Observation& observation, std::span<const double
   };
   std::fill(work.by_passed.begin(), work.by_passed.end(), 0.0);
   run.join(bins_, work.by_theta.data(), work.by_passed.data());
-  const std::optional<std::size_t> theta = family().parameter_of(sim::Coefficient::theta),
-                                   nv = family().parameter_of(sim::Coefficient::nv);
+  const std::optional<std::size_t> theta = family().find_parameter(sim::Coefficient::theta),
+                                   nv = family().find_parameter(sim::Coefficient::nv);
   if (theta) passed_column(noises + *theta, c.d_coordinate[*theta]);
   for (std::size_t i = 0; i < work.halves.size(); ++i)
     work.halves[i] = work.by_low[i] * work.fine[i] + work.by_high[i] * work.fine[i + lanes];

@@ -70,7 +70,7 @@ const Priors& checked(const Priors& priors) {
   return priors;
 }
 
-sim::ParameterTable ranges_of(const Priors& priors, const sim::ParameterTable& table) {
+sim::ParameterTable ranges_for(const Priors& priors, const sim::ParameterTable& table) {
   std::vector<sim::ParameterInfo> all(table.begin(), table.end());
   std::vector<std::string> named;
   for (const ParameterPrior& prior : priors.parameters) {
@@ -110,7 +110,7 @@ sim::ParameterTable ranges_of(const Priors& priors, const sim::ParameterTable& t
       if (!(std::isfinite(mean) && sd > 0.0 && std::isfinite(sd)))
         throw Error(Code::setting_out_of_range, "prior of " + prior.name,
                     format("has mean %g and standard deviation %g", mean, sd), "give a standard deviation above 0");
-      if (quantile_of(priors, prior.name, info->low, info->range()).probability_range < tiny_probability)
+      if (make_quantile(priors, prior.name, info->low, info->range()).probability_range < tiny_probability)
         throw Error(Code::setting_out_of_range, "prior of " + prior.name,
                     format("with mean %g and standard deviation %g lies outside of the range %g to %g", mean, sd,
                            info->low, info->high),
@@ -120,7 +120,7 @@ sim::ParameterTable ranges_of(const Priors& priors, const sim::ParameterTable& t
   return sim::ParameterTable(std::move(all));
 }
 
-Quantile quantile_of(const Priors& priors, const std::string& name, double low, double range) {
+Quantile make_quantile(const Priors& priors, const std::string& name, double low, double range) {
   Quantile quantile{.low = low, .range = range};
   for (const ParameterPrior& prior : priors.parameters) {
     if (prior.name != name) continue;

@@ -64,8 +64,8 @@ const Priors& checked(const Priors& priors);
 /// empty, negative, not finite or ends above 100 times the table's end. Throws Error for a normal prior with less than
 /// a millionth of its probability in the range, and for a fixed value that cannot be simulated or stands beside a range
 /// or a normal prior.
-sim::ParameterTable ranges_of(const Priors& priors, const sim::ParameterTable& table);
+sim::ParameterTable ranges_for(const Priors& priors, const sim::ParameterTable& table);
 /// Returns the quantile function of parameter `name`, which lies in [low, low + range].
-Quantile quantile_of(const Priors& priors, const std::string& name, double low, double range);
+Quantile make_quantile(const Priors& priors, const std::string& name, double low, double range);
 
 }  // namespace decid::posterior

@@ -44,7 +44,7 @@ Priors filled(Priors priors, const Table& table) {
 Density::Density(const sim::Protocol& protocol, Table table, const Priors& priors)
     : table_(std::move(table)),
       priors_(filled(priors, table_)),
-      ranges_(posterior::ranges_of({.parameters = priors.parameters}, protocol.ranges())),
+      ranges_(posterior::ranges_for({.parameters = priors.parameters}, protocol.ranges())),
       place_of_(ranges_.size()),
       model_(protocol, table_) {
   const posterior::Priors of_parameters =
@@ -52,21 +52,21 @@ Density::Density(const sim::Protocol& protocol, Table table, const Priors& prior
   priors_.parameters = of_parameters.parameters;
   for (std::size_t p = 0; p < ranges_.size(); ++p) {
     const sim::ParameterInfo& info = ranges_[p];
-    quantiles_.push_back(posterior::quantile_of(of_parameters, info.name, info.low, info.range()));
+    quantiles_.push_back(posterior::make_quantile(of_parameters, info.name, info.low, info.range()));
     if (quantiles_[p].range == 0.0) continue;
     place_of_[p] = free_.size();
     free_.push_back(p);
   }
   const sim::Family& family = protocol.family();
   // Noise and threshold are parameters of their own or constants (posterior::of_family).
-  const std::optional<std::size_t> nv = family.parameter_of(sim::Coefficient::nv);
-  const std::optional<std::size_t> theta = family.parameter_of(sim::Coefficient::theta);
+  const std::optional<std::size_t> nv = family.find_parameter(sim::Coefficient::nv);
+  const std::optional<std::size_t> theta = family.find_parameter(sim::Coefficient::theta);
   if (!nv || !theta || !place_of_[*nv] || !place_of_[*theta]) return;
   const auto passes = [&](double of_nv, double of_theta) { return model_.passing_gain(of_nv, of_theta); };
   dead_band_ = DeadBand{*nv, *theta, DeadBandPrior(quantiles_[*nv], quantiles_[*theta], passes)};
 }
 
-std::optional<std::size_t> Density::coordinate_of(int quantity) const {
+std::optional<std::size_t> Density::find_coordinate(int quantity) const {
   if (quantity >= gain()) return free_.size() + static_cast<std::size_t>(quantity - gain());
   return place_of_[static_cast<std::size_t>(quantity)];
 }
@@ -121,8 +121,8 @@ void Density::respond(const State& state, std::span<Complex> responses) const {
 }
 
 double Density::variance(std::size_t row, Complex response, double relative_error) const {
-  const double deviation = table_.rows[row].deviation;
-  return deviation * deviation + relative_error * relative_error * std::norm(response);
+  const double stddev = table_.rows[row].stddev;
+  return stddev * stddev + relative_error * relative_error * std::norm(response);
 }
 
 void Density::respond(std::span<const double> x, const State& here, std::span<Complex> responses,

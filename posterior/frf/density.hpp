@@ -65,7 +65,7 @@ class Density {
   std::size_t uniform() const noexcept { return free_.size() + 1; }
   /// Returns the coordinate of a quantity; of Nv and theta: of the passing gain's rank, and of the other one. Empty for
   /// a fixed parameter.
-  std::optional<std::size_t> coordinate_of(int quantity) const;
+  std::optional<std::size_t> find_coordinate(int quantity) const;
 
   State state(std::span<const double> x) const;
   double value(const State& state, int quantity) const;

@@ -38,9 +38,9 @@ std::vector<double> prior_stddevs(const Density& density, std::uint64_t seed) {
     for (int q = 0; q < density.quantities() && density.is_stable(state); ++q)
       values[static_cast<std::size_t>(q)].push_back(density.value(state, q));
   }
-  std::vector<double> deviations;
-  for (const std::vector<double>& of_quantity : values) deviations.push_back(decid::stddev(of_quantity));
-  return deviations;
+  std::vector<double> stddevs;
+  for (const std::vector<double>& of_quantity : values) stddevs.push_back(decid::stddev(of_quantity));
+  return stddevs;
 }
 
 }  // namespace
@@ -59,31 +59,31 @@ State Fit::state(int draw) const {
   State state;
   state.parameters = sim::Parameters(draws_.size() - 2);
   for (std::size_t p = 0; p < state.parameters.size(); ++p) state.parameters[p] = draws_[p].at(number);
-  state.gain = draws_of(gain()).at(number);
-  state.error = draws_of(error()).at(number);
+  state.gain = draws_for(gain()).at(number);
+  state.error = draws_for(error()).at(number);
   return state;
 }
 
 double Fit::mean(int quantity) const {
-  return decid::mean(draws_of(quantity));
+  return decid::mean(draws_for(quantity));
 }
 
-double Fit::deviation(int quantity) const {
-  return decid::stddev(draws_of(quantity));
+double Fit::stddev(int quantity) const {
+  return decid::stddev(draws_for(quantity));
 }
 
 double Fit::quantile(int quantity, double probability) const {
-  return decid::quantile(draws_of(quantity), probability);
+  return decid::quantile(draws_for(quantity), probability);
 }
 
 double Fit::correlation(int a, int b) const {
-  return decid::correlation(draws_of(a), draws_of(b));
+  return decid::correlation(draws_for(a), draws_for(b));
 }
 
 double Fit::contraction(int quantity) const {
   const double before = prior_stddev(quantity);
   if (before == 0.0) return 0.0;
-  const double remaining = deviation(quantity) / before;
+  const double remaining = stddev(quantity) / before;
   return std::max(0.0, 1.0 - remaining * remaining);
 }
 
@@ -180,7 +180,7 @@ Fit fit(const Density& density, const SmcSettings& settings) {
     for (const State& state : states) found.draws_[static_cast<std::size_t>(q)].push_back(density.value(state, q));
   found.prior_stddevs_ = prior_stddevs(density, settings.seed);
   for (int q = 0; q < density.quantities(); ++q) {
-    const auto coordinate = density.coordinate_of(q);
+    const auto coordinate = density.find_coordinate(q);
     found.rhat_.push_back(coordinate ? result.rhat[*coordinate] : 1.0);
     found.effective_.push_back(coordinate ? result.effective[*coordinate] : static_cast<double>(found.draws()));
   }

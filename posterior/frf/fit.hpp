@@ -39,10 +39,10 @@ class Fit {
   int draws() const noexcept { return static_cast<int>(draws_.front().size()); }
   int draws_per_chain() const noexcept { return draws() / chains_; }
   /// Returns the draws of a quantity, chain by chain.
-  const std::vector<double>& draws_of(int quantity) const { return draws_[static_cast<std::size_t>(quantity)]; }
+  const std::vector<double>& draws_for(int quantity) const { return draws_[static_cast<std::size_t>(quantity)]; }
 
   double mean(int quantity) const;
-  double deviation(int quantity) const;
+  double stddev(int quantity) const;
   double quantile(int quantity, double probability) const;
   /// Returns the correlation of two quantities; 0 if one of them is known.
   double correlation(int a, int b) const;

@@ -34,7 +34,7 @@ PointEstimate estimate_at(const Density& density, const std::vector<double>& x, 
     made.left += std::norm(rows[i].response - made.responses[i]) / std::norm(rows[i].response);
   made.left = std::sqrt(made.left / static_cast<double>(rows.size()));
   for (int p = 0; p < density.gain(); ++p) {
-    const auto place = density.coordinate_of(p);
+    const auto place = density.find_coordinate(p);
     made.at_end.push_back(place && (x[*place] < near_end || x[*place] > 1.0 - near_end));
   }
   return made;

@@ -26,7 +26,7 @@ using sim::Complex;
 constexpr int velocity_levels = 64;     // linear interpolation between them
 constexpr double level_in_use = 1e-9;   // of the cycle's intervals
 constexpr double each_harmonic = 1e12;  // bands per decade: no two harmonics fraction one
-constexpr double min_deviation = 1e-12;
+constexpr double min_stddev = 1e-12;
 
 /// The steady cycle of the platform's velocity, by its harmonics.
 class Cycle {
@@ -163,8 +163,8 @@ Neighbours neighbours_of(const Cycle& cycle, const std::vector<double>& power, c
 
 }  // namespace
 
-double mean_passed(double signal, double deviation, double theta) {
-  const double d = std::max(deviation, min_deviation);
+double mean_passed(double signal, double stddev, double theta) {
+  const double d = std::max(stddev, min_stddev);
   const auto g = [](double u) { return u * normal_distribution(u) + normal_density(u); };
   return d * (g((signal - theta) / d) - g((-signal - theta) / d));
 }
@@ -185,7 +185,7 @@ ResponseModel::Line ResponseModel::line_at(double frequency_hz, double weight) c
 }
 
 ResponseModel::ResponseModel(const sim::Protocol& protocol, const Table& table)
-    : protocol_(posterior::of_family(protocol)), noise_rad_s_(sim::noise_velocity_deviation(protocol)) {
+    : protocol_(posterior::of_family(protocol)), noise_rad_s_(sim::noise_velocity_stddev(protocol)) {
   const Cycle cycle(protocol.experiment);
   const std::vector<double> levels = cycle.levels_rad_s();
   const std::vector<double> fractions = cycle.fractions(levels);
@@ -300,7 +300,7 @@ double ResponseModel::passing_gain(double nv, double theta) const {
 ResponseModel::PassingSlopes ResponseModel::passing_slopes(double nv, double theta) const {
   PassingSlopes slopes{0.0, 0.0};
   double all = 0.0;
-  const double d = std::max(nv * noise_rad_s_, min_deviation);
+  const double d = std::max(nv * noise_rad_s_, min_stddev);
   for (const Level& level : levels_) {
     const double weight = level.fraction * level.rate_rad_s;
     const double above = (level.rate_rad_s - theta) / d, below = (-level.rate_rad_s - theta) / d;

@@ -35,7 +35,7 @@ class Reader {
     for (const std::string_view name : names) {
       std::vector<int> found;
       for (int i = 0; i < table_.columns(); ++i)
-        if (recording::name_without_unit(name_of(i)) == name) found.push_back(i);
+        if (recording::name_without_unit(full_name(i)) == name) found.push_back(i);
       if (found.size() > 1)
         throw Error(Code::column_ambiguous, file_,
                     format("%zu columns are called %s", found.size(), std::string(name).c_str()), "rename all but one");
@@ -48,7 +48,7 @@ class Reader {
     if (std::optional<Column> found = find(names)) return std::move(*found);
     throw Error(
         Code::column_missing, file_,
-        "has no column called " + std::string(*names.begin()) + "; its columns are " + recording::list_of(table_, -1),
+        "has no column called " + std::string(*names.begin()) + "; its columns are " + recording::to_list(table_, -1),
         "name them frequency_hz, gain and phase_deg, or leave " + setting("frf") + " out for a recording");
   }
 
@@ -61,14 +61,14 @@ class Reader {
                     format("%s, %s: %g %s", place(i).c_str(), column.name.c_str(), column.values[i], problem), remedy);
   }
 
-  std::string place(std::size_t row) const { return table_.place_of(row); }
+  std::string place(std::size_t row) const { return table_.locate(row); }
   const std::string& file() const { return file_; }
 
  private:
-  const std::string& name_of(int column) const { return table_.names()[static_cast<std::size_t>(column)]; }
+  const std::string& full_name(int column) const { return table_.names()[static_cast<std::size_t>(column)]; }
 
   Column read(int column) {
-    Column made{name_of(column), table_.numbers(column)};
+    Column made{full_name(column), table_.numbers(column)};
     if (!rows_) rows_ = made.values.size();
     if (made.values.size() != *rows_)
       throw Error(
@@ -152,13 +152,13 @@ void take_coherence(const Reader& reader, const Column& coherence, const Column&
     const double averages = cycles.values[i] * std::max(1, table.rows[i].harmonics);
     const double squared = coherence.values[i];
     table.rows[i].coherence = squared;
-    table.rows[i].deviation = gains.values[i] * std::sqrt((1.0 - squared) / (2.0 * squared * averages));
+    table.rows[i].stddev = gains.values[i] * std::sqrt((1.0 - squared) / (2.0 * squared * averages));
   }
 }
 
 void read_confidence(Reader& reader, const Column& gains, Table& table) {
-  const auto deviation = reader.find({"sd", "gain_sd", "se", "gain_se", "sem", "gain_sem", "standard_deviation",
-                                      "standard_error", "gain_standard_deviation", "gain_standard_error"});
+  const auto stddev = reader.find({"sd", "gain_sd", "se", "gain_se", "sem", "gain_sem", "standard_deviation",
+                                   "standard_error", "gain_standard_deviation", "gain_standard_error"});
   const auto interval = reader.find({"ci95", "gain_ci95", "ci_95", "gain_ci_95"});
   const auto circle = reader.find({"radius95", "radius_95", "radius"});
   const auto coherence = reader.find({"coherence"}), cycles = reader.find({"cycles"});
@@ -166,7 +166,7 @@ void read_confidence(Reader& reader, const Column& gains, Table& table) {
     throw Error(Code::column_missing, reader.file(), "has coherence, and no column called cycles",
                 "add a column with the number of averaged cycles, or leave the coherence out");
   std::vector<std::string> kinds;
-  for (const auto* column : {&deviation, &interval, &circle, &coherence})
+  for (const auto* column : {&stddev, &interval, &circle, &coherence})
     if (*column) kinds.push_back((*column)->name);
   if (kinds.empty()) return;
   if (kinds.size() > 1)
@@ -174,10 +174,10 @@ void read_confidence(Reader& reader, const Column& gains, Table& table) {
                 "remove one of them");
   table.confidence = kinds.front();
   if (coherence) return take_coherence(reader, *coherence, *cycles, gains, table);
-  const Column& given = deviation ? *deviation : interval ? *interval : *circle;
-  const double divisor = deviation ? 1.0 : interval ? per_interval : per_circle;
+  const Column& given = stddev ? *stddev : interval ? *interval : *circle;
+  const double divisor = stddev ? 1.0 : interval ? per_interval : per_circle;
   reader.check(given, is_positive, "is not above 0", "give a confidence for each row, or leave the column out");
-  for (std::size_t i = 0; i < table.rows.size(); ++i) table.rows[i].deviation = given.values[i] / divisor;
+  for (std::size_t i = 0; i < table.rows.size(); ++i) table.rows[i].stddev = given.values[i] / divisor;
 }
 
 }  // namespace

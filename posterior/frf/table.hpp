@@ -13,7 +13,7 @@ namespace decid::frf {
 struct Row {
   double frequency_hz = 0.0;
   sim::Complex response;   ///< sway over tilt, rad/rad; a positive phase leads
-  double deviation = 0.0;  ///< standard deviation of its real part, and of its imaginary part; 0: unknown
+  double stddev = 0.0;     ///< standard deviation of its real part, and of its imaginary part; 0: unknown
   int harmonics = 0;       ///< averaged harmonics of the stimulus; 0: unknown
   double coherence = 0.0;  ///< squared, of single cycles; 0: unknown
 };

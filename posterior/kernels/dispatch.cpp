@@ -9,7 +9,7 @@ const Kernels& Tables::reference() {
 }
 
 const Kernels& kernels(Isa isa) {
-  return table_of<Tables>(isa);
+  return table_for<Tables>(isa);
 }
 
 }  // namespace decid::posterior

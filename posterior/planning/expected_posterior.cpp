@@ -199,7 +199,7 @@ class Planner {
     const KnownNoise known(noises_, variance, inverse_factor);
     const std::vector<std::vector<sim::Complex>> changes = relative_changes(density_, parameters, inferred_);
     std::vector<double> more = known.third_term(changes);
-    const std::optional<std::size_t> nv = density_.protocol().family().parameter_of(sim::Coefficient::nv);
+    const std::optional<std::size_t> nv = density_.protocol().family().find_parameter(sim::Coefficient::nv);
     const auto place = std::ranges::find(inferred_, nv.value_or(parameters.size()));
     if (place != inferred_.end()) {
       const auto n = static_cast<std::size_t>(place - inferred_.begin());

@@ -84,7 +84,7 @@ double KnownNoise::second_term(const std::vector<sim::Complex>& changes) const {
 std::vector<std::vector<sim::Complex>> relative_changes(const Density& density, const sim::Parameters& person,
                                                         std::span<const std::size_t> parameters) {
   const auto harmonics = static_cast<std::size_t>(density.noise_size()) / 2;
-  const std::optional<std::size_t> nv = density.protocol().family().parameter_of(sim::Coefficient::nv);
+  const std::optional<std::size_t> nv = density.protocol().family().find_parameter(sim::Coefficient::nv);
   std::vector<std::vector<sim::Complex>> all;
   for (const std::size_t i : parameters) {
     std::vector<sim::Complex>& changes = all.emplace_back(harmonics);

@@ -149,7 +149,7 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
     return clock;
   }
   const auto describe_step = [&](std::size_t i) {
-    const std::string here = table.place_of(i + 1) + ": '" + name + "' ";
+    const std::string here = table.locate(i + 1) + ": '" + name + "' ";
     if (steps[i] == 0.0) return here + "repeats";
     if (steps[i] < 0.0) return here + "goes backwards, by " + six_digits(-steps[i]);
     return here + "steps by " + six_digits(steps[i]) + ", elsewhere by " + six_digits(usual);
@@ -157,7 +157,7 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
   for (std::size_t i = 0; i < steps.size(); ++i)
     if (usual > 0.0 && steps[i] < -10.0 * usual && time[i + 1] <= time.front() + usual)
       throw Error(Code::recording_ambiguous, where,
-                  table.place_of(i + 1) + ": '" + name + "' starts again: the file holds several recordings",
+                  table.locate(i + 1) + ": '" + name + "' starts again: the file holds several recordings",
                   "save each recording as its own file");
   if (const std::optional<double> step = rounded_step(time, unit_s)) {
     clock.rate_hz = near_whole(1.0 / (*step * unit_s));

@@ -29,7 +29,7 @@ int find_tilt(const Table& table, int time, const std::string& where) {
   if (candidates == 1) return time == 0 ? 1 : 0;
   throw Error(candidates == 0 ? Code::column_missing : Code::column_ambiguous, where,
               candidates == 0 ? "has a time column but no tilt column"
-                              : "has several columns that may be the tilt: " + list_of(table, time),
+                              : "has several columns that may be the tilt: " + to_list(table, time),
               "name one as measured.column");
 }
 
@@ -102,7 +102,7 @@ std::vector<double> read_tilt_deg(const TiltFile& file, double sample_rate_hz, W
   std::vector<double> tilt = table.numbers(column);
   if (warnings != nullptr) {
     warnings->insert(warnings->end(), table.warnings().begin(), table.warnings().end());
-    if (const std::string change = table.change_of(column); !change.empty()) add_info(*warnings, "resampled", change);
+    if (const std::string change = table.change_at(column); !change.empty()) add_info(*warnings, "resampled", change);
   }
   if (*unit == Unit::milliradian) {
     for (double& value : tilt) value *= rad_in(Unit::milliradian);

@@ -154,7 +154,7 @@ std::vector<StatedRate> candidates(const std::vector<StatedRate>& rates) {
   return found;
 }
 
-std::string list_of(const std::vector<StatedRate>& rates) {
+std::string to_list(const std::vector<StatedRate>& rates) {
   std::string list;
   for (const StatedRate& rate : rates)
     list += (list.empty() ? "'" : ", '") + rate.phrase + "' " + six_digits(rate.hz) + " Hz";

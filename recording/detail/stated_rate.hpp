@@ -25,6 +25,6 @@ void add_stated_rates(std::string_view line, std::vector<StatedRate>& rates);
 std::vector<StatedRate> candidates(const std::vector<StatedRate>& rates);
 
 /// Returns "'Sampling rate' 100 Hz, 'Frame rate' 50 Hz".
-std::string list_of(const std::vector<StatedRate>& rates);
+std::string to_list(const std::vector<StatedRate>& rates);
 
 }  // namespace decid::recording

@@ -17,7 +17,7 @@ namespace decid::recording {
 
 namespace {
 
-const std::string& name_of(const Table& table, int column) {
+const std::string& full_name(const Table& table, int column) {
   return table.names()[static_cast<std::size_t>(column)];
 }
 
@@ -130,7 +130,7 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
     const bool decimal_commas = !table.has_header() && table.columns() % 2 == 0 && table.arrays().empty();
     std::string list;
     for (const int column : candidates)
-      list += list.size() > 200 ? "" : (list.empty() ? "'" : ", '") + name_of(table, column) + "'";
+      list += list.size() > 200 ? "" : (list.empty() ? "'" : ", '") + full_name(table, column) + "'";
     throw Error(
         Code::column_ambiguous, recording.file, "has several columns that may be the sway: " + list,
         std::string("name one with " + setting("column") + ", or the sway's parts with " + setting("leg") + " and " +
@@ -143,12 +143,12 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
                 "has no sway column except '" + options.trial_column + "' of " + setting("trial_column") + unread, add);
   if (candidates.empty())
     throw Error(Code::column_missing, recording.file,
-                "has a column of the platform's tilt, '" + name_of(table, tilt) + "', but no sway column" + unread,
+                "has a column of the platform's tilt, '" + full_name(table, tilt) + "', but no sway column" + unread,
                 add);
   const int sway = candidates.front();
   if (table.has_header()) {
     add_info(recording.warnings, "column_assumed",
-             "column '" + name_of(table, sway) + "' is assumed to be the sway: it is the only candidate" +
+             "column '" + full_name(table, sway) + "' is assumed to be the sway: it is the only candidate" +
                  (tilt >= 0 ? " except the platform's tilt" : ""));
   }
   return sway;
@@ -157,7 +157,7 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
 /// Returns a column of lengths in metres.
 std::vector<double> read_metres(const Table& table, int column, const RecordingOptions& options,
                                 const std::function<std::vector<double>(int)>& read, const std::string& where) {
-  const std::string& name = name_of(table, column);
+  const std::string& name = full_name(table, column);
   const std::optional<double> metres = options.metres_per_unit ? options.metres_per_unit : find_metres_per_unit(name);
   if (!metres)
     throw Error(Code::unit_unknown, where, "the name of " + name + " has no unit",
@@ -190,7 +190,7 @@ std::vector<double> angles(const std::vector<double>& displacement_m, double len
 
 /// Returns the sway of a body of any height: Winter's proportions hold for all heights.
 std::vector<double> sway_of(const std::vector<double>& leg, const std::vector<double>& trunk) {
-  const sim::DoubleBody body(sim::segments_of({}));
+  const sim::DoubleBody body(sim::make_segments({}));
   std::vector<double> sway(leg.size());
   for (std::size_t k = 0; k < leg.size(); ++k) sway[k] = body.centre_of_mass(leg[k], trunk[k]);
   return sway;
@@ -219,7 +219,7 @@ void unwrap(std::vector<double>& rad, const std::string& name, Recording& record
 /// Returns angles of leg or trunk, rad.
 std::vector<double> read_angles(const Table& table, int column, const RecordingOptions& options,
                                 const std::function<std::vector<double>(int)>& read, Recording& recording) {
-  const std::string& name = name_of(table, column);
+  const std::string& name = full_name(table, column);
   const double unit_rad = rad_in(angle_unit(table, column, options.unit, setting("unit"), recording));
   if (!options.unit && !unit_in(name) && !table.unit() && is_position_name(name))
     add_caution(recording.warnings, "perhaps_a_length",
@@ -263,14 +263,14 @@ void refuse_same_column(const Table& table, const std::vector<int>& columns, con
   for (std::size_t i = 0; i < columns.size(); ++i)
     if (std::find(columns.begin(), columns.begin() + static_cast<std::ptrdiff_t>(i), columns[i]) !=
         columns.begin() + static_cast<std::ptrdiff_t>(i))
-      throw Error(Code::setting_conflict, where, "'" + name_of(table, columns[i]) + "' is named for two signals",
+      throw Error(Code::setting_conflict, where, "'" + full_name(table, columns[i]) + "' is named for two signals",
                   "name a column for each");
 }
 
 void warn_of_axes(const Table& table, const std::vector<int>& columns, Recording& recording) {
-  const std::string& first = name_of(table, columns.front());
+  const std::string& first = full_name(table, columns.front());
   for (const int column : columns) {
-    const std::string& name = name_of(table, column);
+    const std::string& name = full_name(table, column);
     const char axis = axis_of(first), other = axis_of(name);
     if (axis == '\0' || other == '\0' || axis == other) continue;
     add_caution(recording.warnings, "axes_differ",
@@ -326,7 +326,7 @@ SwaySource find_sway_source(const Table& table, int time, const RecordingOptions
     } else {
       add(options.column, setting("column"));
     }
-    const std::string& name = name_of(table, source.columns.front());
+    const std::string& name = full_name(table, source.columns.front());
     if (!options.com_height_m) refuse_ankle(name, where);
     if (options.com_height_m && other_quantity(name) == centre_of_pressure)
       static_cast<void>(find_unit(name, {}, where, setting("unit")));  // throws: not a position of the centre of mass
@@ -339,8 +339,8 @@ SwaySource find_sway_source(const Table& table, int time, const RecordingOptions
   for (const int column : source.columns) {
     if (table.rows(column) == table.rows(first)) continue;
     throw Error(Code::size_mismatch, where,
-                name_of(table, first) + " has " + std::to_string(table.rows(first)) + " values, " +
-                    name_of(table, column) + " " + std::to_string(table.rows(column)),
+                full_name(table, first) + " has " + std::to_string(table.rows(first)) + " values, " +
+                    full_name(table, column) + " " + std::to_string(table.rows(column)),
                 "name signals of equal length");
   }
   return source;
@@ -351,7 +351,7 @@ Signal<double> read_sway(const Table& table, const SwaySource& source, const Rec
   using Kind = SwaySource::Kind;
   const std::vector<int>& columns = source.columns;
   const std::string& where = recording.file;
-  Signal<double> sway{com_sway, name_of(table, columns.front()), {}};
+  Signal<double> sway{com_sway, full_name(table, columns.front()), {}};
   if (source.kind == Kind::angle) {
     if (options.metres_per_unit)
       throw Error(Code::setting_missing, where, sway.column + " was declared a length",
@@ -362,7 +362,7 @@ Signal<double> read_sway(const Table& table, const SwaySource& source, const Rec
     return sway;
   }
   if (source.kind == Kind::segments) {
-    sway.column += ", " + name_of(table, columns[1]);
+    sway.column += ", " + full_name(table, columns[1]);
     sway.rad = sway_of(read_angles(table, columns[0], options, read, recording),
                        read_angles(table, columns[1], options, read, recording));
     return sway;
@@ -371,7 +371,7 @@ Signal<double> read_sway(const Table& table, const SwaySource& source, const Rec
   for (const int column : columns) positions.push_back(read_metres(table, column, options, read, where));
   const std::size_t markers = positions.size() - (options.ankle_column.empty() ? 0 : 1);
   for (std::size_t marker = 0; marker < markers; ++marker) {
-    if (marker > 0) sway.column += ", " + name_of(table, columns[marker]);
+    if (marker > 0) sway.column += ", " + full_name(table, columns[marker]);
     if (options.ankle_column.empty()) {
       subtract_mean(positions[marker]);
     } else {
@@ -388,9 +388,9 @@ Signal<double> read_sway(const Table& table, const SwaySource& source, const Rec
   }
   if (mean_square(positions[1]) < mean_square(positions[0]))
     add_caution(recording.warnings, "shoulder_moves_less",
-                "the shoulder " + name_of(table, columns[1]) + " moves less than the hip " +
-                    name_of(table, columns[0]) + ": check whether the two are swapped");
-  const sim::Segments segments = sim::segments_of({.height_m = *options.body_height_m});
+                "the shoulder " + full_name(table, columns[1]) + " moves less than the hip " +
+                    full_name(table, columns[0]) + ": check whether the two are swapped");
+  const sim::Segments segments = sim::make_segments({.height_m = *options.body_height_m});
   std::vector<double> between(positions[0].size());
   for (std::size_t k = 0; k < between.size(); ++k) between[k] = positions[1][k] - positions[0][k];
   sway.rad = sway_of(angles(positions[0], segments.leg_length_m, "the hip", where),

@@ -244,13 +244,13 @@ bool C3dTable::is_faster(int column) const {
   return points_ > 0 && samples_ > 1 && static_cast<std::size_t>(column) >= 3 * points_;
 }
 
-std::string C3dTable::change_of(int column) const {
+std::string C3dTable::change_at(int column) const {
   if (!is_faster(column)) return {};
   return names_[static_cast<std::size_t>(column)] + " has " + std::to_string(samples_) +
          " samples per frame: decid resampled it to the points' rate";
 }
 
-std::string C3dTable::place_of(std::size_t row) const {
+std::string C3dTable::locate(std::size_t row) const {
   return points_ > 0 ? "frame " + std::to_string(first_frame_ + row) : "sample " + std::to_string(row + 1);
 }
 
@@ -291,7 +291,7 @@ std::vector<double> C3dTable::numbers(int column, Missing missing) const {
   for (std::size_t k = 0; k < values.size(); ++k) {
     if (std::isfinite(values[k]) || (missing == Missing::kept && std::isnan(values[k]) && !faster)) continue;
     throw Error(std::isnan(values[k]) ? Code::value_missing : Code::value_invalid, where_,
-                place_of(faster ? k / samples_ : k) + ", " + names_[index] +
+                locate(faster ? k / samples_ : k) + ", " + names_[index] +
                     (std::isnan(values[k]) ? " is missing" : " is infinite"),
                 remedy_for(std::isnan(values[k]) && !faster ? missing : Missing::refused));
   }

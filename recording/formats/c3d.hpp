@@ -37,10 +37,10 @@ class C3dTable final : public Table {
   bool has_header() const override { return true; }
   const std::vector<std::string>& names() const override { return names_; }
   std::vector<double> numbers(int column, Missing missing) const override;
-  std::string place_of(std::size_t row) const override;
+  std::string locate(std::size_t row) const override;
   const std::vector<StatedRate>& stated_rates() const override { return rates_; }
   bool is_even() const override { return true; }
-  std::string change_of(int column) const override;
+  std::string change_at(int column) const override;
   const Warnings& warnings() const override { return warnings_; }
   std::string format_of_one() const override { return "C3D file"; }
 

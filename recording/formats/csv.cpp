@@ -167,7 +167,7 @@ bool CsvTable::begins_another(std::string_view line) const {
 void CsvTable::refuse_sections(std::string_view line, std::size_t line_number) const {
   const std::vector<Section> sections = find_sections(text_);
   if (sections.size() > 1)
-    throw Error(Code::recording_ambiguous, where_, "holds several tables: " + list_of(sections),
+    throw Error(Code::recording_ambiguous, where_, "holds several tables: " + to_list(sections),
                 "choose one with " + setting("section") +
                     ", by its name or number; or join them in one table if they are one recording");
   const bool is_left_out =
@@ -266,7 +266,7 @@ double CsvTable::finite(const Parsed& parsed, std::string_view cell, int column,
   if (parsed.is_number && std::isfinite(parsed.value)) return parsed.value;
   if (missing == Missing::kept && is_missing(cell)) return std::numeric_limits<double>::quiet_NaN();
   throw Error(is_missing(cell) ? Code::value_missing : Code::value_invalid, where_,
-              place_of(row) + ", " + names_[static_cast<std::size_t>(column)] + ": " + shown(cell),
+              locate(row) + ", " + names_[static_cast<std::size_t>(column)] + ": " + shown(cell),
               is_missing(cell) ? remedy_for(missing) : "correct the cell, or put # before lines that are not data");
 }
 
@@ -351,7 +351,7 @@ void CsvTable::keep_rows(int, const std::vector<std::size_t>& rows) {
   kept_ = rows;
 }
 
-std::string CsvTable::place_of(std::size_t row) const {
+std::string CsvTable::locate(std::size_t row) const {
   if (row < kept_.size()) row = kept_[row];
   std::size_t found = 0, lines = row + 1 + static_cast<std::size_t>(header_lines_);
   visit_lines([&](std::string_view, std::size_t line_number) {

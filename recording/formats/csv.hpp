@@ -37,7 +37,7 @@ class CsvTable final : public Table {
   /// Returns times; clock times, with or without a date, become seconds since the midnight before the first.
   std::vector<double> times(int column) const override;
   /// Returns the line of the file, from 1.
-  std::string place_of(std::size_t row) const override;
+  std::string locate(std::size_t row) const override;
   const std::vector<StatedRate>& stated_rates() const override { return preamble_.rates; }
   std::optional<Unit> unit() const override { return preamble_.unit; }
   std::size_t preamble_lines() const override { return preamble_.lines; }

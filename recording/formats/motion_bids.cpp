@@ -113,7 +113,7 @@ class MotionTable final : public Table {
     return text_->numbers(column, missing);
   }
   std::vector<double> times(int column) const override { return text_->times(column); }
-  std::string place_of(std::size_t row) const override { return text_->place_of(row); }
+  std::string locate(std::size_t row) const override { return text_->locate(row); }
   const std::vector<StatedRate>& stated_rates() const override { return rates_; }
   const Warnings& warnings() const override { return text_->warnings(); }
   RowLabels labels(int column) const override { return text_->labels(column); }

@@ -267,7 +267,7 @@ std::string name_without_unit(std::string_view name) {
   return joined;
 }
 
-std::string list_of(const Table& table, int without) {
+std::string to_list(const Table& table, int without) {
   std::string list;
   for (int i = 0; i < table.columns(); ++i) {
     if (i == without) continue;
@@ -338,7 +338,7 @@ int named_column(const Table& table, const std::string& column, const std::strin
   }
   const int number = number_from<int>(column).value_or(0);
   if (number >= 1 && number <= table.columns()) return number - 1;
-  throw Error(Code::column_missing, where, "has no column '" + column + "'; its columns are " + list_of(table, -1),
+  throw Error(Code::column_missing, where, "has no column '" + column + "'; its columns are " + to_list(table, -1),
               "give one of them, or its number from 1, as " + setting_name);
 }
 
@@ -346,7 +346,7 @@ std::optional<StatedRate> stated_rate(const Table& table, const std::string& whe
   const std::vector<StatedRate> rates = candidates(table.stated_rates());
   if (rates.empty()) return {};
   if (rates.size() > 1)
-    throw Error(Code::rate_unknown, where, "states several rates: " + list_of(rates),
+    throw Error(Code::rate_unknown, where, "states several rates: " + to_list(rates),
                 "give the samples per second as " + setting_name);
   if (!is_sample_rate(rates.front().hz))
     throw Error(Code::setting_out_of_range, where,

@@ -62,7 +62,7 @@ std::string name_without_unit(std::string_view name);
 /// Returns "COM x" for "COM x (deg)" and "COM x [mm]".
 std::string name_before_unit(std::string_view name);
 /// Lists the names of a table's columns except one (-1: all), for messages.
-std::string list_of(const Table& table, int without);
+std::string to_list(const Table& table, int without);
 
 [[noreturn]] void refuse_several(const Table& table, const std::vector<int>& columns, const std::string& name,
                                  const std::string& where, const std::string& setting_name);

@@ -43,7 +43,7 @@ std::size_t filled(const Cells& cells) {
 }
 
 /// Returns the line without separators at its end, if nothing separates cells within.
-std::string name_of(std::string_view line) {
+std::string full_name(std::string_view line) {
   const std::size_t end = line.find_last_not_of(",;\t\" ");
   const std::string_view name = trim(line.substr(0, end + 1));
   return end == line.npos || name.find_first_of(",;\t=") != name.npos ? std::string() : std::string(name);
@@ -76,7 +76,7 @@ std::vector<Section> find_sections(std::string_view text) {
     if (std::ranges::all_of(cells, &std::string_view::empty)) return true;  // a spreadsheet's blank line
     line_before = line;
     if (last_line == 0) {
-      sections.back().name = name_of(line);
+      sections.back().name = full_name(line);
       sections.back().line = number;
     }
     const bool may_begin = number != last_line + 1 || line.starts_with("Interval=") || header.contains(line);
@@ -89,7 +89,7 @@ std::vector<Section> find_sections(std::string_view text) {
     } else if (may_begin && rows >= rows_of_a_table) {
       const auto begin = static_cast<std::size_t>(line.data() - text.data());
       sections.back().end = begin;
-      sections.push_back({.name = name_of(line), .line = number, .begin = begin});
+      sections.push_back({.name = full_name(line), .line = number, .begin = begin});
       rows = 0;
     } else if (rows == 0 && sections.size() == 1) {
       header.insert(line);
@@ -102,7 +102,7 @@ std::vector<Section> find_sections(std::string_view text) {
   return sections;
 }
 
-std::string list_of(const std::vector<Section>& sections) {
+std::string to_list(const std::vector<Section>& sections) {
   constexpr std::size_t longest_name = 40, max_shown = 20;
   std::string list;
   for (std::size_t i = 0; i < sections.size(); ++i) {
@@ -123,10 +123,10 @@ std::string only_section(std::string_view text, const std::string& section, cons
     found = sections.begin() + static_cast<std::ptrdiff_t>(*number - 1);
   if (found == sections.end())
     throw Error(Code::setting_unknown, where, "has no section " + section,
-                sections.empty() ? "leave out " + setting("section") : "its sections are " + list_of(sections));
+                sections.empty() ? "leave out " + setting("section") : "its sections are " + to_list(sections));
   if (std::ranges::count_if(sections, is_asked) > 1)
     throw Error(Code::recording_ambiguous, where, "has several sections '" + section + "'",
-                "give the number of one: " + list_of(sections));
+                "give the number of one: " + to_list(sections));
   return std::string(line_ends(text.substr(0, found->begin)), '\n') +
          std::string(text.substr(found->begin, found->end - found->begin));
 }

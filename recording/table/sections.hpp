@@ -25,7 +25,7 @@ bool may_follow(const std::vector<std::string_view>& line, const std::vector<std
 std::vector<Section> find_sections(std::string_view text);
 
 /// Returns "1 'Devices' (from line 1), 2 'Trajectories' (from line 20007)".
-std::string list_of(const std::vector<Section>& sections);
+std::string to_list(const std::vector<Section>& sections);
 
 /// Returns the text with blank lines instead of all sections except the chosen one, so that its lines keep their
 /// numbers. `section`: a name, in any case, or a number from 1. Throws Error for no section or several of that name;

@@ -61,7 +61,7 @@ class Table {
   /// Returns the numbers of a time column, whose cells may also be clock times in a text file.
   virtual std::vector<double> times(int column) const { return numbers(column); }
   /// Returns a row's place in the file, for messages: "line 12", "row 11".
-  virtual std::string place_of(std::size_t row) const = 0;
+  virtual std::string locate(std::size_t row) const = 0;
   /// Returns the sample rates that the file states outside of its columns (a MAT-file's variable fs, lines above a
   /// text's table, parameters of a C3D file).
   virtual const std::vector<StatedRate>& stated_rates() const = 0;
@@ -71,7 +71,7 @@ class Table {
   /// Returns true if the format samples all columns evenly, at a stated rate: no column is the time.
   virtual bool is_even() const { return false; }
   /// Describes a change of a column's samples in a sentence; empty: unchanged.
-  virtual std::string change_of(int) const { return {}; }
+  virtual std::string change_at(int) const { return {}; }
   /// Returns the number of ignored lines above the table.
   virtual std::size_t preamble_lines() const { return 0; }
   /// Returns warnings about ignored parts of the file.

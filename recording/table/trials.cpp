@@ -237,7 +237,7 @@ void refuse_several_trials(const Table& table, int sway, int time, const std::st
   const std::uint32_t first = *std::ranges::find_if(of_row, is_filled);
   const auto other =
       std::ranges::find_if(of_row, [&](std::uint32_t label) { return label != first && is_filled(label); });
-  const std::string problem = table.place_of(static_cast<std::size_t>(other - of_row.begin())) + ": '" + name +
+  const std::string problem = table.locate(static_cast<std::size_t>(other - of_row.begin())) + ": '" + name +
                               "' changes from '" + labels.values[first] + "' to '" + labels.values[*other] +
                               "': the file holds several recordings";
   const std::vector<std::size_t> starts = time < 0 ? std::vector<std::size_t>() : restarts(table, time);

@@ -9,7 +9,7 @@ const SimulatorKernels& SimulatorTables::reference() {
 }
 
 const SimulatorKernels& simulator_kernels(Isa isa) {
-  return table_of<SimulatorTables>(isa);
+  return table_for<SimulatorTables>(isa);
 }
 
 }  // namespace decid::sim

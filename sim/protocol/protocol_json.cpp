@@ -62,7 +62,7 @@ void read_body(const Json& json, const std::string& where, Body& body) {
     subject_object.read("height_m", subject.height_m);
     subject_object.finish();
     try {
-      body = body_of(segments_of(subject));
+      body = make_body(make_segments(subject));
     } catch (const Error& error) {
       throw Error(error.code(), where, "body." + error.where() + ": " + error.problem(), error.remedy());
     }
@@ -122,7 +122,7 @@ void read_conditions(const Json& json, const std::string& where, Conditions& con
 
 }  // namespace
 
-Json json_of(const Protocol& protocol) {
+Json to_json_object(const Protocol& protocol) {
   const VestibularNoise& noise = protocol.noise.vestibular;
   Json json{{"name", protocol.name}};
   if (protocol.experiment.body_model != &single_pendulum()) json["controller"] = protocol.experiment.body_model->name;
@@ -146,7 +146,7 @@ Json json_of(const Protocol& protocol) {
 }
 
 std::string to_json(const Protocol& protocol) {
-  return print_json(json_of(protocol));
+  return print_json(to_json_object(protocol));
 }
 
 namespace {
@@ -163,7 +163,7 @@ Protocol parse_protocol(const std::string& text, const ProtocolText& source) {
   if (object.find("controller") != nullptr) {
     std::string controller;
     object.read("controller", controller);
-    protocol.experiment.body_model = &body_model_of(controller, where + ", controller");
+    protocol.experiment.body_model = &find_body_model(controller, where + ", controller");
   }
   object.read("sample_rate_hz", protocol.experiment.sample_rate_hz);
   read_stimulus(object, source, protocol.experiment.sample_rate_hz, protocol.experiment.stimulus);

@@ -7,6 +7,6 @@
 namespace decid::sim {
 
 /// Returns what to_json() prints (protocol_json.hpp).
-Json json_of(const Protocol& protocol);
+Json to_json_object(const Protocol& protocol);
 
 }  // namespace decid::sim

@@ -53,7 +53,7 @@ const char* key_of(const Sequence&) {
   return "sequence";
 }
 
-Json json_of(const Sequence& sequence) {
+Json to_json_object(const Sequence& sequence) {
   Json json{{"feedback", sequence.feedback},
             {"start", sequence.start},
             {"state_s", sequence.state_s},
@@ -80,7 +80,7 @@ const char* key_of(const MeasuredTilt&) {
   return "measured";
 }
 
-Json json_of(const MeasuredTilt& measured) {
+Json to_json_object(const MeasuredTilt& measured) {
   Json json{{"tilt_deg", measured.tilt_deg}};
   write_rests(measured, json);
   return json;
@@ -135,7 +135,7 @@ const char* key_of(const Sines&) {
   return "sines";
 }
 
-Json json_of(const Sines& sines) {
+Json to_json_object(const Sines& sines) {
   Json list = Json::array();
   for (const Sine& sine : sines.components) {
     list.push_back(
@@ -162,7 +162,7 @@ const char* key_of(const RaisedCosines&) {
   return "raised_cosines";
 }
 
-Json json_of(const RaisedCosines& cosines) {
+Json to_json_object(const RaisedCosines& cosines) {
   Json list = Json::array();
   for (const Move& move : cosines.moves) {
     list.push_back({{"shape", move.shape == Move::Shape::step ? "step" : "pulse"},
@@ -215,7 +215,7 @@ void read_any(JsonObject& protocol, const Context& context, std::variant<Kinds..
 }  // namespace
 
 void write_stimulus(const StimulusKind& stimulus, Json& protocol) {
-  std::visit([&](const auto& kind) { protocol[key_of(kind)] = json_of(kind); }, stimulus);
+  std::visit([&](const auto& kind) { protocol[key_of(kind)] = to_json_object(kind); }, stimulus);
 }
 
 void read_stimulus(JsonObject& protocol, const ProtocolText& source, double sample_rate_hz, StimulusKind& stimulus) {

@@ -8,7 +8,7 @@ using namespace decid;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const fuzz::InputFile input("recording.c3d");
-  const std::string_view bytes = fuzz::text_of(data, size);
+  const std::string_view bytes = fuzz::to_text(data, size);
   fuzz::accepts([&] {
     const recording::C3dTable table(std::string(bytes), "recording.c3d");
     for (int column = 0; column < table.columns() && column < 100; ++column)

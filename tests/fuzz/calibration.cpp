@@ -10,7 +10,7 @@ using namespace decid;
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const fuzz::InputFile input("calibration.json");
   static const sim::ParameterTable ranges = sim::default_protocol().ranges();
-  const std::filesystem::path& path = input.write(fuzz::text_of(data, size));
+  const std::filesystem::path& path = input.write(fuzz::to_text(data, size));
   // Whatever settings the file has are the call's: a mutation of them would hide the trials.
   Json settings, network;
   fuzz::accepts([&] {

@@ -9,7 +9,7 @@ using namespace decid;
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const fuzz::InputFile input("comparison.json");
   static const sim::Protocol protocol = sim::default_protocol();
-  const std::filesystem::path& path = input.write(fuzz::text_of(data, size));
+  const std::filesystem::path& path = input.write(fuzz::to_text(data, size));
   fuzz::accepts([&] {
     const ComparisonFigures comparison = tools::read_comparison(path, protocol);
     tools::comparison_text(comparison);

@@ -33,7 +33,7 @@ void read(std::string_view bytes) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const std::string text(fuzz::text_of(data, size));
+  const std::string text(fuzz::to_text(data, size));
   read(text);
   read("decid journal 2\n" + entry("{}") + entry(text));
   return 0;

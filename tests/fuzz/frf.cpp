@@ -6,7 +6,7 @@ using namespace decid;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const fuzz::InputFile input("frf.csv");
-  const std::filesystem::path& path = input.write(fuzz::text_of(data, size));
+  const std::filesystem::path& path = input.write(fuzz::to_text(data, size));
   fuzz::accepts([&] { REQUIRE_THAT(frf::read_table(path).rows.size() >= frf::fewest_rows); });
   return 0;
 }

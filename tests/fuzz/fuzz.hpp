@@ -54,7 +54,7 @@ class InputFile {
   std::filesystem::path folder_, path_;
 };
 
-inline std::string_view text_of(const std::uint8_t* data, std::size_t size) {
+inline std::string_view to_text(const std::uint8_t* data, std::size_t size) {
   return {reinterpret_cast<const char*>(data), size};
 }
 

@@ -9,7 +9,7 @@ using namespace decid;
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const sim::Protocol protocol = sim::short_protocol();
   fuzz::accepts([&] {
-    const auto settings = dataset::image_settings_from_json(std::string(fuzz::text_of(data, size)), "image");
+    const auto settings = dataset::image_settings_from_json(std::string(fuzz::to_text(data, size)), "image");
     REQUIRE_THAT(dataset::image_settings_from_json(dataset::to_json(settings), "written") == settings);
     const dataset::ImageMaker images(settings, protocol.experiment);
     std::vector<float> image(static_cast<std::size_t>(images.shape().size()));

@@ -37,7 +37,7 @@ std::string compressed(std::string_view file) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const fuzz::InputFile input("recording.mat");
-  const std::string_view bytes = fuzz::text_of(data, size);
+  const std::string_view bytes = fuzz::to_text(data, size);
   std::vector<recording::MatVariable> variables;
   if (recording::from_bytes(bytes, variables)) REQUIRE_THAT(recording::to_bytes(variables) == bytes);
   const recording::MatVersion version = recording::mat_version(bytes);

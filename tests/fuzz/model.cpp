@@ -24,7 +24,7 @@ void read(std::string_view bytes) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const std::string_view bytes = fuzz::text_of(data, size);
+  const std::string_view bytes = fuzz::to_text(data, size);
   read(bytes);
   fuzz::accepts([&] {
     nn::TensorFile file = nn::from_safetensors(bytes, "tensors");

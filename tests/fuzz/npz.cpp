@@ -51,7 +51,7 @@ void read(std::string_view bytes) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const std::string_view bytes = fuzz::text_of(data, size);
+  const std::string_view bytes = fuzz::to_text(data, size);
   read(bytes);
   const std::string right = mended(std::string(bytes));
   if (right != bytes) read(right);

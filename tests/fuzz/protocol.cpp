@@ -9,7 +9,7 @@ using namespace decid;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   constexpr int short_enough = 1000;
-  const std::string text(fuzz::text_of(data, size));
+  const std::string text(fuzz::to_text(data, size));
   const auto tilt = [](const sim::TiltFileReference& file, double) {
     return std::vector<double>(file.is_cycle ? 20 : 30, 0.5);
   };

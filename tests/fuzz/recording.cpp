@@ -9,7 +9,7 @@ using namespace decid;
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const fuzz::InputFile input("recording.csv");
   static const sim::Protocol protocol = sim::short_protocol();
-  const std::filesystem::path& path = input.write(fuzz::text_of(data, size));
+  const std::filesystem::path& path = input.write(fuzz::to_text(data, size));
   // Its length picks the options, so that a seed is a file as people have it.
   recording::RecordingOptions options;
   if (size % 2 == 1) options.column = "2";

@@ -6,7 +6,7 @@ using namespace decid;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const fuzz::InputFile input("result.json");
-  const std::filesystem::path& path = input.write(fuzz::text_of(data, size));
+  const std::filesystem::path& path = input.write(fuzz::to_text(data, size));
   for (const bool force : {false, true})
     fuzz::accepts([&] { tools::identified(path, 1 + static_cast<int>(size % 3), force); });
   return 0;

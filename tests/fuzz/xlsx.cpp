@@ -10,7 +10,7 @@ using namespace decid;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const fuzz::InputFile input("recording.xlsx");
-  const std::string bytes(fuzz::text_of(data, size));
+  const std::string bytes(fuzz::to_text(data, size));
   const auto read = [](const std::string& archive) {
     fuzz::accepts([&] { REQUIRE_THAT(recording::read_xlsx(archive, "recording.xlsx").sheets.size() > 0); });
   };

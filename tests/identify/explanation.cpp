@@ -40,7 +40,7 @@ std::vector<double> trial(const sim::Parameters& parameters, std::uint64_t item)
 }
 
 recording::Trial as_trial(const std::vector<double>& sway) {
-  return recording::trial_of({sway.begin(), sway.end()});
+  return recording::make_trial({sway.begin(), sway.end()});
 }
 
 /// `sway`, explained by `parameters`.

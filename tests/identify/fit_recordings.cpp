@@ -17,7 +17,7 @@ RecordingResult recording_of_channels(sim::Protocol protocol) {
   protocol.experiment.body_model = &sim::independent_channels();
   RecordingResult result;
   result.file = "channels.csv";
-  result.trial = recording::trial_of(recorded(protocol, {1250.0, 400.0, 0.4, 0.02, 0.3, 0.15}, 0.02, 0));
+  result.trial = recording::make_trial(recorded(protocol, {1250.0, 400.0, 0.4, 0.02, 0.3, 0.15}, 0.02, 0));
   return result;
 }
 
@@ -77,7 +77,7 @@ std::vector<RecordingResult> of_one_person() {
   std::vector<RecordingResult> read(4);
   for (std::size_t i = 0; i < read.size(); ++i) {
     read[i].file = "trial" + std::to_string(i) + ".csv";
-    read[i].trial = recording::trial_of(recorded(sines_protocol(), some_parameters(), 0.02, i));
+    read[i].trial = recording::make_trial(recorded(sines_protocol(), some_parameters(), 0.02, i));
   }
   read[1].error = Error(Code::file_missing, "trial1.csv", "is missing", "name another");
   return read;

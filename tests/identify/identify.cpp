@@ -42,7 +42,7 @@ std::vector<recording::Trial> trials(int count) {
   std::vector<recording::Trial> made;
   for (int i = 0; i < count; ++i) {
     const auto sway = data().trial(i);
-    made.push_back(recording::trial_of({sway.begin(), sway.end()}));
+    made.push_back(recording::make_trial({sway.begin(), sway.end()}));
   }
   return made;
 }
@@ -176,7 +176,7 @@ TEST_CASE("identify: samples that are not a recording are refused") {
   for (double& value : degrees) value /= sim::rad_per_deg / 100;
   check_error([&] { identify(model(), degrees, 100.0); }, Code::value_invalid);
   Identifier identifier(model());
-  CHECK_THROWS_AS(identifier.estimate({recording::trial_of(std::vector<float>(100, 0.0F))}), Error);
+  CHECK_THROWS_AS(identifier.estimate({recording::make_trial(std::vector<float>(100, 0.0F))}), Error);
   for (const float value : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
     std::vector<recording::Trial> two = trials(2);
     two[1].sway_rad()[12099] = value;
@@ -218,7 +218,7 @@ TEST_CASE("identify: sway that is too large for a body is warned of once") {
   };
   CHECK(about_size(identify(model(), large, 100.0).warnings) == 1);
   Identifier identifier(model());
-  CHECK(about_size(identifier.estimate({recording::trial_of({large.begin(), large.end()})}).front().warnings) == 1);
+  CHECK(about_size(identifier.estimate({recording::make_trial({large.begin(), large.end()})}).front().warnings) == 1);
 }
 
 TEST_CASE("identify: where the response cannot be measured, the warning says so in words") {

@@ -64,7 +64,7 @@ std::vector<float> recorded(const State& state, std::uint64_t item) {
 }
 
 PredictiveCheck check(const std::vector<float>& sway, const std::vector<State>& from = {state()}) {
-  return checker().check(from, recording::trial_of(sway), 1);
+  return checker().check(from, recording::make_trial(sway), 1);
 }
 
 double p_of(const PredictiveCheck& check, const std::string& name) {
@@ -196,7 +196,7 @@ TEST_CASE("predictive check: the same figures for any number of threads") {
     CHECK(all[0].figures[i].p == all[1].figures[i].p);
   }
   CHECK(all[0].sway_rad.high == all[1].sway_rad.high);
-  CHECK(checker().check(from, recording::trial_of(sway), 2).figures[0].low != all[0].figures[0].low);
+  CHECK(checker().check(from, recording::make_trial(sway), 2).figures[0].low != all[0].figures[0].low);
 }
 
 TEST_CASE("predictive check: stimuli with one cycle, and draws that fall") {
@@ -207,7 +207,7 @@ TEST_CASE("predictive check: stimuli with one cycle, and draws that fall") {
   const sim::Simulator single(protocol);
   std::vector<double> sway(static_cast<std::size_t>(single.samples()));
   REQUIRE(single.run(state().parameters, Random(3, sim::streams::vestibular_noise, 0), sway).valid);
-  const recording::Trial trial = recording::trial_of({sway.begin(), sway.end()});
+  const recording::Trial trial = recording::make_trial({sway.begin(), sway.end()});
   const PredictiveCheck found = PredictiveChecker(single, 0.1).check(std::vector{state()}, trial, 1);
   CHECK(std::ranges::find(found.figures, "between cycles", &CheckedFigure::name) == found.figures.end());
   CHECK(std::ranges::find(found.figures, "frequency response", &CheckedFigure::name) == found.figures.end());
@@ -225,7 +225,7 @@ TEST_CASE("predictive check: stimuli with one cycle, and draws that fall") {
 
 TEST_CASE("predictive check: errors") {
   check_error([] { check(std::vector<float>(2999)); }, Code::size_mismatch, "2999 samples");
-  check_error([] { checker().check({}, recording::trial_of(std::vector<float>(3000)), 1); }, Code::size_mismatch,
+  check_error([] { checker().check({}, recording::make_trial(std::vector<float>(3000)), 1); }, Code::size_mismatch,
               "0 draws");
 }
 

@@ -23,7 +23,7 @@ Model middling() {
   model.rows = {std::vector<float>(rows, 0.0F), std::vector<float>(rows, 1.0F)};
   model.targets.mean = sim::single_pendulum().parameters.middle();
   for (std::size_t p = 0; p < sim::single_pendulum().parameters.size(); ++p)
-    model.targets.deviation[p] =
+    model.targets.stddev[p] =
         1e-9 * (sim::single_pendulum().parameters[p].high - sim::single_pendulum().parameters[p].low);
   return model;
 }
@@ -102,24 +102,24 @@ TEST_CASE("sources: a file is one recording, or one for each trial; one that can
   const test::TemporaryFolder folder;
   const auto file = test::write_text(folder / "long.csv", "run,time,sway\na,0,1\na,1,2\nb#,0,1\nb#,1,3\n");
   const auto none = folder / "none.csv";
-  const std::vector<RecordingSource> whole = sources_of({file, none}, {});
+  const std::vector<RecordingSource> whole = make_sources({file, none}, {});
   REQUIRE(whole.size() == 2);
   CHECK(whole[0].name() == file.string());
   const recording::RecordingOptions by_run{.trial_column = "run"};
-  const std::vector<RecordingSource> trials = sources_of({file, none, file}, by_run);
+  const std::vector<RecordingSource> trials = make_sources({file, none, file}, by_run);
   REQUIRE(trials.size() == 5);
   CHECK(trials[0].name() == file.string() + "#a");
   CHECK(trials[1].trial == "b#");
   CHECK(trials[1].name() == file.string() + "#b#");
   CHECK(trials[2].name() == none.string());
   CHECK(trials[2].trial.empty());
-  test::check_error([&] { sources_of({file, "-"}, by_run); }, Code::setting_conflict, "trial_column");
+  test::check_error([&] { make_sources({file, "-"}, by_run); }, Code::setting_conflict, "trial_column");
   // An error says which trial it is of.
   const auto wrong = test::write_text(folder / "wrong.csv", "run,sway_deg\na,1\na,2\nb,1\nb,x\n");
   ReadOptions options{.recording = by_run, .trial = {}, .truth = {}};
   options.recording.rate_hz = 100.0;
   const std::vector<RecordingResult> read =
-      read_recordings(sim::short_protocol(), sources_of({wrong, none}, by_run), options);
+      read_recordings(sim::short_protocol(), make_sources({wrong, none}, by_run), options);
   REQUIRE(read.size() == 3);
   REQUIRE(read[1].error);
   CHECK(read[1].error->where() == wrong.string() + "#b");

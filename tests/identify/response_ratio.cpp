@@ -44,7 +44,7 @@ std::vector<float> trial(const sim::Parameters& parameters, std::uint64_t item) 
 }
 
 struct Sample {
-  double mean, deviation;
+  double mean, stddev;
 };
 template <class Make>
 Sample measured(const test::FollowingAlone& following, int count, const Make& make) {
@@ -66,8 +66,8 @@ TEST_CASE("following: trials of the controller itself follow by 1, reversed ones
   const Sample own = measured(following, trials, [](auto i) { return trial(controller(), i); });
   // Four standard errors of the mean, one in 16,000; and the response that it is laid over is itself a mean of 32
   // trials: another standard error of 1 / sqrt(32) of a trial's deviation.
-  CHECK(own.deviation < 0.1);
-  CHECK(within(own.mean, 1.0, 4 * own.deviation * std::sqrt(1.0 / trials + 1.0 / 32)));
+  CHECK(own.stddev < 0.1);
+  CHECK(within(own.mean, 1.0, 4 * own.stddev * std::sqrt(1.0 / trials + 1.0 / 32)));
 
   std::vector<float> sway = trial(controller(), 0);
   const double follows = following.measure(controller(), sway);
@@ -120,9 +120,9 @@ TEST_CASE("following: white noise, sway of another start and of no tilt do not f
       sway[k] = static_cast<float>(0.5 * sim::rad_per_deg * random.normal(k));
     return sway;
   });
-  CHECK(noise.deviation > 0);
-  CHECK(noise.deviation < 0.1);
-  CHECK(within(noise.mean, 0.0, 4 * noise.deviation / std::sqrt(trials)));
+  CHECK(noise.stddev > 0);
+  CHECK(noise.stddev < 0.1);
+  CHECK(within(noise.mean, 0.0, 4 * noise.stddev / std::sqrt(trials)));
 
   // Half a cycle late is reversed: a ternary sequence's second half is its first negated. A quarter is neither.
   const auto late = [&](std::ptrdiff_t samples) {
@@ -145,7 +145,7 @@ TEST_CASE("following: white noise, sway of another start and of no tilt do not f
     REQUIRE(unmoved.run(controller(), Random(3, sim::streams::vestibular_noise, i), sway).valid);
     return std::vector<float>(sway.begin(), sway.end());
   });
-  CHECK(within(quiet.mean, 0.0, 4 * quiet.deviation / std::sqrt(trials)));
+  CHECK(within(quiet.mean, 0.0, 4 * quiet.stddev / std::sqrt(trials)));
 }
 
 TEST_CASE("following: a controller that falls is followed by nobody") {

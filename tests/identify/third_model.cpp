@@ -55,7 +55,7 @@ TEST_CASE("a model of body and controller that the library does not have: data s
   std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
   REQUIRE(simulator.run(third_model().parameters.middle(), Random(9, sim::streams::vestibular_noise, 0), sway).valid);
   RecordingResult result;
-  result.trial = recording::trial_of({sway.begin(), sway.end()});
+  result.trial = recording::make_trial({sway.begin(), sway.end()});
   std::vector<RecordingResult> results{std::move(result)};
   Identifier identifier(model);
   identifier.identify(results);

@@ -72,24 +72,24 @@ class GradientCheck {
     for (std::size_t k = 0; k < chain_.parameters().size(); ++k) gradients.push_back(chain_.gradient(k));
     const std::vector<double> input_gradient = store_batch(chain_.input_diff());
 
-    Deviation deviation;
+    Deviation stddev;
     std::uint32_t id = 7;
     const auto compare = [&](std::vector<double>& values, const std::vector<double>& analytic) {
       const bool all = values.size() <= most;
       for (std::size_t i = 0; i < (all ? values.size() : most); ++i) {
         const auto drawn = static_cast<std::size_t>((hashed(id, i) + 1) / 2 * static_cast<double>(values.size()));
-        compare_one(values[all ? i : drawn], analytic[all ? i : drawn], deviation);
+        compare_one(values[all ? i : drawn], analytic[all ? i : drawn], stddev);
       }
       ++id;
     };
     const auto parameters = chain_.parameters();
     for (std::size_t k = 0; k < parameters.size(); ++k) compare(parameters[k]->value, gradients[k]);
     compare(input_, input_gradient);
-    return deviation;
+    return stddev;
   }
 
  private:
-  void compare_one(double& value, double analytic, Deviation& deviation) {
+  void compare_one(double& value, double analytic, Deviation& stddev) {
     const double kept = value, step = std::cbrt(epsilon) * std::max(1.0, std::abs(kept));
     value = kept + step;
     const double right = value, loss_right = loss();
@@ -98,9 +98,9 @@ class GradientCheck {
     const double left = value, loss_left = loss();
     const bool kink = kink_right || pattern() != pattern_;
     value = kept;
-    ++deviation.checked;
+    ++stddev.checked;
     if (kink) {
-      ++deviation.kinks;
+      ++stddev.kinks;
       return;
     }
     const double numeric = (loss_right - loss_left) / (right - left);
@@ -108,7 +108,7 @@ class GradientCheck {
     // compared to that much.
     const double scale = 4 * epsilon * loss_ / step / 1e-6;
     const double error = std::abs(analytic - numeric) / std::max({std::abs(analytic), std::abs(numeric), scale});
-    deviation.worst = std::isnan(error) ? std::numeric_limits<double>::infinity() : std::max(deviation.worst, error);
+    stddev.worst = std::isnan(error) ? std::numeric_limits<double>::infinity() : std::max(stddev.worst, error);
   }
 
   /// Which values pass each ReLU and which win each maximum, hashed (FNV-1a).
@@ -151,10 +151,10 @@ void check_gradients(Shape input, const std::string& architecture, std::uint32_t
     CAPTURE(batch);
     Chain<double> chain(input, architecture, batch);
     GradientCheck check(chain, id + static_cast<std::uint32_t>(batch));
-    const Deviation deviation = check.run(most);
-    CHECK(deviation.worst < 1e-6);
-    CHECK(deviation.checked >= 3);
-    CHECK(deviation.kinks * 20 <= deviation.checked);
+    const Deviation stddev = check.run(most);
+    CHECK(stddev.worst < 1e-6);
+    CHECK(stddev.checked >= 3);
+    CHECK(stddev.kinks * 20 <= stddev.checked);
   }
 }
 

@@ -83,7 +83,7 @@ bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
 inline std::vector<const Kernels<float>*> fast_tables() {
   std::vector<const Kernels<float>*> tables;
   for (const Isa isa : available_isas())
-    if (isa != Isa::reference) tables.push_back(&kernels_of(isa));
+    if (isa != Isa::reference) tables.push_back(&kernels_for(isa));
   return tables;
 }
 

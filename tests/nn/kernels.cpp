@@ -98,7 +98,7 @@ void check_conv(const Conv2dShape& s, std::uint64_t seed, float scale = 1) {
     for (int row = 0; row < s.dst_rows; row += rows) {
       BlockView<const float> band = src.const_view();
       band.data += (row * s.stride_rows - s.pad_rows) * band.row;
-      body(band_of(s, std::min(rows, s.dst_rows - row)), band, row);
+      body(make_band(s, std::min(rows, s.dst_rows - row)), band, row);
     }
   };
   for (const Kernels<float>* table : all_tables()) {
@@ -279,7 +279,7 @@ TEST_CASE("emulated fused multiply-add of the baseline") {
 #endif
 
 TEST_CASE("kernels of each instruction set") {
-  for (const Isa isa : available_isas()) CHECK(kernels_of(isa).name == std::string(name(isa)));
-  CHECK(&kernels<float>() == &kernels_of(chosen_isa()));
+  for (const Isa isa : available_isas()) CHECK(kernels_for(isa).name == std::string(name(isa)));
+  CHECK(&kernels<float>() == &kernels_for(chosen_isa()));
   CHECK(kernels<double>().name == std::string("reference"));
 }

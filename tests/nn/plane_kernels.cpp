@@ -77,8 +77,8 @@ TEST_CASE("statistics pooling") {
     });
     check_all("backward", [&](const Kernels<float>& k) {
       const Block diff(shape, Halo{1, 1}, dice, Fill::nothing);
-      std::vector<float> deviation(lanes, 0.75F);
-      k.statistics_pool_backward(source, y.tensor.row(0, 0, 0), deviation.data(), y.tensor.row(0, 2, 0),
+      std::vector<float> stddev(lanes, 0.75F);
+      k.statistics_pool_backward(source, y.tensor.row(0, 0, 0), stddev.data(), y.tensor.row(0, 2, 0),
                                  y.tensor.row(0, 3, 0), diff.plane());
       return diff.memory;
     });

@@ -77,7 +77,7 @@ TEST_CASE("lanes: every instruction set computes a single sample alike") {
   const std::vector<float> expected = run(reference_kernels<float>());
   for (const Isa isa : available_isas()) {
     CAPTURE(name(isa));
-    CHECK(run(kernels_of(isa)) == expected);
+    CHECK(run(kernels_for(isa)) == expected);
   }
 }
 

@@ -135,7 +135,7 @@ TEST_CASE("sample: summaries of the draws") {
     CHECK(found.quantile(quantity, 1.0) <= info.high);
     CHECK(found.quantile(quantity, 0.25) <= found.quantile(quantity, 0.75));
     CHECK(found.mean(quantity) >= found.quantile(quantity, 0.0));
-    CHECK(found.deviation(quantity) > 0.0);
+    CHECK(found.stddev(quantity) > 0.0);
     CHECK(near(found.correlation(quantity, quantity), 1.0, 1e-12));
     CHECK(std::abs(found.correlation(quantity, 0)) <= 1.0 + 1e-12);
   }
@@ -149,7 +149,7 @@ TEST_CASE("sample: summaries of the draws") {
       REQUIRE(state.slow_memory_s == states[0].slow_memory_s);
     }
   }
-  CHECK(found.deviation(Density::start) == 0.0);
+  CHECK(found.stddev(Density::start) == 0.0);
   CHECK(found.rhat()[found.place(Density::gain)] == 1.0);
   CHECK(found.correlation(Density::gain, sim::Kp) == 0.0);
 }
@@ -181,7 +181,7 @@ TEST_CASE("sample: the truth lies in the intervals, and the errors match their p
       covered += found.quantile(quantity, 0.05) <= truth[q] && truth[q] <= found.quantile(quantity, 0.95) ? 1 : 0;
       const double range = protocol.parameters()[q].range() * 0.29;
       error += std::pow((found.mean(quantity) - truth[q]) / range, 2) / 14.0;
-      promised += std::pow(found.deviation(quantity) / range, 2) / 14.0;
+      promised += std::pow(found.stddev(quantity) / range, 2) / 14.0;
     }
   }
   CHECK(together >= 1);

@@ -33,7 +33,7 @@ Recording read(const std::string& text, const RecordingOptions& options = {}) {
 }
 
 /// Largest difference from that sine, in degrees; of all samples, or without some at either end.
-double deviation(const Recording& recording, std::size_t margin = 0) {
+double stddev(const Recording& recording, std::size_t margin = 0) {
   double largest = 0.0;
   for (std::size_t k = margin; k + margin < recording.signals.at(com_sway).rad.size(); ++k) {
     const double exact = std::sin(2.0 * sim::pi * static_cast<double>(k) / recording.rate_hz);
@@ -57,7 +57,7 @@ TEST_CASE("jitter is interpolated, and reported") {
   // Cubic: (2 pi / 100)^4 3 / 128 = 4e-7, twice that for uneven points; straight lines at the ends, (2 pi / 100)^2 / 8
   // = 5e-4, but the ends are on the grid; times within 1% of a sample are taken as they are, 2 pi / 100 * 0.01
   // = 6.3e-4.
-  CHECK(deviation(recording) < 7e-4);
+  CHECK(stddev(recording) < 7e-4);
   CHECK(warns(recording, "uneven"));
   // Three digits: "20.5%".
   const std::string digits =
@@ -79,7 +79,7 @@ TEST_CASE("interpolation is cubic") {
   CHECK(recording.rate_hz == 100.0);
   // 4e-7 as above, twice that for uneven points; a straight line would be 1e-4 away. The first and last have no
   // neighbours beyond.
-  CHECK(deviation(recording, 2) < 8e-7);
+  CHECK(stddev(recording, 2) < 8e-7);
 }
 
 TEST_CASE("times rounded to milliseconds are an even grid") {
@@ -88,7 +88,7 @@ TEST_CASE("times rounded to milliseconds are an even grid") {
   const Recording recording = read(sine_at(times, "%.3f,%.9f\n"));
   CHECK(recording.rate_hz == 120.0);
   CHECK(worst_trust(recording.warnings) == Trust::usable);
-  CHECK(deviation(recording) < 1e-8);
+  CHECK(stddev(recording) < 1e-8);
 }
 
 TEST_CASE("lost samples are gaps: filled when they may be, else refused with their place") {
@@ -102,7 +102,7 @@ TEST_CASE("lost samples are gaps: filled when they may be, else refused with the
   CHECK(recording.rate_hz == 100.0);
   REQUIRE(recording.signals.at(com_sway).rad.size() == 500);
   // A straight line over 0.05 s: (2 pi 0.05)^2 / 8 = 0.0123 degrees at most.
-  CHECK(deviation(recording) < 0.0124);
+  CHECK(stddev(recording) < 0.0124);
   CHECK(warns(recording, "5 missing values of sway_deg in 2 gaps, the longest 0.04 s, are interpolated (1% of"));
 }
 
@@ -164,13 +164,13 @@ TEST_CASE("times without a grid, as headsets and webcams have them, are interpol
   CHECK(fast.signals.at(com_sway).rad.size() == 2000);
   // Cubics over steps of up to 22.4 ms err by (2 pi 0.0224)^4 3 / 128 = 9e-6; times within 1% of a sample move the sine
   // by 2 pi 0.01 / 77 = 8e-4.
-  CHECK(deviation(fast, 2) < 1e-3);
+  CHECK(stddev(fast, 2) < 1e-3);
   CHECK(uneven_times(fast).severity == Severity::info);
 
   // A webcam of 30 frames a second that drops some: straight lines would err by (2 pi 0.066)^2 / 8 = 2e-2.
   const Recording slow = read(sine_at(times_of_steps({30, 33, 33, 33, 36, 40, 66}, 1000)));
   CHECK(slow.rate_hz > 25.0);
-  CHECK(deviation(slow, 2) < 4e-3);
+  CHECK(stddev(slow, 2) < 4e-3);
 
   // A gap in them is a gap, at the right place: 0.5 s after the 500th sample.
   std::vector<double> stopped = times_of_steps({30, 33, 36}, 1000);

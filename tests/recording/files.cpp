@@ -226,7 +226,7 @@ TEST_CASE("tables of OpenSim: .mot with its end of header, .trc with names in tw
                                                   "C7 X (mm)", "C7 Y (mm)", "C7 Z (mm)"});
   CHECK(table.rows(0) == 3);
   CHECK(table.numbers(2) == std::vector<double>{10, 20, 30});
-  CHECK(table.place_of(0) == "line 7");
+  CHECK(table.locate(0) == "line 7");
   const Recording recording = read(trc, {.column = "HIP X", .com_height_m = 0.9});
   CHECK(recording.rate_hz == 100.0);
   CHECK(near(recording.signals.at(com_sway).rad[2], std::asin(0.01 / 0.9), 1e-15));  // from the mean, 20 mm
@@ -294,7 +294,7 @@ TEST_CASE("positions are sway at their height above the ankles") {
 }
 
 TEST_CASE("leg and trunk, or hip and shoulder, make the sway of the centre of mass") {
-  const sim::Segments segments = sim::segments_of({.mass_kg = 70.0, .height_m = 1.7});
+  const sim::Segments segments = sim::make_segments({.mass_kg = 70.0, .height_m = 1.7});
   const sim::DoubleBody body(segments);
   const double leg = 1.0 * sim::rad_per_deg, trunk = -2.0 * sim::rad_per_deg;
   const Recording angles =

@@ -29,7 +29,7 @@ std::vector<double> sine(double frequency_hz, double rate_hz, std::size_t sample
 struct Deviation {
   double from_sine, from_zero;
 };
-Deviation deviation(const std::vector<double>& signal, double frequency_hz, double rate_hz, double margin_s) {
+Deviation stddev(const std::vector<double>& signal, double frequency_hz, double rate_hz, double margin_s) {
   const std::vector<double> exact = sine(frequency_hz, rate_hz, signal.size());
   const auto margin = static_cast<std::size_t>(margin_s * rate_hz);
   Deviation largest{0.0, 0.0};
@@ -55,7 +55,7 @@ TEST_CASE("a sine below the cut-off keeps amplitude and phase") {
       CAPTURE(c.from);
       CAPTURE(c.to);
       CAPTURE(part);
-      CHECK(deviation(result, frequency, c.to, 27.0 / lower).from_sine < 1e-3);
+      CHECK(stddev(result, frequency, c.to, 27.0 / lower).from_sine < 1e-3);
     }
   }
 }
@@ -64,13 +64,13 @@ TEST_CASE("a sine above the lower rate's Nyquist frequency is attenuated by more
   for (const double frequency : {51.0, 60.0, 99.0, 100.0, 101.0, 250.0, 333.0, 499.0}) {
     const auto result = resample(sine(frequency, 1000.0, 5000), 1000.0, 100.0);
     CAPTURE(frequency);
-    CHECK(deviation(result, frequency, 100.0, 0.27).from_zero < 3.16e-4);
+    CHECK(stddev(result, frequency, 100.0, 0.27).from_zero < 3.16e-4);
   }
   // The largest side lobes, beside the pass band, are where a weaker window would show.
   for (double frequency = 50.0; frequency < 56.0; frequency += 0.25) {
     const auto result = resample(sine(frequency, 1000.0, 5000), 1000.0, 100.0);
     CAPTURE(frequency);
-    CHECK(deviation(result, frequency, 100.0, 0.27).from_zero < 1.5e-4);
+    CHECK(stddev(result, frequency, 100.0, 0.27).from_zero < 1.5e-4);
   }
   // And the images that a higher rate would show.
   const auto raised = resample(sine(10.0, 50.0, 500), 50.0, 100.0);
@@ -82,7 +82,7 @@ TEST_CASE("a sine above the lower rate's Nyquist frequency is attenuated by more
 TEST_CASE("half-way down at 0.45 of the lower rate") {
   const auto result = resample(sine(45.0, 1000.0, 5000), 1000.0, 100.0);
   // Kaiser's window is symmetric about there, to its ripple of 80 dB; the samples stand within 1e-4 of the sine's peak.
-  CHECK(near(deviation(result, 45.0, 100.0, 0.27).from_zero, 0.5, 1e-3));
+  CHECK(near(stddev(result, 45.0, 100.0, 0.27).from_zero, 0.5, 1e-3));
 }
 
 TEST_CASE("equal rates copy") {
@@ -119,7 +119,7 @@ TEST_CASE("one cycle of a periodic signal is exact all around") {
       CAPTURE(c.from);
       CAPTURE(frequency);
       REQUIRE(result.size() == count);
-      CHECK(deviation(result, frequency, c.to, 0.0).from_sine < 2e-4);
+      CHECK(stddev(result, frequency, c.to, 0.0).from_sine < 2e-4);
     }
   }
   // Far fewer samples than the filter reaches: it goes round more than once.

@@ -26,7 +26,7 @@ TEST_CASE("DoubleBody: accelerations and energy are those of the Lagrangian") {
   const std::vector<Row> rows{
 #include "tests/sim/lagrangian.inc"
   };
-  const Segments segments = segments_of({.mass_kg = 88.86, .height_m = 1.80});
+  const Segments segments = make_segments({.mass_kg = 88.86, .height_m = 1.80});
   const DoubleBody body(segments);
   const Constants c(segments);
   CHECK(rows.size() == 24);
@@ -46,10 +46,10 @@ TEST_CASE("DoubleBody: accelerations and energy are those of the Lagrangian") {
 }
 
 TEST_CASE("DoubleBody: energy is conserved to the order of the integrator") {
-  const Segments segments = segments_of({});
+  const Segments segments = make_segments({});
   const DoubleBody body(segments);
   // Springs at both joints, without damping, hold it.
-  const double ankle_spring = 2.0 * body_of(segments).mgh(), hip_spring = 2.0 * segments.trunk_mgh();
+  const double ankle_spring = 2.0 * make_body(segments).mgh(), hip_spring = 2.0 * segments.trunk_mgh();
   const auto energy = [&](const DoubleState& s) {
     const double bend = s.trunk_rad - s.leg_rad;
     return body.energy(s) + 0.5 * ankle_spring * s.leg_rad * s.leg_rad + 0.5 * hip_spring * bend * bend;

@@ -39,7 +39,7 @@ Run simulate(const DoubleSimulator& simulator, const DoubleParameters& parameter
 }
 
 DoubleParameters defaults() {
-  return default_double_parameters(segments_of(subject_of(Body{})));
+  return default_double_parameters(make_segments(make_subject(Body{})));
 }
 
 DoubleParameters quiet() {
@@ -136,11 +136,11 @@ TEST_CASE("DoubleSimulator: equals the equations written straight down") {
   parameters.ankle[Theta] = 0.0;
   check(parameters, some_noise);
   protocol = short_protocol();
-  protocol.experiment.body = body_of(segments_of({.mass_kg = 60.0, .height_m = 1.6}));
+  protocol.experiment.body = make_body(make_segments({.mass_kg = 60.0, .height_m = 1.6}));
   protocol.experiment.sample_rate_hz = 50.0;
   protocol.sequence().lead_in_s = 2.0;
   protocol.sequence().lead_out_s = 0.0;
-  check(default_double_parameters(segments_of({.mass_kg = 60.0, .height_m = 1.6})), some_noise);
+  check(default_double_parameters(make_segments({.mass_kg = 60.0, .height_m = 1.6})), some_noise);
 }
 
 TEST_CASE("DoubleSimulator: small sway follows the transfer matrix") {
@@ -222,8 +222,8 @@ TEST_CASE("DoubleSimulator: small sway follows the transfer matrix") {
 
 TEST_CASE("DoubleSimulator: with its hip locked it is the single pendulum") {
   Protocol protocol;
-  const Segments segments = segments_of({});
-  protocol.experiment.body = body_of(segments);
+  const Segments segments = make_segments({});
+  protocol.experiment.body = make_body(segments);
   const DoubleSimulator simulator(protocol);
   const Constants c(segments);
   const double relative_inertia = (c.a1 * c.a2 - c.b * c.b) / (c.a1 + c.a2 + 2.0 * c.b);  // of the bending, 3.5 kg m2

@@ -127,13 +127,13 @@ TEST_CASE("Family: a dead band before the gravity gain, for every model and inst
 }
 
 TEST_CASE("Family: the parameter that alone determines a coefficient") {
-  CHECK(single_pendulum().family.parameter_of(Coefficient::nv) == Nv);
-  CHECK(!single_pendulum().family.parameter_of(Coefficient::slow));
-  CHECK(independent_channels().family.parameter_of(Coefficient::tilt) == 2);
+  CHECK(single_pendulum().family.find_parameter(Coefficient::nv) == Nv);
+  CHECK(!single_pendulum().family.find_parameter(Coefficient::slow));
+  CHECK(independent_channels().family.find_parameter(Coefficient::tilt) == 2);
   Family family = third_model().family;
-  CHECK(family.parameter_of(Coefficient::gravity) == 3);
+  CHECK(family.find_parameter(Coefficient::gravity) == 3);
   family.terms.push_back({4, Coefficient::gravity});
-  CHECK(!family.parameter_of(Coefficient::gravity));
+  CHECK(!family.find_parameter(Coefficient::gravity));
 }
 
 TEST_CASE("Family: small sway follows each model's transfer function") {
@@ -176,12 +176,12 @@ TEST_CASE("Family: independent channels are v = a - W f") {
 
 TEST_CASE("body models: names, and protocols that name their controller") {
   for (const BodyModel* model : all_models()) {
-    CHECK(&body_model_of(model->name, "test") == model);
+    CHECK(&find_body_model(model->name, "test") == model);
     const Protocol read = protocol_from_json(to_json(with_model({}, *model)), "test");
     CHECK(read.experiment.body_model == model);
   }
   CHECK(!contains(to_json(default_protocol()), "controller"));
-  check_error([] { body_model_of("pid", "--controller"); }, decid::Code::setting_unknown, "dec2015");
+  check_error([] { find_body_model("pid", "--controller"); }, decid::Code::setting_unknown, "dec2015");
   const BodyModel same{.name = "dec", .parameters = single_pendulum().parameters};
   check_error([&] { register_body_model(same); }, decid::Code::setting_conflict, "dec");
   CHECK(single_pendulum().family.has_unit_gains());

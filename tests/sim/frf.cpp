@@ -17,7 +17,7 @@ using namespace decid::test;
 
 namespace {
 
-std::vector<float> tilt_of(const Protocol& protocol) {
+std::vector<float> tilt_for(const Protocol& protocol) {
   const Stimulus stimulus = make_stimulus(protocol.experiment);
   std::vector<float> tilt;
   for (int k = 0; k < protocol.samples(); ++k) {
@@ -46,7 +46,7 @@ TEST_CASE("FrequencyResponse: without noise it is the closed loop's") {
     CAPTURE(protocol.name);
     protocol.sequence().amplitude_deg = 0.01;  // sin(a) = a to 1e-8
     const FrequencyResponse analysis(protocol.experiment, 1);
-    const std::vector<FrfPoint> points = analysis.measure(sway_of(protocol, linear_body, 0), tilt_of(protocol));
+    const std::vector<FrfPoint> points = analysis.measure(sway_of(protocol, linear_body, 0), tilt_for(protocol));
     const std::vector<Complex> expected = analysis.linear(protocol.experiment, linear_body);
     Parameters later = linear_body;
     later[Delay] += 0.001;
@@ -89,7 +89,7 @@ TEST_CASE("FrequencyResponse: 95% of the circles hold the true response") {
     for (const int skipped : {0, protocol.experiment.cycles() - 1}) {
       CAPTURE(protocol.name);
       CAPTURE(skipped);
-      const std::vector<float> tilt = tilt_of(protocol);
+      const std::vector<float> tilt = tilt_for(protocol);
       const FrequencyResponse analysis(protocol.experiment, skipped);
       int held = 0, all = 0;
       for (std::uint64_t trial = 0; trial < 150; ++trial) {
@@ -103,9 +103,9 @@ TEST_CASE("FrequencyResponse: 95% of the circles hold the true response") {
           if (std::abs(points[i].response - 0.7) <= points[i].radius) ++held;
         }
       }
-      const double expected = 0.95 * all, deviation = std::sqrt(0.05 * expected);
+      const double expected = 0.95 * all, stddev = std::sqrt(0.05 * expected);
       CAPTURE(all);
-      CHECK(std::abs(held - expected) < 4.0 * deviation);
+      CHECK(std::abs(held - expected) < 4.0 * stddev);
     }
   }
 }
@@ -115,7 +115,7 @@ TEST_CASE("FrequencyResponse: circles of noisy simulated trials hold the closed 
   Parameters parameters = linear_body;
   parameters[Nv] = 0.5;
   Protocol protocol;
-  const std::vector<float> tilt = tilt_of(protocol);
+  const std::vector<float> tilt = tilt_for(protocol);
   const FrequencyResponse analysis(protocol.experiment);
   const std::vector<Complex> expected = analysis.linear(protocol.experiment, parameters);
   int held = 0, all = 0;
@@ -134,7 +134,7 @@ TEST_CASE("FrequencyResponse: circles of noisy simulated trials hold the closed 
 
 TEST_CASE("FrequencyResponse: noise alone is not coherent") {
   const Protocol protocol;
-  const std::vector<float> tilt = tilt_of(protocol);
+  const std::vector<float> tilt = tilt_for(protocol);
   const FrequencyResponse analysis(protocol.experiment);
   double sum = 0.0;
   int count = 0;
@@ -156,21 +156,21 @@ TEST_CASE("FrequencyResponse: noise alone is not coherent") {
 TEST_CASE("FrequencyResponse: the coherence is that of a single cycle") {
   // For a known gain in white noise: |0.7 X|^2 over the sum of |0.7 X|^2 and N sigma^2, for the N samples of a cycle.
   const Protocol protocol;
-  const std::vector<float> tilt = tilt_of(protocol);
+  const std::vector<float> tilt = tilt_for(protocol);
   const FrequencyResponse analysis(protocol.experiment);
   constexpr int cycle = 6'050, trials = 100;
   const RealFft fft(cycle);
   std::vector<Complex> x(static_cast<std::size_t>(fft.bins())), work(static_cast<std::size_t>(fft.work_length()));
   fft.forward(std::vector<double>(tilt.begin(), tilt.begin() + cycle), x, work);
   int compared = 0;
-  for (const double deviation : {0.005, 0.01, 0.02, 0.05}) {
+  for (const double stddev : {0.005, 0.01, 0.02, 0.05}) {
     std::vector<double> mean(static_cast<std::size_t>(analysis.bands()));
     std::vector<FrfPoint> points;
     for (std::uint64_t trial = 0; trial < trials; ++trial) {
       const Random random(13, sim::streams::sensor_noise, trial);
       std::vector<float> sway(tilt.size());
       for (std::size_t k = 0; k < sway.size(); ++k) {
-        sway[k] = static_cast<float>(0.7 * static_cast<double>(tilt[k]) + deviation * random.normal(k));
+        sway[k] = static_cast<float>(0.7 * static_cast<double>(tilt[k]) + stddev * random.normal(k));
       }
       points = analysis.measure(sway, tilt);
       for (std::size_t i = 0; i < points.size(); ++i) mean[i] += points[i].coherence / trials;
@@ -180,7 +180,7 @@ TEST_CASE("FrequencyResponse: the coherence is that of a single cycle") {
       const auto harmonic =
           static_cast<std::size_t>(std::lround(points[i].frequency_hz * protocol.experiment.cycle_s()));
       const double signal = 0.49 * std::norm(x[harmonic]);
-      const double expected = signal / (signal + cycle * deviation * deviation);
+      const double expected = signal / (signal + cycle * stddev * stddev);
       if (expected < 0.75 || expected > 0.95) continue;
       CAPTURE(expected);
       // One trial's is u / (u + 2), u the signal's power over the noise's. u scatters by its root times 2, and the
@@ -206,7 +206,7 @@ TEST_CASE("FrequencyResponse: no response is an error, no noise lines a flag") {
   uneven.sequence().cycles = 1;
   CHECK_THROWS_AS(FrequencyResponse{uneven.experiment}, Error);  // 60.5 samples
   CHECK_THROWS_AS(
-      FrequencyResponse(default_protocol().experiment).measure(std::vector<float>(12099), tilt_of(Protocol{})), Error);
+      FrequencyResponse(default_protocol().experiment).measure(std::vector<float>(12099), tilt_for(Protocol{})), Error);
 
   Protocol from_peak;  // a cycle may start and end anywhere, if at the same tilt
   from_peak.experiment.stimulus = Sines{{{0.25, 0.5, 90.0}}, 20.0, 2, 0.0, 0.0};
@@ -215,7 +215,7 @@ TEST_CASE("FrequencyResponse: no response is an error, no noise lines a flag") {
   Protocol pulse;  // one cycle, all harmonics excited
   pulse.experiment.stimulus = RaisedCosines{{{Move::Shape::pulse, 1.0, 4.0, 1.0}}, 20.0, 1, 0.0, 0.0};
   const FrequencyResponse analysis(pulse.experiment);
-  const std::vector<float> tilt = tilt_of(pulse);
+  const std::vector<float> tilt = tilt_for(pulse);
   const std::vector<FrfPoint> points = analysis.measure(tilt, tilt);
   REQUIRE_FALSE(points.empty());
   CHECK(std::abs(points[0].response - 1.0) < 1e-12);

@@ -158,14 +158,14 @@ TEST_CASE("VestibularNoiseMaker: harmonic k takes normals 2k and 2k + 1") {
   const Random random(2, streams::child_noise, 6);
   std::vector<double> angle(12'101);
   maker.angle(1.0, random, angle);
-  const double deviation = std::sqrt(1.0 / (40.0 / 121.0) / 121.0) * 0.2 * rad_per_deg;
+  const double stddev = std::sqrt(1.0 / (40.0 / 121.0) / 121.0) * 0.2 * rad_per_deg;
   double worst = 0.0;
   for (int j = 0; j < 12'100; ++j) {
     const double phase = 2.0 * pi * (40 * j % 12'100) / 12'100;
-    const double exact = deviation * (random.normal(80) * std::cos(phase) + random.normal(81) * std::sin(phase));
+    const double exact = stddev * (random.normal(80) * std::cos(phase) + random.normal(81) * std::sin(phase));
     worst = std::max(worst, std::abs(angle[static_cast<std::size_t>(j)] - exact));
   }
-  CHECK(worst < 1e-15 * 12.0 * deviation);  // eps of the amplitude, in each of about a dozen additions
+  CHECK(worst < 1e-15 * 12.0 * stddev);  // eps of the amplitude, in each of about a dozen additions
 }
 
 // A period longer than the trial must give noise of the same power, whose end does not run into its start.
@@ -348,8 +348,8 @@ TEST_CASE("the velocity's deviation is that of realisations") {
       for (const double value : rate) squares += value * value / static_cast<double>(rate.size()) / realisations;
     }
     // Some 120 harmonics a trial, 200 trials: the variance errs by 1 %, its root by half that.
-    CHECK(near(0.5 * noise_velocity_deviation(protocol), std::sqrt(squares), 0.02));
+    CHECK(near(0.5 * noise_velocity_stddev(protocol), std::sqrt(squares), 0.02));
   }
   protocol.noise.vestibular.scale_deg = 0.0;
-  CHECK(noise_velocity_deviation(protocol) == 0.0);
+  CHECK(noise_velocity_stddev(protocol) == 0.0);
 }

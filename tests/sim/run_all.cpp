@@ -21,7 +21,7 @@ TEST_CASE("Simulator::run_all: each trial as if alone, whatever falls, with ever
           doctest::test_suite("slow")) {
   // The plain kernel takes one lane at a time.
   const Simulator plain(Protocol{}, decid::Isa::reference);
-  const auto trial_of = [](int index) {
+  const auto make_trial = [](int index) {
     const Random random(3, streams::base_parameters, static_cast<std::uint64_t>(index));
     Parameters parameters(single_pendulum().parameters.size());
     for (std::size_t i = 0; i < single_pendulum().parameters.size(); ++i) {
@@ -35,7 +35,7 @@ TEST_CASE("Simulator::run_all: each trial as if alone, whatever falls, with ever
   std::vector<Run> alone;
   int fallen = 0;
   for (int index = 0; index < count; ++index) {
-    const TrialInput trial = trial_of(index);
+    const TrialInput trial = make_trial(index);
     alone.push_back(simulate(plain, trial.parameters, trial.noise));
     fallen += alone.back().outcome.valid ? 0 : 1;
   }
@@ -44,7 +44,7 @@ TEST_CASE("Simulator::run_all: each trial as if alone, whatever falls, with ever
   for (const decid::Isa isa : decid::available_isas()) {
     CAPTURE(name(isa));
     std::vector<int> visits(count);
-    Simulator(Protocol{}, isa).run_all(count, trial_of, [&](int i, const Outcome& outcome, std::span<double> sway) {
+    Simulator(Protocol{}, isa).run_all(count, make_trial, [&](int i, const Outcome& outcome, std::span<double> sway) {
       const auto index = static_cast<std::size_t>(i);
       ++visits[index];
       const Run& expected = alone[index];
@@ -64,14 +64,14 @@ TEST_CASE("Simulator::run_all: other sample rates and grids, the commands' memor
   protocol.sequence().offset_s = 0.001;  // a grid of 1 ms
   for (const double rate_hz : {20.0, 100.0, 1000.0}) {
     protocol.experiment.sample_rate_hz = rate_hz;
-    const auto trial_of = [](int index) {
+    const auto make_trial = [](int index) {
       Parameters parameters = single_pendulum().parameters.middle();
       parameters[Delay] = index == 0 ? longest_delay_s : 0.02 * index;
       return TrialInput{parameters, Random(8, streams::vestibular_noise, static_cast<std::uint64_t>(index))};
     };
     const Simulator simulator(protocol), plain(protocol, decid::Isa::reference);
-    simulator.run_all(12, trial_of, [&](int index, const Outcome& outcome, std::span<double> sway) {
-      const TrialInput trial = trial_of(index);
+    simulator.run_all(12, make_trial, [&](int index, const Outcome& outcome, std::span<double> sway) {
+      const TrialInput trial = make_trial(index);
       const Run expected = simulate(plain, trial.parameters, trial.noise);
       CHECK(outcome.end_s == expected.outcome.end_s);
       const auto samples = static_cast<std::ptrdiff_t>(outcome.end_s * rate_hz + 0.5);
@@ -81,15 +81,15 @@ TEST_CASE("Simulator::run_all: other sample rates and grids, the commands' memor
 }
 
 TEST_CASE("Simulator::run_all: each trial with its own body") {
-  const auto trial_of = [](int index) {
+  const auto make_trial = [](int index) {
     TrialInput trial{single_pendulum().parameters.middle(),
                      Random(8, streams::vestibular_noise, static_cast<std::uint64_t>(index))};
     if (index % 3 > 0) trial.height = 0.8 + 0.01 * index;
     return trial;
   };
   const Simulator simulator(short_protocol());
-  simulator.run_all(40, trial_of, [&](int index, const Outcome& outcome, std::span<double> sway) {
-    const TrialInput trial = trial_of(index);
+  simulator.run_all(40, make_trial, [&](int index, const Outcome& outcome, std::span<double> sway) {
+    const TrialInput trial = make_trial(index);
     Protocol own = short_protocol();
     own.experiment.body = Body{}.of_height(trial.height);
     const Run expected = simulate(Simulator(own), trial.parameters, trial.noise);
@@ -100,7 +100,7 @@ TEST_CASE("Simulator::run_all: each trial with its own body") {
   CHECK(near(Body{}.of_height(0.9).height_over(Body{}), 0.9, 1e-15));
   for (const double height : {0.0, 10.1, std::numeric_limits<double>::quiet_NaN()}) {
     const auto giant = [&](int index) {
-      TrialInput trial = trial_of(index);
+      TrialInput trial = make_trial(index);
       trial.height = height;
       return trial;
     };

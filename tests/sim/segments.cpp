@@ -21,7 +21,7 @@ constexpr double rounding = 7.0 * std::numeric_limits<double>::epsilon();
 }  // namespace
 
 TEST_CASE("segments: the default body is that of 88.86 kg and 1.80 m, to its printed digits") {
-  const Body body = body_of(segments_of({.mass_kg = 88.86, .height_m = 1.80}));
+  const Body body = make_body(make_segments({.mass_kg = 88.86, .height_m = 1.80}));
   const Body printed;
   // Half a unit in the last printed place.
   CHECK(std::abs(body.mass_kg - printed.mass_kg) <= 0.0005);
@@ -32,7 +32,7 @@ TEST_CASE("segments: the default body is that of 88.86 kg and 1.80 m, to its pri
 }
 
 TEST_CASE("segments: each number by hand") {
-  const Segments s = segments_of({.mass_kg = 100.0, .height_m = 2.0});
+  const Segments s = make_segments({.mass_kg = 100.0, .height_m = 2.0});
   CHECK(near(s.leg_mass_kg, 29.3, rounding));
   CHECK(near(s.leg_length_m, 0.982, rounding));
   CHECK(near(s.leg_com_m, 0.543046, rounding));
@@ -45,28 +45,28 @@ TEST_CASE("segments: each number by hand") {
 }
 
 TEST_CASE("segments: a body's subject") {
-  const Subject subject = subject_of(body_of(segments_of({.mass_kg = 61.3, .height_m = 1.67})));
+  const Subject subject = make_subject(make_body(make_segments({.mass_kg = 61.3, .height_m = 1.67})));
   CHECK(near(subject.mass_kg, 61.3, rounding));
   CHECK(near(subject.height_m, 1.67, rounding));
-  const Subject standard = subject_of(Body{});
+  const Subject standard = make_subject(Body{});
   CHECK(std::abs(standard.mass_kg - 88.86) < 0.0005 / 0.971);
   CHECK(std::abs(standard.height_m - 1.80) < 0.000005 / 0.55);
   Body heavy;
   heavy.inertia_kgm2 = 103.0;
-  check_error([&] { subject_of(heavy); }, decid::Code::setting_conflict);
+  check_error([&] { make_subject(heavy); }, decid::Code::setting_conflict);
 }
 
 TEST_CASE("segments: bounds") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double mass : {0.0, -1.0, 501.0, nan})
-    check_error([&] { segments_of({mass, 1.8}); }, decid::Code::setting_out_of_range, "mass_kg");
+    check_error([&] { make_segments({mass, 1.8}); }, decid::Code::setting_out_of_range, "mass_kg");
   for (const double height : {0.0, -1.0, 3.1, nan})
-    check_error([&] { segments_of({80.0, height}); }, decid::Code::setting_out_of_range, "height_m");
+    check_error([&] { make_segments({80.0, height}); }, decid::Code::setting_out_of_range, "height_m");
 }
 
 TEST_CASE("a person's body has a person's weight and height") {
   const Body body = body_of_person({.mass_kg = 70.0, .height_m = 1.75});
-  CHECK(body == body_of(segments_of({.mass_kg = 70.0, .height_m = 1.75})));
+  CHECK(body == make_body(make_segments({.mass_kg = 70.0, .height_m = 1.75})));
   CHECK(body_of_person({.mass_kg = 187.0, .height_m = 1.8}).mass_kg > 180.0);
   for (const Subject& person :
        {Subject{455.0, 1.8}, {251.0, 2.1}, {187.0, 1.55}, {30.0, 1.75}, {1.75, 70.0}, {70.0, 0.9}})

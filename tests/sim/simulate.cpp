@@ -94,10 +94,10 @@ TEST_CASE("dead_band_of: its definition") {
     for (int i = -100; i <= 100; ++i) {
       const double x = i * 1e-4;
       const double expected = x < -theta ? x + theta : x > theta ? x - theta : 0.0;
-      CHECK(dead_band_of(x, theta) == expected);
+      CHECK(apply_dead_band(x, theta) == expected);
     }
-    CHECK(dead_band_of(theta, theta) == 0.0);
-    CHECK(dead_band_of(-theta, theta) == 0.0);
+    CHECK(apply_dead_band(theta, theta) == 0.0);
+    CHECK(apply_dead_band(-theta, theta) == 0.0);
   }
 }
 

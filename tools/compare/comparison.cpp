@@ -33,7 +33,7 @@ Names names_of(Method method) {
 
 Comparison::Comparison(const Model& model, dataset::Dataset data, const ComparisonSettings& settings)
     : identifier_(model),
-      divisor_(model.targets.deviation),
+      divisor_(model.targets.stddev),
       data_(std::move(data)),
       settings_(settings),
       density_(data_.protocol, {.start_s = 0.0, .gain = 0.0}),
@@ -48,10 +48,10 @@ MethodFigures Comparison::network() {
   for (int i = 0; i < trials(); ++i) {
     const std::span<const float> sway_rad = data_.trial(i);
     network_.push_back(
-        identifier_.estimate({recording::trial_of({sway_rad.begin(), sway_rad.end()})}).front().parameters);
+        identifier_.estimate({recording::make_trial({sway_rad.begin(), sway_rad.end()})}).front().parameters);
   }
   MethodFigures figures =
-      errors_of("network", "The network's answer, no simulation", network_, data_.parameters, divisor_);
+      compute_errors("network", "The network's answer, no simulation", network_, data_.parameters, divisor_);
   figures.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() / trials();
   return figures;
 }
@@ -72,7 +72,7 @@ MethodAnswer Comparison::posterior_answer(int trial, const std::function<bool()>
   sim::Parameters standard_error(table_.size());
   for (std::size_t p = 0; p < table_.size(); ++p) {
     answer.mean[p] = found.mean(static_cast<int>(p));
-    standard_error[p] = found.deviation(static_cast<int>(p));
+    standard_error[p] = found.stddev(static_cast<int>(p));
   }
   answer.squared_ratio = squared_ratio(trial, answer.mean, standard_error);
   return answer;
@@ -116,8 +116,8 @@ std::vector<MethodFigures> Comparison::figures(Method method, std::span<const Me
   const Names names = names_of(method);
   std::vector<MethodFigures> all;
   if (names.likeliest != nullptr)
-    all.push_back(errors_of(names.likeliest, names.likeliest_text, likeliest, data_.parameters, divisor_));
-  all.push_back(errors_of(names.mean, names.mean_text, means, data_.parameters, divisor_));
+    all.push_back(compute_errors(names.likeliest, names.likeliest_text, likeliest, data_.parameters, divisor_));
+  all.push_back(compute_errors(names.mean, names.mean_text, means, data_.parameters, divisor_));
   for (MethodFigures& figures : all) {
     figures.simulations = simulations / trials();
     figures.seconds = seconds / trials();

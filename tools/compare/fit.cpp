@@ -70,7 +70,7 @@ class Fit {
     for (const Start& start : starts) {
       std::vector<double> unit = table_.to_unit(start.parameters);
       for (double& u : unit) u = std::clamp(u, 0.0, 1.0);
-      if (start.prior > 0) priors_.emplace_back(vector_of<N>(unit), start.prior);
+      if (start.prior > 0) priors_.emplace_back(to_vector<N>(unit), start.prior);
       searches.emplace_back(unit, start.spread, population, settings_.seed, searches.size());
     }
     std::vector<bool> ended(searches.size(), false);
@@ -85,7 +85,7 @@ class Fit {
         const std::vector<double>& asked = searches[s].ask();
         for (int i = 0; i < population; ++i)
           points.push_back(
-              vector_of<N>(std::span(asked).subspan(static_cast<std::size_t>(i) * dimensions, dimensions)));
+              to_vector<N>(std::span(asked).subspan(static_cast<std::size_t>(i) * dimensions, dimensions)));
       }
       const std::vector<double> costs = evaluate(points, realisations_each, 0);
       for (std::size_t i = 0; i < running.size(); ++i) {
@@ -132,8 +132,8 @@ class Fit {
     for (std::size_t p = 0; p < table_.size(); ++p) {
       const auto d = static_cast<Eigen::Index>(p);
       const double range = table_[p].range();
-      const double deviation = std::sqrt(about.covariance(d, d));
-      result.standard_error[p] = range * (priors_.empty() ? deviation : std::min(counted_twice * deviation, widest));
+      const double stddev = std::sqrt(about.covariance(d, d));
+      result.standard_error[p] = range * (priors_.empty() ? stddev : std::min(counted_twice * stddev, widest));
     }
   }
 
@@ -163,8 +163,7 @@ class Fit {
   /// Minus the logarithm of the prior, up to a constant.
   double prior_energy(const Vector<N>& unit) const {
     double energy = 0;
-    for (const auto& [centre, deviation] : priors_)
-      energy += 0.5 * (unit - centre).squaredNorm() / (deviation * deviation);
+    for (const auto& [centre, stddev] : priors_) energy += 0.5 * (unit - centre).squaredNorm() / (stddev * stddev);
     return energy;
   }
 

@@ -21,7 +21,7 @@ template <int N>
 using Matrix = Eigen::Matrix<double, N, N, 0, max_rows<N>, max_rows<N>>;
 
 template <int N>
-Vector<N> vector_of(std::span<const double> values) {
+Vector<N> to_vector(std::span<const double> values) {
   return Eigen::Map<const Vector<N>>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 

@@ -140,7 +140,7 @@ void make_output_folder(const std::filesystem::path& folder) {
                 "choose one in a folder that you may write to");
 }
 
-std::filesystem::path place_of(const std::filesystem::path& name) {
+std::filesystem::path locate(const std::filesystem::path& name) {
   std::error_code error;
   const std::filesystem::path place = std::filesystem::weakly_canonical(name, error);
   return error ? name : place;
@@ -149,7 +149,7 @@ std::filesystem::path place_of(const std::filesystem::path& name) {
 void refuse_same_file(const std::string& output, const std::vector<std::string>& others) {
   if (output.empty()) return;
   for (const std::string& other : others)
-    if (!other.empty() && place_of(output) == place_of(other))
+    if (!other.empty() && locate(output) == locate(other))
       throw Error(Code::file_exists, output, "is read or written already in this call", "give the output another name");
 }
 

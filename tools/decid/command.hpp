@@ -62,7 +62,7 @@ void make_output_folder(const std::filesystem::path& folder);
 
 /// Returns the path to which a name leads, with links followed. A pipe ("/dev/fd/63") leads to no path: returns its
 /// name.
-std::filesystem::path place_of(const std::filesystem::path& name);
+std::filesystem::path locate(const std::filesystem::path& name);
 
 /// Throws Error if `output` is one of `others`: files that the command also reads or writes and that would be lost.
 /// Ignores empty names.

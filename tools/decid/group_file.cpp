@@ -202,8 +202,8 @@ GroupTable read_group_table(const std::string& table_name, const std::vector<std
   return result;
 }
 
-GroupTable groups_of(const std::string& table, const RecordingFlags& recordings, const RecordingPlan& plan,
-                     bool quiet) {
+GroupTable read_groups(const std::string& table, const RecordingFlags& recordings, const RecordingPlan& plan,
+                       bool quiet) {
   if (table.empty()) return {};
   refuse_twice(recordings.sources);
   std::error_code ignored;

@@ -24,7 +24,8 @@ GroupTable read_group_table(const std::string& table, const std::vector<std::str
 /// sheet, a recording has the group and the person of its line there. Prints on standard error which lines are of no
 /// recording, unless `quiet`. Throws Error also for a recording that is given twice, under
 /// whatever name: it would count as two people.
-GroupTable groups_of(const std::string& table, const RecordingFlags& recordings, const RecordingPlan& plan, bool quiet);
+GroupTable read_groups(const std::string& table, const RecordingFlags& recordings, const RecordingPlan& plan,
+                       bool quiet);
 
 /// Adds --group, of the commands that compare groups.
 void add_group_option(const Command& command, std::string& table);

@@ -110,7 +110,7 @@ class Search {
   /// Returns true for a file that may be a recording; counts others. `any_ending`: the pattern names the ending.
   bool is_recording(const fs::path& path, bool any_ending) {
     std::error_code ignored;
-    if (path.filename().native().starts_with('.') || std::ranges::find(used_, place_of(path)) != used_.end())
+    if (path.filename().native().starts_with('.') || std::ranges::find(used_, locate(path)) != used_.end())
       return false;
     if (!fs::is_regular_file(path, ignored)) {
       left_out_.dead_links += fs::is_symlink(path, ignored) && !fs::exists(path, ignored) ? 1 : 0;
@@ -197,7 +197,7 @@ RecordingFiles recording_files(const std::vector<std::string>& arguments, const 
                 "name it once");
   std::vector<fs::path> used;
   for (const std::string& other : others)
-    if (!other.empty()) used.push_back(place_of(other));
+    if (!other.empty()) used.push_back(locate(other));
   Search search(recursive, std::move(used));
   std::vector<std::string> files;
   for (const std::string& argument : arguments) {

@@ -76,19 +76,20 @@ void RecordingFlags::find_sources(const std::vector<std::string>& others, bool q
     } catch (const Error&) {
       files.clear();  // each line's recording is missing
     }
-    sources = sources_of({files.begin(), files.end()}, read_options().recording);
+    sources = make_sources({files.begin(), files.end()}, read_options().recording);
     return;
   }
   find_files(others, quiet);
-  sources = sources_of({files.begin(), files.end()}, read_options().recording);
+  sources = make_sources({files.begin(), files.end()}, read_options().recording);
   files.clear();
   for (const RecordingSource& source : sources) files.push_back(source.name());
   named = distinct_files();
 }
 
 RecordingPlan RecordingFlags::plan(const ReadOptions& reading, bool quiet) {
-  if (study.empty()) return plan_of(sources, reading);
-  RecordingPlan made = plan_of(read_sheet(study), sources, named.empty() ? Choice::by_sheet : Choice::by_call, reading);
+  if (study.empty()) return make_plan(sources, reading);
+  RecordingPlan made =
+      make_plan(read_sheet(study), sources, named.empty() ? Choice::by_sheet : Choice::by_call, reading);
   sources.clear();
   files.clear();
   for (const PlannedRecording& recording : made.recordings) {

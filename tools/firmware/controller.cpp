@@ -40,7 +40,7 @@ std::string parameter_table(const sim::Coefficients& of, bool unit_gains) {
 
 }  // namespace
 
-std::uint64_t hash_of(std::span<const double> values) {
+std::uint64_t hash_values(std::span<const double> values) {
   std::uint64_t hash = 14695981039346656037U;
   for (const double value : values) hash = (hash ^ std::bit_cast<std::uint64_t>(value)) * 1099511628211U;
   return hash;
@@ -68,7 +68,7 @@ FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Pro
   const auto first = [&](const std::vector<double>& values) {
     return std::vector<double>(values.begin(), values.begin() + intervals);
   };
-  const std::uint64_t hash = hash_of(std::span(sway).first(static_cast<std::size_t>(samples)));
+  const std::uint64_t hash = hash_values(std::span(sway).first(static_cast<std::size_t>(samples)));
 
   const sim::Body& body = protocol.experiment.body;
   std::string header =

@@ -9,7 +9,7 @@
 namespace decid::tools {
 
 /// Returns FNV-1a over the bits of values, a word at a time: hash_of in runtime/controller.c.
-std::uint64_t hash_of(std::span<const double> values);
+std::uint64_t hash_values(std::span<const double> values);
 
 /// Simulates the self-test's trial, noise-free, with the protocol's body and tilt. Throws Error if the
 /// body falls with these parameters before the protocol ends, or if they cannot be simulated.

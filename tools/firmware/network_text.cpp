@@ -57,7 +57,7 @@ FirmwareFiles network_files(const nn::Network<float>& network, const FirmwarePla
   if (uses_exponential(plan)) source += std::string(embedded::firmware_elementary()) + "\n";
   source += embedded::firmware_types();
   source += "\n/* ---- Tables */\n\n" + layer_tables(plan) +
-            table("static const uint32_t test_outputs[OUTPUTS]", bits_of(outputs)) + "\n";
+            table("static const uint32_t test_outputs[OUTPUTS]", to_bits(outputs)) + "\n";
   source += embedded::firmware_network();
   source += "\n";
   source += embedded::firmware_network_alone();

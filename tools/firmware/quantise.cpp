@@ -132,10 +132,10 @@ std::vector<float> run(const FirmwarePlan& plan, std::span<const float> image, c
     if (layer.kind == Kind::statistics) {
       const auto plane = static_cast<std::size_t>(layer.taps);
       for (int c = 0; c < src.shape.channels; ++c) {
-        const auto [mean, deviation] = statistics<Arithmetic>(
+        const auto [mean, stddev] = statistics<Arithmetic>(
             layer, c, std::span<const Value>(values).subspan(static_cast<std::size_t>(c) * plane, plane));
         put(c, 0, 0, mean);
-        put(src.shape.channels + c, 0, 0, deviation);
+        put(src.shape.channels + c, 0, 0, stddev);
       }
       values.swap(next);
       continue;

@@ -276,7 +276,7 @@ std::string series_tables(const Model& model, const ForBody& body) {
 
 }  // namespace
 
-std::vector<std::uint32_t> bits_of(const std::vector<float>& values) {
+std::vector<std::uint32_t> to_bits(const std::vector<float>& values) {
   std::vector<std::uint32_t> bits;
   for (const float value : values) bits.push_back(std::bit_cast<std::uint32_t>(value));
   return bits;
@@ -288,9 +288,9 @@ namespace {
 std::string result_tables(const Model& model, const ForBody& body, const TestVector& test) {
   const auto doubles = [](const sim::Parameters& p) { return std::vector<double>(p.begin(), p.end()); };
   std::string text = table("static const double target_mean[PARAMETERS]", doubles(model.targets.mean)) +
-                     table("static const double target_deviation[PARAMETERS]", doubles(model.targets.deviation)) +
-                     table("static const uint32_t test_outputs[OUTPUTS]", bits_of(test.outputs)) +
-                     table("static const uint32_t test_parameters[PARAMETERS]", bits_of(test.parameters));
+                     table("static const double target_deviation[PARAMETERS]", doubles(model.targets.stddev)) +
+                     table("static const uint32_t test_outputs[OUTPUTS]", to_bits(test.outputs)) +
+                     table("static const uint32_t test_parameters[PARAMETERS]", to_bits(test.parameters));
   if (!body.assumed) {
     sim::Parameters one(model.parameters().size());
     std::ranges::fill(one, 1.0);
@@ -304,7 +304,7 @@ std::string result_tables(const Model& model, const ForBody& body, const TestVec
   }
   return text + table("static const double parameter_range[PARAMETERS]", range) +
          table("static const double deviation_factor[PARAMETERS]", factor) +
-         table("static const uint32_t test_deviations[PARAMETERS]", bits_of(test.deviations));
+         table("static const uint32_t test_deviations[PARAMETERS]", to_bits(test.stddevs));
 }
 
 std::string familiarity_tables(const Model& model, const TestVector& test) {
@@ -477,7 +477,7 @@ FirmwareFiles firmware_files(const Model& model, const ForBody& body, const Firm
   source += table("static const int32_t image_channel[]", channels);
   if (model.image().standardize_rows) {
     source += table("static const float row_mean[]", model.rows.mean) +
-              table("static const float row_deviation[]", model.rows.deviation);
+              table("static const float row_deviation[]", model.rows.stddev);
   }
   source += layer_tables(plan) + result_tables(model, body, test) + "\n";
   const auto add = [&](std::string_view part) {

@@ -18,7 +18,7 @@ struct FirmwareFiles {
 struct TestVector {
   std::vector<float> outputs;     ///< of the network
   std::vector<float> parameters;  ///< in their units
-  std::vector<float> deviations;  ///< theirs, if the model gives a distribution
+  std::vector<float> stddevs;     ///< theirs, if the model gives a distribution
   double distance = 0.0;          ///< of the features over what is usual, if it was asked for
 };
 
@@ -50,7 +50,7 @@ bool uses_exponential(const FirmwarePlan& plan);
 std::string layer_settings(const FirmwarePlan& plan);
 /// Returns the tables of weights, maps and layers.
 std::string layer_tables(const FirmwarePlan& plan);
-std::vector<std::uint32_t> bits_of(const std::vector<float>& values);
+std::vector<std::uint32_t> to_bits(const std::vector<float>& values);
 /// Escapes `text` for a C comment.
 std::string comment(const std::string& text);
 /// Returns a C table, several values per line.

@@ -49,7 +49,7 @@ Json parameters_of(const RecordingResult& recording, const FitFigures& fitted, c
 Json others_of(const Posterior& found) {
   Json list = Json::array();
   const auto add = [&](int quantity, const char* name, const char* unit) {
-    if (found.deviation(quantity) == 0.0) return;
+    if (found.stddev(quantity) == 0.0) return;
     Json& json = list.emplace_back(Json{{"name", name}, {"unit", unit}});
     add_figures(json, found, quantity);
   };
@@ -60,7 +60,7 @@ Json others_of(const Posterior& found) {
 }
 
 /// Returns evenly thinned draws of each chain, scaled to the range between the lowest and the highest.
-Json draws_of(const Posterior& found, std::size_t parameters) {
+Json draws_for(const Posterior& found, std::size_t parameters) {
   const auto each = static_cast<std::size_t>(found.draws_per_chain()),
              chains = static_cast<std::size_t>(found.chains());
   const std::size_t every = (each * chains + shown_draws - 1) / shown_draws, kept = each / every;
@@ -171,7 +171,7 @@ class Chart {
 
 /// Returns the page's time series: sway about its mean, noise and tilt estimate, evenly thinned.
 Json signals_of(const RecordingResult& recording, const FitFigures& fitted, const Report& of) {
-  const double rate_hz = of.protocol_of(recording).experiment.sample_rate_hz;
+  const double rate_hz = of.protocol_for(recording).experiment.sample_rate_hz;
   const std::vector<float>& samples = recording.trial.sway_rad();
   const auto block = static_cast<std::size_t>(std::lround(fitted.block_s * rate_hz));
   std::vector<double> recorded;
@@ -192,7 +192,7 @@ Json signals_of(const RecordingResult& recording, const FitFigures& fitted, cons
   Chart noise(fitted.first_edge_s, step_s), tilt(fitted.first_edge_s, step_s);
   noise.band("noise", inferred.noise_rad_s, edges);
   tilt.band("estimate", inferred.tilt_estimate_rad, edges);
-  const std::vector<float>& tilt_rad = of.tilt_of(recording);
+  const std::vector<float>& tilt_rad = of.tilt_for(recording);
   std::vector<double> platform;
   for (std::size_t i = 0; i < inferred.tilt_estimate_rad.low.size() && !tilt_rad.empty(); ++i) {
     const double place = (fitted.first_edge_s + static_cast<double>(i) * fitted.edge_s) * rate_hz;
@@ -209,7 +209,7 @@ Json controllers_of(const FitFigures& fitted, const sim::Protocol& protocol) {
   if (!fitted.compared) return list;
   const auto add = [&](const std::string& name, const posterior::ComparedModel& compared, const Posterior& found,
                        const PredictiveCheck& check) {
-    const sim::BodyModel& model = sim::body_model_of(name, "controller");
+    const sim::BodyModel& model = sim::find_body_model(name, "controller");
     Json parameters = Json::array(), odd = Json::array();
     for (std::size_t p = 0; p < model.parameters.size(); ++p) {
       const sim::ParameterInfo& info = model.parameters[p];
@@ -248,15 +248,15 @@ Json recording_to_json(const RecordingResult& recording, const Report& of, const
   return {{"file", recording.file},
           {"column", recording.column},
           {"tilt", tilt_to_json(recording)},
-          {"protocol", protocol_figures(of.protocol_of(recording))},
+          {"protocol", protocol_figures(of.protocol_for(recording))},
           {"body_assumed", of.body_assumed_for(recording)},
           {"trust", name(recording.trust())},
           {"warnings", warnings_json(recording.warnings)},
           {"peak_to_peak_deg", page_number(recording.peak_to_peak_deg())},
           {"answer", name(fitted.answer)},
-          {"parameters", parameters_of(recording, fitted, of.protocol_of(recording), ranges)},
+          {"parameters", parameters_of(recording, fitted, of.protocol_for(recording), ranges)},
           {"others", others_of(found)},
-          {"controllers", controllers_of(fitted, of.protocol_of(recording))},
+          {"controllers", controllers_of(fitted, of.protocol_for(recording))},
           {"samples_noise_deg", page_number(fitted.samples_noise_deg)},
           {"diagnostics", diagnostics_of(found)},
           {"check", check_of(fitted.check)},
@@ -268,7 +268,7 @@ Json recording_to_json(const RecordingResult& recording, const Report& of, const
             {"blocks", fitted.inferred.sway_rad.low.size()},
             {"block_s", page_number(fitted.block_s)}}},
           {"correlations", page_correlations(found, ranges.size())},
-          {"draws", draws_of(found, ranges.size())},
+          {"draws", draws_for(found, ranges.size())},
           {"ranks", ranks_of(found, ranges.size())},
           {"signals", signals_of(recording, fitted, of)}};
 }
@@ -278,7 +278,7 @@ Json recording_to_json(const RecordingResult& recording, const Report& of, const
 std::string fit_page(const Report& report) {
   std::vector<Json> recordings;
   for (const RecordingResult& recording : report.recordings)
-    if (!recording.error) recordings.push_back(recording_to_json(recording, report, report.ranges_of(recording)));
+    if (!recording.error) recordings.push_back(recording_to_json(recording, report, report.ranges_for(recording)));
   Json data = {{"version", version},
                {"seed", report.fit->settings.seed},
                {"call", call_json(report)},

@@ -12,7 +12,7 @@ namespace {
 /// Adds the meaning of each parameter to a controller's answer.
 void describe_parameters(Json& answer) {
   if (!answer.contains("parameters")) return;
-  const sim::BodyModel& controller = sim::body_model_of(answer.at("controller"), "controller");
+  const sim::BodyModel& controller = sim::find_body_model(answer.at("controller"), "controller");
   for (std::size_t p = 0; p < controller.parameters.size(); ++p)
     answer["parameters"][p]["description"] = controller.parameters[p].description;
 }

@@ -138,8 +138,8 @@ Json image_to_json(const RecordingResult& recording, const Report& of) {
 Json density_to_json(const ParameterDistribution& found, int quantity, const sim::ParameterInfo& info) {
   constexpr int coarse = 20, fine = 100;
   constexpr double tail = 5e-4;
-  const auto place_of = [&](double share) { return (found.quantile(quantity, share) - info.low) / info.range(); };
-  const double low = place_of(tail), high = place_of(1.0 - tail);
+  const auto locate = [&](double share) { return (found.quantile(quantity, share) - info.low) / info.range(); };
+  const double low = locate(tail), high = locate(1.0 - tail);
   std::vector<double> places;
   for (int i = 0; i <= coarse; ++i) places.push_back(static_cast<double>(i) / coarse);
   for (int i = 0; i <= fine; ++i) places.push_back(low + (high - low) * i / fine);
@@ -166,9 +166,9 @@ Json recording_to_json(const RecordingResult& recording, const Report& of) {
   Json json{{"file", recording.file},
             {"column", recording.column},
             {"tilt", tilt_to_json(recording)},
-            {"protocol", protocol_figures(of.protocol_of(recording))},
+            {"protocol", protocol_figures(of.protocol_for(recording))},
             {"body_assumed", of.body_assumed_for(recording)},
-            {"parameters", described_parameters(recording, of.protocol_of(recording), of.ranges_of(recording))},
+            {"parameters", described_parameters(recording, of.protocol_for(recording), of.ranges_for(recording))},
             {"rms_residual_deg", page_number(explanation.rms_residual_deg)},
             {"variance_accounted_for", page_number(explanation.variance_accounted_for)},
             {"peak_to_peak_deg", page_number(recording.peak_to_peak_deg())},
@@ -178,7 +178,7 @@ Json recording_to_json(const RecordingResult& recording, const Report& of) {
             {"frf", explanation.frf ? frf_to_json(*explanation.frf) : Json(nullptr)},
             {"image", image_to_json(recording, of)}};
   if (recording.estimate.distribution)
-    add_distribution(json, *recording.estimate.distribution, of.protocol_of(recording));
+    add_distribution(json, *recording.estimate.distribution, of.protocol_for(recording));
   return json;
 }
 

@@ -40,7 +40,7 @@ Json known_json(const sim::ParameterTable& table, const KnownTrial& trial) {
 Json distribution_json(const sim::ParameterTable& table, const dataset::TrialDistributions& trials) {
   Json json;
   for (std::size_t p = 0; p < table.size(); ++p)
-    json[table[p].name] = {{"mean", trials.parameters[p].mean()}, {"deviation", trials.parameters[p].deviation()}};
+    json[table[p].name] = {{"mean", trials.parameters[p].mean()}, {"deviation", trials.parameters[p].stddev()}};
   return json;
 }
 
@@ -73,14 +73,14 @@ Json paper_json(const Study& study) {
           {"double_pendulum_squared_error", paper::double_pendulum_squared_error},
           {"human_peak_to_peak_deg", paper::human_peak_to_peak_deg},
           {"mean", of_parameters(paper::mean)},
-          {"deviation", of_parameters(paper::deviation)}};
+          {"deviation", of_parameters(paper::stddev)}};
 }
 
 /// Returns the squared error of a parameter as the paper counts it: over the standard deviation that its table 1
 /// prints; NaN if that has no such parameters.
 double by_paper(const Study& study, const Scores& mse_per_parameter, std::size_t p) {
   if (!has_papers_controller(study)) return std::nan("");
-  const double ratio = study.target_deviation[p] / paper::deviation[p];
+  const double ratio = study.target_stddev[p] / paper::stddev[p];
   return mse_per_parameter[p] * ratio * ratio;
 }
 
@@ -231,7 +231,7 @@ Json study_json(const Study& study) {
   Json json{{"model", study.model},
             {"weights_sha256", study.sha256},
             {"version", study.version},
-            {"origin", json_of(study.origin)},
+            {"origin", to_json_object(study.origin)},
             {"architecture", study.architecture},
             {"network_parameters", study.network_parameters},
             {"data_set", study.data ? data_json(table, *study.data) : Json(nullptr)},
@@ -303,8 +303,8 @@ std::string study_text(const Study& study) {
       const dataset::Distribution& d = study.data->all.parameters[p];
       const bool papers = has_papers_controller(study);
       text += format("%-30s %20.5g %14.5g %14s %14s\n", study.protocol.parameters()[p].name.c_str(), d.mean(),
-                     d.deviation(), papers ? shown(paper::mean[p], "%.5g").c_str() : "n/a",
-                     papers ? shown(paper::deviation[p], "%.5g").c_str() : "n/a");
+                     d.stddev(), papers ? shown(paper::mean[p], "%.5g").c_str() : "n/a",
+                     papers ? shown(paper::stddev[p], "%.5g").c_str() : "n/a");
     }
   }
   text += "\n" + convention(study) + "\n";

@@ -17,7 +17,7 @@ inline constexpr double validation_loss = 0.2851, training_loss = 0.2250;
 inline constexpr double double_pendulum_squared_error = 10.4783, human_peak_to_peak_deg = 2.8533;
 /// Its table 1, after enrichment.
 inline constexpr sim::Parameters mean{811.2951, 284.5640, 312.2075, 174.3144, 0.4695, 0.0003, 0.1210};
-inline constexpr sim::Parameters deviation{338.0956, 122.7999, 102.1054, 68.5447, 0.2928, 0.0124, 0.0672};
+inline constexpr sim::Parameters stddev{338.0956, 122.7999, 102.1054, 68.5447, 0.2928, 0.0124, 0.0672};
 }  // namespace paper
 
 /// Keys: model, weights_sha256, version, origin, architecture, network_parameters; data_set (null without), training

@@ -9,7 +9,7 @@ const ImageKernels& ImageTables::reference() {
 }
 
 const ImageKernels& image_kernels(Isa isa) {
-  return table_of<ImageTables>(isa);
+  return table_for<ImageTables>(isa);
 }
 
 }  // namespace decid::dataset

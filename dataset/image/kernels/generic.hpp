@@ -53,7 +53,7 @@ void average_cycles(int fold, int bins, int used, const double* spectra, double*
 }
 
 template <class V, class D = typename V::D>
-[[gnu::always_inline]] inline D modulus_of(D real, D imaginary) {
+[[gnu::always_inline]] inline D modulus(D real, D imaginary) {
   return V::sqrt(real * real + imaginary * imaginary);
 }
 template <class V, class D = typename V::D>
@@ -67,17 +67,17 @@ template <class V, Channel channel, class D = typename V::D>
   const D zero = V::set(0.0);
   switch (channel) {
     case Channel::modulus:
-      return modulus_of<V>(real, imaginary);
+      return modulus<V>(real, imaginary);
     case Channel::log_modulus:
-      return floored_log<V>(modulus_of<V>(real, imaginary));
+      return floored_log<V>(modulus<V>(real, imaginary));
     case Channel::phase:
       return atan2_lanes<V>(imaginary, real);
     case Channel::cos_phase: {
-      const D r = modulus_of<V>(real, imaginary);
+      const D r = modulus<V>(real, imaginary);
       return r > zero ? real / r : V::set(1.0);
     }
     case Channel::sin_phase: {
-      const D r = modulus_of<V>(real, imaginary);
+      const D r = modulus<V>(real, imaginary);
       return r > zero ? imaginary / r : zero;
     }
     case Channel::real:

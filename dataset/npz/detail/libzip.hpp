@@ -27,7 +27,7 @@ class Libzip {
   decltype(&zip_file_strerror) member_error_text = library_.find<decltype(&zip_file_strerror)>("zip_file_strerror");
   decltype(&zip_error_init_with_code) error_init =
       library_.find<decltype(&zip_error_init_with_code)>("zip_error_init_with_code");
-  decltype(&zip_error_strerror) text_of = library_.find<decltype(&zip_error_strerror)>("zip_error_strerror");
+  decltype(&zip_error_strerror) to_text = library_.find<decltype(&zip_error_strerror)>("zip_error_strerror");
   decltype(&zip_error_code_zip) code_of = library_.find<decltype(&zip_error_code_zip)>("zip_error_code_zip");
   decltype(&zip_error_fini) error_fini = library_.find<decltype(&zip_error_fini)>("zip_error_fini");
 };

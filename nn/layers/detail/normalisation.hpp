@@ -10,7 +10,7 @@ namespace decid::nn {
 
 /// y = gamma (x - mean) / sqrt(variance + epsilon) + beta = scale x + shift.
 struct Normalisation {
-  double inverse_deviation, scale, shift;
+  double inverse_stddev, scale, shift;
 };
 
 inline Normalisation normalisation(double gamma, double beta, double mean, double variance) {

@@ -125,7 +125,7 @@ void MatTable::keep_rows(int column, const std::vector<std::size_t>& rows) {
   rows_ = rows;
 }
 
-std::string MatTable::place_of(std::size_t row) const {
+std::string MatTable::locate(std::size_t row) const {
   return "row " + std::to_string((row < rows_.size() ? rows_[row] : row) + 1);
 }
 
@@ -134,7 +134,7 @@ std::vector<double> MatTable::numbers(int column, Missing missing) const {
   for (std::size_t k = 0; k < values.size(); ++k) {
     if (std::isfinite(values[k]) || (missing == Missing::kept && std::isnan(values[k]))) continue;
     throw Error(std::isnan(values[k]) ? Code::value_missing : Code::value_invalid, where_,
-                place_of(k) + ", " + names_[static_cast<std::size_t>(column)] + ": " +
+                locate(k) + ", " + names_[static_cast<std::size_t>(column)] + ": " +
                     (std::isnan(values[k]) ? "NaN" : "an infinite value") + " is not a finite number",
                 recording::remedy_for(std::isnan(values[k]) ? missing : Missing::refused));
   }

@@ -28,7 +28,7 @@ class MatTable final : public Table {
   const std::string& own_name(int column) const override { return own_names_[static_cast<std::size_t>(column)]; }
   const std::string& path(int column) const override { return at(column).path; }
   std::vector<double> numbers(int column, Missing missing) const override;
-  std::string place_of(std::size_t row) const override;
+  std::string locate(std::size_t row) const override;
   const std::vector<StatedRate>& stated_rates() const override { return rates_; }
   std::string unread() const override { return content_.unread; }
   bool choose(int column) override;

@@ -108,7 +108,7 @@ struct Left {
   int variables = max_mat_variables;
 };
 
-std::vector<std::string> text_of(const matvar_t& from, const MatVariable& made, Left& left) {
+std::vector<std::string> to_text(const matvar_t& from, const MatVariable& made, Left& left) {
   const std::size_t count = made.count();
   if (made.pages != 1 || from.data == nullptr || from.data_size <= 0 || count > left.characters) return {};
   const auto each = static_cast<std::size_t>(from.data_size);
@@ -177,7 +177,7 @@ MatVariable converted(const matvar_t& from, int depth, Left& left) {
   if (made.kind == Kind::structure || made.kind == Kind::cell) {
     convert_inner(from, depth, left, made);
   } else if (made.kind == Kind::text) {
-    made.text = text_of(from, made, left);
+    made.text = to_text(from, made, left);
   } else {
     made.values = numbers_of(from, count);
     left.values -= made.values.size();

@@ -18,7 +18,7 @@ namespace {
 using Kind = MatVariable::Kind;
 using Variables = std::vector<MatVariable>;
 
-const char* text_of(Kind kind) {
+const char* to_text(Kind kind) {
   switch (kind) {
     case Kind::numbers:
       return "numbers";
@@ -82,7 +82,7 @@ std::string words_of(const MatVariable* variable) {
 }
 
 /// Returns a list of texts: the rows of a character matrix, or a cell array of texts; empty for other data.
-std::vector<std::string> list_of(const MatVariable* variable) {
+std::vector<std::string> to_list(const MatVariable* variable) {
   if (variable == nullptr) return {};
   if (variable->kind == Kind::text) return variable->text;
   std::vector<std::string> list;
@@ -143,7 +143,7 @@ class Collector {
     if (variable.pages != 1) size += " x " + std::to_string(variable.pages);
     if (!variable.is_matrix) size = "more than three dimensions,";
     if (variable.kind == Kind::object && !variable.text.empty()) size = variable.text.front();
-    return path_to(variable.name) + " (" + size + " " + text_of(variable.kind) + ")";
+    return path_to(variable.name) + " (" + size + " " + to_text(variable.kind) + ")";
   }
 
   void describe(const MatVariable& variable, std::string& list) const {
@@ -155,8 +155,8 @@ class Collector {
     Labels labels;
     // A timeseries object as a structure has names; elsewhere a name may be a person's.
     if (find(variables, "Time") != nullptr && find(variables, "Data") != nullptr) {
-      labels.names = list_of(find(variables, "Name"));
-      if (MatVariable* info = find(variables, "DataInfo")) labels.units = list_of(find(info->fields, "Units"));
+      labels.names = to_list(find(variables, "Name"));
+      if (MatVariable* info = find(variables, "DataInfo")) labels.units = to_list(find(info->fields, "Units"));
     }
     for (const MatVariable& variable : variables) {
       const std::string plain = name_without_unit(variable.name);
@@ -165,9 +165,9 @@ class Collector {
                          "channelnames", "channel_labels", "titles",        "colheaders",   "headers",
                          "header",       "columns",        "column_names",  "columnnames",  "varnames",
                          "variables",    "variable_names", "variablenames", "signal_names", "signalnames"}))
-        labels.names = list_of(&variable);
+        labels.names = to_list(&variable);
       if (labels.units.empty() && one_of(plain, {"units", "unit", "channel_units", "channelunits"}))
-        labels.units = list_of(&variable);
+        labels.units = to_list(&variable);
     }
     return labels;
   }
@@ -177,7 +177,7 @@ class Collector {
   }
 
   void add(MatVariable& variable, const MatScope& scope, const Labels& labels) {
-    const bool is_strange = one_of(text_of(variable.kind), {"complex", "sparse", "object"});
+    const bool is_strange = one_of(to_text(variable.kind), {"complex", "sparse", "object"});
     if (is_strange || !variable.is_matrix) return describe(variable, made.unread);
     if (!variable.fields.empty()) return add_inner(variable, scope);
     if (variable.values.size() == 1) return add_scalar(variable, scope);
@@ -340,7 +340,7 @@ class Collector {
     bool any = false;
     for (const auto& [list, field, parts] :
          {std::tuple{"Labels", "Data", positions}, {"Name", "Positions", positions}, {"Name", "RPYs", angles}}) {
-      const std::vector<std::string> names = list_of(find(variables, list));
+      const std::vector<std::string> names = to_list(find(variables, list));
       const MatVariable* data = find(variables, field);
       if (names.empty() || data == nullptr || data->values.empty() || data->pages < 2) continue;
       if (data->height != names.size() || (data->width != 3 && data->width != 4)) continue;
@@ -366,8 +366,8 @@ class Collector {
     const std::size_t channels = begin->height, blocks = begin->width;
     if (begin->values.empty() || begin->values.size() != channels * blocks || end->values.size() != channels * blocks)
       refuse_labchart();
-    const std::vector<std::string> titles = list_of(find(variables, "titles")),
-                                   units = list_of(find(variables, "unittext"));
+    const std::vector<std::string> titles = to_list(find(variables, "titles")),
+                                   units = to_list(find(variables, "unittext"));
     const auto number_at = [&](const char* name, std::size_t at) -> std::optional<double> {
       const MatVariable* variable = find(variables, name);
       if (variable == nullptr || variable->values.size() != channels * blocks) return {};

@@ -89,7 +89,7 @@ TEST_CASE("a model's error is the library's") {
   const dataset::Dataset same = dataset::generate({.protocol = sim::default_protocol(), .count = trials, .seed = 99});
   const Model model = built_in_model();
   const std::vector<float> outputs = predict(model, trials, 64, sways_in_memory([&](int i) { return same.trial(i); }));
-  const Evaluation expected = evaluate(model.targets, scores_of(model, outputs), same.parameters);
+  const Evaluation expected = evaluate(model.targets, to_scores(model, outputs), same.parameters);
   CHECK(found.trials == trials);
   CHECK(found.mse == expected.mse());
   CHECK(found.matlab_loss == expected.matlab_loss());

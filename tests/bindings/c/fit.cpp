@@ -73,7 +73,7 @@ TEST_CASE("a fit has the draws of the library's") {
     const int quantity = found.quantity(q);
     const double* draws = decid_result_draws(result.get(), q);
     const decid_parameter& parameter = *decid_result_parameter(result.get(), q);
-    CHECK(std::vector<double>(draws, draws + sampling->draws) == found.draws_of(quantity));
+    CHECK(std::vector<double>(draws, draws + sampling->draws) == found.draws_for(quantity));
     const double low = 0.5 * (1.0 - 0.9);
     CHECK(parameter.interval90[0] ==
           (q < 7 ? estimate.distribution->quantile(quantity, low) : found.quantile(quantity, low)));

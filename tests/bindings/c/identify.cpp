@@ -53,7 +53,7 @@ void check_same(const decid_result* result, const Report& all) {
     CHECK(found.low == ranges[p].low);
     CHECK(found.high == ranges[p].high);
     CHECK(found.value == estimate.parameters[p]);
-    CHECK(found.sd == estimate.distribution->deviation(quantity));
+    CHECK(found.sd == estimate.distribution->stddev(quantity));
     CHECK(found.interval50[0] == estimate.distribution->quantile(quantity, 0.25));
     CHECK(found.interval50[1] == estimate.distribution->quantile(quantity, 0.75));
     CHECK(found.interval90[0] == estimate.distribution->quantile(quantity, 0.5 * (1.0 - 0.9)));
@@ -220,7 +220,7 @@ TEST_CASE("a file is identified to the bits of the library, with a body and a me
   same_options.recording.column = "sway_rad";
   same_options.recording.tilt_column = "platform_deg";
   same_options.trial.detrend = recording::Detrend::offset;
-  same_options.body = sim::body_of(sim::segments_of({.mass_kg = 70.0, .height_m = 1.75}));
+  same_options.body = sim::make_body(sim::make_segments({.mass_kg = 70.0, .height_m = 1.75}));
   check_same(identify(recording.get(), &options).get(), expected(path, same_options));
 }
 

@@ -48,7 +48,7 @@ TEST_CASE("controllers by name, with their own parameters") {
   for (std::size_t i = 0; i < decid_controllers(); ++i) {
     const std::string name = decid_controller_name(i);
     CAPTURE(name);
-    const sim::BodyModel& model = sim::body_model_of(name, "test");
+    const sim::BodyModel& model = sim::find_body_model(name, "test");
     if (model.family.terms.empty()) continue;
     const auto played = make<OwnedProtocol>(
         [&](decid_protocol** place) { return decid_protocol_load_controller("short", name.c_str(), place); });

@@ -259,16 +259,16 @@ TEST_CASE("row statistics are those of two passes over all images") {
     }
     CHECK(near(scaling.mean[row], mean, rounding));
     if (squares == 0.0) {
-      CHECK(scaling.deviation[row] == 1.0f);  // the imaginary part of bin 0
+      CHECK(scaling.stddev[row] == 1.0f);  // the imaginary part of bin 0
     } else {
-      CHECK(near(scaling.deviation[row], std::sqrt(squares), rounding));
+      CHECK(near(scaling.stddev[row], std::sqrt(squares), rounding));
     }
   }
   std::vector<float> scaled = images[3];
   scaling.apply(scaled, shape.columns);
   for (std::size_t i = 0; i < scaled.size(); ++i) {
     const std::size_t row = i / columns;
-    CHECK(scaled[i] == (images[3][i] - scaling.mean[row]) / scaling.deviation[row]);
+    CHECK(scaled[i] == (images[3][i] - scaling.mean[row]) / scaling.stddev[row]);
   }
 }
 
@@ -277,7 +277,7 @@ TEST_CASE("a constant row has deviation 1 even where its mean is rounded") {
   const std::vector<float> image(7, 0.1f);
   for (int i = 0; i < 10; ++i) statistics.add(image);
   CHECK(statistics.finish().mean[0] == 0.1f);
-  CHECK(statistics.finish().deviation[0] == 1.0f);
+  CHECK(statistics.finish().stddev[0] == 1.0f);
 }
 
 TEST_CASE("row statistics refuse images of another shape") {

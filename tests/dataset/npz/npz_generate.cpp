@@ -32,7 +32,7 @@ DatasetRequest request() {
   return wanted;
 }
 
-std::string hash_of(const fs::path& path) {
+std::string hash_values(const fs::path& path) {
   return sha256(read_text(path));
 }
 
@@ -40,7 +40,7 @@ const std::string& expected_hash() {
   static const std::string hash = [] {
     const TemporaryFolder folder;
     write_npz(folder / "a.npz", generate(request()));
-    return hash_of(folder / "a.npz");
+    return hash_values(folder / "a.npz");
   }();
   return hash;
 }
@@ -89,7 +89,7 @@ int go_on(const fs::path& path) {
         return true;
       },
       [&](int trials) { resumed = trials; });
-  CHECK(hash_of(path) == expected_hash());
+  CHECK(hash_values(path) == expected_hash());
   CHECK_FALSE(fs::exists(npz_partial(path).file));
   CHECK_FALSE(fs::exists(npz_partial(path).journal));
   return resumed;
@@ -113,7 +113,7 @@ TEST_CASE("a data set made into its file is the one made in memory, for any numb
       return true;
     });
     CHECK(last == 1300);
-    CHECK(hash_of(folder / "a.npz") == expected_hash());
+    CHECK(hash_values(folder / "a.npz") == expected_hash());
     CHECK(report.base_attempts == in_memory.base_attempts);
     CHECK(report.child_attempts == in_memory.child_attempts);
     CHECK(report.parents == in_memory.parents);
@@ -142,13 +142,13 @@ TEST_CASE("a stopped data set goes on where it stopped, more than once, with the
   DatasetReport whole;
   generate(request(), &whole);
   const DatasetReport report = generate_npz(stopped.path, request(), program);
-  CHECK(hash_of(stopped.path) == expected_hash());
+  CHECK(hash_values(stopped.path) == expected_hash());
   CHECK(report.base_attempts == whole.base_attempts);
   CHECK(report.child_attempts == whole.child_attempts);
   CHECK(report.parents == whole.parents);
   for (std::size_t i = 0; i < sim::single_pendulum().parameters.size(); ++i) {
     CHECK(report.base.parameters[i].mean() == whole.base.parameters[i].mean());
-    CHECK(report.all.parameters[i].deviation() == whole.all.parameters[i].deviation());
+    CHECK(report.all.parameters[i].stddev() == whole.all.parameters[i].stddev());
   }
 }
 
@@ -317,7 +317,7 @@ TEST_CASE("the output replaces an older file, with its permissions and through a
   CHECK(npz_partial(folder / "a.npz").file.filename() == "b.npz.partial");
   generate_npz(folder / "a.npz", request(), program);
   CHECK(fs::is_symlink(folder / "a.npz"));
-  CHECK(hash_of(folder / "b.npz") == expected_hash());
+  CHECK(hash_values(folder / "b.npz") == expected_hash());
   CHECK(fs::status(folder / "b.npz").permissions() == (fs::perms::owner_read | fs::perms::owner_write));
 }
 

@@ -209,10 +209,10 @@ TEST_CASE("sensor noise is added to the stored sway, by attempt, and changes not
     squares += noise * noise;
   }
   const auto count = static_cast<double>(exact.sway.size());
-  const double deviation = 0.5 * sim::rad_per_deg;
+  const double stddev = 0.5 * sim::rad_per_deg;
   // Five standard errors of the mean, and of the deviation.
-  CHECK(std::abs(sum / count) < 5.0 * deviation / std::sqrt(count));
-  CHECK(near(std::sqrt(squares / count), deviation, 5.0 / std::sqrt(2.0 * count)));
+  CHECK(std::abs(sum / count) < 5.0 * stddev / std::sqrt(count));
+  CHECK(near(std::sqrt(squares / count), stddev, 5.0 / std::sqrt(2.0 * count)));
   // The last trial of each kind is its last attempt. Children's noises are other ones than those of base trials.
   const auto last_base = static_cast<std::uint64_t>(report.base_attempts - 1);
   const auto last_child = static_cast<std::uint64_t>(report.child_attempts - 1) | std::uint64_t{1} << 63;
@@ -319,8 +319,8 @@ TEST_CASE("targets are z-scored by the chosen trials") {
       sum[i] += target[i];
       squares[i] += static_cast<double>(target[i]) * target[i];
       // The target is rounded to float; what is left are roundings of doubles.
-      CHECK(within(back[i], parameters[i],
-                   0x1p-24 * std::abs(target[i]) * scaling.deviation[i] + 1e-15 * scaling.mean[i]));
+      CHECK(
+          within(back[i], parameters[i], 0x1p-24 * std::abs(target[i]) * scaling.stddev[i] + 1e-15 * scaling.mean[i]));
     }
   }
   for (std::size_t i = 0; i < sim::single_pendulum().parameters.size(); ++i) {
@@ -334,7 +334,7 @@ TEST_CASE("targets without spread, and no targets") {
   const TargetScaling scaling = target_scaling(sim::single_pendulum().parameters, equal);
   for (std::size_t i = 0; i < sim::single_pendulum().parameters.size(); ++i)
     CHECK(near(scaling.mean[i], equal[0][i], 0x1p-51));
-  for (const double deviation : scaling.deviation) CHECK(deviation == 1.0);
+  for (const double stddev : scaling.stddev) CHECK(stddev == 1.0);
   check_error([&] { target_scaling(sim::single_pendulum().parameters, {}); }, Code::trials_missing);
   check_error([&] { scaling.unscale(std::vector<float>(6)); }, Code::size_mismatch, "6 values");
 }
@@ -360,15 +360,15 @@ TEST_CASE("fourteen parameters of a made-up body are drawn, counted and scaled b
     CHECK(found.high() == table[p].high);
     CHECK(found.below() + found.above() == 0);
     CHECK(near(found.mean(), scaling.mean[p], 1e-12));
-    CHECK(near(found.deviation(), scaling.deviation[p], 1e-12));
+    CHECK(near(found.stddev(), scaling.stddev[p], 1e-12));
     // Uniform: deviation range / sqrt(12), and its own error, 1 / sqrt(5 count) of it, five times.
-    CHECK(near(scaling.deviation[p], table[p].range() / std::sqrt(12.0), 5.0 / std::sqrt(5.0 * count)));
+    CHECK(near(scaling.stddev[p], table[p].range() / std::sqrt(12.0), 5.0 / std::sqrt(5.0 * count)));
   }
   const std::vector<float> target = scaling.scale(drawn[5]);
   REQUIRE(target.size() == 14);
   const sim::Parameters back = scaling.unscale(target);
   for (std::size_t p = 0; p < 14; ++p) {
-    CHECK(near(target[p], (drawn[5][p] - scaling.mean[p]) / scaling.deviation[p], 0x1p-24));
+    CHECK(near(target[p], (drawn[5][p] - scaling.mean[p]) / scaling.stddev[p], 0x1p-24));
     CHECK(near(back[p], drawn[5][p], 0x1p-24));
   }
   check_error([&] { scaling.unscale(std::vector<float>(7)); }, Code::size_mismatch, "7 values");

@@ -18,7 +18,7 @@ TEST_CASE("a distribution counts each value in its bin, edges in the upper one, 
   Distribution values(1.0, 3.0, 4);
   CHECK(values.count() == 0);
   CHECK(values.mean() == 0.0);
-  CHECK(values.deviation() == 0.0);
+  CHECK(values.stddev() == 0.0);
   for (const double value : {1.0, 1.25, 1.5, 2.0, 2.9, 3.0, 0.999, 3.001, -7.0}) values.add(value);
   const std::vector<long long> expected{2, 1, 1, 2};
   CHECK(std::equal(values.bins().begin(), values.bins().end(), expected.begin(), expected.end()));
@@ -33,7 +33,7 @@ TEST_CASE("mean and deviation do not lose a small spread about a large mean") {
   Distribution values(0.0, 1.0, 1);
   for (const double value : {4.0, 7.0, 13.0, 16.0}) values.add(1e9 + value);
   CHECK(values.mean() == 1e9 + 10.0);
-  CHECK(values.deviation() == std::sqrt(22.5));  // nothing on the way is rounded
+  CHECK(values.stddev() == std::sqrt(22.5));  // nothing on the way is rounded
   Distribution negative(-2.0, 0.0, 1);
   negative.add(-1.5);
   CHECK(negative.least() == -1.5);
@@ -62,7 +62,7 @@ TEST_CASE("a data set's distributions are those of its trials, before and after 
       // As many roundings on either side as there are trials.
       const double rounding = trials * std::numeric_limits<double>::epsilon();
       CHECK(near(d.mean(), mean, rounding));
-      CHECK(near(d.deviation(), std::sqrt(squares / trials), rounding));
+      CHECK(near(d.stddev(), std::sqrt(squares / trials), rounding));
       CHECK(d.least() == *std::ranges::min_element(values));
       CHECK(d.most() == *std::ranges::max_element(values));
       CHECK(std::equal(d.bins().begin(), d.bins().end(), bins.begin(), bins.end()));

@@ -81,7 +81,7 @@ Values errors(Dice& dice) {
 }
 
 /// A person's true parameters, within the ranges.
-Values person_of(Dice& dice, double effects) {
+Values find_person(Dice& dice, double effects) {
   Values values{};
   for (std::size_t p = 0; p < count; ++p) do {
       values[p] = population[p] + effects * effect[p] + person_sd[p] * dice.normal();
@@ -126,7 +126,7 @@ Study made_up(std::uint64_t number, int persons, double effects, bool skew) {
   Study study;
   for (const char* group : {"controls", "patients"})
     for (int i = 0; i < persons; ++i) {
-      const Values truth = person_of(dice, *group == 'p' ? effects : 0.0);
+      const Values truth = find_person(dice, *group == 'p' ? effects : 0.0);
       const std::vector<double> draws = posterior_of(truth, skew, dice);
       std::vector<double> means(count, 0.0);
       for (std::size_t j = 0; j < draws.size(); ++j) means[j % count] += draws[j] / 320.0;
@@ -149,12 +149,12 @@ std::vector<Study> read_by_network(int studies, int persons, double effects) {
       [&](int index, int attempt) {
         const auto item = static_cast<std::uint64_t>(index) * 1000 + static_cast<std::uint64_t>(attempt);
         Dice dice{Random(12, Stream::user, item)};
-        const Values truth = person_of(dice, index / persons % 2 == 1 ? effects : 0.0);
+        const Values truth = find_person(dice, index / persons % 2 == 1 ? effects : 0.0);
         return decid::sim::TrialInput{table.from_unit(truth), Random(12, decid::sim::streams::vestibular_noise, item)};
       },
       [&](int index, const decid::sim::TrialInput&, std::span<double> sway) {
         decid::sim::record(model.protocol, 12, static_cast<std::uint64_t>(index), sway);
-        read[static_cast<std::size_t>(index)] = decid::recording::trial_of({sway.begin(), sway.end()});
+        read[static_cast<std::size_t>(index)] = decid::recording::make_trial({sway.begin(), sway.end()});
       });
   decid::Identifier identifier(model);
   const std::vector<decid::Estimate> estimates = identifier.estimate(read);

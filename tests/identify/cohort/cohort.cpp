@@ -85,14 +85,14 @@ TEST_CASE("cohort: a group's mean is that of the exact posterior") {
     return sum;
   });
   const Result found = analyse(recordings, 1);
-  const double mean = exact[0], deviation = exact[1];
+  const double mean = exact[0], stddev = exact[1];
   CAPTURE(mean);
-  CAPTURE(deviation);
+  CAPTURE(stddev);
   REQUIRE(found.cells.size() == 1);
   CHECK(found.cells[0].persons == 5);
   // 6,000 draws, at least 1,500 of them effective: four standard errors.
-  CHECK(within(found.cells[0].mean[0].mean, mean, 4.0 * deviation / std::sqrt(1500.0)));
-  CHECK(near(found.cells[0].mean[0].sd, deviation, 4.0 / std::sqrt(2.0 * 1500.0)));
+  CHECK(within(found.cells[0].mean[0].mean, mean, 4.0 * stddev / std::sqrt(1500.0)));
+  CHECK(near(found.cells[0].mean[0].sd, stddev, 4.0 / std::sqrt(2.0 * 1500.0)));
   CHECK(found.max_rhat < 1.02);
   CHECK(found.comparisons.empty());
 }
@@ -118,11 +118,11 @@ TEST_CASE("cohort: evidence with two modes, from draws, is that of the exact pos
     return sum + std::log(std::exp(below) + std::exp(log_normal(25.0 / 24.0 - centre, wide)));
   });
   const Result found = analyse(recordings, 1);
-  const double mean = exact[0], deviation = exact[1];
+  const double mean = exact[0], stddev = exact[1];
   CAPTURE(mean);
-  CAPTURE(deviation);
-  CHECK(within(found.cells[0].mean[0].mean, mean, 0.15 * deviation));
-  CHECK(near(found.cells[0].mean[0].sd, deviation, 0.15));
+  CAPTURE(stddev);
+  CHECK(within(found.cells[0].mean[0].mean, mean, 0.15 * stddev));
+  CHECK(near(found.cells[0].mean[0].sd, stddev, 0.15));
 }
 
 TEST_CASE("cohort: a difference is found, in units and over the persons' standard deviation") {

@@ -104,9 +104,9 @@ TEST_CASE("cohort: recordings without a distribution over the ranges are not in 
   report.recordings[1].estimate.distribution.reset();  // one person is left
   CHECK_FALSE(made.compared().hierarchical);
 
-  CHECK(decid::cohort::measurement_of(report.recordings[2], report));
+  CHECK(decid::cohort::to_measurement(report.recordings[2], report));
   report.fit.emplace().priors.parameters = {{"delay", decid::posterior::ParameterPrior::Range{0.0, 0.2}, {}}};
-  CHECK_FALSE(decid::cohort::measurement_of(report.recordings[2], report));
+  CHECK_FALSE(decid::cohort::to_measurement(report.recordings[2], report));
 }
 
 TEST_CASE("cohort: recordings fitted together count once; those of another body are not in the model") {
@@ -127,9 +127,9 @@ TEST_CASE("cohort: recordings fitted together count once; those of another body 
   decid::ReportSetting& other = report.other_settings.emplace_back();
   other.protocol = report.protocol;
   report.recordings[5].setting = 1;
-  CHECK(decid::cohort::measurement_of(report.recordings[5], report));  // the same body
+  CHECK(decid::cohort::to_measurement(report.recordings[5], report));  // the same body
   other.protocol.experiment.body.mass_kg *= 1.2;
-  CHECK_FALSE(decid::cohort::measurement_of(report.recordings[5], report));  // a network's ranges are its body's
+  CHECK_FALSE(decid::cohort::to_measurement(report.recordings[5], report));  // a network's ranges are its body's
   // Draws of a heavier body have the same fractions of their own ranges.
   report.fit.emplace();
   RecordingResult own = fitted(report, 0.4);
@@ -137,7 +137,7 @@ TEST_CASE("cohort: recordings fitted together count once; those of another body 
   heavier.protocol = other.protocol;
   RecordingResult scaled = fitted(heavier, 0.4);
   scaled.setting = 1;
-  const auto one = decid::cohort::measurement_of(own, report), same = decid::cohort::measurement_of(scaled, report);
+  const auto one = decid::cohort::to_measurement(own, report), same = decid::cohort::to_measurement(scaled, report);
   REQUIRE(same);
   CHECK(near(same->centre(0, decid::sim::Kp), one->centre(0, decid::sim::Kp), 1e-9));
 }
@@ -146,9 +146,9 @@ TEST_CASE("cohort: draws of a fit are evidence, and a normal prior is taken back
   Report report;
   report.fit.emplace();
   const RecordingResult fit = fitted(report, 0.4);
-  const auto uniform = decid::cohort::measurement_of(fit, report);
+  const auto uniform = decid::cohort::to_measurement(fit, report);
   REQUIRE(uniform);
-  CHECK_FALSE(decid::cohort::measurement_of(fitted(report, 0.4, 15), report));
+  CHECK_FALSE(decid::cohort::to_measurement(fitted(report, 0.4, 15), report));
   const auto centre = [](const decid::cohort::Measurement& measurement) {
     double sum = 0.0, whole = 0.0;
     for (std::size_t k = 0; k < measurement.components(); ++k) {
@@ -160,7 +160,7 @@ TEST_CASE("cohort: draws of a fit are evidence, and a normal prior is taken back
   };
   // Under a prior below the draws they were drawn downwards: without it the evidence is higher.
   report.fit->priors.parameters = {{"Kp", {}, decid::posterior::ParameterPrior::Normal{700.0, 150.0}}};
-  const auto taken_back = decid::cohort::measurement_of(fit, report);
+  const auto taken_back = decid::cohort::to_measurement(fit, report);
   REQUIRE(taken_back);
   CHECK(centre(*taken_back) > centre(*uniform) + 0.05);
 }

@@ -38,7 +38,7 @@ std::vector<Variances> beside_fits(sim::Protocol protocol, int persons) {
         posterior::expected_posterior(density, {.draws = 8, .sensor_noise_deg = noise_deg, .at = trial.truth});
     for (std::size_t p = 0; p < trial.truth.size(); ++p) {
       const double prior = expected.prior_sd[p] * expected.prior_sd[p];
-      const double sd = found.deviation(static_cast<int>(p)), error = found.mean(static_cast<int>(p)) - trial.truth[p];
+      const double sd = found.stddev(static_cast<int>(p)), error = found.mean(static_cast<int>(p)) - trial.truth[p];
       all[static_cast<std::size_t>(i)].push_back(
           {expected.relative_variance[p], sd * sd / prior, error * error / prior});
     }

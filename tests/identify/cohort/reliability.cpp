@@ -11,7 +11,7 @@
 #include "tests/near.hpp"
 
 using decid::Code;
-using decid::cohort::change_of;
+using decid::cohort::change_at;
 using decid::cohort::Reliability;
 using decid::cohort::reliability;
 using namespace decid::test;
@@ -63,9 +63,9 @@ TEST_CASE("reliability: tables that cannot be used are refused") {
 }
 
 TEST_CASE("reliability: a person has changed if the interval excludes 0") {
-  CHECK(change_of({10.0, 3.0}, {22.0, 4.0}).changed);  // sd 5: interval 12 -+ 9.8
-  CHECK(near(change_of({10.0, 3.0}, {22.0, 4.0}).interval95[0], 12.0 - 5.0 * 1.9599639845400543, 1e-13));
-  CHECK_FALSE(change_of({10.0, 3.0}, {19.0, 4.0}).changed);
-  CHECK_FALSE(change_of({10.0, 3.0}, {22.0, 4.0}, 3.0).changed);
-  CHECK(change_of({22.0, 3.0}, {10.0, 4.0}).difference == -12.0);
+  CHECK(change_at({10.0, 3.0}, {22.0, 4.0}).changed);  // sd 5: interval 12 -+ 9.8
+  CHECK(near(change_at({10.0, 3.0}, {22.0, 4.0}).interval95[0], 12.0 - 5.0 * 1.9599639845400543, 1e-13));
+  CHECK_FALSE(change_at({10.0, 3.0}, {19.0, 4.0}).changed);
+  CHECK_FALSE(change_at({10.0, 3.0}, {22.0, 4.0}, 3.0).changed);
+  CHECK(change_at({22.0, 3.0}, {10.0, 4.0}).difference == -12.0);
 }

@@ -33,7 +33,7 @@ Recalibration wide() {
     Recalibration::Levels& levels = made.levels.emplace_back();
     for (std::size_t i = 0; i < levels.size(); ++i)
       levels[i] = normal_distribution(1.5 * inverse_normal(0.05 * static_cast<double>(i + 1)));
-    made.deviation_factor.push_back(1.5 + 0.1 * static_cast<double>(p));
+    made.stddev_factor.push_back(1.5 + 0.1 * static_cast<double>(p));
   }
   return made;
 }
@@ -48,7 +48,7 @@ TEST_CASE("ParameterDistribution: its mixture's moments in SI units") {
     const int quantity = static_cast<int>(p);
     const double low = table()[p].low, range = table()[p].range();
     CHECK(found.mean(quantity) == low + range * mixture.mean(p));
-    CHECK(found.deviation(quantity) == range * mixture.deviation(p));
+    CHECK(found.stddev(quantity) == range * mixture.stddev(p));
     CHECK(found.quantile(quantity, 0.3) == low + range * mixture.quantile(p, 0.3));
     CHECK(found.correlation(quantity, 0) == mixture.correlation(p, 0));
     CHECK(within(found.log_density(quantity, low + 0.4 * range), mixture.log_density(p, 0.4), 1e-12));
@@ -70,7 +70,7 @@ TEST_CASE("ParameterDistribution: quantiles and deviations are recalibrated, the
     CHECK(found.mean(quantity) == own.mean(quantity));
     CHECK(found.correlation(quantity, 1) == own.correlation(quantity, 1));
     CHECK(found.log_density(quantity, middle[p]) == own.log_density(quantity, middle[p]));
-    CHECK(near(found.deviation(quantity), (1.5 + 0.1 * static_cast<double>(p)) * own.deviation(quantity), 1e-15));
+    CHECK(near(found.stddev(quantity), (1.5 + 0.1 * static_cast<double>(p)) * own.stddev(quantity), 1e-15));
     CHECK(found.quantile(quantity, 0.05) == own.quantile(quantity, recalibration.levels[p].front()));
     CHECK(found.quantile(quantity, 0.05) < own.quantile(quantity, 0.05));
     CHECK(found.quantile(quantity, 0.95) > own.quantile(quantity, 0.95));
@@ -162,7 +162,7 @@ TEST_CASE("an estimate has the distribution of the model's head, recalibrated, a
     const int quantity = static_cast<int>(p);
     // Scores are floats, within 1.8 of 0.
     CHECK(within(found.parameters[p], found.distribution->mean(quantity), 1e-7 * table()[p].range()));
-    CHECK(found.distribution->deviation(quantity) > 1.4 * own.distribution->deviation(quantity));
+    CHECK(found.distribution->stddev(quantity) > 1.4 * own.distribution->stddev(quantity));
   }
   check_error([&] { static_cast<void>(model.distribution(std::vector<float>(71))); }, Code::size_mismatch,
               "71 outputs");

@@ -158,7 +158,7 @@ TEST_CASE("networks of fourteen parameters train with every head") {
       decoded.push_back(model.decode(outputs));
       REQUIRE(decoded.back().size() == 14);
     }
-    const MethodFigures figures = errors_of("network", "", decoded, predicted.truth, model.targets.deviation);
+    const MethodFigures figures = compute_errors("network", "", decoded, predicted.truth, model.targets.stddev);
     REQUIRE(figures.mse_per_parameter.size() == 14);
     for (std::size_t p = 0; p < 14; ++p)  // targets were rounded to float
       CHECK(within(figures.mse_per_parameter[p], evaluation.mse_per_parameter[p], 1e-5));
@@ -182,7 +182,7 @@ TEST_CASE("a network must have the outputs that its head needs") {
 TEST_CASE("model files name heads other than the point head, and one that nobody knows is refused") {
   const TrainingSettings how = settings(pair_head, "fc 14");
   Model paired(tiny_protocol(), how.preset.image, how.preset.architecture, pair_head);
-  paired.targets.deviation = sim::single_pendulum().parameters.middle();
+  paired.targets.stddev = sim::single_pendulum().parameters.middle();
   const auto rows = static_cast<std::size_t>(paired.images().shape().channels * paired.images().shape().rows);
   paired.rows = {std::vector<float>(rows, 0.0F), std::vector<float>(rows, 1.0F)};
   check_error([&] { model_from_bytes(to_bytes(paired), "mine.safetensors"); }, Code::file_unsupported, "'pair'");

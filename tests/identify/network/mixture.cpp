@@ -117,19 +117,19 @@ TEST_CASE("Mixture: means, deviations, correlations and quantiles are those of i
   }
   // Five standard errors of 200,000 draws of at most 0.5.
   constexpr double error = 5.0 * 0.5 / 447.0;
-  std::vector<double> mean(parameters, 0.0), deviation(parameters, 0.0);
+  std::vector<double> mean(parameters, 0.0), stddev(parameters, 0.0);
   for (std::size_t p = 0; p < parameters; ++p) {
     for (const double value : drawn[p]) mean[p] += value / draws;
-    for (const double value : drawn[p]) deviation[p] += (value - mean[p]) * (value - mean[p]) / draws;
-    deviation[p] = std::sqrt(deviation[p]);
+    for (const double value : drawn[p]) stddev[p] += (value - mean[p]) * (value - mean[p]) / draws;
+    stddev[p] = std::sqrt(stddev[p]);
     CHECK(within(mixture.mean(p), mean[p], error));
-    CHECK(within(mixture.deviation(p), deviation[p], error));
+    CHECK(within(mixture.stddev(p), stddev[p], error));
     CHECK(mixture.correlation(p, p) == 1.0);
   }
   for (std::size_t p = 1; p < parameters; ++p) {
     double product = 0.0;
     for (std::size_t n = 0; n < draws; ++n)
-      product += (drawn[0][n] - mean[0]) * (drawn[p][n] - mean[p]) / draws / (deviation[0] * deviation[p]);
+      product += (drawn[0][n] - mean[0]) * (drawn[p][n] - mean[p]) / draws / (stddev[0] * stddev[p]);
     CHECK(within(mixture.correlation(0, p), product, 2.0 * error));
     CHECK(within(mixture.correlation(p, 0), mixture.correlation(0, p), 1e-6));
   }

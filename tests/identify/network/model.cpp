@@ -30,11 +30,11 @@ Model example() {
   const auto rows = static_cast<std::size_t>(model.images().shape().channels * model.images().shape().rows);
   for (std::size_t i = 0; i < rows; ++i) {
     model.rows.mean.push_back(static_cast<float>(i) / 7.0F);
-    model.rows.deviation.push_back(1.0F + static_cast<float>(i) / 9.0F);
+    model.rows.stddev.push_back(1.0F + static_cast<float>(i) / 9.0F);
   }
   model.targets.mean = sim::single_pendulum().parameters.middle();
   for (std::size_t p = 0; p < sim::single_pendulum().parameters.size(); ++p)
-    model.targets.deviation[p] = 1.0 / (3.0 + static_cast<double>(p));
+    model.targets.stddev[p] = 1.0 / (3.0 + static_cast<double>(p));
   model.origin.seed = 3;
   return model;
 }
@@ -51,9 +51,9 @@ TEST_CASE("a model survives its file to the bit") {
   CHECK(sim::to_json(copy.protocol) == sim::to_json(model.protocol));
   CHECK(copy.image() == model.image());
   CHECK(copy.rows.mean == model.rows.mean);
-  CHECK(copy.rows.deviation == model.rows.deviation);
+  CHECK(copy.rows.stddev == model.rows.stddev);
   CHECK(copy.targets.mean == model.targets.mean);
-  CHECK(copy.targets.deviation == model.targets.deviation);
+  CHECK(copy.targets.stddev == model.targets.stddev);
   CHECK(copy.origin == model.origin);
   CHECK(to_bytes(copy) == bytes);
 }
@@ -159,10 +159,10 @@ TEST_CASE("a model file whose parts do not stand is refused, each with its reaso
         reason.c_str(), [&](auto& file) { file.metadata.erase(key); }, Code::file_unsupported);
   }
   refused("target scaling that cannot be read", [](auto& file) { file.metadata["targets"] = "{}"; });
-  for (const double deviation : {0.0, -1.0})
+  for (const double stddev : {0.0, -1.0})
     refused("target scaling that is not positive", [&](auto& file) {
       Json targets = Json::parse(file.metadata["targets"]);
-      targets["deviation"][3] = deviation;
+      targets["deviation"][3] = stddev;
       file.metadata["targets"] = targets.dump();
     });
   refused("image scaling that is not positive", [&](auto& file) { tensor(file, "image.row_deviation")[5] = 0.0F; });

@@ -79,7 +79,7 @@ TEST_CASE("recalibration: piecewise linear from 0 through the levels to 1, and b
     levels[i] = nominal * nominal;
   }
   levels[9] = levels[8];  // a level that stands twice
-  made.deviation_factor = {2.0};
+  made.stddev_factor = {2.0};
   CHECK(made.known());
   CHECK(made.factor(0) == 2.0);
   CHECK(made.level(0, 0.0) == 0.0);
@@ -102,17 +102,17 @@ TEST_CASE(
     said.push_back({place / 200.0, 3.0, 1.0});
     said.push_back({1.0, i == 0 ? 30.0 : 1.0, i == 0 ? 1e-6 : 1.0});
   }
-  const Recalibration made = recalibration_of(2, said);
+  const Recalibration made = fit_recalibration(2, said);
   for (std::size_t i = 0; i < Recalibration::probabilities; ++i) {
     CHECK(near(made.levels[0][i], 0.025 * static_cast<double>(i + 1), 1e-12));
     CHECK((made.levels[1][i] < 1.0 && made.levels[1][i] > 0.99));  // there is something to ask for
   }
-  CHECK(near(made.deviation_factor[0], 3.0, 1e-14));
+  CHECK(near(made.stddev_factor[0], 3.0, 1e-14));
   // One trial that was sure and wrong does not decide for all.
-  CHECK(near(made.deviation_factor[1], std::sqrt((900.0 + 98.0) / 98.0), 1e-12));
-  check_error([&] { recalibration_of(2, std::span(said).first(7)); }, Code::size_mismatch, "7 values");
-  check_error([&] { recalibration_of(2, {}); }, Code::size_mismatch, "0 values");
-  check_error([&] { recalibration_of(0, said); }, Code::size_mismatch, "0 parameters");
+  CHECK(near(made.stddev_factor[1], std::sqrt((900.0 + 98.0) / 98.0), 1e-12));
+  check_error([&] { fit_recalibration(2, std::span(said).first(7)); }, Code::size_mismatch, "7 values");
+  check_error([&] { fit_recalibration(2, {}); }, Code::size_mismatch, "0 values");
+  check_error([&] { fit_recalibration(0, said); }, Code::size_mismatch, "0 parameters");
 }
 
 TEST_CASE("recalibration: an overconfident network has the stated coverage on test trials") {

@@ -36,7 +36,7 @@ std::vector<RecordingSource> sources(const TemporaryFolder& folder, const std::v
 RecordingPlan plan_of_text(const TemporaryFolder& folder, const std::string& sheet,
                            const std::vector<std::string>& names, Choice choice) {
   const std::filesystem::path path = write_text(folder / "participants.tsv", sheet);
-  return plan_of(read_sheet(path), sources(folder, names), choice, {});
+  return make_plan(read_sheet(path), sources(folder, names), choice, {});
 }
 
 /// Checks an error that a line or a recording has: its code, and a fact in its text.
@@ -105,7 +105,7 @@ TEST_CASE("read_sheet: columns by BIDS' names, units, decimal commas, missing va
   CHECK(second.entry == SheetEntry{"P2", "", "", "", {"", "a;b"}});
   CHECK(second.height_m == 1.62);
   CHECK_FALSE(second.mass_kg);
-  CHECK(sheet.place_of(second) == (folder / "s.csv").string() + ", line 4");
+  CHECK(sheet.locate(second) == (folder / "s.csv").string() + ", line 4");
 
   const StudySheet wrong =
       read_sheet(write_text(folder / "w.tsv",
@@ -172,8 +172,8 @@ TEST_CASE("set_reading_option: every option, and values it does not have") {
                                                                                               {"begin", "1 s"}})
     check_error([&, &n = name, &v = value] { set_reading_option(made, n, v, "here"); }, Code::value_invalid, "here");
   check_error([&] { set_reading_option(made, "nothing", "1", "here"); }, Code::setting_unknown, "nothing");
-  CHECK(reading_option_of("Tilt column") == "tilt_column");
-  CHECK(reading_option_of("leg").empty());
+  CHECK(find_reading_option("Tilt column") == "tilt_column");
+  CHECK(find_reading_option("leg").empty());
 }
 
 TEST_CASE("plan_of a sheet of files: the call's recordings, their own options, those without a line or a file") {
@@ -267,17 +267,17 @@ TEST_CASE("StudySheet::reader_of: columns by any spelling; joint_groups: persons
   const std::filesystem::path path = write_text(
       folder / "people.csv", "Subject,file,Eyes\nA,a.csv,open\na,b.csv,Open\nB,c.csv,open\na,d.csv,closed\n");
   const StudySheet sheet = read_sheet(path);
-  CHECK(sheet.reader_of("participant_id")(sheet.lines[0].entry) == "A");
-  CHECK(sheet.reader_of("eyes")(sheet.lines[1].entry) == "Open");
-  check_error([&] { sheet.reader_of("shoe"); }, Code::column_missing, "shoe");
-  check_error([&] { sheet.reader_of("file"); }, Code::column_missing, "file");
+  CHECK(sheet.reader_for("participant_id")(sheet.lines[0].entry) == "A");
+  CHECK(sheet.reader_for("eyes")(sheet.lines[1].entry) == "Open");
+  check_error([&] { sheet.reader_for("shoe"); }, Code::column_missing, "shoe");
+  check_error([&] { sheet.reader_for("file"); }, Code::column_missing, "file");
   CHECK(names_persons("Patient ID"));
   CHECK_FALSE(names_persons("group"));
   const RecordingPlan plan =
-      plan_of(sheet, sources(folder, {"a.csv", "b.csv", "c.csv", "d.csv"}), Choice::by_sheet, {});
+      make_plan(sheet, sources(folder, {"a.csv", "b.csv", "c.csv", "d.csv"}), Choice::by_sheet, {});
   const std::vector<FitGroup> groups = joint_groups(plan, "subject", "eyes");
   REQUIRE(groups.size() == 1);
   CHECK(groups[0].recordings == std::vector<std::size_t>{0, 1, 3});
   CHECK(groups[0].conditions == std::vector<std::string>{"open", "open", "closed"});
-  check_error([&] { joint_groups(plan_of(sources(folder, {"a.csv"}), {}), "subject", ""); }, Code::setting_conflict);
+  check_error([&] { joint_groups(make_plan(sources(folder, {"a.csv"}), {}), "subject", ""); }, Code::setting_conflict);
 }

@@ -21,7 +21,7 @@ std::vector<CalibratedTrial> trials_of(double stated, int count) {
     const double error = Random(3, posterior::streams::chains, 0).normal(static_cast<std::uint64_t>(i));
     trial.truth = {10.0, 0.0};
     trial.mean = {10.0 + 2.0 * error, 0.0};
-    trial.deviation = {2.0 * stated, 1.0};
+    trial.stddev = {2.0 * stated, 1.0};
     const double z = -error / stated;
     trial.below = {0.5 * std::erfc(-z / std::sqrt(2.0)), (i + 0.5) / count};
     trial.agreed = i % 4 != 0;
@@ -33,7 +33,7 @@ std::vector<CalibratedTrial> trials_of(double stated, int count) {
 
 TEST_CASE("calibration_of: right posteriors are covered as they should be") {
   constexpr int count = 2000;
-  const Calibration found = calibration_of(trials_of(1.0, count), {2.0, 4.0});
+  const Calibration found = compute_calibration(trials_of(1.0, count), {2.0, 4.0});
   CHECK(found.trials == count);
   CHECK(found.agreed == count * 3 / 4);
   // 4 standard errors.
@@ -51,7 +51,7 @@ TEST_CASE("calibration_of: right posteriors are covered as they should be") {
 }
 
 TEST_CASE("calibration_of: overconfident posteriors are detected") {
-  const Calibration found = calibration_of(trials_of(0.5, 400), {2.0, 4.0});
+  const Calibration found = compute_calibration(trials_of(0.5, 400), {2.0, 4.0});
   CHECK(found.parameters[0].mse > 3.0 * found.parameters[0].predicted_variance);
   CHECK(found.parameters[0].coverage90 < 0.7);
   CHECK(found.parameters[0].distance > found.band);
@@ -60,7 +60,7 @@ TEST_CASE("calibration_of: overconfident posteriors are detected") {
 TEST_CASE("calibration_of: those that agree alone, and none") {
   const std::vector<CalibratedTrial> trials = trials_of(1.0, 40);
   CHECK(calibration_of_agreeing(trials, {2.0, 4.0}).trials == 30);
-  check_error([] { calibration_of({}, {1.0}); }, Code::trials_missing);
+  check_error([] { compute_calibration({}, {1.0}); }, Code::trials_missing);
 }
 
 TEST_CASE("gaussian_log_score: of Gaussian draws, and of draws that tell no covariance") {
@@ -115,7 +115,7 @@ TEST_CASE("calibration_by: three parts of equal size, in the key's order; a netw
     CHECK(near(part.figures.all.network_mse, 2.0, 1e-12));
   }
   trials[3].network = {};
-  CHECK(std::isnan(calibration_of(trials, {2.0, 4.0}).all.network_mse));
+  CHECK(std::isnan(compute_calibration(trials, {2.0, 4.0}).all.network_mse));
   check_error(
       [&] {
         calibration_by(std::span(trials).first(2), {2.0, 4.0}, [](const auto&) { return 0.0; });

@@ -58,7 +58,7 @@ TEST_CASE("calibrate_trial: recordings of a person tell more together") {
     REQUIRE(found);
     double sum = 0.0;
     for (std::size_t p = 0; p < found->truth.size(); ++p)
-      sum += std::pow(found->deviation[p] / protocol.ranges()[p].range(), 2);
+      sum += std::pow(found->stddev[p] / protocol.ranges()[p].range(), 2);
     variance[count == 1 ? 0 : 1] = sum;
   }
   CHECK(variance[1] < 0.7 * variance[0]);
@@ -120,9 +120,9 @@ TEST_CASE("NetworkAnswers: answers of a network for its own experiment only") {
 
 TEST_CASE("uniform_deviation: the range over the root of 12") {
   const sim::ParameterTable ranges = sim::default_protocol().ranges();
-  const sim::Parameters deviation = uniform_deviation(ranges);
-  REQUIRE(deviation.size() == ranges.size());
-  for (std::size_t p = 0; p < ranges.size(); ++p) CHECK(deviation[p] == ranges[p].range() / std::sqrt(12.0));
+  const sim::Parameters stddev = uniform_stddev(ranges);
+  REQUIRE(stddev.size() == ranges.size());
+  for (std::size_t p = 0; p < ranges.size(); ++p) CHECK(stddev[p] == ranges[p].range() / std::sqrt(12.0));
 }
 
 TEST_CASE("self_checks: simulated trials have their known bits") {

@@ -32,14 +32,14 @@ double covered(const Band& band, const ValueAt& value_at) {
 }  // namespace
 
 TEST_CASE("band_of: quantiles at each time") {
-  const Band band = band_of(std::vector<double>{0.0, 5.0, 2.0, 5.0, 1.0, 5.0}, 2);  // three draws
+  const Band band = make_band(std::vector<double>{0.0, 5.0, 2.0, 5.0, 1.0, 5.0}, 2);  // three draws
   CHECK(band.middle == std::vector<double>{1.0, 5.0});
   CHECK(near(band.low[0], 0.1, 1e-15));
   CHECK(near(band.high[0], 1.9, 1e-15));
   CHECK(band.high[1] == 5.0);
-  check_error([] { band_of(std::vector<double>(5), 2); }, Code::size_mismatch, "5 values");
-  check_error([] { band_of({}, 2); }, Code::size_mismatch, "0 values");
-  check_error([] { band_of(std::vector<double>(5), 0); }, Code::size_mismatch, "0 times");
+  check_error([] { make_band(std::vector<double>(5), 2); }, Code::size_mismatch, "5 values");
+  check_error([] { make_band({}, 2); }, Code::size_mismatch, "0 values");
+  check_error([] { make_band(std::vector<double>(5), 0); }, Code::size_mismatch, "0 times");
 }
 
 // 90 % of the times if the draws were independent and many; a signal's errors last for seconds, so fewer or more of one
@@ -83,8 +83,8 @@ TEST_CASE("infer: the bands hold what a simulated trial had" * doctest::test_sui
   CHECK(width < 4.0 * density.block_noise_rad(0.01));
   // Half of the coefficients of 200 blocks are looked at, so that a block of white noise of a known level has twice its
   // variance given the others: log p = -log(deviation sqrt(4 pi e)), less half a parameter each.
-  const double deviation_deg = density.block_noise_rad(0.01) / sim::rad_per_deg;
-  const double known = -200.0 * std::log(deviation_deg * std::sqrt(4.0 * sim::pi * std::exp(1.0)));
+  const double stddev_deg = density.block_noise_rad(0.01) / sim::rad_per_deg;
+  const double known = -200.0 * std::log(stddev_deg * std::sqrt(4.0 * sim::pi * std::exp(1.0)));
   const LeaveOneOut& left_out = inferred.left_out;
   CHECK((left_out.effective_parameters > 7.0 && left_out.effective_parameters < 100.0));
   // Either half of the parameters' cost is out of the data's fit; twice the 100 squares, halved, have a deviation

@@ -31,12 +31,12 @@ double probability_above(double x) {
 constexpr double low = 0.2, high = 1.7;
 Quantile quantile(double mean, double sd) {
   const Priors priors{.parameters = {{.name = "a", .normal = ParameterPrior::Normal{mean, sd}}}};
-  return quantile_of(priors, "a", low, high - low);
+  return make_quantile(priors, "a", low, high - low);
 }
 
 /// In the middle, at the ends, beyond them with little probability within, wide and narrow.
 std::vector<Quantile> quantiles() {
-  return {quantile_of({}, "a", low, high - low),
+  return {make_quantile({}, "a", low, high - low),
           quantile(0.9, 0.3),
           quantile(0.2, 0.4),
           quantile(2.0, 0.2),
@@ -49,7 +49,7 @@ const sim::ParameterTable& table() {
   return sim::single_pendulum().parameters;
 }
 sim::ParameterTable ranges(std::vector<ParameterPrior> parameters) {
-  return ranges_of({.parameters = std::move(parameters)}, table());
+  return ranges_for({.parameters = std::move(parameters)}, table());
 }
 
 }  // namespace
@@ -118,9 +118,9 @@ TEST_CASE("Quantile: the coordinate of a value, at most a hundredth of the proba
 TEST_CASE("quantile_of: the prior of that name, if it is normal") {
   const Priors priors{.parameters = {{.name = "a", .range = ParameterPrior::Range{0.0, 1.0}},
                                      {.name = "b", .normal = ParameterPrior::Normal{0.5, 0.1}}}};
-  CHECK(quantile_of(priors, "a", 0.0, 1.0).sd == 0.0);
-  CHECK(quantile_of(priors, "c", 0.0, 1.0).sd == 0.0);
-  const Quantile normal = quantile_of(priors, "b", 0.0, 1.0);
+  CHECK(make_quantile(priors, "a", 0.0, 1.0).sd == 0.0);
+  CHECK(make_quantile(priors, "c", 0.0, 1.0).sd == 0.0);
+  const Quantile normal = make_quantile(priors, "b", 0.0, 1.0);
   CHECK(normal.mean == 0.5);
   CHECK(normal.sd == 0.1);
   CHECK(near(normal.probability_range, std::erf(5.0 / std::sqrt(2.0)), 1e-14));

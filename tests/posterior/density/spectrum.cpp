@@ -60,7 +60,7 @@ struct Residuals {
   void put(const std::vector<double>& values, std::size_t l) {
     for (std::size_t m = 0; m < blocks; ++m) unfolded[place(m) * lanes + l] = values[m];
   }
-  std::vector<double> blocks_of(const AlignedVector<double>& from, std::size_t l) const {
+  std::vector<double> count_blocks(const AlignedVector<double>& from, std::size_t l) const {
     std::vector<double> values(blocks);
     for (std::size_t m = 0; m < blocks; ++m) values[m] = from[place(m) * lanes + l];
     return values;
@@ -103,7 +103,7 @@ TEST_CASE("NoiseSpectrum: the misfit is the Gaussian density of the kept coeffic
     const std::array<double, lanes> misfit = r.misfit();
     for (std::size_t l = 0; l < lanes; ++l) {
       const DenseNoise dense = r.dense(l);
-      const std::vector<double> kept = dense.transform(r.rows, r.blocks_of(r.unfolded, l));
+      const std::vector<double> kept = dense.transform(r.rows, r.count_blocks(r.unfolded, l));
       const DenseGaussian gaussian = dense.of_coefficients(r.rows);
       const double scale = gaussian.product(kept, kept) + std::abs(gaussian.log_determinant());
       CHECK(within(misfit[l], gaussian.misfit(kept), dense.rounding(r.rows) * scale));
@@ -147,8 +147,8 @@ TEST_CASE("NoiseSpectrum: derivatives by the residual are the inverse covariance
     for (std::size_t l = 0; l < lanes; ++l) {
       const DenseNoise dense = r.dense(l);
       const DenseGaussian gaussian = dense.of_coefficients(r.rows);
-      const std::vector<double> derivative = r.blocks_of(by_unfolded, l);
-      const std::vector<double> kept = dense.transform(r.rows, r.blocks_of(r.unfolded, l));
+      const std::vector<double> derivative = r.count_blocks(by_unfolded, l);
+      const std::vector<double> kept = dense.transform(r.rows, r.count_blocks(r.unfolded, l));
       for (std::size_t m = 0; m < r.blocks; ++m) {
         std::vector<double> unit(r.blocks, 0.0);
         unit[m] = 1.0;
@@ -203,7 +203,7 @@ TEST_CASE("NoiseSpectrum: a block given all others has the density of all over t
     for (std::size_t l = 0; l < lanes; ++l) {
       const DenseNoise dense = r.dense(l);
       const std::vector<double> covariance = dense.of_blocks(r.rows, 1e8 * r.levels.white[l]);
-      const std::vector<double> residual = r.blocks_of(r.unfolded, l);
+      const std::vector<double> residual = r.count_blocks(r.unfolded, l);
       const double all = DenseGaussian(covariance).misfit(residual);
       for (std::size_t i = 0; i < r.blocks; ++i) {
         std::vector<double> others, of_others;

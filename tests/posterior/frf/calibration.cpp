@@ -28,10 +28,10 @@ struct Calibration {
   std::vector<double> rhat, p_values, errors;
 };
 
-Calibration calibrate(const sim::BodyModel& model, double deviation, int tables) {
+Calibration calibrate(const sim::BodyModel& model, double stddev, int tables) {
   sim::Protocol protocol = sim::short_protocol();
   protocol.experiment.body_model = &model;
-  const frf::Density made(protocol, empty_table(short_frequencies_hz, deviation), {});
+  const frf::Density made(protocol, empty_table(short_frequencies_hz, stddev), {});
   frf::SmcSettings settings;
   settings.effective_draws = 200;  // ranks are known to 0.035 or better, an eighth of their own spread
   settings.max_rhat = 1.05;
@@ -45,10 +45,10 @@ Calibration calibrate(const sim::BodyModel& model, double deviation, int tables)
     const auto number = static_cast<std::size_t>(i);
     const Random random(31, sim::streams::base_parameters, number);
     const frf::State truth = state_of_prior(made, random);
-    const frf::Density density(protocol, table_of(made, truth, random), {});
+    const frf::Density density(protocol, table_for(made, truth, random), {});
     const frf::Fit found = frf::fit(density, settings);
     for (int q = 0; q < made.quantities(); ++q) {
-      const std::vector<double>& draws = found.draws_of(q);
+      const std::vector<double>& draws = found.draws_for(q);
       const double value = density.value(truth, q);
       const auto below = std::ranges::count_if(draws, [&](double draw) { return draw < value; });
       const auto equal = std::ranges::count(draws, value);

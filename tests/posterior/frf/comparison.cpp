@@ -12,10 +12,10 @@ using namespace decid::test;
 
 namespace {
 
-frf::Table table_of_prior(const sim::Protocol& protocol, double deviation, unsigned number) {
-  const frf::Density density(protocol, empty_table(short_frequencies_hz, deviation), {});
+frf::Table table_of_prior(const sim::Protocol& protocol, double stddev, unsigned number) {
+  const frf::Density density(protocol, empty_table(short_frequencies_hz, stddev), {});
   const Random random(6, sim::streams::base_parameters, number);
-  return test::table_of(density, state_of_prior(density, random), random);
+  return test::table_for(density, state_of_prior(density, random), random);
 }
 
 frf::RowsLeftOut left_out(const sim::Protocol& protocol, const frf::Table& table) {

@@ -94,7 +94,7 @@ TEST_CASE("a prior's values and slopes at probabilities") {
   const posterior::Quantile flat{.low = 2.0, .range = 3.0};
   CHECK(frf::value_at(flat, 0.25) == 2.75);
   CHECK(frf::slope_at(flat, 0.25) == 3.0);
-  const posterior::Quantile normal = posterior::quantile_of(
+  const posterior::Quantile normal = posterior::make_quantile(
       {.parameters = {{"Kp", {}, posterior::ParameterPrior::Normal{900.0, 50.0}, {}}}}, "Kp", 500.0, 800.0);
   CHECK(near(frf::value_at(normal, 0.5), 900.0, 1e-9));
   CHECK(near(frf::value_at(normal, 0.8413447460685429), 950.0, 1e-9));

@@ -57,8 +57,8 @@ TEST_CASE("the misfit is that of the errors, written out") {
 // Central differences err by h^2 times the third derivative, some 1e2 of the gradient, and by 1e-16 / h of the misfit.
 TEST_CASE("the gradient is that of finite differences") {
   const double h = 1e-5;
-  for (const double deviation : {0.0, 0.05}) {
-    const Density density(sim::short_protocol(), empty_table(short_frequencies_hz, deviation), {});
+  for (const double stddev : {0.0, 0.05}) {
+    const Density density(sim::short_protocol(), empty_table(short_frequencies_hz, stddev), {});
     const frf::Local local = evaluated(density, middle);
     double largest = 0.0;
     for (const double value : local.gradient) largest = std::max(largest, std::abs(value));
@@ -137,8 +137,8 @@ TEST_CASE("an unstable loop is impossible") {
 }
 
 TEST_CASE("priors out of their bounds are errors") {
-  const auto with = [](const frf::Priors& priors, double deviation) {
-    return [=] { Density(sim::short_protocol(), empty_table({0.05, 0.4, 1.1}, deviation), priors); };
+  const auto with = [](const frf::Priors& priors, double stddev) {
+    return [=] { Density(sim::short_protocol(), empty_table({0.05, 0.4, 1.1}, stddev), priors); };
   };
   check_error(with({.gain = -0.1}, 0.1), Code::setting_out_of_range, "-0.1");
   check_error(with({.gain = 1.0}, 0.1), Code::setting_out_of_range, "is 1");
@@ -175,7 +175,7 @@ void check_gradient(const Density& density) {
     for (const char* name : {"Nv", "theta"})
       for (int p = 0; p < density.gain(); ++p)
         is_rank = is_rank || (density.ranks_passing() && density.ranges()[static_cast<std::size_t>(p)].name == name &&
-                              density.coordinate_of(p) == i);
+                              density.find_coordinate(p) == i);
     if (is_rank) continue;
     std::vector<double> below = x, above = x;
     below[i] -= h;
@@ -217,10 +217,10 @@ TEST_CASE("known parameters have no coordinate") {
   CHECK(density.is_fixed(sim::Kd));
   CHECK_FALSE(density.is_fixed(sim::Kp));
   CHECK_FALSE(density.ranks_passing());
-  CHECK_FALSE(density.coordinate_of(sim::Kd).has_value());
-  CHECK(density.coordinate_of(sim::Delay) == 4);
-  CHECK(density.coordinate_of(density.gain()) == 5);
-  CHECK(density.coordinate_of(density.error()) == 6);
+  CHECK_FALSE(density.find_coordinate(sim::Kd).has_value());
+  CHECK(density.find_coordinate(sim::Delay) == 4);
+  CHECK(density.find_coordinate(density.gain()) == 5);
+  CHECK(density.find_coordinate(density.error()) == 6);
   const frf::State state = density.state(std::vector<double>(7, 0.5));
   CHECK(state.parameters[sim::Kd] == 250.0);
   CHECK(state.parameters[sim::Theta] == 0.002);

@@ -19,15 +19,15 @@ frf::State known() {
 }
 
 /// Fits the response of a known controller, its gains changed by `spoil` at each row, with that standard deviation.
-frf::Fit fit_of(double deviation, const frf::Priors& priors, double (*spoil)(std::size_t) = nullptr) {
+frf::Fit fit_of(double stddev, const frf::Priors& priors, double (*spoil)(std::size_t) = nullptr) {
   const sim::Protocol protocol = sim::short_protocol();
   const Density made(protocol, empty_table(short_frequencies_hz, 0.02), {});
-  frf::Table table = test::table_of(made, known(), Random(4, sim::streams::base_parameters, 0));
+  frf::Table table = test::table_for(made, known(), Random(4, sim::streams::base_parameters, 0));
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
-    table.rows[i].deviation = deviation;
+    table.rows[i].stddev = stddev;
     if (spoil) table.rows[i].response *= spoil(i);
   }
-  if (deviation == 0.0) table.confidence.clear();
+  if (stddev == 0.0) table.confidence.clear();
   return frf::fit(Density(protocol, table, priors), {});
 }
 
@@ -39,15 +39,15 @@ double zigzag(std::size_t row) {
 
 TEST_CASE("draws are states, and known parameters have one value") {
   const frf::Fit found = fit_of(0.02, {.parameters = {{"Kd", {}, {}, std::optional<double>(260.0)}}});
-  CHECK(found.draws_of(sim::Kd).front() == 260.0);
-  CHECK(found.deviation(sim::Kd) == 0.0);
+  CHECK(found.draws_for(sim::Kd).front() == 260.0);
+  CHECK(found.stddev(sim::Kd) == 0.0);
   CHECK(found.rhat()[sim::Kd] == 1.0);
   CHECK(found.effective_draws()[sim::Kd] == found.draws());
   CHECK(found.contraction(sim::Kd) == 0.0);
   const frf::State last = found.state(found.draws() - 1);
-  CHECK(last.parameters[sim::Delay] == found.draws_of(sim::Delay).back());
-  CHECK(last.gain == found.draws_of(found.gain()).back());
-  CHECK(last.error == found.draws_of(found.error()).back());
+  CHECK(last.parameters[sim::Delay] == found.draws_for(sim::Delay).back());
+  CHECK(last.gain == found.draws_for(found.gain()).back());
+  CHECK(last.error == found.draws_for(found.error()).back());
   CHECK(found.left() > 0.0);
   CHECK(found.left() < 0.1);
 }
@@ -67,7 +67,7 @@ TEST_CASE("the true controller is found, and uninformed parameters keep their pr
   for (int q = 0; q <= static_cast<int>(sim::Delay); ++q) {
     CAPTURE(q);
     // 3.5 deviations: 1 in 2000.
-    CHECK(within(found.mean(q), truth.parameters[static_cast<std::size_t>(q)], 3.5 * found.deviation(q)));
+    CHECK(within(found.mean(q), truth.parameters[static_cast<std::size_t>(q)], 3.5 * found.stddev(q)));
     CHECK(found.quantile(q, 0.05) < found.mean(q));
     CHECK(found.quantile(q, 0.95) > found.mean(q));
     CHECK(near(found.prior_stddev(q),
@@ -94,8 +94,8 @@ TEST_CASE("the true controller is found, and uninformed parameters keep their pr
 
 TEST_CASE("known parameters keep their priors") {
   const frf::Fit found = fit_of(0.02, {.gain = 0.0, .error = 0.0});
-  CHECK(found.deviation(found.gain()) == 0.0);
-  CHECK(found.deviation(found.error()) == 0.0);
+  CHECK(found.stddev(found.gain()) == 0.0);
+  CHECK(found.stddev(found.error()) == 0.0);
   CHECK(found.contraction(found.gain()) == 0.0);
   CHECK(found.correlation(found.gain(), sim::Kp) == 0.0);
   CHECK(found.warnings().empty());
@@ -111,7 +111,7 @@ TEST_CASE("a table that no controller explains gives a warning and wider interva
   CHECK_FALSE(bad.explained());
   CHECK(good.explained());
   CHECK(bad.mean(bad.error()) > 0.2);
-  CHECK(bad.deviation(sim::Delay) > 2.0 * good.deviation(sim::Delay));
+  CHECK(bad.stddev(sim::Delay) > 2.0 * good.stddev(sim::Delay));
   const frf::Fit sure = fit_of(0.02, {.error = 0.0}, zigzag);
   REQUIRE_FALSE(sure.warnings().empty());
   CHECK(contains(sure.warnings().back().text, "too narrow"));
@@ -134,6 +134,6 @@ TEST_CASE("the draws have the same bits everywhere" * doctest::test_suite("golde
   const frf::Fit found = fit_of(0.02, {});
   std::string bytes;
   for (int q = 0; q <= found.error(); ++q)
-    bytes.append(reinterpret_cast<const char*>(found.draws_of(q).data()), found.draws_of(q).size() * sizeof(double));
+    bytes.append(reinterpret_cast<const char*>(found.draws_for(q).data()), found.draws_for(q).size() * sizeof(double));
   CHECK(sha256(bytes) == "9e2819aa15e9e87881437715a02d07996359d997aa14447868dedd2b950dc424");
 }

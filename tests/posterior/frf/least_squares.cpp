@@ -30,7 +30,7 @@ frf::Table made(const sim::Protocol& protocol, const Random& random) {
     const double sd = noise * std::abs(responses[i]) / std::sqrt(weights[i]);
     table.rows[i].response =
         responses[i] + sd * sim::Complex(random.normal(2'000'000 + 2 * i), random.normal(2'000'001 + 2 * i));
-    table.rows[i].deviation = noise * std::abs(table.rows[i].response) / std::sqrt(weights[i]);
+    table.rows[i].stddev = noise * std::abs(table.rows[i].response) / std::sqrt(weights[i]);
   }
   return table;
 }

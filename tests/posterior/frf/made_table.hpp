@@ -10,11 +10,11 @@
 namespace decid::test {
 
 /// Rows at these frequencies whose responses are 1, with that confidence where it is not 0.
-inline frf::Table empty_table(const std::vector<double>& frequencies_hz, double deviation, int harmonics = 0) {
+inline frf::Table empty_table(const std::vector<double>& frequencies_hz, double stddev, int harmonics = 0) {
   frf::Table table;
   table.file = "made.csv";
-  if (deviation > 0.0) table.confidence = "sd";
-  for (const double hz : frequencies_hz) table.rows.push_back({hz, {1.0, 0.0}, deviation, harmonics});
+  if (stddev > 0.0) table.confidence = "sd";
+  for (const double hz : frequencies_hz) table.rows.push_back({hz, {1.0, 0.0}, stddev, harmonics});
   return table;
 }
 
@@ -33,14 +33,14 @@ inline frf::State state_of_prior(const frf::Density& density, const Random& rand
 }
 
 /// The table that a state says, with errors as the density has them.
-inline frf::Table table_of(const frf::Density& density, const frf::State& state, const Random& random) {
+inline frf::Table table_for(const frf::Density& density, const frf::State& state, const Random& random) {
   frf::Table table = density.table();
   std::vector<sim::Complex> responses(table.rows.size());
   density.respond(state, responses);
   for (std::size_t i = 0; i < responses.size(); ++i) {
-    const double deviation = std::sqrt(density.variance(i, responses[i], state.error));
+    const double stddev = std::sqrt(density.variance(i, responses[i], state.error));
     table.rows[i].response =
-        responses[i] + deviation * sim::Complex(random.normal(1'000'000 + 2 * i), random.normal(1'000'001 + 2 * i));
+        responses[i] + stddev * sim::Complex(random.normal(1'000'000 + 2 * i), random.normal(1'000'001 + 2 * i));
   }
   return table;
 }

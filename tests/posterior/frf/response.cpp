@@ -91,16 +91,16 @@ TEST_CASE("the passed fraction is the mean over the noise") {
   // Simpson's rule over 10 deviations either way: its error is below 1e-6 with the kinks between its points.
   for (const double theta : {0.0, 0.002, 0.005}) {
     for (const double signal : {0.0, 0.001, 0.0041}) {
-      const double deviation = 0.003;
+      const double stddev = 0.003;
       double sum = 0.0;
       constexpr int points = 20'000;
       for (int i = 0; i <= points; ++i) {
-        const double u = -10.0 + 20.0 * i / points, x = signal + deviation * u;
+        const double u = -10.0 + 20.0 * i / points, x = signal + stddev * u;
         const double passed = x > theta ? x - theta : x < -theta ? x + theta : 0.0;
         const double weight = i == 0 || i == points ? 1.0 : i % 2 ? 4.0 : 2.0;
         sum += weight * passed * std::exp(-0.5 * u * u) / std::sqrt(2.0 * sim::pi) * 20.0 / points / 3.0;
       }
-      CHECK(within(frf::mean_passed(signal, deviation, theta), sum, 1e-9));
+      CHECK(within(frf::mean_passed(signal, stddev, theta), sum, 1e-9));
     }
   }
   CHECK(near(frf::mean_passed(0.004, 0.0, 0.001), 0.003, 1e-9));

@@ -28,7 +28,7 @@ TEST_CASE("gain and phase are a complex response") {
   CHECK(table.rows[1].frequency_hz == 0.4);
   CHECK(near(table.rows[1].response.real(), 0.9, 1e-12));
   CHECK(near(table.rows[1].response.imag(), -1.8 * std::sqrt(0.75), 1e-12));
-  CHECK(table.rows[1].deviation == 0.0);
+  CHECK(table.rows[1].stddev == 0.0);
   CHECK(table.rows[1].harmonics == 0);
   CHECK_FALSE(table.has_confidence());
 }
@@ -55,16 +55,16 @@ TEST_CASE("kinds of confidence are one deviation") {
     return read("frequency,gain,phase," + header + "\n0.05,0.9,20," + cells + "\n0.4,1.8,-60," + cells +
                 "\n1.1,0.8,-150," + cells + "\n");
   };
-  CHECK(with("SD", "0.1").rows[1].deviation == 0.1);
+  CHECK(with("SD", "0.1").rows[1].stddev == 0.1);
   CHECK(with("SD", "0.1").confidence == "SD");
-  CHECK(with("sem", "0.1").rows[1].deviation == 0.1);
-  CHECK(near(with("ci95", "0.196").rows[1].deviation, 0.1, 1e-4));
-  CHECK(near(with("radius95", "0.2448").rows[1].deviation, 0.1, 1e-3));
-  CHECK(near(with("coherence,cycles", "0.5,8").rows[1].deviation, 1.8 * 0.25, 1e-12));
+  CHECK(with("sem", "0.1").rows[1].stddev == 0.1);
+  CHECK(near(with("ci95", "0.196").rows[1].stddev, 0.1, 1e-4));
+  CHECK(near(with("radius95", "0.2448").rows[1].stddev, 0.1, 1e-3));
+  CHECK(near(with("coherence,cycles", "0.5,8").rows[1].stddev, 1.8 * 0.25, 1e-12));
   CHECK(with("coherence,cycles", "0.5,8").rows[1].coherence == 0.5);
   CHECK(with("SD", "0.1").rows[1].coherence == 0.0);
   const frf::Table several = with("coherence,cycles,harmonics", "0.5,8,4");
-  CHECK(near(several.rows[1].deviation, 1.8 * 0.125, 1e-12));
+  CHECK(near(several.rows[1].stddev, 1.8 * 0.125, 1e-12));
   CHECK(several.rows[1].harmonics == 4);
 }
 

@@ -61,7 +61,7 @@ auto reading(const std::string& bytes, const RecordingOptions& options = markers
   return [bytes, options] { read(bytes, options); };
 }
 
-C3dTable table_of(const C3dFile& file) {
+C3dTable table_for(const C3dFile& file) {
   return {file.bytes(), "r.c3d"};
 }
 
@@ -144,9 +144,9 @@ TEST_CASE("C3D: positions are lengths: as an angle they are refused, with a heig
   check_error(reading(file.bytes(), {}), Code::column_unsuitable, "COM_x");
   CHECK(read(file.bytes(), {.com_height_m = 0.9}).signals.at(com_sway).column == "COM_x (mm)");
   file.texts("POINT:UNITS", {"m"});
-  CHECK(table_of(file).names()[0] == "COM_x (m)");
+  CHECK(table_for(file).names()[0] == "COM_x (m)");
   file.parameters.erase("POINT:UNITS");
-  CHECK(table_of(file).names()[0] == "COM_x");
+  CHECK(table_for(file).names()[0] == "COM_x");
   check_error(reading(file.bytes(), {.com_height_m = 0.9}), Code::unit_unknown, "COM_x");
   check_error(reading(trial(intel, true).bytes(), {}), Code::column_missing);
   file.point("C7", still(), still(), still());
@@ -167,26 +167,26 @@ TEST_CASE("C3D: names of points and channels, and their units") {
   file.texts("POINT:LABELS2", {"", "Ann:Trunk"});
   file.texts("POINT:ANGLES", {"Ann:Trunk"});
   file.texts("POINT:ANGLE_UNITS", {"deg"});
-  CHECK(table_of(file).names() == Names{"LASI_x (mm)", "LASI_y (mm)", "LASI_z (mm)", "point 2_x (mm)", "point 2_y (mm)",
-                                        "point 2_z (mm)", "Trunk_x (deg)", "Trunk_y (deg)", "Trunk_z (deg)", "analog 1",
-                                        "Fz\xC2\xB0 (N)"});
+  CHECK(table_for(file).names() == Names{"LASI_x (mm)", "LASI_y (mm)", "LASI_z (mm)", "point 2_x (mm)",
+                                         "point 2_y (mm)", "point 2_z (mm)", "Trunk_x (deg)", "Trunk_y (deg)",
+                                         "Trunk_z (deg)", "analog 1", "Fz\xC2\xB0 (N)"});
   const Recording angle = read(file.bytes(), {.column = "trunk_x"});
   CHECK(angle.signals.at(com_sway).rad[5] == in_steps(5, 64, 30) * sim::rad_per_deg);
   CHECK_FALSE(has(angle.warnings, "unit_assumed"));
   // Lists of kinds may leave out the subject's name, or be alone in having it.
   file.texts("POINT:ANGLES", {"Trunk"});
-  CHECK(table_of(file).names()[6] == "Trunk_x (deg)");
+  CHECK(table_for(file).names()[6] == "Trunk_x (deg)");
   file.texts("POINT:ANGLES", {"Ann:Trunk"});
   file.texts("POINT:LABELS", {"LASI"});
   file.texts("POINT:LABELS2", {"", "Trunk"});
-  CHECK(table_of(file).names()[6] == "Trunk_x (deg)");
+  CHECK(table_for(file).names()[6] == "Trunk_x (deg)");
   file.texts("POINT:LABELS", {"Ann:LASI"});
   // Two subjects keep their names.
   file.texts("POINT:LABELS2", {"", "Bob:Trunk"});
-  CHECK(table_of(file).names()[0] == "Ann:LASI_x (mm)");
-  CHECK(table_of(file).names()[8] == "Bob:Trunk_z (mm)");
+  CHECK(table_for(file).names()[0] == "Ann:LASI_x (mm)");
+  CHECK(table_for(file).names()[8] == "Bob:Trunk_z (mm)");
   file.texts("POINT:ANGLES", {"Bob:Trunk"});
-  CHECK(table_of(file).names()[8] == "Bob:Trunk_z (deg)");
+  CHECK(table_for(file).names()[8] == "Bob:Trunk_z (deg)");
 }
 
 TEST_CASE("C3D: a file is one recording, whatever its channels are called") {
@@ -218,18 +218,18 @@ TEST_CASE("C3D: offset and scale of analog channels") {
     file.channel("a", "deg", {10.0, 11.0, 12.0}, 0.5, 2);
     file.channel("b", "deg", {-3.0, 0.0, 3.0}, 4.0, -1);
     file.reals("ANALOG:GEN_SCALE", {0.25});
-    CHECK(table_of(file).numbers(0, Missing::refused) == std::vector{1.0, 1.125, 1.25});
-    CHECK(table_of(file).numbers(1, Missing::refused) == std::vector{-2.0, 1.0, 4.0});
+    CHECK(table_for(file).numbers(0, Missing::refused) == std::vector{1.0, 1.125, 1.25});
+    CHECK(table_for(file).numbers(1, Missing::refused) == std::vector{-2.0, 1.0, 4.0});
     file.parameters.erase("ANALOG:OFFSET");
     file.parameters.erase("ANALOG:SCALE");
-    CHECK(table_of(file).numbers(1, Missing::refused) == std::vector{-0.75, 0.0, 0.75});
+    CHECK(table_for(file).numbers(1, Missing::refused) == std::vector{-0.75, 0.0, 0.75});
     file.reals("ANALOG:SCALE", {1.0});
-    check_error([&] { table_of(file); }, Code::file_damaged, "1 values");
+    check_error([&] { table_for(file); }, Code::file_damaged, "1 values");
   }
   C3dFile file(intel, false);
   file.channel("a", "deg", {32768.0, 40001.0, 65535.0}, 1.0, 40000);
   file.texts("ANALOG:FORMAT", {"UNSIGNED"});
-  CHECK(table_of(file).numbers(0, Missing::refused) == std::vector{-7232.0, 1.0, 25535.0});
+  CHECK(table_for(file).numbers(0, Missing::refused) == std::vector{-7232.0, 1.0, 25535.0});
 }
 
 TEST_CASE("C3D: channels faster than the points are brought to their rate, without delay") {
@@ -296,16 +296,16 @@ TEST_CASE("C3D: more frames than 16 bits count") {
   constexpr std::size_t many = 70'000;
   C3dFile file(intel, false);
   file.point("COM", signal(900, 40, many), still(many), still(many));
-  const auto rows = [](const C3dFile& made) { return table_of(made).rows(0); };
+  const auto rows = [](const C3dFile& made) { return table_for(made).rows(0); };
   CHECK(rows(file) == many);  // no parameter says more than 65,535
-  CHECK(table_of(file).warnings().empty());
+  CHECK(table_for(file).warnings().empty());
   C3dFile both = file;
   both.reals("POINT:LONG_FRAMES", {70'000.0});
   CHECK(rows(both) == many);
   both.integers("TRIAL:ACTUAL_START_FIELD", {11, 0});
   both.integers("TRIAL:ACTUAL_END_FIELD", {70'010 - 65'536, 1});
   CHECK(rows(both) == many);
-  CHECK(table_of(both).place_of(0) == "frame 11");
+  CHECK(table_for(both).locate(0) == "frame 11");
   both.parameters.erase("POINT:LONG_FRAMES");
   CHECK(rows(both) == many);
   // Where two frame counts contradict each other, the one that fills the file is used.
@@ -316,8 +316,8 @@ TEST_CASE("C3D: more frames than 16 bits count") {
   both.integers("POINT:FRAMES", {40'000});
   both.parameters.erase("TRIAL:ACTUAL_END_FIELD");
   CHECK(rows(both) == 40'000);
-  REQUIRE(table_of(both).warnings().size() == 1);
-  CHECK(table_of(both).warnings()[0].code == "frames_left_out");
+  REQUIRE(table_for(both).warnings().size() == 1);
+  CHECK(table_for(both).warnings()[0].code == "frames_left_out");
   both.reals("POINT:FRAMES", {30'000.0});
   CHECK(rows(both) == 30'000);
   for (const double none : {0.0, 2.5, -1e30}) {

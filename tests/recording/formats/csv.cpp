@@ -131,10 +131,10 @@ TEST_CASE("csv: comments, blank lines, byte order mark, line ends and a last sep
 TEST_CASE("csv: rows are found in the file") {
   const CsvTable table("# c\n\na,b\ns,deg\r\n1,2\n\n# c\n3,4\r5,6\n", "t.csv");
   REQUIRE(table.rows(0) == 3);
-  CHECK(table.place_of(0) == "line 5");
-  CHECK(table.place_of(1) == "line 8");
-  CHECK(table.place_of(2) == "line 9");
-  CHECK(CsvTable("1,2\n3,4\n", "t.csv").place_of(1) == "line 2");
+  CHECK(table.locate(0) == "line 5");
+  CHECK(table.locate(1) == "line 8");
+  CHECK(table.locate(2) == "line 9");
+  CHECK(CsvTable("1,2\n3,4\n", "t.csv").locate(1) == "line 2");
   check_error(taking("# c\n\na,b\ns,deg\r\n1,2\n\n# c\n3,x\n5,6\n", 1), Code::value_invalid, "line 8, b (deg)");
 }
 

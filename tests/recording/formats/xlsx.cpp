@@ -26,7 +26,7 @@ Recording read(const std::string& bytes, const RecordingOptions& options = {}) {
   return read_recording(write_text(folder / "r.xlsx", bytes), options);
 }
 
-std::string text_of(const std::string& rows, const std::string& shared = "") {
+std::string to_text(const std::string& rows, const std::string& shared = "") {
   return read_xlsx(workbook(rows, shared), where).text;
 }
 
@@ -46,19 +46,19 @@ TEST_CASE("a workbook of openpyxl is the recording of its CSV") {
 
 TEST_CASE("XLSX: cells of every kind, where they say that they are") {
   CHECK(
-      text_of(R"(<row><c><v>1.5E-3</v></c><c t="b"><v>1</v></c><c t="str"><f>A1&amp;"x"</f><v>a&lt;b</v></c></row>)") ==
+      to_text(R"(<row><c><v>1.5E-3</v></c><c t="b"><v>1</v></c><c t="str"><f>A1&amp;"x"</f><v>a&lt;b</v></c></row>)") ==
       "1.5E-3\tTRUE\ta<b\n");
   CHECK(
-      text_of(
+      to_text(
           R"(<row r="2"><c r="B2" t="s"><v>1</v></c></row><row r="4"><c r="D4" t="e"><v>#N/A</v></c><c r="E4"/></row>)",
           "<si><t>no</t></si><si><r><t>a </t></r><r><t xml:space='preserve'>b</t></r><rPh><t>c</t></rPh></si>") ==
       "\n\ta b\n\n\n");
-  CHECK(text_of(R"(<row><c t="inlineStr"><is><t>&#xB0;&#8364;&#x1F600;</t></is></c><c r="AB1"><v>2</v></c></row>)") ==
+  CHECK(to_text(R"(<row><c t="inlineStr"><is><t>&#xB0;&#8364;&#x1F600;</t></is></c><c r="AB1"><v>2</v></c></row>)") ==
         "\xC2\xB0\xE2\x82\xAC\xF0\x9F\x98\x80" + std::string(27, '\t') + "2\n");
-  CHECK(text_of("<row><c t='inlineStr'><is><t>a\tb\n\"c\"</t></is></c></row>") == "a b 'c'\n");
-  CHECK(text_of("<!-- a > b --><row><c><v><![CDATA[7]]></v></c></row><?x y?>") == "7\n");
-  CHECK(text_of(R"(<row><c r="A1"><v>1</v></c><c r="ALM1" s="3"/><c r="ALN1" s="3"/></row>)") == "1\n");
-  CHECK(text_of("<row><c><v>1</v></c></row><row><c/><c><v>2</v></c></row>") == "1\t\n\t2\n");
+  CHECK(to_text("<row><c t='inlineStr'><is><t>a\tb\n\"c\"</t></is></c></row>") == "a b 'c'\n");
+  CHECK(to_text("<!-- a > b --><row><c><v><![CDATA[7]]></v></c></row><?x y?>") == "7\n");
+  CHECK(to_text(R"(<row><c r="A1"><v>1</v></c><c r="ALM1" s="3"/><c r="ALN1" s="3"/></row>)") == "1\n");
+  CHECK(to_text("<row><c><v>1</v></c></row><row><c/><c><v>2</v></c></row>") == "1\t\n\t2\n");
 }
 
 TEST_CASE("XLSX: the first sheet that is not hidden, and the rules for text") {
@@ -147,7 +147,7 @@ TEST_CASE("XLSX: stored and deflated archives, and bounds of their sizes") {
 TEST_CASE("XLSX: sheets that are out of order, too large or no XML") {
   const auto refused = [](const std::string& rows, Code code, const char* fact) {
     CAPTURE(rows);
-    check_error([&] { text_of(rows); }, code, fact);
+    check_error([&] { to_text(rows); }, code, fact);
   };
   refused("<row r='2'/><row r='2'/>", Code::file_damaged, "rows are out of order");
   refused("<row r='9999999'/>", Code::file_damaged, "rows are out of order");
@@ -165,6 +165,6 @@ TEST_CASE("XLSX: sheets that are out of order, too large or no XML") {
   // A text that many cells share.
   std::string many;
   for (int k = 0; k < 100; ++k) many += "<row><c t='s'><v>0</v></c></row>";
-  check_error([&] { text_of(many, "<si><t>" + std::string(1'000'000, 'a') + "</t></si>"); }, Code::file_too_large,
+  check_error([&] { to_text(many, "<si><t>" + std::string(1'000'000, 'a') + "</t></si>"); }, Code::file_too_large,
               "64 MiB");
 }

@@ -145,7 +145,7 @@ TEST_CASE("columns: a long list of names is cut") {
     row += ",1";
   }
   const CsvTable table(header + "\n" + row + "\n" + row + "\n", "t.csv");
-  const std::string list = list_of(table, 0);
+  const std::string list = to_list(table, 0);
   CHECK(list.starts_with("'signal_0', 'signal_1'"));
   CHECK(list.ends_with(", ..."));
   CHECK(list.size() < 230);

@@ -40,7 +40,7 @@ TEST_CASE("sections are found by their first lines, with their places") {
   CHECK(found[2].line == 19);
   CHECK(found[2].end == vicon.size());
   CHECK(vicon.substr(found[2].begin).starts_with("Trajectories"));
-  CHECK(list_of(found) ==
+  CHECK(to_list(found) ==
         "1 'Devices' (from line 1), 2 'Model Outputs' (from line 10), 3 'Trajectories' (from line 19)");
   CHECK(find_sections("").empty());
   CHECK(find_sections("time,sway\n0,1\n1,2\n2,3\n\n3,4\n").size() == 1);           // a blank line within

@@ -22,7 +22,7 @@ class OneRecording final : public Table {
   std::vector<double> numbers(int, Missing) const override {
     return {1.0, std::numeric_limits<double>::quiet_NaN(), 2.5, 1.0};
   }
-  std::string place_of(std::size_t) const override { return "row"; }
+  std::string locate(std::size_t) const override { return "row"; }
   const std::vector<StatedRate>& stated_rates() const override { return rates_; }
 
  private:

@@ -46,7 +46,7 @@ TEST_CASE("the built-in model's error on a fixed set of fresh trials") {
   CHECK(model.protocol.experiment == data.protocol.experiment);
   const std::vector<float> outputs =
       predict(model, data.trials(), 64, sways_in_memory([&](int i) { return data.trial(i); }));
-  const Evaluation result = evaluate(model.targets, scores_of(model, outputs), data.parameters);
+  const Evaluation result = evaluate(model.targets, to_scores(model, outputs), data.parameters);
   CHECK(result.trials == 100);
   // The bits are promised: any other figure means that simulator, image, kernels or weights have changed.
   CHECK(result.mse() == built_in_mse);
@@ -76,7 +76,7 @@ std::vector<std::vector<float>> recordings_of(const sim::Protocol& protocol, int
 double part_unfamiliar(const Model& model, const std::vector<std::vector<float>>& recordings) {
   Identifier identifier(model);
   std::vector<recording::Trial> trials;
-  for (const std::vector<float>& sway_rad : recordings) trials.push_back(recording::trial_of(sway_rad));
+  for (const std::vector<float>& sway_rad : recordings) trials.push_back(recording::make_trial(sway_rad));
   const std::vector<Explanation> all = identifier.explain(identifier.estimate(trials), trials);
   const auto warned = std::ranges::count_if(all, [](const Explanation& e) { return e.ood_score > 1.0; });
   return static_cast<double>(warned) / static_cast<double>(recordings.size());

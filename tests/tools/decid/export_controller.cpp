@@ -15,7 +15,7 @@ using namespace test;
 using Json = nlohmann::json;
 
 constexpr double rounding = 1e-12;
-const sim::Body person = sim::body_of(sim::segments_of({.mass_kg = 70.0, .height_m = 1.75}));
+const sim::Body person = sim::make_body(sim::make_segments({.mass_kg = 70.0, .height_m = 1.75}));
 /// Nearly of a person's build. Its m g h is a twentieth of the default body's.
 constexpr sim::Body robot{.mass_kg = 7.2, .com_height_m = 0.6, .inertia_kgm2 = 3.1};
 

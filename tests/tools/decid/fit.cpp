@@ -433,10 +433,10 @@ TEST_CASE("errors are squared differences over the deviation, averaged") {
   using namespace decid;
   const std::vector<sim::Parameters> truth(2, sim::Parameters(7));
   std::vector<sim::Parameters> estimates = truth;
-  const sim::Parameters deviation{2, 2, 2, 2, 2, 2, 2};
+  const sim::Parameters stddev{2, 2, 2, 2, 2, 2, 2};
   estimates[0][1] = 4;   // 2 deviations
   estimates[1][1] = -2;  // 1
-  const MethodFigures figures = errors_of("a", "b", estimates, truth, deviation);
+  const MethodFigures figures = compute_errors("a", "b", estimates, truth, stddev);
   CHECK(figures.mse_per_parameter[1] == 2.5);
   CHECK(figures.mse_per_parameter[0] == 0);
   CHECK(near(figures.mse, 2.5 / 7, 1e-15));

@@ -17,7 +17,7 @@ const std::string settings = "{\"version\": \"1\"}";
 RecordingResult result_of(const std::string& file) {
   RecordingResult result;
   result.file = file;
-  result.trial = decid::recording::trial_of({0.1F, -0.0F});
+  result.trial = decid::recording::make_trial({0.1F, -0.0F});
   result.trial.tilt = decid::recording::TiltMatch{.delay_s = 1.5, .moved_before = false};
   result.estimate.parameters = {1e-300, 2.0 / 3.0};
   result.explanation.frf.emplace().linear = {{0.5, -1.0}};

@@ -156,7 +156,7 @@ const decid::sim::ParameterTable& parameters() {
 RecordingResult recording(const std::string& file, double value, Severity severity = Severity::info) {
   RecordingResult made;
   made.file = file;
-  made.trial = decid::recording::trial_of({0.0F, 0.01F});
+  made.trial = decid::recording::make_trial({0.0F, 0.01F});
   made.estimate.parameters = decid::sim::Parameters(parameters().size());
   for (double& of_parameter : made.estimate.parameters) of_parameter = value;
   made.warnings = {{severity, "spikes", "some"}};

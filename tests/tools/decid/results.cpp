@@ -36,7 +36,7 @@ Report identified() {
   id.column = "com_sway_deg";
   id.truth = values(1);
   id.estimate.parameters = values(2);
-  id.trial = recording::trial_of(std::vector<float>(400, 0.01F));
+  id.trial = recording::make_trial(std::vector<float>(400, 0.01F));
   all.tilt_rad.assign(400, 0.0F);
   return all;
 }
@@ -92,7 +92,7 @@ TEST_CASE("fourteen parameters as a distribution: JSON, text and page") {
     const int quantity = static_cast<int>(p);
     const Json& parameter = recording.at("parameters")[p];
     CHECK(parameter.at("value") == values(2)[p]);
-    CHECK(parameter.at("sd") == found.deviation(quantity));
+    CHECK(parameter.at("sd") == found.stddev(quantity));
     CHECK(parameter.at("interval50") == Json{found.quantile(quantity, 0.25), found.quantile(quantity, 0.75)});
     const double low = found.quantile(quantity, 0.05), high = found.quantile(quantity, 0.95);
     CHECK(test::near(parameter.at("interval90")[0].get<double>(), low, 1e-14));
@@ -119,15 +119,15 @@ TEST_CASE("fourteen parameters' errors, of a model and of methods") {
   ComparisonFigures figures;
   figures.protocol = test::made_up_protocol();
   const std::vector<sim::Parameters> truth{values(5), values(6)}, found{values(7), values(8)};
-  sim::Parameters deviation(14);
-  for (std::size_t p = 0; p < 14; ++p) deviation[p] = table()[p].range();
-  figures.methods.push_back(errors_of("network", "", found, truth, deviation));
+  sim::Parameters stddev(14);
+  for (std::size_t p = 0; p < 14; ++p) stddev[p] = table()[p].range();
+  figures.methods.push_back(compute_errors("network", "", found, truth, stddev));
   const Json json = comparison_json(figures);
   check_names(json.at("methods").at(0).at("mse_per_parameter"));
   double sum = 0.0;
   for (std::size_t p = 0; p < 14; ++p) {
     double of_parameter = 0.0;
-    for (std::size_t i = 0; i < 2; ++i) of_parameter += std::pow((found[i][p] - truth[i][p]) / deviation[p], 2) / 2.0;
+    for (std::size_t i = 0; i < 2; ++i) of_parameter += std::pow((found[i][p] - truth[i][p]) / stddev[p], 2) / 2.0;
     CHECK(test::near(figures.methods[0].mse_per_parameter[p], of_parameter, 1e-14));
     sum += of_parameter;
   }

@@ -141,7 +141,7 @@ TEST_CASE("simulate --model dip: columns, defaults, options of the hip") {
   CHECK(header == "time,com_sway_deg,tilt_deg,leg_deg,trunk_deg");
   REQUIRE(columns[0].size() == 12100);
   // The centre of mass lies between leg and trunk, at its shares of both (77% and 23%), to the digits written.
-  const sim::Segments s = sim::segments_of(sim::subject_of(sim::Body{}));
+  const sim::Segments s = sim::make_segments(sim::make_subject(sim::Body{}));
   const double trunk_share = s.trunk_mass_kg * s.trunk_com_m / (s.mass_kg() * s.com_height_m());
   double largest = 0.0;
   for (std::size_t k = 0; k < columns[0].size(); ++k) {

@@ -99,11 +99,11 @@ TEST_CASE("a study of a model with its data set, a recording and a learning curv
   CHECK(json.at("notes").empty());
   CHECK(json.at("paper").at("validation_loss") == 0.2851);
   // The paper's standard deviations: theta's and Kd_pass's exceed half of their range, which no distribution can.
-  const Json& deviations = json.at("paper").at("deviation");
+  const Json& stddevs = json.at("paper").at("deviation");
   for (const std::string name : {"theta", "Kd_pass"}) {
     const auto info =
         *std::ranges::find(decid::sim::single_pendulum().parameters, name, &decid::sim::ParameterInfo::name);
-    CHECK(deviations.at(name).get<double>() > 0.5 * (info.high - info.low));
+    CHECK(stddevs.at(name).get<double>() > 0.5 * (info.high - info.low));
   }
   const double guess = json.at("mse_by_paper_deviation").at("mean_guess");
   CHECK(guess > 0.4);

@@ -29,7 +29,7 @@ class TrainingFolder : public Folder {
   static std::string interrupt(const std::string& command) { return interrupted(command, "grep -qs ^epoch $err").err; }
 };
 
-std::string hash_of(const Result& result) {
+std::string hash_values(const Result& result) {
   CAPTURE(result.err);
   REQUIRE(result.code == 0);
   return Json::parse(result.out).at("weights_sha256");
@@ -58,7 +58,7 @@ TEST_CASE("train: an interrupted training goes on, with its own data and setting
   // To the same bits as in one go.
   const auto went_on = run_decid(command);
   CHECK(contains(went_on.err, "resuming after epoch "));
-  CHECK(hash_of(went_on) == hash_of(run_decid(folder.train("--epochs 30", "a.npz", "straight"))));
+  CHECK(hash_values(went_on) == hash_values(run_decid(folder.train("--epochs 30", "a.npz", "straight"))));
   CHECK(read_text(model + ".log.csv") == read_text(folder / "straight.log.csv"));
   CHECK(read_text(model) == read_text(folder / "straight"));
   CHECK_FALSE(std::filesystem::exists(model + ".checkpoint"));
@@ -153,7 +153,7 @@ TEST_CASE("train: divergence is an error, and leaves nothing") {
 TEST_CASE("train: fine tuning begins with another model's weights") {
   const TrainingFolder folder(64);
   const std::string base = folder / "base.safetensors";
-  const std::string hash = hash_of(run_decid(folder.train("--epochs 12", "a.npz", "base.safetensors")));
+  const std::string hash = hash_values(run_decid(folder.train("--epochs 12", "a.npz", "base.safetensors")));
   // With a rate of next to nothing it knows the base's trials from the first epoch on.
   const auto first_epoch = [&](const std::string& options, const std::string& output) {
     return run_json(folder.train("--epochs 1 --lr 1e-12" + options, "a.npz", output)).at("training_mse").get<double>();

@@ -62,7 +62,7 @@ std::string with_distances(const Model& model, const ForBody& body, const datase
   std::string all;
   for (int i = 0; i < data.trials(); ++i) {
     const std::span<const float> sway = data.trial(i);
-    const Estimate found = identifier.estimate({recording::trial_of({sway.begin(), sway.end()})}).front();
+    const Estimate found = identifier.estimate({recording::make_trial({sway.begin(), sway.end()})}).front();
     const double distance = found.distance / model.familiarity.usual;
     all += values.substr(static_cast<std::size_t>(i) * width, width);
     all.append(reinterpret_cast<const char*>(&distance), sizeof distance);
@@ -78,7 +78,7 @@ void check_bits(Model model, int trials, const std::string& options, std::size_t
   std::optional<sim::Body> told;
   std::string body_options;
   if (subject) {
-    told = sim::body_of(sim::segments_of(*subject));
+    told = sim::make_body(sim::make_segments(*subject));
     body_options = format(" --mass %.17g --height %.17g ", subject->mass_kg, subject->height_m);
   }
   const ForBody body = for_body(model, "model", told);
@@ -214,7 +214,7 @@ TEST_CASE("exported networks have the bits of identify for every kind of layer a
       Recalibration::Levels levels;
       for (std::size_t i = 0; i < levels.size(); ++i) levels[i] = 0.05 * static_cast<double>(i + 1);
       model.recalibration.levels.push_back(levels);
-      model.recalibration.deviation_factor.push_back(1.0 + 0.1 * static_cast<double>(p));
+      model.recalibration.stddev_factor.push_back(1.0 + 0.1 * static_cast<double>(p));
     }
     check_bits(model, 2, "--incremental", 99);
     check_bits(model, 2, "", 1);
@@ -281,7 +281,7 @@ TEST_CASE("export c --json: sizes, and the body of the parameters") {
   CHECK(own["body"]["mass_kg"] == sim::Body{}.mass_kg);
   CHECK(own["familiarity_bytes"] == 0);
   const auto told = run_json(call + "--familiarity --mass 60 --height 1.8");
-  const sim::Body body = sim::body_of(sim::segments_of({.mass_kg = 60.0, .height_m = 1.8}));
+  const sim::Body body = sim::make_body(sim::make_segments({.mass_kg = 60.0, .height_m = 1.8}));
   CHECK(told["body"]["assumed"] == false);
   CHECK(told["body"]["com_height_m"] == body.com_height_m);
   CHECK(told["body"]["inertia_kgm2"] == body.inertia_kgm2);
@@ -341,13 +341,13 @@ TEST_CASE("the firmware model: the documented hash, its error, and the cost of 8
   const auto sways = sways_in_memory([&](int i) { return data.trial(i); });
   Model best = built_in_model();
   const double best_mse =
-      evaluate(best.targets, scores_of(best, predict(best, data.trials(), 64, sways)), data.parameters).mse();
+      evaluate(best.targets, to_scores(best, predict(best, data.trials(), 64, sways)), data.parameters).mse();
   const double mse =
-      evaluate(model.targets, scores_of(model, predict(model, data.trials(), 64, sways)), data.parameters).mse();
+      evaluate(model.targets, to_scores(model, predict(model, data.trials(), 64, sways)), data.parameters).mse();
   FirmwarePlan plan = plan_firmware(model, {.int8 = true});
   quantise(plan, model);
   const double int8_mse =
-      evaluate(model.targets, scores_of(model, predict_planned(plan, model, data.trials(), sways)), data.parameters)
+      evaluate(model.targets, to_scores(model, predict_planned(plan, model, data.trials(), sways)), data.parameters)
           .mse();
   MESSAGE("MSE: best " << best_mse << ", firmware " << mse << ", in 8-bit integers " << int8_mse);
   CHECK(mse < best_mse + 0.05);

@@ -32,11 +32,11 @@ inline Model made_up_model(const sim::Protocol& protocol, const dataset::ImageSe
         s.value[i] = s.never_negative ? 0.3F + vary(i + 2) + 0.5F : vary(i);
   for (int i = 0; image.standardize_rows && i < shape.channels * shape.rows; ++i) {
     model.rows.mean.push_back(vary(static_cast<std::size_t>(i)));
-    model.rows.deviation.push_back(1.0F + vary(static_cast<std::size_t>(i)));
+    model.rows.stddev.push_back(1.0F + vary(static_cast<std::size_t>(i)));
   }
   for (std::size_t i = 0; i < sim::single_pendulum().parameters.size(); ++i) {
     model.targets.mean[i] = sim::single_pendulum().parameters[i].middle();
-    model.targets.deviation[i] = 0.3 * sim::single_pendulum().parameters[i].high;
+    model.targets.stddev[i] = 0.3 * sim::single_pendulum().parameters[i].high;
   }
   return model;
 }
@@ -57,8 +57,7 @@ inline std::string said_bytes(const Model& model, const ForBody& body, std::span
   std::vector<float> all;
   for (const double value : body.from_model(model, model.decode(outputs))) all.push_back(static_cast<float>(value));
   if (const auto found = model.distribution(outputs, body.ranges))
-    for (int p = 0; p < static_cast<int>(found->parameters()); ++p)
-      all.push_back(static_cast<float>(found->deviation(p)));
+    for (int p = 0; p < static_cast<int>(found->parameters()); ++p) all.push_back(static_cast<float>(found->stddev(p)));
   return as_bytes(all);
 }
 

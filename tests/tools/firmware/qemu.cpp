@@ -84,7 +84,7 @@ void check_familiarity(const std::string& cpu, const std::string& name, const Mo
   check_costs(costs, 1);
   check_written("docs/guide/firmware.md", familiarity_row(name, costs, without));
   const std::span<const float> sway = data.trial(0);
-  const Estimate found = Identifier(model).estimate({recording::trial_of({sway.begin(), sway.end()})}).front();
+  const Estimate found = Identifier(model).estimate({recording::make_trial({sway.begin(), sway.end()})}).front();
   CHECK(cost(costs, "distance_thousandths") ==
         static_cast<long long>(1000.0 * (found.distance / model.familiarity.usual)));
 }

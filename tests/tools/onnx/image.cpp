@@ -57,7 +57,7 @@ void check_forward(const Folder& folder, const std::string& path, const dataset:
     for (std::size_t p = 0; p < expected.size(); ++p) {
       CAPTURE(p);
       CHECK(within(rows[i][p], expected[p],
-                   tolerance * model.targets.deviation[p] + 1e-8 * std::abs(expected[p])));  // digits printed
+                   tolerance * model.targets.stddev[p] + 1e-8 * std::abs(expected[p])));  // digits printed
     }
   }
 }
@@ -89,7 +89,7 @@ TEST_CASE("image: the network input of each trial, with its targets") {
   }
   CHECK(array_in<std::uint8_t>(path, "split", {6}) == data.split);
   CHECK(array_in<float>(path, "row_mean", {std::size_t(s.channels), std::size_t(s.rows)}) == model.rows.mean);
-  CHECK(array_in<float>(path, "row_deviation", {std::size_t(s.channels), std::size_t(s.rows)}) == model.rows.deviation);
+  CHECK(array_in<float>(path, "row_deviation", {std::size_t(s.channels), std::size_t(s.rows)}) == model.rows.stddev);
   const std::string before = read_text(path);
   REQUIRE(run_decid(command + " --threads 1 --quiet").err.empty());
   CHECK(read_text(path) == before);

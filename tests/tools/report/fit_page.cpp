@@ -80,7 +80,7 @@ TEST_CASE("fit page") {
       const int quantity = static_cast<int>(p);
       CHECK(parameter["name"] == table[p].name);
       CHECK(near(parameter["mean"].get<double>(), found.mean(quantity), six_digits));
-      CHECK(near(parameter["sd"].get<double>(), found.deviation(quantity), six_digits));
+      CHECK(near(parameter["sd"].get<double>(), found.stddev(quantity), six_digits));
       CHECK(near(parameter["interval90"][1].get<double>(), found.quantile(quantity, 0.95), six_digits));
       CHECK(near(parameter["interval50"][0].get<double>(), found.quantile(quantity, 0.25), six_digits));
       CHECK(parameter.contains("true"));

@@ -42,7 +42,7 @@ Report recording() {
   made.estimate.parameters[sim::Kp] = 838.99;
   made.explanation.rms_residual_deg = 0.25;
   made.explanation.variance_accounted_for = 0.75;
-  made.trial = decid::recording::trial_of({});
+  made.trial = decid::recording::make_trial({});
   for (int k = 0; k < 12100; ++k) {
     const double phase = 2.0 * sim::pi * k / 1000.0;
     made.trial.sway_rad().push_back(static_cast<float>(sim::rad_per_deg * std::sin(phase)));
@@ -144,7 +144,7 @@ TEST_CASE("a network that says how sure it is: intervals, densities and correlat
     const json& parameter = shown["parameters"][p];
     const int quantity = static_cast<int>(p);
     CHECK(near(parameter["mean"].get<double>(), found.mean(quantity), six_digits));
-    CHECK(near(parameter["sd"].get<double>(), found.deviation(quantity), six_digits));
+    CHECK(near(parameter["sd"].get<double>(), found.stddev(quantity), six_digits));
     CHECK(near(parameter["interval50"][0].get<double>(), found.quantile(quantity, 0.25), six_digits));
     CHECK(near(parameter["interval90"][1].get<double>(), found.quantile(quantity, 0.95), six_digits));
     const json& density = shown["densities"][p];

@@ -55,7 +55,7 @@ RecordingResult recording(const sim::Simulator& simulator, const Report& of) {
   made.column = "com_sway_deg";
   made.truth = sim::Parameters{790.0, 265.0, 171.0, 118.0, 0.62, 0.0017, 0.121};
   made.estimate.parameters = {823.4, 251.9, 183.2, 124.6, 0.57, 0.0021, 0.114};
-  made.trial = decid::recording::trial_of(run(simulator, *made.truth));
+  made.trial = decid::recording::make_trial(run(simulator, *made.truth));
   made.explanation = decid::Explainer(simulator).explain({made.estimate.parameters, made.trial});
   made.explanation.warnings.clear();
   made.explanation.rms_residual_deg = 0.2874;

@@ -42,7 +42,7 @@ struct CalibrateOptions {
 Json settings_json(const CalibrateOptions& options, const sim::Protocol& protocol,
                    std::span<const sim::Protocol> others = {}) {
   Json json{{"version", version},
-            {"protocol", sim::json_of(protocol)},
+            {"protocol", sim::to_json_object(protocol)},
             {"seed", options.seed},
             {"prior_start_s", options.priors.start_s},
             {"prior_gain", options.priors.gain},
@@ -54,7 +54,7 @@ Json settings_json(const CalibrateOptions& options, const sim::Protocol& protoco
             {"trial_draws", options.settings.trial_draws},
             {"min_draws", options.settings.min_draws},
             {"max_draws", options.settings.max_draws}};
-  for (const sim::Protocol& other : others) json["with"].push_back(sim::json_of(other));
+  for (const sim::Protocol& other : others) json["with"].push_back(sim::to_json_object(other));
   return json;
 }
 
@@ -96,7 +96,7 @@ struct Key {
 };
 std::vector<Key> keys(const sim::Protocol& protocol) {
   std::vector<Key> all;
-  if (const std::optional<std::size_t> theta = protocol.family().parameter_of(sim::Coefficient::theta))
+  if (const std::optional<std::size_t> theta = protocol.family().find_parameter(sim::Coefficient::theta))
     all.push_back({"theta", "theta (rad/s)", [i = *theta](const sim::Parameters& truth) { return truth[i]; }});
   all.push_back({"damping_ratio", "damping ratio", [experiment = protocol.experiment](const sim::Parameters& truth) {
                    return damping_ratio(truth, experiment);
@@ -105,11 +105,11 @@ std::vector<Key> keys(const sim::Protocol& protocol) {
 }
 
 Json parts_json(const std::vector<CalibratedTrial>& trials, const sim::Protocol& protocol,
-                const sim::Parameters& deviation) {
+                const sim::Parameters& stddev) {
   Json json = Json::object();
   if (trials.size() < 3) return json;
   for (const Key& key : keys(protocol)) {
-    for (const CalibrationPart& part : calibration_by(trials, deviation, key.of))
+    for (const CalibrationPart& part : calibration_by(trials, stddev, key.of))
       json[key.name].push_back(
           {{"low", part.low}, {"high", part.high}, {"figures", figures_json(protocol.parameters(), part.figures)}});
   }
@@ -117,14 +117,14 @@ Json parts_json(const std::vector<CalibratedTrial>& trials, const sim::Protocol&
 }
 
 std::string parts_text(const std::vector<CalibratedTrial>& trials, const sim::Protocol& protocol,
-                       const sim::Parameters& deviation) {
+                       const sim::Parameters& stddev) {
   std::string text;
   if (trials.size() < 3) return text;
   for (const Key& key : keys(protocol)) {
     text +=
         format("\n| %s | trials | MSE | predicted variance | network | 90%% coverage |\n|---|---|---|---|---|---|\n",
                key.title);
-    for (const CalibrationPart& part : calibration_by(trials, deviation, key.of)) {
+    for (const CalibrationPart& part : calibration_by(trials, stddev, key.of)) {
       const ParameterCalibration& all = part.figures.all;
       text += format("| %.3g to %.3g | %d | %.4f | %.4f | %s | %.3f |\n", part.low, part.high, part.figures.trials,
                      all.mse, all.predicted_variance, network_text(all).c_str(), all.coverage90);
@@ -290,17 +290,17 @@ void run_calibrate(const CalibrateOptions& options) {
     if (!trial.network) network.answer(again.sway_rad, trial);
   }
   const sim::ParameterTable table = protocol.ranges();
-  const sim::Parameters deviation = uniform_deviation(table);
+  const sim::Parameters stddev = uniform_stddev(table);
 
   const auto document = [&] {
     Json all = Json::array();
     for (const CalibratedTrial& trial : trials) all.push_back(trial_json(trial));
     Json json{{"settings", settings},
               {"network", hash},
-              {"calibration", figures_json(table, calibration_of(trials, deviation))}};
+              {"calibration", figures_json(table, compute_calibration(trials, stddev))}};
     const bool some = std::ranges::any_of(trials, &CalibratedTrial::agreed);
-    json["parts"] = parts_json(trials, protocol, deviation);
-    json["agreeing"] = some ? figures_json(table, calibration_of_agreeing(trials, deviation)) : Json(nullptr);
+    json["parts"] = parts_json(trials, protocol, stddev);
+    json["agreeing"] = some ? figures_json(table, calibration_of_agreeing(trials, stddev)) : Json(nullptr);
     json["trials"] = std::move(all);
     return json.dump(1) + "\n";
   };
@@ -339,13 +339,13 @@ void run_calibrate(const CalibrateOptions& options) {
   }
   if (!is_root()) return;
   if (trials.empty()) throw std::runtime_error("stopped before a trial was done");
-  const Calibration found = calibration_of(trials, deviation);
+  const Calibration found = compute_calibration(trials, stddev);
   if (options.common.json) {
     std::cout << document();
   } else {
     std::cout << format("%d trials, chains of %d agree; distances from uniform beyond %.3f are not chance (95%%)\n\n",
                         found.trials, found.agreed, found.band)
-              << figures_text(table, found) << scores_text(found) << parts_text(trials, protocol, deviation);
+              << figures_text(table, found) << scores_text(found) << parts_text(trials, protocol, stddev);
   }
   if (!options.figure.empty()) write_file(options.figure, calibration_figure(table, trials, found.band));
   if (interrupted())

@@ -34,7 +34,7 @@ struct Evaluated {
 };
 
 /// The outputs of the model's network, or of the one in 8-bit integers that a firmware would have.
-std::vector<float> outputs_of(Model& model, bool int8, int trials, const Sways& sways) {
+std::vector<float> compute_outputs(Model& model, bool int8, int trials, const Sways& sways) {
   if (!int8) return predict(model, trials, 64, sways, ranks());
   FirmwarePlan plan = plan_firmware(model, {.int8 = true});
   quantise(plan, model);
@@ -111,29 +111,29 @@ Evaluated evaluated(const EvaluateOptions& options, Model& model, const std::str
     for (const int index : indices) trials.push_back(chosen[static_cast<std::size_t>(index)]);
     stored.take(trials, [&](std::size_t place, std::span<const float> sway) { take(place, {sway, body.height}); });
   };
-  const std::vector<float> outputs = outputs_of(model, options.int8, static_cast<int>(chosen.size()), sways);
-  return {name, model.parameters(), evaluate(model.targets, scores_of(model, outputs), truth),
+  const std::vector<float> outputs = compute_outputs(model, options.int8, static_cast<int>(chosen.size()), sways);
+  return {name, model.parameters(), evaluate(model.targets, to_scores(model, outputs), truth),
           network_calibration(model, outputs, truth)};
 }
 
-Json json_of(const Evaluated& model) {
+Json to_json_object(const Evaluated& model) {
   Json json = evaluation_json(model.table, model.result);
   if (model.promises) add_promises(json, model.table, *model.promises);
   return json;
 }
 
 /// Returns the first model's figures, and beside them the figures of all models.
-Json json_of(const std::vector<Evaluated>& models) {
-  Json json = json_of(models.front());
+Json to_json_object(const std::vector<Evaluated>& models) {
+  Json json = to_json_object(models.front());
   for (const Evaluated& each : models) {
-    Json line = json_of(each);
+    Json line = to_json_object(each);
     line["model"] = each.name;
     json["models"].push_back(line);
   }
   return json;
 }
 
-std::string text_of(const Evaluated& model, const std::string& data) {
+std::string to_text(const Evaluated& model, const std::string& data) {
   const sim::ParameterTable& table = model.table;
   std::string text = format("%d trials of %s with %s\n", model.result.trials, data.c_str(), model.name.c_str()) +
                      format("MSE %.4f (mean over trials and %zu z-scored parameters; predicting the mean gives 1)\n",
@@ -147,7 +147,7 @@ std::string text_of(const Evaluated& model, const std::string& data) {
 }
 
 /// Returns one line per model.
-std::string table_of(const std::vector<Evaluated>& models, const std::string& data) {
+std::string table_for(const std::vector<Evaluated>& models, const std::string& data) {
   std::size_t width = 5;
   bool promises = false;
   for (const Evaluated& each : models) {
@@ -192,9 +192,9 @@ void evaluate_models(const EvaluateOptions& options) {
   for (std::size_t i = 0; i < models.size(); ++i)
     all.push_back(evaluated(options, models[i], model_name(options.models[i]), stored, chosen));
   if (options.common.json)
-    std::cout << json_of(all).dump(2) << '\n';
+    std::cout << to_json_object(all).dump(2) << '\n';
   else
-    std::cout << (all.size() == 1 ? text_of(all.front(), options.data) : table_of(all, options.data));
+    std::cout << (all.size() == 1 ? to_text(all.front(), options.data) : table_for(all, options.data));
 }
 
 }  // namespace

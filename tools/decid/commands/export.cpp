@@ -53,7 +53,7 @@ void write_files(const std::string& folder, const std::string& name, const Firmw
 }
 
 /// Returns the model file's name as an identifier.
-std::string name_of(const std::string& model) {
+std::string full_name(const std::string& model) {
   std::string name = model.empty() ? "decid_model" : fs::path(model).stem().string();
   for (char& c : name)
     if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
@@ -80,7 +80,7 @@ TestVector test_vector(const Model& model, const ForBody& body, const FirmwarePl
     test.parameters.push_back(static_cast<float>(value));
   if (const auto found = model.distribution(test.outputs, body.ranges))
     for (int p = 0; p < static_cast<int>(found->parameters()); ++p)
-      test.deviations.push_back(static_cast<float>(found->deviation(p)));
+      test.stddevs.push_back(static_cast<float>(found->stddev(p)));
   return test;
 }
 
@@ -109,7 +109,7 @@ void export_alone(const ExportOptions& options, const nn::Network<float>& networ
 }
 
 void export_model(const ExportOptions& options) {
-  const std::string name = options.name.empty() ? name_of(options.model) : options.name;
+  const std::string name = options.name.empty() ? full_name(options.model) : options.name;
   check_firmware_name(name);
   if (const std::optional<NetworkAlone> alone = network_alone(options.model))
     return export_alone(options, alone->network, name);
@@ -283,7 +283,7 @@ void add_export_controller(const Command& parent) {
   add_controller_option(command, options->controller,
                         "Write this controller (decid info --controllers); default: the result's or the protocol's");
   options->parameters.add(command, [](const sim::BodyModel& model, std::size_t i) {
-    if (model.family.parameter_of(sim::Coefficient::nv) == i) return std::string();  // a machine has its own noise
+    if (model.family.find_parameter(sim::Coefficient::nv) == i) return std::string();  // a machine has its own noise
     const sim::ParameterInfo& info = model.parameters[i];
     return "Use this " + in_sentence(info) + (info.unit == "1" ? "" : " in " + info.unit) + " instead of the estimate";
   });

@@ -137,7 +137,7 @@ std::vector<posterior::ParameterPrior> parameter_priors(const FitOptions& option
   posterior::Priors priors;
   priors.parameters = all;
   try {
-    static_cast<void>(posterior::ranges_of(priors, table));
+    static_cast<void>(posterior::ranges_for(priors, table));
   } catch (const Error& error) {
     const bool fixes = std::ranges::any_of(
         all, [&](const ParameterPrior& prior) { return prior.fixed && error.where().ends_with(" " + prior.name); });
@@ -155,7 +155,7 @@ std::vector<const sim::BodyModel*> controllers_of(const FitOptions& options, con
   std::vector<const sim::BodyModel*> all;
   std::istringstream stream(options.controllers);
   for (std::string name; std::getline(stream, name, ',');) {
-    const sim::BodyModel& model = sim::body_model_of(name, "--controller");
+    const sim::BodyModel& model = sim::find_body_model(name, "--controller");
     if (std::ranges::find(all, &model) != all.end())
       throw Error(Code::setting_conflict, "--controller", "names " + name + " twice", "name each once");
     all.push_back(&model);
@@ -174,7 +174,7 @@ std::vector<const sim::BodyModel*> controllers_of(const FitOptions& options, con
 }
 
 /// Returns the chosen protocol, with the subject's body if the options describe one.
-sim::Protocol protocol_of(const FitOptions& options, sim::Protocol protocol) {
+sim::Protocol protocol_for(const FitOptions& options, sim::Protocol protocol) {
   if (const std::optional<sim::Body> body = options.recordings.body()) protocol.experiment.body = *body;
   if (options.amplitude_deg) {
     if (!std::holds_alternative<sim::Sequence>(protocol.experiment.stimulus))
@@ -221,7 +221,7 @@ void run_table(const FitOptions& options, const Command& command) {
                .json = options.common.json,
                .options = command.given(beside_answers),
                .body_assumed = !options.recordings.body() && named.experiment.body == sim::Body{}};
-  sim::Protocol protocol = protocol_of(options, named);
+  sim::Protocol protocol = protocol_for(options, named);
   const std::vector<const sim::BodyModel*> controllers = controllers_of(options, protocol);
   for (const sim::BodyModel* controller : controllers) {
     protocol.experiment.body_model = controller;
@@ -254,8 +254,8 @@ std::optional<FitJournal> journal_of(const FitOptions& options, const std::strin
 }
 
 /// Returns the report of the recordings whose fit began, with the groups of the table of all recordings.
-Report report_of(const FitOptions& options, const PlanFitter& fitter, FitResults results, GroupTable groups,
-                 std::vector<std::size_t>& places) {
+Report make_report(const FitOptions& options, const PlanFitter& fitter, FitResults results, GroupTable groups,
+                   std::vector<std::size_t>& places) {
   Report report = fitter.report();
   std::vector<GroupMember> members;
   for (std::size_t i = 0; i < results.size(); ++i) {
@@ -297,7 +297,7 @@ void run_fit(FitOptions options, const Command& command) {
   std::optional<sim::Protocol> given;
   if (!options.protocol.empty()) given = read_protocol(options.protocol, options.common.quiet, &inputs);
   const Model model = model_or_built_in(options.model);
-  sim::Protocol protocol = protocol_of(options, given.value_or(model.protocol));
+  sim::Protocol protocol = protocol_for(options, given.value_or(model.protocol));
   const std::vector<const sim::BodyModel*> controllers = controllers_of(options, protocol);
   protocol.experiment.body_model = controllers.front();
   for (const sim::BodyModel* controller : controllers) {
@@ -324,10 +324,10 @@ void run_fit(FitOptions options, const Command& command) {
   inputs.insert(inputs.begin(), files.begin(), files.end());
   inputs.insert(inputs.end(), {recordings.study, options.model, options.group});
   options.outputs.check(inputs);
-  const GroupTable groups = groups_of(options.group, recordings, plan, options.common.quiet);
+  const GroupTable groups = read_groups(options.group, recordings, plan, options.common.quiet);
 
   const Json settings{{"version", version},
-                      {"protocol", sim::json_of(protocol)},
+                      {"protocol", sim::to_json_object(protocol)},
                       {"model", nn::weights_sha256(model.network)},
                       {"options", command.given(beside_answers)}};
   std::optional<FitJournal> journal = is_root() ? journal_of(options, print_json(settings)) : std::nullopt;
@@ -339,7 +339,7 @@ void run_fit(FitOptions options, const Command& command) {
               fitter, plan, journal ? &*journal : nullptr);
   if (!is_root()) return;
   options.outputs.count = results.size();
-  Report report = report_of(options, fitter, std::move(results), groups, options.outputs.places);
+  Report report = make_report(options, fitter, std::move(results), groups, options.outputs.places);
   const std::vector<RecordingResult>& begun = report.recordings;
   refuse_alone(begun);
   report.model = model_name(options.model);

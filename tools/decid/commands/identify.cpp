@@ -75,7 +75,7 @@ void run_identify(IdentifyOptions options, const Command& command) {
   std::vector<std::string> inputs = recordings.distinct_files();
   inputs.insert(inputs.end(), {recordings.study, options.model, options.group});
   options.outputs.check(inputs);
-  const GroupTable groups = groups_of(options.group, recordings, plan, options.common.quiet);
+  const GroupTable groups = read_groups(options.group, recordings, plan, options.common.quiet);
 
   Report report = identify_all(options, model, plan);
   if (!is_root()) return;

@@ -43,9 +43,9 @@ std::string description(const ImageOptions& options, const Model& model) {
   const auto list = [](const sim::Parameters& values) { return std::vector<double>(values.begin(), values.end()); };
   return print_json({{"program", std::string("decid ") + version},
                      {"model", fresh ? Json() : Json(model_name(options.model))},
-                     {"image", dataset::json_of(model.image())},
+                     {"image", dataset::to_json_object(model.image())},
                      {"parameters", model.parameters().names()},
-                     {"targets", {{"mean", list(model.targets.mean)}, {"deviation", list(model.targets.deviation)}}}});
+                     {"targets", {{"mean", list(model.targets.mean)}, {"deviation", list(model.targets.stddev)}}}});
 }
 
 void write_images(const ImageOptions& options, const Model& model, const dataset::StoredDataset& stored,
@@ -84,7 +84,7 @@ void write_images(const ImageOptions& options, const Model& model, const dataset
     writer.begin<float>("row_mean", rows);
     writer.write(std::span<const float>(model.rows.mean));
     writer.begin<float>("row_deviation", rows);
-    writer.write(std::span<const float>(model.rows.deviation));
+    writer.write(std::span<const float>(model.rows.stddev));
   }
   writer.add_text("decid.json", description(options, model));
   writer.commit();

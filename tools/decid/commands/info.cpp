@@ -100,9 +100,9 @@ void info(const InfoOptions& options) {
                       {"layers", layers_json(network)},
                       {"parameters", network.parameter_count()},
                       {"flops", network.flops()},
-                      {"protocol", sim::json_of(model.protocol)},
-                      {"image", dataset::json_of(model.image())},
-                      {"origin", json_of(model.origin)},
+                      {"protocol", sim::to_json_object(model.protocol)},
+                      {"image", dataset::to_json_object(model.image())},
+                      {"origin", to_json_object(model.origin)},
                       {"head", model.head->name()},
                       {"recalibrated", model.recalibration.known()},
                       {"weights_sha256", hash}}
@@ -114,9 +114,9 @@ void info(const InfoOptions& options) {
                                    : model.recalibration.known() ? ", recalibrated"
                                                                  : ", not recalibrated";
   print_layers(model_name(options.model), network);
-  std::cout << "protocol  " << compact(sim::json_of(model.protocol)) << "\nimage     "
-            << compact(dataset::json_of(model.image())) << "\norigin    " << to_json(model.origin) << "\nhead      "
-            << model.head->name() << recalibrated << "\nweights   SHA-256 " << hash << '\n';
+  std::cout << "protocol  " << compact(sim::to_json_object(model.protocol)) << "\nimage     "
+            << compact(dataset::to_json_object(model.image())) << "\norigin    " << to_json(model.origin)
+            << "\nhead      " << model.head->name() << recalibrated << "\nweights   SHA-256 " << hash << '\n';
 }
 
 Json controllers_json() {

@@ -174,7 +174,7 @@ void add_simulate(const Command& program) {
   auto options = std::make_shared<SimulateOptions>();
   const Command command = program.add_subcommand("simulate", "Simulate one trial with known parameters");
   command.section("Controller");
-  const sim::DoubleParameters of_double = sim::default_double_parameters(sim::segments_of({}));
+  const sim::DoubleParameters of_double = sim::default_double_parameters(sim::make_segments({}));
   add_controller_option(command, options->controller,
                         "Simulate this controller (decid info --controllers); default: the protocol's, else dec");
   options->parameters.add(command, [&](const sim::BodyModel& model, std::size_t i) {

@@ -40,7 +40,7 @@ std::pair<std::string, double> time_from_text(const std::string& text) {
 
 void add_recording(const StudyOptions& options, const Model& model, Study& study) {
   const ReadOptions reading = options.reading.read_options();
-  const std::vector<RecordingSource> sources = sources_of({options.recording}, reading.recording);
+  const std::vector<RecordingSource> sources = make_sources({options.recording}, reading.recording);
   if (sources.size() != 1)
     throw Error(Code::recording_ambiguous, options.recording,
                 "holds " + counted(std::ssize(sources), "recording") + " by --trial " + options.reading.trial +
@@ -50,7 +50,7 @@ void add_recording(const StudyOptions& options, const Model& model, Study& study
   if (study.recording->error) throw *study.recording->error;
   for (std::size_t p = 0; p < model.parameters().size(); ++p)
     study.recording_output.push_back((study.recording->estimate.parameters[p] - model.targets.mean[p]) /
-                                     model.targets.deviation[p]);
+                                     model.targets.stddev[p]);
 }
 
 void run_study(const StudyOptions& options) {
@@ -64,7 +64,7 @@ void run_study(const StudyOptions& options) {
   study.fresh_seed = options.seed;
   study.origin = model.origin;
   study.protocol = model.protocol;
-  study.target_deviation = model.targets.deviation;
+  study.target_stddev = model.targets.stddev;
   study.image = model.image();
   study.network_parameters = model.network.parameter_count();
   study.architecture = model.network.architecture();

@@ -285,7 +285,7 @@ void train(const TrainOptions& options) {
   const std::optional<Model> from = options.from.empty() ? std::nullopt : std::optional(load_model(options.from));
   std::optional<Origin::Start> start;
   if (from) start = start_from(from->origin, nn::weights_sha256(from->network));
-  const Origin origin = origin_of(settings, *source, std::string("decid ") + version, start);
+  const Origin origin = make_origin(settings, *source, std::string("decid ") + version, start);
   require_same("the training", to_json(origin) + sim::to_json(source->protocol()), "give all hosts the same files");
   Beginning begin = is_root() ? beginning(options, settings, *source, origin, from) : Beginning{};
   if (ranks() != nullptr) {

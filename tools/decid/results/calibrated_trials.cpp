@@ -28,7 +28,7 @@ sim::Parameters values_from(const Json& json, std::size_t count) {
 Json settings_of(const Json& calibration, const std::string& file) {
   Json settings = calibration.at("settings");
   Json& protocol = settings.at("protocol");
-  protocol = sim::json_of(sim::protocol_from_json(protocol.dump(), file));
+  protocol = sim::to_json_object(sim::protocol_from_json(protocol.dump(), file));
   return settings;
 }
 
@@ -66,7 +66,7 @@ Json trial_json(const CalibratedTrial& trial) {
   return {{"attempt", trial.attempt},
           {"truth", values_json(trial.truth)},
           {"mean", values_json(trial.mean)},
-          {"sd", values_json(trial.deviation)},
+          {"sd", values_json(trial.stddev)},
           {"below", trial.below},
           {"network", trial.network ? values_json(*trial.network) : Json(nullptr)},
           {"log_score", number_or_null(trial.log_score)},
@@ -82,7 +82,7 @@ CalibratedTrial trial_from(const Json& json, std::size_t parameters) {
   trial.attempt = json.at("attempt").get<std::uint64_t>();
   trial.truth = values_from(json.at("truth"), parameters);
   trial.mean = values_from(json.at("mean"), parameters);
-  trial.deviation = values_from(json.at("sd"), parameters);
+  trial.stddev = values_from(json.at("sd"), parameters);
   for (std::size_t p = 0; p < parameters; ++p) trial.below.push_back(json.at("below").at(p).get<double>());
   if (json.contains("network") && !json.at("network").is_null())
     trial.network = values_from(json.at("network"), parameters);

@@ -53,7 +53,7 @@ Json table_json(const FrfAnswer& answer) {
     json["frequency_hz"].push_back(row.frequency_hz);
     json["gain"].push_back(rows[i].table.gain);
     json["phase_deg"].push_back(rows[i].table.phase_deg);
-    json["sd"].push_back(row.deviation > 0.0 ? Json(row.deviation) : Json(nullptr));
+    json["sd"].push_back(row.stddev > 0.0 ? Json(row.stddev) : Json(nullptr));
     json["model_gain"].push_back(rows[i].model.gain);
     json["model_gain_interval90"].push_back({predicted.gain_low, predicted.gain_high});
     json["model_phase_deg"].push_back(rows[i].model.phase_deg);
@@ -179,13 +179,13 @@ std::string rows_text(const FrfAnswer& answer) {
 std::string answer_text(const FrfAnswer& answer, const std::optional<sim::Parameters>& truth, double seconds) {
   const frf::Fit& found = answer.found;
   std::string text = trust_text(found.warnings()) + parameters_text(answer, truth);
-  if (found.deviation(found.gain()) > 0.0)
+  if (found.stddev(found.gain()) > 0.0)
     text += format("  scale of the table's gain %.3g +- %.2g (1 = correct)\n", found.mean(found.gain()),
-                   found.deviation(found.gain()));
-  if (found.deviation(found.error()) > 0.0)
+                   found.stddev(found.gain()));
+  if (found.stddev(found.error()) > 0.0)
     text += format("  errors%s %.2g +- %.1g%% of the response\n",
                    answer.density.table().has_confidence() ? " beyond the table's confidence" : "",
-                   100.0 * found.mean(found.error()), 100.0 * found.deviation(found.error()));
+                   100.0 * found.mean(found.error()), 100.0 * found.stddev(found.error()));
   text += rows_text(answer);
   text += format("  the mean response leaves %.1f%% (root mean square of the relative error)\n", 100.0 * found.left());
   text +=
@@ -255,13 +255,13 @@ void write_frf_draws(const std::filesystem::path& path, const FrfReport& report)
   const auto draws = static_cast<std::size_t>(found.draws());
   std::vector<double> matrix, chain;
   for (std::size_t draw = 0; draw < draws; ++draw) {
-    for (std::size_t p = 0; p < parameters; ++p) matrix.push_back(found.draws_of(static_cast<int>(p))[draw]);
+    for (std::size_t p = 0; p < parameters; ++p) matrix.push_back(found.draws_for(static_cast<int>(p))[draw]);
     const int number = static_cast<int>(draw) / found.draws_per_chain();
     chain.push_back(number);
   }
   const std::vector<dataset::NamedArray> arrays{{"parameters", {draws, parameters}, matrix},
-                                                {"gain", {draws}, found.draws_of(found.gain())},
-                                                {"error", {draws}, found.draws_of(found.error())},
+                                                {"gain", {draws}, found.draws_for(found.gain())},
+                                                {"error", {draws}, found.draws_for(found.error())},
                                                 {"chain", {draws}, chain}};
   dataset::write_arrays(path, arrays);
 }

@@ -15,7 +15,7 @@ namespace {
 /// Returns the controller of a result: its protocol's. Results of earlier versions have no protocol.
 const sim::BodyModel& controller_in(const Json& result, const std::string& path) {
   const Json name = result.value(Json::json_pointer("/protocol/controller"), Json(sim::single_pendulum().name));
-  return sim::body_model_of(name.is_string() ? name.get<std::string>() : name.dump(), path);
+  return sim::find_body_model(name.is_string() ? name.get<std::string>() : name.dump(), path);
 }
 
 /// Returns the body of a result; nothing if the result has none. Throws Error if it is not a body.

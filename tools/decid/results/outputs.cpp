@@ -57,7 +57,7 @@ void Outputs::write(const Report& report, bool print_json) const {
   const std::string text = print_json || !json.empty() ? report_json(report) : std::string();
   if (!draws.empty()) write_draws(draws, report, places, count);
   if (!page.empty()) write_file(page, report.fit ? fit_page(report) : identify_page(report));
-  const CsvStyle style = csv_style_of(excel);
+  const CsvStyle style = parse_csv_style(excel);
   if (!table.empty()) write_table(table, wide_table(report), style);
   if (!long_table.empty()) write_table(long_table, decid::tools::long_table(report), style);
   if (!figures.empty()) write_figures(figures, report);

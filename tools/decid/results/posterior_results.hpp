@@ -1,5 +1,5 @@
 // Formats a distribution for JSON and text: a network's, or a posterior of recordings or of published frequency
-// responses. Found: a type with mean(), deviation(), quantile() and correlation() of its quantities, by number; the
+// responses. Found: a type with mean(), stddev(), quantile() and correlation() of its quantities, by number; the
 // parameters come first.
 #pragma once
 
@@ -28,7 +28,7 @@ Json interval(const Found& found, int quantity, double share, double divisor = 1
 template <class Found>
 Json quantity_json(const Found& found, int quantity) {
   return {{"value", found.mean(quantity)},
-          {"sd", found.deviation(quantity)},
+          {"sd", found.stddev(quantity)},
           {"interval50", interval(found, quantity, 0.5)},
           {"interval90", interval(found, quantity, 0.9)}};
 }
@@ -37,7 +37,7 @@ Json quantity_json(const Found& found, int quantity) {
 template <class Found>
 void add_found(Json& parameter, const Found& found, std::size_t p, const sim::ParameterInfo& info, double mgh) {
   const int quantity = static_cast<int>(p);
-  parameter["sd"] = found.deviation(quantity);
+  parameter["sd"] = found.stddev(quantity);
   parameter["interval50"] = interval(found, quantity, 0.5);
   parameter["interval90"] = interval(found, quantity, 0.9);
   parameter["normalized_interval90"] = info.per_mgh ? interval(found, quantity, 0.9, mgh) : Json(nullptr);
@@ -105,7 +105,7 @@ std::string parameter_line(const Found& found, std::size_t p, const sim::Paramet
   const int quantity = static_cast<int>(p);
   const std::string between = format("%.5g to %.5g", found.quantile(quantity, 0.05), found.quantile(quantity, 0.95));
   std::string text = format("  %-*s %10.5g %10.3g %24s %-10s %14s", name_width(table), shown_name(info).c_str(), value,
-                            found.deviation(quantity), between.c_str(), info.shown_unit().c_str(),
+                            found.stddev(quantity), between.c_str(), info.shown_unit().c_str(),
                             in_other_unit(info, value, mgh).c_str());
   if (truth) text += format(" %10.5g", (*truth)[p]);
   return text + note + format("  %g to %g\n", info.low, info.high);

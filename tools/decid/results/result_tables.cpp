@@ -41,8 +41,8 @@ std::vector<Figures> figures_of(const RecordingResult& id) {
         const double tail = 0.5 * (1.0 - fraction);
         return found.quantile(quantity, upper ? 1.0 - tail : tail);
       };
-      all[p] = {all[p].value,     found.deviation(quantity), limit(0.5, false),
-                limit(0.5, true), limit(0.9, false),         limit(0.9, true)};
+      all[p] = {all[p].value,     found.stddev(quantity), limit(0.5, false),
+                limit(0.5, true), limit(0.9, false),      limit(0.9, true)};
     }
   });
   return all;
@@ -75,7 +75,7 @@ std::vector<Cell> body_cells(const Report& report, const RecordingResult& id) {
     cells.resize(body_names.size());
     return cells;
   }
-  const sim::Body& body = report.protocol_of(id).experiment.body;
+  const sim::Body& body = report.protocol_for(id).experiment.body;
   const bool assumed = report.body_assumed_for(id);
   append(cells, {body.mass_kg, body.com_height_m, std::string(assumed ? "yes" : "no"), body.mgh()});
   return cells;
@@ -106,7 +106,7 @@ const std::vector<std::string> source_names{"protocol", "controller", "model_sha
 std::vector<Cell> source_cells(const Report& report, const RecordingResult& id) {
   if (id.error)
     return {Cell{}, Cell{}, text_cell(report.model_sha256), std::string(version), std::string(id.error->what())};
-  const sim::Protocol& protocol = report.protocol_of(id);
+  const sim::Protocol& protocol = report.protocol_for(id);
   return {protocol.name, protocol.experiment.body_model->name, text_cell(report.model_sha256), std::string(version),
           Cell{}};
 }
@@ -138,7 +138,7 @@ ResultTable wide_table(const Report& report) {
                                                number_cell(figures[p].high90)});
     append(row, who_cells(report, i));
     append(row, body_cells(report, id));
-    const double mgh = id.error ? 1.0 : report.protocol_of(id).experiment.body.mgh();
+    const double mgh = id.error ? 1.0 : report.protocol_for(id).experiment.body.mgh();
     for (std::size_t p = 0; p < parameters.size(); ++p)
       append(row, id.error ? std::vector<Cell>(2)
                            : std::vector<Cell>{number_cell(figures[p].sd), report.protocol.parameters()[p].per_mgh
@@ -189,7 +189,7 @@ ResultTable long_table(const Report& report) {
         append(row, std::vector<Cell>(own.size() + 1));
       } else {
         const Figures& of = figures[p];
-        const double mgh = report.protocol_of(id).experiment.body.mgh();
+        const double mgh = report.protocol_for(id).experiment.body.mgh();
         const auto over = [&](const std::optional<double>& value) {
           return parameters[p].per_mgh && value ? Cell{*value / mgh} : Cell{};
         };

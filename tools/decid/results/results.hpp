@@ -57,6 +57,6 @@ std::string trust_text(const Warnings& warnings);
 /// Returns a line for each of the other warnings.
 std::string warnings_text(const Warnings& warnings);
 /// Returns the weight and height of a person with this body, or nothing if no person has it.
-std::optional<sim::Subject> person_of(const sim::Body& body);
+std::optional<sim::Subject> find_person(const sim::Body& body);
 
 }  // namespace decid::tools

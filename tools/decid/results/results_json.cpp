@@ -62,7 +62,7 @@ Json left_out_json(const FitFigures& fitted) {
 
 /// The values, ranges and priors of the parameters, and how sure they are.
 Json parameters_of(const RecordingResult& id, const Report& report, const sim::ParameterTable& table) {
-  const double mgh = report.protocol_of(id).experiment.body.mgh();
+  const double mgh = report.protocol_for(id).experiment.body.mgh();
   Json list = parameters_json(table, id.estimate.parameters, mgh, id.truth);
   for (std::size_t p = 0; p < table.size(); ++p) {
     list[p]["range"] = {table[p].low, table[p].high};
@@ -80,7 +80,7 @@ Json parameters_of(const RecordingResult& id, const Report& report, const sim::P
 }
 
 sim::Protocol with_controller(sim::Protocol protocol, const std::string& name) {
-  protocol.experiment.body_model = &sim::body_model_of(name, "controller");
+  protocol.experiment.body_model = &sim::find_body_model(name, "controller");
   return protocol;
 }
 
@@ -148,8 +148,8 @@ Json sheet_json(const RecordingResult& id, const Report& report) {
             {"condition", text_or_null(id.entry.condition)},
             {"columns", std::move(columns)}};
   if (id.error) return json;
-  json["protocol"] = report.protocol_of(id).name;
-  json["body"] = body_json(report.protocol_of(id).experiment.body, report.body_assumed_for(id));
+  json["protocol"] = report.protocol_for(id).name;
+  json["body"] = body_json(report.protocol_for(id).experiment.body, report.body_assumed_for(id));
   return json;
 }
 
@@ -157,8 +157,8 @@ Json sheet_json(const RecordingResult& id, const Report& report) {
 Json study_sheet_json(const Report& report) {
   Json protocols = Json::object();
   for (const RecordingResult& id : report.recordings)
-    if (!id.error && !protocols.contains(report.protocol_of(id).name))
-      protocols[report.protocol_of(id).name] = sim::json_of(report.protocol_of(id));
+    if (!id.error && !protocols.contains(report.protocol_for(id).name))
+      protocols[report.protocol_for(id).name] = sim::to_json_object(report.protocol_for(id));
   return {
       {"sheet", report.sheet->file.string()}, {"columns", report.sheet->columns}, {"protocols", std::move(protocols)}};
 }
@@ -172,7 +172,7 @@ Json recording_json(const RecordingResult& id, const Report& report) {
     recording["code"] = name(id.error->code());
     return recording;
   }
-  const sim::ParameterTable table = report.ranges_of(id);
+  const sim::ParameterTable table = report.ranges_for(id);
   const Explanation& explanation = id.explanation;
   const std::optional<recording::TiltMatch>& tilt = id.trial.tilt;
   recording["parameters"] = parameters_of(id, report, table);
@@ -191,7 +191,7 @@ Json recording_json(const RecordingResult& id, const Report& report) {
   recording["trust"] = name(id.trust());
   recording["warnings"] = warnings_json(id.warnings);
   use_distribution(id, [&](const auto& found) { recording["correlations"] = correlations_json(found, table.size()); });
-  if (id.fit) add_fit(recording, *id.fit, report.protocol_of(id), table);
+  if (id.fit) add_fit(recording, *id.fit, report.protocol_for(id), table);
   return recording;
 }
 
@@ -208,9 +208,9 @@ Json recordings_json(const Report& report) {
   return list;
 }
 
-std::optional<sim::Subject> person_of(const sim::Body& body) {
+std::optional<sim::Subject> find_person(const sim::Body& body) {
   try {
-    return sim::subject_of(body);
+    return sim::make_subject(body);
   } catch (const Error&) {
     return {};
   }
@@ -239,7 +239,7 @@ Json body_json(const sim::Body& body, bool assumed) {
             {"com_height_m", body.com_height_m},
             {"inertia_kgm2", body.inertia_kgm2},
             {"assumed", assumed}};
-  if (const std::optional<sim::Subject> person = person_of(body))
+  if (const std::optional<sim::Subject> person = find_person(body))
     json["person"] = Json{{"mass_kg", person->mass_kg}, {"height_m", person->height_m}};
   return json;
 }
@@ -254,7 +254,7 @@ std::string report_json(const Report& report) {
             {"options", report.options},
             {"seed", report.fit ? Json(report.fit->settings.seed) : Json(nullptr)},
             {"inputs", inputs_json(report)},
-            {"protocol", sim::json_of(report.protocol)},
+            {"protocol", sim::to_json_object(report.protocol)},
             {"body", body_json(report.protocol.experiment.body, report.body_assumed)},
             {"other_answer", other_answer_json(report)},
             {"recordings", recordings_json(report)}};

@@ -13,7 +13,7 @@ namespace {
 using posterior::Density;
 
 std::string point_table(const RecordingResult& id, const Report& report) {
-  const sim::ParameterTable table = report.ranges_of(id);
+  const sim::ParameterTable table = report.ranges_for(id);
   const int width = name_width(table);
   std::string text = format("  %-*s %10s %-10s %14s%s  %s\n", width, "", "estimate", "unit", "or",
                             id.truth ? "       true" : "", "model's limits");
@@ -21,7 +21,7 @@ std::string point_table(const RecordingResult& id, const Report& report) {
     const sim::ParameterInfo& info = table[p];
     const double value = id.estimate.parameters[p];
     text += format("  %-*s %10.5g %-10s %14s", width, shown_name(info).c_str(), value, info.shown_unit().c_str(),
-                   in_other_unit(info, value, report.protocol_of(id).experiment.body.mgh()).c_str());
+                   in_other_unit(info, value, report.protocol_for(id).experiment.body.mgh()).c_str());
     if (id.truth) text += format(" %10.5g", (*id.truth)[p]);
     text += format("  %g to %g\n", info.low, info.high);
   }
@@ -30,11 +30,11 @@ std::string point_table(const RecordingResult& id, const Report& report) {
 
 template <class Found>
 std::string distribution_table(const RecordingResult& id, const Report& report, const Found& found) {
-  const sim::ParameterTable table = report.ranges_of(id);
+  const sim::ParameterTable table = report.ranges_for(id);
   const bool from_network = id.fit && id.fit->answer == FitFigures::Answer::network;
   std::string text = table_heading(name_width(table), from_network ? "network" : "estimate", id.truth.has_value());
   for (std::size_t p = 0; p < table.size(); ++p)
-    text += parameter_line(found, p, table, id.estimate.parameters[p], report.protocol_of(id).experiment.body.mgh(),
+    text += parameter_line(found, p, table, id.estimate.parameters[p], report.protocol_for(id).experiment.body.mgh(),
                            id.truth);
   return text;
 }
@@ -75,8 +75,8 @@ std::string fit_text(const FitFigures& fitted) {
   const posterior::Posterior& found = fitted.posterior;
   std::string text;
   const auto line = [&](const char* what, int quantity, const char* unit) {
-    if (found.deviation(quantity) > 0.0)
-      text += format("  %s %.3g +- %.2g%s\n", what, found.mean(quantity), found.deviation(quantity), unit);
+    if (found.stddev(quantity) > 0.0)
+      text += format("  %s %.3g +- %.2g%s\n", what, found.mean(quantity), found.stddev(quantity), unit);
   };
   line("measurement noise", Density::sensor_noise, " degrees");
   text += format("  slow noise %.3g degrees, correlation time %.2g s\n", found.mean(Density::slow_noise),
@@ -132,15 +132,15 @@ std::string recording_text(const RecordingResult& id, const Report& report) {
   if (id.error) return id.file + who + ": not analysed\n";
   return format("%s (%s)%s\n", id.file.c_str(), id.column.c_str(), who.c_str()) + trust_text(id.warnings) +
          parameters_text(id, report) +
-         (id.fit ? controllers_text(*id.fit, report.protocol_of(id).experiment.body_model->name) + fit_text(*id.fit)
+         (id.fit ? controllers_text(*id.fit, report.protocol_for(id).experiment.body_model->name) + fit_text(*id.fit)
                  : "") +
          sway_text(id) +
-         (report.sheet ? "  " + body_text(report.protocol_of(id).experiment.body, report.body_assumed_for(id)) : "") +
+         (report.sheet ? "  " + body_text(report.protocol_for(id).experiment.body, report.body_assumed_for(id)) : "") +
          warnings_text(id.warnings);
 }
 
 std::string person_text(const sim::Body& body) {
-  const std::optional<sim::Subject> person = person_of(body);
+  const std::optional<sim::Subject> person = find_person(body);
   return person ? format("a person of %.1f kg and %.2f m, ", person->mass_kg, person->height_m) : "";
 }
 

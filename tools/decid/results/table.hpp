@@ -31,7 +31,7 @@ ResultTable long_table(const Report& report);
 enum class CsvStyle { plain, excel_comma, excel_point };
 /// Returns the style for --excel: empty, "comma", "point", or "locale", which asks the system (LC_ALL, LC_NUMERIC,
 /// LANG).
-CsvStyle csv_style_of(const std::string& excel);
+CsvStyle parse_csv_style(const std::string& excel);
 
 /// Returns the table as CSV. Plain lines end in \n, Excel's in \r\n. Numbers read back to the same bits.
 std::string csv_text(const ResultTable& table, CsvStyle style);

@@ -47,7 +47,7 @@ std::string cell_text(const Cell& cell, CsvStyle style) {
 
 }  // namespace
 
-CsvStyle csv_style_of(const std::string& excel) {
+CsvStyle parse_csv_style(const std::string& excel) {
   if (excel.empty()) return CsvStyle::plain;
   const bool comma = excel == "comma" || (excel == "locale" && has_decimal_comma());
   return comma ? CsvStyle::excel_comma : CsvStyle::excel_point;
@@ -57,8 +57,8 @@ std::string csv_text(const ResultTable& table, CsvStyle style) {
   const char separator = style == CsvStyle::excel_comma ? ';' : ',';
   const std::string line_end = style == CsvStyle::plain ? "\n" : "\r\n";
   std::string text = style == CsvStyle::plain ? "" : byte_order_mark;
-  const auto add = [&](const auto& cells, const auto& text_of) {
-    for (std::size_t i = 0; i < cells.size(); ++i) text += (i > 0 ? std::string(1, separator) : "") + text_of(cells[i]);
+  const auto add = [&](const auto& cells, const auto& to_text) {
+    for (std::size_t i = 0; i < cells.size(); ++i) text += (i > 0 ? std::string(1, separator) : "") + to_text(cells[i]);
     text += line_end;
   };
   add(table.names, [&](const std::string& name) { return cell_text(name, style); });

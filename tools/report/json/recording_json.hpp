@@ -36,7 +36,7 @@ void add_intervals(Json& json, const Found& found, int quantity) {
     return Json{page_number(found.quantile(quantity, tail)), page_number(found.quantile(quantity, 1.0 - tail))};
   };
   json["mean"] = page_number(found.mean(quantity));
-  json["sd"] = page_number(found.deviation(quantity));
+  json["sd"] = page_number(found.stddev(quantity));
   json["interval50"] = interval(0.5);
   json["interval90"] = interval(0.9);
 }

@@ -199,15 +199,15 @@ TEST_CASE("version 7.3: arrays of structures and cells have elements, pages and 
     time.push_back(k / 50.0);
     sway.push_back(k < 20 ? (k + 1) / 8.0 : (k - 19) / 4.0);
   }
-  const auto vector_of = [&](double* from) {
+  const auto to_vector = [&](double* from) {
     return Mat_VarCreate("", MAT_C_DOUBLE, MAT_T_DOUBLE, 2, twenty, from, 0);
   };
   {
     Mat73 file(folder / "array.mat");
     matvar_t* trials = Mat_VarCreateStruct("trials", 2, two, fields, 2);
     for (std::size_t i = 0; i < 2; ++i) {
-      Mat_VarSetStructFieldByName(trials, "time", i, vector_of(time.data()));
-      Mat_VarSetStructFieldByName(trials, "COM_x", i, vector_of(sway.data() + 20 * i));
+      Mat_VarSetStructFieldByName(trials, "time", i, to_vector(time.data()));
+      Mat_VarSetStructFieldByName(trials, "COM_x", i, to_vector(sway.data() + 20 * i));
     }
     file.write(trials);
   }
@@ -218,7 +218,7 @@ TEST_CASE("version 7.3: arrays of structures and cells have elements, pages and 
     Mat73 file(folder / "cell.mat");
     char name[] = "sway";
     matvar_t* cell = Mat_VarCreate("sway", MAT_C_CELL, MAT_T_CELL, 2, two, nullptr, 0);
-    for (int i = 0; i < 2; ++i) Mat_VarSetCell(cell, i, vector_of(sway.data() + 20 * i));
+    for (int i = 0; i < 2; ++i) Mat_VarSetCell(cell, i, to_vector(sway.data() + 20 * i));
     file.write(cell);
     file.write(Mat_VarCreate("cube", MAT_C_DOUBLE, MAT_T_DOUBLE, 3, cube, sway.data(), 0));
     file.write(Mat_VarCreate("labels", MAT_C_CHAR, MAT_T_UTF8, 2, letters, name, 0));
