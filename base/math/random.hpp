@@ -13,7 +13,7 @@
 namespace decid {
 
 /// The purpose of a random number. Each purpose has its own numbers; the values determine the bits of results. Headers
-/// named streams.hpp name the numbers 1 to 5, 8 to 14 and 17 for the libraries above.
+/// named streams.hpp name the numbers 1 to 5, 8 to 14, 17 and 18 for the libraries above.
 enum class Stream : std::uint32_t {
   weights = 6,        ///< item: parameter tensor
   shuffle = 7,        ///< item: epoch

@@ -1,4 +1,4 @@
-// What a planned recording leaves: see expected_posterior.hpp.
+// The posterior that a planned recording leaves: see expected_posterior.hpp.
 #include "posterior/planning/expected_posterior.hpp"
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace {
 constexpr int max_falls = 1000;
 constexpr double margin = 0.01;  // of a range: as Density::set
 constexpr double no_slow_noise_deg = 1e-9;
-// Of a person: the numbers of the vestibular noise, and of the estimate.
+// The numbers of a person's vestibular noise and of the estimate.
 constexpr std::uint64_t noise_item = std::uint64_t{1} << 62U, estimate_item = std::uint64_t{1} << 63U;
 
 void check_plan(const Density& density, const PlannedRecordings& planned) {

@@ -1,4 +1,4 @@
-// What planned recordings leave: limits that are known exactly, and the direction in which a protocol changes them.
+// The posterior of planned recordings: limits that are known exactly, and the direction of a protocol's change.
 // tests/identify/cohort/planned_fits.cpp compares with fits.
 #include "posterior/planning/expected_posterior.hpp"
 
