@@ -88,6 +88,7 @@ TEST_CASE("the files in examples/ can be loaded") {
   CHECK(load_protocol(folder + "measured.json").duration_s() == 25.0);
   CHECK(load_protocol(folder + "sines.json").duration_s() == 60.0);
   CHECK(load_protocol(folder + "raised_cosines.json").duration_s() == 62.0);
+  CHECK(load_protocol(folder + "seven_sines.json").duration_s() == 120.0);
   // All conditions, and bodies on either side of the default one.
   const sim::Protocol laboratory = load_protocol(folder + "laboratory.json");
   CHECK(to_json(laboratory.ideal()) == to_json(sim::default_protocol()));
@@ -102,5 +103,5 @@ TEST_CASE("the files in examples/ can be loaded") {
   CHECK(to_json(people) == to_json(laboratory));
   int files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) files += entry.path().extension() == ".json";
-  CHECK(files == 8);
+  CHECK(files == 9);
 }
