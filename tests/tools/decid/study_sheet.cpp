@@ -169,6 +169,8 @@ TEST_CASE("a study as laboratories have it: umlauts, a missing trial, a wrong ce
   check_refused("identify --study " + folder / "none.tsv", "none.tsv");
   check_refused("identify", "--study");
   check_refused("identify --study " + folder / "studie.csv" + " --excel german", "--excel");
+  check_refused("identify --study " + folder / "studie.csv" + " --excel comma", "--excel");
+  check_refused("identify --study " + folder / "studie.csv" + " --excel comma --table " + folder / "t.xlsx", "--excel");
   check_refused("identify --study " + folder / "studie.csv" + " --table " + folder / "studie.csv", "studie.csv");
 }
 

@@ -54,7 +54,7 @@ Identified identified(const std::string& path, int recording, bool force) {
     const std::string text = why.is_string() ? why.get<std::string>() : why.dump();
     if (*trust == name(Trust::not_usable) && !force)
       throw Error(Code::value_invalid, path, format("is not usable for recording %d: ", recording) + text,
-                  "mend the recording, or take its values all the same with --force");
+                  "correct the recording, or use its values with --force");
     caution = text;
   }
   const sim::BodyModel& controller = controller_in(json, path);

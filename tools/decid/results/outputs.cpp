@@ -44,6 +44,10 @@ void write_figures(const std::filesystem::path& folder, const Report& report) {
 }  // namespace
 
 void Outputs::check(std::vector<std::string> inputs) const {
+  const auto is_csv = [](const std::string& path) { return !path.empty() && !path.ends_with(".xlsx"); };
+  if (!excel.empty() && !is_csv(table) && !is_csv(long_table))
+    throw Error(Code::setting_conflict, "--excel", "is for CSV tables, and there is none",
+                "give --table or --long with a name ending in .csv; .xlsx opens in any language");
   for (const std::string& path : files()) {
     refuse_same_file(path, inputs);
     inputs.push_back(path);
