@@ -24,7 +24,10 @@ class NoiseBasis {
   int edges() const noexcept { return edges_; }
   double period_s() const noexcept { return period_s_; }
   /// Returns the frequency of the harmonic that a coefficient belongs to.
-  double frequency_hz(int coefficient) const noexcept { return (first_ + coefficient / 2) / period_s_; }
+  double frequency_hz(int coefficient) const noexcept {
+    const int harmonic = first_ + coefficient / 2;  // two coefficients each
+    return harmonic / period_s_;
+  }
 
   /// Returns the number of Fourier transforms in a synthesis.
   int transforms() const noexcept { return phases_; }

@@ -11,6 +11,7 @@
 #include "base/math/random.hpp"
 #include "posterior/density/density.hpp"
 #include "posterior/streams.hpp"
+#include "sim/streams.hpp"
 #include "tests/posterior/density/dense_noise.hpp"
 
 namespace decid::test {
