@@ -51,24 +51,23 @@ std::vector<sim::Parameters> persons_of(const Density& density, const PlannedRec
   sim::Protocol protocol = density.protocol().ideal();
   if (protocol.standing_s == 0.0) protocol.standing_s = density.priors().standing_s;
   std::vector<sim::Parameters> persons(static_cast<std::size_t>(planned.draws));
-  sim::Simulator(std::move(protocol))
-      .run_until_valid(
-          planned.draws, max_falls,
-          [&](int index, int attempt) {
-            const auto item = static_cast<std::uint64_t>(index) * max_falls + static_cast<std::uint64_t>(attempt);
-            const Random random(planned.seed, streams::design, item);
-            sim::Parameters person(static_cast<std::size_t>(density.parameters()));
-            for (std::size_t p = 0; p < person.size(); ++p) {
-              const Quantile& q = density.quantile(p);
-              const double off = planned.person_sd ? (*planned.person_sd)[p] * random.normal(p) : 0.0;
-              person[p] = planned.at && q.range > 0.0 ? (*planned.at)[p] + off : q.value(random.normal(p));
-              person[p] = std::clamp(person[p], q.low + margin * q.range, q.low + (1.0 - margin) * q.range);
-            }
-            return sim::TrialInput{person, Random(planned.seed, sim::streams::vestibular_noise, item)};
-          },
-          [&](int index, const sim::TrialInput& trial, std::span<double>) {
-            persons[static_cast<std::size_t>(index)] = trial.parameters;
-          });
+  sim::Simulator(protocol).run_until_valid(
+      planned.draws, max_falls,
+      [&](int index, int attempt) {
+        const auto item = static_cast<std::uint64_t>(index) * max_falls + static_cast<std::uint64_t>(attempt);
+        const Random random(planned.seed, streams::design, item);
+        sim::Parameters person(static_cast<std::size_t>(density.parameters()));
+        for (std::size_t p = 0; p < person.size(); ++p) {
+          const Quantile& q = density.quantile(p);
+          const double off = planned.person_sd ? (*planned.person_sd)[p] * random.normal(p) : 0.0;
+          person[p] = planned.at && q.range > 0.0 ? (*planned.at)[p] + off : q.value(random.normal(p));
+          person[p] = std::clamp(person[p], q.low + margin * q.range, q.low + (1.0 - margin) * q.range);
+        }
+        return sim::TrialInput{person, Random(planned.seed, sim::streams::vestibular_noise, item)};
+      },
+      [&](int index, const sim::TrialInput& trial, std::span<double>) {
+        persons[static_cast<std::size_t>(index)] = trial.parameters;
+      });
   return persons;
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 #include "base/math/cholesky.hpp"
 #include "posterior/density/elementary.hpp"
@@ -87,10 +88,11 @@ std::vector<std::vector<sim::Complex>> relative_changes(const Density& density, 
   const std::optional<std::size_t> nv = density.protocol().family().find_parameter(sim::Coefficient::nv);
   std::vector<std::vector<sim::Complex>> all;
   for (const std::size_t i : parameters) {
-    std::vector<sim::Complex>& changes = all.emplace_back(harmonics);
+    std::vector<sim::Complex> changes(harmonics);
     const double range = density.quantile(i).range;
     if (nv == i) {
       std::ranges::fill(changes, range / person[i]);
+      all.push_back(std::move(changes));
       continue;
     }
     sim::Parameters low = person, high = person;
@@ -102,6 +104,7 @@ std::vector<std::vector<sim::Complex>> relative_changes(const Density& density, 
       };
       changes[k] = quotient((at(high) - at(low)) / (2.0 * derivative_step), at(person));
     }
+    all.push_back(std::move(changes));
   }
   return all;
 }

@@ -352,7 +352,8 @@ void run_fit(FitOptions options, const Command& command) {
   if (interrupted())
     throw std::runtime_error(format("stopped at recording %zu of %zu; what was drawn until then was written%s",
                                     begun.size(), options.outputs.count, journal ? "; --resume goes on" : ""));
-  if (journal && failed && !options.common.quiet) std::cerr << "decid: correct these recordings, then --resume fits only them\n";
+  if (journal && failed && !options.common.quiet)
+    std::cerr << "decid: correct these recordings, then --resume fits only them\n";
   tell_errors("fit", begun);
 }
 
