@@ -12,6 +12,7 @@
 #include "embedded/firmware_controller_header.hpp"
 #include "sim/lanes.hpp"
 #include "sim/streams.hpp"
+#include "tools/firmware/c_text.hpp"
 
 namespace decid::tools {
 namespace {

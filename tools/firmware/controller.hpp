@@ -1,6 +1,7 @@
 // The DEC controller as C files for a firmware, with parameters that were identified or chosen.
 #pragma once
 
+#include <cstdint>
 #include <span>
 
 #include "sim/simulate.hpp"

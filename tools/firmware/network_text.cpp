@@ -10,6 +10,8 @@
 #include "embedded/firmware_network_alone_header.hpp"
 #include "embedded/firmware_types.hpp"
 #include "nn/predictor.hpp"
+#include "tools/firmware/c_text.hpp"
+#include "tools/firmware/layer_text.hpp"
 
 namespace decid::tools {
 namespace {

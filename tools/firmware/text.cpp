@@ -2,10 +2,8 @@
 #include "tools/firmware/text.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cctype>
 #include <cmath>
-#include <type_traits>
 
 #include "base/error.hpp"
 #include "base/math/math.hpp"
@@ -28,24 +26,14 @@
 #include "embedded/firmware_state.hpp"
 #include "embedded/firmware_types.hpp"
 #include "embedded/firmware_windows.hpp"
+#include "tools/firmware/c_text.hpp"
+#include "tools/firmware/layer_text.hpp"
 
 namespace decid::tools {
 namespace {
 
 using dataset::Channel;
 using Kind = FirmwareLayer::Kind;
-
-std::string element(float value) {
-  return literal(value);
-}
-std::string element(double value) {
-  return literal(value);
-}
-template <class T>
-requires std::is_integral_v<T> std::string element(T value) {
-  return std::is_same_v<T, std::uint32_t> ? format("0x%08xU", static_cast<unsigned>(value))
-                                          : std::to_string(static_cast<long long>(value));
-}
 
 /// Gaussians of the model's head; 0: it gives point estimates.
 long long components(const Model& model) {
@@ -180,75 +168,6 @@ std::string passes(const Model& model, const FirmwarePlan& plan) {
          table("static const uint8_t last_pass_needed[]", needed_outputs(model, plan));
 }
 
-std::string map_table(const FirmwarePlan& plan) {
-  std::string text = "static const network_map network_maps[MAPS] = {\n";
-  for (const FirmwareMap& map : plan.maps) {
-    text += format("    {%d, %d, %d, %d, %d, %d, %d, %d, {%s, %d}},\n", map.offset, map.shape.channels, map.lines,
-                   map.positions, map.capacity, map.line_stride, map.channel_stride, map.position_stride,
-                   literal(map.steps_per_unit).c_str(), map.zero);
-  }
-  return text + "};\n\n";
-}
-
-/// The name of a layer's table, declared in `text`; NULL if the table is empty.
-template <class T>
-std::string named(std::string& text, const char* type, const std::string& name, const std::vector<T>& values) {
-  if (values.empty()) return "NULL";
-  text += table(std::string("static const ") + type + " " + name + "[]", values);
-  return name;
-}
-
-}  // namespace
-
-bool has_kind(const FirmwarePlan& plan, FirmwareLayer::Kind kind) {
-  return std::ranges::count(plan.layers, kind, &FirmwareLayer::kind) > 0;
-}
-
-bool uses_exponential(const FirmwarePlan& plan) {
-  return has_kind(plan, Kind::tanh) || has_kind(plan, Kind::sigmoid) || has_kind(plan, Kind::gelu);
-}
-
-std::string layer_settings(const FirmwarePlan& plan) {
-  const bool leaks = has_kind(plan, Kind::leaky_relu);
-  return define("USES_POOLS", std::ranges::any_of(plan.layers, &FirmwareLayer::pools)) +
-         define("USES_STATISTICS", has_kind(plan, Kind::statistics)) + define("USES_LEAKY_RELU", leaks) +
-         define("USES_TANH", has_kind(plan, Kind::tanh)) + define("USES_SIGMOID", has_kind(plan, Kind::sigmoid)) +
-         define("USES_GELU", has_kind(plan, Kind::gelu)) + define("USES_FUNCTIONS", leaks || uses_exponential(plan)) +
-         define("USES_LAYER_NORM", has_kind(plan, Kind::layer_norm)) +
-         define("USES_BLOCKS", std::ranges::any_of(plan.layers, &FirmwareLayer::joins));
-}
-
-std::string layer_tables(const FirmwarePlan& plan) {
-  static constexpr const char* kinds[] = {"LAYER_CONVOLUTION",  "LAYER_ALL",        "LAYER_MAX_POOL",
-                                          "LAYER_AVERAGE_POOL", "LAYER_STATISTICS", "LAYER_LEAKY_RELU",
-                                          "LAYER_TANH",         "LAYER_SIGMOID",    "LAYER_GELU",
-                                          "LAYER_NORM",         "LAYER_ADD",        "LAYER_CONCAT"};
-  const bool rows = plan.stream_rows;
-  const auto along = [&](const Extent& e) { return rows ? e.rows : e.columns; };
-  const auto across = [&](const Extent& e) { return rows ? e.columns : e.rows; };
-  std::string tables, text = "static const network_layer network_layers[LAYERS] = {\n";
-  for (std::size_t i = 0; i < plan.layers.size(); ++i) {
-    const FirmwareLayer& layer = plan.layers[i];
-    const auto name = [&](const char* what) { return format("layer_%zu_%s", i, what); };
-    const std::string weight = plan.options.int8 ? named(tables, "int8_t", name("weight"), layer.steps)
-                                                 : named(tables, "float", name("weight"), layer.weight);
-    const std::string bias = named(tables, "float", name("bias"), layer.bias);
-    const std::string scale = named(tables, "float", name("scale"), layer.scale);
-    const std::string affine_scale = named(tables, "float", name("affine_scale"), layer.affine.scale);
-    const std::string affine_shift = named(tables, "float", name("affine_shift"), layer.affine.shift);
-    text += format(
-        "    {%s, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %d, %s,\n     %s, %s, %s, %s, %s},\n",
-        kinds[static_cast<int>(layer.kind)], layer.src, layer.dst, layer.kept, layer.normalises, layer.rectifies,
-        i + 1 == plan.layers.size(), along(layer.kernel), across(layer.kernel), along(layer.stride),
-        across(layer.stride), along(layer.pad), across(layer.pad), rows ? layer.dilation : 1, rows ? 1 : layer.dilation,
-        layer.groups, layer.taps, literal(layer.factor()).c_str(), weight.c_str(), bias.c_str(), scale.c_str(),
-        affine_scale.c_str(), affine_shift.c_str());
-  }
-  return tables + map_table(plan) + text + "};\n\n";
-}
-
-namespace {
-
 /// Returns the tables that turn a time series into a network input: the weight of each cycle's difference, and the
 /// planes that do not depend on the sway.
 std::string series_tables(const Model& model, const ForBody& body) {
@@ -273,16 +192,6 @@ std::string series_tables(const Model& model, const ForBody& body) {
          table("static const int32_t given_first[SERIES_CHANNELS]", first) +
          table("static const float given_plane[]", given);
 }
-
-}  // namespace
-
-std::vector<std::uint32_t> to_bits(const std::vector<float>& values) {
-  std::vector<std::uint32_t> bits;
-  for (const float value : values) bits.push_back(std::bit_cast<std::uint32_t>(value));
-  return bits;
-}
-
-namespace {
 
 /// Returns the tables that map outputs to parameters, and the expected results of the self-test.
 std::string result_tables(const Model& model, const ForBody& body, const TestVector& test) {
@@ -349,70 +258,6 @@ std::string places(const sim::ParameterTable& table) {
 
 }  // namespace
 
-std::string define(const std::string& name, long long value) {
-  return "#define " + name + " " + std::to_string(value) + "\n";
-}
-
-std::string define_double(const std::string& name, double value) {
-  return "#define " + name + " " + literal(value) + "\n";
-}
-
-std::string replaced(std::string text, const std::string& what, const std::string& by) {
-  return text.replace(text.find(what), what.size(), by);
-}
-
-std::string literal(float value) {
-  return literal(static_cast<double>(value), 9) + "F";
-}
-
-std::string literal(double value, int digits) {
-  if (!std::isfinite(value))
-    throw Error(Code::file_damaged, "export", "a number of the model is infinite or not a number",
-                "train the model again");
-  std::string text = format("%.*g", digits, value);
-  if (text.find_first_of(".e") == std::string::npos) text += ".0";
-  return text;
-}
-
-std::string comment(const std::string& text) {
-  std::string safe = one_line(text);
-  std::ranges::replace(safe, '*', '?');
-  return safe;
-}
-
-template <class T>
-std::string table(const std::string& declaration, const std::vector<T>& values) {
-  constexpr std::size_t width = 116;
-  std::string text = declaration + " = {\n", line = "   ";
-  for (const T value : values) {
-    const std::string item = " " + element(value) + ",";
-    if (line.size() + item.size() > width) {
-      text += line + "\n";
-      line = "   ";
-    }
-    line += item;
-  }
-  return text + line + "\n};\n";
-}
-
-template std::string table(const std::string&, const std::vector<double>&);
-template std::string table(const std::string&, const std::vector<float>&);
-template std::string table(const std::string&, const std::vector<std::uint32_t>&);
-
-std::string with_name(std::string text, const std::string& name) {
-  const std::string token = "DECID_FW";
-  std::string upper = name;
-  for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  for (std::size_t at = text.find(token); at != std::string::npos; at = text.find(token, at)) {
-    const std::size_t after = at + token.size();
-    const bool small =
-        after + 1 < text.size() && text[after] == '_' && text[after + 1] >= 'a' && text[after + 1] <= 'z';
-    text.replace(at, token.size(), small ? name : upper);
-    at += name.size();
-  }
-  return text;
-}
-
 std::vector<float> test_sway(int samples) {
   std::vector<float> sway;
   for (int k = 0; k < samples; ++k) {
@@ -425,15 +270,6 @@ std::vector<float> test_sway(int samples) {
     sway.push_back(static_cast<float>(triangle) * 0x1p-16F + static_cast<float>(noise) * 0x1p-33F);
   }
   return sway;
-}
-
-void check_firmware_name(const std::string& name) {
-  const auto allowed = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; };
-  if (!name.empty() && name.size() <= 40 && std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
-      std::ranges::all_of(name, allowed))
-    return;
-  throw Error(Code::setting_malformed, "--name", "'" + name + "' cannot begin the names of C functions",
-              "give up to 40 letters, digits and underscores, a letter first");
 }
 
 long long familiarity_bytes(const Model& model, const FirmwarePlan& plan) {

@@ -13,6 +13,7 @@
 #include "nn/operation.hpp"
 #include "sim/segments.hpp"
 #include "tests/tools/firmware/models.hpp"
+#include "tools/firmware/c_text.hpp"
 #include "tools/firmware/quantise.hpp"
 #include "tools/firmware/text.hpp"
 

@@ -5,6 +5,7 @@
 
 #include "base/text.hpp"
 #include "tests/tools/firmware/models.hpp"
+#include "tools/firmware/c_text.hpp"
 #include "tools/firmware/text.hpp"
 
 namespace decid::tools {

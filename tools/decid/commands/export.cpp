@@ -23,6 +23,7 @@
 #include "tools/decid/recording_flags.hpp"
 #include "tools/decid/results/identified.hpp"
 #include "tools/decid/results/results.hpp"
+#include "tools/firmware/c_text.hpp"
 #include "tools/firmware/controller.hpp"
 #include "tools/firmware/network_text.hpp"
 #include "tools/firmware/quantise.hpp"
