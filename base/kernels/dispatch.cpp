@@ -1,6 +1,6 @@
 // Selects the kernels of an instruction set; the plain kernels process one number at a time.
 #include "base/kernels/generic.hpp"
-#include "base/kernels/table_of.hpp"
+#include "base/kernels/table_for.hpp"
 
 namespace decid {
 

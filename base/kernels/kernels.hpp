@@ -22,7 +22,7 @@ struct RandomKernels {
 
 const RandomKernels& random_kernels(Isa isa);
 
-/// Gives table_of access to the tables.
+/// Gives table_for access to the tables.
 struct RandomTables {
   static const RandomKernels& reference();
   static const RandomKernels& baseline();

@@ -1,7 +1,7 @@
 // The kernels of an instruction set: see base/isa.hpp for the choice.
 #include <type_traits>
 
-#include "base/kernels/table_of.hpp"
+#include "base/kernels/table_for.hpp"
 #include "nn/kernels/isa.hpp"
 
 namespace decid::nn {

@@ -6,7 +6,7 @@
 
 namespace decid::nn {
 
-/// For table_of.
+/// For table_for.
 struct FloatTables {
   static const Kernels<float>& reference() { return reference_kernels<float>(); }
   static const Kernels<float>& baseline();

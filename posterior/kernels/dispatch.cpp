@@ -1,5 +1,5 @@
 // Selects the kernels of an instruction set; the plain kernels process one lane at a time.
-#include "base/kernels/table_of.hpp"
+#include "base/kernels/table_for.hpp"
 #include "posterior/kernels/generic.hpp"
 
 namespace decid::posterior {

@@ -190,7 +190,7 @@ struct Kernels {
 
 const Kernels& kernels(Isa isa);
 
-/// Gives table_of access to the tables.
+/// Gives table_for access to the tables.
 struct Tables {
   static const Kernels& reference();
   static const Kernels& baseline();

@@ -38,9 +38,8 @@ struct ExpectedPosterior {
 };
 
 /// Returns what a recording of the density's protocol leaves. The result does not depend on threads. Throws Error for
-/// no draws, a measurement noise that is not above 0, `at` outside of the ranges, `at` or
-/// `person_sd` of another size, priors that fix
-/// every parameter, and if 1,000 persons in a row fall.
+/// no draws, a measurement noise that is not above 0, `at` outside of the ranges, `at` or `person_sd` of another size,
+/// priors that fix every parameter, and if 1,000 persons in a row fall.
 ExpectedPosterior expected_posterior(const Density& density, const PlannedRecordings& planned);
 
 }  // namespace decid::posterior

@@ -20,7 +20,7 @@ constexpr int annealing_leapfrog_steps = 15;
 constexpr int windows = 3, window_informations = 3, first_window_leapfrog_steps = 48, max_window_leapfrog_steps = 96;
 constexpr int settling_transitions = 12, min_leapfrog_steps = 16;
 constexpr double leapfrog_steps_per_width =
-    2.2;  // steps that cross the standard deviation of the widest direction once
+    2.2;  // over the steps that cross the standard deviation of the widest direction once
 constexpr double target_acceptance = 0.8;
 constexpr double stuck_nats = 25.0;
 constexpr double stranded_log_noise = 0.1;

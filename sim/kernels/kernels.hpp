@@ -14,7 +14,7 @@ struct SimulatorKernels {
 
 const SimulatorKernels& simulator_kernels(Isa isa);
 
-/// Gives table_of access to the tables.
+/// Gives table_for access to the tables.
 struct SimulatorTables {
   static const SimulatorKernels& reference();
   static const SimulatorKernels& baseline();

@@ -1,5 +1,5 @@
 // Selects the image kernels of an instruction set; the plain kernels process one window at a time.
-#include "base/kernels/table_of.hpp"
+#include "base/kernels/table_for.hpp"
 #include "dataset/image/kernels/generic.hpp"
 
 namespace decid::dataset {

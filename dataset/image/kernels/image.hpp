@@ -34,7 +34,7 @@ struct ImageKernels {
 
 const ImageKernels& image_kernels(Isa isa);
 
-/// Gives table_of access to the tables.
+/// Gives table_for access to the tables.
 struct ImageTables {
   static const ImageKernels& reference();
   static const ImageKernels& baseline();
