@@ -17,7 +17,7 @@
 #include "base/per_thread.hpp"
 #include "dataset/npz/detail/libzip.hpp"
 #include "dataset/npz/detail/npz_parts.hpp"
-#include "sim/protocol/protocol_json.hpp"
+#include "sim/protocol/protocol_object.hpp"
 
 namespace decid::dataset {
 
@@ -255,7 +255,7 @@ void read_description(const std::string& text, const std::string& where, Dataset
   }
   object.require("seed");
   object.read("seed", data.seed);
-  data.protocol = sim::protocol_from_json(print_json(object.require("protocol")), where + ": protocol");
+  data.protocol = sim::protocol_from_object(object.require("protocol"), where + ": protocol");
   std::vector<std::string> names;
   object.require("parameters");
   object.read("parameters", names);

@@ -237,7 +237,7 @@ TEST_CASE("a study without a data set simulates its own trials") {
   CHECK(json.at("training").is_null());
   CHECK(json.at("recording").is_null());
   CHECK(json.at("errors").at("fresh").at("trials") == 60);
-  CHECK(json.at("sample").at("from").get<std::string>().starts_with("fresh trials"));
+  CHECK(json.at("sample").at("from").get<std::string>().starts_with("test trials"));
   CHECK_FALSE(std::filesystem::exists(out + "/loss.svg"));
   CHECK_FALSE(std::filesystem::exists(out + "/amplitude-histogram.svg"));
   CHECK(std::filesystem::exists(out + "/error-by-amplitude.svg"));

@@ -111,7 +111,7 @@ void run_rerun(const RerunOptions& options) {
   const bool same = read_file(temporary.path()) == before;
   if (!options.output.empty()) temporary.commit();
   if (!same) throw std::runtime_error(options.result + ": the call gives other bytes here");
-  if (!options.common.quiet) std::cerr << "decid: " << options.result << " again, to the byte\n";
+  if (!options.common.quiet) std::cerr << "decid: " << options.result << ": reproduced, the same bytes\n";
   if (failed) throw *failed;
 }
 

@@ -23,7 +23,7 @@ function parameterTable({ parameters, protocol, body_assumed: assumed }, network
       `Bar: the model\u2019s limits.` + (sure ? " Dark: 90% interval." : "") + (known ? " Red line: true value." : "")),
     element("thead", {}, element("tr", {}, columnHead("Parameter", "", ""), sure ? columnHead("Estimate \u00b1 uncertainty", "1 SD") : columnHead("Estimate"),
       network ? columnHead("Network") : null, sure ? columnHead("90% interval") : null, known ? columnHead("True") : null,
-      columnHead("Relative to gravity", sure ? "1 = just balances; 90%" : "1 = just balances"),
+      columnHead("Relative to gravity", sure ? "over m g h; 90%" : "over m g h"),
       columnHead("Estimate within the model\u2019s limits", "not a normal range", ""))),
     element("tbody", {}, ...rows)));
 }
@@ -172,7 +172,7 @@ function comparisonTable(comparison) {
       element("tbody", {}, ...rows))));
 }
 
-// Draws the difference of two groups by the hierarchical model, which counts how sure each recording is.
+// Draws the difference of two groups by the hierarchical model, which accounts for the uncertainty of each recording.
 function cohortTable(comparison) {
   const { draws, groups } = report.groups.hierarchical, number = text => element("th", { scope: "col", class: "number" }, text);
   const [a, b] = comparison.groups.map(name => groups.find(group => group.name === name));
@@ -322,7 +322,7 @@ function howToRead(whence) {
     ["Sensory noise", "Nv: the noise of the sense of balance; 0 is none."],
     ["Tilt-speed threshold", "theta: the person does not perceive platform tilts slower than this."],
     ["Reaction delay", "delay: the time from sensing to torque, all of it in one number."],
-    ["Relative to gravity", "Stiffness over the torque of gravity per angle (m g h). At 1, active and passive stiffness together just balance the body. Damping relative to gravity is in seconds."],
+    ["Relative to gravity", "Stiffness over the torque of gravity per angle (m g h), which compares bodies of different size. Damping relative to gravity is in seconds."],
     ["No normal values", "The model\u2019s limits are the range of its training trials, not the range of healthy people."],
   ];
   const made = element("details", { class: "help" }, element("summary", {}, "How to read this"),
