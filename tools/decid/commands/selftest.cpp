@@ -29,7 +29,7 @@ struct SelfResult {
   bool ok() const { return sha256 == expected; }
 };
 
-/// What a rank computed alone.
+/// The hashes that a rank computed alone.
 struct OwnHashes {
   std::string kernels;
   int threads = 0;

@@ -62,7 +62,7 @@ function nextSteps({ trust }) {
     : [...(trust === "caution" ? ["Follow the advice of each warning above, then analyse the recording again."] : []),
       "Compare people by the values relative to gravity, from recordings of the same protocol.",
       "Two recordings whose 90% intervals overlap widely do not differ."];
-  return element("div", {}, element("h3", {}, "What to do next"),
+  return element("div", {}, element("h3", {}, "Next steps"),
     element("ul", { class: "plain" }, ...items.map(text => element("li", {}, text)), trust === "not usable" ? null : other));
 }
 
