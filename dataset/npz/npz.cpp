@@ -48,8 +48,10 @@ Archive open_archive(const std::string& path, int flags, const std::string& wher
   libzip().error_init(&error, code);
   const std::string problem = libzip().to_text(&error);
   libzip().error_fini(&error);
-  throw Error(code == ZIP_ER_NOENT ? Code::file_missing : Code::file_damaged, where,
-              "cannot be opened as an .npz file: " + problem,
+  if (code == ZIP_ER_NOENT)
+    throw Error(Code::file_missing, where, "cannot be opened: No such file or directory",
+                "check the name and the permissions of the file");
+  throw Error(Code::file_damaged, where, "cannot be opened as an .npz file: " + problem,
               "give a data set made by decid dataset; a download or copy may be truncated");
 }
 
