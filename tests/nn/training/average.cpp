@@ -5,6 +5,7 @@
 
 #include <limits>
 
+#include "nn/network_file.hpp"
 #include "tests/nn/chain.hpp"
 
 using namespace decid::nn;
@@ -49,4 +50,13 @@ TEST_CASE("move_average: decays that average nothing are refused") {
   Network<float> average = constant_network(1);
   for (const double decay : {0.0, 1.0, -0.5, std::numeric_limits<double>::quiet_NaN()})
     check_error([&] { move_average(average, constant_network(2), decay, 1); }, decid::Code::setting_out_of_range);
+}
+
+TEST_CASE("network files: a second network in a file is read back, and one that is not there is refused") {
+  const Network<float> first = constant_network(1), second = constant_network(2);
+  TensorFile file = to_tensors(first);
+  add_network(second, "average.", file);
+  CHECK(weights_sha256(added_network("average.", first, file, "test")) == weights_sha256(second));
+  check_error([&] { added_network("best.", first, file, "test"); }, decid::Code::file_damaged, "test");
+  CHECK(weights_sha256(from_tensors(std::move(file), "test")) == weights_sha256(first));
 }
