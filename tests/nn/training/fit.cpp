@@ -277,10 +277,10 @@ TEST_CASE("optimisers: by a text with settings") {
         adamw({.beta1 = 0.25, .beta2 = 0.75, .epsilon = 1e-3, .weight_decay = 0.5})->text());
   CHECK(optimiser_named("nesterov momentum 0.5")->text() == sgd({.momentum = 0.5, .nesterov = true})->text());
   CHECK(optimiser_named("sgd weight_decay 0.125")->text() == sgd({.weight_decay = 0.125})->text());
-  for (const char* text : {"sgd beta1 0.5", "adamw momentum 0.9", "sgd momentum", "sgd momentum x", "adamw 0.9"})
-    check_error([&] { optimiser_named(text); }, decid::Code::setting_malformed);
+  for (const char* wrong : {"sgd beta1 0.5", "adamw momentum 0.9", "sgd momentum", "sgd momentum x", "adamw 0.9"})
+    check_error([&] { optimiser_named(wrong); }, decid::Code::setting_malformed);
   check_error([] { optimiser_named("sgd momentum 2"); }, decid::Code::setting_out_of_range);
-  for (const char* text : {"lion", ""}) check_error([&] { optimiser_named(text); }, decid::Code::setting_unknown);
+  for (const char* wrong : {"lion", ""}) check_error([&] { optimiser_named(wrong); }, decid::Code::setting_unknown);
 }
 
 TEST_CASE("clip: scales to the norm, and only down") {
