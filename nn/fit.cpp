@@ -13,6 +13,7 @@
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "nn/predictor.hpp"
+#include "nn/training/average.hpp"
 #include "nn/training/detail/fit_checkpoint.hpp"
 #include "nn/training/loop.hpp"
 #include "nn/training/schedule.hpp"
@@ -98,13 +99,6 @@ std::vector<int> all_of(const Samples& samples) {
   return places;
 }
 
-/// average = decay average + (1 - decay) value; the decay is smaller in the first steps, so that they do not stay.
-void move_average(std::vector<float>& average, const std::vector<float>& value, double decay, long long steps) {
-  const auto t = static_cast<double>(steps);
-  const auto rest = static_cast<float>(1 - std::min(decay, (1 + t) / (10 + t)));
-  for (std::size_t i = 0; i < value.size(); ++i) average[i] += rest * (value[i] - average[i]);
-}
-
 class Fit final : public TrainingLoop {
  public:
   Fit(Network<float>& network, const Samples& samples, const FitOptions& options, std::vector<int> training,
@@ -164,7 +158,7 @@ class Fit final : public TrainingLoop {
     rate_ = schedule_.rate(step);
     const std::vector<std::span<const float>> gradients(gradients_.begin(), gradients_.end());
     update(*options_.optimiser, network_, gradients, rate_, state.optimiser);
-    if (state.average) average_weights();
+    if (state.average) move_average(*state.average, network_, options_.average, state.optimiser.steps);
     last_loss_ = loss / static_cast<double>(places.size());
     return loss;
   }
@@ -223,18 +217,6 @@ class Fit final : public TrainingLoop {
   }
 
  private:
-  void average_weights() {
-    const auto from = network_.parameters(), to = state.average->parameters();
-    parallel_for(static_cast<int>(from.size()), [&](int k) {
-      const auto i = static_cast<std::size_t>(k);
-      move_average(to[i]->value, from[i]->value, options_.average, state.optimiser.steps);
-    });
-    for (std::size_t i = 0; i < network_.layers().size(); ++i)
-      for (std::size_t k = 0; k < network_.layers()[i].statistics().size(); ++k)
-        move_average(state.average->layers()[i].statistics()[k].value, network_.layers()[i].statistics()[k].value,
-                     options_.average, state.optimiser.steps);
-  }
-
   Network<float>& network_;
   const Samples& samples_;
   const FitOptions& options_;

@@ -2,6 +2,8 @@
 #include "nn/network_file.hpp"
 
 #include <cstdio>
+#include <iterator>
+#include <string_view>
 
 #include "base/error.hpp"
 #include "base/files/file.hpp"
@@ -9,6 +11,8 @@
 
 namespace decid::nn {
 namespace {
+
+constexpr std::string_view own_prefix = "layers.";
 
 const std::string& metadata(const TensorFile& file, const char* key, const std::string& where) {
   const auto found = file.metadata.find(key);
@@ -40,6 +44,23 @@ Network<float> from_tensors(TensorFile&& file, const std::string& where) {
   Network<float> network(input, metadata(file, architecture_key, where));
   load_network(network, std::move(file), where);
   return network;
+}
+
+void add_network(const Network<float>& network, const std::string& prefix, TensorFile& file) {
+  TensorFile own;
+  save_network(network, own);
+  for (NamedTensor& t : own.tensors) t.name = prefix + t.name.substr(own_prefix.size());
+  std::move(own.tensors.begin(), own.tensors.end(), std::back_inserter(file.tensors));
+}
+
+Network<float> added_network(const std::string& prefix, Network<float> like, const TensorFile& file,
+                             const std::string& where) {
+  TensorFile own;
+  for (const NamedTensor& t : file.tensors)
+    if (t.name.starts_with(prefix))
+      own.tensors.push_back({std::string(own_prefix) + t.name.substr(prefix.size()), t.shape, t.values});
+  load_network(like, std::move(own), where);
+  return like;
 }
 
 void write_network(const Network<float>& network, const std::string& path) {

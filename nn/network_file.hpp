@@ -17,6 +17,13 @@ TensorFile to_tensors(const Network<float>& network);
 /// metadata or tensors are missing or not those of a network.
 Network<float> from_tensors(TensorFile&& file, const std::string& where);
 
+/// Adds another network of the same architecture to a checkpoint; its tensors begin with `prefix` ("average.") instead
+/// of "layers.".
+void add_network(const Network<float>& network, const std::string& prefix, TensorFile& file);
+/// Returns the network that add_network() added, of the architecture of `like`. Throws Error as load_network().
+Network<float> added_network(const std::string& prefix, Network<float> like, const TensorFile& file,
+                             const std::string& where);
+
 /// Throws Error if the file cannot be written.
 void write_network(const Network<float>& network, const std::string& path);
 /// Throws Error if the file cannot be read, was damaged, or holds no network.

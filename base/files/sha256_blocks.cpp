@@ -3,6 +3,8 @@
 // Intel's Architecture Instruction Set Extensions manual, chapter 8; AMD has them since Zen.
 #include "base/files/sha256_blocks.hpp"
 
+#include <bit>
+
 #if defined(__x86_64__)
 #include <cpuid.h>
 #include <immintrin.h>

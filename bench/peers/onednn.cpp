@@ -1,12 +1,12 @@
 // The engine's convolutions beside those of oneDNN (its own blocked layouts, f32) in one process: the same shapes,
-// batch 32, one thread, CPU time, turn by turn. Prints a line each for `compare`: name, ours and theirs in GFLOP/s.
-// Input gradients of first layers are left out: training needs none.
+// batch 32, one thread, CPU time, turn by turn. Prints a line each for `compare`: name, ours, theirs and the bound in
+// GFLOP/s, and the limit that makes the bound, "arithmetic" or "memory", both measured between the repetitions. Input
+// gradients of first layers are left out: training needs none.
 #include <omp.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <dnnl.hpp>
-#include <string>
 #include <unordered_map>
 #include <vector>
 
@@ -77,19 +77,35 @@ class Theirs {
   Arguments arguments_;
 };
 
-void compare(const dnnl::engine& engine, const Conv& conv, Direction direction, const std::string& name) {
+/// Bytes between memory and the caches if each tensor that is read moves once, and each that is written twice: a store
+/// first reads its line.
+double moved_bytes(const Conv2dShape& s, Direction direction) {
+  const double src = 4.0 * blocks * lanes * s.src_channels * s.src_rows * s.src_columns,
+               dst = 4.0 * blocks * lanes * s.dst_channels * s.dst_rows * s.dst_columns;
+  if (direction == Direction::forward) return src + 2 * dst;
+  return direction == Direction::backward_src ? dst + 2 * src : src + dst;
+}
+
+void compare(const dnnl::engine& engine, const Conv& conv, Direction direction, Bandwidth& bandwidth) {
   constexpr double seconds_a_side = 0.5;
   ConvRun ours(conv.shape);
   Theirs theirs(engine, conv.shape, direction);
   const Kernels<float>& kernels = decid::nn::kernels<float>();
   const double flops = ours.channel_flops(direction) * ours.channels(direction) * blocks;
   std::vector<double> our_times, their_times;
+  FmaPeak peak(kernels.name);
   theirs.run();
   for (double spent = 0; spent < seconds_a_side || our_times.size() < 5; spent += our_times.back()) {
     our_times.push_back(seconds_of([&] { ours.run_batch(kernels, direction); }));
     their_times.push_back(seconds_of([&] { theirs.run(); }));
+    peak.measure();
   }
-  std::printf("%s\t%.1f\t%.1f\n", name.c_str(), flops / best_of(our_times) * 1e-9, flops / best_of(their_times) * 1e-9);
+  bandwidth.measure();
+  const double memory = flops / moved_bytes(conv.shape, direction) * bandwidth.best();
+  constexpr const char* directions[] = {"forward", "input gradient", "weight gradient"};
+  std::printf("%s %s\t%.1f\t%.1f\t%.1f\t%s\n", conv.name, directions[static_cast<int>(direction)],
+              flops / best_of(our_times) * 1e-9, flops / best_of(their_times) * 1e-9, std::min(memory, peak.best()),
+              memory < peak.best() ? "memory" : "arithmetic");
   std::fflush(stdout);
 }
 
@@ -120,9 +136,9 @@ int main() {
   std::printf("oneDNN %d.%d.%d, instruction set %s; ours %s\n", version.major, version.minor, version.patch,
               full_name(dnnl::get_effective_cpu_isa()), decid::nn::kernels<float>().name);
   const dnnl::engine engine(dnnl::engine::kind::cpu, 0);
-  constexpr const char* directions[] = {"forward", "input gradient", "weight gradient"};
+  Bandwidth bandwidth;
+  for (int i = 0; i < 5; ++i) bandwidth.measure();
   for (const Conv& conv : convs)
-    for (int d = 0; d < 3; ++d)
-      if (static_cast<Direction>(d) != Direction::backward_src || conv.shape.src_channels > 2)
-        compare(engine, conv, static_cast<Direction>(d), std::string(conv.name) + " " + directions[d]);
+    for (const Direction d : {Direction::forward, Direction::backward_src, Direction::backward_weight})
+      if (d != Direction::backward_src || conv.shape.src_channels > 2) compare(engine, conv, d, bandwidth);
 }

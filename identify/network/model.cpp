@@ -10,6 +10,7 @@
 #include "base/text.hpp"
 #include "embedded/built_in_model.hpp"
 #include "identify/training/checkpoint.hpp"
+#include "nn/network_file.hpp"
 #include "nn/predictor.hpp"
 #include "nn/safetensors.hpp"
 #include "sim/protocol/protocol_json.hpp"
@@ -17,7 +18,7 @@
 namespace decid {
 namespace {
 
-constexpr const char* format_name = "decid model 1";
+constexpr const char *format_name = "decid model 1", *average_prefix = "average.";
 
 Json to_list(const sim::Parameters& parameters) {
   return std::vector<double>(parameters.begin(), parameters.end());
@@ -126,6 +127,7 @@ std::string to_bytes(const Model& model, const Checkpoint* checkpoint) {
   }
   if (model.recalibration.known()) file.metadata["recalibration"] = to_json(model.recalibration);
   nn::save_network(model.network, file, checkpoint != nullptr ? &checkpoint->momentum_buffers : nullptr);
+  if (checkpoint != nullptr && checkpoint->average) nn::add_network(*checkpoint->average, average_prefix, file);
   file.metadata[nn::content_hash_key] = nn::content_sha256(file);
   return nn::to_safetensors(file);
 }
@@ -187,6 +189,9 @@ Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpo
                   remedy);
     model.recalibration = recalibration_from_json(text("recalibration"), model.parameters().size(), where);
   }
+  const auto averages = [](const nn::NamedTensor& t) { return t.name.starts_with(average_prefix); };
+  if (checkpoint != nullptr && std::ranges::any_of(file.tensors, averages))
+    checkpoint->average = nn::added_network(average_prefix, model.network, file, where);
   nn::load_network(model.network, std::move(file), where,
                    checkpoint != nullptr ? &checkpoint->momentum_buffers : nullptr);
   return model;

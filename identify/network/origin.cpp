@@ -81,6 +81,7 @@ Json to_json_object(const Origin& origin) {
                    {"training_trials", origin.training_trials},
                    {"validation_trials", origin.validation_trials}});
   if (origin.patience > 0) json["patience"] = origin.patience;
+  if (origin.average > 0) json["average"] = origin.average;
   if (origin.from) {
     Json trials = Json::array();
     for (const dataset::TrialIdentity& each : origin.from->trials) trials.push_back(trials_json(each, 2));
@@ -117,6 +118,7 @@ Origin origin_from_json(const std::string& text, const std::string& where) {
   read(json, "training_trials", origin.training_trials);
   read(json, "validation_trials", origin.validation_trials);
   read(json, "patience", origin.patience);
+  read(json, "average", origin.average);
   if (const auto trials = json.find("trials"); trials != json.end()) origin.trials = trials_from(*trials);
   if (const auto from = json.find("from"); from != json.end() && from->is_object()) {
     origin.from.emplace();

@@ -26,7 +26,8 @@ struct Origin {
   std::string architecture;
   dataset::TrialIdentity trials;
   int training_trials = 0, validation_trials = 0;
-  int patience = 0;  ///< epochs; 0: the last epoch was kept
+  int patience = 0;      ///< epochs; 0: the last epoch was kept
+  double average = 0.0;  ///< decay of the moving average that the weights are; 0: those of the last step
 
   /// The model whose weights a fine tuning began with.
   struct Start {

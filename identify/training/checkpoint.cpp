@@ -69,12 +69,13 @@ Origin make_origin(const TrainingSettings& settings, const dataset::TrialSource&
   origin.training_trials = source.trials(dataset::Part::training);
   origin.validation_trials = source.trials(dataset::Part::validation);
   origin.patience = settings.patience;
+  origin.average = settings.average;
   origin.from = std::move(from);
   return origin;
 }
 
 std::string checkpoint_bytes(const TrainingState& state) {
-  const Checkpoint checkpoint{to_json(state.log, state.part), state.momentum_buffers};
+  const Checkpoint checkpoint{to_json(state.log, state.part), state.momentum_buffers, state.average};
   return to_bytes(state.model, &checkpoint);
 }
 
@@ -82,6 +83,7 @@ TrainingState state_from_bytes(const std::string& bytes, const std::string& name
   Checkpoint checkpoint;
   TrainingState state{model_from_bytes(bytes, name, &checkpoint), {}};
   state.momentum_buffers = std::move(checkpoint.momentum_buffers);
+  state.average = std::move(checkpoint.average);
   state.log = log_from_json(checkpoint.progress, name, &state.part);
   return state;
 }

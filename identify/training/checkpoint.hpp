@@ -14,6 +14,7 @@ namespace decid {
 struct Checkpoint {
   std::string progress;                         ///< a text, not empty
   nn::MomentumBuffers<float> momentum_buffers;  ///< of the optimiser
+  std::optional<nn::Network<float>> average{};  ///< of the weights, if the training has one
 };
 
 /// Returns everything that determines the bits of the trained model. program: "decid 0.2.0"; from: the start of a fine

@@ -16,6 +16,7 @@
 #include "identify/network/prediction.hpp"
 #include "identify/training/checkpoint.hpp"
 #include "nn/safetensors.hpp"
+#include "nn/training/average.hpp"
 #include "nn/training/batch_partition.hpp"
 #include "nn/training/loop.hpp"
 #include "nn/training/schedule.hpp"
@@ -23,6 +24,13 @@
 
 namespace decid {
 namespace {
+
+/// Throws Error, before the work, for a decay that move_average() would refuse.
+void check_average(double decay) {
+  if (!(decay >= 0 && decay < 1))
+    throw Error(Code::setting_out_of_range, setting("average"), format("has a decay of %g", decay),
+                "give 0 for none, or a number below 1, for example 0.999");
+}
 
 double validate(const dataset::TrialSource& source, const Model& model, Communicator* ranks) {
   const Predicted predicted = predict(model, source, dataset::Part::validation, ranks);
@@ -159,6 +167,12 @@ TrainingState start_training(const dataset::TrialSource& source, const TrainingS
   return state;
 }
 
+Model trained_model(const TrainingState& state) {
+  Model model = state.model;
+  if (state.average) model.network = *state.average;
+  return model;
+}
+
 void share_state(Communicator& ranks, std::optional<TrainingState>& state) {
   if (ranks.is_root() && state->momentum_buffers.empty())
     for (const nn::Parameter<float>* p : state->model.network.parameters())
@@ -189,6 +203,8 @@ class ModelTraining final : public nn::TrainingLoop {
                   1LL * batches_.count() * preset_.warmup_epochs),
         trainer_(model_.network, batches_.size(0), settings.ranks) {
     trainer_.set_batch(batches_.smallest());  // throws before the first step, not at the epoch's end
+    check_average(settings.average);
+    if (settings.average > 0 && !state.average) state.average = model_.network;
     dataset::BatchSharing sharing;
     if (settings.ranks != nullptr) {
       shared_.emplace(*settings.ranks, *model_.head, model_.parameters().size());
@@ -223,6 +239,7 @@ class ModelTraining final : public nn::TrainingLoop {
     trainer_.backward();
     rate_ = schedule_.rate(step);
     trainer_.step(rate_, preset_.sgd);
+    if (settings_.average > 0) nn::move_average(*state_.average, model_.network, settings_.average, step + 1);
     return loss;
   }
 
@@ -243,7 +260,7 @@ class ModelTraining final : public nn::TrainingLoop {
     log.epoch = at.epoch + 1;
     log.learning_rate = rate_;
     log.training_mse = at.loss_sum / (static_cast<double>(trials_) * static_cast<double>(model_.parameters().size()));
-    log.validation_mse = validate(source_, model_, settings_.ranks);
+    log.validation_mse = validate(source_, trained_model(state_), settings_.ranks);
     for (const auto& [name, mse] : {std::pair("training", log.training_mse), {"validation", log.validation_mse}})
       if (!(mse <= max_mse))
         throw diverged(preset_, at.epoch + 1, format("the %s MSE is %.3g, where guessing the mean gives 1", name, mse));

@@ -24,6 +24,7 @@ struct TrainingSettings {
   std::uint64_t seed = 1;
   int scaling_trials = 0;         ///< training trials that row and target scaling are taken from; 0: all of the epoch
   int patience = 0;               ///< maximum number of epochs in a row without a better validation MSE; 0: never stop
+  double average = 0.0;           ///< decay of a moving average of weights that the model gets; 0: none
   Communicator* ranks = nullptr;  ///< processes that share the training; equal bits; null: one process
 };
 
@@ -32,8 +33,12 @@ struct TrainingState {
   Model model;
   std::vector<EpochLog> log;                      ///< of the epochs done
   nn::MomentumBuffers<float> momentum_buffers{};  ///< of the optimiser; empty: none yet
-  EpochPart part{};  ///< of the epoch after these, if the training was stopped in its middle
+  EpochPart part{};                             ///< of the epoch after these, if the training was stopped in its middle
+  std::optional<nn::Network<float>> average{};  ///< of the weights (nn/training/average.hpp); empty: none yet, or never
 };
+
+/// Returns the model that the training gives if it ends here: with the average of the weights, if it has one.
+Model trained_model(const TrainingState& state);
 
 /// Returns a model ready for its first epoch: scaling measured, weights initialised.
 TrainingState start_training(const dataset::TrialSource& source, const TrainingSettings& settings);
@@ -56,8 +61,8 @@ void share_state(Communicator& ranks, std::optional<TrainingState>& state);
 /// Runs the remaining epochs, or fewer if patience ends. With ranks, every rank makes this call, from the same state.
 /// after_batch(samples done in this epoch, samples of an epoch) may return false, at any rank, to stop; then, and only
 /// then, the result is false. The state is then the state after the last batch, from which a later call continues to
-/// the same bits. after_epoch is called when the state is ready to save. Throws Diverged if the loss is not finite or
-/// an epoch's loss is above max_mse; the state is useless then.
+/// the same bits. Validation is of trained_model(). after_epoch is called when the state is ready to save. Throws
+/// Diverged if the loss is not finite or an epoch's loss is above max_mse; the state is useless then.
 bool run_training(const dataset::TrialSource& source, const TrainingSettings& settings, TrainingState& state,
                   const std::function<bool(int, int)>& after_batch, const std::function<void()>& after_epoch);
 

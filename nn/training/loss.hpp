@@ -33,8 +33,9 @@ std::shared_ptr<const Loss> cross_entropy();
 /// Returns the mean over outputs of e^2 / 2 for |e| <= delta, else delta (|e| - delta / 2), e = output - target. Huber,
 /// "Robust estimation of a location parameter", 1964. Throws Error unless delta > 0.
 std::shared_ptr<const Loss> huber(double delta = 1.0);
-/// Returns the loss called "squared-error", "cross-entropy" or "huber". Throws Error for another name.
-std::shared_ptr<const Loss> loss_named(const std::string& name);
+/// Returns the loss of a text: "squared-error", "cross-entropy" or "huber", which a delta may follow: "huber 0.5".
+/// Throws Error for another one.
+std::shared_ptr<const Loss> loss_named(const std::string& text);
 
 /// Returns the sum of the losses of a batch, sample after sample in double. `targets` has targets() values a sample.
 /// `diff`, of the output's shape, gets the derivative of the batch's mean; lanes without a sample get 0. Throws Error

@@ -1,10 +1,12 @@
 // The losses of nn/training/loss.hpp, a sample at a time.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "base/error.hpp"
 #include "base/math/math.hpp"
+#include "base/number.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "nn/training/loss.hpp"
@@ -92,12 +94,14 @@ std::shared_ptr<const Loss> huber(double delta) {
   return std::make_shared<Huber>(delta);
 }
 
-std::shared_ptr<const Loss> loss_named(const std::string& name) {
-  if (name == "squared-error") return squared_error();
-  if (name == "cross-entropy") return cross_entropy();
-  if (name == "huber") return huber();
-  throw Error(Code::setting_unknown, "loss '" + name + "'", "is not known",
-              "give squared-error, cross-entropy or huber");
+std::shared_ptr<const Loss> loss_named(const std::string& text) {
+  if (text == "squared-error") return squared_error();
+  if (text == "cross-entropy") return cross_entropy();
+  if (text == "huber") return huber();
+  if (text.starts_with("huber "))
+    if (const std::optional<double> delta = number_from<double>(text.substr(6))) return huber(*delta);
+  throw Error(Code::setting_unknown, "loss '" + text + "'", "is not known",
+              "give squared-error, cross-entropy, huber or 'huber DELTA'");
 }
 
 template <class T>

@@ -2,8 +2,12 @@
 #include "nn/training/optimiser.hpp"
 
 #include <cmath>
+#include <map>
+#include <optional>
+#include <sstream>
 
 #include "base/error.hpp"
+#include "base/number.hpp"
 #include "base/text.hpp"
 #include "nn/training/sharing.hpp"
 
@@ -95,11 +99,33 @@ std::shared_ptr<const Optimiser> adamw(const AdamWOptions& options) {
   return std::make_shared<AdamW>(options);
 }
 
-std::shared_ptr<const Optimiser> optimiser_named(const std::string& name) {
-  if (name == "sgd") return sgd();
-  if (name == "nesterov") return sgd({.nesterov = true});
-  if (name == "adamw") return adamw();
-  throw Error(Code::setting_unknown, "optimiser '" + name + "'", "is not known", "give sgd, nesterov or adamw");
+std::shared_ptr<const Optimiser> optimiser_named(const std::string& text) {
+  std::istringstream words(text);
+  std::string name;
+  words >> name;
+  AdamWOptions adam;
+  SgdOptions descent{.nesterov = name == "nesterov"};
+  std::map<std::string, double*> settings;
+  if (name == "adamw")
+    settings = {{"beta1", &adam.beta1},
+                {"beta2", &adam.beta2},
+                {"epsilon", &adam.epsilon},
+                {"weight_decay", &adam.weight_decay}};
+  else if (name == "sgd" || name == "nesterov")
+    settings = {{"momentum", &descent.momentum}, {"weight_decay", &descent.weight_decay}};
+  else
+    throw Error(Code::setting_unknown, "optimiser '" + text + "'", "is not known", "give sgd, nesterov or adamw");
+  std::string key, number;
+  while (words >> key) {
+    const auto found = settings.find(key);
+    const std::optional<double> value = words >> number ? number_from<double>(number) : std::nullopt;
+    if (found == settings.end() || !value)
+      throw Error(Code::setting_malformed, "optimiser '" + text + "'", "has '" + key + "' without a number, or unknown",
+                  "give settings and numbers: momentum and weight_decay of sgd and nesterov; beta1, beta2, epsilon and "
+                  "weight_decay of adamw");
+    *found->second = *value;
+  }
+  return name == "adamw" ? adamw(adam) : sgd(descent);
 }
 
 OptimiserState begin(const Optimiser& optimiser, const Network<float>& network) {

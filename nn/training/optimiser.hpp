@@ -48,8 +48,9 @@ struct AdamWOptions {
 };
 /// Returns AdamW. Loshchilov and Hutter, "Decoupled weight decay regularization", ICLR 2019. As PyTorch's AdamW.
 std::shared_ptr<const Optimiser> adamw(const AdamWOptions& options = {});
-/// Returns the optimiser called "sgd", "nesterov" or "adamw". Throws Error for another name.
-std::shared_ptr<const Optimiser> optimiser_named(const std::string& name);
+/// Returns the optimiser of a text: "sgd", "nesterov" or "adamw", then settings of SgdOptions or AdamWOptions with
+/// their numbers, as "adamw weight_decay 0.05 beta2 0.99". Throws Error for another name or setting.
+std::shared_ptr<const Optimiser> optimiser_named(const std::string& text);
 
 struct OptimiserState {
   long long steps = 0;

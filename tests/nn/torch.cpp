@@ -81,6 +81,24 @@ void check_layer(std::uint32_t number, const std::string& name, Shape shape, int
     compare(name + "/" + chain.parameters()[k]->name, chain.gradient(k));
 }
 
+/// The same for a network with blocks, which a Trainer runs.
+void check_blocks(std::uint32_t number, const std::string& name, Shape shape, int batch, const std::string& text) {
+  const std::uint32_t first = 100 * number;
+  Network<float> network(shape, text);
+  set_parameters(network.parameters(), first + 10);
+  Trainer<float> trainer(network, batch, nullptr, true);
+  load_hashed(trainer.input(), first, 1.5, 0.2);
+  trainer.forward();
+  compare(name + "/dst", store_batch(trainer.output()));
+  load_hashed(trainer.output_diff(), first + 1);
+  trainer.backward();
+  compare(name + "/diff_src", store_batch(trainer.input_diff()));
+  for (std::size_t k = 0; k < network.parameters().size(); ++k) {
+    const std::span<const float> gradient = std::as_const(trainer).gradient(k);
+    compare(name + "/" + network.parameters()[k]->name, std::vector<float>(gradient.begin(), gradient.end()));
+  }
+}
+
 }  // namespace
 
 TEST_CASE("PyTorch: convolutions") {
@@ -127,6 +145,12 @@ TEST_CASE("PyTorch: activations and layer normalisation") {
   check_layer(28, "gelu", {3, 4, 5}, 17, "gelu");
   check_layer(29, "layernorm", {6, 4, 5}, 19, "layernorm");
   check_layer(30, "layernormflat", {33, 1, 1}, 3, "layernorm");
+}
+
+TEST_CASE("PyTorch: statistics, residual and concat") {
+  check_layer(31, "statspool", {5, 7, 6}, 19, "statspool");
+  check_blocks(32, "residual", {3, 5, 4}, 17, "residual { conv 3 3x3 pad 1; tanh }");
+  check_blocks(33, "concat", {3, 5, 4}, 17, "concat { conv 2 1x1; sigmoid }");
 }
 
 TEST_CASE("PyTorch: batch normalisation, three steps of training and inference") {

@@ -40,8 +40,11 @@ LAYERS = [  # name, input shape, batch, layer; the order gives the numbers of th
     ("gelu", (3, 4, 5), 17, "gelu"),
     ("layernorm", (6, 4, 5), 19, "layernorm"),
     ("layernormflat", (33, 1, 1), 3, "layernorm"),
+    ("statspool", (5, 7, 6), 19, "statspool"),
+    ("residual", (3, 5, 4), 17, "residual { conv 3 3x3 pad 1; tanh }"),
+    ("concat", (3, 5, 4), 17, "concat { conv 2 1x1; sigmoid }"),
 ]
-NONLINEAR = ("tanh", "sigmoid", "gelu", "layernorm")
+NONLINEAR = ("tanh", "sigmoid", "gelu", "layernorm", "statspool", "residual", "concat")
 NETWORK = ("conv 4 3x3 pad 1", "batchnorm", "relu", "maxpool 2", "conv 6 3x3 stride 2x1 pad 1", "batchnorm", "relu",
            "avgpool 2", "fc 3")
 NETWORK_SHAPE, NETWORK_BATCH, STEPS = (2, 12, 10), 19, 5
@@ -73,8 +76,15 @@ def option(words, name, default):
     return pair(words[words.index(name) + 1]) if name in words else default
 
 
+def block(line):
+    """The lines in the braces."""
+    return [inner.strip() for inner in line[line.index("{") + 1:line.index("}")].split(";")]
+
+
 def parameters(line, shape, identity):
     words = line.split()
+    if words[0] in ("residual", "concat"):  # the first line of each block here is the only one with weights
+        return parameters(block(line)[0], shape, identity)
     if words[0] == "conv":
         size = (int(words[1]), shape[0] // option(words, "groups", (1, 1))[0], *pair(words[2]))
         return {"weight": tensor(identity, size, 0.5), "bias": tensor(identity + 1, size[:1])}
@@ -88,6 +98,13 @@ def parameters(line, shape, identity):
 
 def apply(line, x, p, statistics=None, training=True):
     words = line.split()
+    if words[0] in ("residual", "concat"):
+        y = x
+        for inner in block(line):
+            y = apply(inner, y, p)
+        return x + y if words[0] == "residual" else torch.cat((x, y), 1)
+    if words[0] == "statspool":
+        return torch.cat((x.mean((2, 3), keepdim=True), (x.var((2, 3), unbiased=False, keepdim=True) + 1e-5).sqrt()), 1)
     if words[0] == "conv":
         return F.conv2d(x, p["weight"], p["bias"], stride=option(words, "stride", (1, 1)),
                         padding=option(words, "pad", (0, 0)), groups=option(words, "groups", (1, 1))[0],
@@ -138,7 +155,7 @@ def layer_figures(number, name, shape, batch, line):
     exact, terms = run(False), run(True)
     if kind in NONLINEAR:  # computed in double and rounded once; gradients of parameters are sums over the batch
         for key, values in exact.items():
-            emit(f"{name}/{key}", values, 4, batch * math.prod(shape[1:]) if key in ("gamma", "beta") else values.abs().max())
+            emit(f"{name}/{key}", values, 4, batch * math.prod(shape[1:]) if key in ("gamma", "beta", "weight", "bias") else values.abs().max())
         return
     plane = exact["dst"].shape[2] * exact["dst"].shape[3]
     if kind in ("conv", "fc"):

@@ -76,7 +76,8 @@ class Network:
             clip_norm: float = 0, average: float = 0, frozen_lines: int = 0, validation=0.1, patience: int = 0,
             seed: int = 1, checkpoint: Union[str, PathLike] = "",
             callback: Optional[Callable[[Epoch], None]] = None) -> Log:
-        """Trains the network. validation: a fraction of the samples, or a pair (inputs, targets). callback: after each
+        """Trains the network. loss: "squared-error", "cross-entropy", "huber" or "huber DELTA". optimiser: "adamw", "sgd"
+        or "nesterov", then settings: "adamw weight_decay 0.05 beta2 0.99", "sgd momentum 0.8". validation: a fraction of the samples, or a pair (inputs, targets). callback: after each
         epoch; what it raises stops the training. nn/fit.hpp explains each option."""
         fraction, samples = (0.0, tuple(validation)) if isinstance(validation, (tuple, list)) else (validation, None)
         rows, kept = self._network.fit(

@@ -3,7 +3,6 @@
 #include "nn/training/detail/fit_checkpoint.hpp"
 
 #include <charconv>
-#include <iterator>
 #include <string_view>
 
 #include "base/error.hpp"
@@ -19,25 +18,6 @@ constexpr const char *settings_key = "fit", *progress_key = "progress";
 /// "optimiser.<kept value>.<parameter>", both counted from 0.
 std::string memory_name(std::size_t kept, std::size_t parameter) {
   return "optimiser." + std::to_string(kept) + "." + std::to_string(parameter);
-}
-
-/// Adds another network of the same architecture, its tensors called `prefix` instead of "layers.".
-void add(const std::optional<Network<float>>& network, const std::string& prefix, TensorFile& file) {
-  if (!network) return;
-  TensorFile own;
-  save_network(*network, own);
-  for (NamedTensor& t : own.tensors) t.name = prefix + t.name.substr(std::string_view("layers.").size());
-  std::move(own.tensors.begin(), own.tensors.end(), std::back_inserter(file.tensors));
-}
-
-Network<float> network_called(const std::string& prefix, Network<float> like, const TensorFile& file,
-                              const std::string& where) {
-  TensorFile own;
-  for (const NamedTensor& t : file.tensors)
-    if (t.name.starts_with(prefix))
-      own.tensors.push_back({"layers." + t.name.substr(prefix.size()), t.shape, t.values});
-  load_network(like, std::move(own), where);
-  return like;
 }
 
 std::string progress(const FitState& s) {
@@ -105,8 +85,8 @@ void save_checkpoint(const Network<float>& network, const FitState& state, const
       const std::vector<float>& values = state.optimiser.memory[kept][k];
       file.tensors.push_back({memory_name(kept, k), {static_cast<long long>(values.size())}, values});
     }
-  add(state.average, "average.", file);
-  add(state.best, "best.", file);
+  if (state.average) add_network(*state.average, "average.", file);
+  if (state.best) add_network(*state.best, "best.", file);
   file.metadata[content_hash_key] = content_sha256(file);
   write_file(path, to_safetensors(file));
 }
@@ -133,8 +113,8 @@ void load_checkpoint(Network<float>& network, FitState& state, const std::string
       std::vector<float>& values = loaded.optimiser.memory[kept][k];
       values = file.find(memory_name(kept, k), values.size(), path).values;
     }
-  if (loaded.average) loaded.average = network_called("average.", network, file, path);
-  if (loaded.best_epoch > 0) loaded.best = network_called("best.", network, file, path);
+  if (loaded.average) loaded.average = added_network("average.", network, file, path);
+  if (loaded.best_epoch > 0) loaded.best = added_network("best.", network, file, path);
   load_network(network, std::move(file), path);
   state = std::move(loaded);
 }

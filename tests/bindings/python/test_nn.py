@@ -1,6 +1,7 @@
 """decid.nn: trains, predicts, saves; the same bits for any threads; what it refuses."""
-import subprocess
 import os
+import subprocess
+import sys
 import tempfile
 import unittest
 from pathlib import Path
@@ -9,6 +10,10 @@ import numpy as np
 
 import decid
 import decid.nn as nn
+
+sys.path.insert(0, os.path.join(os.environ["DECID_SOURCE_DIR"], "examples"))
+import forward  # noqa: E402
+import model_file  # noqa: E402
 
 TEXT = "conv 4 3x3 pad 1; batchnorm; relu; maxpool 2; fc 3"
 
@@ -58,6 +63,34 @@ class Networks(unittest.TestCase):
         self.assertNotEqual(again.weights_sha256, net.weights_sha256)
         self.assertIn("(2, 5, 4)", repr(net))
 
+    def test_numpy_computes_every_layer(self):
+        """examples/forward.py in double: decid errs by roundings of float, some ten layers deep."""
+        inputs = np.random.default_rng(2).normal(size=(3, 4, 9, 8)).astype(np.float32)
+        for text in (
+                "conv 6 3x3 pad 1 groups 2; leakyrelu 0.2; conv 8 3x2 pad 2x1 dilation 2x3; tanh; maxpool 3 stride 2 pad 1; fc 5",
+                "conv 6 3x3 stride 2x1 pad 1; layernorm; gelu; dropout 0.5; avgpool 3 stride 2 pad 1; sigmoid; statspool",
+                "conv 4 1x1; residual { conv 4 3x3 pad 1; batchnorm; relu; concat { conv 2 1x1 }; conv 4 1x1 }; relu; "
+                "maxpool 2; globalavgpool; fc 6; layernorm; residual { tanh }; concat { fc 3 }; fc 4"):
+            net = nn.Network((4, 9, 8), text)
+            net.initialise(3)
+            with tempfile.TemporaryDirectory() as folder:
+                net.save(Path(folder) / "net.safetensors")
+                expected = forward.network(*model_file.read(str(Path(folder) / "net.safetensors")), inputs)
+            found = net.predict(inputs).reshape(3, -1)
+            np.testing.assert_allclose(found, expected, rtol=0, atol=2e-6 * np.abs(expected).max())
+
+    def test_settings_of_losses_and_optimisers(self):
+        images, labels = data(60)
+
+        def fitted(loss, optimiser):
+            net = nn.Network((1, 6, 6), "fc 1")
+            net.fit(images, labels, loss=loss, optimiser=optimiser, epochs=1, batch=20)
+            return net.weights_sha256
+
+        self.assertEqual(fitted("huber", "sgd"), fitted("huber 1", "sgd momentum 0.9"))
+        self.assertNotEqual(fitted("huber", "sgd"), fitted("huber 0.1", "sgd"))
+        self.assertNotEqual(fitted("huber", "adamw"), fitted("huber", "adamw weight_decay 0.5"))
+
     def test_checkpoint_and_callbacks(self):
         images, labels = data()
 
@@ -88,7 +121,8 @@ class Networks(unittest.TestCase):
         net = nn.Network((1, 6, 6), TEXT)
         for call in (lambda: net.predict(images[0, 0, 0]), lambda: net.predict(images[:, :, :5]),
                      lambda: net.fit(images, labels[:7], loss="cross-entropy"), lambda: net.fit(images, labels),
-                     lambda: net.fit(images, labels, loss="hinge"), lambda: nn.load("/nowhere"),
+                     lambda: net.fit(images, labels, loss="hinge"), lambda: net.fit(images, labels, optimiser="sgd beta1 0.5"),
+                     lambda: nn.load("/nowhere"),
                      lambda: net.fit(images, labels + 1, loss="cross-entropy")):
             self.assertRaises(decid.Error, call)
 

@@ -38,9 +38,11 @@ TEST_CASE("origin: JSON gives the same origin") {
   CHECK(origin_from_json(to_json(made), "m") == made);
   made.trials = {Kind::stored, 12, "abcdef"};
   made.patience = 20;
+  made.average = 0.99;
   CHECK(origin_from_json(to_json(made), "m") == made);
   CHECK(contains(to_json(made), "\"patience\":20"));
-  CHECK_FALSE(contains(to_json(origin()), "patience"));
+  CHECK(contains(to_json(made), "\"average\":0.99"));
+  for (const char* left_out : {"patience", "average"}) CHECK_FALSE(contains(to_json(origin()), left_out));
   CHECK_FALSE(contains(to_json(made), "\n"));
 }
 
@@ -63,7 +65,7 @@ TEST_CASE("origin: each setting that differs makes another origin, and is named"
         Change{"trials", [](Origin& o) { o.trials.seed = 8; }},
         Change{"training_trials", [](Origin& o) { o.training_trials = 1; }},
         Change{"validation_trials", [](Origin& o) { o.validation_trials = 1; }},
-        Change{"patience", [](Origin& o) { o.patience = 9; }}}) {
+        Change{"average", [](Origin& o) { o.average = 0.5; }}, Change{"patience", [](Origin& o) { o.patience = 9; }}}) {
     INFO(std::string(change.named));
     Origin other = origin();
     change.make(other);

@@ -151,6 +151,95 @@ TEST_CASE("a training that is stopped and goes on ends in the same bits") {
   CHECK(nn::weights_sha256(middle.model.network) + sha256(log_csv(middle.log, 7)) == straight);
 }
 
+TEST_CASE("a moving average: that of the weights and statistics after each step, beside the same training") {
+  const auto source = quick_source();
+  const std::string plain = train_hash(*source);
+  TrainingSettings settings = quick_settings();
+  settings.average = 0.6;
+  TrainingState state = start_training(*source, settings);
+  // The reference in double, for weights and statistics one after the other.
+  const auto values_of = [](const nn::Network<float>& network) {
+    std::vector<double> all;
+    for (const nn::Layer<float>& layer : network.layers()) {
+      for (const auto& p : layer.parameters()) all.insert(all.end(), p.value.begin(), p.value.end());
+      for (const auto& s : layer.statistics()) all.insert(all.end(), s.value.begin(), s.value.end());
+    }
+    return all;
+  };
+  std::vector<double> expected = values_of(state.model.network);
+  double step = 0;
+  CHECK(run_training(
+      *source, settings, state,
+      [&](int, int) {
+        ++step;
+        const double decay = std::min(0.6, (1 + step) / (10 + step));
+        const std::vector<double> now = values_of(state.model.network);
+        for (std::size_t i = 0; i < now.size(); ++i) expected[i] += (1 - decay) * (now[i] - expected[i]);
+        return true;
+      },
+      [] {}));
+  CHECK(step == 6);
+  REQUIRE(state.average);
+  const std::vector<double> average = values_of(*state.average);
+  REQUIRE(average.size() == expected.size());
+  double worst = 0;  // roundings of six steps in float
+  for (std::size_t i = 0; i < average.size(); ++i)
+    worst = std::max(worst, std::abs(average[i] - expected[i]) / (1e-3 + std::abs(expected[i])));
+  CHECK(worst < 1e-5);
+  // The weights that are trained have the bits of a training without an average; the model has the average.
+  TrainingSettings without = settings;
+  without.average = 0;
+  TrainingState other = start_training(*source, without);
+  run_training(
+      *source, without, other, [](int, int) { return true; }, [] {});
+  CHECK(nn::weights_sha256(other.model.network) == nn::weights_sha256(state.model.network));
+  CHECK_FALSE(other.average);
+  CHECK(nn::weights_sha256(trained_model(other).network) == nn::weights_sha256(other.model.network));
+  const Model model = trained_model(state);
+  CHECK(nn::weights_sha256(model.network) == nn::weights_sha256(*state.average));
+  const auto predicted = predict(model, *source, dataset::Part::validation, nullptr);
+  CHECK(state.log.back().validation_mse == evaluate(model.targets, predicted.scores, predicted.truth).mse());
+  CHECK(state.log.back().training_mse == other.log.back().training_mse);
+  CHECK(state.log.back().validation_mse != other.log.back().validation_mse);
+}
+
+TEST_CASE("a moving average: the same bits for any number of threads, stopped anywhere or not") {
+  const auto source = quick_source();
+  TrainingSettings settings = quick_settings();
+  settings.average = 0.6;
+  const auto trained_hash = [](const TrainingState& state) {
+    return nn::weights_sha256(trained_model(state).network) + sha256(log_csv(state.log, 7));
+  };
+  const auto always = [](int, int) { return true; };
+  const int threads = omp_get_max_threads();
+  std::string straight;
+  for (const int count : {1, 3}) {
+    omp_set_num_threads(count);
+    TrainingState state = start_training(*source, settings);
+    run_training(*source, settings, state, always, [] {});
+    if (straight.empty()) straight = trained_hash(state);
+    CHECK(trained_hash(state) == straight);
+  }
+  omp_set_num_threads(threads);
+  // Stopped in the middle of an epoch and at an epoch's end, each time through the bytes of a checkpoint.
+  for (const int stop : {1, 2, 3}) {
+    TrainingState state = start_training(*source, settings);
+    int batches = 0;
+    CHECK_FALSE(run_training(
+        *source, settings, state, [&](int, int) { return ++batches < stop; }, [] {}));
+    TrainingState resumed = state_from_bytes(checkpoint_bytes(state));
+    CHECK(resumed.average.has_value());
+    CHECK(run_training(*source, settings, resumed, always, [] {}));
+    CHECK(trained_hash(resumed) == straight);
+  }
+  for (const double decay : {1.0, -0.1, std::nan("")}) {
+    settings.average = decay;
+    TrainingState state = start_training(*source, settings);
+    test::check_error([&] { run_training(*source, settings, state, always, [] {}); }, Code::setting_out_of_range,
+                      "average");
+  }
+}
+
 TEST_CASE("weights of a model of another shape are refused, and so is the middle of an epoch that is none") {
   const auto source = quick_source();
   const TrainingSettings settings = quick_settings();

@@ -271,6 +271,18 @@ TEST_CASE("optimisers: figures of PyTorch") {
   CHECK(near(adam, 0.9102996651190383));
 }
 
+TEST_CASE("optimisers: by a text with settings") {
+  CHECK(optimiser_named("adamw")->text() == adamw()->text());
+  CHECK(optimiser_named("adamw weight_decay 0.5 beta2 0.75 beta1 0.25 epsilon 1e-3")->text() ==
+        adamw({.beta1 = 0.25, .beta2 = 0.75, .epsilon = 1e-3, .weight_decay = 0.5})->text());
+  CHECK(optimiser_named("nesterov momentum 0.5")->text() == sgd({.momentum = 0.5, .nesterov = true})->text());
+  CHECK(optimiser_named("sgd weight_decay 0.125")->text() == sgd({.weight_decay = 0.125})->text());
+  for (const char* wrong : {"sgd beta1 0.5", "adamw momentum 0.9", "sgd momentum", "sgd momentum x", "adamw 0.9"})
+    check_error([&] { optimiser_named(wrong); }, decid::Code::setting_malformed);
+  check_error([] { optimiser_named("sgd momentum 2"); }, decid::Code::setting_out_of_range);
+  for (const char* wrong : {"lion", ""}) check_error([&] { optimiser_named(wrong); }, decid::Code::setting_unknown);
+}
+
 TEST_CASE("clip: scales to the norm, and only down") {
   std::vector<float> a(9000, 3.0F), b{4};
   const std::vector<std::span<float>> gradients{a, {}, b};

@@ -106,6 +106,9 @@ TEST_CASE("losses: targets that do not fit are refused") {
   CHECK_THROWS_AS(loss_named("hinge"), decid::Error);
   CHECK(loss_named("cross-entropy")->targets(10) == 1);
   CHECK(loss_named("huber")->text() == huber()->text());
+  CHECK(loss_named("huber 0.25")->text() == huber(0.25)->text());
+  check_error([] { loss_named("huber x"); }, decid::Code::setting_unknown);
+  check_error([] { loss_named("huber 0"); }, decid::Code::setting_out_of_range);
   Batch b({3, 1, 1}, 4);
   CHECK_THROWS_AS(total_loss<double>(*squared_error(), b.output, std::vector<double>(11), b.diff), decid::Error);
   CHECK_THROWS_AS(total_loss<double>(*squared_error(), b.output, std::vector<double>(12), Batch({3, 1, 1}, 5).diff),

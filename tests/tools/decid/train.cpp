@@ -186,6 +186,33 @@ TEST_CASE("train: patience keeps the model of the best epoch") {
   CHECK(folder.files() == 6);  // no checkpoint, no best model left beside
 }
 
+TEST_CASE("train: a moving average of the weights, stopped, resumed and taken to more epochs") {
+  const std::string average = " --average 0.9";
+  {
+    const TrainingFolder folder(400);
+    const std::string model = folder / "m.safetensors";
+    folder.interrupt(folder.train("--epochs 12" + average));
+    check_refused(folder.train("--epochs 12"), "average 0.9 there, nothing here");
+    run_ok(folder.train("--epochs 12" + average));
+    run_ok(folder.train("--epochs 12" + average, "a.npz", "straight"));
+    CHECK(read_text(model) == read_text(folder / "straight"));
+    CHECK(read_text(model).find("average.") == std::string::npos);  // no second network is left in the file
+    CHECK(run_json("info --json " + model).at("origin").at("average") == 0.9);
+  }
+  const TrainingFolder folder(64);
+  const std::string two = hash_values(run_ok(folder.train("--epochs 2" + average)));
+  CHECK(two != hash_values(run_ok(folder.train("--epochs 2", "a.npz", "plain"))));
+  // Patience keeps the average of the best epoch, and more epochs go on from the averaged weights.
+  const std::string steady = "--quiet --schedule constant --average 0.5";
+  const Json best = run_json(folder.train("--epochs 200 --patience 2 " + steady, "a.npz", "p"));
+  const std::string kept = std::to_string(best.at("kept_epoch").get<int>());
+  const Json shorter = run_json(folder.train("--epochs " + kept + " " + steady, "a.npz", "s"));
+  CHECK(best.at("weights_sha256") == shorter.at("weights_sha256"));
+  CHECK(best.at("validation_mse") == shorter.at("validation_mse"));
+  CHECK(run_json(folder.train("--quiet --epochs 3 --resume" + average)).at("epochs") == 3);
+  check_refused(folder.train("--epochs 1 --average 1", "a.npz", "n"));
+}
+
 TEST_CASE("train: the report is a page of all epochs, rewritten each time") {
   const TrainingFolder folder(64);
   const std::string command = folder.train("--epochs 3 --report " + folder / "page.html");

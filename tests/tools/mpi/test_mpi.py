@@ -110,7 +110,8 @@ class Processes(unittest.TestCase):
         (self.folder / "net.txt").write_text("conv 4 5x5 stride 4\nbatchnorm\nrelu\nfc 36\n")
         self.same_files(["train", "--stream", "--preset", "small", "--stream-trials", "250", "--validation-trials", "16",
                          "--epochs", "2", "--batch", "100", "--head", "mixture 1", "--architecture", "net.txt",
-                         "--patience", "1", "--quiet", "-o", "m{}.safetensors"], ["m{}.safetensors"], (2, 3))
+                         "--patience", "1", "--average", "0.9", "--quiet", "-o", "m{}.safetensors"], ["m{}.safetensors"],
+                        (2, 3))
 
     def test_dataset(self):
         self.same_files(["dataset", "--count", "300", "--base", "200", "--seed", "3", "--protocol", "short", "--quiet",

@@ -38,6 +38,7 @@ struct TrainOptions {
   std::optional<std::string> head;
   std::optional<int> epochs, batch;
   std::optional<double> learning_rate, momentum, weight_decay;
+  double average = 0;
   std::optional<std::string> schedule;
 };
 
@@ -59,6 +60,7 @@ TrainingSettings settings_from(const TrainOptions& options) {
   settings.head = &head_named(preset.head, "--head");
   settings.seed = options.seed;
   settings.patience = options.patience;
+  settings.average = options.average;
   settings.scaling_trials = options.stream ? 2000 : 0;
   return settings;
 }
@@ -148,7 +150,7 @@ bool train_epochs(const TrainOptions& options, const TrainingSettings& settings,
                                 : std::vector<std::string>());
   if (is_root() && settings.patience > 0 && !state.log.empty() && state.part.trials == 0 &&
       !std::filesystem::exists(files.best))
-    write_file(files.best, to_bytes(state.model));  // a finished model is its best one: continue from it
+    write_file(files.best, to_bytes(trained_model(state)));  // a finished model is its best one: continue from it
   long long done_before = 0;
   int part = state.part.trials;    // trials of the first epoch that were done before
   std::vector<double> validation;  // of the epochs done, for the curve
@@ -168,7 +170,8 @@ bool train_epochs(const TrainOptions& options, const TrainingSettings& settings,
     if (!is_root()) return;
     // Write the best model first, so that no checkpoint lacks it. After a kill in between, decid makes the model again
     // with the same bits.
-    if (settings.patience > 0 && best_epoch(state.log) == last.epoch) write_file(files.best, to_bytes(state.model));
+    if (settings.patience > 0 && best_epoch(state.log) == last.epoch)
+      write_file(files.best, to_bytes(trained_model(state)));
     write_file(files.checkpoint, checkpoint_bytes(state));
     std::filesystem::remove(files.stopped);
     write_file(files.log, log_csv(state.log, state.model.parameters().size()));
@@ -200,7 +203,7 @@ Model load_best(const TrainFiles& files) {
 Model finished_model(const TrainOptions& options, const TrainingSettings& settings, const dataset::TrialSource& source,
                      TrainingState& state) {
   const TrainFiles files(options.output);
-  Model model = std::move(state.model);
+  Model model = trained_model(state);
   if (settings.patience > 0) {
     Model best = load_best(files);
     best.origin.epochs = model.origin.epochs;  // it may be of a training that went on to more of them
@@ -374,6 +377,11 @@ void add_train(const Command& program) {
       .range(0.0, 1.0);
   command.add_option("--schedule", options->schedule,
                      "Set the learning-rate schedule: constant, cosine or step:EPOCHS:FACTOR; default: the preset's");
+  command
+      .add_option("--average", options->average,
+                  "Give the model the exponential moving average of its weights, with this decay per step, for example "
+                  "0.99; default: the weights of the last step")
+      .range(0.0, 0.999999);
   add_seed_option(command, options->seed, "Seed the weights, the shuffling and, with --stream, the trials");
   command.add_option("--from", options->from,
                      "Start with the weights and scalings of this model file, which has the same architecture, head "
