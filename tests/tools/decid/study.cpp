@@ -253,7 +253,7 @@ TEST_CASE("a study without a data set simulates its own trials") {
 TEST_CASE("a comparison of methods is computed again") {
   const Setting s;
   const std::string result = s.folder / "c.json";
-  run_ok("compare --quiet --trials 2 --starts 1 --simulations 40 --max-draws 8 --model " + s.model + " -o " + result);
+  run_ok("compare --quiet --trials 2 --starts 1 --simulations 6500 --max-draws 8 --model " + s.model + " -o " + result);
   const Json json = Json::parse(read_text(result));
   CHECK(json.at("command") == "compare");
   CHECK(json.at("arguments").at(0) == "--trials=2");

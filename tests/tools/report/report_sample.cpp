@@ -144,8 +144,11 @@ std::string page_of_sessions(Report all) {
     RecordingResult& made = all.recordings.emplace_back(first);
     made.file = "recordings/" + std::to_string(i + 1) + ".csv";
     for (double& value : made.estimate.parameters) value *= 0.8 + 0.01 * i;
-    table.members.push_back({i % 2 == 0 ? "patients" : "controls", std::to_string(i / 4 * 2 + i % 2),
-                             i / 2 % 2 == 0 ? "before" : "after", "", {40.0 + i / 4}});
+    table.members.push_back({i % 2 == 0 ? "patients" : "controls",
+                             std::to_string(i / 4 * 2 + i % 2),
+                             i / 2 % 2 == 0 ? "before" : "after",
+                             "",
+                             {40.0 + i / 4}});
   }
   all.groups = decid::report_groups(table, all);
   return identify_page(all);

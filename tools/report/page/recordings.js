@@ -23,7 +23,7 @@ function parameterTable({ parameters, protocol, body_assumed: assumed }, network
       `Bar: the model\u2019s limits.` + (sure ? " Dark: 90% interval." : "") + (known ? " Red line: true value." : "")),
     element("thead", {}, element("tr", {}, columnHead("Parameter", "", ""), sure ? columnHead("Estimate \u00b1 uncertainty", "1 SD") : columnHead("Estimate"),
       network ? columnHead("Network") : null, sure ? columnHead("90% interval") : null, known ? columnHead("True") : null,
-      columnHead("Relative to gravity", sure ? "1 = just balances; 90%" : "1 = just balances"),
+      columnHead("Relative to gravity", sure ? "over m g h; 90%" : "over m g h"),
       columnHead("Estimate within the model\u2019s limits", "not a normal range", ""))),
     element("tbody", {}, ...rows)));
 }
@@ -178,11 +178,12 @@ function effectCells(parameter, shown) {
   const interval = (heading, limits) => cell(heading, between(limits.map(value => factor * value), decimals));
   const simultaneous = interval("Simultaneous", parameter.simultaneous95), [low, high] = parameter.simultaneous95;
   if (low > 0 || high < 0) simultaneous.classList.add("strong");
-  return [cell("Difference", fixed(factor * parameter.difference, decimals)), interval("95%", parameter.interval95), simultaneous,
-    cell("Over sd", fixed(parameter.standardised, 2)), cell("Direction", directionText(parameter.probability_of_direction))];
+  const difference = cell("Difference", fixed(factor * parameter.difference, decimals));
+  difference.append(" ", element("small", {}, directionText(parameter.probability_of_direction)));
+  return [difference, interval("95%", parameter.interval95), simultaneous, cell("Over sd", fixed(parameter.standardised, 2))];
 }
 const numberHeading = text => element("th", { scope: "col", class: "number" }, text);
-const effectHeadings = () => ["Difference", "95% interval", "Simultaneous", "Over sd", "Direction"].map(numberHeading);
+const effectHeadings = () => ["Difference", "95% interval", "Simultaneous", "Over sd"].map(numberHeading);
 const directionText = fraction => `${(100 * fraction).toFixed(1)}%`;
 
 // Draws the difference of two groups by the hierarchical model, which counts how sure each recording is.
@@ -202,7 +203,7 @@ function cohortTable(comparison) {
   return element("div", {}, element("h3", {}, `${a.name} and ${b.name}, hierarchical model`), element("div", { class: "scroll" }, element("table", { class: "answer compared" },
     element("caption", {}, "Population mean \u00b1 standard deviation between persons, from the whole distribution of every recording: uncertain recordings count less, and " +
       "measurement noise is not counted as a difference between persons. The simultaneous intervals hold together with 95%, and are bold where they leave out 0. " +
-      "Over sd: the difference over the standard deviation between persons. Direction: the probability that the difference has its sign. " +
+      "Over sd: the difference over the standard deviation between persons. Below a difference: the probability of its sign. " +
       (comparison.persons_in_both > 0 ? `${peopleText(comparison.persons_in_both)} in both. ` : "") + `${draws} draws.`),
     element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), numberHeading(a.name), numberHeading(b.name), ...effectHeadings())),
     element("tbody", {}, ...rows))));
@@ -363,7 +364,7 @@ function howToRead(whence) {
     ["Sensory noise", "Nv: the noise of the sense of balance; 0 is none."],
     ["Tilt-speed threshold", "theta: the person does not perceive platform tilts slower than this."],
     ["Reaction delay", "delay: the time from sensing to torque, all of it in one number."],
-    ["Relative to gravity", "Stiffness over the torque of gravity per angle (m g h). At 1, active and passive stiffness together just balance the body. Damping relative to gravity is in seconds."],
+    ["Relative to gravity", "Stiffness over the torque of gravity per angle (m g h), which compares bodies of different size. Damping relative to gravity is in seconds."],
     ["No normal values", "The model\u2019s limits are the range of its training trials, not the range of healthy people."],
   ];
   const made = element("details", { class: "help" }, element("summary", {}, "How to read this"),
