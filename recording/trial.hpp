@@ -18,8 +18,8 @@ namespace decid::recording {
 enum class Detrend { none, offset, linear };
 
 struct TrialOptions {
-  std::optional<double> start_s =
-      {};  ///< the protocol's start in the recording; empty: the first sample, or as the tilt shows
+  /// The protocol's start in the recording; empty: the first sample, or as the tilt shows.
+  std::optional<double> start_s = {};
   Detrend detrend = Detrend::none;
 };
 

@@ -18,8 +18,8 @@ struct FrfPoint {
   double frequency_hz = 0.0;  ///< mean of the harmonics' frequencies, weighted by the tilt's power in them
   int harmonics = 0;
   Complex response;  ///< rad/rad
-  double radius =
-      0.0;  ///< the true response is within this distance of `response` with a probability of 95%; NaN: unknown
+  /// The true response is within this distance of `response` with a probability of 95%; NaN: unknown.
+  double radius = 0.0;
   double coherence = 0.0;  ///< 0..1; NaN: unknown
 };
 

@@ -30,8 +30,8 @@ struct TrainingRequest {
   Origin origin;
   dataset::ImageSettings image;
   sim::Protocol protocol;
-  bool more_epochs =
-      false;  ///< a training for fewer epochs may be continued, with the schedule of the requested number
+  /// A training for fewer epochs may be continued, with the schedule of the requested number.
+  bool more_epochs = false;
 };
 
 /// Reads a checkpoint to resume from; more epochs are noted in its origin. Throws Error, naming the difference, unless

@@ -28,13 +28,13 @@ struct Priors {
   double sensor_noise_factor = 20;  ///< two thirds of the distribution lie within this factor of the median
   double slow_ratio = 0.25;         ///< sd of slow over white measurement noise: median, also log-normal
   double slow_ratio_factor = 10;
-  double start_s =
-      0.1;  ///< the recording starts up to this much before or after the protocol, uniform; at most 1; 0: at its start
-  double gain =
-      0.06;  ///< sd of the logarithm of recorded over true sway, which is log-normal about 1; at most 0.9; 0: known
+  /// The recording starts up to this much before or after the protocol, uniform; at most 1; 0: at its start.
+  double start_s = 0.1;
+  /// Sd of the logarithm of recorded over true sway, which is log-normal about 1; at most 0.9; 0: known.
+  double gain = 0.06;
   double drift_hz = 0.03;  ///< the white noise rises below this
-  double standing_s =
-      10.0;  ///< the body has stood and swayed this long before the protocol's start; at most 60; 0: it begins at rest
+  /// The body has stood and swayed this long before the protocol's start; at most 60; 0: it begins at rest.
+  double standing_s = 10.0;
   bool moved_before = false;  ///< the platform played the cycle's end before the protocol's start; else it rested
   std::vector<ParameterPrior> parameters = {};
 };

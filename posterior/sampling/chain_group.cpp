@@ -19,8 +19,8 @@ constexpr double lowering = 1.6, highest_noise_deg = 3.0;
 constexpr int annealing_leapfrog_steps = 15;
 constexpr int windows = 3, window_informations = 3, first_window_leapfrog_steps = 48, max_window_leapfrog_steps = 96;
 constexpr int settling_transitions = 12, min_leapfrog_steps = 16;
-constexpr double leapfrog_steps_per_width =
-    2.2;  // over the steps that cross the standard deviation of the widest direction once
+// Over the steps that cross the standard deviation of the widest direction once.
+constexpr double leapfrog_steps_per_width = 2.2;
 constexpr double target_acceptance = 0.8;
 constexpr double stuck_nats = 25.0;
 constexpr double stranded_log_noise = 0.1;

@@ -64,8 +64,8 @@ struct Pendulums {
   // Members without unit gains: slow feedback and torque feedback, and the delayed command of the step before.
   alignas(64) double slow[count], torque[count], active[count];
   // Addresses of each lane's next reads and writes.
-  static constexpr int noise_apart =
-      8;  ///< distance between a trial's noise values of consecutive samples: noises of trials are interleaved
+  /// Distance between a trial's noise values of consecutive samples: noises of trials are interleaved.
+  static constexpr int noise_apart = 8;
   const double* noise_rate[count];  // [noise_apart] is nu' at the end of the current sample
   const double* stimulus[count];    // tilt and rate of each interval
   double* samples[count];

@@ -16,8 +16,8 @@ struct TrainingFigures {
   sim::Protocol protocol;
   Origin origin;
   std::vector<EpochLog> log;  ///< of the epochs done, one at least
-  bool distribution =
-      false;  ///< the network is trained by the density that it gives the truth: other units than the MSE
+  /// The network is trained by the density that it gives the truth: other units than the MSE.
+  bool distribution = false;
   bool finished = false;
 };
 
