@@ -150,7 +150,7 @@ Figures figures_of(int studies, int persons, bool differ, bool by_fit, int draws
   return all;
 }
 
-/// Returns four standard errors of the fraction of 5% of so many independent intervals.
+/// Returns four standard errors of the fraction of 5% of this many independent intervals.
 double four_errors(double intervals) {
   return 4.0 * std::sqrt(0.05 * 0.95 / intervals);
 }
@@ -166,18 +166,18 @@ void check_long(int studies, bool differ, bool by_fit) {
 
 }  // namespace
 
-TEST_CASE("cohort: 100 studies in two sessions, fits" * doctest::test_suite("long")) {
+TEST_CASE("cohort: two sessions, 100 studies of fits" * doctest::test_suite("long")) {
   check_long(100, false, true);
   check_long(100, true, true);
 }
-TEST_CASE("cohort: 200 studies in two sessions, networks" * doctest::test_suite("long")) {
+TEST_CASE("cohort: two sessions, 200 studies of networks" * doctest::test_suite("long")) {
   check_long(200, false, false);
   check_long(200, true, false);
 }
 
 // 24 studies: 144 intervals of changes, 72 of differences of changes and of slopes. A correct program fails with a
 // probability below 1e-3 for another seed: four standard deviations are 0.073 and 0.103.
-TEST_CASE("cohort: short form of the studies in two sessions" * doctest::test_suite("slow")) {
+TEST_CASE("cohort: two sessions, short form" * doctest::test_suite("slow")) {
   const Figures figures = figures_of(24, 8, true, false, 150);
   CHECK(figures.changes.coverage() > 0.95 - 0.08);
   CHECK(figures.changes.alarm_rate() < 0.05 + 0.08);
