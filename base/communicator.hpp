@@ -53,10 +53,10 @@ class Communicator {
   virtual std::optional<Message> poll() = 0;
 };
 
-/// Returns rank 0's text at all ranks.
-std::string broadcast_text(Communicator& ranks, std::string text);
+/// Returns rank 0's text at all ranks. ranks: null for a single process, here and below.
+std::string broadcast_text(Communicator* ranks, std::string text);
 /// Returns every rank's text at all ranks.
-std::vector<std::string> gather_texts(Communicator& ranks, const std::string& own);
+std::vector<std::string> gather_texts(Communicator* ranks, const std::string& own);
 
 /// A rank's part of `count` items, partitioned evenly and in order: [first, last).
 struct RankRange {

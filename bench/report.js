@@ -45,7 +45,7 @@ function figuresTable() {
   });
   return table(`Run ${runs[newest].name}. Ratio: time over that of the last run before on the same machine; runs of ` +
     "different days differ by more than their code, tools/bench-compare shows what the code did.",
-    heads("Benchmark", "Time", "Ratio", "Of the machine"), rows);
+    heads("Benchmark", "Time", "Ratio", "% of peak"), rows);
 }
 
 // ---- charts --------------------------------------------------------------------------------------------------------
@@ -85,7 +85,7 @@ function trends(main) {
 function peers(main) {
   const run = runs.findLast(({ peers }) => peers.length > 0);
   if (run === undefined) return;
-  bars(main, "Beside peers", `Ours over theirs in run ${run.name}: above 1 is more work in the same time; for memory, below 1 is less.`,
+  bars(main, "Compared with peers", `Ours over theirs in run ${run.name}: above 1 is more work in the same time; for memory, below 1 is less.`,
     "ratio", run.peers.map(({ what, ratio }) => ({ label: what, value: ratio })), () => "draw");
   main.append(table("The same as numbers.", heads("What", "Unit", "Ours over theirs"),
     run.peers.map(({ what, unit, ratio }) => row(what, unit, fixed(ratio, 2)))));

@@ -50,8 +50,9 @@ std::span<const double> standing(const sim::Outcome& outcome, std::span<const do
 /// Warns if the residual is larger than noise explains.
 void warn_of_residual(std::span<const std::vector<float>> noisy, Severity severity, Explanation& explanation) {
   if (!std::isfinite(explanation.variance_accounted_for)) {
-    add_invalid(explanation.warnings, "does_not_stand",
-                "the identified controller does not stand: simulated, the body falls, so there is no fit to quote");
+    add_invalid(
+        explanation.warnings, "does_not_stand",
+        "the identified controller does not stand: the simulated body falls, so decid reports no goodness of fit");
     return;
   }
   std::vector<double> usual;
@@ -200,7 +201,7 @@ Warnings following_warnings(const Explanation& explanation) {
     add_caution(
         warnings, "weak_response",
         format("the sway hardly follows the protocol's tilt: %.2f of the response that the identified controller "
-               "would have (%.2f +- %.2f among its trials); was it this protocol, and in time with the recording?",
+               "would have (%.2f +- %.2f among its trials): check the protocol and the start of the recording",
                following, mean, sd));
   if (following > most * mean)
     add_caution(warnings, "large_response",

@@ -11,6 +11,7 @@
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
+#include "base/setting.hpp"
 #include "base/text.hpp"
 #include "identify/fit_warnings.hpp"
 
@@ -35,8 +36,9 @@ sim::Protocol with_body(sim::Protocol protocol, const std::optional<sim::Body>& 
 bool moved_before(const recording::TiltMatch& tilt, bool asked, Warnings& warnings) {
   const bool moved = tilt.moved_before.value_or(asked);
   if (asked && !moved)
-    add_caution(warnings, "moved_before",
-                "the platform is said to have moved before the protocol's start, but its tilt rested: the tilt counts");
+    add_caution(
+        warnings, "moved_before",
+        setting("moved_before") + " contradicts the measured tilt, which rested before the start; decid uses the tilt");
   return moved;
 }
 
@@ -249,12 +251,12 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
   const sim::ParameterTable& table = density.protocol().parameters();
   result.estimate.parameters = sim::Parameters(table.size());
   for (std::size_t p = 0; p < table.size(); ++p) result.estimate.parameters[p] = found.mean(static_cast<int>(p));
-  double network_unfamiliarity = std::numeric_limits<double>::quiet_NaN();
+  double network_ood_score = std::numeric_limits<double>::quiet_NaN();
   std::string unlike_training;
   Warnings contradictions;
   if (plan_->has_network()) {
     auto [answer, explanation] = plan_->ask_network(trial);
-    network_unfamiliarity = explanation.ood_score;
+    network_ood_score = explanation.ood_score;
     unlike_training = std::move(explanation.unlike_training);
     figures.network = answer.parameters;
     const bool same_priors = priors.parameters.empty();  // as the network was trained with
@@ -271,7 +273,7 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
   // noise-free trial that explains little is not a fault of the recording.
   result.explanation = plan_->own.explainer.explain(
       {result.estimate.parameters, trial, from_network ? Severity::caution : Severity::info});
-  result.explanation.ood_score = network_unfamiliarity;
+  result.explanation.ood_score = network_ood_score;
   figures.check = plan_->own.checker.check(found.states(), trial, settings.seed);
   Warnings unlike_simulated, unfamiliar;
   const std::string odd = figures.check.warning();

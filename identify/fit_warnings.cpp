@@ -137,7 +137,7 @@ Warnings contradiction_warnings(const sim::ParameterTable& table, const Posterio
   if (!names.empty())
     add_caution(warnings, "network_disagrees",
                 "the posterior and the network contradict each other beyond their intervals in " + names +
-                    ": one of them takes the recording for something it is not");
+                    ": check the recording for a fault");
   return warnings;
 }
 

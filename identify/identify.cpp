@@ -19,7 +19,7 @@ void warn_of_ranges(const sim::ParameterTable& table, Estimate& estimate) {
     const std::string trained = format("(%g to %g%s)", info.low, info.high, info.unit_after().c_str());
     if (value < 0.0)
       add_invalid(estimate.warnings, "impossible_value",
-                  format("%s = %.4g is below 0, which no body has; the model was trained on a range %s",
+                  format("%s = %.4g is negative, which is impossible; the model was trained on a range %s",
                          info.name.c_str(), value, trained.c_str()));
     else
       add_caution(estimate.warnings, "outside_range",
@@ -37,7 +37,7 @@ void warn_of_model(const Model& model, Estimate& estimate) {
   const std::optional<double> error = model.validation_mse();
   if (!error || *error <= max_validation_mse) return;
   add_caution(estimate.warnings, "imprecise_model",
-              format("the model hardly knows more than the ranges: its squared error on validation trials is %.2f of "
+              format("the model is hardly better than guessing: its squared error on validation trials is %.2f of "
                      "the parameters' variance (1 is guessing, above %g is imprecise); train it longer, or on more "
                      "trials",
                      *error, max_validation_mse));

@@ -13,7 +13,7 @@
 namespace decid {
 namespace {
 
-// Random numbers; item: trial simulated from a draw (its sensor noise: with bit 63 set).
+// Random numbers; item: trial simulated from a draw (its measurement noise: with bit 63 set).
 constexpr Stream predictive_stream{12};
 
 constexpr int fewest_standing = 100;

@@ -73,7 +73,7 @@ struct FitOptions {
   std::optional<Samples> validation_samples = std::nullopt;  ///< validation uses these instead
   int patience = 0;        ///< maximum number of epochs without a lower validation loss; 0: never stop
   std::uint64_t seed = 1;  ///< of weights, order, augmentation and dropout
-  /// A file, written after each epoch and at a stop; if it is there, fit() goes on from it.
+  /// A file, written after each epoch and at a stop; if it is there, fit() continues from it.
   std::string checkpoint = {};
   std::function<bool(int epoch, int batch, double loss)> after_batch = {};  ///< false stops; loss: the batch's mean
   std::function<void(const FitEpoch&)> after_epoch = {};

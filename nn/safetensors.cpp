@@ -164,7 +164,7 @@ TensorFile from_safetensors(std::string_view bytes, const std::string& where) {
   std::uint64_t length = 0;
   if (bytes.size() < sizeof length) fail("is too short (" + std::to_string(bytes.size()) + " bytes) for a model");
   std::memcpy(&length, bytes.data(), sizeof length);
-  if (length > max_header) fail("is no safetensors file");
+  if (length > max_header) fail("is not a safetensors file");
   if (length > bytes.size() - sizeof length)
     fail("is truncated, or no safetensors file: its header should have " + std::to_string(length) + " bytes");
   const auto header_bytes = static_cast<std::size_t>(length);

@@ -102,7 +102,8 @@ bool Posterior::agreed() const {
 }
 
 bool Posterior::apart() const {
-  return rhat_.empty() || std::ranges::any_of(rhat_, [](double value) { return !(value <= apart_rhat); });
+  return rhat_.empty() ||
+         std::ranges::any_of(std::span(rhat_).first(parameters()), [](double value) { return !(value <= apart_rhat); });
 }
 
 class Run {

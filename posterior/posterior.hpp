@@ -119,7 +119,7 @@ class Posterior {
   double acceptance() const noexcept { return acceptance_; }
   /// Returns true if every R-hat is at most 1.05 and each quantity has 100 effective draws.
   bool agreed() const;
-  /// Returns true if an R-hat is above 1.2.
+  /// Returns true if the R-hat of a parameter is above 1.2. Noise, start and gain may mix more slowly.
   bool apart() const;
 
   template <class Archive>

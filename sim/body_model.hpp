@@ -1,4 +1,4 @@
-// Models of body and controller on the platform, with the parameters that are identified. sim/models has a file a
+// Models of body and controller on the platform, with the parameters that are identified. sim/models has one file per
 // model.
 #pragma once
 

@@ -12,7 +12,7 @@ constexpr int chunk_blocks = 256, chunk_values = 2 * chunk_blocks;
 
 /// Computes out[i], the normal deviate of uniform[i]; both need space for a whole register after `count`. One value in
 /// seven is in a tail, whose logarithm and square root cost more than everything else. Tail values are gathered, so
-/// that few lanes compute in vain.
+/// that few lanes are idle.
 template <class V>
 void to_normals(const double* uniform, int count, double* out) {
   int tails[chunk_values + V::width] = {}, found = 0;

@@ -3,7 +3,6 @@
 // the missing operations. Every operation follows IEEE 754 in each lane, so all widths agree in every bit.
 // Everything is in an unnamed namespace. Functions are then internal to their translation unit, and the linker cannot
 // give a lesser machine a copy compiled for AVX-512.
-// compiled for AVX-512 for a caller on a lesser machine.
 #pragma once
 
 #include <bit>

@@ -248,7 +248,7 @@ typedef struct decid_parameter_prior {
 
 typedef struct decid_fit_options {
   size_t size;
-  double mass_kg, height_m, begin_s; /* these four as above */
+  double mass_kg, height_m, begin_s; /* these and detrend: as in decid_identify_options */
   int detrend;
   const decid_protocol* protocol; /* the protocol played; NULL: the model's */
   double prior_start_s;           /* the recording starts within +- this of the protocol; 0: at it */

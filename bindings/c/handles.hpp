@@ -152,7 +152,7 @@ const T* at(const std::vector<T>& list, std::size_t i) noexcept {
 
 std::vector<decid_warning> to_c(const Warnings& warnings);
 
-/// Throws Error if one of the two stands alone; both 0: empty.
+/// Throws Error if one of the two is given without the other; both 0: empty.
 std::optional<sim::Body> make_body(double mass_kg, double height_m, const char* where);
 
 }  // namespace decid::c

@@ -49,7 +49,7 @@ void choose_part(const decid_read_options& asked, const char* where, decid::reco
   if (!how.is_one_trial) how.trial_column = by;
   how.trial = text_or_empty(asked.trial);
   if (how.trial_column.empty() && !how.trial.empty())
-    throw decid::Error(decid::Code::setting_missing, where, "trial stands alone",
+    throw decid::Error(decid::Code::setting_missing, where, "trial is given without its column",
                        "give trial_column, which tells recordings apart, or neither");
 }
 

@@ -19,7 +19,7 @@
 %
 % result: a structure of trust ("usable", "caution", "not usable"), parameters (a structure array of name, unit, value, sd,
 % interval50, interval90, normalized over m g h, ...; struct2table makes a table of it), warnings (severity, code, text),
-% rms_residual_deg and other figures, sway and fitted (rad, at the protocol's rate). NaN is what is not known.
+% rms_residual_deg and other figures, sway and fitted (rad, at the protocol's rate). NaN: unknown.
 function result = decid_identify (recording, varargin)
   result = decid_mex ('identify', recording, struct (varargin{:}));
 end

@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* What a call holds; an error of Octave's never returns, so it is freed before. */
+/* The memory of a call; an error of Octave's never returns, so it is freed before. */
 static decid_model* model;       /* the last one that was used, kept for the next call */
 static char model_path[4096];    /* of it; "": the built-in one */
 static decid_protocol* protocol; /* these are of one call */
@@ -120,7 +120,7 @@ enum { max_priors = 64 };
 static const char* const units[] = {"", "deg", "rad", "mrad", NULL};
 static const char* const detrends[] = {"none", "offset", "linear", NULL};
 
-/* ---- What Octave gets ---- */
+/* ---- Values for Octave ---- */
 
 static mxArray* row(const double* values, size_t count) {
   mxArray* made = mxCreateDoubleMatrix(1, count, mxREAL);
@@ -302,7 +302,7 @@ static mxArray* identify(const mxArray* source, const mxArray* options) {
   return result_to_octave();
 }
 
-/* Of the ranges and the normal distributions that were given, both structs of pairs by the parameters' names. */
+/* Reads the given ranges and normal distributions, both structs of pairs by the parameters' names. */
 static size_t take_priors(const mxArray* options, decid_parameter_prior* priors) {
   static const char* const kinds[] = {"ranges", "priors"};
   size_t count = 0, kind, i;

@@ -123,7 +123,7 @@ std::vector<std::string> trial_names(const std::string& path, const std::string&
 }
 
 Recording make_recording(const DoublesIn& sway, double rate_hz, int unit) {
-  if (sway.ndim() != 1) throw py::value_error("sway: an array of one dimension is needed, a value a sample");
+  if (sway.ndim() != 1) throw py::value_error("sway: give an array of one dimension, one value per sample");
   decid_recording* made = nullptr;
   run([&, values = sway.data(), samples = static_cast<std::size_t>(sway.size())] {
     return decid_recording_of(values, samples, rate_hz, unit, &made);

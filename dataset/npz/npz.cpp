@@ -17,7 +17,7 @@
 #include "base/per_thread.hpp"
 #include "dataset/npz/detail/libzip.hpp"
 #include "dataset/npz/detail/npz_parts.hpp"
-#include "sim/protocol/protocol_json.hpp"
+#include "sim/protocol/protocol_object.hpp"
 
 namespace decid::dataset {
 
@@ -48,8 +48,10 @@ Archive open_archive(const std::string& path, int flags, const std::string& wher
   libzip().error_init(&error, code);
   const std::string problem = libzip().to_text(&error);
   libzip().error_fini(&error);
-  throw Error(code == ZIP_ER_NOENT ? Code::file_missing : Code::file_damaged, where,
-              "cannot be opened as an .npz file: " + problem,
+  if (code == ZIP_ER_NOENT)
+    throw Error(Code::file_missing, where, "cannot be opened: No such file or directory",
+                "check the name and the permissions of the file");
+  throw Error(Code::file_damaged, where, "cannot be opened as an .npz file: " + problem,
               "give a data set made by decid dataset; a download or copy may be truncated");
 }
 
@@ -255,7 +257,7 @@ void read_description(const std::string& text, const std::string& where, Dataset
   }
   object.require("seed");
   object.read("seed", data.seed);
-  data.protocol = sim::protocol_from_json(print_json(object.require("protocol")), where + ": protocol");
+  data.protocol = sim::protocol_from_object(object.require("protocol"), where + ": protocol");
   std::vector<std::string> names;
   object.require("parameters");
   object.read("parameters", names);

@@ -339,28 +339,24 @@ DatasetReport generate_npz(const fs::path& path, const DatasetRequest& request, 
     partial.emplace(npz_partial(path));
     partial->take(request_text(request, program));
   }
-  if (ranks != nullptr) {
-    const std::string identity = broadcast_text(*ranks, is_writer ? partial->identity() : std::string());
-    if (!is_writer) {
-      partial.emplace(npz_partial(path), identity);
-      static_cast<void>(partial->journal().request());
-    }
-    static_cast<void>(gather_texts(*ranks, {}));  // all processes check before any writes
+  const std::string identity = broadcast_text(ranks, is_writer ? partial->identity() : std::string());
+  if (!is_writer) {
+    partial.emplace(npz_partial(path), identity);
+    static_cast<void>(partial->journal().request());
   }
+  static_cast<void>(gather_texts(ranks, {}));  // all processes check before any writes
   Run run(*partial, generator, progress, ranks);
   if (is_writer) run.take_up();
-  if (ranks != nullptr) {
-    const int there = std::stoi(broadcast_text(*ranks, std::to_string(generator.trials())));
-    if (!is_writer) run.take_up(there);
-    static_cast<void>(gather_texts(*ranks, {}));  // the journal has been read
-  }
+  const int there = std::stoi(broadcast_text(ranks, std::to_string(generator.trials())));
+  if (!is_writer) run.take_up(there);
+  static_cast<void>(gather_texts(ranks, {}));  // the journal has been read
   if (resumed && generator.trials() > 0) resumed(generator.trials());
   run.make_the_rest();
   if (is_writer) {
     run.finish();
     partial->commit(target_of(path));
   }
-  if (ranks != nullptr) static_cast<void>(broadcast_text(*ranks, {}));  // the file exists
+  static_cast<void>(broadcast_text(ranks, {}));  // the file exists
   return generator.report();
 }
 

@@ -152,7 +152,7 @@ static int run_controller(const float* identified) {
 }
 
 #ifdef FAMILIARITY
-/* Of the last trial; above 1.17 a product would not use its parameters. */
+/* The distance of the last trial; above 1.17 a product would not use its parameters. */
 static int tell_distance(void) {
   double distance = 0.0;
   int result;

@@ -170,7 +170,7 @@ void require_not_trained_on(const Origin& origin, const dataset::TrialIdentity& 
   }
   for (const dataset::TrialIdentity& trained : start_from(origin, {}).trials) {
     if (trained.seed && data.seed && *trained.seed == *data.seed)
-      throw Error(Code::data_reused, name, "seed " + std::to_string(*data.seed) + " is that of the training's trials",
+      throw Error(Code::data_reused, name, "the model was trained with seed " + std::to_string(*data.seed),
                   (data.kind == Kind::stream ? "give another " : "make the data set with another ") + setting("seed"));
     if (trained.kind == Kind::stored && data.kind == Kind::stored && trained.sha256 == data.sha256)
       throw Error(Code::data_reused, name, "is the data set that the model before the fine tuning was trained on",

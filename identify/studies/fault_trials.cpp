@@ -141,7 +141,7 @@ std::string impossible(const sim::Protocol& protocol, const Fault& fault) {
   const double rate_hz = protocol.experiment.sample_rate_hz;
   const auto is = [&](Condition condition) { return fault.name == sim::info(condition).key; };
   if (fault.name == "tilt" && !std::holds_alternative<sim::Sequence>(protocol.experiment.stimulus))
-    return "the tilt is no sequence";
+    return "the tilt is not a sequence";
   if ((is(Condition::frozen) || is(Condition::lost)) && fault.size * rate_hz < 0.5) return "it is below a sample";
   if (is(Condition::average) && fault.size * rate_hz < 1.5) return "it is below two samples";
   if (fault.name == "rate_hz" && fault.size > 0.5 * rate_hz) return "the protocol has no more than that";

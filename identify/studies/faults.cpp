@@ -75,7 +75,7 @@ FaultFigures figures(const Model& model, const Fault& fault, const Row& row) {
 
 FaultStudy study_faults(const Model& model, double sensor_noise_deg, int trials, std::uint64_t seed,
                         const std::function<void(const std::string&)>& announce) {
-  require_not_trained_on(model.origin, {dataset::TrialIdentity::Kind::stream, seed, {}}, Measured::all, "fresh trials");
+  require_not_trained_on(model.origin, {dataset::TrialIdentity::Kind::stream, seed, {}}, Measured::all, "test trials");
   sim::Protocol protocol = model.protocol.ideal();
   protocol.noise.sensor = {sensor_noise_deg, sensor_noise_deg};
   const Identifier identifier(model);

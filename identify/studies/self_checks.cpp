@@ -81,7 +81,7 @@ std::vector<SelfCheck> self_checks() {
            stream_hash, true},
           {"8 steps of 269 samples", "44ea4cf23c4181316a647f4c9ffdd471b01ee069fdf1402336cc859b417e7f79",
            [](Communicator* group) { return steps_hash(269, 8, group); }, true},
-          {"32 trials with sensor noise", "cbf256c0ab11916a12a5e5fbb972b7a0d218cb6b6fcde59944bc1cb319ec641b",
+          {"32 trials with measurement noise", "cbf256c0ab11916a12a5e5fbb972b7a0d218cb6b6fcde59944bc1cb319ec641b",
            [](Communicator*) { return trials_hash(); }, false}};
 }
 

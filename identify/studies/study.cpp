@@ -110,7 +110,7 @@ void finish(std::vector<Bin>& all) {
 }
 
 [[noreturn]] void refuse_seed(std::uint64_t seed) {
-  throw Error(Code::data_reused, "fresh trials", "seed " + std::to_string(seed) + " is that of the training's trials",
+  throw Error(Code::data_reused, "test trials", "the model was trained with seed " + std::to_string(seed),
               "give another " + setting("seed"));
 }
 
@@ -175,7 +175,7 @@ void study_fresh(const Model& model, int trials, const std::vector<double>& leve
                  const Announce& announce) {
   constexpr int chunk = 512;
   const std::uint64_t seed = study.fresh_seed;
-  require_not_trained_on(model.origin, {dataset::TrialIdentity::Kind::stream, seed, {}}, Measured::all, "fresh trials");
+  require_not_trained_on(model.origin, {dataset::TrialIdentity::Kind::stream, seed, {}}, Measured::all, "test trials");
   const sim::Simulator simulator(model.protocol.ideal());
   for (const double level : levels_deg)
     study.levels.push_back({level,
@@ -206,7 +206,7 @@ void study_fresh(const Model& model, int trials, const std::vector<double>& leve
   };
   for (int first = 0; first < trials; first += chunk) {
     const int count = std::min(chunk, trials - first);
-    announce(format("fresh trials %d to %d of %d at %zu levels of sensor noise", first + 1, first + count, trials,
+    announce(format("test trials %d to %d of %d at %zu levels of measurement noise", first + 1, first + count, trials,
                     levels_deg.size()));
     simulate(first, count);
     for (std::size_t l = 0; l < levels_deg.size(); ++l) {
@@ -237,9 +237,10 @@ void study_fresh(const Model& model, int trials, const std::vector<double>& leve
   const auto place = static_cast<std::size_t>(index);
   const int first = index / chunk * chunk;
   simulate(first, std::min(chunk, trials - first));
-  study.sample = make_sample(model, format("fresh trials with %g degrees of sensor noise", levels_deg.front()), index,
-                             known_trial(model, simulator, truth[place], scores_at(model, scores.front(), place),
-                                         noisy(first, place - static_cast<std::size_t>(first), levels_deg.front())));
+  study.sample =
+      make_sample(model, format("test trials with %g degrees of measurement noise", levels_deg.front()), index,
+                  known_trial(model, simulator, truth[place], scores_at(model, scores.front(), place),
+                              noisy(first, place - static_cast<std::size_t>(first), levels_deg.front())));
 }
 
 void study_double(const Model& model, int realisations, Study& study, const Announce& announce) {

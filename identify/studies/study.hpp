@@ -34,7 +34,7 @@ struct KnownTrial {
 
 /// An example: the trial of a set with the median squared error, so that it is not hand-picked.
 struct Sample {
-  std::string from;  ///< "validation half", "fresh trials"
+  std::string from;  ///< "validation half", "test trials"
   int index = 0;     ///< among these
   KnownTrial trial;
   std::vector<float> image;  ///< before row scaling

@@ -33,11 +33,11 @@ std::string what_differs(const Model& model, const TrainingRequest& request) {
   return {};
 }
 
-/// "add resume to go on ..., " where that would help.
+/// "add resume to continue ..., " where that would help.
 std::string resume_hint(const Model& model, const TrainingRequest& request) {
   const bool more = !request.more_epochs && request.origin.epochs > model.origin.epochs;
   return more && same_but_epochs(model.origin, request.origin)
-             ? "add " + setting("resume") + " to go on to more epochs, "
+             ? "add " + setting("resume") + " to continue for more epochs, "
              : "";
 }
 
@@ -95,7 +95,7 @@ TrainingState load_checkpoint(const std::string& path, const TrainingRequest& re
   if (state.part.trials > 0 && state.model.origin.epochs != request.origin.epochs)
     throw Error(Code::file_differs, path,
                 "is of a training that was stopped in the middle of an epoch, with another schedule",
-                "finish it with its " + setting("epochs") + " first, then go on to more with " + setting("resume"));
+                "finish it with its " + setting("epochs") + " first, then continue with " + setting("resume"));
   extend(state, request);
   return state;
 }
@@ -107,7 +107,7 @@ FinishedTraining load_finished(const std::string& path, const TrainingRequest& r
       return load_model(path);
     } catch (const Error& error) {
       throw Error(Code::file_exists, path,
-                  "is there already and would be overwritten, and is no model (" + error.problem() + ")", remedy);
+                  "is there already and would be overwritten, and is not a model (" + error.problem() + ")", remedy);
     }
   };
   FinishedTraining finished{{model_there(), {}}, true};
@@ -119,7 +119,7 @@ FinishedTraining load_finished(const std::string& path, const TrainingRequest& r
   finished.done = state.model.origin.epochs == request.origin.epochs;
   if (finished.done) return finished;
   if (state.log.empty())
-    throw Error(Code::file_unsupported, path, "does not say how its training went, so no training can go on from it",
+    throw Error(Code::file_unsupported, path, "does not say how its training went, so no training can continue from it",
                 remedy);
   if (state.model.origin.patience > 0) state.log.resize(static_cast<std::size_t>(best_epoch(state.log)));
   extend(state, request);

@@ -64,7 +64,7 @@ std::vector<Preset> make_presets() {
                  .warmup_epochs = 1});
   all.push_back(
       {.name = "firmware",
-       .description = "the image of best, a network of 53 KB for decid export c",
+       .description = "the network input of best, a network of 53 KB for decid export c",
        .architecture =
            "conv 24 7x1 stride 2x1 pad 3x0; batchnorm; relu; conv 24 5x1 stride 2x1 pad 2x0; batchnorm; relu; "
            "conv 24 5x1 stride 2x1 pad 2x0; batchnorm; relu; conv 24 5x1 stride 2x1 pad 2x0; batchnorm; relu; "
@@ -167,7 +167,7 @@ const Preset& preset_named(const std::string& name) {
     if (preset.name == name) return preset;
     names += (names.empty() ? "" : ", ") + preset.name;
   }
-  throw Error(Code::setting_unknown, "preset", "'" + name + "' is not there", "choose one of " + names);
+  throw Error(Code::setting_unknown, "preset", "'" + name + "' is not a preset", "choose one of " + names);
 }
 
 }  // namespace decid

@@ -163,7 +163,7 @@ void share_state(Communicator& ranks, std::optional<TrainingState>& state) {
   if (ranks.is_root() && state->momentum_buffers.empty())
     for (const nn::Parameter<float>* p : state->model.network.parameters())
       state->momentum_buffers.emplace_back(p->value.size());
-  const std::string bytes = broadcast_text(ranks, ranks.is_root() ? checkpoint_bytes(*state) : std::string());
+  const std::string bytes = broadcast_text(&ranks, ranks.is_root() ? checkpoint_bytes(*state) : std::string());
   if (!ranks.is_root()) state = state_from_bytes(bytes);
 }
 

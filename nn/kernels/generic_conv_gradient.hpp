@@ -38,8 +38,8 @@ struct GradientPlace {
   std::ptrdiff_t diff_channel, diff_row;
   int rows, columns;
   bool first;  // the accumulators hold nothing yet
-  // Fetched ahead, a line a position: the first row that the next tile meets, into the first-level cache; one of the
-  // streams (fetch_stream) that the next positions need, into the second.
+  // Fetched ahead, one line per position: the first row that the next tile meets, into the first-level cache; one of
+  // the streams (fetch_stream) that the next positions need, into the second.
   const float *near, *far;
   std::ptrdiff_t far_row, far_column;
 };

@@ -15,9 +15,7 @@ namespace decid::recording {
 std::string_view trim(std::string_view text);
 
 /// Calls visit(line, number) for every line that is neither blank nor a comment (# or %), until it returns false. Lines
-/// end in
-/// , \r
-///  or \r; all lines count, from 1.
+/// end with LF, CR LF or CR; all lines count, from 1.
 template <class Visit>
 void for_each_line(std::string_view text, const Visit& visit) {
   std::size_t line_number = 0;

@@ -151,9 +151,8 @@ std::string to_json(const Protocol& protocol) {
 
 namespace {
 
-Protocol parse_protocol(const std::string& text, const ProtocolText& source) {
+Protocol read_protocol(const Json& json, const ProtocolText& source) {
   const std::string& where = source.where;
-  const Json json = parse_json(text, where);
   const bool is_written_by_people = static_cast<bool>(source.read_tilt);
   Protocol protocol = default_protocol();
   JsonObject object(json, where);
@@ -197,11 +196,15 @@ Protocol parse_protocol(const std::string& text, const ProtocolText& source) {
 }  // namespace
 
 Protocol protocol_from_json(const std::string& text, const std::string& where) {
-  return parse_protocol(text, {.where = where});
+  return read_protocol(parse_json(text, where), {.where = where});
+}
+
+Protocol protocol_from_object(const Json& json, const std::string& where) {
+  return read_protocol(json, {.where = where});
 }
 
 Protocol protocol_from_text(const std::string& text, const ProtocolText& source) {
-  return parse_protocol(text, source);
+  return read_protocol(parse_json(text, source.where), source);
 }
 
 }  // namespace decid::sim

@@ -29,7 +29,7 @@ def without_code(text):
 
 
 def anchors(text):
-    """What GitHub calls a page's headings: lower case, punctuation dropped, blanks as hyphens."""
+    """GitHub's anchors of a page's headings: lower case, punctuation dropped, blanks as hyphens."""
     found = set()
     for heading in re.findall(r"^#+ +(.+?) *#*$", FENCE.sub("", text), re.MULTILINE):
         words = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).lower()

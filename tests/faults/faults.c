@@ -1,7 +1,7 @@
 /* Preloaded into a program, makes one call of a function of the system fail: call number N of FUNCTION, with ERRNO.
      DECID_FAULT=FUNCTION:N:ERRNO    N from 1; ERRNO as a number
      DECID_FAULT_COUNT=FILE          writes how often each function was called when the process ends: "write 12"
-   Calls are counted over all threads. What the C library calls within itself (a stream's write) does not come here;
+   Calls are counted over all threads. Calls within the C library (a stream's write) do not come here;
    hence fopen, fread and fclose are functions of their own. */
 #define _GNU_SOURCE
 #include <dlfcn.h>

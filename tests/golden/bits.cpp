@@ -53,7 +53,7 @@ TEST_CASE("golden: decid selftest" * doctest::test_suite("golden")) {
   CHECK(said.code == 0);
   CHECK(said.out.starts_with("ok "));
   CHECK_FALSE(contains(said.out, "WRONG"));
-  CHECK(contains(said.out, " as they are to be, in "));
+  CHECK(contains(said.out, " have the expected bits, in "));
   const auto tested = run_decid("selftest --json");
   CAPTURE(tested.out);
   CHECK(tested.code == 0);

@@ -13,7 +13,26 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "docs"))
 from words import complaints  # noqa: E402
 
 COMMENT = re.compile(r"^(?P<code>.*?)(?<![:\"])//[/<]*(?P<text>.*)$")
+BLOCKS = {".c": ("/*", "*/"), ".h": ("/*", "*/"), ".py": ('"""', '"""')}  # of comments over several lines
+LINES = {".py": "#", ".sh": "#", ".m": "%"}
+OWN = ("tests/docs/words.py", "tests/docs/test_check_docs.py", "tests/layout/test_source_words.py")  # have the words
 MESSAGE = re.compile(r'"((?:[^"\\]|\\.)*)"')
+
+
+def with_slashes(text, suffix):
+    """The text with the comments of its language behind // on each line."""
+    opening, closing = BLOCKS.get(suffix, (None, None))
+    inside, lines = False, []
+    for line in text.splitlines():
+        if inside or (opening and opening in line):
+            before, _, comment = ("", "", line) if inside else line.partition(opening)
+            comment, end, _ = comment.partition(closing)
+            inside = not end
+            line = before + "// " + comment
+        elif suffix in LINES:
+            line = re.sub(r"(^|\s)" + LINES[suffix] + r"+(?=\s|$)", r"\1//", line, count=1)
+        lines.append(line)
+    return "\n".join(lines)
 
 
 def passages(text):
@@ -37,9 +56,10 @@ def passages(text):
 
 
 def main(root):
-    files = subprocess.run(["git", "ls-files", "*.cpp", "*.hpp"], cwd=root, check=True, capture_output=True, text=True).stdout.split()
-    found = [f"{path}:{number}: {complaint}" for path in files if (root / path).exists()
-             for number, passage in passages((root / path).read_text()) for complaint in complaints(passage)]
+    kinds = ["*.cpp", "*.hpp", "*.c", "*.h", "*.js", "*.py", "*.sh", "*.m"]
+    files = subprocess.run(["git", "ls-files", *kinds], cwd=root, check=True, capture_output=True, text=True).stdout.split()
+    found = [f"{path}:{number}: {complaint}" for path in files if (root / path).exists() and path not in OWN
+             for number, passage in passages(with_slashes((root / path).read_text(), Path(path).suffix)) for complaint in complaints(passage)]
     for complaint in found:
         print(complaint, file=sys.stderr)
     print(f"words: {len(found)} complaints")

@@ -20,6 +20,12 @@ class Words(unittest.TestCase):
     def test_code_and_single_words_of_json_are_not(self):
         self.assertEqual(found('told(anew);\njson["contraction"] = 1;\n#include "a.hpp"\n/// Returns the value.\n'), [])
 
+    def test_comments_of_other_languages_are_read(self):
+        for source, suffix in (("x = 1  # begun anew", ".py"), ('"""Begins\nanew."""', ".py"), ("/* Begins\n   anew. */", ".c"),
+                               ("int begin(void); /* anew */", ".h"), ("% Begins anew.", ".m"), ("f();  // anew", ".js")):
+            self.assertEqual(len(found(words.with_slashes(source, suffix))), 1, source)
+        self.assertEqual(found(words.with_slashes("anew = 1", ".py")), [])
+
     def test_an_address_is_no_comment(self):
         self.assertEqual(found('f("https://example.org/anew");'), [])
 

@@ -56,7 +56,7 @@ constexpr const char* known_endings[] = {".csv",  ".tsv",         ".json", ".npz
 
 /// Returns the error in an output's name; empty if the name is valid.
 std::string what_is_wrong(const std::string& name, Written written) {
-  if (name == "-") return "'-' is no file; commands that have --json print their results with it";
+  if (name == "-") return "'-' is not a file; commands that have --json print their results with it";
   const std::filesystem::path path(name);
   const Format right = format_of(written);
   if (written != Written::folder && (path.filename().empty() || std::filesystem::is_directory(path)))

@@ -10,6 +10,28 @@
 #include "base/text.hpp"
 
 namespace decid::tools {
+namespace {
+
+/// Accepts numbers of a type from low to high. shown: the range, in messages and in the help.
+template <class Number>
+CLI::Validator between(Number low, Number high, const std::string& shown) {
+  return {[=](const std::string& text) {
+            Number value{};
+            const bool is_valid = CLI::detail::lexical_cast(text, value) && value >= low && value <= high;
+            return is_valid ? std::string() : text + " is not from " + shown;
+          },
+          "in " + shown};
+}
+
+/// Returns the text of an error; that of a value in the form of Option::range().
+std::string message_of(const CLI::ParseError& error) {
+  const std::string text = error.what(), begin = "Could not convert: ";
+  const std::size_t equals = text.find(" = ");
+  if (!text.starts_with(begin) || equals == std::string::npos) return text;
+  return text.substr(begin.size(), equals - begin.size()) + ": " + text.substr(equals + 3) + " is not a valid number";
+}
+
+}  // namespace
 
 Option& Option::required() {
   option_->required();
@@ -22,29 +44,31 @@ Option& Option::show_default() {
 }
 
 Option& Option::range(int low, int high) {
-  option_->check(CLI::Range(low, high));
+  option_->check(between(low, high, format("%d to %d", low, high)));
   return *this;
 }
 
 Option& Option::range(long long low, long long high) {
-  option_->check(CLI::Range(low, high));
+  option_->check(between(low, high, format("%lld to %lld", low, high)));
   return *this;
 }
 
 Option& Option::range(double low, double high, const char* unit) {
-  const std::string between = format("%g to %g%s%s", low, high, *unit == '\0' ? "" : " ", unit);
-  option_->check(CLI::Validator(
-      [=](const std::string& text) {
-        double value = 0.0;
-        const bool is_number = CLI::detail::lexical_cast(text, value) && value >= low && value <= high;
-        return is_number ? std::string() : text + " is not from " + between;
-      },
-      "in " + between));
+  option_->check(between(low, high, format("%g to %g%s%s", low, high, *unit == '\0' ? "" : " ", unit)));
   return *this;
 }
 
 Option& Option::one_of(const std::vector<std::string>& words) {
-  option_->check(CLI::IsMember(words));
+  std::string all, listed;
+  for (const std::string& word : words) {
+    all += (all.empty() ? "" : ", ") + word;
+    listed += (listed.empty() ? "" : ",") + word;
+  }
+  option_->check(CLI::Validator(
+      [=](const std::string& text) {
+        return std::ranges::find(words, text) != words.end() ? std::string() : text + " is not one of " + all;
+      },
+      "{" + listed + "}"));
   return *this;
 }
 
@@ -169,7 +193,7 @@ void Program::parse(int argc, char** argv) const {
       return;
     }
     const std::vector<CLI::App*> commands = app_->get_subcommands();
-    throw UsageError{error.what(), commands.empty() ? std::string() : commands.back()->get_name()};
+    throw UsageError{message_of(error), commands.empty() ? std::string() : commands.back()->get_name()};
   }
 }
 

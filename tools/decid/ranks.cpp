@@ -114,11 +114,10 @@ void share_processors() {
 }
 
 void require_same(const std::string& what, const std::string& text, const std::string& remedy) {
-  if (ranks() == nullptr) return;
-  const std::vector<std::string> all = gather_texts(*ranks(), text);
+  const std::vector<std::string> all = gather_texts(ranks(), text);
   const auto other = std::ranges::find_if(all, [&](const std::string& each) { return each != all.front(); });
   if (other == all.end()) return;
-  const std::vector<std::string> hosts = gather_texts(*ranks(), host());
+  const std::vector<std::string> hosts = gather_texts(ranks(), host());
   const auto one = [&](std::size_t rank) {
     return format("rank %zu on %s has ", rank, hosts[rank].c_str()) +
            (all[rank].empty() ? "none" : one_line(all[rank]));
@@ -174,7 +173,7 @@ void Session::require_alike() const {
       require_same(argument, digest(argument), "give all hosts the same file");
     written = std::ranges::count(output_options, argument) > 0;
   }
-  const std::vector<std::string> isas = gather_texts(*ranks(), name(chosen_isa()));
+  const std::vector<std::string> isas = gather_texts(ranks(), name(chosen_isa()));
   const auto other = std::ranges::find_if(isas, [&](const std::string& each) { return each != isas.front(); });
   const bool quiet = std::ranges::count(arguments, "--quiet") > 0;
   if (other != isas.end() && is_root() && !quiet)
@@ -294,7 +293,7 @@ bool detail::share_bytes(std::size_t count, std::size_t at_once, const Work& wor
   Communicator& group = *ranks();
   if (!group.is_root()) {
     serve(group, work, stop);
-    return broadcast_text(group, {}).empty();
+    return broadcast_text(&group, {}).empty();
   }
   Giver giver(count, at_once);
   std::future<void> own = std::async(std::launch::async, [&, threads = thread_count()] {
@@ -326,7 +325,7 @@ bool detail::share_bytes(std::size_t count, std::size_t at_once, const Work& wor
     }
   }
   take_done();
-  static_cast<void>(broadcast_text(group, giver.stopped() ? "stopped" : ""));
+  static_cast<void>(broadcast_text(&group, giver.stopped() ? "stopped" : ""));
   return !giver.stopped();
 }
 

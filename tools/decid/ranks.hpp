@@ -54,9 +54,14 @@ class Session {
 /// Returns rank 0's value at all ranks.
 template <class Value>
 Value broadcast_value(Value value) {
-  Communicator* const group = ranks();
-  if (group == nullptr) return value;
-  return from_bytes<Value>(broadcast_text(*group, to_bytes(value)));
+  return from_bytes<Value>(broadcast_text(ranks(), to_bytes(value)));
+}
+/// Returns every rank's value, in order of ranks.
+template <class Value>
+std::vector<Value> gather_values(const Value& own) {
+  std::vector<Value> all;
+  for (const std::string& bytes : gather_texts(ranks(), to_bytes(own))) all.push_back(from_bytes<Value>(bytes));
+  return all;
 }
 
 /// Receives the value of an item; any thread may call it.

@@ -110,7 +110,7 @@ std::vector<std::string> RecordingFlags::distinct_files() const {
 
 std::optional<sim::Body> BodyFlags::body() const {
   if (mass_kg.has_value() != height_m.has_value())
-    throw Error(Code::setting_missing, "--mass, --height", "one stands alone",
+    throw Error(Code::setting_missing, "--mass, --height", "one is given without the other",
                 "give both, or neither for the protocol's body");
   if (!mass_kg) return {};
   return sim::body_of_person({.mass_kg = *mass_kg, .height_m = *height_m});
@@ -195,7 +195,7 @@ void add_body_options(const Command& command, BodyFlags& flags) {
   command.section("Person");
   command
       .add_option("--mass", flags.mass_kg, "Set the person's mass in kg, with --height; default: the protocol's body")
-      .range(1.0, 500.0);
+      .range(1.0, 250.0);
   command.add_option("--height", flags.height_m, "Set the person's height in m, with --mass").range(0.3, 3.0, "m");
 }
 

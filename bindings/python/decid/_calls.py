@@ -53,7 +53,7 @@ def controllers() -> dict[str, str]:
 
 
 def set_threads(threads: int) -> None:
-    """How many threads the calls of this thread work with; all cores unless it is said. No result depends on it."""
+    """Sets the number of threads for calls from this thread; default: all cores. No result depends on it."""
     _decid.set_threads(threads)
 
 
@@ -166,7 +166,7 @@ def simulate(protocol: Union[Protocol, Path] = "default", seed: int = 1, allow_f
     parameters: Kp=900, delay=0.1, ..., SI units; those left out have the middle of their range. Arrays of one dimension
     make as many trials, trial i with the noise of seed + i. A body that falls raises decid.Error unless allow_falls."""
     if controller is not None and isinstance(protocol, Protocol):
-        raise _error("setting_conflict", "controller", "is known of this protocol", "leave it out, or give the protocol's name or path")
+        raise _error("setting_conflict", "controller", "comes from the protocol", "leave it out, or give the protocol's name or path")
     played = as_protocol(protocol) if controller is None else Protocol(protocol, controller)
     infos = played.parameters
     unknown = set(parameters) - {info.name for info in infos}
@@ -352,7 +352,7 @@ def train(data: Union[Dataset, Protocol, str], *, preset: str = "best", architec
           stream_trials: int = 25600, validation_trials: int = 1000,
           on_batch: Optional[Callable[[int, int, int], object]] = None,
           on_epoch: Optional[Callable[[Epoch], object]] = None) -> Model:
-    """Trains a model, with the weights of `decid train`, which also leaves checkpoints: long trainings are its work.
+    """Trains a model, with the weights of `decid train`, which also leaves checkpoints: use it for long trainings.
 
     data: a Dataset, or a protocol of which fresh trials are simulated in every epoch: stream_trials of them, and
     validation_trials for validation. None is the preset's (docs/guide/models.md). architecture: layers, one a line; image:

@@ -98,7 +98,7 @@ class Result:
         return [row(parameter) for parameter in self._shown().values()]
 
     def to_frame(self) -> Any:
-        """A pandas.DataFrame, a row a parameter; needs pandas."""
+        """A pandas.DataFrame, one row per parameter; needs pandas."""
         return _tables.frame(self.rows(), "name")
 
     def _shown(self) -> dict[str, Parameter]:
@@ -146,7 +146,7 @@ class Fit(Result):
         return {**self.parameters, **self.quantities}
 
     def draws_frame(self) -> Any:
-        """A pandas.DataFrame, a row a draw with its chain; needs pandas."""
+        """A pandas.DataFrame, one row per draw, with its chain; needs pandas."""
         per_chain = self.sampling.draws // self.sampling.chains
         chain = np.arange(self.sampling.draws) // per_chain
         import pandas

@@ -40,7 +40,7 @@ class Log:
 
 
 class Network:
-    """A chain of layers from a text, a layer a line or separated by ';'."""
+    """A chain of layers from a text, one layer per line or separated by ';'."""
 
     def __init__(self, input_shape, architecture: str):
         """input_shape: (channels, rows, columns)."""

@@ -88,7 +88,7 @@ function translator(names) {
   };
 }
 
-// A page keeps no files to go on with.
+// A page keeps no files to continue.
 const messagesOf = (errors, names) =>
   errors.filter(line => !line.includes("--resume")).map(line => translator(names)(line.replace(/^decid: /, "")));
 

@@ -118,7 +118,7 @@ void load_checkpoint(Network<float>& network, FitState& state, const std::string
     return file.metadata.contains(key) ? file.metadata.at(key) : std::string();
   };
   if (text(content_hash_key) != content_sha256(file))
-    throw Error(Code::file_damaged, path, "is no checkpoint of a fit, or is damaged",
+    throw Error(Code::file_damaged, path, "is not a checkpoint of a fit, or is damaged",
                 "delete it to train from the beginning");
   const std::string remedy = "give the network and options it was begun with, or delete it to train from the beginning";
   if (text(architecture_key) != network.architecture())

@@ -104,8 +104,8 @@ TEST_CASE("Communicator: ranges, texts and messages reach all ranks") {
     gather_ranges(own, 11, 2, values);
     for (std::size_t i = 0; i < values.size(); ++i)
       if (values[i] != static_cast<int>(i) + 1) text += " value";
-    if (broadcast_text(own, own.is_root() ? "the root's" : "another") != "the root's") text += " broadcast";
-    const std::vector<std::string> texts = gather_texts(own, std::string(static_cast<std::size_t>(own.rank()), 'x'));
+    if (broadcast_text(&own, own.is_root() ? "the root's" : "another") != "the root's") text += " broadcast";
+    const std::vector<std::string> texts = gather_texts(&own, std::string(static_cast<std::size_t>(own.rank()), 'x'));
     if (texts != std::vector<std::string>{"", "x", "xx", "xxx"}) text += " texts";
     own.send((own.rank() + 1) % 4, std::to_string(own.rank()));
     std::optional<Communicator::Message> message;
@@ -113,4 +113,6 @@ TEST_CASE("Communicator: ranges, texts and messages reach all ranks") {
     if (message->from != (own.rank() + 3) % 4 || message->bytes != std::to_string(message->from)) text += " message";
   });
   for (const std::string& text : wrong) CHECK(text.empty());
+  CHECK(broadcast_text(nullptr, "alone") == "alone");
+  CHECK(gather_texts(nullptr, "alone") == std::vector<std::string>{"alone"});
 }

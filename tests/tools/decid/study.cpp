@@ -237,7 +237,7 @@ TEST_CASE("a study without a data set simulates its own trials") {
   CHECK(json.at("training").is_null());
   CHECK(json.at("recording").is_null());
   CHECK(json.at("errors").at("fresh").at("trials") == 60);
-  CHECK(json.at("sample").at("from").get<std::string>().starts_with("fresh trials"));
+  CHECK(json.at("sample").at("from").get<std::string>().starts_with("test trials"));
   CHECK_FALSE(std::filesystem::exists(out + "/loss.svg"));
   CHECK_FALSE(std::filesystem::exists(out + "/amplitude-histogram.svg"));
   CHECK(std::filesystem::exists(out + "/error-by-amplitude.svg"));
@@ -246,7 +246,7 @@ TEST_CASE("a study without a data set simulates its own trials") {
   CHECK(json.at("seed") == 99);
   CHECK(json.at("inputs").at(0).at("file") == s.model);
   const auto again = run_ok("rerun " + out + "/study.json -o " + s.folder / "again.json");
-  CHECK(contains(again.err, "to the byte\n"));
+  CHECK(contains(again.err, "the same bytes\n"));
   CHECK(read_text(s.folder / "again.json") == read_text(out + "/study.json"));
 }
 

@@ -84,7 +84,7 @@ static void check_incremental_errors(void) {
   REQUIRE(model_result(NULL, &arena) == MODEL_ERROR_NULL);
   REQUIRE(model_begin(&arena) == MODEL_OK);
   REQUIRE(model_feed(&bad, 1, &arena) == MODEL_ERROR_NOT_FINITE);
-  /* A sample that was refused can be fed anew. */
+  /* A sample that was refused can be fed again. */
   REQUIRE(model_feed(sway, MODEL_SAMPLES, &arena) == MODEL_OK);
   REQUIRE(model_work(&arena) == MODEL_MORE);
 }

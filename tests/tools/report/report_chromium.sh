@@ -2,7 +2,7 @@
 # Opens a report in headless Chromium: are all its charts drawn, without an error?
 #   report_chromium.sh CHROMIUM REPORT_SAMPLE [KIND]  writes the page with the program report_sample
 #   report_chromium.sh CHROMIUM PAGE.html             checks that page
-# FRAGMENT=recording-2 opens the page there; LEAST_CHARTS=20 asks for so many; KEEP_SCREENSHOT=FILE.png also takes a picture.
+# FRAGMENT=recording-2 opens the page there; LEAST_CHARTS=20 asks for at least 20; KEEP_SCREENSHOT=FILE.png also takes a picture.
 set -euo pipefail
 chromium=$1 source=$2 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT

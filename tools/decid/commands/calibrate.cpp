@@ -211,7 +211,7 @@ void run_conditions(const CalibrateOptions& options, const Command& command) {
   if (ranks() != nullptr)
     throw Error(Code::not_supported, "--conditions", "runs in one process", "start it without mpirun");
   if (options.resume && options.output.empty())
-    throw Error(Code::setting_missing, "--resume", "needs --output", "name the file to go on with");
+    throw Error(Code::setting_missing, "--resume", "needs --output", "name the file to continue");
   std::vector<std::string> inputs;
   ProtocolOptions named = options.protocol;
   if (!options.conditions.empty()) named.name = options.conditions;
@@ -257,7 +257,7 @@ void run_conditions(const CalibrateOptions& options, const Command& command) {
   std::cout << (options.common.json ? document() : conditions_text(rows));
   if (rows.size() < conditions.size())
     throw std::runtime_error(format("stopped after %zu of %zu rows%s", rows.size(), conditions.size(),
-                                    options.output.empty() ? "" : "; --resume goes on"));
+                                    options.output.empty() ? "" : "; --resume continues"));
 }
 
 void run_calibrate(const CalibrateOptions& options, const Command& command) {
@@ -278,7 +278,7 @@ void run_calibrate(const CalibrateOptions& options, const Command& command) {
   for (const std::string& path : {options.output, options.figure})
     if (!path.empty() && is_root()) PendingFile probe(path);
   if (options.resume && options.output.empty())
-    throw Error(Code::setting_missing, "--resume", "needs --output", "name the file to go on with");
+    throw Error(Code::setting_missing, "--resume", "needs --output", "name the file to continue");
   const Json settings = settings_json(options, protocol, std::span(protocols).subspan(1));
   const Model model = model_or_built_in(options.model);
   if (!options.model.empty()) require_same_experiment(model, options.model, protocol, "protocol " + protocol.name);
@@ -360,7 +360,7 @@ void run_calibrate(const CalibrateOptions& options, const Command& command) {
   if (!options.figure.empty()) write_file(options.figure, calibration_figure(table, trials, found.band));
   if (interrupted())
     throw std::runtime_error(format("stopped after %zu of %d trials%s", trials.size(), options.trials,
-                                    options.output.empty() ? "" : "; --resume goes on"));
+                                    options.output.empty() ? "" : "; --resume continues"));
 }
 
 }  // namespace
@@ -423,9 +423,9 @@ void add_calibrate(const Command& program) {
     options->settings.min_draws = std::min(options->settings.min_draws, options->settings.max_draws);
     apply(options->common);
     if (options->faults && !options->conditions.empty())
-      throw Error(Code::setting_conflict, "--faults", "beside --conditions", "give one of them");
+      throw Error(Code::setting_conflict, "--faults", "cannot be combined with --conditions", "give one of them");
     if (!options->with.empty() && (options->faults || !options->conditions.empty()))
-      throw Error(Code::setting_conflict, "--with", "beside --faults or --conditions", "leave it out");
+      throw Error(Code::setting_conflict, "--with", "cannot be combined with --faults or --conditions", "leave it out");
     if (options->faults || !options->conditions.empty()) return run_conditions(*options, command);
     run_calibrate(*options, command);
   });

@@ -37,7 +37,7 @@ dataset::Dataset trials_of(const CompareOptions& options, const Model& model) {
   using dataset::TrialIdentity;
   if (options.data.empty()) {
     require_not_trained_on(model.origin, {TrialIdentity::Kind::stream, options.settings.seed, {}}, Measured::all,
-                           "fresh trials");
+                           "test trials");
     dataset::DatasetRequest request;
     request.protocol = model.protocol.ideal();
     if (!options.sensor_noise_deg.empty())
@@ -48,7 +48,7 @@ dataset::Dataset trials_of(const CompareOptions& options, const Model& model) {
     return dataset::generate(request);
   }
   if (!options.sensor_noise_deg.empty())
-    throw Error(Code::setting_conflict, "--sensor-noise", "is for fresh trials; those of --data have their own",
+    throw Error(Code::setting_conflict, "--sensor-noise", "is for simulated trials; those of --data have their own",
                 "leave one of them out");
   dataset::Dataset data = dataset::read_npz(options.data);
   require_same_experiment(model, model_name(options.model), data.protocol, options.data);

@@ -120,7 +120,7 @@ void make_dataset(const DatasetOptions& options) {
         ranks());
   } catch (const Error&) {
     if (!interrupted()) throw;
-    throw std::runtime_error(format("stopped at trial %d of %d; the same command goes on from there (%s)", done,
+    throw std::runtime_error(format("stopped at trial %d of %d; the same command continues from there (%s)", done,
                                     options.count, partial.file.c_str()));
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

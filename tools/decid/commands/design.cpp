@@ -157,7 +157,7 @@ void run_design(DesignOptions options) {
   std::cout << design_text(all, table)
             << format(
                    "Expected standard deviations of decid fit; variance: predicted over the prior's, mean of the "
-                   "parameters.\nMost is learned with '%s'.\n",
+                   "parameters.\n'%s' leaves the least variance.\n",
                    best.name.c_str());
 }
 
@@ -165,8 +165,7 @@ void run_design(DesignOptions options) {
 
 void add_design(const Command& program) {
   auto options = std::make_shared<DesignOptions>();
-  const Command command =
-      program.add_subcommand("design", "Predict how much fits of recordings with different protocols tell");
+  const Command command = program.add_subcommand("design", "Predict the uncertainty of fits for different protocols");
   command.section("Protocols");
   command
       .add_option("--protocol", options->protocols,
@@ -174,7 +173,7 @@ void add_design(const Command& program) {
       .repeatable();
   command
       .add_option("--amplitude", options->amplitudes_deg,
-                  "Give each protocol's stimulus these heights, highest minus lowest tilt in degrees, such as 1 2 4")
+                  "Scale each protocol's stimulus to these tilts, peak to peak in degrees, such as 1 2 4")
       .values(1, 50);
   command.add_option("--cycles", options->cycles, "Play each protocol's cycle this often, such as 1 2 4").values(1, 50);
   add_controller_option(command, options->controller,

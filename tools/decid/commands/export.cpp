@@ -89,7 +89,7 @@ TestVector test_vector(const Model& model, const ForBody& body, const FirmwarePl
 void export_alone(const ExportOptions& options, const nn::Network<float>& network, const std::string& name) {
   if (options.firmware.incremental || options.firmware.int8 || options.firmware.familiarity || options.body.mass_kg)
     throw Error(Code::setting_conflict, options.model,
-                "is a network alone, which --incremental, --int8, --familiarity and --mass do not fit",
+                "is a network without a model, which --incremental, --int8, --familiarity and --mass do not fit",
                 "leave them out, or give a model");
   const std::string hash = nn::weights_sha256(network);
   const std::string origin = format("Made by decid %s from %s, weights SHA-256\n   %s.", version,
@@ -145,14 +145,15 @@ void export_model(const ExportOptions& options) {
         name.c_str(), name.c_str(), options.output.c_str(), plan.weight_bytes(), plan.arena.bytes,
         plan.whole_map_bytes());
     if (plan.options.familiarity)
-      std::cout << format("%lld bytes more tell how familiar a trial is\n", familiarity_bytes(model, plan));
+      std::cout << format("%lld bytes more for the feature distance of a trial\n", familiarity_bytes(model, plan));
   }
 }
 
 void add_export_c(const Command& parent) {
   auto options = std::make_shared<ExportOptions>();
   const Command command = parent.add_subcommand("c", "Write a model as one C file and its header");
-  command.add_option("model", options->model, "File of a model, or of a network alone; default: the built-in model");
+  command.add_option("model", options->model,
+                     "File of a model, or of a network without a model; default: the built-in model");
   add_output_option(command, "-o,--output", options->output, Written::folder,
                     "Write NAME.c and NAME.h to this folder, created if missing")
       .required();
@@ -403,7 +404,8 @@ void add_export_onnx(const Command& parent) {
   auto options = std::make_shared<OnnxOptions>();
   const Command command =
       parent.add_subcommand("onnx", "Write a model's network as ONNX: its inputs are the arrays of decid image");
-  command.add_option("model", options->model, "File of a model, or of a network alone; default: the built-in model");
+  command.add_option("model", options->model,
+                     "File of a model, or of a network without a model; default: the built-in model");
   add_output_option(command, "-o,--output", options->output, Written::onnx, "Write this file (.onnx)").required();
   add_common_options(command, options->common, false);
   command.footer(

@@ -71,7 +71,7 @@ void check_kind(const FitOptions& options, const Command& command) {
     if (command.count(option) == 0) return;
     if (is_table && std::string(option) == "recordings")
       throw Error(Code::setting_conflict, "--frf", "does not go with recordings", "fit them in a call of their own");
-    throw Error(Code::setting_conflict, option, is_table ? "is not for --frf" : "is for --frf alone", "leave it out");
+    throw Error(Code::setting_conflict, option, is_table ? "is not for --frf" : "is only for --frf", "leave it out");
   };
   if (is_table) std::ranges::for_each(of_recordings, refuse);
   if (is_table) std::ranges::for_each(reading_options, refuse);
@@ -252,7 +252,7 @@ void run_table(const FitOptions& options, const Command& command) {
 std::optional<FitJournal> journal_of(const FitOptions& options, const std::string& settings) {
   const std::string& output = options.outputs.json;
   if (options.resume && output.empty())
-    throw Error(Code::setting_missing, "--resume", "needs --output", "name the file to go on with");
+    throw Error(Code::setting_missing, "--resume", "needs --output", "name the file to continue");
   const bool is_file = !std::filesystem::exists(output) || std::filesystem::is_regular_file(output);
   if (output.empty() || options.recordings.files.size() < 2 || !is_file) return std::nullopt;
   return std::make_optional<FitJournal>(output + ".journal", settings, options.resume);
@@ -358,7 +358,7 @@ void run_fit(FitOptions options, const Command& command) {
   if (journal && !failed && begun.size() == options.outputs.count && !interrupted()) journal->remove();
   if (interrupted())
     throw std::runtime_error(format("stopped at recording %zu of %zu; what was drawn until then was written%s",
-                                    begun.size(), options.outputs.count, journal ? "; --resume goes on" : ""));
+                                    begun.size(), options.outputs.count, journal ? "; --resume continues" : ""));
   if (journal && failed && !options.common.quiet)
     std::cerr << "decid: correct these recordings, then --resume fits only them\n";
   tell_errors("fit", begun);

@@ -160,8 +160,8 @@ void add_info(const Command& program) {
   auto options = std::make_shared<InfoOptions>();
   const Command command = program.add_subcommand("info", "Describe a model: layers, size, protocol, hashes");
   command.section("Input");
-  const Option model = command.add_option("model", options->model,
-                                          "File of a model, or of a network alone; default: the built-in model");
+  const Option model = command.add_option(
+      "model", options->model, "File of a model, or of a network without a model; default: the built-in model");
   command
       .add_flag("--controllers", options->controllers,
                 "List the controllers that decid simulates instead: parameters, options, ranges, sources")

@@ -168,7 +168,7 @@ void run_rerun(const RerunOptions& options) {
     throw std::runtime_error(options.result + ": the call gives other bytes here");
   if (!options.common.quiet)
     std::cerr << "decid: " << options.result
-              << (is_same ? " again, to the byte\n" : " again, to the byte except computing times\n");
+              << (is_same ? ": reproduced, the same bytes\n" : ": reproduced, the same bytes except computing times\n");
   if (failed) throw *failed;
 }
 

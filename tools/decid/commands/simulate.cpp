@@ -86,7 +86,7 @@ void print_summary(const SimulateOptions& options, const sim::Protocol& protocol
   const double noise_deg = sim::sensor_noise_level(protocol.noise.sensor, options.seed, 0) / sim::rad_per_deg;
   std::cerr << format("%d samples at %g Hz, largest sway %.3f degrees%s, seed %llu, written to %s\n",
                       protocol.samples(), protocol.experiment.sample_rate_hz, outcome.max_sway_rad / sim::rad_per_deg,
-                      noise_deg > 0.0 ? format(" and %.4g of sensor noise", noise_deg).c_str() : "",
+                      noise_deg > 0.0 ? format(" and %.4g of measurement noise", noise_deg).c_str() : "",
                       static_cast<unsigned long long>(options.seed), options.output.c_str());
 }
 

@@ -97,7 +97,7 @@ std::optional<FinishedTraining> begun(const TrainFiles& files, TrainingRequest r
       // Use the later state only if it belongs to the next epoch and no extension to more epochs changed its schedule.
       if (later.model.origin == state.model.origin && later.log == state.log) state = std::move(later);
     }
-    request.more_epochs = true;  // the model is one for fewer epochs then, from which this training goes on
+    request.more_epochs = true;  // the model is one for fewer epochs then, from which this training continues
     if (finished) static_cast<void>(load_finished(files.model, request));
     return unfinished;
   }
@@ -192,8 +192,7 @@ bool train_epochs(const TrainOptions& options, const TrainingSettings& settings,
 
 /// Returns the model of the best epoch, at all ranks.
 Model load_best(const TrainFiles& files) {
-  if (ranks() == nullptr) return load_model(files.best);
-  const std::string bytes = broadcast_text(*ranks(), is_root() ? read_file(files.best) : std::string());
+  const std::string bytes = broadcast_text(ranks(), is_root() ? read_file(files.best) : std::string());
   return model_from_bytes(bytes, files.best);
 }
 
@@ -226,10 +225,9 @@ void say_finished(const TrainOptions& options, const dataset::TrialSource& sourc
                     kept.validation_mse));
   bar.line(format("written to %s, log in %s, weights SHA-256 %s", options.output.c_str(),
                   TrainFiles(options.output).log.c_str(), nn::weights_sha256(model.network).c_str()));
-  if (!model.familiarity.known())
-    bar.line("identify will not recognise unfamiliar recordings: " + why_no_familiarity(model, source));
+  if (!model.familiarity.known()) bar.line("identify gives no OOD score: " + why_no_familiarity(model, source));
   if (model.gives_distribution() && !model.recalibration.known())
-    bar.line("fewer than 1000 trials that it was not trained on: how sure the model says it is stays unchecked");
+    bar.line("fewer than 1000 trials that it was not trained on: decid did not check the intervals");
 }
 
 /// The state in which a training begins, as rank 0 finds it.
@@ -288,14 +286,10 @@ void train(const TrainOptions& options) {
   const Origin origin = make_origin(settings, *source, std::string("decid ") + version, start);
   require_same("the training", to_json(origin) + sim::to_json(source->protocol()), "give all hosts the same files");
   Beginning begin = is_root() ? beginning(options, settings, *source, origin, from) : Beginning{};
-  if (ranks() != nullptr) {
-    const std::string how = broadcast_text(*ranks(), !begin.state ? "done" : begin.resumed ? "resumed" : "fresh");
-    if (how == "done") return;
-    begin.resumed = how == "resumed";
-    share_state(*ranks(), begin.state);
-  } else if (!begin.state) {
-    return;
-  }
+  const std::string how = broadcast_text(ranks(), !begin.state ? "done" : begin.resumed ? "resumed" : "fresh");
+  if (how == "done") return;
+  begin.resumed = how == "resumed";
+  if (ranks() != nullptr) share_state(*ranks(), begin.state);
   TrainingState state = std::move(*begin.state);
 
   const Preset& preset = settings.preset;
@@ -316,7 +310,7 @@ void train(const TrainOptions& options) {
   if (!finished && is_root()) write_file(kept, checkpoint_bytes(state));
   const auto stop_if = [&](bool stopped) {
     if (stopped)
-      throw std::runtime_error("stopped; the same command, with --resume or without, goes on " + where + " (" + kept +
+      throw std::runtime_error("stopped; the same command, with --resume or without, continues " + where + " (" + kept +
                                ")");
   };
   stop_if(!finished);

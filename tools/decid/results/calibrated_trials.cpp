@@ -6,7 +6,6 @@
 #include "base/error.hpp"
 #include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
-#include "sim/protocol/protocol_json.hpp"
 #include "sim/protocol/protocol_object.hpp"
 #include "tools/report/json/parameters_json.hpp"
 
@@ -28,7 +27,7 @@ sim::Parameters values_from(const Json& json, std::size_t count) {
 Json settings_of(const Json& calibration, const std::string& file) {
   Json settings = calibration.at("settings");
   Json& protocol = settings.at("protocol");
-  protocol = sim::to_json_object(sim::protocol_from_json(protocol.dump(), file));
+  protocol = sim::to_json_object(sim::protocol_from_object(protocol, file));
   return settings;
 }
 
@@ -50,7 +49,7 @@ std::string first_difference(const Json& earlier, const Json& now, const std::st
     if (std::string text = first_difference(*before, value, prefix + key); !text.empty()) return text;
   }
   for (const auto& [key, value] : earlier.items())
-    if (!now.contains(key)) return prefix + key + " was " + shown(value) + ", and is not there";
+    if (!now.contains(key)) return prefix + key + " was " + shown(value) + ", and is missing";
   return {};
 }
 

@@ -92,10 +92,10 @@ std::string fit_text(const FitFigures& fitted) {
   const auto worst = std::ranges::max_element(found.rhat());
   const auto fewest = std::ranges::min_element(found.effective_draws());
   text += format(
-      "  calculation converged: %s (%d chains, %d draws, at least %.0f effective, R-hat at most %.3f, %d divergences; "
+      "  calculation converged: %s (%d chains, %d draws, at least %.0f effective, R-hat at most %.3f, %s; "
       "%.1f s)\n",
-      found.agreed() ? "yes" : "no", found.chains(), found.draws(), *fewest, *worst, found.divergences(),
-      fitted.seconds);
+      found.agreed() ? "yes" : "no", found.chains(), found.draws(), *fewest, *worst,
+      counted(found.divergences(), "divergence").c_str(), fitted.seconds);
   return text + check_text(fitted.check);
 }
 

@@ -37,16 +37,15 @@ typedef struct {
 /* The parameters that this file was made with. */
 extern const DECID_FW_parameters DECID_FW_identified;
 
-/* At rest, upright. parameters NULL: those that this file was made with. With an error the state is left as it was. */
+/* At rest, upright. parameters NULL: those that this file was made with. On an error the state does not change. */
 int DECID_FW_begin(DECID_FW_state *state, const DECID_FW_parameters *parameters);
 
 /* One step of 1 ms. torque: the active torque on the body in N m, positive towards positive sway.
    sway_rad, sway_rate: the body's centre of mass in space, rad and rad/s. support_rate: the tilt of what it stands on,
-   in space, rad/s (sway_rate less the ankle's rate, where only these are measured). vestibular_rate: what is added to
-   it as the vestibular channel hears it, rad/s; 0 where the sensors' own noise takes its place.
-   A state that was never begun (all zeros, say) gives DECID_FW_ERROR_STATE. With another result than DECID_FW_OK state and torque are left as they were: it was
-   no step, and the same state goes on with the next sample that is a number. What the ankle does meanwhile is the
-   caller's to say. */
+   in space, rad/s (sway_rate less the ankle's rate, where only these are measured). vestibular_rate: vestibular noise to
+   add to it, rad/s; 0 on a robot, whose sensors have their own. A state without DECID_FW_begin() (all zeros, for
+   example) gives DECID_FW_ERROR_STATE. On an error, state and torque do not change: call it again with the next sample
+   that is a number. You decide what the ankle does meanwhile. */
 int DECID_FW_step(DECID_FW_state *state, double sway_rad, double sway_rate, double support_rate, double vestibular_rate,
                   double *torque);
 /* The same before its scaling to N m, the number that the simulator computes with: minus the torque times 1 ms over
@@ -55,7 +54,7 @@ int DECID_FW_step_scaled(DECID_FW_state *state, double sway_rad, double sway_rat
                          double vestibular_rate, double *scaled);
 
 /* The passive torque, for a machine whose ankle has no stiffness of its own. ankle_rad: body less support.
-   NaN for NaN, and of a state that was never begun. */
+   Returns NaN for NaN inputs and for a state without DECID_FW_begin(). */
 double DECID_FW_passive(const DECID_FW_state *state, double ankle_rad, double ankle_rate);
 
 /* Begins the state, feeds it NaN, then lets the controller balance a simulated body on the protocol's tilt for DECID_FW_TEST_STEPS steps and compares the

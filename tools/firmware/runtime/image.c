@@ -1,5 +1,5 @@
 /* ---- The image ------------------------------------------------------------------------------------------------------
-   What the network sees: decid's dataset/image/image.hpp. Of spectra, rows are frequencies and columns windows; of time
+   The network's input: decid's dataset/image/image.hpp. Rows of spectra are frequencies and columns windows; of time
    series, rows are blocks of time. */
 
 /* Puts a value where the network reads it. */

@@ -1,4 +1,4 @@
-/* ---- What an identification keeps -----------------------------------------------------------------------------------
+/* ---- State of an identification -----------------------------------------------------------------------------------
  */
 
 /* Spectra: waiting -> transform -> keep or draw -> network -> waiting, or done. Series: waiting -> draw -> network ...

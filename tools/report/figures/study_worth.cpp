@@ -94,7 +94,7 @@ Figure learning_curve(const std::vector<LearningPoint>& points) {
 
 void add_worth_figures(const Study& study, std::vector<Figure>& figures) {
   const std::string trials = format(
-      "%d fresh trials of seed %llu (uniform parameters, no enrichment), the same at each level of sensor noise. "
+      "%d test trials of seed %llu (uniform parameters, no enrichment), the same at each level of measurement noise. "
       "MSE of the z-scored parameters; the dashed line guesses the training set's mean. Bins of fewer than %d "
       "trials are left out, values above 1.5 stand at the frame's edge; the table has all.",
       study.levels.front().all.trials, static_cast<unsigned long long>(study.fresh_seed), fewest_trials_drawn);

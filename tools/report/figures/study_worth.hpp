@@ -10,7 +10,7 @@ namespace decid::tools {
 /// The minimum number of trials of a bin in a figure; the table has the smaller bins too.
 inline constexpr int fewest_trials_drawn = 10;
 
-/// Error against sway and against noise at each level of sensor noise, and the learning curve if there is one.
+/// Error against sway and against noise at each level of measurement noise, and the learning curve if there is one.
 void add_worth_figures(const Study& study, std::vector<Figure>& figures);
 
 }  // namespace decid::tools

@@ -16,7 +16,7 @@ struct Bode {
 /// Returns the figures of a point, with the phase within 180 degrees of near_deg.
 Bode bode(const sim::FrfPoint& point, double near_deg);
 
-/// Arrays, an entry a band; null where a figure is not known.
+/// Arrays, one entry per band; null where a figure is not known.
 Json frf_to_json(const FrequencyResponses& frf);
 
 }  // namespace decid::tools

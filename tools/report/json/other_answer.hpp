@@ -1,5 +1,5 @@
 // The command that gives another answer to the same recording, and what that answer adds. Figures: docs/guide/fit.md,
-// "Identify or fit?".
+// "Should I use `identify` or `fit`?"
 #pragma once
 
 namespace decid::tools {
@@ -11,7 +11,7 @@ struct OtherAnswer {
 
 inline constexpr OtherAnswer beside_identify{
     "decid fit",
-    "a third of the squared error, and intervals that allow for start, drift and noise; about 15 s per recording"};
+    "a third of the squared error, and intervals that allow for start, drift and noise; about 10 s per recording"};
 inline constexpr OtherAnswer beside_fit{"decid identify",
                                         "a second opinion within milliseconds, with three times the squared error"};
 

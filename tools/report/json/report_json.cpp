@@ -60,7 +60,7 @@ Json left_out_json(const FitFigures& fitted) {
           {"unreliable_blocks", left_out.unreliable}};
 }
 
-/// The values, ranges and priors of the parameters, and how sure they are.
+/// The values, ranges and priors of the parameters, and their uncertainty.
 Json parameters_of(const RecordingResult& id, const Report& report, const sim::ParameterTable& table) {
   const double mgh = report.protocol_for(id).experiment.body.mgh();
   Json list = parameters_json(table, id.estimate.parameters, mgh, id.truth);

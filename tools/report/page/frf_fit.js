@@ -61,7 +61,7 @@ function parameterTable({ controller, parameters }) {
       number(each.range.map(compact).join(" to ")));
   });
   return table(`Parameters of ${controller}. Contraction: the fraction of the prior\u2019s variance that the table removes; at 0 the table does not determine the parameter.`,
-    [columnHead("Parameter", "", ""), columnHead("Estimate \u00b1 uncertainty", "1 SD"), columnHead("90% interval"), columnHead("Relative to gravity", "1 = just balances"),
+    [columnHead("Parameter", "", ""), columnHead("Estimate \u00b1 uncertainty", "1 SD"), columnHead("90% interval"), columnHead("Relative to gravity", "over m g h"),
       columnHead("Contraction"), columnHead("Model\u2019s limits", "not a normal range")], rows);
 }
 

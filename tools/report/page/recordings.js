@@ -62,7 +62,7 @@ function nextSteps({ trust }) {
     : [...(trust === "caution" ? ["Follow the advice of each warning above, then analyse the recording again."] : []),
       "Compare people by the values relative to gravity, from recordings of the same protocol.",
       "Two recordings whose 90% intervals overlap widely do not differ."];
-  return element("div", {}, element("h3", {}, "What to do next"),
+  return element("div", {}, element("h3", {}, "Next steps"),
     element("ul", { class: "plain" }, ...items.map(text => element("li", {}, text)), trust === "not usable" ? null : other));
 }
 
@@ -186,7 +186,7 @@ const numberHeading = text => element("th", { scope: "col", class: "number" }, t
 const effectHeadings = () => ["Difference", "95% interval", "Simultaneous", "Over sd"].map(numberHeading);
 const directionText = fraction => `${(100 * fraction).toFixed(1)}%`;
 
-// Draws the difference of two groups by the hierarchical model, which counts how sure each recording is.
+// Draws the difference of two groups by the hierarchical model, which accounts for the uncertainty of each recording.
 function cohortTable(comparison) {
   const { draws, groups } = report.groups.hierarchical;
   const [a, b] = comparison.groups.map(name => groups.find(group => group.name === name));
