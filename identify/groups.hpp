@@ -17,6 +17,7 @@
 
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -49,8 +50,13 @@ GroupEffect paired_effect(std::span<const double> first, std::span<const double>
 
 /// Which group and person a recording belongs to.
 struct GroupMember {
-  std::string group;   ///< empty: the recording is not compared
-  std::string person;  ///< the recording itself where the table has no column of people
+  std::string group;                         ///< empty: the recording is not compared
+  std::string person;                        ///< the recording itself where the table has no column of people
+  std::string session = {}, condition = {};  ///< compared too, unless empty
+  std::vector<double> covariates = {};       ///< one per name in GroupTable; NaN: unknown
+
+  /// Returns what the recording is compared as: cohort::cell_name(), empty for none.
+  std::string cell() const { return group.empty() ? std::string() : cohort::cell_name(group, session, condition); }
 };
 /// A line of the table that names none of the recordings.
 struct UnusedLine {
@@ -62,6 +68,8 @@ struct GroupTable {
   std::string person_column;         ///< as the file spells it; empty if there is none
   std::vector<GroupMember> members;  ///< one per recording
   std::vector<UnusedLine> unused = {};
+  bool has_groups = true;                    ///< false: all recordings are in cohort::everyone
+  std::vector<std::string> covariates = {};  ///< names
 };
 
 /// The part of a recording that a comparison reads.
@@ -86,11 +94,14 @@ struct GroupPair {
 
 struct GroupComparison {
   std::vector<Group> groups;     ///< in the order of their names
-  std::vector<GroupPair> pairs;  ///< every pair
+  std::vector<GroupPair> pairs;  ///< all that are compared
   std::size_t intervals = 0;     ///< parameters times pairs: what the adjusted intervals are adjusted for
 };
-/// Throws Error for a recording with another number of values than `parameters`.
-GroupComparison compare_groups(std::span<const GroupedRecording> recordings, std::size_t parameters);
+/// Compares every pair of groups, or those for whose names `is_compared` returns true. Throws Error for a recording
+/// with another number of values than `parameters`.
+using IsCompared = std::function<bool(const std::string& first, const std::string& second)>;
+GroupComparison compare_groups(std::span<const GroupedRecording> recordings, std::size_t parameters,
+                               const IsCompared& is_compared = {});
 
 /// A table of groups and the comparison of the recordings of one call.
 struct GroupReport {
@@ -98,8 +109,7 @@ struct GroupReport {
   std::vector<std::string> left_out;  ///< one per recording: why it is not compared, "error", "not usable" or
                                       ///< "tilt_of_other_size"; empty: it is, or it is in no group
   GroupComparison comparison;
-  /// The hierarchical model of the recordings' distributions; empty without distributions, or with fewer than two
-  /// groups of two persons.
+  /// The hierarchical model of the recordings' distributions; empty where cohort::analyse_groups() returns none.
   std::optional<cohort::Result> hierarchical = {};
   /// Reliability per pair of comparison.pairs and parameter, of the persons in both groups; empty lists for groups of
   /// different people.

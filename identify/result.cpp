@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 
 #include "identify/cohort/of_result.hpp"
 
@@ -63,19 +64,23 @@ GroupReport report_groups(GroupTable table, const Report& report) {
   GroupReport made{std::move(table), {}, {}};
   std::vector<GroupedRecording> people;
   std::vector<cohort::Recording> members(report.recordings.size());
+  std::map<std::string, const GroupMember*> cells;  // one of each
   for (std::size_t i = 0; i < report.recordings.size(); ++i) {
     const GroupMember& member = made.table.members.at(i);
     made.left_out.push_back(member.group.empty() ? std::string() : reason_to_leave_out(report.recordings[i]));
     if (member.group.empty()) continue;
     const sim::Parameters& values = report.recordings[i].estimate.parameters;
-    GroupedRecording& one = people.emplace_back(GroupedRecording{member.group, member.person, {}});
+    GroupedRecording& one = people.emplace_back(GroupedRecording{member.cell(), member.person, {}});
+    cells.emplace(one.group, &member);
     if (!made.left_out.back().empty()) continue;
     one.values.assign(values.begin(), values.end());
-    members[i].participant = member.person;
-    members[i].group = member.group;
+    members[i] = {member.person, member.session, member.group, member.condition, member.covariates, {}};
   }
-  made.comparison = compare_groups(people, report.protocol.parameters().size());
-  made.hierarchical = cohort::analyse_groups(report, members);
+  const auto differ_in_one = [&](const std::string& first, const std::string& second) {
+    return cohort::differ_in_one(*cells.at(first), *cells.at(second));
+  };
+  made.comparison = compare_groups(people, report.protocol.parameters().size(), differ_in_one);
+  made.hierarchical = cohort::analyse_groups(report, members, made.table.covariates);
   for (const GroupPair& pair : made.comparison.pairs) {
     made.reliability.emplace_back();
     if (pair.paired)

@@ -1,6 +1,7 @@
 // Results: of one recording, and of a call. Text, JSON, tables, pages and the C interface are views of these values.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -115,6 +116,14 @@ struct InputFile {
   std::string file, sha256;
 };
 
+/// The call that computed a result: with it decid rerun computes the result again.
+struct Call {
+  std::string command = {};                 ///< such as "fit"
+  std::vector<std::string> arguments = {};  ///< of the command, except outputs, as given
+  std::vector<InputFile> inputs = {};       ///< the files that the result depends on
+  std::optional<std::uint64_t> seed = {};   ///< of the command's random numbers
+};
+
 /// The recordings of one call, and their common values.
 struct Report {
   sim::Protocol protocol;              ///< with the subject's body, or the one that is assumed
@@ -132,9 +141,7 @@ struct Report {
   /// Other bodies and protocols of a study, for RecordingResult::setting 1, 2, ...; 0 is the report's own.
   std::vector<ReportSetting> other_settings = {};
   std::optional<StudySheet> sheet = {};
-  std::string command = {};                 ///< such as "fit"
-  std::vector<std::string> arguments = {};  ///< of the command, except outputs, as given
-  std::vector<InputFile> inputs = {};       ///< the files that the answers depend on
+  Call call = {};
 
   const sim::Protocol& protocol_for(const RecordingResult& recording) const;
   bool body_assumed_for(const RecordingResult& recording) const;

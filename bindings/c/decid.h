@@ -105,7 +105,8 @@ DECID_API decid_status decid_protocol_load(const char* name_or_path, decid_proto
 DECID_API decid_status decid_protocol_load_controller(const char* name_or_path, const char* controller,
                                                       decid_protocol** protocol);
 DECID_API const char* decid_protocol_controller(const decid_protocol* protocol); /* "dec" */
-/* Controllers: "dec", the paper's, and others (docs/reference/posture-model.md); NULL for an index that is too large. */
+/* Controllers: "dec", the paper's, and others (docs/reference/posture-model.md); NULL for an index that is too large.
+ */
 DECID_API size_t decid_controllers(void);
 DECID_API const char* decid_controller_name(size_t index);
 DECID_API const char* decid_controller_description(size_t index);
@@ -320,6 +321,34 @@ DECID_API const float* decid_result_fitted(const decid_result* result, size_t* s
 DECID_API const decid_sampling* decid_result_sampling(const decid_result* result);
 /* A quantity's draws, chain by chain: decid_sampling.draws values. */
 DECID_API const double* decid_result_draws(const decid_result* result, size_t quantity);
+
+/* ---- Studies: the recordings of a sheet, and the comparison of their persons ---- */
+
+typedef struct decid_study decid_study;
+
+typedef struct decid_study_options {
+  size_t size;
+  int by_group;           /* 1: compare the groups in the sheet's column "group" */
+  const char* within;     /* "session", "condition" or "session,condition": compare them within persons; NULL: none */
+  const char* covariates; /* columns of numbers, such as "age,weight"; NULL: none */
+  int fit;                /* 1: sample posteriors, as `decid fit`; 0: as `decid identify` */
+  const char* joint;      /* of fits: fit recordings together that have the same text in this column; NULL: none */
+  int max_draws;          /* of fits, as in decid_fit_options; these four */
+  uint64_t seed;
+  decid_progress progress;
+  void* user;
+} decid_study_options;
+DECID_API void decid_study_defaults(decid_study_options* options, size_t size);
+
+/* Reads a sheet (docs/guide/studies.md) and the recordings that it names, and estimates each, with its own body,
+   protocol and options: the bits of `decid identify --study` and `decid fit --study`. A recording that cannot be used
+   has an error in the JSON. */
+DECID_API decid_status decid_study_run(const decid_model* model, const char* sheet, const decid_study_options* options,
+                                       decid_study** study);
+DECID_API void decid_study_free(decid_study* study);
+/* The JSON of these commands (docs/guide/results.md), with the groups (docs/guide/groups.md). `decid rerun` reads it.
+ */
+DECID_API const char* decid_study_json(const decid_study* study);
 
 /* ---- Data sets: simulated trials of known parameters ---- */
 

@@ -12,14 +12,17 @@ static decid_protocol* protocol; /* these are of one call */
 static decid_recording* recording;
 static decid_trials* trials;
 static decid_result* result;
+static decid_study* study;
 static char texts[10][4096]; /* options that are texts */
 static int used_texts;
 
 static void forget_call(void) {
+  decid_study_free(study);
   decid_result_free(result);
   decid_recording_free(recording);
   decid_trials_free(trials);
   decid_protocol_free(protocol);
+  study = NULL;
   result = NULL;
   recording = NULL;
   trials = NULL;
@@ -59,6 +62,8 @@ static const char* const fit_options[] = {IDENTIFY_OPTIONS, "protocol",     "pri
                                           "priors",         "moved_before", NULL};
 static const char* const read_options[] = {READ_OPTIONS, NULL};
 static const char* const trial_names_options[] = {"section", "trial_column", NULL};
+static const char* const study_options[] = {"group", "within",    "covariates", "fit", "joint",
+                                            "model", "max_draws", "seed",       NULL};
 
 static int is_one_of(const char* name, const char* const* names) {
   for (; *names != NULL; ++names)
@@ -393,6 +398,26 @@ static mxArray* trial_names(const mxArray* source, const mxArray* options) {
   return names;
 }
 
+/* The JSON of a study, which decid_study.m decodes. */
+static mxArray* run_study(const mxArray* source, const mxArray* options) {
+  static char path[4096];
+  decid_study_options how;
+  refuse_unknown(options, study_options);
+  if (!mxIsChar(source) || mxGetString(source, path, sizeof path) != 0)
+    fail("decid:setting_malformed", "decid_study", "the sheet's name is no text, or a long one", "give it in quotes");
+  decid_study_defaults(&how, sizeof how);
+  how.by_group = whole(options, "group", 0);
+  how.within = text(options, "within");
+  how.covariates = text(options, "covariates");
+  how.fit = whole(options, "fit", 0);
+  how.joint = text(options, "joint");
+  how.max_draws = whole(options, "max_draws", how.max_draws);
+  how.seed = (uint64_t)whole(options, "seed", (int)how.seed);
+  take_model(options);
+  require(decid_study_run(model, path, &how, &study));
+  return mxCreateString(decid_study_json(study));
+}
+
 /* Options: seed, protocol, controller, and each parameter by its name. */
 static mxArray* simulate(const mxArray* options) {
   double values[DECID_MOST_PARAMETERS];
@@ -437,6 +462,8 @@ void mexFunction(int outputs, mxArray** left, int inputs, const mxArray** right)
     left[0] = read_recording(right[1], right[2]);
   else if (strcmp(command, "trial_names") == 0)
     left[0] = trial_names(right[1], right[2]);
+  else if (strcmp(command, "study") == 0)
+    left[0] = run_study(right[1], right[2]);
   else if (strcmp(command, "simulate") == 0)
     left[0] = simulate(right[2]);
   else

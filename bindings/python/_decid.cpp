@@ -260,6 +260,30 @@ py::object result_draws(const py::object& self) {
   return all;
 }
 
+// ---- Studies ----
+
+/// Returns the JSON of the study.
+py::str run_study(const Model& model, const std::string& sheet, bool by_group, const OptionalText& within,
+                  const OptionalText& covariates, bool fit, const OptionalText& joint, int max_draws,
+                  std::uint64_t seed, py::object progress) {
+  Callback callback(std::move(progress));
+  decid_study_options options;
+  decid_study_defaults(&options, sizeof options);
+  options.by_group = by_group ? 1 : 0;
+  options.within = text_or_null(within);
+  options.covariates = text_or_null(covariates);
+  options.fit = fit ? 1 : 0;
+  options.joint = text_or_null(joint);
+  options.max_draws = max_draws;
+  options.seed = seed;
+  options.progress = Callback::progress;
+  options.user = &callback;
+  decid_study* made = nullptr;
+  callback.run([&] { return decid_study_run(model.get(), sheet.c_str(), &options, &made); });
+  const auto study = Handle<decid_study, decid_study_free>::of(made);
+  return py::str(decid_study_json(made));
+}
+
 // ---- Data sets, evaluation, training ----
 
 Dataset make_dataset(const Protocol& protocol, int count, int base, std::uint64_t seed, const OptionalText& path,
@@ -417,6 +441,7 @@ PYBIND11_MODULE(_decid, module) {
       .def_property_readonly("sway", [](const py::object& r) { return result_signal(r, decid_result_sway); })
       .def_property_readonly("fitted", [](const py::object& r) { return result_signal(r, decid_result_fitted); });
   module.def("identify", identify);
+  module.def("study", run_study);
   module.def("fit", fit);
 
   py::class_<Dataset>(module, "Dataset")

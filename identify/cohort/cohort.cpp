@@ -96,10 +96,6 @@ std::vector<std::array<double, 2>> simultaneous_intervals(const std::vector<Seri
   return intervals;
 }
 
-bool comparable(const Design::CellName& a, const Design::CellName& b) {
-  return (a.group != b.group ? 1 : 0) + (a.session != b.session ? 1 : 0) + (a.condition != b.condition ? 1 : 0) == 1;
-}
-
 std::size_t persons_in_both(const Design& design, std::size_t first, std::size_t second) {
   return static_cast<std::size_t>(std::ranges::count_if(design.persons, [&](const Design::Person& person) {
     const auto in = [&](std::size_t cell) {
@@ -109,35 +105,89 @@ std::size_t persons_in_both(const Design& design, std::size_t first, std::size_t
   }));
 }
 
+double direction_of(const Series& series) {
+  const auto above = static_cast<double>(std::ranges::count_if(series, [](double value) { return value > 0.0; }));
+  const double fraction = above / static_cast<double>(series.size());
+  return std::max(fraction, 1.0 - fraction);
+}
+
+/// Returns the effect of a difference whose persons have these variances, draw by draw.
+Effect effect_of(const Series& difference, const Series& variance) {
+  Series standardised;
+  for (std::size_t i = 0; i < difference.size(); ++i) standardised.push_back(difference[i] / std::sqrt(variance[i]));
+  return {quantity_of(difference), {}, quantity_of(std::move(standardised)), direction_of(difference)};
+}
+
+/// A difference of two cells in one parameter, and the mean variance between their persons.
+struct Contrast {
+  Series difference, variance;
+};
+
+/// Returns the place of what two cells differ in: 0 the group, 1 the session, 2 the condition.
+int factor_of(const Cell& a, const Cell& b) {
+  return a.group != b.group ? 0 : a.session != b.session ? 1 : 2;
+}
+
+/// Adds the differences of differences, and their draws to `contrasts`.
+void add_interactions(const Design& design, std::vector<Contrast>& contrasts, Result& result) {
+  const std::size_t count = result.comparisons.size();
+  for (std::size_t a = 0; a < count; ++a)
+    for (std::size_t b = a + 1; b < count; ++b) {
+      const Comparison &first = result.comparisons[a], &second = result.comparisons[b];
+      const auto cell = [&](std::size_t c) -> const Cell& { return result.cells[c]; };
+      const auto linked = [&](std::size_t c, std::size_t d) { return differ_in_one(design.cells[c], design.cells[d]); };
+      const int factor = factor_of(cell(first.first), cell(first.second));
+      // Changes within groups, or within sessions: the differences between groups that change are the same numbers.
+      if (!linked(first.first, second.first) || !linked(first.second, second.second) ||
+          factor != factor_of(cell(second.first), cell(second.second)) ||
+          factor_of(cell(first.first), cell(second.first)) >= factor ||
+          factor_of(cell(first.second), cell(second.second)) >= factor)
+        continue;
+      Interaction interaction{a, b, {}};
+      for (std::size_t p = 0; p < design.parameters; ++p) {
+        Contrast made = contrasts[a * design.parameters + p];
+        const Contrast& other = contrasts[b * design.parameters + p];
+        for (std::size_t i = 0; i < made.difference.size(); ++i) {
+          made.difference[i] -= other.difference[i];
+          made.variance[i] = 0.5 * (made.variance[i] + other.variance[i]);
+        }
+        interaction.effects.push_back(effect_of(made.difference, made.variance));
+        contrasts.push_back(std::move(made));
+      }
+      result.interactions.push_back(std::move(interaction));
+    }
+}
+
 void add_comparisons(const Drawn& drawn, const std::vector<std::vector<CellSeries>>& cells, Result& result) {
   const Design& design = drawn.design;
-  std::vector<Series> differences;
+  std::vector<Contrast> contrasts;
   for (std::size_t a = 0; a < cells.size(); ++a)
     for (std::size_t b = a + 1; b < cells.size(); ++b) {
-      if (!comparable(design.cells[a], design.cells[b])) continue;
+      if (!differ_in_one(design.cells[a], design.cells[b])) continue;
       Comparison comparison{a, b, persons_in_both(design, a, b), {}};
       for (std::size_t p = 0; p < design.parameters; ++p) {
         const CellSeries &first = cells[a][p], &second = cells[b][p];
-        Series difference, standardised;
-        double above = 0.0;
+        Contrast made;
         for (std::size_t i = 0; i < first.mean.size(); ++i) {
-          difference.push_back(first.mean[i] - second.mean[i]);
-          const double variance = 0.5 * (first.sd[i] * first.sd[i] + second.sd[i] * second.sd[i]);
-          standardised.push_back(difference.back() / std::sqrt(variance));
-          above += difference.back() > 0.0 ? 1.0 : 0.0;
+          made.difference.push_back(first.mean[i] - second.mean[i]);
+          made.variance.push_back(0.5 * (first.sd[i] * first.sd[i] + second.sd[i] * second.sd[i]));
         }
-        const double share = above / static_cast<double>(difference.size());
-        comparison.effects.push_back(
-            {quantity_of(difference), {}, quantity_of(std::move(standardised)), std::max(share, 1.0 - share)});
-        differences.push_back(std::move(difference));
+        comparison.effects.push_back(effect_of(made.difference, made.variance));
+        contrasts.push_back(std::move(made));
       }
       result.comparisons.push_back(std::move(comparison));
     }
-  if (differences.empty()) return;
+  if (contrasts.empty()) return;
+  add_interactions(design, contrasts, result);
+  std::vector<Series> differences;
+  for (Contrast& contrast : contrasts) differences.push_back(std::move(contrast.difference));
   const std::vector<std::array<double, 2>> intervals = simultaneous_intervals(differences);
-  for (std::size_t c = 0; c < result.comparisons.size(); ++c)
-    for (std::size_t p = 0; p < design.parameters; ++p)
-      result.comparisons[c].effects[p].simultaneous95 = intervals[c * design.parameters + p];
+  std::size_t place = 0;
+  const auto set = [&](std::vector<Effect>& effects) {
+    for (Effect& effect : effects) effect.simultaneous95 = intervals[place++];
+  };
+  for (Comparison& comparison : result.comparisons) set(comparison.effects);
+  for (Interaction& interaction : result.interactions) set(interaction.effects);
 }
 
 /// Mean of the cells' means, a coordinate.
@@ -205,6 +255,22 @@ void add_visits(const Drawn& drawn, Result& result) {
     }
 }
 
+void add_covariates(const Drawn& drawn, std::span<const Recording> recordings, const std::vector<std::string>& names,
+                    Result& result) {
+  const Design& design = drawn.design;
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    Covariate& one = result.covariates.emplace_back(Covariate{names[k], design.covariate_mean[k], 0, {}});
+    for (const Recording& recording : recordings) one.unknown += std::isnan(recording.covariates[k]) ? 1U : 0U;
+    for (std::size_t p = 0; p < design.parameters; ++p) {
+      const Series series = drawn.series([&](const Draw& draw) {
+        return drawn.ranges[p].range() * normal_density(middle_of(drawn, draw, p)) *
+               draw.slopes[k * design.parameters + p] / design.covariate_sd[k];
+      });
+      one.slopes.push_back({quantity_of(series), direction_of(series)});
+    }
+  }
+}
+
 double rhat_of(const Series& series, int chains) {
   posterior::ChainDraws parts;
   const std::ptrdiff_t length = std::ssize(series) / chains;
@@ -232,6 +298,14 @@ std::vector<Draw> sample(const Design& design, std::span<const Recording> record
 
 }  // namespace
 
+std::string cell_name(const std::string& group, const std::string& session, const std::string& condition) {
+  std::string text;
+  const bool has_more = !session.empty() || !condition.empty();
+  for (const std::string& part : {has_more && group == everyone ? std::string() : group, session, condition})
+    if (!part.empty()) text += (text.empty() ? "" : ", ") + part;
+  return text;
+}
+
 Result analyse(std::span<const Recording> recordings, std::span<const sim::ParameterInfo> ranges,
                const Settings& settings) {
   const Design design = make_design(recordings, ranges.size(), settings);
@@ -257,14 +331,7 @@ Result analyse(std::span<const Recording> recordings, std::span<const sim::Param
   }
   add_comparisons(drawn, cells, result);
   add_variances(drawn, recordings, result);
-  for (std::size_t k = 0; k < settings.covariates.size(); ++k) {
-    std::vector<Quantity>& slopes = result.covariates.emplace_back();
-    for (std::size_t p = 0; p < design.parameters; ++p)
-      slopes.push_back(quantity_of(drawn.series([&](const Draw& draw) {
-        return ranges[p].range() * normal_density(middle_of(drawn, draw, p)) * draw.slopes[k * design.parameters + p] /
-               design.covariate_sd[k];
-      })));
-  }
+  add_covariates(drawn, recordings, settings.covariates, result);
   add_visits(drawn, result);
   return result;
 }

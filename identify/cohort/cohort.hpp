@@ -57,18 +57,31 @@ struct Quantity {
   std::array<double, 2> interval95{};
 };
 
+/// The group of studies without groups.
+inline constexpr const char* everyone = "all";
+/// Returns "patients, 1, open": the parts that are not empty. Leaves out `everyone` if there are others.
+std::string cell_name(const std::string& group, const std::string& session, const std::string& condition);
+
+/// Returns true if exactly one of group, session and condition differs: such cells are compared.
+template <class First, class Second>
+bool differ_in_one(const First& a, const Second& b) {
+  return (a.group != b.group ? 1 : 0) + (a.session != b.session ? 1 : 0) + (a.condition != b.condition ? 1 : 0) == 1;
+}
+
 /// One group in one session and condition.
 struct Cell {
   std::string group, session, condition;
   std::size_t persons = 0, recordings = 0;
   std::vector<Quantity> mean;        ///< per parameter, SI units: mean of the population, at the covariates' means
   std::vector<Quantity> between_sd;  ///< per parameter: standard deviation of persons, without measurement and trials
+
+  std::string name() const { return cell_name(group, session, condition); }
 };
 
 /// The difference of two cells in one parameter.
 struct Effect {
   Quantity difference;                     ///< first less second, SI units
-  std::array<double, 2> simultaneous95{};  ///< all parameters of all comparisons: joint 95%
+  std::array<double, 2> simultaneous95{};  ///< all parameters of all comparisons and interactions: joint 95%
   Quantity standardised;                   ///< over the root of the cells' mean between-person variance
   double direction = 0.5;                  ///< the probability that the difference has its mean's sign
 };
@@ -78,6 +91,24 @@ struct Comparison {
   std::size_t first = 0, second = 0;  ///< cells
   std::size_t persons_in_both = 0;    ///< above 0: paired
   std::vector<Effect> effects;        ///< per parameter
+};
+
+/// The difference of two differences: of comparisons within two groups or sessions, from one session or condition to
+/// the same other one. It says how much more one group changes than the other.
+struct Interaction {
+  std::size_t first = 0, second = 0;  ///< comparisons
+  std::vector<Effect> effects;        ///< per parameter, first less second
+};
+
+/// The change of a parameter per unit of a covariate.
+struct Slope : Quantity {
+  double direction = 0.5;  ///< the probability that the slope has its mean's sign
+};
+struct Covariate {
+  std::string name;
+  double mean = 0.0;        ///< of the recordings; cells' means are at this value
+  std::size_t unknown = 0;  ///< recordings without a value, which count as the mean
+  std::vector<Slope> slopes;
 };
 
 /// The standard deviations of a parameter's parts, SI units, at the middle of the cells' means.
@@ -108,9 +139,10 @@ struct Change {
 struct Result {
   std::vector<Cell> cells;  ///< by group, session, condition
   std::vector<Comparison> comparisons;
-  std::vector<VarianceParts> variances;           ///< per parameter
-  std::vector<std::vector<Quantity>> covariates;  ///< covariate by covariate, per parameter: change per unit
-  std::vector<Visit> visits;                      ///< by participant, then cell
+  std::vector<Interaction> interactions;
+  std::vector<VarianceParts> variances;  ///< per parameter
+  std::vector<Covariate> covariates;     ///< as in the settings
+  std::vector<Visit> visits;             ///< by participant, then cell
   std::vector<Change> changes;
   double max_rhat = 1.0;  ///< of all cells' means and standard deviations
   int draws = 0;

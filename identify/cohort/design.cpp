@@ -77,6 +77,7 @@ Design make_design(std::span<const Recording> recordings, std::size_t parameters
   std::vector<Scale> scales;
   for (std::size_t k = 0; k < settings.covariates.size(); ++k) {
     scales.push_back(scale_of(recordings, k, settings.covariates[k]));
+    design.covariate_mean.push_back(scales.back().mean);
     design.covariate_sd.push_back(scales.back().sd);
   }
   bool shared = false;

@@ -33,7 +33,7 @@ struct Design {
   std::size_t groups = 0, parameters = 0;
   std::vector<Visit> visits;
   std::vector<Person> persons;
-  std::vector<double> covariate_sd;
+  std::vector<double> covariate_mean, covariate_sd;
   bool has_visit_level = false, has_trial_level = false;
   double recordings_per_visit = 1.0, visits_per_person = 1.0;  ///< means
 };

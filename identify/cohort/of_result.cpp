@@ -61,7 +61,18 @@ class FirstOfJoint {
   std::set<std::vector<std::string>> seen_{};
 };
 
-/// The values of a person in a group; sums, then means.
+std::string cell_of(const Recording& one) {
+  return cell_name(one.group, one.session, one.condition);
+}
+
+bool has_two_values(std::span<const Recording> recordings, std::size_t covariate) {
+  std::set<double> values;
+  for (const Recording& one : recordings)
+    if (!std::isnan(one.covariates.at(covariate))) values.insert(one.covariates[covariate]);
+  return values.size() > 1;
+}
+
+/// The values of a person in a cell; sums, then means.
 struct Mean {
   double recordings = 0.0;
   std::vector<double> values, variances;
@@ -88,9 +99,10 @@ std::optional<Measurement> to_measurement(const RecordingResult& result, const R
   return Measurement::of_distribution(*distribution);
 }
 
-std::optional<Result> analyse_groups(const Report& report, std::span<const Recording> members) {
+std::optional<Result> analyse_groups(const Report& report, std::span<const Recording> members,
+                                     const std::vector<std::string>& covariates) {
   std::vector<Recording> recordings;
-  std::map<std::string, std::set<std::string>> persons;
+  std::map<std::string, std::set<std::string>> persons;  // of cells
   FirstOfJoint is_first;
   for (std::size_t i = 0; i < members.size(); ++i) {
     if (members[i].group.empty() || !is_first(report.recordings[i])) continue;
@@ -102,14 +114,19 @@ std::optional<Result> analyse_groups(const Report& report, std::span<const Recor
     if (!measurement) continue;
     Recording& one = recordings.emplace_back(members[i]);
     one.measurement = std::move(*measurement);
-    persons[one.group].insert(one.participant);
+    persons[cell_of(one)].insert(one.participant);
   }
-  if (std::ranges::count_if(persons, [](const auto& group) { return group.second.size() > 1; }) < 2)
+  if (std::ranges::count_if(persons, [](const auto& cell) { return cell.second.size() > 1; }) <
+      (covariates.empty() ? 2 : 1))
     return std::nullopt;
-  std::erase_if(recordings, [&](const Recording& one) { return persons[one.group].size() < 2; });
+  std::erase_if(recordings, [&](const Recording& one) { return persons[cell_of(one)].size() < 2; });
+  for (std::size_t k = 0; k < covariates.size(); ++k)
+    if (!has_two_values(recordings, k)) return std::nullopt;
   const sim::ParameterTable table = report.ranges();
   const std::vector<sim::ParameterInfo> ranges(table.begin(), table.end());
-  return analyse(recordings, ranges, {});
+  Settings settings;
+  settings.covariates = covariates;
+  return analyse(recordings, ranges, settings);
 }
 
 std::vector<std::optional<Reliability>> compute_reliability(const Report& report, std::span<const Recording> members,
@@ -118,10 +135,11 @@ std::vector<std::optional<Reliability>> compute_reliability(const Report& report
   std::map<std::string, std::array<Mean, 2>> persons;
   FirstOfJoint is_first;
   for (std::size_t i = 0; i < members.size(); ++i) {
-    if (members[i].group != first && members[i].group != second) continue;
+    const std::string cell = members[i].group.empty() ? std::string() : cell_of(members[i]);
+    if (cell != first && cell != second) continue;
     const RecordingResult& result = report.recordings[i];
     if (!is_first(result)) continue;
-    Mean& mean = persons[members[i].participant][members[i].group == first ? 0 : 1];
+    Mean& mean = persons[members[i].participant][cell == first ? 0 : 1];
     mean.recordings += 1.0;
     mean.values.resize(parameters);
     mean.variances.resize(parameters);

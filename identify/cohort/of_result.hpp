@@ -18,12 +18,15 @@ namespace decid::cohort {
 /// the recording has neither, fewer than 16 draws, or other ranges than the report.
 std::optional<Measurement> to_measurement(const RecordingResult& result, const Report& report);
 
-/// Analyses the groups of a report. members: one per recording, with participant and group; an empty group leaves it
-/// out. Recordings that were fitted together count once. Empty unless two groups have two persons with evidence each.
-std::optional<Result> analyse_groups(const Report& report, std::span<const Recording> members);
+/// Analyses the groups of a report, and their sessions and conditions. members: one per recording, without its
+/// measurement; an empty group leaves it out. covariates: names of the members'. Recordings that were fitted together
+/// count once. Empty unless two cells have two persons with evidence each, or one with covariates, and each covariate
+/// two values.
+std::optional<Result> analyse_groups(const Report& report, std::span<const Recording> members,
+                                     const std::vector<std::string>& covariates = {});
 
-/// Returns the reliability of the values of persons in both groups, per parameter; empty where it is undefined. The
-/// visits are the groups, in their order.
+/// Returns the reliability of the values of persons in both cells, by their names (cell_name()), per parameter; empty
+/// where it is undefined. The visits are the cells, in their order.
 std::vector<std::optional<Reliability>> compute_reliability(const Report& report, std::span<const Recording> members,
                                                             const std::string& first, const std::string& second);
 

@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
+#include <limits>
 #include <utility>
 
+#include "base/setting.hpp"
 #include "base/text.hpp"
 #include "identify/sheet/path_match.hpp"
 #include "identify/sheet/reading_option.hpp"
@@ -293,6 +296,29 @@ RecordingPlan make_plan(const std::vector<RecordingSource>& sources, const ReadO
 RecordingPlan make_plan(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice,
                         const ReadOptions& reading) {
   return Planner(std::move(sheet), sources, choice, reading)();
+}
+
+std::vector<double> read_covariate(const RecordingPlan& plan, const std::string& column) {
+  if (!plan.sheet)
+    throw Error(Code::setting_missing, setting("covariates") + " " + column,
+                "is a column of a sheet, and the call has none", "give the sheet of the study");
+  const bool of_weight = names_weights(column), of_height = names_heights(column);
+  std::function<std::string(const SheetEntry& entry)> text_of;
+  if (!of_weight && !of_height) text_of = plan.sheet->reader_for(column);
+  std::vector<double> values;
+  for (const PlannedRecording& one : plan.recordings) {
+    std::optional<double> value = of_weight ? one.mass_kg : one.height_m;
+    if (text_of) {
+      const std::string text = text_of(one.entry);
+      value = read_number(text);
+      if (!value && !text.empty())
+        throw Error(Code::value_invalid, plan.sheet->file.string(),
+                    "column " + column + " of " + one.source.name() + " has '" + text + "', which is not a number",
+                    "write numbers, such as 0 and 1 for two kinds, or n/a");
+    }
+    values.push_back(value.value_or(std::numeric_limits<double>::quiet_NaN()));
+  }
+  return values;
 }
 
 }  // namespace decid

@@ -53,4 +53,8 @@ enum class Choice { by_call, by_sheet };
 RecordingPlan make_plan(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice,
                         const ReadOptions& reading);
 
+/// Returns the numbers in a column of the plan's sheet, one per recording; NaN: n/a. Weights are in kg, heights in m.
+/// Throws Error for a plan without a sheet, a column that the sheet does not have, and a text that is not a number.
+std::vector<double> read_covariate(const RecordingPlan& plan, const std::string& column);
+
 }  // namespace decid

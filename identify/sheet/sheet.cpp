@@ -67,17 +67,8 @@ bool has_no_value(const std::string& cell) {
   return key.empty() || key == "n/a" || key == "na" || key == "nan" || key == "#n/a";
 }
 
-/// Reads the number of a cell; decimal commas are allowed.
-std::optional<double> number_of(std::string cell) {
-  std::ranges::replace(cell, ',', '.');
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-  if (error != std::errc() || end != cell.data() + cell.size() || !std::isfinite(value)) return {};
-  return value;
-}
-
 double mass_of(const std::string& cell, const std::string& where) {
-  const std::optional<double> kg = number_of(cell);
+  const std::optional<double> kg = read_number(cell);
   if (!kg || *kg < 1.0 || *kg > 500.0)
     throw Error(Code::value_invalid, where, "the weight '" + cell + "' is not from 1 to 500 kg",
                 "give it in kg, or n/a");
@@ -85,7 +76,7 @@ double mass_of(const std::string& cell, const std::string& where) {
 }
 
 double height_of(const std::string& cell, const std::string& where) {
-  const std::optional<double> given = number_of(cell);
+  const std::optional<double> given = read_number(cell);
   const double metres = !given ? 0.0 : *given >= 30.0 ? *given / 100.0 : *given;
   if (metres < 0.3 || metres > 3.0)
     throw Error(Code::value_invalid, where,
@@ -203,6 +194,22 @@ std::function<std::string(const SheetEntry& entry)> StudySheet::reader_for(const
 
 bool names_persons(const std::string& column) {
   return column_of(column).role == Role::participant;
+}
+
+bool names_weights(const std::string& column) {
+  return column_of(column).role == Role::mass;
+}
+
+bool names_heights(const std::string& column) {
+  return column_of(column).role == Role::height;
+}
+
+std::optional<double> read_number(std::string cell) {
+  std::ranges::replace(cell, ',', '.');
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+  if (error != std::errc() || end != cell.data() + cell.size() || !std::isfinite(value)) return {};
+  return value;
 }
 
 StudySheet read_sheet(const std::filesystem::path& path) {

@@ -50,6 +50,11 @@ StudySheet read_sheet(const std::filesystem::path& path);
 
 /// Returns true for the names of a column of persons: participant_id, subject and the like.
 bool names_persons(const std::string& column);
+/// Returns true for the names of a column of weights: weight, mass and the like; and of heights.
+bool names_weights(const std::string& column);
+bool names_heights(const std::string& column);
+/// Reads the number of a cell, with a decimal point or comma; nothing for another text.
+std::optional<double> read_number(std::string cell);
 
 /// Returns the line with the empty cells of a recording's line filled from the person's.
 SheetLine merged(SheetLine recording, const SheetLine& person);

@@ -16,12 +16,13 @@ from pathlib import Path
 # Above the libraries: the program's folders, the bindings, and what each stands on.
 PROGRAM = {
     "tools/mpi": ["base"],
-    "tools/report": ["identify"],
+    "tools/report/json": ["identify"],
+    "tools/report": ["tools/report/json"],
     "tools/compare": ["identify"],
     "tools/firmware": ["identify"],
     "tools/onnx": ["identify"],
     "tools/decid": ["tools/report", "tools/compare", "tools/firmware", "tools/onnx", "tools/mpi"],
-    "bindings/c": ["identify"],
+    "bindings/c": ["tools/report/json"],
     "bindings/python": ["bindings/c"],
     "bench": ["tools/decid"],
 }

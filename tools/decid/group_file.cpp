@@ -7,9 +7,11 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <sstream>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "identify/sheet/plan_groups.hpp"
 #include "identify/sheet/sheet.hpp"
 #include "identify/sheet/spreadsheet.hpp"
 #include "recording/table/cells.hpp"
@@ -119,42 +121,13 @@ void refuse_missing(const std::string& table, const std::vector<std::string>& re
               "add a line for each; an empty group keeps a recording out of the comparison");
 }
 
-/// Throws if a few people are in both groups: a comparison in pairs leaves out everyone else.
-void refuse_few_pairs(const std::string& table, const std::string& one, const std::set<std::string>& people_of_one,
-                      const std::string& other, const std::set<std::string>& people_of_other) {
-  std::vector<std::string> both;
-  std::ranges::set_intersection(people_of_one, people_of_other, std::back_inserter(both));
-  if (both.empty() || 2 * both.size() >= std::min(people_of_one.size(), people_of_other.size())) return;
-  const std::size_t all = people_of_one.size() + people_of_other.size() - both.size();
-  throw Error(Code::value_invalid, table,
-              "has " + both.front() + " in both \"" + one + "\" and \"" + other + "\", but " +
-                  format("%zu of %zu people in only one of them", all - both.size(), all),
-              "give different people different names, or all people recordings in both groups");
-}
-
-/// Throws Error for fewer than two groups, and for groups that share a few people.
-void refuse_groups(const std::string& table, const std::vector<GroupMember>& members) {
-  std::map<std::string, std::set<std::string>> groups;  // their people
-  for (const GroupMember& member : members)
-    if (!member.group.empty()) groups[member.group].insert(member.person);
-  if (groups.size() < 2)
-    throw Error(Code::setting_out_of_range, table,
-                "puts the recordings in " + counted(static_cast<long long>(groups.size()), "group"),
-                "give two groups or more");
-  for (auto one = groups.begin(); one != groups.end(); ++one)
-    for (auto other = std::next(one); other != groups.end(); ++other)
-      refuse_few_pairs(table, one->first, one->second, other->first, other->second);
-}
-
-/// Returns the groups of the study's sheet, whose lines the plan has matched with the recordings.
-GroupTable groups_of_sheet(const std::string& table, const RecordingPlan& plan) {
-  const auto has_participant = [](const PlannedRecording& it) { return !it.entry.participant.empty(); };
-  const bool has_people = std::ranges::any_of(plan.recordings, has_participant);
-  GroupTable groups{has_people ? "participant_id" : "", {}};
-  for (const PlannedRecording& it : plan.recordings)
-    groups.members.push_back({it.entry.group, has_participant(it) ? it.entry.participant : it.source.name()});
-  refuse_groups(table, groups.members);
-  return groups;
+/// Splits "age,weight".
+std::vector<std::string> split_columns(const std::string& text) {
+  std::vector<std::string> parts;
+  std::istringstream stream(text);
+  for (std::string part; std::getline(stream, part, ',');)
+    if (part = trimmed(part); !part.empty()) parts.push_back(part);
+  return parts;
 }
 
 /// Throws Error if two of the recordings are one.
@@ -174,7 +147,8 @@ void refuse_twice(const std::vector<RecordingSource>& sources) {
 
 }  // namespace
 
-GroupTable read_group_table(const std::string& table_name, const std::vector<std::string>& recordings) {
+GroupTable read_group_table(const std::string& table_name, const std::vector<std::string>& recordings,
+                            std::size_t least) {
   const Table table = read_table(table_name);
   const std::string person_column = table.person ? trimmed(table.rows.front()[*table.person]) : std::string();
   GroupTable result{person_column, {}};
@@ -198,17 +172,30 @@ GroupTable read_group_table(const std::string& table_name, const std::vector<std
   }
   refuse_missing(table_name, recordings, found);
   for (const std::optional<GroupMember>& member : found) result.members.push_back(*member);
-  refuse_groups(table_name, result.members);
+  refuse_groups(result.members, table_name, least);
   return result;
 }
 
-GroupTable read_groups(const std::string& table, const RecordingFlags& recordings, const RecordingPlan& plan,
+GroupTable read_groups(const GroupFlags& flags, const RecordingFlags& recordings, const RecordingPlan& plan,
                        bool quiet) {
-  if (table.empty()) return {};
+  if (!flags.given()) return {};
   refuse_twice(recordings.sources);
+  const bool needs_sheet = !flags.within.empty() || !flags.covariates.empty();
+  const std::string& table = flags.table;
   std::error_code ignored;
-  if (plan.sheet && std::filesystem::equivalent(table, plan.sheet->file, ignored)) return groups_of_sheet(table, plan);
-  GroupTable groups = read_group_table(table, recordings.files);
+  GroupTable groups;
+  if (table.empty() || (plan.sheet && std::filesystem::equivalent(table, plan.sheet->file, ignored)))
+    groups = groups_of_plan(plan, !table.empty());
+  else
+    groups = read_group_table(table, recordings.files, needs_sheet ? 1 : 2);
+  refuse_groups(groups.members, table.empty() ? recordings.study : table, needs_sheet ? 1 : 2);
+  for (const std::string& column : split_columns(flags.within)) {
+    const std::size_t left_out = compare_within(column, plan, groups);
+    if (left_out > 0 && !quiet && is_root())
+      std::cerr << "note: without a " << column
+                << ", and so not compared: " << counted(static_cast<long long>(left_out), "recording") << '\n';
+  }
+  for (const std::string& column : split_columns(flags.covariates)) add_covariate(column, plan, groups);
   for (const UnusedLine& unused : groups.unused)
     if (!quiet && is_root())
       std::cerr << format("note: %s, line %zu: no recording is called %s\n", table.c_str(), unused.line,
@@ -216,11 +203,21 @@ GroupTable read_groups(const std::string& table, const RecordingFlags& recording
   return groups;
 }
 
-void add_group_option(const Command& command, std::string& table) {
+void add_group_options(const Command& command, GroupFlags& flags) {
   command.section("Input");
   command.add_option(
-      "--group", table,
+      "--group", flags.table,
       "Compare the groups of people in this CSV table: columns file, group and, for repeated recordings, subject");
+  command
+      .add_option("--within", flags.within,
+                  "Compare the sessions, the conditions or both (session,condition) of --study's sheet within each "
+                  "person; with --group also how much groups change")
+      .shown_as("COLUMN,..");
+  command
+      .add_option("--covariates", flags.covariates,
+                  "Estimate how parameters change with these columns of numbers of --study's sheet, such as "
+                  "age,weight, and compare at their means")
+      .shown_as("COLUMN,..");
 }
 
 }  // namespace decid::tools

@@ -15,19 +15,30 @@ namespace decid::tools {
 /// any others. A line is of the recordings whose path ends with its file: "trial.csv" is that of any folder,
 /// "patients/trial.csv" of one. An empty group keeps a recording out of the comparison. Throws Error, with the line,
 /// for a table without these columns or with two columns of people, for two lines that contradict each other, for a
-/// line with a group and no person, for a recording without a line, for fewer than two groups, and for two groups that
-/// share some people, but fewer than half of the smaller one's: more likely a name given twice than a comparison in
-/// pairs.
-GroupTable read_group_table(const std::string& table, const std::vector<std::string>& recordings);
+/// line with a group and no person, for a recording without a line, for fewer groups than `least`, and for two groups
+/// that share some people, but fewer than half of the smaller one's: more likely a name given twice than a comparison
+/// in pairs.
+GroupTable read_group_table(const std::string& table, const std::vector<std::string>& recordings,
+                            std::size_t least = 2);
 
-/// Reads the table for the recordings that were found; without a table there are no groups. If the table is the plan's
-/// sheet, a recording has the group and the person of its line there. Prints on standard error which lines are of no
-/// recording, unless `quiet`. Throws Error also for a recording that is given twice, under
-/// whatever name: it would count as two people.
-GroupTable read_groups(const std::string& table, const RecordingFlags& recordings, const RecordingPlan& plan,
+/// The values of the options that compare persons.
+struct GroupFlags {
+  std::string table, within, covariates;  ///< within, covariates: columns of the sheet, separated by commas
+
+  /// Returns true if the call compares persons.
+  bool given() const { return !table.empty() || !within.empty() || !covariates.empty(); }
+};
+
+/// Reads the table for the recordings that were found; without a table all persons are of one group. If the table is
+/// the plan's sheet, a recording has the group and the person of its line there. Sessions, conditions and covariates
+/// come from the sheet; a recording without one of the compared sessions or conditions is left out. Prints on standard
+/// error which lines are of no recording, and how many recordings are left out, unless `quiet`. Throws Error also for a
+/// recording that is given twice, under whatever name: it would count as two people; for --within and --covariates
+/// without a sheet; for fewer than two cells; and for a covariate without two values.
+GroupTable read_groups(const GroupFlags& flags, const RecordingFlags& recordings, const RecordingPlan& plan,
                        bool quiet);
 
-/// Adds --group, of the commands that compare groups.
-void add_group_option(const Command& command, std::string& table);
+/// Adds --group, --within and --covariates, of the commands that compare groups.
+void add_group_options(const Command& command, GroupFlags& flags);
 
 }  // namespace decid::tools

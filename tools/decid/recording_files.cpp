@@ -12,6 +12,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "identify/sheet/find_recordings.hpp"
 #include "tools/decid/command.hpp"
 
 namespace decid::tools {
@@ -19,28 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<std::string_view, 9> endings{".csv", ".tsv",  ".txt", ".dat", ".mat",
-                                                  ".c3d", ".xlsx", ".trc", ".mot"};
 constexpr std::string_view wildcards = "*?[", any_folders = "**";
-
-std::string lower(std::string text) {
-  std::ranges::transform(text, text.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c; });
-  return text;
-}
-
-/// Returns true for files that stand beside recordings in data sets (BIDS 1.9): who, how, and what was changed.
-bool is_description(const fs::path& path) {
-  constexpr std::array<std::string_view, 6> whole{"license",   "licence",      "changes",
-                                                  "changelog", "participants", "samples"};
-  constexpr std::array<std::string_view, 5> suffixes{"_scans", "_sessions", "_channels", "_electrodes", "_events"};
-  const std::string stem = lower(path.stem().string());
-  return stem.starts_with("readme") || std::ranges::find(whole, stem) != whole.end() ||
-         std::ranges::any_of(suffixes, [&](std::string_view suffix) { return stem.ends_with(suffix); });
-}
-
-bool has_ending_of_recordings(const fs::path& path) {
-  return std::ranges::find(endings, lower(path.extension().string())) != endings.end();
-}
 
 using Part = fs::path::const_iterator;
 

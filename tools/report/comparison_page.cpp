@@ -8,6 +8,7 @@
 #include "embedded/comparison_js.hpp"
 #include "embedded/method_table_js.hpp"
 #include "tools/report/json/parameters_json.hpp"
+#include "tools/report/json/recording_json.hpp"
 #include "tools/report/page.hpp"
 
 namespace decid::tools {
@@ -95,8 +96,9 @@ ComparisonFigures read_comparison(const std::string& file, const sim::Protocol& 
   }
 }
 
-std::string comparison_html(const ComparisonFigures& figures) {
+std::string comparison_html(const ComparisonFigures& figures, const Call& call) {
   Json data = comparison_json(figures);
+  data["call"] = call_json(call, figures.protocol.name);
   data["protocol"] = protocol_figures(figures.protocol);
   const std::string script = std::string(embedded::method_table_js()) + std::string(embedded::comparison_js());
   return page_html({.title = "Network, posterior and iterative fit",

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "base/files/json.hpp"
+#include "identify/result.hpp"
 #include "identify/studies/comparison.hpp"
 
 namespace decid::tools {
@@ -18,6 +19,6 @@ std::string comparison_text(const ComparisonFigures& figures);
 /// Error if it is not one, of its parameters.
 ComparisonFigures read_comparison(const std::string& file, const sim::Protocol& protocol);
 /// Returns the self-contained page.
-std::string comparison_html(const ComparisonFigures& figures);
+std::string comparison_html(const ComparisonFigures& figures, const Call& call);
 
 }  // namespace decid::tools

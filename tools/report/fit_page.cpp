@@ -281,7 +281,7 @@ std::string fit_page(const Report& report) {
     if (!recording.error) recordings.push_back(recording_to_json(recording, report, report.ranges_for(recording)));
   Json data = {{"version", version},
                {"seed", report.fit->settings.seed},
-               {"call", call_json(report)},
+               {"call", call_json(report.call, report.protocol.name)},
                {"sha256", report.model_sha256},
                {"groups", page_groups(report)},
                {"other_answer", other_answer_json(report)},

@@ -1,9 +1,11 @@
 // The page of a frequency response's fit: see frf_page.hpp. frf_fit.js draws it.
 #include "tools/report/frf_page.hpp"
 
+#include "base/version.hpp"
 #include "embedded/frf_fit_js.hpp"
 #include "embedded/parameters_js.hpp"
 #include "sim/body_model.hpp"
+#include "tools/report/json/recording_json.hpp"
 #include "tools/report/page.hpp"
 
 namespace decid::tools {
@@ -19,7 +21,9 @@ void describe_parameters(Json& answer) {
 
 }  // namespace
 
-std::string frf_page(Json answer) {
+std::string frf_page(Json answer, const Call& call) {
+  answer["decid"] = version;
+  answer["call"] = call_json(call, answer.at("protocol"));
   answer["fit"].erase("seconds");
   describe_parameters(answer);
   if (answer.contains("controllers"))

@@ -5,10 +5,12 @@
 #include <string>
 
 #include "base/files/json_object.hpp"
+#include "identify/result.hpp"
 
 namespace decid::tools {
 
-/// Returns the page of the JSON that the command prints. Deterministic: leaves the time out; file names are escaped.
-std::string frf_page(Json answer);
+/// Returns the page of frf_fit_object() and the call that computed it. Deterministic: leaves the time out; file names
+/// are escaped.
+std::string frf_page(Json answer, const Call& call);
 
 }  // namespace decid::tools

@@ -19,7 +19,7 @@
 #include "embedded/identify_js.hpp"
 #include "embedded/parameters_js.hpp"
 #include "embedded/recordings_js.hpp"
-#include "tools/report/frf.hpp"
+#include "tools/report/json/frf.hpp"
 #include "tools/report/json/groups_json.hpp"
 #include "tools/report/json/parameters_json.hpp"
 #include "tools/report/json/recording_json.hpp"
@@ -193,7 +193,7 @@ std::string identify_page(const Report& report) {
                  {"sha256", report.model_sha256},
                  {"version", version},
                  {"options", report.options},
-                 {"call", call_json(report)},
+                 {"call", call_json(report.call, report.protocol.name)},
                  {"protocol", report.protocol.name},
                  {"recalibrated", report.recalibrated}}},
                {"groups", page_groups(report)},

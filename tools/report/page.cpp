@@ -53,13 +53,6 @@ std::string script_hash(std::string_view script) {
 
 }  // namespace
 
-Json page_number(double value) {
-  if (!std::isfinite(value)) return nullptr;
-  if (value == 0.0) return 0.0;
-  const double scale = std::pow(10.0, 5.0 - std::floor(std::log10(std::abs(value))));
-  return std::isfinite(scale) ? std::round(value * scale) / scale : value;
-}
-
 Json protocol_figures(const sim::Protocol& protocol) {
   return {{"name", protocol.name},
           {"duration_s", page_number(protocol.duration_s())},

@@ -9,6 +9,7 @@
 
 #include "base/files/json_object.hpp"
 #include "sim/protocol/protocol.hpp"
+#include "tools/report/json/parameters_json.hpp"
 
 namespace decid::tools {
 
@@ -23,9 +24,6 @@ struct Page {
 
 /// Returns the page. Escapes every string in `data`. Deterministic: no dates, no random ids.
 std::string page_html(const Page& page, const Json& data);
-
-/// Returns the value with six significant digits; null if it is not finite, because JSON has no NaN.
-Json page_number(double value);
 
 /// Returns the figures of a protocol that pages show.
 Json protocol_figures(const sim::Protocol& protocol);

@@ -12,6 +12,7 @@
 #include "identify/network/origin_object.hpp"
 #include "tools/report/comparison_page.hpp"
 #include "tools/report/json/parameters_json.hpp"
+#include "tools/report/json/recording_json.hpp"
 #include "tools/report/page.hpp"
 
 namespace decid::tools {
@@ -322,13 +323,15 @@ std::string study_text(const Study& study) {
   return text;
 }
 
-std::string study_html(const Study& study, const std::vector<Figure>& figures) {
+std::string study_html(const Study& study, const std::vector<Figure>& figures, const Call& call) {
+  Json data = page_data(study, figures);
+  data["call"] = call_json(call, study.protocol.name);
   const std::string script = std::string(embedded::method_table_js()) + std::string(embedded::study_js());
   return page_html({.title = "Study of a model",
                     .lead = "The paper's results beside this program's, its figures redrawn, and the accuracy of the "
                             "estimates.",
                     .script = script},
-                   page_data(study, figures));
+                   data);
 }
 
 }  // namespace decid::tools

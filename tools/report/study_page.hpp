@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/files/json.hpp"
+#include "identify/result.hpp"
 #include "tools/report/figures/study_figures.hpp"
 
 namespace decid::tools {
@@ -30,6 +31,6 @@ Json study_json(const Study& study);
 /// Returns this program's numbers beside the paper's.
 std::string study_text(const Study& study);
 
-std::string study_html(const Study& study, const std::vector<Figure>& figures);
+std::string study_html(const Study& study, const std::vector<Figure>& figures, const Call& call);
 
 }  // namespace decid::tools

@@ -10,14 +10,14 @@ Sway is that of the body's centre of mass, 0 upright, positive in the platform's
 are in rad and s, and views of its own memory: read-only. Results have the bits of the program `decid`. Bad input raises
 decid.Error. Long calls take a callback, stop on Ctrl-C or whatever the callback raises, and let other threads run.
 """
-from ._calls import (Dataset, Epoch, Recording, Trials, controllers, evaluate, fit, identify, read, set_threads, simulate, train,
+from ._calls import (Dataset, Epoch, Recording, Trials, controllers, evaluate, fit, identify, read, set_threads, simulate, study, train,
                      trial_names)
 from ._decid import Error, __version__
 from ._network import Layer, Model, Network, ParameterInfo, Protocol
-from ._results import Body, Evaluation, Fit, Notice, Parameter, Result, Sampling, TiltMatch
+from ._results import Body, Evaluation, Fit, Notice, Parameter, Result, Sampling, Study, TiltMatch
 
 __all__ = [
     "Body", "Dataset", "Epoch", "Error", "Evaluation", "Fit", "Layer", "Model", "Network", "Notice", "Parameter",
-    "ParameterInfo", "Protocol", "Recording", "Result", "Sampling", "TiltMatch", "Trials", "controllers", "evaluate", "fit", "identify",
-    "read", "set_threads", "simulate", "train", "trial_names",
+    "ParameterInfo", "Protocol", "Recording", "Result", "Sampling", "Study", "TiltMatch", "Trials", "controllers", "evaluate", "fit", "identify",
+    "read", "set_threads", "simulate", "study", "train", "trial_names",
 ]

@@ -5,14 +5,14 @@ import json
 import math
 import os
 from dataclasses import dataclass, field
-from typing import Any, Callable, List, Mapping, Optional, Tuple, Union
+from typing import Any, Callable, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _decid
 from ._network import Model, Protocol, as_model, as_protocol
-from ._results import Evaluation, Fit, Notice, Result, result_of
+from ._results import Evaluation, Fit, Notice, Result, Study, result_of
 
 Path = Union[str, "os.PathLike[str]"]
 
@@ -248,6 +248,22 @@ def fit(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[flo
     found = result_of(raw, len(of.protocol.parameters))
     assert isinstance(found, Fit)
     return found
+
+
+def study(sheet: Path, *, group: bool = False, within: Sequence[str] = (), covariates: Sequence[str] = (),
+          fit: bool = False, joint: Optional[str] = None, model: Union[Model, Path, None] = None, max_draws: int = 160,
+          seed: int = 1, progress: Optional[Callable[[float, str], object]] = None) -> Study:
+    """Estimates all recordings of a study's sheet, and compares its persons: `decid identify --study`, or with fit=True
+    `decid fit --study`, each recording with its own body, protocol and reading options.
+
+        study = decid.study("participants.tsv", group=True, within=["session"], covariates=["age"])
+
+    group: compare the groups in the sheet's column group. within: "session", "condition" or both, compared within persons.
+    covariates: columns of numbers, "weight" (kg) and "height" (m) among them. joint: column of recordings that are fitted
+    together, such as "participant_id". max_draws, seed, progress: as in fit()."""
+    text = _decid.study(as_model(model)._handle, os.fspath(sheet), group, ",".join(within) or None,
+                        ",".join(covariates) or None, fit, joint, max_draws, seed, progress)
+    return Study(text)
 
 
 class Dataset:

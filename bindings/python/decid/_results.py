@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import html
+import json
 from dataclasses import asdict, dataclass
 from typing import Any, Optional
 
@@ -150,6 +151,45 @@ class Fit(Result):
         chain = np.arange(self.sampling.draws) // per_chain
         import pandas
         return pandas.DataFrame({"chain": chain, **self.draws})
+
+
+class Study:
+    """The results of a study, as the program's JSON has them (docs/guide/results.md, docs/guide/groups.md)."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text  #: the JSON, which `decid rerun` reads when it is saved
+        self.json: dict[str, Any] = json.loads(text)
+
+    @property
+    def recordings(self) -> list[dict[str, Any]]:
+        """Each recording's file, columns of the sheet, parameters, trust and warnings, or its error."""
+        return self.json["recordings"]
+
+    @property
+    def groups(self) -> Optional[dict[str, Any]]:
+        """The hierarchical model: groups, comparisons, interactions, covariates, changes; None without one."""
+        return self.json.get("hierarchical")
+
+    def rows(self) -> list[dict[str, Any]]:
+        """A dict a recording and parameter, with the columns of the sheet; of a recording with an error, one dict."""
+        rows = []
+        for recording in self.recordings:
+            common = {key: recording.get(key) for key in ("file", "participant_id", "session", "group", "condition")}
+            common.update(recording.get("columns", {}), trust=recording.get("trust"), error=recording.get("error"))
+            for of in recording.get("parameters", [{}]):
+                low, high = of.get("interval90") or (None, None)
+                rows.append({**common, "parameter": of.get("name"), "unit": of.get("unit"), "value": of.get("value"),
+                             "sd": of.get("sd"), "low90": low, "high90": high})
+        return rows
+
+    def to_frame(self) -> Any:
+        """A pandas.DataFrame, a row a recording and parameter; needs pandas."""
+        import pandas
+        return pandas.DataFrame(self.rows())
+
+    def __repr__(self) -> str:
+        failed = sum("error" in recording for recording in self.recordings)
+        return f"Study({len(self.recordings)} recordings, {failed} with an error)"
 
 
 @dataclass(frozen=True)

@@ -125,6 +125,28 @@ assert ({fitted.quantities.name}, {'sensor_noise_deg', 'start_s', 'gain'});
 equal (fitted.quantities(3).value, expected.recordings.gain.value);
 assert (numel (fitted.draws.Kp), expected.recordings.diagnostics.draws);
 
+% A study of four persons in two sessions.
+lines = {'participant_id,group,session,file,age'};
+for person = 1:4
+  for session = 1:2
+    name = sprintf ('p%d_%d.csv', person, session);
+    program (decid, sprintf ('simulate --seed %d --quiet -o', 10 * person + session), fullfile (folder, name));
+    lines{end + 1} = sprintf ('p%d,%s,%d,%s,%d', person, 'ab'(1 + mod (person, 2)), session, name, 60 + person);
+  end
+end
+sheet = fullfile (folder, 'people.csv');
+write (sheet, lines{:});
+study = decid_study (sheet, 'group', true, 'within', 'session', 'covariates', 'age');
+expected = jsondecode (program (decid, ['identify --json --within session --covariates age --group ', sheet, ' --study'], sheet));
+assert (iscell (study.recordings));
+assert (numel (study.recordings), 8);
+assert (isequaln (study.hierarchical, expected.hierarchical));
+assert (isequaln (study.recordings{8}.parameters, expected.recordings(end).parameters));
+refused ('file_missing', @() decid_study ('no.csv'));
+refused ('setting_unknown', @() decid_study (sheet, 'within', 'age'));
+refused ('setting_unknown', @() decid_study (sheet, 'people', true));
+refused ('setting_malformed', @() decid_study (7));
+
 refused ('file_missing', @() decid_identify ('no.csv'));
 refused ('file_missing', @() decid_identify (file, 'model', 'no.safetensors'));
 refused ('recording_ambiguous', @() decid_read (long, 'trial_column', 'subject'));

@@ -276,6 +276,76 @@ class Fits(WithFolder):
         self.assertGreater(sum(begin < at < end for at in counted), 10)
 
 
+class Studies(WithFolder):
+    def sheet(self, persons=4, options=(), columns=("", "")):
+        rows = ["participant_id,group,session,file,age,height,weight" + columns[0]]
+        for person in range(persons):
+            for session in (1, 2):
+                file = f"p{person}_{session}.csv"
+                program("simulate", "--seed", 10 * person + session, *options, "--quiet", "-o", self.folder / file)
+                rows.append(f"p{person},{'ab'[person % 2]},{session},{file},{60 + person},1.75,70" + columns[1])
+        path = self.folder / "participants.csv"
+        path.write_text("\n".join(rows) + "\n", encoding="utf-8")
+        return path
+
+    def test_a_study_is_the_json_of_the_program(self):
+        path = self.sheet()
+        study = decid.study(path, group=True, within=["session"], covariates=["age"])
+        self.assertEqual(study.text, program("identify", "--study", path, "--group", path, "--within", "session",
+                                             "--covariates", "age", "--json"))
+        self.assertEqual([group["name"] for group in study.groups["groups"]], ["a, 1", "a, 2", "b, 1", "b, 2"])
+        self.assertEqual(len(study.groups["interactions"]), 1)
+        self.assertEqual(study.groups["covariates"][0]["name"], "age")
+        rows = study.rows()
+        self.assertEqual(len(rows), 8 * 7)
+        self.assertEqual((rows[7]["participant_id"], rows[7]["session"], rows[7]["age"]), ("p0", "2", "60"))
+        self.assertEqual(rows[7]["value"], study.recordings[1]["parameters"][0]["value"])
+        self.assertEqual(repr(study), "Study(8 recordings, 0 with an error)")
+        saved = self.folder / "saved.json"
+        saved.write_text(study.text, encoding="utf-8")
+        program("rerun", saved)
+        (self.folder / "p0_1.csv").unlink()
+        lost = decid.study(path)
+        self.assertIsNone(lost.groups)
+        self.assertEqual(lost.recordings[0]["code"], "file_missing")
+        self.assertEqual(lost.rows()[0]["parameter"], None)
+        self.assertIn("1 with an error", repr(lost))
+
+    def test_fits_of_a_study_have_the_bits_of_the_program(self):
+        brief = {"name": "tiny", "sensor_noise_deg": 0.02, "sample_rate_hz": 20,
+                 "sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "state_s": 0.1, "amplitude_deg": 4,
+                              "offset_s": 0, "cycles": 2}}
+        protocol = self.folder / "tiny.json"
+        protocol.write_text(json.dumps(brief))
+        path = self.sheet(1, ("--protocol", protocol), (",protocol", ",tiny.json"))
+        stages = []
+        study = decid.study(path, fit=True, joint="participant_id", max_draws=8, seed=3,
+                            progress=lambda done, stage: stages.append(done))
+        self.assertEqual(study.text, program("fit", "--study", path, "--joint", "participant_id", "--max-draws", 8,
+                                             "--seed", 3, "--json"))
+        self.assertTrue(stages and 0 <= min(stages) <= max(stages) <= 1)
+
+        def stop(done, stage):
+            raise KeyError(stage)
+
+        with self.assertRaises(KeyError):
+            decid.study(path, fit=True, max_draws=8, progress=stop)
+
+    def test_studies_that_cannot_be_made_are_refused(self):
+        path = self.sheet(1)
+        for code, keywords in (("file_missing", {"sheet": self.folder / "none.csv"}),
+                               ("setting_out_of_range", {"sheet": path, "group": True}),
+                               ("setting_unknown", {"sheet": path, "within": ["age"]}),
+                               ("column_missing", {"sheet": path, "covariates": ["shoe"]}),
+                               ("value_missing", {"sheet": path, "covariates": ["age"]}),
+                               ("setting_conflict", {"sheet": path, "joint": "participant_id"}),
+                               ("setting_conflict", {"sheet": path, "fit": True, "within": ["session"],
+                                                     "joint": "participant_id"})):
+            with self.subTest(keywords), self.assertRaises(decid.Error) as raised:
+                decid.study(**keywords)
+            self.assertEqual(raised.exception.code, code)
+
+
 class Sets(WithFolder):
     def test_a_data_set_is_the_programs(self):
         path, mine, straight = (self.folder / name for name in ("program.npz", "mine.npz", "straight.npz"))

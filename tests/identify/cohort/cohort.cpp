@@ -191,6 +191,60 @@ TEST_CASE("cohort: persons in two sessions are compared in pairs, and their chan
   CHECK(found.variances[0].visit.mean > 0.0);
 }
 
+TEST_CASE("cohort: how much more one group changes is the difference of two differences") {
+  Normals normal(9);
+  std::vector<Recording> recordings;
+  for (const char* group : {"a", "b"})
+    for (int i = 0; i < 20; ++i) {
+      const double own = 0.4 * normal();
+      for (const bool second : {false, true}) {
+        const double change = second && *group == 'a' ? 0.5 : 0.0;
+        recordings.push_back({group + std::to_string(i),
+                              second ? "2" : "1",
+                              group,
+                              "",
+                              {},
+                              gaussian({own + change + 0.1 * normal()}, 0.1)});
+      }
+    }
+  const Result found = analyse(recordings, 1);
+  REQUIRE(found.cells.size() == 4);
+  CHECK(found.cells[1].name() == "a, 2");
+  CHECK(decid::cohort::cell_name(decid::cohort::everyone, "2", "") == "2");
+  CHECK(decid::cohort::cell_name(decid::cohort::everyone, "", "") == decid::cohort::everyone);
+  REQUIRE(found.comparisons.size() == 4);  // not a, 1 with b, 2
+  REQUIRE(found.interactions.size() == 1);
+  CHECK(found.interactions[0].first == 0);
+  CHECK(found.interactions[0].second == 3);
+  const decid::cohort::Effect& effect = found.interactions[0].effects[0];
+  CHECK(holds(effect.difference, 0.5 - decid::normal_distribution(0.5 / std::sqrt(1.17))));
+  CHECK(effect.difference.interval95[1] < 0.0);
+  CHECK(effect.direction > 0.99);
+  CHECK(holds(effect.standardised, -0.5 / 0.41));
+  CHECK(effect.simultaneous95[0] <= effect.difference.interval95[0]);
+  CHECK(effect.simultaneous95[1] >= effect.difference.interval95[1]);
+  // Persons' own levels cancel: the groups' difference in one session is less certain.
+  CHECK(effect.difference.sd < 0.75 * found.comparisons[1].effects[0].difference.sd);
+}
+
+TEST_CASE("cohort: differences of differences between groups, sessions and conditions, each once") {
+  Normals normal(10);
+  std::vector<Recording> recordings;
+  for (const char* group : {"a", "b"})
+    for (int i = 0; i < 2; ++i)
+      for (const char* session : {"1", "2"})
+        for (const char* condition : {"closed", "open"})
+          recordings.push_back(
+              {group + std::to_string(i), session, group, condition, {}, gaussian({0.3 * normal()}, 0.3)});
+  decid::cohort::Settings settings;
+  settings.draws = 20;
+  settings.warm_up = 10;
+  const Result found = analyse(recordings, 1, settings);
+  CHECK(found.cells.size() == 8);
+  CHECK(found.comparisons.size() == 12);
+  CHECK(found.interactions.size() == 6);
+}
+
 TEST_CASE("cohort: several recordings of a person share the person's level") {
   const Result found = analyse(study(20, 0.0, 4, 0.2), 2);
   CHECK(found.visits.size() == 40);
@@ -213,11 +267,18 @@ TEST_CASE("cohort: a covariate's effect is per unit, and groups are compared at 
     recordings.push_back({std::to_string(i), "", first ? "a" : "b", "", {age}, gaussian({x}, 0.2)});
   }
   const Result found = analyse(recordings, 1, settings);
-  CHECK(holds(found.covariates[0][0], -0.02 * decid::normal_density(0.0)));
-  CHECK(found.covariates[0][0].interval95[1] < 0.0);
+  REQUIRE(found.covariates.size() == 1);
+  CHECK(found.covariates[0].name == "age");
+  CHECK(within(found.covariates[0].mean, 50.0, 5.0));
+  CHECK(found.covariates[0].unknown == 0);
+  CHECK(holds(found.covariates[0].slopes[0], -0.02 * decid::normal_density(0.0)));
+  CHECK(found.covariates[0].slopes[0].interval95[1] < 0.0);
+  CHECK(found.covariates[0].slopes[0].direction > 0.99);
   CHECK(holds(found.comparisons[0].effects[0].difference, 0.0));
   recordings[3].covariates[0] = std::nan("");  // unknown: the mean
-  CHECK(analyse(recordings, 1, settings).covariates[0][0].interval95[1] < 0.0);
+  const decid::cohort::Covariate one_unknown = analyse(recordings, 1, settings).covariates[0];
+  CHECK(one_unknown.unknown == 1);
+  CHECK(one_unknown.slopes[0].interval95[1] < 0.0);
 }
 
 TEST_CASE("cohort: the same bits for any number of threads, others for another seed") {

@@ -165,6 +165,52 @@ TEST_CASE("cohort: draws of a fit are evidence, and a normal prior is taken back
   CHECK(centre(*taken_back) > centre(*uniform) + 0.05);
 }
 
+TEST_CASE("cohort: sessions and covariates of a report's persons") {
+  TwoGroups made(false);
+  for (std::size_t i = 0; i < 6; ++i) {  // once more, a year later
+    made.report.recordings.push_back(read_by_network(made.report, 0.2 * static_cast<double>(i % 3) + 0.4));
+    made.table.members.push_back(made.table.members[i]);
+    made.table.members[i].session = "1";
+    made.table.members.back().session = "2";
+  }
+  decid::GroupReport groups = made.compared();
+  REQUIRE(groups.comparison.groups.size() == 4);
+  CHECK(groups.comparison.groups[1].name == "a, 2");
+  REQUIRE(groups.comparison.pairs.size() == 4);
+  CHECK(groups.comparison.intervals == 28);
+  CHECK(groups.comparison.pairs[0].paired);
+  CHECK_FALSE(groups.comparison.pairs[1].paired);
+  REQUIRE(groups.hierarchical);
+  CHECK(groups.hierarchical->comparisons.size() == 4);
+  CHECK(groups.hierarchical->interactions.size() == 1);
+  CHECK(groups.hierarchical->changes.size() == 6);
+  REQUIRE(groups.reliability.size() == 4);
+  CHECK(groups.reliability[0].size() == 7);
+  CHECK(groups.reliability[1].empty());
+
+  made.table.covariates = {"age"};
+  for (std::size_t i = 0; i < 12; ++i) made.table.members[i].covariates = {50.0 + static_cast<double>(i % 3)};
+  groups = made.compared();
+  REQUIRE(groups.hierarchical);
+  REQUIRE(groups.hierarchical->covariates.size() == 1);
+  CHECK(groups.hierarchical->covariates[0].mean == 51.0);
+  CHECK(groups.hierarchical->covariates[0].slopes[decid::sim::Delay].mean > 0.0);
+  for (decid::GroupMember& member : made.table.members) member.covariates = {50.0};
+  CHECK_FALSE(made.compared().hierarchical);  // the covariate has one value
+  // One group suffices for a covariate.
+  for (std::size_t i = 0; i < 12; ++i) {
+    made.table.members[i].covariates = {static_cast<double>(i)};
+    made.table.members[i].session.clear();
+    if (i % 6 > 2) made.table.members[i].group.clear();
+  }
+  groups = made.compared();
+  CHECK(groups.comparison.pairs.empty());
+  CHECK(groups.comparison.intervals == 0);
+  REQUIRE(groups.hierarchical);
+  CHECK(groups.hierarchical->cells.size() == 1);
+  CHECK(groups.hierarchical->covariates.size() == 1);
+}
+
 TEST_CASE("cohort: persons in both groups have a reliability and changes") {
   TwoGroups made(true);
   Report& report = made.report;

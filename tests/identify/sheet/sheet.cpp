@@ -3,8 +3,12 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
+
+#include "identify/sheet/find_recordings.hpp"
 #include "identify/sheet/joint_groups.hpp"
 #include "identify/sheet/path_match.hpp"
+#include "identify/sheet/plan_groups.hpp"
 #include "identify/sheet/reading_option.hpp"
 #include "identify/sheet/recording_plan.hpp"
 #include "identify/sheet/spreadsheet.hpp"
@@ -280,4 +284,63 @@ TEST_CASE("StudySheet::reader_of: columns by any spelling; joint_groups: persons
   CHECK(groups[0].recordings == std::vector<std::size_t>{0, 1, 3});
   CHECK(groups[0].conditions == std::vector<std::string>{"open", "open", "closed"});
   check_error([&] { joint_groups(make_plan(sources(folder, {"a.csv"}), {}), "subject", ""); }, Code::setting_conflict);
+}
+
+TEST_CASE("recordings_below: files that may be recordings, by name, not what describes them") {
+  const TemporaryFolder folder;
+  sources(folder, {"b/t.CSV", "a.mat", "b/.hidden.csv", ".git/x.csv", "participants.tsv", "b/sub-1_channels.tsv",
+                   "README.txt", "report.pdf", "c.trc"});
+  std::vector<std::string> found;
+  for (const std::filesystem::path& path : recordings_below(folder.path()))
+    found.push_back(path.lexically_relative(folder.path()).string());
+  CHECK(found == std::vector<std::string>{"a.mat", "b/t.CSV", "c.trc"});
+  CHECK(recordings_below(folder / "none").empty());
+}
+
+TEST_CASE("groups of a plan: sessions, conditions and covariates of its sheet") {
+  const TemporaryFolder folder;
+  const std::vector<std::string> files{"a.csv", "b.csv", "c.csv", "d.csv"};
+  const RecordingPlan plan = plan_of_text(folder,
+                                          "participant_id\tgroup\tsession\tcondition\tfile\tage\tweight\theight\tsex\n"
+                                          "A\tx\t1\topen\ta.csv\t60,5\t70\t175\tF\n"
+                                          "a\tX\t2\tOpen\tb.csv\t61\t71\t175\tM\n"
+                                          "B\ty\t1\topen\tc.csv\tn/a\tn/a\tn/a\tn/a\n"
+                                          "C\tn/a\tn/a\tn/a\td.csv\t50\t80\t1.8\tF\n",
+                                          files, Choice::by_sheet);
+  const std::vector<double> ages = read_covariate(plan, "Age"), weights = read_covariate(plan, "weight_kg");
+  CHECK(ages[0] == 60.5);
+  CHECK(std::isnan(ages[2]));
+  CHECK(weights[3] == 80.0);
+  CHECK(read_covariate(plan, "body height")[0] == 1.75);
+  check_error([&] { read_covariate(plan, "sex"); }, Code::value_invalid, "'F'");
+  check_error([&] { read_covariate(plan, "shoe"); }, Code::column_missing, "shoe");
+  const RecordingPlan without = make_plan(sources(folder, {"a.csv"}), {});
+  check_error([&] { read_covariate(without, "age"); }, Code::setting_missing, "covariates");
+
+  GroupTable groups = groups_of_plan(plan, true);
+  CHECK(groups.person_column == "participant_id");
+  CHECK(groups.members[1].group == "x");
+  CHECK(groups.members[1].person == "A");
+  CHECK(groups.members[3].group.empty());
+  refuse_groups(groups.members, "here");
+  check_error([&] { refuse_groups(groups.members, "here", 3); }, Code::setting_out_of_range, "2 groups");
+  CHECK(compare_within("session", plan, groups) == 0);
+  CHECK(groups.members[1].cell() == "x, 2");
+  CHECK(groups.members[3].cell().empty());
+  check_error([&] { compare_within("condition", plan, groups); }, Code::value_missing, "1 condition");
+  check_error([&] { compare_within("sex", plan, groups); }, Code::setting_unknown, "sex");
+  check_error([&] { compare_within("session", without, groups); }, Code::setting_missing, "within");
+  add_covariate("age", plan, groups);
+  CHECK(groups.covariates == std::vector<std::string>{"age"});
+  CHECK(groups.members[1].covariates == std::vector<double>{61.0});
+  check_error([&] { add_covariate("height", plan, groups); }, Code::value_missing, "height");  // C is in no group
+
+  GroupTable all = groups_of_plan(plan, false);
+  CHECK(compare_within("session", plan, all) == 1);
+  CHECK(all.members[0].cell() == "1");
+  CHECK(all.members[3].cell().empty());
+  const std::vector<FitGroup> joint = joint_groups(plan, "participant_id", "");
+  check_error([&] { refuse_joint_cells(all, joint); }, Code::setting_conflict, "joint");
+  refuse_joint_cells(groups_of_plan(plan, true), joint);
+  refuse_joint_cells({}, joint);
 }

@@ -294,6 +294,8 @@ TEST_CASE("calibrate: figures of trials, resumed as if never stopped" * doctest:
     CHECK(contains(said.out, "| " + std::string(info.name) + " |"));
   CHECK(contains(said.out, "log score "));
   CHECK(contains(said.out, "| predicted variance | network | 90% coverage |"));
+  const auto again = run_ok("rerun " + folder / "c.json");
+  CHECK(contains(again.err, "computing times"));
   std::filesystem::create_symlink("c.json", folder / "same");
   check_refused(command + " --trials 3 --resume --figure " + folder / "same");
   check_refused(command + " --trials 2 --resume --seed 4", "seed is 4, and was 2026");

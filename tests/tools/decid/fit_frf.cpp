@@ -56,7 +56,12 @@ TEST_CASE("fit --frf gives fit's keys, and the information of the table") {
   for (const char* array : {"parameters.npy", "gain.npy", "error.npy", "chain.npy"})
     CHECK(contains(read_text(folder / "d.npz"), array));
 
-  Json other = fitted(example + " --protocol short --threads 1"), first = json;
+  CHECK(json["command"] == "fit");
+  CHECK(json["seed"] == 1);
+  CHECK(json["inputs"][0]["file"] == example);
+  const auto again = run_ok("rerun --threads 1 " + folder / "o.json" + " -o " + folder / "again.json");
+  CHECK(contains(again.err, "computing times"));
+  Json other = read_json(folder / "again.json"), first = json;
   for (Json* each : {&first, &other}) (*each)["fit"].erase("seconds");
   CHECK(first == other);
 }

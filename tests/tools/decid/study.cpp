@@ -241,6 +241,29 @@ TEST_CASE("a study without a data set simulates its own trials") {
   CHECK_FALSE(std::filesystem::exists(out + "/loss.svg"));
   CHECK_FALSE(std::filesystem::exists(out + "/amplitude-histogram.svg"));
   CHECK(std::filesystem::exists(out + "/error-by-amplitude.svg"));
+
+  CHECK(json.at("command") == "study");
+  CHECK(json.at("seed") == 99);
+  CHECK(json.at("inputs").at(0).at("file") == s.model);
+  const auto again = run_ok("rerun " + out + "/study.json -o " + s.folder / "again.json");
+  CHECK(contains(again.err, "the same bytes\n"));
+  CHECK(read_text(s.folder / "again.json") == read_text(out + "/study.json"));
+}
+
+TEST_CASE("a comparison of methods is computed again") {
+  const Setting s;
+  const std::string result = s.folder / "c.json";
+  run_ok("compare --quiet --trials 2 --starts 1 --simulations 6500 --max-draws 8 --model " + s.model + " -o " + result);
+  const Json json = Json::parse(read_text(result));
+  CHECK(json.at("command") == "compare");
+  CHECK(json.at("arguments").at(0) == "--trials=2");
+  CHECK(json.at("inputs").at(0).at("sha256").get<std::string>().size() == 64);
+  const auto again = run_ok("rerun --threads 1 " + result);
+  CHECK(contains(again.err, "computing times"));
+  Json changed = json;
+  changed["methods"][0]["mse"] = 0.5;
+  write_text(result, changed.dump());
+  CHECK(run_decid("rerun " + result).code == 1);
 }
 
 TEST_CASE("a study of a network of time series shows each of them, and filters in lines") {

@@ -213,6 +213,76 @@ TEST_CASE("a sheet is a table of groups, too; n/a is no group") {
   CHECK(cell(rows, 4, "group").empty());
 }
 
+TEST_CASE("a study in two sessions: changes within persons, between groups, and with age") {
+  const Folder folder;
+  std::string sheet = "participant_id\tgroup\tsession\tcondition\tfile\tage\tweight\theight\tsex\n";
+  for (int i = 0; i < 4; ++i)
+    for (const char* session : {"1", "2"}) {
+      const std::string file = std::to_string(i) + "_" + session + ".csv";
+      simulate(folder / file,
+               "--delay " + std::string(*session == '1' ? "0.1" : "0.16") + " --seed " + std::to_string(i) + session);
+      sheet += "p" + std::to_string(i) + (i < 2 ? "\ta\t" : "\tb\t") + session + "\topen\t" + file + '\t' +
+               std::to_string(60 + i) + ",5\t70\t1.75\t" + (i % 2 == 0 ? "F" : "M") + '\n';
+    }
+  const std::string path = write_text(folder / "s.tsv", sheet).string();
+  const std::string study = "identify --study " + path;
+  const Json both = run_json(study + " --quiet --json --group " + path + " --within session --covariates age");
+  CHECK(both["groups"].size() == 4);
+  CHECK(both["groups"][1]["name"] == "a, 2");
+  CHECK(both["comparisons"].size() == 4);
+  CHECK(both["comparisons"][0]["paired"] == true);
+  CHECK(both["group_comparison"]["covariates"] == Json::array({"age"}));
+  CHECK(both["recordings"][1]["group"] == "a");
+  const Json& model = both["hierarchical"];
+  CHECK(model["groups"][3]["group"] == "b");
+  CHECK(model["groups"][3]["session"] == "2");
+  CHECK(model["groups"][3]["condition"].is_null());
+  CHECK(model["comparisons"][0]["groups"] == Json::array({"a, 1", "a, 2"}));
+  CHECK(model["comparisons"][0]["persons_in_both"] == 2);
+  CHECK(model["interactions"].size() == 1);
+  CHECK(model["interactions"][0]["second"] == Json::array({"b, 1", "b, 2"}));
+  CHECK(model["interactions"][0]["parameters"].size() == 7);
+  REQUIRE(model["covariates"].size() == 1);
+  CHECK(model["covariates"][0]["mean"] == 62.0);
+  CHECK(model["covariates"][0]["unknown"] == 0);
+  CHECK(model["covariates"][0]["parameters"][6]["probability_of_direction"].get<double>() >= 0.5);
+
+  // Without groups all persons are compared with themselves. A later delay is found in four of them.
+  const Result result =
+      run_ok(study + " --quiet --within session -o " + folder / "o.json" + " --report " + folder / "r.html");
+  CHECK(contains(result.out, "1 less 2, 4 people in both"));
+  const Json within = read_json(folder / "o.json");
+  CHECK(within["recordings"][0]["group"] == "a");  // by the sheet
+  CHECK(within["hierarchical"]["comparisons"].size() == 1);
+  CHECK(within["hierarchical"]["comparisons"][0]["parameters"][6]["interval95"][1].get<double>() < 0.0);
+  CHECK(within["hierarchical"]["changes"].size() == 4);
+  run_ok("rerun --quiet " + folder / "o.json");
+
+  const std::string text = run_ok(study + " --quiet --covariates age").out;
+  CHECK(contains(text, "Change per unit of age; means are at 62"));
+  CHECK(contains(text, "8 recordings"));
+  check_refused(study + " --covariates weight", "--covariates weight");  // all of one weight
+}
+
+TEST_CASE("columns that cannot be compared are refused before anything is computed") {
+  const Folder folder;
+  simulate(folder / "a.csv", "--seed 1");
+  simulate(folder / "b.csv", "--seed 2");
+  const std::string path =
+      write_text(folder / "s.csv",
+                 "participant_id,session,condition,file,sex,age\nA,1,open,a.csv,F,60\nA,2,open,b.csv,F,60\n")
+          .string();
+  const std::string study = " --study " + path + " ";
+  check_refused("identify --within session " + folder / "a.csv", "--within session");
+  check_refused("identify --covariates age " + folder / "a.csv", "--covariates age");
+  check_refused("identify --within sex" + study, "--within sex");
+  check_refused("identify --within condition" + study, "--within condition");
+  check_refused("identify --covariates sex" + study, "'F'");
+  check_refused("identify --covariates age" + study, "--covariates age");
+  check_refused("identify --covariates shoe" + study, "'shoe'");
+  check_refused("fit --within session --joint participant_id" + study, "--joint");
+}
+
 TEST_CASE("fit: a study of two bodies and two protocols, each with the bits of a call of its own" *
           doctest::test_suite("slow")) {
   const Folder folder;
@@ -274,7 +344,7 @@ TEST_CASE("rerun: the same bytes, and refusals of changed inputs and other files
   CHECK(json["inputs"][0]["sha256"].get<std::string>().size() == 64);
   CHECK(json["seed"].is_null());
   const Result result = run_ok("rerun " + folder / "o.json" + " -o " + folder / "again.json");
-  CHECK(contains(result.err, "to the byte"));
+  CHECK(contains(result.err, "the same bytes"));
   CHECK(read_text(folder / "again.json") == read_text(folder / "o.json"));
   run_ok("rerun --quiet --threads 1 " + folder / "o.json");
 
@@ -284,6 +354,7 @@ TEST_CASE("rerun: the same bytes, and refusals of changed inputs and other files
   CHECK(run_decid("rerun " + folder / "changed.json").code == 1);
   check_refused("rerun " + folder / "o.json" + " -o " + folder / "o.json", "another name");
   check_refused("rerun " + folder / "t.csv", "t.csv");
+  check_refused("rerun " + folder / "o.json" + " -o " + folder / "none/again.json", "again.json");
   write_text(folder / "empty.json", "{}");
   check_refused("rerun " + folder / "empty.json", "empty.json");
   std::string old = read_text(folder / "o.json");

@@ -159,6 +159,27 @@ class Processes(unittest.TestCase):
             hashes.add(tuple(sha256(self.folder / name) for name in made))
         self.assertEqual(len(hashes), 1)
 
+    def test_fits_joint(self):
+        (self.folder / "p.json").write_text(json.dumps({
+            "name": "tiny", "sensor_noise_deg": 0.02, "sample_rate_hz": 20,
+            "sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "state_s": 0.1, "amplitude_deg": 4, "offset_s": 0,
+                         "cycles": 2}}))
+        lines = ["participant_id,session,file"]
+        for i in range(5):
+            self.run_decid(0, ["simulate", "--protocol", "p.json", "--seed", str(i), "--quiet", "-o", f"r{i}.csv"])
+            lines.append(f"P{i // 2},{i % 2},r{i}.csv")
+        (self.folder / "s.csv").write_text("\n".join(lines) + "\n")
+        arguments = ["fit", "--study", "s.csv", "--joint", "participant_id", "--protocol", "p.json", "--max-draws", "8",
+                     "-o", "f.json", "--draws", "f.npz", "--quiet", "--threads", "1"]
+        made = set()
+        for count in (0, 2, 3):
+            self.run_decid(count, arguments)
+            made.add(tuple(sha256(self.folder / name) for name in ("f.json", "f.npz")))
+        self.assertEqual(len(made), 1)
+        refused = [*arguments, "--within", "session"]
+        out, err = self.run_decid(2, refused, fails=True)
+        self.assertEqual(len(self.lines_of(err)), 1, err)
+
     def test_fits_calibrated(self):
         arguments = ["calibrate", "--trials", "3", "--max-draws", "8", "--quiet", "--json", "--threads", "1"]
         self.assertEqual(len({self.without_seconds(self.run_decid(count, arguments)[0]) for count in (0, 2)}), 1)

@@ -19,8 +19,8 @@
 #include "tests/tools/report/fitted.hpp"
 #include "tools/report/dataset_page.hpp"
 #include "tools/report/fit_page.hpp"
-#include "tools/report/frf.hpp"
 #include "tools/report/identify_page.hpp"
+#include "tools/report/json/frf.hpp"
 
 namespace {
 
@@ -134,6 +134,26 @@ std::string page_of_many(Report all) {
   return identify_page(all);
 }
 
+/// Returns a page of two groups in two sessions, with ages.
+std::string page_of_sessions(Report all) {
+  const RecordingResult first = all.recordings.front();
+  decid::GroupTable table{"participant_id", {}};
+  table.covariates = {"age"};
+  all.recordings.clear();
+  for (int i = 0; i < 24; ++i) {
+    RecordingResult& made = all.recordings.emplace_back(first);
+    made.file = "recordings/" + std::to_string(i + 1) + ".csv";
+    for (double& value : made.estimate.parameters) value *= 0.8 + 0.01 * i;
+    table.members.push_back({i % 2 == 0 ? "patients" : "controls",
+                             std::to_string(i / 4 * 2 + i % 2),
+                             i / 2 % 2 == 0 ? "before" : "after",
+                             "",
+                             {40.0 + i / 4}});
+  }
+  all.groups = decid::report_groups(table, all);
+  return identify_page(all);
+}
+
 std::string page_of(const std::string& kind) {
   using decid::dataset::Channel;
   if (kind == "dataset") return dataset_page();
@@ -141,6 +161,7 @@ std::string page_of(const std::string& kind) {
   const std::vector<Channel> folded{Channel::asinh_real, Channel::asinh_imaginary, Channel::log_residual};
   if (kind == "folded") return identify_page(sure(several(folded, 2)));
   if (kind == "many") return page_of_many(sure(several(folded, 2)));
+  if (kind == "sessions") return page_of_sessions(sure(several(folded, 2)));
   if (kind == "one") {
     Report one = sure(several(folded, 2));
     one.recordings.resize(1);

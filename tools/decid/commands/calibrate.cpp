@@ -20,8 +20,10 @@
 #include "tools/decid/progress.hpp"
 #include "tools/decid/ranks.hpp"
 #include "tools/decid/results/calibrated_trials.hpp"
+#include "tools/decid/results/results.hpp"
 #include "tools/report/figures/calibration_figure.hpp"
 #include "tools/report/json/parameters_json.hpp"
+#include "tools/report/json/recording_json.hpp"
 
 namespace decid::tools {
 namespace {
@@ -205,7 +207,7 @@ std::string resuming_text(const std::string& path, std::size_t done, std::size_t
 }
 
 /// Makes the table of recording conditions or artefacts: fits as users run them, with start and gain unknown.
-void run_conditions(const CalibrateOptions& options) {
+void run_conditions(const CalibrateOptions& options, const Command& command) {
   if (ranks() != nullptr)
     throw Error(Code::not_supported, "--conditions", "runs in one process", "start it without mpirun");
   if (options.resume && options.output.empty())
@@ -233,6 +235,13 @@ void run_conditions(const CalibrateOptions& options) {
     rows = earlier_rows(options.output, settings, conditions);
   if (options.resume && !options.common.quiet)
     std::cerr << "calibrate: " << resuming_text(options.output, rows.size(), conditions.size(), "rows") << '\n';
+  Call call = record_call(command, inputs);
+  call.seed = options.seed;
+  const auto document = [&] {
+    Json json{{"settings", settings}, {"conditions", rows}};
+    add_call(json, call);
+    return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  };
   catch_interrupt();
   for (std::size_t i = rows.size(); i < conditions.size() && !interrupted(); ++i) {
     const Fault& fault = conditions[i].fault;
@@ -243,17 +252,15 @@ void run_conditions(const CalibrateOptions& options) {
                       [](std::size_t, const posterior::Progress&) { return !interrupted(); });
     if (row.trials == 0) break;
     rows.push_back(condition_json(row, protocol.parameters()));
-    if (!options.output.empty())
-      write_file(options.output, Json{{"settings", settings}, {"conditions", rows}}.dump(1) + "\n");
+    if (!options.output.empty()) write_file(options.output, document());
   }
-  std::cout << (options.common.json ? Json{{"settings", settings}, {"conditions", rows}}.dump(1) + "\n"
-                                    : conditions_text(rows));
+  std::cout << (options.common.json ? document() : conditions_text(rows));
   if (rows.size() < conditions.size())
     throw std::runtime_error(format("stopped after %zu of %zu rows%s", rows.size(), conditions.size(),
                                     options.output.empty() ? "" : "; --resume continues"));
 }
 
-void run_calibrate(const CalibrateOptions& options) {
+void run_calibrate(const CalibrateOptions& options, const Command& command) {
   std::vector<std::string> inputs;
   const sim::Protocol protocol = options.protocol.load(options.common.quiet, &inputs);
   std::vector<sim::Protocol> protocols{protocol};
@@ -264,6 +271,8 @@ void run_calibrate(const CalibrateOptions& options) {
   }
   inputs.push_back(options.model);
   refuse_same_file(options.output, inputs);
+  Call call = record_call(command, inputs);
+  call.seed = options.seed;
   inputs.push_back(options.output);
   refuse_same_file(options.figure, inputs);
   for (const std::string& path : {options.output, options.figure})
@@ -302,7 +311,8 @@ void run_calibrate(const CalibrateOptions& options) {
     json["parts"] = parts_json(trials, protocol, stddev);
     json["agreeing"] = some ? figures_json(table, calibration_of_agreeing(trials, stddev)) : Json(nullptr);
     json["trials"] = std::move(all);
-    return json.dump(1) + "\n";
+    add_call(json, call);
+    return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
   };
   catch_interrupt();
   {
@@ -409,15 +419,15 @@ void add_calibrate(const Command& program) {
       "  decid calibrate --trials 40 --sensor-noise 0.02 --with default --with default\n"
       "  decid calibrate --conditions examples/laboratory.json --sensor-noise 0.02 --trials 60\n"
       "  decid calibrate --faults --sensor-noise 0.02 --trials 60 -o artefacts.json --resume");
-  command.callback([options] {
+  command.callback([options, command] {
     options->settings.min_draws = std::min(options->settings.min_draws, options->settings.max_draws);
     apply(options->common);
     if (options->faults && !options->conditions.empty())
       throw Error(Code::setting_conflict, "--faults", "cannot be combined with --conditions", "give one of them");
     if (!options->with.empty() && (options->faults || !options->conditions.empty()))
       throw Error(Code::setting_conflict, "--with", "cannot be combined with --faults or --conditions", "leave it out");
-    if (options->faults || !options->conditions.empty()) return run_conditions(*options);
-    run_calibrate(*options);
+    if (options->faults || !options->conditions.empty()) return run_conditions(*options, command);
+    run_calibrate(*options, command);
   });
 }
 

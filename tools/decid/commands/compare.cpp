@@ -17,7 +17,9 @@
 #include "tools/decid/interrupt.hpp"
 #include "tools/decid/progress.hpp"
 #include "tools/decid/ranks.hpp"
+#include "tools/decid/results/results.hpp"
 #include "tools/report/comparison_page.hpp"
+#include "tools/report/json/recording_json.hpp"
 
 namespace decid::tools {
 namespace {
@@ -107,16 +109,20 @@ ComparisonFigures compare(const CompareOptions& options) {
   return figures;
 }
 
-void run_compare(const CompareOptions& options) {
+void run_compare(const CompareOptions& options, const Command& command) {
   refuse_same_file(options.output, {options.model, options.data});
   refuse_same_file(options.report, {options.model, options.data, options.output});
   for (const std::string& path : {options.output, options.report})
     if (!path.empty() && is_root()) PendingFile probe(path);
   const ComparisonFigures figures = compare(options);
   if (!is_root()) return;
-  const std::string json = print_json(comparison_json(figures)) + "\n";
+  Call call = record_call(command, {options.model, options.data});
+  call.seed = options.settings.seed;
+  Json result = comparison_json(figures);
+  add_call(result, call);
+  const std::string json = print_json(result) + "\n";
   if (!options.output.empty()) write_file(options.output, json);
-  if (!options.report.empty()) write_file(options.report, comparison_html(figures));
+  if (!options.report.empty()) write_file(options.report, comparison_html(figures, call));
   std::cout << (options.common.json ? json : comparison_text(figures));
 }
 
@@ -162,12 +168,12 @@ void add_compare(const Command& program) {
       "  decid compare --trials 100 --sensor-noise 0.02 --report compare.html\n"
       "  decid compare --data test.npz --model mine.safetensors -o compare.json\n"
       "  decid compare --trials 20 --starts 1 --simulations 6500");
-  command.callback([options] {
+  command.callback([options, command] {
     options->settings.posterior.seed = options->settings.seed;
     options->settings.posterior.min_draws =
         std::min(options->settings.posterior.min_draws, options->settings.posterior.max_draws);
     apply(options->common);
-    run_compare(*options);
+    run_compare(*options, command);
   });
 }
 

@@ -18,6 +18,8 @@
 #include "identify/fit_recordings.hpp"
 #include "identify/network/for_body.hpp"
 #include "identify/result_archive.hpp"
+#include "identify/sheet/joint_groups.hpp"
+#include "identify/sheet/plan_groups.hpp"
 #include "identify/sheet/study_results.hpp"
 #include "sim/protocol/protocol_object.hpp"
 #include "sim/segments.hpp"
@@ -40,7 +42,8 @@ struct FitOptions {
   CommonOptions common;
   RecordingFlags recordings;
   Outputs outputs;
-  std::string model, protocol, frf, group;
+  GroupFlags groups;
+  std::string model, protocol, frf;
   std::string joint, free, conditions;  ///< columns of the sheet; free: NAME,..:COLUMN
   bool resume = false;
   std::optional<double> amplitude_deg, prior_error, prior_gain;
@@ -52,10 +55,10 @@ struct FitOptions {
 
 /// Options that apply only to recordings, except the file-reading options, and options that apply only to a frequency
 /// response.
-constexpr const char* of_recordings[] = {"recordings",  "--model",     "--prior-start", "--prior-noise",
-                                         "--max-draws", "--table",     "--group",       "--moved-before",
-                                         "--resume",    "--recursive", "--study",       "--long",
-                                         "--excel",     "--figures",   "--joint",       "--free"};
+constexpr const char* of_recordings[] = {"recordings", "--model",  "--prior-start",  "--prior-noise", "--max-draws",
+                                         "--table",    "--group",  "--moved-before", "--resume",      "--recursive",
+                                         "--study",    "--long",   "--excel",        "--figures",     "--joint",
+                                         "--free",     "--within", "--covariates"};
 constexpr const char* of_tables[] = {"--amplitude", "--prior-error", "--objective"};
 
 /// Throws Error for options that do not apply to the input.
@@ -220,8 +223,10 @@ void run_table(const FitOptions& options, const Command& command) {
                .log_ratio = options.objective == "log-ratio",
                .json = options.common.json,
                .options = command.given(beside_answers),
+               .call = record_call(command, inputs),
                .body_assumed = !options.recordings.body() && named.experiment.body == sim::Body{}};
   sim::Protocol protocol = protocol_for(options, named);
+  asked.call.seed = options.request.settings.seed;
   const std::vector<const sim::BodyModel*> controllers = controllers_of(options, protocol);
   for (const sim::BodyModel* controller : controllers) {
     protocol.experiment.body_model = controller;
@@ -262,10 +267,10 @@ Report make_report(const FitOptions& options, const PlanFitter& fitter, FitResul
     if (!results[i]) continue;
     places.push_back(i);
     report.recordings.push_back(std::move(*results[i]));
-    if (!options.group.empty()) members.push_back(groups.members[i]);
+    if (options.groups.given()) members.push_back(groups.members[i]);
   }
   groups.members = std::move(members);
-  if (!options.group.empty()) report.groups = report_groups(std::move(groups), report);
+  if (options.groups.given()) report.groups = report_groups(std::move(groups), report);
   return report;
 }
 
@@ -291,7 +296,7 @@ void run_fit(FitOptions options, const Command& command) {
   RecordingFlags& recordings = options.recordings;
   ReadOptions reading = recordings.read_options();
   std::vector<std::string> inputs = options.outputs.files();
-  inputs.insert(inputs.end(), {options.model, options.protocol, options.group, recordings.study});
+  inputs.insert(inputs.end(), {options.model, options.protocol, options.groups.table, recordings.study});
   recordings.find_sources(inputs, options.common.quiet);
   inputs.clear();
   std::optional<sim::Protocol> given;
@@ -322,9 +327,10 @@ void run_fit(FitOptions options, const Command& command) {
   const RecordingPlan plan = recordings.plan(reading, options.common.quiet);
   const std::vector<std::string> files = recordings.distinct_files();
   inputs.insert(inputs.begin(), files.begin(), files.end());
-  inputs.insert(inputs.end(), {recordings.study, options.model, options.group});
+  inputs.insert(inputs.end(), {recordings.study, options.model, options.groups.table});
   options.outputs.check(inputs);
-  const GroupTable groups = read_groups(options.group, recordings, plan, options.common.quiet);
+  const GroupTable groups = read_groups(options.groups, recordings, plan, options.common.quiet);
+  if (!options.joint.empty()) refuse_joint_cells(groups, joint_groups(plan, options.joint, options.conditions));
 
   const Json settings{{"version", version},
                       {"protocol", sim::to_json_object(protocol)},
@@ -345,7 +351,8 @@ void run_fit(FitOptions options, const Command& command) {
   report.model = model_name(options.model);
   report.model_sha256 = nn::weights_sha256(model.network);
   report.options = command.given(beside_answers);
-  record_call(report, command, recordings.named, inputs);
+  report.call = record_call(command, inputs, recordings.named);
+  report.call.seed = options.request.settings.seed;
   options.outputs.write(report, options.common.json);
   const bool failed = std::ranges::any_of(begun, [](const RecordingResult& id) { return id.error.has_value(); });
   if (journal && !failed && begun.size() == options.outputs.count && !interrupted()) journal->remove();
@@ -452,7 +459,7 @@ void add_fit(const Command& program) {
       .range(8, 1'000'000);
   add_seed_option(command, options->request.settings.seed, "Seed the chains");
   add_report_options(command, options->outputs, true);
-  add_group_option(command, options->group);
+  add_group_options(command, options->groups);
   command.section("Output");
   command.add_flag("--resume", options->resume,
                    "Continue a stopped call: skip the recordings that its journal OUTPUT.journal holds");

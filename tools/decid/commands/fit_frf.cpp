@@ -8,6 +8,7 @@
 #include "base/files/file.hpp"
 #include "tools/decid/results/frf_results.hpp"
 #include "tools/report/frf_page.hpp"
+#include "tools/report/json/recording_json.hpp"
 
 namespace decid::tools {
 namespace {
@@ -28,7 +29,9 @@ void compare(std::vector<FrfAnswer>& answers, const frf::SmcSettings& particles)
   for (std::size_t i = 0; i < answers.size(); ++i) answers[i].compared = compared[i];
 }
 
-void write(const FrfFit& asked, const std::string& json, const std::string& text) {
+void write(const FrfFit& asked, Json result, const std::string& text) {
+  add_call(result, asked.call);
+  const std::string json = print_json(result) + "\n";  // bytes of a file name that are not UTF-8 are replaced
   if (!asked.output.empty()) write_file(asked.output, json);
   std::cout << (asked.json ? json : text);
 }
@@ -44,7 +47,7 @@ void run_log_ratio(const FrfFit& asked, const frf::Table& table) {
     report.answers.push_back({density, frf::fit_log_ratio(density, {.seed = asked.particles.seed})});
   }
   report.seconds = seconds_since(begin);
-  write(asked, log_ratio_json(report), log_ratio_text(report));
+  write(asked, log_ratio_object(report), log_ratio_text(report));
 }
 
 }  // namespace
@@ -61,8 +64,9 @@ void run_frf_fit(const FrfFit& asked) {
   if (report.answers.size() > 1) compare(report.answers, asked.particles);
   report.seconds = seconds_since(begin);
   if (!asked.draws.empty()) write_frf_draws(asked.draws, report);
-  if (!asked.page.empty()) write_file(asked.page, frf_page(frf_fit_object(report)));
-  write(asked, frf_fit_json(report), frf_fit_text(report));
+  const Json found = frf_fit_object(report);
+  if (!asked.page.empty()) write_file(asked.page, frf_page(found, asked.call));
+  write(asked, found, frf_fit_text(report));
 }
 
 }  // namespace decid::tools

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/files/json_object.hpp"
+#include "identify/result.hpp"
 #include "posterior/frf/fit.hpp"
 
 namespace decid::tools {
@@ -22,7 +23,8 @@ struct FrfFit {
   frf::SmcSettings particles;
   bool log_ratio = false;  ///< least squares instead of the posterior
   bool json = false;
-  Json options;               ///< as they were given
+  Json options;  ///< as they were given
+  Call call = {};
   bool body_assumed = false;  ///< the protocol's own body
 };
 

@@ -26,7 +26,8 @@ struct IdentifyOptions {
   CommonOptions common;
   RecordingFlags recordings;
   Outputs outputs;
-  std::string model, controller, group;
+  std::string model, controller;
+  GroupFlags groups;
 };
 
 /// Returns the report of all recordings at rank 0, with the work shared by all ranks; at other ranks a report without
@@ -69,23 +70,23 @@ void run_identify(IdentifyOptions options, const Command& command) {
   reading.truth = recordings.known(model.parameters());
   reading.body = recordings.body();
   std::vector<std::string> others = options.outputs.files();
-  others.insert(others.end(), {options.model, options.group, recordings.study});
+  others.insert(others.end(), {options.model, options.groups.table, recordings.study});
   recordings.find_sources(others, options.common.quiet);
   const RecordingPlan plan = recordings.plan(reading, options.common.quiet);
   std::vector<std::string> inputs = recordings.distinct_files();
-  inputs.insert(inputs.end(), {recordings.study, options.model, options.group});
+  inputs.insert(inputs.end(), {recordings.study, options.model, options.groups.table});
   options.outputs.check(inputs);
-  const GroupTable groups = read_groups(options.group, recordings, plan, options.common.quiet);
+  const GroupTable groups = read_groups(options.groups, recordings, plan, options.common.quiet);
 
   Report report = identify_all(options, model, plan);
   if (!is_root()) return;
   refuse_alone(report.recordings);
-  if (!options.group.empty()) report.groups = report_groups(groups, report);
+  if (options.groups.given()) report.groups = report_groups(groups, report);
   report.model = model_name(options.model);
   report.options = command.given(beside_answers);
   if (options.common.json || options.outputs.needs_hashes()) {
     report.model_sha256 = nn::weights_sha256(model.network);  // a millisecond that text does without
-    record_call(report, command, recordings.named, inputs);
+    report.call = record_call(command, inputs, recordings.named);
   }
   options.outputs.write(report, options.common.json);
   tell_errors("identify", report.recordings);
@@ -105,7 +106,7 @@ void add_identify(const Command& program) {
   command.add_option("--model", options->model, "Use this model file; default: the built-in model");
   add_controller_of_model(command, options->controller);
   add_report_options(command, options->outputs, false);
-  add_group_option(command, options->group);
+  add_group_options(command, options->groups);
   add_common_options(command, options->common, true);
   command.footer(
       "Examples:\n"

@@ -1,4 +1,6 @@
 // decid rerun: computes a result again from its JSON, which names the call, its options and its inputs.
+#include <stdlib.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
@@ -13,6 +15,7 @@
 #include "base/files/sha256.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
+#include "identify/result.hpp"
 #include "tools/decid/command.hpp"
 
 namespace decid::tools {
@@ -23,11 +26,20 @@ struct RerunOptions {
   std::string result, output;
 };
 
-/// The call that wrote a result.
-struct Call {
-  std::string command;
-  std::vector<std::string> arguments;
+/// Commands whose JSON names the call, and the functions that add them.
+struct Repeatable {
+  const char* name;
+  void (*add)(const Command& program);
 };
+constexpr Repeatable rerun_commands[] = {{"identify", add_identify},
+                                         {"fit", add_fit},
+                                         {"calibrate", add_calibrate},
+                                         {"compare", add_compare},
+                                         {"study", add_study}};
+constexpr const char* wanted_file = "give the JSON of decid identify, fit, calibrate, compare or study";
+
+/// Keys of computing times, which differ from call to call, and of the threads that they are of.
+constexpr const char* timed_keys[] = {"seconds", "mean_s", "max_s", "threads"};
 
 /// Throws Error unless the inputs are those of the call, and this decid wrote the result.
 Call read_call(const std::string& path, const std::string& content) {
@@ -37,16 +49,15 @@ Call read_call(const std::string& path, const std::string& content) {
                          all.contains("arguments") && all["arguments"].is_array() &&
                          std::ranges::all_of(all["arguments"], is_text) && all.contains("inputs") &&
                          all["inputs"].is_array() && all.contains("decid");
-  if (!is_result || (all["command"] != "identify" && all["command"] != "fit"))
-    throw Error(Code::file_unsupported, path, "does not say which call wrote it",
-                "give the JSON of decid identify or decid fit");
+  if (!is_result ||
+      std::ranges::none_of(rerun_commands, [&](const Repeatable& one) { return all["command"] == one.name; }))
+    throw Error(Code::file_unsupported, path, "does not say which call wrote it", wanted_file);
   if (all["decid"] != version)
     throw Error(Code::file_differs, path, "was written by decid " + all["decid"].dump(),
                 std::string("this is decid ") + version + "; use that version");
   for (const Json& input : all["inputs"]) {
     if (!input.is_object() || !input.contains("file") || !input.contains("sha256"))
-      throw Error(Code::file_damaged, path, "names its inputs in another form",
-                  "give the JSON of decid identify or decid fit");
+      throw Error(Code::file_damaged, path, "names its inputs in another form", wanted_file);
     const std::string file = input["file"].get<std::string>();
     const Json& hash = input["sha256"];
     const bool is_stream = file == "-" || std::filesystem::exists(file);
@@ -57,7 +68,7 @@ Call read_call(const std::string& path, const std::string& content) {
     if (sha256(read_file(file)) != hash.get<std::string>())
       throw Error(Code::file_differs, file, "is not the file that " + path + " was computed from", "restore that file");
   }
-  return {all["command"].get<std::string>(), all["arguments"].get<std::vector<std::string>>()};
+  return {all["command"].get<std::string>(), all["arguments"].get<std::vector<std::string>>(), {}, {}};
 }
 
 /// Discards standard output for its lifetime: the call prints its results, and rerun writes them to a file.
@@ -83,8 +94,7 @@ void run(const Call& call, const std::string& output, const CommonOptions& commo
   std::vector<char*> pointers;
   for (std::string& word : words) pointers.push_back(word.data());
   const Program program("decid", "", version);
-  add_identify(program.top());
-  add_fit(program.top());
+  for (const Repeatable& one : rerun_commands) one.add(program.top());
   const Silence silence;
   try {
     program.parse(static_cast<int>(pointers.size()), pointers.data());
@@ -93,25 +103,72 @@ void run(const Call& call, const std::string& output, const CommonOptions& commo
   }
 }
 
+/// A folder for what the call writes.
+class ScratchFolder {
+ public:
+  ScratchFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "decid-rerun-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr)
+      throw Error(Code::file_unwritable, name, "cannot be created", "set TMPDIR to a folder with space");
+    path_ = name;
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  ~ScratchFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// Returns the JSON of the call, computed again. failed: receives the error of some of its recordings, as in the first
+/// call.
+std::string compute_again(const Call& call, const CommonOptions& common, std::optional<Error>& failed) {
+  const ScratchFolder scratch;
+  const bool writes_folder = call.command == "study";
+  const std::filesystem::path output = scratch.path() / (writes_folder ? "study" : "result.json"),
+                              json = writes_folder ? output / "study.json" : output;
+  try {
+    run(call, output.string(), common);
+  } catch (const Error& error) {
+    if (!std::filesystem::exists(json)) throw;
+    failed = error;
+  }
+  return read_file(json);
+}
+
+void remove_times(Json& json) {
+  if (json.is_object())
+    for (const char* key : timed_keys) json.erase(std::string(key));
+  if (json.is_structured())
+    for (Json& part : json) remove_times(part);
+}
+
+/// Returns true if only computing times differ.
+bool alike_but_for_times(const std::string& before, const std::string& now) {
+  Json first = parse_json(before, "the result"), second = parse_json(now, "the new result");
+  remove_times(first);
+  remove_times(second);
+  return first == second;
+}
+
 void run_rerun(const RerunOptions& options) {
   const std::string before = read_file(options.result);
   refuse_same_file(options.output, {options.result});
+  if (!options.output.empty()) PendingFile probe(options.output);  // reports an unwritable place before the work
   const Call call = read_call(options.result, before);
-  const std::filesystem::path folder = std::filesystem::temp_directory_path();
-  PendingFile temporary(options.output.empty() ? folder / "decid-rerun.json" : std::filesystem::path(options.output));
-  std::optional<Error> failed;  // of some recordings, as in the first call
-  try {
-    run(call, temporary.path().string(), options.common);
-  } catch (const Error& error) {
-    if (read_file(temporary.path()).empty()) throw;
-    failed = error;
-  }
-  std::error_code ignored;
-  std::filesystem::remove(temporary.path().string() + ".journal", ignored);  // a fit with errors leaves it
-  const bool same = read_file(temporary.path()) == before;
-  if (!options.output.empty()) temporary.commit();
-  if (!same) throw std::runtime_error(options.result + ": the call gives other bytes here");
-  if (!options.common.quiet) std::cerr << "decid: " << options.result << ": reproduced, the same bytes\n";
+  std::optional<Error> failed;
+  const std::string now = compute_again(call, options.common, failed);
+  if (!options.output.empty()) write_file(options.output, now);
+  const bool is_same = now == before;
+  if (!is_same && !alike_but_for_times(before, now))
+    throw std::runtime_error(options.result + ": the call gives other bytes here");
+  if (!options.common.quiet)
+    std::cerr << "decid: " << options.result
+              << (is_same ? ": reproduced, the same bytes\n" : ": reproduced, the same bytes except computing times\n");
   if (failed) throw *failed;
 }
 
@@ -119,8 +176,8 @@ void run_rerun(const RerunOptions& options) {
 
 void add_rerun(const Command& program) {
   auto options = std::make_shared<RerunOptions>();
-  const Command command =
-      program.add_subcommand("rerun", "Compute the JSON of decid identify or decid fit again, and compare the bytes");
+  const Command command = program.add_subcommand(
+      "rerun", "Compute the JSON of identify, fit, calibrate, compare or study again, and compare the bytes");
   command.section("Input");
   command.add_option("result", options->result, "Repeat the call that wrote this JSON, from the same folder")
       .required();
@@ -131,7 +188,9 @@ void add_rerun(const Command& program) {
       "  decid rerun result.json\n"
       "  decid rerun result.json -o again.json\n"
       "  decid rerun result.json --quiet && echo the same bytes\n"
-      "Inputs that have changed, and another version of decid, are refused; other bytes end with exit code 1.");
+      "Inputs that have changed, and another version of decid, are refused; other bytes end with exit code 1. "
+      "Computing\n"
+      "times may differ.");
   command.callback([options] {
     apply(options->common);
     run_rerun(*options);

@@ -12,7 +12,9 @@
 #include "base/version.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/recording_flags.hpp"
+#include "tools/decid/results/results.hpp"
 #include "tools/report/comparison_page.hpp"
+#include "tools/report/json/recording_json.hpp"
 #include "tools/report/study_page.hpp"
 
 namespace decid::tools {
@@ -53,7 +55,7 @@ void add_recording(const StudyOptions& options, const Model& model, Study& study
                                      model.targets.stddev[p]);
 }
 
-void run_study(const StudyOptions& options) {
+void run_study(const StudyOptions& options, const Command& command) {
   Study study;
   for (const std::string& text : options.times) study.seconds.push_back(time_from_text(text));
   Model model = model_or_built_in(options.model);
@@ -106,14 +108,18 @@ void run_study(const StudyOptions& options) {
   for (const std::string& output : outputs) refuse_same_file((folder / output).string(), inputs);
   const std::string text = study_text(study);
   // A file name need not be UTF-8; other bytes are replaced.
-  const std::string json = print_json(study_json(study)) + "\n";
+  Call call = record_call(command, inputs);
+  call.seed = options.seed;
+  Json result = study_json(study);
+  add_call(result, call);
+  const std::string json = print_json(result) + "\n";
   for (const Figure& figure : figures) {
     write_file(folder / (figure.id + ".svg"), figure.svg);
     write_file(folder / (figure.id + ".csv"), figure.csv);
   }
   write_file(folder / "table.txt", text);
   write_file(folder / "study.json", json);
-  write_file(folder / "report.html", study_html(study, figures));
+  write_file(folder / "report.html", study_html(study, figures, call));
   std::cout << (options.common.json ? json : text);
   announce("written to " + folder.string() + ": report.html, table.txt, study.json and the figures");
 }
@@ -174,7 +180,7 @@ void add_study(const Command& program) {
       if (options->recording.empty() && command.count(name) > 0)
         throw Error(Code::setting_conflict, name, "has no effect without a recording", "use it with --recording");
     apply(options->common);
-    run_study(*options);
+    run_study(*options, command);
   });
 }
 

@@ -4,10 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/version.hpp"
 #include "dataset/npz/arrays.hpp"
-#include "tools/decid/results/posterior_results.hpp"
 #include "tools/decid/results/results.hpp"
+#include "tools/report/json/posterior_results.hpp"
 
 namespace decid::tools {
 namespace {
@@ -215,8 +214,7 @@ Json frf_fit_object(const FrfReport& report) {
   const FrfAnswer& first = report.answers.front();
   const sim::Protocol& protocol = first.density.model().protocol();
   const frf::Table& table = first.density.table();
-  Json json{{"decid", version},
-            {"options", report.options},
+  Json json{{"options", report.options},
             {"body", body_json(protocol.experiment.body, report.body_assumed)},
             {"file", table.file},
             {"protocol", protocol.name},
@@ -231,10 +229,6 @@ Json frf_fit_object(const FrfReport& report) {
     }
   }
   return json;
-}
-
-std::string frf_fit_json(const FrfReport& report) {
-  return print_json(frf_fit_object(report)) + "\n";  // bytes of a file name that are not UTF-8 are replaced
 }
 
 std::string frf_fit_text(const FrfReport& report) {
@@ -338,11 +332,10 @@ std::string answer_text(const LogRatioReport::Answer& answer, const std::optiona
 
 }  // namespace
 
-std::string log_ratio_json(const LogRatioReport& report) {
+Json log_ratio_object(const LogRatioReport& report) {
   const LogRatioReport::Answer& first = report.answers.front();
   const sim::Protocol& protocol = first.density.model().protocol();
-  Json json{{"decid", version},
-            {"options", report.options},
+  Json json{{"options", report.options},
             {"body", body_json(protocol.experiment.body, report.body_assumed)},
             {"file", first.density.table().file},
             {"protocol", protocol.name},
@@ -352,7 +345,7 @@ std::string log_ratio_json(const LogRatioReport& report) {
     Json& list = json["controllers"] = Json::array();
     for (const LogRatioReport::Answer& answer : report.answers) list.push_back(answer_json(answer, {}));
   }
-  return print_json(json) + "\n";
+  return json;
 }
 
 std::string log_ratio_text(const LogRatioReport& report) {

@@ -34,8 +34,6 @@ struct FrfReport {
 /// Returns the keys of a recording's fit where they mean the same, and "misfit", "frf"; each parameter also has
 /// "prior_sd" and "contraction". Several controllers: also the list "controllers".
 Json frf_fit_object(const FrfReport& report);
-/// Prints it.
-std::string frf_fit_json(const FrfReport& report);
 std::string frf_fit_text(const FrfReport& report);
 
 /// Writes the first controller's draws as arrays: "parameters" (draws x parameters, SI units), "gain", "error" and
@@ -54,7 +52,7 @@ struct LogRatioReport {
   Json options;
   bool body_assumed;
 };
-std::string log_ratio_json(const LogRatioReport& report);
+Json log_ratio_object(const LogRatioReport& report);
 std::string log_ratio_text(const LogRatioReport& report);
 
 }  // namespace decid::tools

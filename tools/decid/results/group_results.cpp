@@ -55,34 +55,63 @@ std::string left_out_text(const Report& report) {
     const std::string& reason = report.groups->left_out[i];
     if (reason.empty()) continue;
     ++count;
-    text += "    " + one_line(report.recordings[i].file) + " (" + one_line(report.groups->table.members[i].group) +
+    text += "    " + one_line(report.recordings[i].file) + " (" + one_line(report.groups->table.members[i].cell()) +
             "): " + reason + "\n";
   }
   return count == 0 ? text : "  Left out: " + counted(count, "recording") + "\n" + text;
 }
 
+std::string difference_name(const cohort::Result& found, const cohort::Comparison& comparison) {
+  return one_line(found.cells[comparison.first].name()) + " less " + one_line(found.cells[comparison.second].name());
+}
+
+std::string effects_text(const std::vector<cohort::Effect>& effects, const std::vector<std::string>& names) {
+  std::string text = format("    %-8s %12s %24s %24s %24s %9s\n", "", "difference", "95% interval",
+                            "simultaneous interval", "over the person sd", "direction");
+  for (std::size_t p = 0; p < names.size(); ++p) {
+    const cohort::Effect& effect = effects[p];
+    text += format("    %-8s %12.4g %24s %24s %24s %8.1f%%\n", names[p].c_str(), effect.difference.mean,
+                   interval_text(effect.difference.interval95).c_str(), interval_text(effect.simultaneous95).c_str(),
+                   interval_text(effect.standardised.interval95).c_str(), 100.0 * effect.direction);
+  }
+  return text;
+}
+
+std::string covariate_text(const cohort::Covariate& covariate, const std::vector<std::string>& names) {
+  std::string text = "  Change per unit of " + one_line(covariate.name) +
+                     format("; means are at %.4g", covariate.mean) +
+                     (covariate.unknown == 0
+                          ? ""
+                          : ", which also counts for " +
+                                counted(static_cast<long long>(covariate.unknown), "recording") + " without a value") +
+                     "\n" + format("    %-8s %12s %24s %9s\n", "", "slope", "95% interval", "direction");
+  for (std::size_t p = 0; p < names.size(); ++p) {
+    const cohort::Slope& slope = covariate.slopes[p];
+    text += format("    %-8s %12.4g %24s %8.1f%%\n", names[p].c_str(), slope.mean,
+                   interval_text(slope.interval95).c_str(), 100.0 * slope.direction);
+  }
+  return text;
+}
+
 std::string cohort_text(const cohort::Result& found, const std::vector<std::string>& names) {
   std::string text = "Groups, hierarchical model: every recording with its whole uncertainty\n";
   for (const cohort::Cell& cell : found.cells) {
-    text += "  " + one_line(cell.group) + ": " + people_text(cell.persons) + "\n";
+    text += "  " + one_line(cell.name()) + ": " + people_text(cell.persons) + "\n";
     text += format("    %-8s %12s %24s %12s\n", "", "mean", "95% interval", "person sd");
     for (std::size_t p = 0; p < names.size(); ++p)
       text += format("    %-8s %12.5g %24s %12.3g\n", names[p].c_str(), cell.mean[p].mean,
                      interval_text(cell.mean[p].interval95).c_str(), cell.between_sd[p].mean);
   }
   for (const cohort::Comparison& comparison : found.comparisons) {
-    text += "  " + one_line(found.cells[comparison.first].group) + " less " +
-            one_line(found.cells[comparison.second].group);
+    text += "  " + difference_name(found, comparison);
     text += comparison.persons_in_both > 0 ? ", " + people_text(comparison.persons_in_both) + " in both\n" : "\n";
-    text += format("    %-8s %12s %24s %24s %24s %9s\n", "", "difference", "95% interval", "simultaneous interval",
-                   "over the person sd", "direction");
-    for (std::size_t p = 0; p < names.size(); ++p) {
-      const cohort::Effect& effect = comparison.effects[p];
-      text += format("    %-8s %12.4g %24s %24s %24s %8.1f%%\n", names[p].c_str(), effect.difference.mean,
-                     interval_text(effect.difference.interval95).c_str(), interval_text(effect.simultaneous95).c_str(),
-                     interval_text(effect.standardised.interval95).c_str(), 100.0 * effect.direction);
-    }
+    text += effects_text(comparison.effects, names);
   }
+  for (const cohort::Interaction& interaction : found.interactions)
+    text += "  (" + difference_name(found, found.comparisons[interaction.first]) + ") less (" +
+            difference_name(found, found.comparisons[interaction.second]) + ")\n" +
+            effects_text(interaction.effects, names);
+  for (const cohort::Covariate& covariate : found.covariates) text += covariate_text(covariate, names);
   text += format("  %d draws, R-hat at most %.3f. All simultaneous intervals hold together with 95%%.\n", found.draws,
                  found.max_rhat);
   return text;
@@ -102,10 +131,11 @@ std::string groups_text(const Report& report) {
   for (const Group& group : found.groups) text += group_text(group, names);
   for (const GroupPair& pair : found.pairs) text += pair_text(pair, found.groups, names);
   const std::string pairs = found.pairs.size() == 1 ? "" : format(" in %zu pairs of groups", found.pairs.size());
-  text += format(
-      "  %zu parameters were compared%s: %zu adjusted intervals (Bonferroni), with a joint coverage of at least "
-      "95%%.\n",
-      names.size(), pairs.c_str(), found.intervals);
+  if (!found.pairs.empty())
+    text += format(
+        "  %zu parameters were compared%s: %zu adjusted intervals (Bonferroni), with a joint coverage of at least "
+        "95%%.\n",
+        names.size(), pairs.c_str(), found.intervals);
   if (report.groups->hierarchical) text += cohort_text(*report.groups->hierarchical, names);
   return text + left_out_text(report);
 }

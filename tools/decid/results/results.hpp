@@ -1,5 +1,5 @@
-// Views of a Report (identify/result.hpp): JSON for scripts, text for people, a table for spreadsheets and R, draws for
-// NumPy; tools/report has the pages.
+// Views of a Report (identify/result.hpp): text for people, a table for spreadsheets and R, draws for NumPy;
+// tools/report has the JSON and the pages.
 #pragma once
 
 #include <filesystem>
@@ -7,35 +7,27 @@
 #include <string>
 #include <vector>
 
-#include "base/files/json.hpp"
 #include "identify/result.hpp"
 #include "sim/segments.hpp"
 #include "tools/decid/options.hpp"
+#include "tools/report/json/report_json.hpp"
 
 namespace decid::tools {
 
 /// Options that do not change the answer, and options that the JSON reports elsewhere.
-inline const std::vector<std::string> beside_answers{"recordings", "--output",     "--draws",     "--report", "--table",
-                                                     "--group",    "--resume",     "--threads",   "--quiet",  "--json",
-                                                     "--protocol", "--model",      "--recursive", "--long",   "--excel",
-                                                     "--study",    "--controller", "--figures"};
+inline const std::vector<std::string> beside_answers{
+    "recordings", "--output", "--draws",      "--report",   "--table",  "--group",     "--resume",
+    "--threads",  "--quiet",  "--json",       "--protocol", "--model",  "--recursive", "--long",
+    "--excel",    "--study",  "--controller", "--figures",  "--within", "--covariates"};
 /// Options that no output's content depends on, and the recordings, whose files Report::arguments has.
-inline const std::vector<std::string> not_repeated{"recordings", "--output",    "--draws",  "--report",  "--table",
-                                                   "--long",     "--excel",     "--resume", "--threads", "--quiet",
-                                                   "--json",     "--recursive", "--figures"};
-/// Sets the report's command, arguments and inputs. `named`: the recordings' files in the call; `inputs`: all files
-/// that were read; empty names do not count.
-void record_call(Report& report, const Command& command, const std::vector<std::string>& named,
-                 const std::vector<std::string>& inputs);
+inline const std::vector<std::string> not_repeated{"recordings", "--output",    "--draws",   "--report",  "--table",
+                                                   "--long",     "--excel",     "--resume",  "--threads", "--quiet",
+                                                   "--json",     "--recursive", "--figures", "--figure"};
+/// Returns the call without its seed. inputs: all files that were read; empty names do not count. named: the
+/// recordings' files in the call.
+Call record_call(const Command& command, const std::vector<std::string>& inputs,
+                 const std::vector<std::string>& named = {});
 
-/// Returns {"decid": version, "model": ..., "model_sha256": ..., "options": [...], "protocol": {...}, "body": ...,
-/// "other_answer": ..., "recordings": [...]}, and what groups_json() has. With a distribution each parameter also has
-/// "sd", "interval50", "interval90" and "normalized_interval90", each recording "correlations"; of a fit each parameter
-/// also "prior" where that is normal, each recording "sensor_noise_deg", "slow_noise_deg", "start_s", "gain",
-/// "diagnostics" and more.
-std::string report_json(const Report& report);
-/// Returns the list of recordings in it.
-Json recordings_json(const Report& report);
 /// Returns a table for each recording, whose body they are of, and the groups.
 std::string report_text(const Report& report);
 /// Writes every draw of each fit. An .npz file has float64 arrays of chains x draws, each under its name: the
@@ -49,14 +41,10 @@ void write_draws(const std::filesystem::path& path, const Report& report, std::s
                  std::size_t count);
 
 // Parts, for other answers than reports.
-Json body_json(const sim::Body& body, bool assumed);
 /// Returns a line that says whose stiffness and damping the tables show.
 std::string body_text(const sim::Body& body, bool assumed);
 /// Returns a line: the trust, with the gravest of the warnings.
 std::string trust_text(const Warnings& warnings);
 /// Returns a line for each of the other warnings.
 std::string warnings_text(const Warnings& warnings);
-/// Returns the weight and height of a person with this body, or nothing if no person has it.
-std::optional<sim::Subject> find_person(const sim::Body& body);
-
 }  // namespace decid::tools

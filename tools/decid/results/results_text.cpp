@@ -4,8 +4,8 @@
 
 #include "base/text.hpp"
 #include "tools/decid/results/group_results.hpp"
-#include "tools/decid/results/posterior_results.hpp"
 #include "tools/decid/results/results.hpp"
+#include "tools/report/json/posterior_results.hpp"
 
 namespace decid::tools {
 namespace {
@@ -175,6 +175,13 @@ std::string report_text(const Report& report) {
   const std::string body =
       report.sheet ? std::string() : body_text(report.protocol.experiment.body, report.body_assumed);
   return report.fit ? valid_utf8(text) + groups_text(report) + body : text + body + groups_text(report);
+}
+
+Call record_call(const Command& command, const std::vector<std::string>& inputs,
+                 const std::vector<std::string>& named) {
+  Call call{command.name(), command.arguments(not_repeated), hash_inputs(inputs), {}};
+  call.arguments.insert(call.arguments.end(), named.begin(), named.end());
+  return call;
 }
 
 }  // namespace decid::tools

@@ -13,7 +13,7 @@
 #include "base/math/statistics.hpp"
 #include "base/text.hpp"
 #include "tools/report/figures/svg.hpp"
-#include "tools/report/frf.hpp"
+#include "tools/report/json/frf.hpp"
 
 namespace decid::tools {
 namespace {

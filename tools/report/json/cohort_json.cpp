@@ -18,19 +18,34 @@ Json each_parameter(const sim::ParameterTable& parameters, const Describe& descr
   return list;
 }
 
-Json comparison_json(const cohort::Result& found, const cohort::Comparison& comparison,
-                     const sim::ParameterTable& parameters) {
-  return {{"groups", {found.cells[comparison.first].group, found.cells[comparison.second].group}},
-          {"persons_in_both", comparison.persons_in_both},
+Json effects_json(const std::vector<cohort::Effect>& effects, const sim::ParameterTable& parameters) {
+  return each_parameter(parameters, [&](std::size_t p, Json& one) {
+    const cohort::Effect& effect = effects[p];
+    one["difference"] = effect.difference.mean;
+    one["sd"] = effect.difference.sd;
+    one["interval95"] = effect.difference.interval95;
+    one["simultaneous95"] = effect.simultaneous95;
+    one["standardised"] = effect.standardised.mean;
+    one["standardised_interval95"] = effect.standardised.interval95;
+    one["probability_of_direction"] = effect.direction;
+  });
+}
+
+/// The names of a comparison's cells.
+Json pair_of(const cohort::Result& found, const cohort::Comparison& comparison) {
+  return {found.cells[comparison.first].name(), found.cells[comparison.second].name()};
+}
+
+Json covariate_json(const cohort::Covariate& covariate, const sim::ParameterTable& parameters) {
+  return {{"name", covariate.name},
+          {"mean", covariate.mean},
+          {"unknown", covariate.unknown},
           {"parameters", each_parameter(parameters, [&](std::size_t p, Json& one) {
-             const cohort::Effect& effect = comparison.effects[p];
-             one["difference"] = effect.difference.mean;
-             one["sd"] = effect.difference.sd;
-             one["interval95"] = effect.difference.interval95;
-             one["simultaneous95"] = effect.simultaneous95;
-             one["standardised"] = effect.standardised.mean;
-             one["standardised_interval95"] = effect.standardised.interval95;
-             one["probability_of_direction"] = effect.direction;
+             const cohort::Slope& slope = covariate.slopes[p];
+             one["slope"] = slope.mean;
+             one["sd"] = slope.sd;
+             one["interval95"] = slope.interval95;
+             one["probability_of_direction"] = slope.direction;
            })}};
 }
 
@@ -40,9 +55,13 @@ Json cohort_json(const Report& report) {
   if (!report.groups || !report.groups->hierarchical) return nullptr;
   const cohort::Result& found = *report.groups->hierarchical;
   const sim::ParameterTable& parameters = report.protocol.parameters();
-  Json groups = Json::array(), comparisons = Json::array(), changes = Json::array();
+  Json groups = Json::array(), comparisons = Json::array(), interactions = Json::array(), changes = Json::array(),
+       covariates = Json::array();
   for (const cohort::Cell& cell : found.cells)
-    groups.push_back({{"name", cell.group},
+    groups.push_back({{"name", cell.name()},
+                      {"group", cell.group},
+                      {"session", text_or_null(cell.session)},
+                      {"condition", text_or_null(cell.condition)},
                       {"persons", cell.persons},
                       {"recordings", cell.recordings},
                       {"parameters", each_parameter(parameters, [&](std::size_t p, Json& one) {
@@ -53,11 +72,19 @@ Json cohort_json(const Report& report) {
                          one["between_sd_interval95"] = cell.between_sd[p].interval95;
                        })}});
   for (const cohort::Comparison& comparison : found.comparisons)
-    comparisons.push_back(comparison_json(found, comparison, parameters));
+    comparisons.push_back({{"groups", pair_of(found, comparison)},
+                           {"persons_in_both", comparison.persons_in_both},
+                           {"parameters", effects_json(comparison.effects, parameters)}});
+  for (const cohort::Interaction& one : found.interactions)
+    interactions.push_back({{"first", pair_of(found, found.comparisons[one.first])},
+                            {"second", pair_of(found, found.comparisons[one.second])},
+                            {"parameters", effects_json(one.effects, parameters)}});
+  for (const cohort::Covariate& covariate : found.covariates)
+    covariates.push_back(covariate_json(covariate, parameters));
   for (const cohort::Change& change : found.changes) {
     const cohort::Comparison& comparison = found.comparisons[change.comparison];
     changes.push_back({{"subject", found.visits[change.first].participant},
-                       {"groups", {found.cells[comparison.first].group, found.cells[comparison.second].group}},
+                       {"groups", pair_of(found, comparison)},
                        {"parameters", each_parameter(parameters, [&](std::size_t p, Json& one) {
                           one["difference"] = change.difference[p].mean;
                           one["interval95"] = change.difference[p].interval95;
@@ -68,6 +95,8 @@ Json cohort_json(const Report& report) {
           {"max_rhat", found.max_rhat},
           {"groups", std::move(groups)},
           {"comparisons", std::move(comparisons)},
+          {"interactions", std::move(interactions)},
+          {"covariates", std::move(covariates)},
           {"variance", each_parameter(parameters,
                                       [&](std::size_t p, Json& one) {
                                         one["person_sd"] = found.variances[p].person.mean;

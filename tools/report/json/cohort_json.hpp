@@ -8,10 +8,13 @@ namespace decid::tools {
 
 /// Returns
 ///   {"draws", "max_rhat",
-///    "groups": [{"name", "persons", "recordings", "parameters": [{"name", "mean", "mean_sd", "mean_interval95",
-///                "between_sd", "between_sd_interval95"}]}],
+///    "groups": [{"name", "group", "session", "condition", "persons", "recordings", "parameters": [{"name", "mean",
+///                "mean_sd", "mean_interval95", "between_sd", "between_sd_interval95"}]}],
 ///    "comparisons": [{"groups": [a, b], "persons_in_both", "parameters": [{"name", "difference", "sd", "interval95",
 ///                     "simultaneous95", "standardised", "standardised_interval95", "probability_of_direction"}]}],
+///    "interactions": [{"first": [a, b], "second": [c, d], "parameters": as of comparisons}],
+///    "covariates": [{"name", "mean", "unknown", "parameters": [{"name", "slope", "sd", "interval95",
+///                    "probability_of_direction"}]}],
 ///    "variance": [{"name", "person_sd", "visit_sd", "trial_sd", "measurement_sd"}],
 ///    "changes": [{"subject", "groups": [a, b], "parameters": [{"name", "difference", "interval95", "changed"}]}]}
 /// and null without a hierarchical model.

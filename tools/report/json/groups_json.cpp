@@ -53,7 +53,7 @@ Json groups_json(const Report& report) {
   for (const GroupPair& pair : found.pairs) comparisons.push_back(pair_json(pair, found.groups, parameters));
   for (std::size_t i = 0; i < report.recordings.size(); ++i)
     if (const std::string& reason = report.groups->left_out[i]; !reason.empty())
-      left_out.push_back({{"file", report.recordings[i].file}, {"group", table.members[i].group}, {"reason", reason}});
+      left_out.push_back({{"file", report.recordings[i].file}, {"group", table.members[i].cell()}, {"reason", reason}});
   for (const UnusedLine& line : table.unused) unused.push_back({{"line", line.line}, {"file", line.file}});
   return {{"groups", std::move(groups)},
           {"comparisons", std::move(comparisons)},
@@ -63,6 +63,7 @@ Json groups_json(const Report& report) {
             {"pairs", found.pairs.size()},
             {"intervals", found.intervals},
             {"adjustment", "bonferroni"},
+            {"covariates", table.covariates},
             {"left_out", std::move(left_out)},
             {"unused_lines", std::move(unused)}}},
           {"hierarchical", cohort_json(report)},
@@ -76,7 +77,7 @@ Json page_groups(const Report& report) {
   for (std::size_t i = 0; i < report.recordings.size(); ++i)
     if (!report.recordings[i].error)
       page["members"].push_back(
-          {{"group", report.groups->table.members[i].group}, {"left_out", report.groups->left_out[i]}});
+          {{"group", report.groups->table.members[i].cell()}, {"left_out", report.groups->left_out[i]}});
   return page;
 }
 

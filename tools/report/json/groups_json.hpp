@@ -10,10 +10,10 @@ namespace decid::tools {
 ///   {"groups": [{"name", "people", "recordings", "parameters": [{"name", "mean", "sd"}]}],
 ///    "comparisons": [{"groups": [a, b], "paired", "people": [in a, in b], "unpaired_people",
 ///                     "parameters": [{"name", "difference", "interval95", "adjusted_interval95", "hedges_g"}]}],
-///    "group_comparison": {"person_column", "parameters", "pairs", "intervals", "adjustment",
+///    "group_comparison": {"person_column", "parameters", "pairs", "intervals", "adjustment", "covariates",
 ///                         "left_out": [{"file", "group", "reason"}], "unused_lines": [{"line", "file"}]},
 ///    "hierarchical": cohort_json(), "reliability": reliability_json()}
-/// with every pair, groups in the order of their names; null of a report without groups.
+/// with every pair that is compared, groups in the order of their names; null of a report without groups.
 Json groups_json(const Report& report);
 
 /// Returns the same for pages, with "members": {"group", "left_out"} for each of the recordings that have no error.

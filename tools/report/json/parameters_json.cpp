@@ -9,6 +9,17 @@ Json number_or_null(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
 
+Json text_or_null(const std::string& text) {
+  return text.empty() ? Json(nullptr) : Json(text);
+}
+
+Json page_number(double value) {
+  if (!std::isfinite(value)) return nullptr;
+  if (value == 0.0) return 0.0;
+  const double scale = std::pow(10.0, 5.0 - std::floor(std::log10(std::abs(value))));
+  return std::isfinite(scale) ? std::round(value * scale) / scale : value;
+}
+
 Json parameters_json(const sim::ParameterTable& table, const sim::Parameters& parameters, double mgh,
                      const std::optional<sim::Parameters>& truth, Json (*number)(double)) {
   Json list = Json::array();

@@ -11,6 +11,10 @@ namespace decid::tools {
 
 /// Returns the number, or null if it is not finite: JSON has no NaN.
 Json number_or_null(double value);
+/// Returns the value with six significant digits; null if it is not finite.
+Json page_number(double value);
+/// Returns the text, or null if it is empty.
+Json text_or_null(const std::string& text);
 
 /// Returns a list with one object per parameter: name, value, unit, "normalized" (over m g h, null where that has no
 /// meaning) and, if the truth is known, "true". number: formats the values; pages round them.

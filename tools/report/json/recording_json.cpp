@@ -2,10 +2,11 @@
 #include "tools/report/json/recording_json.hpp"
 
 #include <cmath>
+#include <utility>
 
 #include "base/files/json_object.hpp"
+#include "base/version.hpp"
 #include "tools/report/json/parameters_json.hpp"
-#include "tools/report/page.hpp"
 
 namespace decid::tools {
 
@@ -15,20 +16,34 @@ Json other_answer_json(const Report& report) {
   return {{"command", other.command}, {"adds", other.adds}};
 }
 
-Json inputs_json(const Report& report) {
+namespace {
+
+Json inputs_json(const Call& call) {
   Json list = Json::array();
-  for (const InputFile& input : report.inputs)
+  for (const InputFile& input : call.inputs)
     list.push_back({{"file", input.file}, {"sha256", input.sha256.empty() ? Json(nullptr) : Json(input.sha256)}});
   return list;
 }
 
-Json call_json(const Report& report) {
-  std::string text = "decid " + report.command;
-  for (const std::string& argument : report.arguments) {
+}  // namespace
+
+void add_call(Json& json, const Call& call) {
+  Json all{{"decid", version},
+           {"command", call.command},
+           {"arguments", call.arguments},
+           {"seed", call.seed ? Json(*call.seed) : Json(nullptr)},
+           {"inputs", inputs_json(call)}};
+  all.update(json);
+  json = std::move(all);
+}
+
+Json call_json(const Call& call, const std::string& protocol) {
+  std::string text = "decid " + call.command;
+  for (const std::string& argument : call.arguments) {
     const bool plain = argument.find_first_of(" '\"$;&|<>()*?[]\\") == std::string::npos;
     text += plain ? " " + argument : " '" + argument + "'";
   }
-  return {{"command", text}, {"protocol", report.protocol.name}, {"inputs", inputs_json(report)}};
+  return {{"command", text}, {"protocol", protocol}, {"inputs", inputs_json(call)}};
 }
 
 Json errors_json(const Report& report) {

@@ -8,18 +8,19 @@
 
 #include "base/files/json_object.hpp"
 #include "identify/result.hpp"
-#include "tools/report/other_answer.hpp"
-#include "tools/report/page.hpp"
+#include "tools/report/json/other_answer.hpp"
+#include "tools/report/json/parameters_json.hpp"
 
 namespace decid::tools {
 
 /// Returns {"command", "adds"} of the command that gives another answer to the report's recordings, or null.
 Json other_answer_json(const Report& report);
 
-/// Returns the files that the call read: "file", and "sha256" or null.
-Json inputs_json(const Report& report);
+/// Adds in front "decid", the version, and "command", "arguments", "seed" and "inputs" of the call: what decid rerun reads.
+/// inputs: "file", and "sha256" or null.
+void add_call(Json& json, const Call& call);
 /// Returns the call for pages: "command" as one line, "protocol", "inputs".
-Json call_json(const Report& report);
+Json call_json(const Call& call, const std::string& protocol);
 
 /// Returns the errors of recordings that could not be used, one text per recording.
 Json errors_json(const Report& report);
@@ -28,7 +29,7 @@ Json errors_json(const Report& report);
 Json described_parameters(const RecordingResult& recording, const sim::Protocol& protocol,
                           const sim::ParameterTable& table);
 /// Adds "mean", "sd", "interval50" and "interval90" of a quantity. Found: as in
-/// tools/decid/results/posterior_results.hpp.
+/// tools/report/json/posterior_results.hpp.
 template <class Found>
 void add_intervals(Json& json, const Found& found, int quantity) {
   const auto interval = [&](double share) {

@@ -17,6 +17,6 @@ function errorChart() {
 const main = document.getElementById("main");
 main.append(element("h2", {}, "Compared methods"), element("p", { class: "about" }, describeProtocol(report.protocol)), ...methodComparison(report),
   errorChart());
-document.getElementById("footer").append(element("p", {}, "decid ", report.version, "."));
+document.getElementById("footer").append(element("p", {}, "decid ", report.version, "."), ...callTexts(report.call));
 finish();
 })();

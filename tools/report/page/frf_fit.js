@@ -75,6 +75,6 @@ for (const answer of answers) {
     ...answer.warnings.map(({ text }) => element("p", { class: "warning" }, text)),
     explained ? parameterTable(answer) : element("p", {}, "No parameters are shown, as no controller of this model has this response.")));
 }
-document.getElementById("footer").append(element("p", {}, "decid ", report.decid, "."));
+document.getElementById("footer").append(element("p", {}, "decid ", report.decid, "."), ...callTexts(report.call));
 finish();
 })();

@@ -172,9 +172,23 @@ function comparisonTable(comparison) {
       element("tbody", {}, ...rows))));
 }
 
+// Returns the cells of a hierarchical difference. shown: the parameter as its recordings show it.
+function effectCells(parameter, shown) {
+  const decimals = decimalsOf(shown), { factor } = shown;
+  const interval = (heading, limits) => cell(heading, between(limits.map(value => factor * value), decimals));
+  const simultaneous = interval("Simultaneous", parameter.simultaneous95), [low, high] = parameter.simultaneous95;
+  if (low > 0 || high < 0) simultaneous.classList.add("strong");
+  const difference = cell("Difference", fixed(factor * parameter.difference, decimals));
+  difference.append(" ", element("small", {}, directionText(parameter.probability_of_direction)));
+  return [difference, interval("95%", parameter.interval95), simultaneous, cell("Over sd", fixed(parameter.standardised, 2))];
+}
+const numberHeading = text => element("th", { scope: "col", class: "number" }, text);
+const effectHeadings = () => ["Difference", "95% interval", "Simultaneous", "Over sd"].map(numberHeading);
+const directionText = fraction => `${(100 * fraction).toFixed(1)}%`;
+
 // Draws the difference of two groups by the hierarchical model, which accounts for the uncertainty of each recording.
 function cohortTable(comparison) {
-  const { draws, groups } = report.groups.hierarchical, number = text => element("th", { scope: "col", class: "number" }, text);
+  const { draws, groups } = report.groups.hierarchical;
   const [a, b] = comparison.groups.map(name => groups.find(group => group.name === name));
   const rows = comparison.parameters.map((parameter, p) => {
     const shown = report.recordings[0].parameters[p], decimals = decimalsOf(shown), { factor } = shown;
@@ -184,18 +198,44 @@ function cohortTable(comparison) {
       made.append(" ", element("small", {}, `\u00b1 ${inUnit(group.parameters[p].between_sd)}`));
       return made;
     };
-    const interval = (heading, limits) => cell(heading, between(limits.map(value => factor * value), decimals));
-    const simultaneous = interval("Simultaneous", parameter.simultaneous95), [low, high] = parameter.simultaneous95;
-    if (low > 0 || high < 0) simultaneous.classList.add("strong");
-    return element("tr", {}, nameCell(shown), mean(a), mean(b), cell("Difference", inUnit(parameter.difference)),
-      interval("95%", parameter.interval95), simultaneous, cell("Over sd", fixed(parameter.standardised, 2)));
+    return element("tr", {}, nameCell(shown), mean(a), mean(b), ...effectCells(parameter, shown));
   });
   return element("div", {}, element("h3", {}, `${a.name} and ${b.name}, hierarchical model`), element("div", { class: "scroll" }, element("table", { class: "answer compared" },
     element("caption", {}, "Population mean \u00b1 standard deviation between persons, from the whole distribution of every recording: uncertain recordings count less, and " +
       "measurement noise is not counted as a difference between persons. The simultaneous intervals hold together with 95%, and are bold where they leave out 0. " +
-      `Over sd: the difference over the standard deviation between persons. ${draws} draws.`),
-    element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), number(a.name), number(b.name), number("Difference"),
-      number("95% interval"), number("Simultaneous"), number("Over sd"))),
+      "Over sd: the difference over the standard deviation between persons. Below a difference: the probability of its sign. " +
+      (comparison.persons_in_both > 0 ? `${peopleText(comparison.persons_in_both)} in both. ` : "") + `${draws} draws.`),
+    element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), numberHeading(a.name), numberHeading(b.name), ...effectHeadings())),
+    element("tbody", {}, ...rows))));
+}
+
+// Draws how much more one group changes than another, or one session's difference than another's.
+function interactionTable({ first, second, parameters }) {
+  const rows = parameters.map((parameter, p) => {
+    const shown = report.recordings[0].parameters[p];
+    return element("tr", {}, nameCell(shown), ...effectCells(parameter, shown));
+  });
+  return element("div", {}, element("h3", {}, `Change from ${first[1]} to ${first[0]}, less the change from ${second[1]} to ${second[0]}`),
+    element("div", { class: "scroll" }, element("table", { class: "answer compared" },
+      element("caption", {}, "Difference of two differences by the hierarchical model: 0 where both change alike."),
+      element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), ...effectHeadings())),
+      element("tbody", {}, ...rows))));
+}
+
+// Draws how the parameters change with a covariate.
+function covariateTable({ name, mean, unknown, parameters }) {
+  const rows = parameters.map((parameter, p) => {
+    const shown = report.recordings[0].parameters[p], { factor } = shown;
+    const [low, high] = parameter.interval95, digits = value => (factor * value).toPrecision(3);
+    const interval = cell("95%", `${digits(low)} to ${digits(high)}`);
+    if (low > 0 || high < 0) interval.classList.add("strong");
+    return element("tr", {}, nameCell(shown), cell("Slope", digits(parameter.slope)), interval, cell("Direction", directionText(parameter.probability_of_direction)));
+  });
+  return element("div", {}, element("h3", {}, `Change per unit of ${name}`), element("div", { class: "scroll" }, element("table", { class: "answer compared" },
+    element("caption", {}, `By the hierarchical model, within the groups. Their means above are at ${name} = ${mean.toPrecision(4)}` +
+      (unknown > 0 ? `, which also counts for ${unknown} ${unknown === 1 ? "recording" : "recordings"} without a value. ` : ". ") +
+      "Intervals of each parameter on its own, bold where they leave out 0."),
+    element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), ...["Slope", "95% interval", "Direction"].map(numberHeading))),
     element("tbody", {}, ...rows))));
 }
 
@@ -242,7 +282,9 @@ function contents(valueCell, last) {
   nav.append(element("h2", {}, `${recordings.length} recordings`), element("p", { class: "about" }, counts.join(", ") + failed + "."));
   if (sound().length > 2) nav.append(summaryTable());
   if (report.groups) nav.append(groupNotes(), ...report.groups.comparisons.map(comparisonTable),
-    ...(report.groups.hierarchical?.comparisons ?? []).map(cohortTable));
+    ...(report.groups.hierarchical?.comparisons ?? []).map(cohortTable),
+    ...(report.groups.hierarchical?.interactions ?? []).map(interactionTable),
+    ...(report.groups.hierarchical?.covariates ?? []).map(covariateTable));
   nav.append(recordingTable(valueCell, last));
   nav.hidden = false;
 }
@@ -331,12 +373,4 @@ function howToRead(whence) {
   window.addEventListener("beforeprint", () => { made.open = true; });
   window.addEventListener("afterprint", () => { made.open = false; });
   return made;
-}
-
-// The call that made the report, and its inputs.
-function callTexts(call) {
-  const rows = call.inputs.map(({ file, sha256 }) => element("li", {}, file, " ", element("code", {}, sha256 ?? "no hash")));
-  return [element("p", {}, "Command: ", element("code", {}, call.command), `; protocol \u201c${call.protocol}\u201d. `,
-    "decid rerun computes its JSON again."),
-    element("details", {}, element("summary", {}, "SHA-256 of the inputs"), element("ul", {}, ...rows))];
 }

@@ -64,6 +64,6 @@ if (data_set) main.append(element("h3", {}, "Parameters of the trials"), distrib
 if (report.fault_rows.length > 0) main.append(element("h3", {}, "Recordings with faults"), faults());
 for (const one of report.comparisons) main.append(...methodComparison(one));
 main.append(...report.figures.map(drawnBefore));
-document.getElementById("footer").append(element("p", {}, "decid ", report.version, ", weights ", element("code", {}, report.weights_sha256), "."));
+document.getElementById("footer").append(element("p", {}, "decid ", report.version, ", weights ", element("code", {}, report.weights_sha256), "."), ...callTexts(report.call));
 finish();
 })();

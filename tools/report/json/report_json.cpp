@@ -1,4 +1,6 @@
-// Reports as JSON: see results.hpp.
+// Reports as JSON: see report_json.hpp.
+#include "tools/report/json/report_json.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -7,15 +9,13 @@
 #include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
 #include "base/files/sha256.hpp"
-#include "base/version.hpp"
 #include "recording/formats/motion_bids.hpp"
 #include "sim/protocol/protocol_object.hpp"
 #include "sim/segments.hpp"
-#include "tools/decid/results/posterior_results.hpp"
-#include "tools/decid/results/results.hpp"
-#include "tools/report/frf.hpp"
+#include "tools/report/json/frf.hpp"
 #include "tools/report/json/groups_json.hpp"
 #include "tools/report/json/parameters_json.hpp"
+#include "tools/report/json/posterior_results.hpp"
 #include "tools/report/json/recording_json.hpp"
 
 namespace decid::tools {
@@ -133,10 +133,6 @@ void add_fit(Json& recording, const FitFigures& fitted, const sim::Protocol& pro
   }
 }
 
-Json text_or_null(const std::string& text) {
-  return text.empty() ? Json(nullptr) : Json(text);
-}
-
 /// The study's columns of a recording, and its own body and protocol.
 Json sheet_json(const RecordingResult& id, const Report& report) {
   Json columns = Json::object();
@@ -202,7 +198,7 @@ Json recordings_json(const Report& report) {
   for (std::size_t i = 0; i < report.recordings.size(); ++i) {
     Json& recording = list.emplace_back(recording_json(report.recordings[i], report));
     if (!report.groups || report.groups->table.members[i].group.empty()) continue;
-    recording["group"] = report.groups->table.members[i].group;
+    if (report.groups->table.has_groups) recording["group"] = report.groups->table.members[i].group;
     if (!report.groups->table.person_column.empty()) recording["subject"] = report.groups->table.members[i].person;
   }
   return list;
@@ -216,22 +212,20 @@ std::optional<sim::Subject> find_person(const sim::Body& body) {
   }
 }
 
-void record_call(Report& report, const Command& command, const std::vector<std::string>& named,
-                 const std::vector<std::string>& inputs) {
-  report.command = command.name();
-  report.arguments = command.arguments(not_repeated);
-  report.arguments.insert(report.arguments.end(), named.begin(), named.end());
+std::vector<InputFile> hash_inputs(const std::vector<std::string>& files) {
+  std::vector<InputFile> inputs;
   std::set<std::string> seen{""};
   const auto add = [&](const std::string& file) {
     if (!seen.insert(file).second) return;
     std::error_code ignored;
     const bool is_file = std::filesystem::is_regular_file(file, ignored);
-    report.inputs.push_back({file, is_file ? sha256(read_file(file)) : std::string()});
+    inputs.push_back({file, is_file ? sha256(read_file(file)) : std::string()});
   };
-  for (const std::string& file : inputs) {
+  for (const std::string& file : files) {
     add(file);
     for (const std::filesystem::path& beside : recording::files_beside(file)) add(beside.string());
   }
+  return inputs;
 }
 
 Json body_json(const sim::Body& body, bool assumed) {
@@ -245,19 +239,15 @@ Json body_json(const sim::Body& body, bool assumed) {
 }
 
 std::string report_json(const Report& report) {
-  Json json{{"decid", version},
-            {"model", report.model},
+  Json json{{"model", report.model},
             {"model_sha256", report.model_sha256},
-            {"command", report.command},
-            {"arguments", report.arguments},
             {"controller", report.protocol.experiment.body_model->name},
             {"options", report.options},
-            {"seed", report.fit ? Json(report.fit->settings.seed) : Json(nullptr)},
-            {"inputs", inputs_json(report)},
             {"protocol", sim::to_json_object(report.protocol)},
             {"body", body_json(report.protocol.experiment.body, report.body_assumed)},
             {"other_answer", other_answer_json(report)},
             {"recordings", recordings_json(report)}};
+  add_call(json, report.call);
   if (report.sheet) json["study"] = study_sheet_json(report);
   if (report.groups) json.update(groups_json(report));
   return print_json(json) + "\n";

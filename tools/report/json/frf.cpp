@@ -1,12 +1,12 @@
 // Frequency responses of an identification: see frf.hpp.
-#include "tools/report/frf.hpp"
+#include "tools/report/json/frf.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "base/files/json_object.hpp"
-#include "tools/report/page.hpp"
+#include "tools/report/json/parameters_json.hpp"
 
 namespace decid::tools {
 namespace {

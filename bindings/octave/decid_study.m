@@ -1,0 +1,24 @@
+% study = decid_study (sheet, name, value, ...)
+%
+% Estimates all recordings of a study's sheet, and compares its persons, with the bits of the program `decid identify --study`,
+% or of `decid fit --study`.
+%
+%   study = decid_study ("participants.tsv", "group", true, "within", "session", "covariates", "age,weight");
+%   study.recordings{1}.parameters, study.hierarchical.comparisons
+%
+%   "group"                 true: compare the groups in the sheet's column group
+%   "within"                "session", "condition" or "session,condition": compare them within persons
+%   "covariates"            columns of numbers, such as "age,weight"
+%   "fit"                   true: sample posteriors, which takes seconds to minutes a recording
+%   "joint"                 of fits: column of recordings that are fitted together, such as "participant_id"
+%   "max_draws", "seed"     of fits, as in decid_fit
+%   "model"                 a model file; otherwise the built-in model
+%
+% study: a structure of the program's JSON (docs/guide/results.md, docs/guide/groups.md); null is [], or NaN among numbers.
+% recordings is a cell array. A recording that cannot be used has an error.
+function study = decid_study (sheet, varargin)
+  study = jsondecode (decid_mex ('study', sheet, struct (varargin{:})));
+  if ! iscell (study.recordings)
+    study.recordings = num2cell (study.recordings);
+  end
+end

@@ -1,0 +1,21 @@
+// Finds files that may be recordings, by their names.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+namespace decid {
+
+/// Returns true for .csv, .tsv, .txt, .dat, .mat, .c3d, .xlsx, .trc and .mot, in capitals too.
+bool has_ending_of_recordings(const std::filesystem::path& path);
+
+/// Returns true for files that stand beside recordings in data sets (BIDS 1.9): participants.tsv, README.txt,
+/// *_channels.tsv and the like.
+bool is_description(const std::filesystem::path& path);
+
+/// Returns the files in a folder and in the folders within that may be recordings, in the order of their names. Omits
+/// hidden files and folders, and descriptions. Empty for a folder that cannot be read. folder: empty for the current
+/// one.
+std::vector<std::filesystem::path> recordings_below(const std::filesystem::path& folder);
+
+}  // namespace decid

@@ -1,0 +1,83 @@
+// A study through C: the JSON of the program, refusals, and a callback that stops it. test_package.py and
+// test_functions.m compare it with the program, to the byte.
+#include "base/text.hpp"
+#include "tests/bindings/c/owned.hpp"
+
+namespace decid {
+namespace {
+
+using namespace test;
+
+using OwnedStudy = std::unique_ptr<decid_study, Freed<decid_study_free>>;
+
+/// A sheet of two persons in two sessions, all with the same recording.
+std::string sheet_in(const TemporaryFolder& folder) {
+  std::string csv = "time,sway_rad\n";
+  const std::vector<double> sway_rad = simulated(3);
+  for (std::size_t i = 0; i < sway_rad.size(); ++i)
+    csv += format("%.2f,%.17g\n", static_cast<double>(i) * 0.01, sway_rad[i]);
+  std::string sheet = "participant_id,group,session,file,age\n";
+  for (const char* name : {"a1", "a2", "b1", "b2"}) {
+    write_text(folder / (std::string(name) + ".csv"), csv);
+    sheet += format("%c,%s,%c,%s.csv,6%c\n", name[0], "all", name[1], name, name[1]);
+  }
+  return write_text(folder / "s.csv", sheet).string();
+}
+
+decid_study_options defaults() {
+  decid_study_options options;
+  decid_study_defaults(&options, sizeof options);
+  return options;
+}
+
+TEST_CASE("C: a study's recordings and the comparison of its persons, as JSON") {
+  const TemporaryFolder folder;
+  const std::string sheet = sheet_in(folder);
+  decid_study_options options = defaults();
+  CHECK(options.max_draws > 0);
+  options.within = "session";
+  options.covariates = "age";
+  const auto study = make<OwnedStudy>(
+      [&](decid_study** place) { return decid_study_run(built_in(), sheet.c_str(), &options, place); });
+  const std::string json = decid_study_json(study.get());
+  CHECK(contains(json, "\"participant_id\": \"b\""));
+  CHECK(contains(json, "\"hierarchical\": {"));
+  CHECK(contains(json, "\"--within=session\""));
+  const auto plain =
+      make<OwnedStudy>([&](decid_study** place) { return decid_study_run(built_in(), sheet.c_str(), nullptr, place); });
+  CHECK_FALSE(contains(decid_study_json(plain.get()), "hierarchical"));
+  CHECK(decid_study_json(nullptr) == nullptr);
+  decid_study_free(nullptr);
+}
+
+TEST_CASE("C: studies that cannot be made are refused, and a callback stops fits") {
+  const TemporaryFolder folder;
+  const std::string sheet = sheet_in(folder);
+  decid_study* study = nullptr;
+  const auto run = [&](const decid_study_options& options) {
+    return decid_study_run(built_in(), sheet.c_str(), &options, &study);
+  };
+  refused(decid_study_run(nullptr, sheet.c_str(), nullptr, &study), Code::setting_missing, "model");
+  refused(decid_study_run(built_in(), nullptr, nullptr, &study), Code::setting_missing, "sheet");
+  refused(decid_study_run(built_in(), "none.csv", nullptr, &study), Code::file_missing, "none.csv");
+  decid_study_options options = defaults();
+  options.by_group = 1;
+  refused(run(options), Code::setting_out_of_range, "1 group");
+  options = defaults();
+  options.within = "day";
+  refused(run(options), Code::setting_unknown, "day");
+  options = defaults();
+  options.joint = "participant_id";
+  refused(run(options), Code::setting_conflict, "joint");
+  options.size = 1;
+  refused(run(options), Code::size_mismatch);
+  options = defaults();
+  options.fit = 1;
+  options.max_draws = 8;
+  options.progress = [](void*, double, const char*) { return 1; };
+  CHECK(run(options) == DECID_STOPPED);
+  CHECK(study == nullptr);
+}
+
+}  // namespace
+}  // namespace decid
