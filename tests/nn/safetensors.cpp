@@ -329,7 +329,7 @@ TEST_CASE("safetensors: header lengths that are refused") {
     std::memcpy(bytes.data(), &length, 8);
     // The error does not show an impossible length as a length.
     refused(bytes, length <= 100'000'000 ? "its header should have " + std::to_string(length) + " bytes"
-                                         : "is no safetensors file");
+                                         : "is not a safetensors file");
   }
 }
 

@@ -106,7 +106,7 @@ TEST_CASE("Ctrl-C reports progress and how to resume; other options are then ref
   const std::string said = interrupted(command, "test -s " + folder / "a.npz.partial").err;
   CAPTURE(said);
   CHECK(contains(said, "stopped at trial "));
-  CHECK(contains(said, "of 200000; the same command goes on from there"));
+  CHECK(contains(said, "of 200000; the same command continues from there"));
   CHECK_FALSE(std::filesystem::exists(folder / "a.npz"));
   const std::string partial = read_text(folder / "a.npz.partial");
 

@@ -100,7 +100,7 @@ TEST_CASE("SIGTERM, as batch systems send it, leaves a training's checkpoint and
   REQUIRE(process.reaches([&] { return std::filesystem::exists(model + ".checkpoint"); }));
   process.send(SIGTERM);
   CHECK(process.signal_of_end() == SIGTERM);
-  CHECK(contains(read_text(folder / "err"), "stopped; the same command, with --resume or without, goes on"));
+  CHECK(contains(read_text(folder / "err"), "stopped; the same command, with --resume or without, continues"));
   CHECK(std::filesystem::exists(model + ".checkpoint"));
   CHECK_FALSE(std::filesystem::exists(model));
 }

@@ -222,7 +222,7 @@ TEST_CASE("a study of faults that the protocol cannot have: notes say which and 
   const std::string sines = left_out(R"({"name": "sines", "sample_rate_hz": 20, "sines": {"cycle_s": 20, "cycles": 2,
       "components": [{"frequency_hz": 0.2, "amplitude_deg": 1}]}})");
   CAPTURE(sines);
-  CHECK(contains(sines, "twice the protocol's tilt: the tilt is no sequence"));
+  CHECK(contains(sines, "twice the protocol's tilt: the tilt is not a sequence"));
   CHECK(contains(sines, "low-pass of 10 Hz: the rate is too low"));
   CHECK(contains(sines, "moving average of 0.05 s: it is below two samples"));
 }

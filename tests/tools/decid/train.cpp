@@ -40,7 +40,7 @@ std::string hash_values(const Result& result) {
 TEST_CASE("train: an interrupted training goes on, with its own data and settings only") {
   const TrainingFolder folder(400);
   const std::string model = folder / "m.safetensors", command = folder.train("--epochs 30");
-  CHECK(contains(folder.interrupt(command), "the same command, with --resume or without, goes on"));
+  CHECK(contains(folder.interrupt(command), "the same command, with --resume or without, continues"));
   CHECK_FALSE(std::filesystem::exists(model));
   const std::string checkpoint = read_text(model + ".checkpoint");
   write_text(folder / "other.txt", "conv 4 5x5 stride 4; relu; fc 7");

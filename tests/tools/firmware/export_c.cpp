@@ -304,7 +304,7 @@ TEST_CASE("export c: text output, and the default file name") {
   const test::Result told =
       run_decid("export c '" + odd + "' --familiarity --mass 60 --height 1.8 --name m -o " + folder / "c");
   CHECK(told.code == 0);
-  CHECK(contains(told.out, "bytes more tell how familiar a trial is\n"));
+  CHECK(contains(told.out, "bytes more for the feature distance of a trial\n"));
   CHECK(contains(test::read_text(folder / "c/m.c"), "for a body of 60 kg and 1.8 m"));
   const test::Result whole = run_decid("export c '" + odd + "' --int8 --quiet --name i -o " + folder / "c");
   CHECK(whole.code == 0);

@@ -259,7 +259,7 @@ class Processes(unittest.TestCase):
         for pid in self.programs_of(process):  # as SLURM does
             os.kill(pid, signal_number)
         _, err = process.communicate(timeout=60)
-        self.assertIn("stopped; the same command, with --resume or without, goes on after epoch", err)
+        self.assertIn("stopped; the same command, with --resume or without, continues after epoch", err)
         self.assertEqual(len(self.lines_of(err)), 1, err)
 
     def test_signals_leave_a_checkpoint_for_any_number_of_ranks(self):
