@@ -16,8 +16,8 @@ namespace decid::tools {
 /// Returns {"command", "adds"} of the command that gives another answer to the report's recordings, or null.
 Json other_answer_json(const Report& report);
 
-/// Adds in front "decid", the version, and "command", "arguments", "seed" and "inputs" of the call: what decid rerun reads.
-/// inputs: "file", and "sha256" or null.
+/// Adds in front "decid", the version, and "command", "arguments", "seed" and "inputs" of the call: what decid rerun
+/// reads. inputs: "file", and "sha256" or null.
 void add_call(Json& json, const Call& call);
 /// Returns the call for pages: "command" as one line, "protocol", "inputs".
 Json call_json(const Call& call, const std::string& protocol);
