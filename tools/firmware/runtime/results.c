@@ -1,4 +1,4 @@
-/* ---- Results -------------------------------------------------------------------------------------------------------- */
+/* ---- Results --------------------------------------------------------------------------------------------------- */
 
 #if COMPONENTS > 0
 /* A mixture of Gaussians in coordinates whose normal distribution function is the share of a parameter's range: decid's

@@ -1,5 +1,4 @@
-/* ---- State of an identification -----------------------------------------------------------------------------------
- */
+/* ---- State of an identification ----------------------------------------------------------------------------- */
 
 /* Spectra: waiting -> transform -> keep or draw -> network -> waiting, or done. Series: waiting -> draw -> network ...
  */
