@@ -150,17 +150,17 @@ GroupComparison compare_groups(std::span<const GroupedRecording> recordings, std
                                const IsCompared& is_compared) {
   const std::map<std::string, People> by_name = people_of(recordings, parameters);
   GroupComparison comparison;
-  const auto compared = [&](const auto& first, const auto& second) {
+  const auto is_pair = [&](const auto& first, const auto& second) {
     return !is_compared || is_compared(first->first, second->first);
   };
   std::size_t pairs = 0;
   for (auto first = by_name.begin(); first != by_name.end(); ++first)
-    for (auto second = std::next(first); second != by_name.end(); ++second) pairs += compared(first, second) ? 1U : 0U;
+    for (auto second = std::next(first); second != by_name.end(); ++second) pairs += is_pair(first, second) ? 1U : 0U;
   comparison.intervals = parameters * pairs;
   for (const auto& [name, people] : by_name) comparison.groups.push_back(summary_of(name, people, parameters));
   for (auto first = by_name.begin(); first != by_name.end(); ++first)
     for (auto second = std::next(first); second != by_name.end(); ++second) {
-      if (!compared(first, second)) continue;
+      if (!is_pair(first, second)) continue;
       GroupPair pair = compare_pair(first->second, second->second, parameters, comparison.intervals);
       pair.first = static_cast<std::size_t>(std::distance(by_name.begin(), first));
       pair.second = static_cast<std::size_t>(std::distance(by_name.begin(), second));

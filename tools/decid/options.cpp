@@ -25,7 +25,8 @@ CLI::Validator between(Number low, Number high, const std::string& shown) {
 
 /// Returns the text of an error; that of a value in the form of Option::range().
 std::string message_of(const CLI::ParseError& error) {
-  const std::string text = error.what(), begin = "Could not convert: ";
+  std::string text = error.what();
+  const std::string begin = "Could not convert: ";
   const std::size_t equals = text.find(" = ");
   if (!text.starts_with(begin) || equals == std::string::npos) return text;
   return text.substr(begin.size(), equals - begin.size()) + ": " + text.substr(equals + 3) + " is not a valid number";
