@@ -70,7 +70,7 @@ std::vector<MethodAnswer> answers_of(const Comparison& comparison, Method method
     });
   };
   const auto take = [&](std::size_t i, MethodAnswer answer) {
-    answers[i] = std::move(answer);
+    answers[i] = answer;
     bar.update(done + ++at);
   };
   // A fit uses all threads; a posterior uses one.
