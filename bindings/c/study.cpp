@@ -1,7 +1,6 @@
 // Studies in C: the recordings of a sheet, identified or fitted, and the comparison of their persons, as JSON.
 #include <filesystem>
 #include <numeric>
-#include <sstream>
 
 #include "bindings/c/handles.hpp"
 #include "identify/sheet/find_recordings.hpp"
@@ -20,14 +19,6 @@ namespace {
 
 constexpr const char* study_where = "decid_study_run";
 
-std::vector<std::string> split_names(const char* text) {
-  std::vector<std::string> parts;
-  std::istringstream stream(text_or_empty(text));
-  for (std::string part; std::getline(stream, part, ',');)
-    if (!part.empty()) parts.push_back(part);
-  return parts;
-}
-
 /// The options that change the results, as the program's options of the same meaning.
 struct AskedStudy {
   std::vector<std::string> within, covariates;
@@ -36,14 +27,14 @@ struct AskedStudy {
   const decid_study_options& options;
 
   explicit AskedStudy(const decid_study_options& from)
-      : within(split_names(from.within)),
-        covariates(split_names(from.covariates)),
+      : within(decid::split_columns(text_or_empty(from.within))),
+        covariates(decid::split_columns(text_or_empty(from.covariates))),
         joint(text_or_empty(from.joint)),
         by_group(from.by_group != 0),
         is_fit(from.fit != 0),
         options(from) {
     if (!joint.empty() && !is_fit)
-      throw decid::Error(decid::Code::setting_conflict, study_where, "joint is for fits alone", "set fit too");
+      throw decid::Error(decid::Code::setting_conflict, study_where, "joint is only for fits", "set fit too");
   }
   bool compares() const { return by_group || !within.empty() || !covariates.empty(); }
 };

@@ -5,11 +5,13 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <sstream>
 
 #include "base/error.hpp"
 #include "base/setting.hpp"
 #include "base/text.hpp"
 #include "identify/sheet/text_key.hpp"
+#include "recording/table/cells.hpp"
 
 namespace decid {
 namespace {
@@ -39,6 +41,14 @@ class Spelling {
 };
 
 }  // namespace
+
+std::vector<std::string> split_columns(const std::string& text) {
+  std::vector<std::string> parts;
+  std::istringstream stream(text);
+  for (std::string part; std::getline(stream, part, ',');)
+    if (part = recording::trim(part); !part.empty()) parts.push_back(part);
+  return parts;
+}
 
 GroupTable groups_of_plan(const RecordingPlan& plan, bool by_group) {
   const auto has_participant = [](const PlannedRecording& it) { return !it.entry.participant.empty(); };

@@ -16,6 +16,9 @@
 
 namespace decid {
 
+/// Splits "age,weight" into names of columns.
+std::vector<std::string> split_columns(const std::string& text);
+
 /// Returns the group and the person of every recording, by its line of the sheet. Letter case does not count in these
 /// texts. by_group: false puts all recordings in cohort::everyone.
 GroupTable groups_of_plan(const RecordingPlan& plan, bool by_group);

@@ -1,7 +1,8 @@
 // The recordings of a call, with the person, the options and the protocol of each: all alike, or by a study's sheet.
 //
 //   const StudySheet sheet = read_sheet("participants.tsv");
-//   const RecordingPlan plan = make_plan(sheet, make_sources({"walk.csv"}, {}), Choice::by_sheet, {});
+//   const RecordingPlan plan = make_plan(sheet, make_sources(recordings_below("."), {}), Choice::by_sheet, {});
+//   Report report = identify_plan(model, "my model", plan);      // study_results.hpp
 #pragma once
 
 #include <cstddef>

@@ -69,8 +69,8 @@ bool has_no_value(const std::string& cell) {
 
 double mass_of(const std::string& cell, const std::string& where) {
   const std::optional<double> kg = read_number(cell);
-  if (!kg || *kg < 1.0 || *kg > 500.0)
-    throw Error(Code::value_invalid, where, "the weight '" + cell + "' is not from 1 to 500 kg",
+  if (!kg || *kg < 1.0 || *kg > 250.0)
+    throw Error(Code::value_invalid, where, "the weight '" + cell + "' is not from 1 to 250 kg",
                 "give it in kg, or n/a");
   return *kg;
 }

@@ -11,7 +11,7 @@ WORDS = {
 OPENINGS = {"Of": "put the subject first", "Beside": "name the subject, then 'also'", "Besides": "name the subject, then 'also'",
             "What": "name the subject", "Whether": "name the subject", "That": "repeat the noun", "Those": "repeat the noun"}
 WORD = re.compile(r"\b(" + "|".join(word.replace(" ", r"\s+") for word in sorted(WORDS, key=len, reverse=True)) + r")\b", re.IGNORECASE)
-OPENING = re.compile(r"(?:^|(?<=[.:;!?])\s+)[*_>\-\s]*(" + "|".join(OPENINGS) + r")\b(?=\s+\w)([^.?!]*[.?!]?)", re.MULTILINE)
+OPENING = re.compile(r"(?:^|(?<=[.:;!?])\s+)[*_>\-\s]*(" + "|".join(OPENINGS) + r")\b(?=\s+[\w`])([^.?!]*[.?!]?)", re.MULTILINE)
 FIGURES = (
     (re.compile(r"\d %"), "no blank before %"),
     (re.compile(r"\d degrees?\b(?! per)"), "write ° for degrees beside a figure"),

@@ -7,7 +7,6 @@
 #include <map>
 #include <optional>
 #include <set>
-#include <sstream>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -31,7 +30,7 @@ std::string lower_case(std::string text) {
   return text;
 }
 
-/// Whether `path` ends with the parts of `end`.
+/// Returns true if `path` ends with the parts of `end`.
 bool ends_with(const std::filesystem::path& path, const std::filesystem::path& end) {
   const auto from = end.lexically_normal(), of = path.lexically_normal();
   const auto parts = std::distance(from.begin(), from.end()), all = std::distance(of.begin(), of.end());
@@ -121,15 +120,6 @@ void refuse_missing(const std::string& table, const std::vector<std::string>& re
               "add a line for each; an empty group keeps a recording out of the comparison");
 }
 
-/// Splits "age,weight".
-std::vector<std::string> split_columns(const std::string& text) {
-  std::vector<std::string> parts;
-  std::istringstream stream(text);
-  for (std::string part; std::getline(stream, part, ',');)
-    if (part = trimmed(part); !part.empty()) parts.push_back(part);
-  return parts;
-}
-
 /// Throws Error if two of the recordings are one.
 void refuse_twice(const std::vector<RecordingSource>& sources) {
   std::map<std::pair<std::filesystem::path, std::string>, std::string> names;
@@ -180,15 +170,16 @@ GroupTable read_groups(const GroupFlags& flags, const RecordingFlags& recordings
                        bool quiet) {
   if (!flags.given()) return {};
   refuse_twice(recordings.sources);
-  const bool needs_sheet = !flags.within.empty() || !flags.covariates.empty();
+  const std::size_t least = flags.within.empty() && flags.covariates.empty() ? 2 : 1;
   const std::string& table = flags.table;
   std::error_code ignored;
   GroupTable groups;
-  if (table.empty() || (plan.sheet && std::filesystem::equivalent(table, plan.sheet->file, ignored)))
+  if (table.empty() || (plan.sheet && std::filesystem::equivalent(table, plan.sheet->file, ignored))) {
     groups = groups_of_plan(plan, !table.empty());
-  else
-    groups = read_group_table(table, recordings.files, needs_sheet ? 1 : 2);
-  refuse_groups(groups.members, table.empty() ? recordings.study : table, needs_sheet ? 1 : 2);
+    refuse_groups(groups.members, table.empty() ? recordings.study : table, least);
+  } else {
+    groups = read_group_table(table, recordings.files, least);
+  }
   for (const std::string& column : split_columns(flags.within)) {
     const std::size_t left_out = compare_within(column, plan, groups);
     if (left_out > 0 && !quiet && is_root())

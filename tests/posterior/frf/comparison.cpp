@@ -49,7 +49,7 @@ struct Preferred {
   int own = 0, clearly_other = 0;  // the other one is better by two standard errors
 };
 
-/// Of `tables` tables of a model, counts those that it predicts better than `other` does.
+/// Makes this number of tables of a model, and counts those that it predicts better than `other` does.
 Preferred count_preferred(const sim::Protocol& own, const sim::Protocol& other, const char* name, double value,
                           int tables) {
   std::vector<int> preferred(static_cast<std::size_t>(tables)), clearly_other(preferred.size());
