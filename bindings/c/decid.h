@@ -105,8 +105,7 @@ DECID_API decid_status decid_protocol_load(const char* name_or_path, decid_proto
 DECID_API decid_status decid_protocol_load_controller(const char* name_or_path, const char* controller,
                                                       decid_protocol** protocol);
 DECID_API const char* decid_protocol_controller(const decid_protocol* protocol); /* "dec" */
-/* Controllers: "dec", the paper's, and others (docs/reference/posture-model.md); NULL for an index that is too large.
- */
+/* Controllers: "dec", the paper's, and others (docs/reference/posture-model.md); NULL for an index beyond them. */
 DECID_API size_t decid_controllers(void);
 DECID_API const char* decid_controller_name(size_t index);
 DECID_API const char* decid_controller_description(size_t index);
@@ -346,8 +345,7 @@ DECID_API void decid_study_defaults(decid_study_options* options, size_t size);
 DECID_API decid_status decid_study_run(const decid_model* model, const char* sheet, const decid_study_options* options,
                                        decid_study** study);
 DECID_API void decid_study_free(decid_study* study);
-/* The JSON of these commands (docs/guide/results.md), with the groups (docs/guide/groups.md). `decid rerun` reads it.
- */
+/* The JSON of these commands (docs/guide/results.md), with the groups (docs/guide/groups.md), for `decid rerun`. */
 DECID_API const char* decid_study_json(const decid_study* study);
 
 /* ---- Data sets: simulated trials of known parameters ---- */

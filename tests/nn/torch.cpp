@@ -66,37 +66,34 @@ void load_hashed(const TensorView<float>& tensor, std::uint32_t id, double scale
   load_batch(tensor, hashed_values<float>(id, count, scale, offset));
 }
 
-/// Forward and backward of the layer that is case `number` of torch_figures.py.
-void check_layer(std::uint32_t number, const std::string& name, Shape shape, int batch, const std::string& line) {
+/// Runs forward and backward of case `number` of torch_figures.py, by a Chain or a Trainer.
+void check_passes(std::uint32_t number, const std::string& name, const std::vector<Parameter<float>*>& parameters,
+                  auto& run) {
   const std::uint32_t first = 100 * number;
-  Chain<float> chain(shape, line, batch);
-  set_parameters(chain.parameters(), first + 10);
-  load_hashed(chain.input(), first, 1.5, 0.2);
-  chain.forward();
-  compare(name + "/dst", store_batch(chain.output()));
-  load_hashed(chain.output_diff(), first + 1);
-  chain.backward();
-  compare(name + "/diff_src", store_batch(chain.input_diff()));
-  for (std::size_t k = 0; k < chain.parameters().size(); ++k)
-    compare(name + "/" + chain.parameters()[k]->name, chain.gradient(k));
+  load_hashed(run.input(), first, 1.5, 0.2);
+  run.forward();
+  compare(name + "/dst", store_batch(run.output()));
+  load_hashed(run.output_diff(), first + 1);
+  run.backward();
+  compare(name + "/diff_src", store_batch(run.input_diff()));
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const auto& gradient = std::as_const(run).gradient(k);
+    compare(name + "/" + parameters[k]->name, std::vector<float>(gradient.begin(), gradient.end()));
+  }
 }
 
-/// The same for a network with blocks, which a Trainer runs.
+void check_layer(std::uint32_t number, const std::string& name, Shape shape, int batch, const std::string& line) {
+  Chain<float> chain(shape, line, batch);
+  set_parameters(chain.parameters(), 100 * number + 10);
+  check_passes(number, name, chain.parameters(), chain);
+}
+
+/// Checks a network with blocks.
 void check_blocks(std::uint32_t number, const std::string& name, Shape shape, int batch, const std::string& text) {
-  const std::uint32_t first = 100 * number;
   Network<float> network(shape, text);
-  set_parameters(network.parameters(), first + 10);
+  set_parameters(network.parameters(), 100 * number + 10);
   Trainer<float> trainer(network, batch, nullptr, true);
-  load_hashed(trainer.input(), first, 1.5, 0.2);
-  trainer.forward();
-  compare(name + "/dst", store_batch(trainer.output()));
-  load_hashed(trainer.output_diff(), first + 1);
-  trainer.backward();
-  compare(name + "/diff_src", store_batch(trainer.input_diff()));
-  for (std::size_t k = 0; k < network.parameters().size(); ++k) {
-    const std::span<const float> gradient = std::as_const(trainer).gradient(k);
-    compare(name + "/" + network.parameters()[k]->name, std::vector<float>(gradient.begin(), gradient.end()));
-  }
+  check_passes(number, name, network.parameters(), trainer);
 }
 
 }  // namespace
