@@ -69,7 +69,7 @@ std::vector<MethodAnswer> answers_of(const Comparison& comparison, Method method
       if (const auto answer = comparison.answer(method, static_cast<int>(i), interrupted)) give(i, *answer);
     });
   };
-  const auto take = [&](std::size_t i, MethodAnswer answer) {
+  const auto take = [&](std::size_t i, const MethodAnswer& answer) {
     answers[i] = answer;
     bar.update(done + ++at);
   };
