@@ -21,6 +21,8 @@ namespace {
 using posterior::Density;
 using posterior::Posterior;
 
+constexpr double odd_rhat = 1.2;  // of a recording that is unlike the network's training too
+
 /// In trials that explain and check a recording the body stands as in the density.
 sim::Protocol standing(sim::Protocol protocol, double standing_s) {
   if (protocol.standing_s == 0.0) protocol.standing_s = standing_s;
@@ -281,8 +283,8 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
   // A recording unlike the network's training is not usable if the draws are odd too: the network on its own also flags
   // some clean trials (docs/reference/accuracy.md).
   if (!unlike_training.empty())
-    unfamiliar.push_back({!odd.empty() || found.apart() ? Severity::invalid : Severity::caution, "out_of_distribution",
-                          "by the network, " + unlike_training});
+    unfamiliar.push_back({!odd.empty() || found.max_rhat() > odd_rhat ? Severity::invalid : Severity::caution,
+                          "out_of_distribution", "by the network, " + unlike_training});
   result.warnings = gravest_first({result.warnings, unlike_simulated, result.explanation.warnings, unfamiliar,
                                    following_warnings(result.explanation),
                                    posterior_warnings(density, observation, found, from_network), contradictions});

@@ -20,6 +20,8 @@ using posterior::Posterior;
 // clean trials have three quantities in the outer twentieth (docs/guide/warnings.md).
 constexpr double outer = 0.05, outermost = 0.011;  // coordinates end at the outer hundredth
 constexpr std::size_t edges_of_invalid = 4, outermost_of_caution = 2;
+/// Standard error of the 5% quantile of N independent draws, in standard deviations, times the square root of N.
+constexpr double of_interval_end = 2.1;
 constexpr double divergent_fraction = 0.05;
 /// White noise of this size per sample, in a block of 0.1 s, is about the model's own error.
 constexpr double min_believed_noise_deg = 2e-3;
@@ -68,8 +70,8 @@ void warn_of_chains(const Density& density, const Posterior& found, bool from_ne
     add_info(
         warnings, "few_draws",
         format("the chains agree roughly (R-hat %.2f for %s, %.0f effective draws at least): ends of intervals are "
-               "known to a tenth of a standard deviation or so",
-               *worst, quantity_name(density, quantity).c_str(), fewest));
+               "known to %.1f standard deviations or so",
+               *worst, quantity_name(density, quantity).c_str(), fewest, of_interval_end / std::sqrt(fewest)));
   }
   if (!from_network && found.divergences() > divergent_fraction * found.draws())
     add_caution(warnings, "divergences",

@@ -7,8 +7,8 @@
 // Chains may begin anywhere. The assumed measurement noise starts high, where the recording has little influence, and
 // falls in stages to the value of its second differences (annealing). Several windows of points that the chains visit
 // then define a reparameterisation that straightens the posterior (reparameterisation.hpp), and a metric; then the
-// draws begin. If the chains are far apart after some draws, these become another window, and a new round begins. The
-// run ends when the chains agree and the draws suffice.
+// draws begin. If a parameter's R-hat is above 1.2 after some draws, these become another window, and a new round
+// begins. The run ends when the chains agree and the draws suffice.
 #pragma once
 
 #include <functional>
@@ -119,7 +119,10 @@ class Posterior {
   double acceptance() const noexcept { return acceptance_; }
   /// Returns true if every R-hat is at most 1.05 and each quantity has 100 effective draws.
   bool agreed() const;
-  /// Returns true if the R-hat of a parameter is above 1.2. Noise, start and gain may mix more slowly.
+  /// Returns the largest R-hat of a parameter; infinite without draws. Noise, start and gain may mix more slowly.
+  double max_rhat() const;
+  /// Returns true if max_rhat() is above 1.5. Below it, the draws of all chains together contain the chains'
+  /// differences.
   bool apart() const;
 
   template <class Archive>
