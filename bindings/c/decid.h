@@ -332,6 +332,7 @@ typedef struct decid_study_options {
   const char* covariates; /* columns of numbers, such as "age,weight"; NULL: none */
   int fit;                /* 1: sample posteriors, as `decid fit`; 0: as `decid identify` */
   const char* joint;      /* of fits: fit recordings together that have the same text in this column; NULL: none */
+  const char* free;       /* with joint: parameters that differ between the texts of a column, "theta,Nv:condition" */
   int max_draws;          /* of fits, as in decid_fit_options; these four */
   uint64_t seed;
   decid_progress progress;

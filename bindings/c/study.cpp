@@ -22,7 +22,7 @@ constexpr const char* study_where = "decid_study_run";
 /// The options that change the results, as the program's options of the same meaning.
 struct AskedStudy {
   std::vector<std::string> within, covariates;
-  std::string joint;
+  std::string joint, free;
   bool by_group, is_fit;
   const decid_study_options& options;
 
@@ -30,11 +30,15 @@ struct AskedStudy {
       : within(decid::split_columns(text_or_empty(from.within))),
         covariates(decid::split_columns(text_or_empty(from.covariates))),
         joint(text_or_empty(from.joint)),
+        free(text_or_empty(from.free)),
         by_group(from.by_group != 0),
         is_fit(from.fit != 0),
         options(from) {
     if (!joint.empty() && !is_fit)
       throw decid::Error(decid::Code::setting_conflict, study_where, "joint is only for fits", "set fit too");
+    if (!free.empty() && joint.empty())
+      throw decid::Error(decid::Code::setting_conflict, study_where, "free is for recordings that are fitted together",
+                         "set joint too");
   }
   bool compares() const { return by_group || !within.empty() || !covariates.empty(); }
 };
@@ -68,8 +72,10 @@ class StudyProgress {
 };
 
 decid::Report fit(const decid_model& model, const decid::RecordingPlan& plan, const AskedStudy& asked,
-                  const std::vector<decid::FitGroup>& joint, std::vector<std::string>& inputs) {
+                  const std::vector<std::string>& freed, const std::vector<decid::FitGroup>& joint,
+                  std::vector<std::string>& inputs) {
   decid::FitRequest request;
+  request.freed = freed;
   request.settings.seed = asked.options.seed;
   request.settings.max_draws = asked.options.max_draws;
   request.settings.min_draws = std::min(request.settings.min_draws, asked.options.max_draws);
@@ -103,6 +109,7 @@ void set_call(const AskedStudy& asked, const std::string& sheet, const decid_mod
   add("--study", sheet);
   add("--model", path_of(model));
   add("--joint", asked.joint, true);
+  add("--free", asked.free, true);
   if (asked.is_fit) {
     report.call.seed = asked.options.seed;
     add("--max-draws", std::to_string(asked.options.max_draws), true);
@@ -119,14 +126,15 @@ std::unique_ptr<decid_study> run_study(const decid_model& model, const std::stri
       make_plan(decid::read_sheet(sheet), decid::make_sources(decid::recordings_below(folder), {}),
                 decid::Choice::by_sheet, decid::ReadOptions{});
   decid::GroupTable groups = make_groups(asked, plan, sheet);
+  const decid::FreedParameters freed = decid::read_freed(asked.free, model.model.protocol.parameters());
   const std::vector<decid::FitGroup> joint =
-      asked.joint.empty() ? std::vector<decid::FitGroup>() : decid::joint_groups(plan, asked.joint, {});
+      asked.joint.empty() ? std::vector<decid::FitGroup>() : decid::joint_groups(plan, asked.joint, freed.conditions);
   decid::refuse_joint_cells(groups, joint);
   std::vector<std::string> inputs;
   for (const decid::PlannedRecording& one : plan.recordings) inputs.push_back(one.source.file.string());
   inputs.insert(inputs.end(), {sheet, path_of(model)});
-  decid::Report report =
-      asked.is_fit ? fit(model, plan, asked, joint, inputs) : decid::identify_plan(model.model, model.name, plan);
+  decid::Report report = asked.is_fit ? fit(model, plan, asked, freed.names, joint, inputs)
+                                      : decid::identify_plan(model.model, model.name, plan);
   if (asked.compares()) report.groups = report_groups(std::move(groups), report);
   report.model = model.name;
   report.model_sha256 = model.sha256;

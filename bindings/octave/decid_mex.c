@@ -62,8 +62,8 @@ static const char* const fit_options[] = {IDENTIFY_OPTIONS, "protocol",     "pri
                                           "priors",         "moved_before", NULL};
 static const char* const read_options[] = {READ_OPTIONS, NULL};
 static const char* const trial_names_options[] = {"section", "trial_column", NULL};
-static const char* const study_options[] = {"group", "within",    "covariates", "fit", "joint",
-                                            "model", "max_draws", "seed",       NULL};
+static const char* const study_options[] = {"group", "within", "covariates", "fit",  "joint",
+                                            "free",  "model",  "max_draws",  "seed", NULL};
 
 static int is_one_of(const char* name, const char* const* names) {
   for (; *names != NULL; ++names)
@@ -411,6 +411,7 @@ static mxArray* run_study(const mxArray* source, const mxArray* options) {
   how.covariates = text(options, "covariates");
   how.fit = whole(options, "fit", 0);
   how.joint = text(options, "joint");
+  how.free = text(options, "free");
   how.max_draws = whole(options, "max_draws", how.max_draws);
   how.seed = (uint64_t)whole(options, "seed", (int)how.seed);
   take_model(options);

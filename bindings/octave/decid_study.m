@@ -11,6 +11,7 @@
 %   "covariates"            columns of numbers, such as "age,weight"
 %   "fit"                   true: sample posteriors, which takes seconds to minutes a recording
 %   "joint"                 of fits: column of recordings that are fitted together, such as "participant_id"
+%   "free"                  with "joint": parameters that differ between the texts of a column, such as "theta,Nv:condition"
 %   "max_draws", "seed"     of fits, as in decid_fit
 %   "model"                 a model file; otherwise the built-in model
 %

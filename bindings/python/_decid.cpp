@@ -264,8 +264,8 @@ py::object result_draws(const py::object& self) {
 
 /// Returns the JSON of the study.
 py::str run_study(const Model& model, const std::string& sheet, bool by_group, const OptionalText& within,
-                  const OptionalText& covariates, bool fit, const OptionalText& joint, int max_draws,
-                  std::uint64_t seed, py::object progress) {
+                  const OptionalText& covariates, bool fit, const OptionalText& joint, const OptionalText& free,
+                  int max_draws, std::uint64_t seed, py::object progress) {
   Callback callback(std::move(progress));
   decid_study_options options;
   decid_study_defaults(&options, sizeof options);
@@ -274,6 +274,7 @@ py::str run_study(const Model& model, const std::string& sheet, bool by_group, c
   options.covariates = text_or_null(covariates);
   options.fit = fit ? 1 : 0;
   options.joint = text_or_null(joint);
+  options.free = text_or_null(free);
   options.max_draws = max_draws;
   options.seed = seed;
   options.progress = Callback::progress;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/setting.hpp"
 #include "identify/sheet/text_key.hpp"
 
 namespace decid {
@@ -24,7 +25,31 @@ TextOf always(std::string text) {
   return [text = std::move(text)](const SheetEntry&) { return text; };
 }
 
+[[noreturn]] void refuse_unknown(const std::string& name, const std::vector<std::string>& names) {
+  std::string all;
+  for (const std::string& one : names) all += (all.empty() ? "" : ", ") + one;
+  throw Error(Code::setting_unknown, setting("free"), "'" + name + "' is not a parameter", "name one of " + all);
+}
+
 }  // namespace
+
+FreedParameters read_freed(const std::string& text, const sim::ParameterTable& table) {
+  FreedParameters freed;
+  if (text.empty()) return freed;
+  const std::size_t colon = text.rfind(':');
+  if (colon == std::string::npos || colon == 0 || colon + 1 == text.size())
+    throw Error(Code::setting_malformed, setting("free"), "'" + text + "' is not NAME,..:COLUMN",
+                "give parameters and a column of the sheet, such as theta,Nv:condition");
+  freed.conditions = text.substr(colon + 1);
+  const std::vector<std::string> names = table.names();
+  for (std::size_t begin = 0; begin <= colon;) {
+    const std::size_t end = std::min(text.find(',', begin), colon);
+    const std::string& name = freed.names.emplace_back(text.substr(begin, end - begin));
+    if (std::ranges::find(names, name) == names.end()) refuse_unknown(name, names);
+    begin = end + 1;
+  }
+  return freed;
+}
 
 std::vector<FitGroup> joint_groups(const RecordingPlan& plan, const std::string& joint, const std::string& conditions) {
   const TextOf person = !plan.sheet && joint == "all" ? always(joint) : reader_for(plan, joint),

@@ -9,6 +9,16 @@
 
 namespace decid {
 
+/// Parameters that differ between conditions in recordings that are fitted together.
+struct FreedParameters {
+  std::vector<std::string> names;
+  std::string conditions;  ///< the sheet's column
+};
+
+/// Reads "NAME,..:COLUMN", such as "theta,Nv:condition"; an empty text frees nothing. Throws Error for another form, and
+/// for a name that the table does not have.
+FreedParameters read_freed(const std::string& text, const sim::ParameterTable& table);
+
 /// Returns groups of two or more recordings, by their places in the plan: those with the same text in the sheet's
 /// column `joint`, such as participant_id; without a sheet, all recordings if `joint` is "all". Recordings without that
 /// text, and those with an error, are in no group. conditions: the column whose texts FitGroup::conditions are; empty:

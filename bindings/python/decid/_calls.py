@@ -251,8 +251,8 @@ def fit(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[flo
 
 
 def study(sheet: Path, *, group: bool = False, within: Sequence[str] = (), covariates: Sequence[str] = (),
-          fit: bool = False, joint: Optional[str] = None, model: Union[Model, Path, None] = None, max_draws: int = 160,
-          seed: int = 1, progress: Optional[Callable[[float, str], object]] = None) -> Study:
+          fit: bool = False, joint: Optional[str] = None, free: Optional[str] = None,
+          model: Union[Model, Path, None] = None, max_draws: int = 160, seed: int = 1, progress: Optional[Callable[[float, str], object]] = None) -> Study:
     """Estimates all recordings of a study's sheet, and compares its persons: `decid identify --study`, or with fit=True
     `decid fit --study`, each recording with its own body, protocol and reading options.
 
@@ -260,9 +260,10 @@ def study(sheet: Path, *, group: bool = False, within: Sequence[str] = (), covar
 
     group: compare the groups in the sheet's column group. within: "session", "condition" or both, compared within persons.
     covariates: columns of numbers, "weight" (kg) and "height" (m) among them. joint: column of recordings that are fitted
-    together, such as "participant_id". max_draws, seed, progress: as in fit()."""
+    together, such as "participant_id". free: parameters that then differ between the texts of another column, such as
+    "theta,Nv:condition". max_draws, seed, progress: as in fit()."""
     text = _decid.study(as_model(model)._handle, os.fspath(sheet), group, ",".join(within) or None,
-                        ",".join(covariates) or None, fit, joint, max_draws, seed, progress)
+                        ",".join(covariates) or None, fit, joint, free, max_draws, seed, progress)
     return Study(text)
 
 

@@ -69,6 +69,13 @@ TEST_CASE("C: studies that cannot be made are refused, and a callback stops fits
   options = defaults();
   options.joint = "participant_id";
   refused(run(options), Code::setting_conflict, "joint");
+  options.fit = 1;
+  options.free = "theta";
+  refused(run(options), Code::setting_malformed, "theta");
+  options.free = "W:session";
+  refused(run(options), Code::setting_unknown, "'W'");
+  options.joint = nullptr;
+  refused(run(options), Code::setting_conflict, "free");
   options.size = 1;
   refused(run(options), Code::size_mismatch);
   options = defaults();

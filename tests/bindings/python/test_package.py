@@ -319,10 +319,10 @@ class Studies(WithFolder):
         protocol.write_text(json.dumps(brief))
         path = self.sheet(1, ("--protocol", protocol), (",protocol", ",tiny.json"))
         stages = []
-        study = decid.study(path, fit=True, joint="participant_id", max_draws=8, seed=3,
+        study = decid.study(path, fit=True, joint="participant_id", free="theta,Nv:session", max_draws=8, seed=3,
                             progress=lambda done, stage: stages.append(done))
-        self.assertEqual(study.text, program("fit", "--study", path, "--joint", "participant_id", "--max-draws", 8,
-                                             "--seed", 3, "--json"))
+        self.assertEqual(study.text, program("fit", "--study", path, "--joint", "participant_id", "--free",
+                                             "theta,Nv:session", "--max-draws", 8, "--seed", 3, "--json"))
         self.assertTrue(stages and 0 <= min(stages) <= max(stages) <= 1)
 
         def stop(done, stage):
@@ -339,6 +339,11 @@ class Studies(WithFolder):
                                ("column_missing", {"sheet": path, "covariates": ["shoe"]}),
                                ("value_missing", {"sheet": path, "covariates": ["age"]}),
                                ("setting_conflict", {"sheet": path, "joint": "participant_id"}),
+                               ("setting_conflict", {"sheet": path, "fit": True, "free": "theta:session"}),
+                               ("setting_malformed", {"sheet": path, "fit": True, "joint": "participant_id",
+                                                      "free": "theta"}),
+                               ("setting_unknown", {"sheet": path, "fit": True, "joint": "participant_id",
+                                                    "free": "W:session"}),
                                ("setting_conflict", {"sheet": path, "fit": True, "within": ["session"],
                                                      "joint": "participant_id"})):
             with self.subTest(keywords), self.assertRaises(decid.Error) as raised:

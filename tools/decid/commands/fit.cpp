@@ -44,7 +44,7 @@ struct FitOptions {
   Outputs outputs;
   GroupFlags groups;
   std::string model, protocol, frf;
-  std::string joint, free, conditions;  ///< columns of the sheet; free: NAME,..:COLUMN
+  std::string joint, free;  ///< columns of the sheet; free: NAME,..:COLUMN
   bool resume = false;
   std::optional<double> amplitude_deg, prior_error, prior_gain;
   std::vector<std::string> ranges, priors, fixed;  ///< of parameters: NAME=LOW,HIGH, NAME=MEAN,SD and NAME=VALUE
@@ -274,25 +274,9 @@ Report make_report(const FitOptions& options, const PlanFitter& fitter, FitResul
   return report;
 }
 
-/// Reads --free: parameters, and the column of the conditions between which they differ.
-void set_free(FitOptions& options) {
-  if (options.free.empty()) return;
-  if (options.joint.empty())
-    throw Error(Code::setting_conflict, "--free", "is for recordings that are fitted together", "give --joint too");
-  const std::size_t colon = options.free.rfind(':');
-  if (colon == std::string::npos || colon == 0 || colon + 1 == options.free.size())
-    throw Error(Code::setting_malformed, "--free", "'" + options.free + "' is not NAME,..:COLUMN",
-                "give parameters and a column of the sheet, such as theta,Nv:condition");
-  options.conditions = options.free.substr(colon + 1);
-  for (std::size_t begin = 0; begin <= colon;) {
-    const std::size_t end = std::min(options.free.find(',', begin), colon);
-    options.request.freed.push_back(options.free.substr(begin, end - begin));
-    begin = end + 1;
-  }
-}
-
 void run_fit(FitOptions options, const Command& command) {
-  set_free(options);
+  if (!options.free.empty() && options.joint.empty())
+    throw Error(Code::setting_conflict, "--free", "is for recordings that are fitted together", "give --joint too");
   RecordingFlags& recordings = options.recordings;
   ReadOptions reading = recordings.read_options();
   std::vector<std::string> inputs = options.outputs.files();
@@ -318,7 +302,8 @@ void run_fit(FitOptions options, const Command& command) {
   if (!options.joint.empty() && controllers.size() > 1)
     throw Error(Code::setting_conflict, "--joint", "does not go with several controllers",
                 "name one with --controller");
-  for (const std::string& name : options.request.freed) require_parameter(name, "--free", protocol.parameters());
+  const FreedParameters freed = read_freed(options.free, protocol.parameters());
+  options.request.freed = freed.names;
   reading.truth = recordings.known(protocol.parameters());
   reading.body = recordings.body();
   // A protocol of one's own may describe it.
@@ -330,7 +315,7 @@ void run_fit(FitOptions options, const Command& command) {
   inputs.insert(inputs.end(), {recordings.study, options.model, options.groups.table});
   options.outputs.check(inputs);
   const GroupTable groups = read_groups(options.groups, recordings, plan, options.common.quiet);
-  if (!options.joint.empty()) refuse_joint_cells(groups, joint_groups(plan, options.joint, options.conditions));
+  if (!options.joint.empty()) refuse_joint_cells(groups, joint_groups(plan, options.joint, freed.conditions));
 
   const Json settings{{"version", version},
                       {"protocol", sim::to_json_object(protocol)},
@@ -341,7 +326,7 @@ void run_fit(FitOptions options, const Command& command) {
   options.request.keeps_log_likelihood = options.outputs.draws.ends_with(".npz");
   PlanFitter fitter(&model, protocol, plan, options.request, &inputs);
   FitResults results =
-      fit_all({recordings.sources, listed(recordings.files), options.joint, options.conditions, options.common.quiet},
+      fit_all({recordings.sources, listed(recordings.files), options.joint, freed.conditions, options.common.quiet},
               fitter, plan, journal ? &*journal : nullptr);
   if (!is_root()) return;
   options.outputs.count = results.size();
