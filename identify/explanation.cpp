@@ -75,7 +75,7 @@ void warn_of_residual(std::span<const std::vector<float>> noisy, Severity severi
              "%.0f to %.0f%% of simulated trials with its noise: the recording may not be of this protocol or of this "
              "kind "
              "of controller",
-             100 * explanation.variance_accounted_for, 100 * low, 100 * high)});
+             100 * std::max(0.0, explanation.variance_accounted_for), 100 * low, 100 * high)});
 }
 
 }  // namespace

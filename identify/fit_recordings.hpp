@@ -48,7 +48,7 @@ class Fitter {
   const Report& report() const noexcept { return report_; }
 
   /// Samples the posterior of each recording without an error, in their order, and checks whether its draws predict the
-  /// recording; if they do not, its first warning says so. If chains do not agree, a warning says so, and the estimate
+  /// recording; if they do not, its first warning says so. If chains are far apart, a warning says so, and the estimate
   /// is the network's. A run that is stopped keeps what was drawn until then, begins no other recording, and returns
   /// false. The results do not depend on the number of threads. An error of one recording does not affect the others.
   bool fit(std::span<RecordingResult> read, const FitProgress& progress = {}, const OnFitted& fitted = {});

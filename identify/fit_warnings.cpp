@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "base/math/math.hpp"
@@ -22,6 +23,7 @@ constexpr double outer = 0.05, outermost = 0.011;  // coordinates end at the out
 constexpr std::size_t edges_of_invalid = 4, outermost_of_caution = 2;
 /// Standard error of the 5% quantile of N independent draws, in standard deviations, times the square root of N.
 constexpr double of_interval_end = 2.1;
+constexpr double slow_rhat = 1.2;  // of noise, start and gain
 constexpr double divergent_fraction = 0.05;
 /// White noise of this size per sample, in a block of 0.1 s, is about the model's own error.
 constexpr double min_believed_noise_deg = 2e-3;
@@ -52,26 +54,40 @@ void warn_of_edges(const Density& density, const Posterior& found, bool from_net
                                                       : "; the recording may not be of this model")});
 }
 
+/// Returns the fewest effective draws of the 5% and 95% quantiles of the inferred parameters.
+double fewest_tail_draws(const Density& density, const Posterior& found) {
+  double fewest = std::numeric_limits<double>::infinity();
+  for (int p = 0; p < density.parameters(); ++p)
+    if (density.infers(p)) fewest = std::min(fewest, found.tail_effective_draws(p));
+  return fewest;
+}
+
 void warn_of_chains(const Density& density, const Posterior& found, bool from_network, Warnings& warnings) {
-  const auto worst = std::ranges::max_element(found.rhat());
-  const int quantity = density.quantity(static_cast<std::size_t>(worst - found.rhat().begin()));
-  const double fewest = *std::ranges::min_element(found.effective_draws());
+  const std::vector<double>& rhat = found.rhat();
+  const auto parameters = rhat.begin() + density.parameters();
+  const auto worst = std::max_element(rhat.begin(), parameters), other = std::max_element(parameters, rhat.end());
+  const auto name_at = [&](auto place) {
+    return quantity_name(density, density.quantity(static_cast<std::size_t>(place - rhat.begin())));
+  };
   if (found.apart()) {
     const std::string apart = format(
         "the chains do not agree (R-hat %.2f for %s): the recording may fit more than one "
         "controller; these are ",
-        *worst, quantity_name(density, quantity).c_str());
+        *worst, name_at(worst).c_str());
     // The network's answer is as good as the answer of `identify`; its own warnings are listed too.
     if (from_network)
       add_info(warnings, "chains_disagree", apart + "the network's values, as decid identify has them");
     else
       add_caution(warnings, "chains_disagree", apart + "means over all of them");
   } else if (!found.agreed()) {
-    add_info(
-        warnings, "few_draws",
-        format("the chains agree roughly (R-hat %.2f for %s, %.0f effective draws at least): ends of intervals are "
-               "known to %.1f standard deviations or so",
-               *worst, quantity_name(density, quantity).c_str(), fewest, of_interval_end / std::sqrt(fewest)));
+    const double fewest = fewest_tail_draws(density, found);
+    std::string text = format(
+        "the chains agree roughly (R-hat %.2f for %s, %.0f effective draws in the tails at least): ends of intervals "
+        "are "
+        "known to %.1f standard deviations or so",
+        *worst, name_at(worst).c_str(), fewest, of_interval_end / std::sqrt(fewest));
+    if (*other > slow_rhat) text += format("; %s is known less well (R-hat %.2f)", name_at(other).c_str(), *other);
+    add_info(warnings, "few_draws", text);
   }
   if (!from_network && found.divergences() > divergent_fraction * found.draws())
     add_caution(warnings, "divergences",

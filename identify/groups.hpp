@@ -111,6 +111,12 @@ struct GroupReport {
   GroupComparison comparison;
   /// The hierarchical model of the recordings' distributions; empty where cohort::analyse_groups() returns none.
   std::optional<cohort::Result> hierarchical = {};
+  /// The m g h, N m/rad, of the body that stiffness and damping of the comparison, the hierarchical model and the
+  /// reliability are for: that of all compared recordings, or, where these differ, that of the posture model's own body
+  /// (sim::Body), to which each person's values are scaled by m g h.
+  double mgh_nm_rad = 0.0;
+  bool bodies_differ = false;
+  std::size_t assumed_bodies = 0;  ///< recordings that are compared with an assumed body
   /// Reliability per pair of comparison.pairs and parameter, of the persons in both groups; empty lists for groups of
   /// different people.
   std::vector<std::vector<std::optional<cohort::Reliability>>> reliability = {};

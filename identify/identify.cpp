@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/setting.hpp"
 #include "base/text.hpp"
 #include "identify/recordings.hpp"
 
@@ -71,6 +72,8 @@ void warn_of_sway(const sim::Conditions& trained, const recording::Trial& trial,
                        reach / sim::rad_per_deg, trained_rad / sim::rad_per_deg));
 }
 
+constexpr double against_ratio = -0.5;  // a response ratio of -1 is the other sign
+
 /// Adds a warning to recordings that are out of distribution.
 void judge(const Model& model, const Estimate& estimate, Explanation& explanation) {
   if (!model.familiarity.known()) {
@@ -90,6 +93,9 @@ void judge(const Model& model, const Estimate& estimate, Explanation& explanatio
       "this recording does not resemble the test (OOD score %.2f, limit 1; %s); common causes: wrong sign, late start, "
       "other platform movement, wrong unit or rate",
       explanation.ood_score, response.c_str());
+  if (explanation.response_ratio < against_ratio)
+    explanation.unlike_training +=
+        "; the sway goes against the platform: if its sensor is reversed, give " + setting("invert") + " sway";
   add_invalid(explanation.warnings, "out_of_distribution", explanation.unlike_training);
 }
 

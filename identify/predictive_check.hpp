@@ -20,7 +20,7 @@ namespace decid {
 struct CheckedFigure {
   std::string name;  ///< "0.05 to 0.2 Hz" and other bands: the rms there; "frequency response": squared distance from
                      ///< the simulated trials' mean over their variance; "level": the rms; "largest
-                     // /< sway"; "between cycles": the rms of the difference between cycles
+                     ///< sway"; "between cycles": the standard deviation between cycles
   bool in_degrees = true;  ///< else it has no unit
   double recorded = 0.0;
   double low = 0.0, middle = 0.0, high = 0.0;  ///< quantiles of the simulated trials: 5%, 50% and 95%

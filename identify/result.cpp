@@ -18,6 +18,19 @@ std::string reason_to_leave_out(const RecordingResult& result) {
   return result.trial.tilt && result.trial.tilt->is_other_size ? "tilt_of_other_size" : "";
 }
 
+/// Sets the body that groups are compared at, from the recordings that are compared.
+void set_body(const Report& report, GroupReport& made) {
+  std::optional<double> first;
+  for (std::size_t i = 0; i < report.recordings.size(); ++i) {
+    if (made.table.members[i].group.empty() || !made.left_out[i].empty()) continue;
+    const double mgh = report.protocol_for(report.recordings[i]).experiment.body.mgh();
+    if (!first) first = mgh;
+    made.bodies_differ = made.bodies_differ || mgh != *first;
+    made.assumed_bodies += report.body_assumed_for(report.recordings[i]) ? 1U : 0U;
+  }
+  made.mgh_nm_rad = made.bodies_differ ? sim::Body{}.mgh() : first.value_or(report.protocol.experiment.body.mgh());
+}
+
 }  // namespace
 
 const char* name(FitFigures::Answer answer) {
@@ -60,32 +73,42 @@ sim::ParameterTable Report::ranges_for(const RecordingResult& recording) const {
   return fit ? posterior::ranges_for(fit->priors, table) : table;
 }
 
+double scale_to(double mgh_nm_rad, const Report& report, const RecordingResult& result, std::size_t parameter) {
+  return report.protocol.parameters()[parameter].per_mgh
+             ? mgh_nm_rad / report.protocol_for(result).experiment.body.mgh()
+             : 1.0;
+}
+
 GroupReport report_groups(GroupTable table, const Report& report) {
   GroupReport made{std::move(table), {}, {}};
+  for (std::size_t i = 0; i < report.recordings.size(); ++i)
+    made.left_out.push_back(made.table.members.at(i).group.empty() ? std::string()
+                                                                   : reason_to_leave_out(report.recordings[i]));
+  set_body(report, made);
   std::vector<GroupedRecording> people;
   std::vector<cohort::Recording> members(report.recordings.size());
   std::map<std::string, const GroupMember*> cells;  // one of each
   for (std::size_t i = 0; i < report.recordings.size(); ++i) {
-    const GroupMember& member = made.table.members.at(i);
-    made.left_out.push_back(member.group.empty() ? std::string() : reason_to_leave_out(report.recordings[i]));
+    const GroupMember& member = made.table.members[i];
     if (member.group.empty()) continue;
     const sim::Parameters& values = report.recordings[i].estimate.parameters;
     GroupedRecording& one = people.emplace_back(GroupedRecording{member.cell(), member.person, {}});
     cells.emplace(one.group, &member);
-    if (!made.left_out.back().empty()) continue;
-    one.values.assign(values.begin(), values.end());
+    if (!made.left_out[i].empty()) continue;
+    for (std::size_t p = 0; p < values.size(); ++p)
+      one.values.push_back(scale_to(made.mgh_nm_rad, report, report.recordings[i], p) * values[p]);
     members[i] = {member.person, member.session, member.group, member.condition, member.covariates, {}};
   }
   const auto differ_in_one = [&](const std::string& first, const std::string& second) {
     return cohort::differ_in_one(*cells.at(first), *cells.at(second));
   };
   made.comparison = compare_groups(people, report.protocol.parameters().size(), differ_in_one);
-  made.hierarchical = cohort::analyse_groups(report, members, made.table.covariates);
+  made.hierarchical = cohort::analyse_groups(report, members, made.table.covariates, made.mgh_nm_rad);
   for (const GroupPair& pair : made.comparison.pairs) {
     made.reliability.emplace_back();
     if (pair.paired)
       made.reliability.back() = cohort::compute_reliability(report, members, made.comparison.groups[pair.first].name,
-                                                            made.comparison.groups[pair.second].name);
+                                                            made.comparison.groups[pair.second].name, made.mgh_nm_rad);
   }
   return made;
 }

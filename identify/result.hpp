@@ -52,7 +52,7 @@ struct JointFit {
 
 /// A fit: the posterior, and the signals and checks that come from it.
 struct FitFigures {
-  /// Source of the estimate: the posterior's means or, if its chains do not agree, the network.
+  /// Source of the estimate: the posterior's means or, if its chains are far apart, the network.
   enum class Answer { posterior, network };
   Answer answer = Answer::posterior;
   posterior::Posterior posterior;
@@ -60,7 +60,7 @@ struct FitFigures {
   posterior::Inferred inferred;
   std::vector<int> stored_draws;  ///< the draws of Inferred::log_likelihood, chain by chain
   PredictiveCheck check;
-  double samples_noise_deg = 0.0;  ///< the sensor's noise by the samples' second differences
+  double samples_noise_deg = 0.0;  ///< white measurement noise, by the power above 2 Hz
   double block_s = 0.0;            ///< of what is inferred and checked; the first block begins with the trial
   double edge_s = 0.0;             ///< from one edge of inferred signals to the next
   double first_edge_s = 0.0;
@@ -152,6 +152,10 @@ struct Report {
   /// Returns the parameters with their ranges for the recording's body.
   sim::ParameterTable ranges_for(const RecordingResult& recording) const;
 };
+
+/// Returns the factor that scales a recording's parameter to a body of this m g h: for stiffness and damping the ratio
+/// of both m g h, otherwise 1.
+double scale_to(double mgh_nm_rad, const Report& report, const RecordingResult& result, std::size_t parameter);
 
 /// Compares the groups of `table`, whose members are those of the report's recordings, in their order. Leaves out
 /// recordings with an error, those that are not usable, and those of a platform that tilted another angle.

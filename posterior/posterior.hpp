@@ -5,7 +5,7 @@
 //   if (found.agreed()) use(found.mean(sim::Kp), found.quantile(sim::Kp, 0.05), found.quantile(sim::Kp, 0.95));
 //
 // Chains may begin anywhere. The assumed measurement noise starts high, where the recording has little influence, and
-// falls in stages to the value of its second differences (annealing). Several windows of points that the chains visit
+// falls in stages to the value of the power above 2 Hz (annealing). Several windows of points that the chains visit
 // then define a reparameterisation that straightens the posterior (reparameterisation.hpp), and a metric; then the
 // draws begin. If a parameter's R-hat is above 1.2 after some draws, these become another window, and a new round
 // begins. The run ends when the chains agree and the draws suffice.
@@ -32,9 +32,10 @@ struct Settings {
   int trial_draws = 25;            ///< of a chain, after which a round except the last may be repeated
   int min_draws = 40;              ///< of a chain
   int max_draws = 160;
-  long long max_steps =
-      25'000;              ///< leapfrog steps of a group after which no draws begin; twice as many for several trials
-  double max_rhat = 1.05;  ///< sufficient: every quantity's R-hat is at most this
+  /// Leapfrog steps of a group after which no draws beyond min_draws begin; twice as many for several trials. After
+  /// half of them no round is repeated.
+  long long max_steps = 25'000;
+  double max_rhat = 1.05;        ///< sufficient: every quantity's R-hat is at most this
   double effective_draws = 100;  ///< sufficient: every quantity has this many
 };
 

@@ -21,9 +21,8 @@ namespace decid::recording {
 
 namespace {
 
-constexpr double max_plausible_deg = 20.0, min_plausible_deg = 0.001, max_deg = 90.0;
-/// If degrees are only assumed, a sway below this is more likely in radians: quiet stance alone sways more.
-constexpr double small_for_a_guess_deg = 0.1;
+/// A sway below min_plausible_deg is more likely in radians: quiet stance alone sways more.
+constexpr double max_plausible_deg = 20.0, min_plausible_deg = 0.1, max_deg = 90.0;
 
 /// Returns the advice for a time column that would mean this rate in seconds.
 std::string time_hint(const std::string& name, double rate_hz) {
@@ -196,13 +195,13 @@ void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, 
                 "the sway reaches " + three_digits(peak_deg) + " degrees, too far for a standing body; " + other);
   }
   const double if_radians_deg = peak_to_peak_deg / sim::rad_per_deg;
-  if (guessed && peak_to_peak_deg < small_for_a_guess_deg && if_radians_deg > small_for_a_guess_deg)
+  if (guessed && peak_to_peak_deg < min_plausible_deg && if_radians_deg > min_plausible_deg)
     throw Error(Code::unit_unknown, where,
                 sway.column + " has no unit, and is " + three_digits(peak_to_peak_deg) +
                     " degrees peak to peak if it is in degrees, " + three_digits(if_radians_deg) + " if in radians",
                 "give " + setting("unit") + " rad or " + setting("unit") + " deg; if these are positions, give " +
                     setting("com_height"));
-  if (peak_to_peak_deg < min_plausible_deg || (guessed && peak_to_peak_deg < small_for_a_guess_deg)) {
+  if (peak_to_peak_deg < min_plausible_deg) {
     add_caution(recording.warnings, "small_sway",
                 "the sway is only " + three_digits(peak_to_peak_deg) + " degrees peak to peak, " +
                     three_digits(if_radians_deg) + " if these are radians; " + other);
@@ -259,8 +258,9 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   recording.warnings = table.warnings();
   if (table.preamble_lines() > 0 && !options.skip_lines && options.section.empty())
     add_info(recording.warnings, "preamble",
-             "the first " + std::to_string(table.preamble_lines()) +
-                 (table.preamble_lines() == 1 ? " line" : " lines") + " above the table are ignored");
+             table.preamble_lines() == 1
+                 ? "the line above the table is ignored"
+                 : "the first " + std::to_string(table.preamble_lines()) + " lines above the table are ignored");
   int time = find_time(table);
   const SwaySource source = find_sway_source(table, time, options, recording);
   const int sway = source.columns.front();

@@ -62,6 +62,11 @@ bool in_memory(const Recording& recording) {
   return recording.file.empty();
 }
 
+/// Returns seconds as text, to the millisecond.
+std::string milliseconds(double seconds) {
+  return six_digits(std::floor(seconds * 1e3 + 0.5) / 1e3);
+}
+
 std::string where(const Recording& recording) {
   return in_memory(recording) ? "recording" : recording.file;
 }
@@ -302,9 +307,9 @@ void warn_of_length(Recording& recording, const sim::Protocol& protocol, const P
     std::string text = "the recording lasts " + six_digits(recorded_s) + " s, the protocol '" + protocol.name + "' " +
                        six_digits(protocol.duration_s()) + " s: ";
     if (before_s > 0.5 * sample_s) {
-      text += "the first " + six_digits(before_s) + " s" + (after_s > 0.5 * sample_s ? " and " : " are not used");
+      text += "the first " + milliseconds(before_s) + " s" + (after_s > 0.5 * sample_s ? " and " : " are not used");
     }
-    if (after_s > 0.5 * sample_s) text += "the last " + six_digits(after_s) + " s are not used";
+    if (after_s > 0.5 * sample_s) text += "the last " + milliseconds(after_s) + " s are not used";
     if (start_was_given) {
       add_info(recording.warnings, "part_not_used", text);
     } else {

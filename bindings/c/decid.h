@@ -263,7 +263,7 @@ typedef struct decid_fit_options {
 } decid_fit_options;
 DECID_API void decid_fit_defaults(decid_fit_options* options, size_t size);
 
-/* Draws from the posterior, in seconds to minutes, as `decid fit`. Where the chains do not agree, the result has the
+/* Draws from the posterior, in seconds to minutes, as `decid fit`. Where the chains are far apart, the result has the
    model's estimates. */
 DECID_API decid_status decid_fit(const decid_model* model, const decid_recording* recording,
                                  const decid_fit_options* options, decid_result** result);
@@ -294,9 +294,9 @@ typedef struct decid_figures {
 typedef struct decid_sampling {
   int chains, draws; /* draws: of all chains */
   int agreed;        /* every R-hat is at most 1.05, and every quantity has 100 effective draws */
-  int from_network;  /* 1: the chains do not agree, and the values are the model's */
+  int from_network;  /* 1: the chains are far apart, and the values are the model's */
   int divergences;
-  double samples_noise_deg; /* measurement noise from the samples' second differences */
+  double samples_noise_deg; /* white measurement noise, by the power above 2 Hz */
   double seconds;
 } decid_sampling;
 

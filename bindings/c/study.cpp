@@ -39,6 +39,10 @@ struct AskedStudy {
     if (!free.empty() && joint.empty())
       throw decid::Error(decid::Code::setting_conflict, study_where, "free is for recordings that are fitted together",
                          "set joint too");
+    if (!free.empty() && compares())
+      throw decid::Error(decid::Code::setting_conflict, study_where,
+                         "free does not go with a comparison of persons, whose joint fit counts once",
+                         "compare persons in a call without it");
   }
   bool compares() const { return by_group || !within.empty() || !covariates.empty(); }
 };

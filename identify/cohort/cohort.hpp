@@ -83,7 +83,7 @@ struct Effect {
   Quantity difference;                     ///< first less second, SI units
   std::array<double, 2> simultaneous95{};  ///< all parameters of all comparisons and interactions: joint 95%
   Quantity standardised;                   ///< over the root of the cells' mean between-person variance
-  double direction = 0.5;                  ///< the probability that the difference has its mean's sign
+  double direction = 0.5;                  ///< the probability that the difference has its likelier sign
 };
 
 /// Two cells that differ in the group, the session or the condition only.
@@ -102,7 +102,7 @@ struct Interaction {
 
 /// The change of a parameter per unit of a covariate.
 struct Slope : Quantity {
-  double direction = 0.5;  ///< the probability that the slope has its mean's sign
+  double direction = 0.5;  ///< the probability that the slope has its likelier sign
 };
 struct Covariate {
   std::string name;

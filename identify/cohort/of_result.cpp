@@ -50,11 +50,12 @@ bool alike(const sim::ParameterTable& ranges, const sim::ParameterTable& other, 
   });
 }
 
-/// Recordings that were fitted together have one posterior, which counts once.
+/// Recordings that were fitted together have one posterior, which counts once; a network's answers are each its own.
 class FirstOfJoint {
  public:
   bool operator()(const RecordingResult& result) {
-    return !result.fit || !result.fit->joint || seen_.insert(result.fit->joint->files).second;
+    return !result.fit || !result.fit->joint || result.fit->answer != FitFigures::Answer::posterior ||
+           seen_.insert(result.fit->joint->files).second;
   }
 
  private:
@@ -100,7 +101,7 @@ std::optional<Measurement> to_measurement(const RecordingResult& result, const R
 }
 
 std::optional<Result> analyse_groups(const Report& report, std::span<const Recording> members,
-                                     const std::vector<std::string>& covariates) {
+                                     const std::vector<std::string>& covariates, std::optional<double> mgh_nm_rad) {
   std::vector<Recording> recordings;
   std::map<std::string, std::set<std::string>> persons;  // of cells
   FirstOfJoint is_first;
@@ -123,14 +124,21 @@ std::optional<Result> analyse_groups(const Report& report, std::span<const Recor
   for (std::size_t k = 0; k < covariates.size(); ++k)
     if (!has_two_values(recordings, k)) return std::nullopt;
   const sim::ParameterTable table = report.ranges();
-  const std::vector<sim::ParameterInfo> ranges(table.begin(), table.end());
+  std::vector<sim::ParameterInfo> ranges(table.begin(), table.end());
+  const double mgh = report.protocol.experiment.body.mgh(), ratio = mgh_nm_rad.value_or(mgh) / mgh;
+  for (sim::ParameterInfo& range : ranges) {
+    if (!range.per_mgh) continue;
+    range.low *= ratio;
+    range.high *= ratio;
+  }
   Settings settings;
   settings.covariates = covariates;
   return analyse(recordings, ranges, settings);
 }
 
 std::vector<std::optional<Reliability>> compute_reliability(const Report& report, std::span<const Recording> members,
-                                                            const std::string& first, const std::string& second) {
+                                                            const std::string& first, const std::string& second,
+                                                            std::optional<double> mgh_nm_rad) {
   const std::size_t parameters = report.protocol.parameters().size();
   std::map<std::string, std::array<Mean, 2>> persons;
   FirstOfJoint is_first;
@@ -143,10 +151,12 @@ std::vector<std::optional<Reliability>> compute_reliability(const Report& report
     mean.recordings += 1.0;
     mean.values.resize(parameters);
     mean.variances.resize(parameters);
+    const double own = report.protocol_for(result).experiment.body.mgh();
     for (std::size_t p = 0; p < parameters; ++p) {
-      mean.values[p] += result.estimate.parameters[p];
+      const double scale = scale_to(mgh_nm_rad.value_or(own), report, result, p);
+      mean.values[p] += scale * result.estimate.parameters[p];
       use_distribution(result, [&](const auto& distribution) {
-        const double sd = distribution.stddev(static_cast<int>(p));
+        const double sd = scale * distribution.stddev(static_cast<int>(p));
         mean.variances[p] += sd * sd;
       });
     }

@@ -20,14 +20,16 @@ std::optional<Measurement> to_measurement(const RecordingResult& result, const R
 
 /// Analyses the groups of a report, and their sessions and conditions. members: one per recording, without its
 /// measurement; an empty group leaves it out. covariates: names of the members'. Recordings that were fitted together
-/// count once. Empty unless two cells have two persons with evidence each, or one with covariates, and each covariate
-/// two values.
+/// count once. mgh_nm_rad: of the body that the results are for; empty: the report's own. Empty unless two cells have
+/// two persons with evidence each, or one with covariates, and each covariate two values.
 std::optional<Result> analyse_groups(const Report& report, std::span<const Recording> members,
-                                     const std::vector<std::string>& covariates = {});
+                                     const std::vector<std::string>& covariates = {},
+                                     std::optional<double> mgh_nm_rad = {});
 
 /// Returns the reliability of the values of persons in both cells, by their names (cell_name()), per parameter; empty
-/// where it is undefined. The visits are the cells, in their order.
+/// where it is undefined. The visits are the cells, in their order. mgh_nm_rad: as above.
 std::vector<std::optional<Reliability>> compute_reliability(const Report& report, std::span<const Recording> members,
-                                                            const std::string& first, const std::string& second);
+                                                            const std::string& first, const std::string& second,
+                                                            std::optional<double> mgh_nm_rad = {});
 
 }  // namespace decid::cohort

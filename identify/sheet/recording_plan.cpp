@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <limits>
+#include <map>
 #include <utility>
 
 #include "base/setting.hpp"
@@ -200,10 +201,19 @@ class Planner {
           Error(Code::value_invalid, plan_.sheet->locate(here),
                 "names " + here.file + ", which may be " + sources_[best[0]].name() + " or " + sources_[best[1]].name(),
                 "put the folder before the file's name"));
-    for (const std::size_t i : best) add(sources_[i], here);
+    for (const std::size_t i : best) add(sources_[i], here, repeated(sources_[i], here));
     if (!best.empty()) return;
     if (std::filesystem::is_regular_file(direct, ignored)) return add(direct, here);
     add_missing(here, "names " + here.file + ", which does not exist");
+  }
+
+  /// Returns an error if a line before names the same recording with the same options of reading.
+  std::optional<Error> repeated(const RecordingSource& source, const SheetLine& line) {
+    const auto [first, is_new] = named_.try_emplace({source.name(), line.reading}, line.number);
+    if (is_new) return std::nullopt;
+    return Error(Code::value_invalid, plan_.sheet->locate(line),
+                 "names " + source.name() + ", as line " + std::to_string(first->second) + " does",
+                 "delete one of them");
   }
 
   void plan_person(const SheetLine& person, std::vector<bool>& taken) {
@@ -280,8 +290,10 @@ class Planner {
   const ReadOptions& reading_;
   RecordingPlan plan_;
   std::vector<PathKey> line_keys_, source_keys_;
-  std::optional<std::vector<PathKey>> near_;     // files below the sheet's folder, once they are needed
-  std::vector<bool> used_;                       // lines
+  std::optional<std::vector<PathKey>> near_;  // files below the sheet's folder, once they are needed
+  std::vector<bool> used_;                    // lines
+  std::map<std::pair<std::string, std::vector<std::pair<std::string, std::string>>>, std::size_t>
+      named_;                                    // numbers of the lines that name recordings
   std::vector<std::vector<std::size_t>> found_;  // recordings of each line with a file
 };
 

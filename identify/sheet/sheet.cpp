@@ -26,7 +26,9 @@ struct Column {
 
 Column column_of(const std::string& name) {
   using Key = std::pair<std::string_view, Role>;
-  constexpr std::array<Key, 30> known{{{"participant", Role::participant},
+  constexpr std::array<Key, 32> known{{{"id", Role::participant},
+                                       {"proband", Role::participant},
+                                       {"participant", Role::participant},
                                        {"participantid", Role::participant},
                                        {"subject", Role::participant},
                                        {"subjectid", Role::participant},
@@ -138,6 +140,11 @@ SheetLine read_line(const std::vector<Column>& columns, const std::vector<std::s
       if (!line.error) line.error = error;
     }
   }
+  const auto beyond = cells.begin() + static_cast<std::ptrdiff_t>(std::min(cells.size(), columns.size()));
+  if (!line.error && std::any_of(beyond, cells.end(), [](const std::string& cell) { return !cell.empty(); }))
+    line.error = Error(Code::value_invalid, where,
+                       format("has %zu cells, and the first line %zu names", cells.size(), columns.size()),
+                       "delete the others; decimal commas need quotes, or semicolons or tabs between cells");
   if (!line.error && line.file.empty() && line.entry.participant.empty())
     line.error =
         Error(Code::value_missing, where, "names neither a participant nor a file", "give one, or delete the line");

@@ -39,7 +39,8 @@ struct StudySheet {
 
 /// Reads a sheet: text between tabs, commas or semicolons (RFC 4180), or the first sheet of a workbook (.xlsx). Letter
 /// case, blanks and underscores of column names do not count:
-/// - participant_id (or participant, subject, person, patient, with or without id), session, group, condition;
+/// - participant_id (or participant, subject, person, patient, proband, with or without id, or id), session, group,
+/// condition;
 /// - file (or filename, path, recording): a path from the sheet's folder, or the end of one;
 /// - mass or weight in kg; height in m, or in cm from 30 up;
 /// - protocol: a name or a file; and options of reading (set_reading_option()).

@@ -26,7 +26,7 @@ struct NoiseLevels {
 /// Work space for one thread.
 struct NoiseWorkspace {
   AlignedVector<double> spectrum, coefficient, precision, slow_fraction, root, line_row, unfolded, fft_work;
-  std::array<double, lanes> line;            ///< the straight line's max_blocks probable rise from end to end, rad
+  std::array<double, lanes> line;            ///< the straight line's most probable rise from end to end, rad
   std::array<double, lanes> line_precision;  ///< the precision of that rise, with the prior
   std::array<double, lanes> line_shrinkage;
 };

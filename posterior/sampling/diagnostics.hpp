@@ -10,8 +10,8 @@ namespace decid::posterior {
 using ChainDraws = std::vector<std::vector<double>>;
 
 /// Returns the larger of two rank-normalised split R-hats: of the values, and of their distances from the median. It is
-/// 1 if the halves of all chains agree in place and spread, and if all values are equal. It is infinite if one chain is
-/// constant while others are not.
+/// 1 if the halves of all chains agree in place and spread, and if all values are equal. It is infinite if all chains
+/// are constant, at different values.
 double rhat(const ChainDraws& chains);
 
 /// Returns the number of independent draws that would have the variance of these draws' mean (rank-normalised, Geyer's

@@ -39,11 +39,16 @@ double mean_log(double theta, std::span<const double> x) {
   return sum / static_cast<double>(x.size());
 }
 
-/// Fits to x > 0, ascending. Averages theta = -shape / scale over its profile likelihood; shrinks the shape towards
-/// 1/2, with the weight of ten values.
+/// Returns the value at the first quarter of ascending ones.
+double quarter_of(std::span<const double> x) {
+  return x[(2 * x.size() + 4) / 8 - 1];
+}
+
+/// Fits to x >= 0, ascending, with quarter_of(x) > 0. Averages theta = -shape / scale over its profile likelihood;
+/// shrinks the shape towards 1/2, with the weight of ten values.
 GeneralizedPareto fit(std::span<const double> x) {
   const auto count = static_cast<double>(x.size());
-  const double quarter = x[(2 * x.size() + 4) / 8 - 1];
+  const double quarter = quarter_of(x);
   const int tried = 30 + static_cast<int>(std::sqrt(count));
   std::vector<double> theta, likelihood;
   for (int j = 0; j < tried; ++j) {
@@ -72,7 +77,7 @@ double smooth(std::vector<double>& log_weights) {
   const double cut = decid::exp(log_weights[order[order.size() - tail - 1]]);
   std::vector<double> beyond;
   for (const std::size_t i : last) beyond.push_back(decid::exp(log_weights[i]) - cut);
-  if (!(beyond.front() > 1e-12 * beyond.back())) return 0.0;  // ties: no tail to fit
+  if (!(quarter_of(beyond) > 1e-12 * beyond.back())) return 0.0;  // ties: no tail to fit
   const GeneralizedPareto found = fit(beyond);
   for (std::size_t j = 0; j < tail; ++j) {
     const double probability = (static_cast<double>(j) + 0.5) / static_cast<double>(tail);

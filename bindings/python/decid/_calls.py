@@ -189,9 +189,11 @@ def simulate(protocol: Union[Protocol, Path] = "default", seed: int = 1, allow_f
 
 
 def _recording_of(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[float],
-                  unit: Optional[str]) -> Recording:
+                  unit: Optional[str], reading: Mapping[str, Any]) -> Recording:
     if isinstance(recording, (str, os.PathLike)):
-        return read(recording, rate=rate, unit=unit)
+        return read(recording, rate=rate, unit=unit, **reading)
+    if reading:
+        raise _error("setting_conflict", ", ".join(reading), "is for files", "leave it out")
     if isinstance(recording, (Recording, Trials)):
         if rate is not None or unit is not None:
             raise _error("setting_conflict", "rate, unit", "are known of this recording", "leave them out")
@@ -204,15 +206,16 @@ def _recording_of(recording: Union[Recording, Trials, Path, ArrayLike], rate: Op
 def identify(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[float] = None,
              unit: Optional[str] = None, *, mass: Optional[float] = None, height: Optional[float] = None,
              begin: Optional[float] = None, detrend: str = "none",
-             model: Union[Model, Path, None] = None) -> Result:
+             model: Union[Model, Path, None] = None, **reading: Any) -> Result:
     """The model's answer, in milliseconds: what `decid identify` gives.
 
     recording: samples (samples,) with their rate in Hz and unit, "deg", "rad" or "mrad"; a file; a Recording; or Trials.
     mass, height: the subject's, kg and m; both or none, which is the protocol's body.
     begin: where in the recording the protocol starts, s; None: at its first sample, or where its tilt says.
-    detrend: "none", "offset" or "linear": what is subtracted. model: None is the built-in one."""
+    detrend: "none", "offset" or "linear": what is subtracted. model: None is the built-in one. reading: of a file, other
+    arguments of read(), such as fill_gaps=0.4."""
     of = as_model(model)
-    raw = _decid.identify(of._handle, _recording_of(recording, rate, unit)._handle, mass or 0.0, height or 0.0,
+    raw = _decid.identify(of._handle, _recording_of(recording, rate, unit, reading)._handle, mass or 0.0, height or 0.0,
                           math.nan if begin is None else begin, _number_of(_DETREND, detrend, "detrend"))
     return result_of(raw, len(of.protocol.parameters))
 
@@ -230,7 +233,7 @@ def fit(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[flo
         prior_start: float = 0.1, prior_gain: float = 0.06, prior_noise: float = 0.02,
         ranges: Optional[Mapping[str, Tuple[float, float]]] = None,
         priors: Optional[Mapping[str, Tuple[float, float]]] = None, moved_before: bool = False, max_draws: int = 160,
-        seed: int = 1, progress: Optional[Callable[[float, str], object]] = None) -> Fit:
+        seed: int = 1, progress: Optional[Callable[[float, str], object]] = None, **reading: Any) -> Fit:
     """Draws from the posterior, in seconds to minutes: what `decid fit` gives. As identify(), and:
 
     protocol: the protocol played; None: the model's. prior_start: largest distance in s between both starts.
@@ -241,7 +244,7 @@ def fit(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[flo
     raises ends the fit."""
     of = as_model(model)
     played = None if protocol is None else as_protocol(protocol)
-    raw = _decid.fit(of._handle, _recording_of(recording, rate, unit)._handle, mass or 0.0, height or 0.0,
+    raw = _decid.fit(of._handle, _recording_of(recording, rate, unit, reading)._handle, mass or 0.0, height or 0.0,
                      math.nan if begin is None else begin, _number_of(_DETREND, detrend, "detrend"),
                      None if played is None else played._handle, prior_start, prior_gain, prior_noise, max_draws, seed,
                      moved_before, _priors_of(ranges or {}, priors or {}), progress)
@@ -250,7 +253,12 @@ def fit(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[flo
     return found
 
 
-def study(sheet: Path, *, group: bool = False, within: Sequence[str] = (), covariates: Sequence[str] = (),
+def _columns(names: Union[str, Sequence[str]]) -> Optional[str]:
+    return (names if isinstance(names, str) else ",".join(names)) or None
+
+
+def study(sheet: Path, *, group: bool = False, within: Union[str, Sequence[str]] = (),
+          covariates: Union[str, Sequence[str]] = (),
           fit: bool = False, joint: Optional[str] = None, free: Optional[str] = None,
           model: Union[Model, Path, None] = None, max_draws: int = 160, seed: int = 1, progress: Optional[Callable[[float, str], object]] = None) -> Study:
     """Estimates all recordings of a study's sheet, and compares its persons: `decid identify --study`, or with fit=True
@@ -262,8 +270,8 @@ def study(sheet: Path, *, group: bool = False, within: Sequence[str] = (), covar
     covariates: columns of numbers, "weight" (kg) and "height" (m) among them. joint: column of recordings that are fitted
     together, such as "participant_id". free: parameters that then differ between the texts of another column, such as
     "theta,Nv:condition". max_draws, seed, progress: as in fit()."""
-    text = _decid.study(as_model(model)._handle, os.fspath(sheet), group, ",".join(within) or None,
-                        ",".join(covariates) or None, fit, joint, free, max_draws, seed, progress)
+    text = _decid.study(as_model(model)._handle, os.fspath(sheet), group, _columns(within),
+                        _columns(covariates), fit, joint, free, max_draws, seed, progress)
     return Study(text)
 
 

@@ -108,7 +108,12 @@ class Result:
         lines = [self.trust + "".join(f"; {notice.text}" for notice in self.warnings if notice.severity != "info")]
         for p in self._shown().values():
             lines.append(f"{p.name:<16} {p.value:12.5g}  {_tables.between(p.interval90):<24} {'' if p.unit == '1' else p.unit}")
+        if self.body.assumed:
+            lines.append(self._assumed())
         return "\n".join(lines)
+
+    def _assumed(self) -> str:
+        return f"Body (assumed): {self.body.mass_kg:.1f} kg above the ankles; give the person's mass= and height="
 
     def _repr_html_(self) -> str:
         rows = []
@@ -120,6 +125,7 @@ class Result:
         notices = "".join(f"<li>{html.escape(notice.severity)}: {html.escape(notice.text)}</li>" for notice in self.warnings)
         heading = ("", "value", "90% interval", "unit", "relative to gravity", "within the limits (not a normal range)")
         table = _tables.html_table(heading, rows)
+        table += f"<p>{html.escape(self._assumed())}</p>" if self.body.assumed else ""
         return f"<p><b>{html.escape(self.trust)}</b></p>{table}" + (f"<ul>{notices}</ul>" if notices else "")
 
 
@@ -129,9 +135,9 @@ class Sampling:
     chains: int
     draws: int  #: of all chains
     agreed: bool  #: every R-hat is at most 1.05, and every quantity has 100 effective draws
-    from_network: bool  #: they do not agree, and the values are the model's
+    from_network: bool  #: they are far apart, and the values are the model's
     divergences: int
-    samples_noise_deg: float  #: the sensor's noise by the samples' second differences
+    samples_noise_deg: float  #: white measurement noise, by the power above 2 Hz
     seconds: float
 
 

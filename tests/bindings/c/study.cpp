@@ -74,7 +74,10 @@ TEST_CASE("C: studies that cannot be made are refused, and a callback stops fits
   refused(run(options), Code::setting_malformed, "theta");
   options.free = "W:session";
   refused(run(options), Code::setting_unknown, "'W'");
-  options.joint = nullptr;
+  options.free = "theta:session";
+  options.within = "session";
+  refused(run(options), Code::setting_conflict, "free");
+  options.within = options.joint = nullptr;
   refused(run(options), Code::setting_conflict, "free");
   options.size = 1;
   refused(run(options), Code::size_mismatch);

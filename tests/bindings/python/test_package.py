@@ -104,6 +104,9 @@ class Identification(WithFolder):
         path = self.folder / "gap.csv"
         path.write_text("time,sway_deg\n" + "".join(f"{k / 100},{-77.5 if k == 30 else k / 100}\n" for k in range(60)))
         filled = decid.read(path, column=2, fill_gaps=0.1, missing=-77.5)
+        with self.assertRaises(decid.Error) as raised:
+            decid.identify(filled, fill_gaps=0.1)
+        self.assertEqual(raised.exception.code, "setting_conflict")
         self.assertAlmostEqual(float(filled.sway[30]), np.radians(0.3), places=7)
         self.assertAlmostEqual(float(decid.read(path, fill_gaps=0.1).sway[30]), np.radians(-77.5), places=6)
 
@@ -305,6 +308,8 @@ class Studies(WithFolder):
         saved.write_text(study.text, encoding="utf-8")
         program("rerun", saved)
         (self.folder / "p0_1.csv").unlink()
+        self.assertEqual(decid.study(path, within="session", covariates="age").text,
+                         decid.study(path, within=["session"], covariates=["age"]).text)
         lost = decid.study(path)
         self.assertIsNone(lost.groups)
         self.assertEqual(lost.recordings[0]["code"], "file_missing")

@@ -117,12 +117,17 @@ TEST_CASE("cohort: recordings fitted together count once; those of another body 
     table.members.push_back(table.members[twin]);
   }
   CHECK(made.compared().hierarchical->cells[0].recordings == 6);
+  report.fit.emplace();
   for (const std::size_t twin : {0U, 1U, 2U})
-    for (const std::size_t i : {twin, twin + 6})
-      report.recordings[i].fit.emplace().joint = decid::JointFit{{std::to_string(twin), "twin"}, {}, {}};
+    for (const std::size_t i : {twin, twin + 6}) {
+      report.recordings[i] = fitted(report, 0.2 * static_cast<double>(twin) - 0.5);
+      report.recordings[i].fit->joint = decid::JointFit{{std::to_string(twin), "twin"}, {}, {}};
+    }
+  CHECK(made.compared().hierarchical->cells[0].recordings == 3);
+  // Where the chains were far apart, each has the network's answer for itself.
   for (RecordingResult& one : report.recordings)
     if (one.fit) one.fit->answer = decid::FitFigures::Answer::network;
-  CHECK(made.compared().hierarchical->cells[0].recordings == 3);
+  CHECK(made.compared().hierarchical->cells[0].recordings == 6);
 
   decid::ReportSetting& other = report.other_settings.emplace_back();
   other.protocol = report.protocol;
@@ -140,6 +145,54 @@ TEST_CASE("cohort: recordings fitted together count once; those of another body 
   const auto one = decid::cohort::to_measurement(own, report), same = decid::cohort::to_measurement(scaled, report);
   REQUIRE(same);
   CHECK(near(same->centre(0, decid::sim::Kp), one->centre(0, decid::sim::Kp), 1e-9));
+}
+
+TEST_CASE("cohort: people of other bodies are compared at one body's m g h") {
+  TwoGroups made(false);
+  auto& [report, table] = made;
+  report.protocol.experiment.body.mass_kg *= 0.8;
+  Report heavier = report;
+  heavier.protocol.experiment.body.mass_kg *= 1.5;
+  report.body_assumed = false;
+  report.other_settings.push_back({heavier.protocol, true, {}});
+  // The same controllers relative to gravity in both groups.
+  for (std::size_t i = 0; i < 3; ++i) {
+    report.recordings[i] = read_by_network(report, 0.2 * static_cast<double>(i));
+    report.recordings[i + 3] = read_by_network(heavier, 0.2 * static_cast<double>(i));
+    report.recordings[i + 3].setting = 1;
+  }
+  const decid::GroupReport groups = made.compared();
+  const double mgh = decid::sim::Body{}.mgh(), own = report.protocol.experiment.body.mgh();
+  CHECK(groups.bodies_differ);
+  CHECK(groups.assumed_bodies == 3);
+  CHECK(groups.mgh_nm_rad == mgh);
+  const decid::GroupPair& pair = groups.comparison.pairs.at(0);
+  for (const decid::GroupEffect& effect : pair.parameters) CHECK(std::abs(effect.difference) < 1e-9);
+  const double kp = report.recordings[1].estimate.parameters[decid::sim::Kp];
+  CHECK(groups.comparison.groups[0].parameters[decid::sim::Kp].mean > 1.1 * kp);  // 0.8 of the posture model's mass
+  REQUIRE(groups.hierarchical);
+  const double middle = groups.hierarchical->cells[0].mean[decid::sim::Kp].mean;
+  CHECK(middle > 0.6 * mgh);
+  CHECK(middle < 1.5 * mgh);
+
+  // Reliability of values over m g h: of two visits of other bodies.
+  std::vector<decid::cohort::Recording> members;
+  for (const decid::GroupMember& member : table.members)
+    members.push_back({member.person.substr(1), {}, member.group, {}, {}, {}});
+  const auto scaled = decid::cohort::compute_reliability(report, members, "a", "b", mgh),
+             unscaled = decid::cohort::compute_reliability(report, members, "a", "b");
+  REQUIRE(scaled[decid::sim::Kp]);
+  CHECK(scaled[decid::sim::Kp]->visit_sd < 1e-6);
+  CHECK(unscaled[decid::sim::Kp]->visit_sd > 10.0);
+
+  // One body: values stay as they are.
+  for (std::size_t i = 3; i < 6; ++i) report.recordings[i] = read_by_network(report, 0.2 * static_cast<double>(i));
+  const decid::GroupReport same = made.compared();
+  CHECK_FALSE(same.bodies_differ);
+  CHECK(same.mgh_nm_rad == own);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) sum += report.recordings[i].estimate.parameters[decid::sim::Kp];
+  CHECK(same.comparison.groups[0].parameters[decid::sim::Kp].mean == sum / 3.0);
 }
 
 TEST_CASE("cohort: draws of a fit are evidence, and a normal prior is taken back") {

@@ -266,6 +266,25 @@ TEST_CASE("plan_of: a person's line fills the lines of recordings; what is not c
   check_has(part.recordings[1].error, Code::file_missing, "gone.csv");
 }
 
+TEST_CASE("plan_of: a recording named twice, and cells beyond the names, are errors of their lines") {
+  const TemporaryFolder folder;
+  const RecordingPlan plan = plan_of_text(
+      folder,
+      "ID\tfile\tweight\theight\na\ta.csv\t70\t175\na\ta.csv\t70\t175\nb\tb.csv\t70\t175\t5\nc\tc.csv\t70\t1.75\t\n",
+      {"a.csv", "b.csv", "c.csv"}, Choice::by_sheet);
+  REQUIRE(plan.recordings.size() == 4);
+  CHECK(plan.recordings[0].entry.participant == "a");
+  CHECK_FALSE(plan.recordings[0].error);
+  check_has(plan.recordings[1].error, Code::value_invalid, "line 2");
+  check_has(plan.recordings[2].error, Code::value_invalid, "5 cells");
+  CHECK_FALSE(plan.recordings[3].error);
+  // Other options of reading make it another recording.
+  const RecordingPlan columns =
+      plan_of_text(folder, "file\tcolumn\na.csv\tone\na.csv\ttwo\n", {"a.csv"}, Choice::by_sheet);
+  REQUIRE(columns.recordings.size() == 2);
+  CHECK_FALSE(columns.recordings[1].error);
+}
+
 TEST_CASE("StudySheet::reader_of: columns by any spelling; joint_groups: persons and conditions by any case") {
   const TemporaryFolder folder;
   const std::filesystem::path path = write_text(

@@ -57,6 +57,8 @@ TEST_CASE("chi-square's tail is that of the tables") {
   CHECK(near(frf::chi_square_beyond(33.924, 22), 0.05, 1e-3));
   CHECK(near(frf::chi_square_beyond(40.289, 22), 0.01, 1e-3));
   CHECK(frf::chi_square_beyond(0.0, 4) == 1.0);
+  CHECK(near(frf::chi_square_beyond(1999.333, 2000), 0.5, 1e-4));  // the median, whose density at 0 underflows
+  CHECK(frf::chi_square_beyond(2400.0, 2000) < 1e-8);
 }
 
 TEST_CASE("the true controller is found, and uninformed parameters keep their priors") {

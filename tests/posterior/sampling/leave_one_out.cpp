@@ -101,6 +101,17 @@ TEST_CASE("leave_one_out: values that alone determine a parameter are marked") {
   CHECK(odd.unreliable > usual.unreliable);
 }
 
+// A rejected transition stores its point again: of a pair about the tail's cut one lies in the tail, at 0.
+TEST_CASE("leave_one_out: draws that occur twice hide no tail") {
+  const std::vector<double> once = Groups(100, 2, 9.0).log_likelihood(500);
+  std::vector<double> twice;
+  for (std::size_t draw = 0; draw < 500; ++draw)
+    for (int copy = 0; copy < 2; ++copy)
+      twice.insert(twice.end(), once.begin() + static_cast<std::ptrdiff_t>(draw * 200),
+                   once.begin() + static_cast<std::ptrdiff_t>((draw + 1) * 200));
+  CHECK(leave_one_out(twice, 200).max_shape > 0.7);
+}
+
 TEST_CASE("leave_one_out: draws that say the same need no weights") {
   std::vector<double> same;
   for (int draw = 0; draw < 25; ++draw) same.insert(same.end(), {-1.0, -2.0, -4.0});

@@ -225,6 +225,9 @@ TEST_CASE("people are compared by the recordings that can be used, the others ar
                                      {{"file", "twice.csv"}, {"group", "a"}, {"reason", "tilt_of_other_size"}},
                                      {{"file", "broken.csv"}, {"group", "b"}, {"reason", "error"}}});
   CHECK(settings["unused_lines"] == Json{{{"line", 7}, {"file", "gone.csv"}}});
+  CHECK(settings["bodies_differ"] == false);
+  CHECK(settings["assumed_bodies"] == 19);
+  CHECK(settings["mgh"] == report.protocol.experiment.body.mgh());
   CHECK(found["hierarchical"].is_null());  // without distributions
   CHECK(found["reliability"].is_array());
   const Json recordings = decid::tools::recordings_json(report);
@@ -234,7 +237,7 @@ TEST_CASE("people are compared by the recordings that can be used, the others ar
 
   const std::string text = groups_text(report);
   CAPTURE(text);
-  CHECK(contains(text, "a: 5 people, 15 recordings\n    Kp              856.8 +- 63.4\n"));
+  CHECK(contains(text, "a: 5 people, 15 recordings\n    Kp              856.8 +- 63.4 N m/rad\n"));
   CHECK(contains(text, "a less b: 5 people and 4 people"));
   CHECK(contains(text, "7 parameters were compared"));
   CHECK(contains(text, "Left out: 3 recordings"));

@@ -90,6 +90,7 @@ TEST_CASE_FIXTURE(People, "fit --joint: what does not fit together is refused") 
   refused(study + " --joint participant_id --free W:eyes", "'W'");
   refused(study + " --joint participant_id --free theta", "NAME,..:COLUMN");
   refused(study + " --free theta:eyes", "--joint");
+  refused(study + " --joint participant_id --free theta:eyes --within session", "--free");
   refused(study + " --joint participant_id --controller dec,ic", "--controller");
 }
 

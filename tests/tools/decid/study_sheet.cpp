@@ -354,6 +354,9 @@ TEST_CASE("rerun: the same bytes, and refusals of changed inputs and other files
   CHECK(run_decid("rerun " + folder / "changed.json").code == 1);
   check_refused("rerun " + folder / "o.json" + " -o " + folder / "o.json", "another name");
   check_refused("rerun " + folder / "t.csv", "t.csv");
+  std::filesystem::rename(folder / "t.csv", folder / "moved.csv");
+  check_refused("rerun " + folder / "o.json", "t.csv");
+  std::filesystem::rename(folder / "moved.csv", folder / "t.csv");
   check_refused("rerun " + folder / "o.json" + " -o " + folder / "none/again.json", "again.json");
   write_text(folder / "empty.json", "{}");
   check_refused("rerun " + folder / "empty.json", "empty.json");

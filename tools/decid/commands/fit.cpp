@@ -277,6 +277,11 @@ Report make_report(const FitOptions& options, const PlanFitter& fitter, FitResul
 void run_fit(FitOptions options, const Command& command) {
   if (!options.free.empty() && options.joint.empty())
     throw Error(Code::setting_conflict, "--free", "is for recordings that are fitted together", "give --joint too");
+  if (!options.free.empty() && options.groups.given())
+    throw Error(Code::setting_conflict, "--free",
+                "does not go with a comparison of persons: a person's joint fit counts once, with one value of each "
+                "parameter",
+                "compare persons in a call without it");
   RecordingFlags& recordings = options.recordings;
   ReadOptions reading = recordings.read_options();
   std::vector<std::string> inputs = options.outputs.files();

@@ -43,7 +43,12 @@ constexpr const char* timed_keys[] = {"seconds", "mean_s", "max_s", "threads"};
 
 /// Throws Error unless the inputs are those of the call, and this decid wrote the result.
 Call read_call(const std::string& path, const std::string& content) {
-  const Json all = parse_json(content, path);
+  Json all;
+  try {
+    all = parse_json(content, path);
+  } catch (const Error&) {
+    throw Error(Code::file_unsupported, path, "is not JSON", wanted_file);
+  }
   const auto is_text = [](const Json& value) { return value.is_string(); };
   const bool is_result = all.is_object() && all.contains("command") && all["command"].is_string() &&
                          all.contains("arguments") && all["arguments"].is_array() &&
@@ -65,6 +70,9 @@ Call read_call(const std::string& path, const std::string& content) {
     if (hash.is_null())
       throw Error(Code::not_supported, file, "is not a file whose content is known",
                   "save it as a file, and run the call again");
+    if (!is_stream)
+      throw Error(Code::file_missing, file, "is an input of " + path + ", and is not there",
+                  "run decid rerun in the folder of the first call, or restore the file");
     if (sha256(read_file(file)) != hash.get<std::string>())
       throw Error(Code::file_differs, file, "is not the file that " + path + " was computed from", "restore that file");
   }

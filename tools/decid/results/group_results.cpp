@@ -23,12 +23,15 @@ std::string people_text(std::size_t count) {
   return count == 1 ? "1 person" : format("%zu people", count);
 }
 
-std::string group_text(const Group& group, const std::vector<std::string>& names) {
+std::string group_text(const Group& group, const sim::ParameterTable& table) {
   std::string text = "  " + one_line(group.name) + ": " + people_text(group.people) + ", " +
                      counted(static_cast<long long>(group.recordings), "recording") + "\n";
-  for (std::size_t p = 0; p < names.size(); ++p)
-    text += format("    %-8s %12s +- %s\n", names[p].c_str(), number_text(group.parameters[p].mean, "%.5g").c_str(),
-                   number_text(group.parameters[p].sd, "%.3g").c_str());
+  for (std::size_t p = 0; p < table.size(); ++p) {
+    const std::string unit = table[p].shown_unit();
+    text +=
+        format("    %-8s %12s +- %s%s\n", table[p].name.c_str(), number_text(group.parameters[p].mean, "%.5g").c_str(),
+               number_text(group.parameters[p].sd, "%.3g").c_str(), unit.empty() ? "" : (" " + unit).c_str());
+  }
   return text;
 }
 
@@ -59,6 +62,18 @@ std::string left_out_text(const Report& report) {
             "): " + reason + "\n";
   }
   return count == 0 ? text : "  Left out: " + counted(count, "recording") + "\n" + text;
+}
+
+std::string bodies_text(const GroupReport& groups) {
+  std::string text;
+  if (groups.bodies_differ)
+    text += format(
+        "  The people's bodies differ: stiffness and damping are scaled by m g h to one body, of %.0f N m/rad.\n",
+        groups.mgh_nm_rad);
+  if (groups.assumed_bodies > 0)
+    text += "  " + counted(static_cast<long long>(groups.assumed_bodies), "recording") +
+            " with an assumed body: differences in stiffness and damping contain body size; give mass and height.\n";
+  return text;
 }
 
 std::string difference_name(const cohort::Result& found, const cohort::Comparison& comparison) {
@@ -125,10 +140,12 @@ std::string groups_text(const Report& report) {
   const std::string& person_column = report.groups->table.person_column;
   const std::vector<std::string> names = report.protocol.parameters().names();
   std::string text = "Groups: mean +- standard deviation of people\n";
-  text += person_column.empty() ? "  The table has no column subject: each recording counts as a person.\n"
-                                : "  Recordings with the same " + one_line(person_column) +
-                                      " are one person's; their mean counts once.\n";
-  for (const Group& group : found.groups) text += group_text(group, names);
+  text +=
+      person_column.empty()
+          ? "  No column names the person (subject or participant_id): each recording counts as a person.\n"
+          : "  Recordings with the same " + one_line(person_column) + " are one person's; their mean counts once.\n";
+  text += bodies_text(*report.groups);
+  for (const Group& group : found.groups) text += group_text(group, report.protocol.parameters());
   for (const GroupPair& pair : found.pairs) text += pair_text(pair, found.groups, names);
   const std::string pairs = found.pairs.size() == 1 ? "" : format(" in %zu pairs of groups", found.pairs.size());
   if (!found.pairs.empty())

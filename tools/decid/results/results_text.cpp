@@ -101,7 +101,7 @@ std::string fit_text(const FitFigures& fitted) {
 
 /// Returns the fraction of the variance that the estimate explains, for people.
 std::string explained_text(double part) {
-  return part > 0.0 ? format("%.1f%%", 100.0 * part) : "none (expected at high sensory noise)";
+  return part > 0.0 ? format("%.1f%%", 100.0 * part) : "none";
 }
 
 std::string sway_text(const RecordingResult& id) {

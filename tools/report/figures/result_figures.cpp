@@ -38,12 +38,17 @@ Estimates estimates_of(const Report& report, std::size_t i) {
   if (report.groups && made.who.group.empty()) made.who.group = report.groups->table.members.at(i).group;
   if (report.groups && made.who.participant.empty()) made.who.participant = report.groups->table.members[i].person;
   if (made.who.participant.empty()) made.who.participant = id.file;
+  std::vector<double> scale(made.value.size(), 1.0);  // to the body of the comparison
+  for (std::size_t p = 0; report.groups && p < scale.size(); ++p) {
+    scale[p] = scale_to(report.groups->mgh_nm_rad, report, id, p);
+    made.value[p] *= scale[p];
+  }
   made.low90.assign(made.value.size(), unknown);
   made.high90 = made.low90;
   use_distribution(id, [&](const auto& found) {
     for (std::size_t p = 0; p < made.value.size(); ++p) {
-      made.low90[p] = found.quantile(static_cast<int>(p), 0.05);
-      made.high90[p] = found.quantile(static_cast<int>(p), 0.95);
+      made.low90[p] = scale[p] * found.quantile(static_cast<int>(p), 0.05);
+      made.high90[p] = scale[p] * found.quantile(static_cast<int>(p), 0.95);
     }
   });
   return made;

@@ -152,7 +152,7 @@ function placeCell({ low, high, middle, recorded }) {
 function checkTable(recording) {
   const { figures, trials, standing } = recording.check;
   if (figures.length === 0) return element("p", { class: "note" }, `Only ${standing} of ${trials} simulated trials stand: too few to compare with the recording.`);
-  const name = figure => figure.name.endsWith("Hz") ? `Sway at ${figure.name}, rms` : figure.name === "between cycles" ? "Difference between cycles, rms"
+  const name = figure => figure.name.endsWith("Hz") ? `Sway at ${figure.name}, rms` : figure.name === "between cycles" ? "Standard deviation between cycles"
     : figure.name === "level" ? "Level, rms" : figure.name === "frequency response" ? "Frequency response, distance" : "Largest sway";
   const heading = (text, kind = "number") => element("th", { scope: "col", class: kind }, text);
   const unit = figure => unitOf(figure);
@@ -176,7 +176,7 @@ function diagnosis(recording) {
     divergences === 0 ? "No divergent transition." : `${divergences} divergent transition${divergences === 1 ? "" : "s"}: corners of the posterior may be missing.`,
     energy_fraction < 0.3 ? `The energy fraction is ${fixed(energy_fraction, 2)}, below 0.3: tails of the posterior may be missing.` : null,
     restarts > 0 ? `${restarts} chain${restarts === 1 ? " was" : "s were"} stuck while warming up and continued from the place of another chain.` : null,
-    noise ? `The model leaves ${compact(noise.mean)}\u00b0 of sway per sample unexplained. The measurement noise, from the differences of neighbouring samples, is ${compact(samples)}\u00b0.` +
+    noise ? `The model leaves ${compact(noise.mean)}\u00b0 of sway per sample unexplained. The measurement noise, from the power above 2 Hz, is ${compact(samples)}\u00b0.` +
       (noise.mean > 3 * Math.max(samples, 1e-3) ? " The unexplained sway is far larger: the intervals treat it as noise." : "") : null,
     `Log predictive density (leave-one-out): ${compactSum(value)} \u00b1 ${compact(standard_error)} nats for ${blocks} means of ${compact(1000 * block_s)} ms, in degrees, with ` +
       `${compact(effective_parameters)} effective parameters` + (unreliable > 0 ? `; ${unreliable} of the ${blocks} rest on few draws.` : "."),

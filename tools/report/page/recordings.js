@@ -128,7 +128,8 @@ function summaryTable() {
   return element("div", {}, element("h3", {}, "Summary"), legend, element("div", { class: "scroll" }, element("table", { class: "answer" },
     element("caption", {}, `${members.length} recordings, without those that are not usable. SD: standard deviation between recordings; it does not contain the uncertainty of each value. ` +
       "Dots: one per recording, within the model\u2019s limits (not a normal range). Bar: middle 50%. Vertical line: median." +
-      (report.groups ? " A group\u2019s row shows the recordings that its comparison includes." : "")),
+      (report.groups ? " A group\u2019s row shows the recordings that its comparison includes." : "") +
+      (report.groups && report.groups.group_comparison.bodies_differ ? " Stiffness and damping are those of each person\u2019s own body here; the comparison below scales them to one body." : "")),
     element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), number("Mean \u00b1 SD"), number("Median"), number("Middle 50%"),
       element("th", { scope: "col" }, "Within the model\u2019s limits"))),
     element("tbody", {}, ...rows))));
