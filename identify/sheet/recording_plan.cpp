@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <tuple>
 #include <utility>
 
 #include "base/setting.hpp"
@@ -201,15 +202,19 @@ class Planner {
           Error(Code::value_invalid, plan_.sheet->locate(here),
                 "names " + here.file + ", which may be " + sources_[best[0]].name() + " or " + sources_[best[1]].name(),
                 "put the folder before the file's name"));
-    for (const std::size_t i : best) add(sources_[i], here, repeated(sources_[i], here));
+    for (const std::size_t i : best) {
+      add(sources_[i], here);
+      std::optional<Error>& error = plan_.recordings.back().error;
+      if (!error) error = repeated(sources_[i], here);
+    }
     if (!best.empty()) return;
     if (std::filesystem::is_regular_file(direct, ignored)) return add(direct, here);
     add_missing(here, "names " + here.file + ", which does not exist");
   }
 
-  /// Returns an error if a line before names the same recording with the same options of reading.
+  /// Returns an error if a line before names the same recording with the same protocol and options of reading.
   std::optional<Error> repeated(const RecordingSource& source, const SheetLine& line) {
-    const auto [first, is_new] = named_.try_emplace({source.name(), line.reading}, line.number);
+    const auto [first, is_new] = named_.try_emplace({source.name(), line.protocol, line.reading}, line.number);
     if (is_new) return std::nullopt;
     return Error(Code::value_invalid, plan_.sheet->locate(line),
                  "names " + source.name() + ", as line " + std::to_string(first->second) + " does",
@@ -292,8 +297,8 @@ class Planner {
   std::vector<PathKey> line_keys_, source_keys_;
   std::optional<std::vector<PathKey>> near_;  // files below the sheet's folder, once they are needed
   std::vector<bool> used_;                    // lines
-  std::map<std::pair<std::string, std::vector<std::pair<std::string, std::string>>>, std::size_t>
-      named_;                                    // numbers of the lines that name recordings
+  /// Numbers of the lines that name recordings: of a recording, a protocol and options of reading.
+  std::map<std::tuple<std::string, std::string, std::vector<std::pair<std::string, std::string>>>, std::size_t> named_;
   std::vector<std::vector<std::size_t>> found_;  // recordings of each line with a file
 };
 
