@@ -15,8 +15,8 @@ struct FreedParameters {
   std::string conditions;  ///< the sheet's column
 };
 
-/// Reads "NAME,..:COLUMN", such as "theta,Nv:condition"; an empty text frees nothing. Throws Error for another form, and
-/// for a name that the table does not have.
+/// Reads "NAME,..:COLUMN", such as "theta,Nv:condition"; an empty text frees nothing. Throws Error for another form,
+/// and for a name that the table does not have.
 FreedParameters read_freed(const std::string& text, const sim::ParameterTable& table);
 
 /// Returns groups of two or more recordings, by their places in the plan: those with the same text in the sheet's
