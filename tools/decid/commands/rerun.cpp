@@ -1,7 +1,6 @@
 // decid rerun: computes a result again from its JSON, which names the call, its options and its inputs.
-#include <stdlib.h>
-
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <memory>
