@@ -7,6 +7,8 @@
 
 #include "base/text.hpp"
 #include "dataset/sets/dataset.hpp"
+#include "sim/segments.hpp"
+#include "tests/helpers.hpp"
 #include "tests/near.hpp"
 #include "tests/sim/made_up_body.hpp"
 #include "tools/decid/results/table.hpp"
@@ -148,6 +150,17 @@ TEST_CASE("fourteen parameters' distributions in a data set") {
   check_names(distributions);
   CHECK(distributions.at("gain_14").at("description") == "Gain number 14");
   CHECK(distributions.at("gain_14").at("low") == table()[13].low);
+}
+
+TEST_CASE("the text of a body asks for the unit of a weight where the body mass index is rare") {
+  using decid::test::contains;
+  const auto text = [](double mass_kg, double height_m) {
+    return decid::tools::body_text(decid::sim::body_of_person({.mass_kg = mass_kg, .height_m = height_m}), false);
+  };
+  CHECK_FALSE(contains(text(70.0, 1.75), "index"));
+  CHECK_FALSE(contains(text(130.0, 1.75), "index"));
+  CHECK(contains(text(154.0, 1.75), "index of 50"));  // pounds
+  CHECK(contains(decid::tools::body_text({}, true, "write it down"), "write it down"));
 }
 
 TEST_CASE("a table says what the values say: a line a recording, as many cells whatever is missing") {

@@ -41,8 +41,9 @@ void write_draws(const std::filesystem::path& path, const Report& report, std::s
                  std::size_t count);
 
 // Parts, for other answers than reports.
-/// Returns a line that says whose stiffness and damping the tables show.
-std::string body_text(const sim::Body& body, bool assumed);
+/// Returns a line that says whose stiffness and damping the tables show, and a line if the body is assumed, or if the
+/// weight may be in pounds. remedy: for an assumed body.
+std::string body_text(const sim::Body& body, bool assumed, const std::string& remedy = "give --mass and --height");
 /// Returns a line: the trust, with the gravest of the warnings.
 std::string trust_text(const Warnings& warnings);
 /// Returns a line for each of the other warnings.
