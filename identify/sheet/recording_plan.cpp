@@ -247,8 +247,11 @@ class Planner {
     add(std::filesystem::path(name), person,
         person.error
             ? *person.error
-            : Error(Code::file_missing, plan_.sheet->locate(person), "no recording below its folder is of " + name,
-                    "put the participant_id into the names of files or folders, or add a column \"file\""));
+            : Error(Code::file_missing, plan_.sheet->locate(person),
+                    "no recording below its folder is of " + name +
+                        (person.entry.session.empty() ? "" : " in session " + person.entry.session),
+                    std::string("put the participant_id") + (person.entry.session.empty() ? "" : " and the session") +
+                        " into the names of files or folders, or add a column \"file\""));
   }
 
   void add_missing(const SheetLine& line, const std::string& problem) {
