@@ -25,13 +25,15 @@ TextOf always(std::string text) {
   return [text = std::move(text)](const SheetEntry&) { return text; };
 }
 
-[[noreturn]] void refuse_unknown(const std::string& name, const std::vector<std::string>& names) {
+}  // namespace
+
+void require_parameter(const std::string& name, const std::string& where, const sim::ParameterTable& table) {
+  const std::vector<std::string> names = table.names();
+  if (std::ranges::find(names, name) != names.end()) return;
   std::string all;
   for (const std::string& one : names) all += (all.empty() ? "" : ", ") + one;
-  throw Error(Code::setting_unknown, setting("free"), "'" + name + "' is not a parameter", "name one of " + all);
+  throw Error(Code::setting_unknown, where, "'" + name + "' is not a parameter", "name one of " + all);
 }
-
-}  // namespace
 
 FreedParameters read_freed(const std::string& text, const sim::ParameterTable& table) {
   FreedParameters freed;
@@ -41,11 +43,9 @@ FreedParameters read_freed(const std::string& text, const sim::ParameterTable& t
     throw Error(Code::setting_malformed, setting("free"), "'" + text + "' is not NAME,..:COLUMN",
                 "give parameters and a column of the sheet, such as theta,Nv:condition");
   freed.conditions = text.substr(colon + 1);
-  const std::vector<std::string> names = table.names();
   for (std::size_t begin = 0; begin <= colon;) {
     const std::size_t end = std::min(text.find(',', begin), colon);
-    const std::string& name = freed.names.emplace_back(text.substr(begin, end - begin));
-    if (std::ranges::find(names, name) == names.end()) refuse_unknown(name, names);
+    require_parameter(freed.names.emplace_back(text.substr(begin, end - begin)), setting("free"), table);
     begin = end + 1;
   }
   return freed;

@@ -9,6 +9,9 @@
 
 namespace decid {
 
+/// Throws Error for a name that is not in the table. where: the setting that has the name.
+void require_parameter(const std::string& name, const std::string& where, const sim::ParameterTable& table);
+
 /// Parameters that differ between conditions in recordings that are fitted together.
 struct FreedParameters {
   std::vector<std::string> names;

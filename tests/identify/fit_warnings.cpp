@@ -5,10 +5,60 @@
 
 #include <numeric>
 
+#include "tests/helpers.hpp"
 #include "tests/posterior/sampling/quick.hpp"
 #include "tests/posterior/trial.hpp"
 
 namespace decid {
+namespace {
+
+/// Replaces the R-hats of a posterior, the first of its lists of numbers.
+struct RhatSetter {
+  const std::vector<double>& rhat;
+  bool done = false;
+  template <class... Fields>
+  void operator()(Fields&... fields) {
+    (set(fields), ...);
+  }
+  template <class Field>
+  void set(Field&) {}
+  void set(std::vector<double>& field) {
+    if (!done) field = rhat;
+    done = true;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("chains: warned of by the parameters' R-hats, with another severity for the network's answer") {
+  const sim::Protocol protocol = test::sines_protocol();
+  const posterior::Density density(protocol, {});
+  const posterior::Observation observation =
+      density.observe(test::recorded(protocol, test::some_parameters(), 0.02, 0));
+  posterior::Posterior found = posterior::sample(density, observation, test::quick());
+  const auto warned = [&](double of_parameter, double of_gain, bool from_network) {
+    std::vector<double> rhat(found.rhat().size(), 1.0);
+    rhat[sim::Kd] = of_parameter;
+    rhat.back() = of_gain;
+    RhatSetter set{rhat};
+    found.archive(set);
+    Warnings chains;
+    for (const Warning& one : posterior_warnings(density, observation, found, from_network))
+      if (one.code == "chains_disagree" || one.code == "few_draws") chains.push_back(one);
+    REQUIRE(chains.size() == 1);  // 20 draws a chain are too few for agreement
+    return chains.front();
+  };
+  const Warning rough = warned(1.5, 1.0, false), gain = warned(1.1, 4.0, false), apart = warned(1.51, 1.0, false);
+  CHECK(rough.code == "few_draws");
+  CHECK(rough.severity == Severity::info);
+  CHECK(test::contains(rough.text, "Kd"));
+  CHECK_FALSE(test::contains(rough.text, "gain"));
+  CHECK(gain.code == "few_draws");
+  CHECK(test::contains(gain.text, "the gain"));
+  CHECK(apart.code == "chains_disagree");
+  CHECK(apart.severity == Severity::caution);
+  CHECK(warned(1.51, 1.0, true).severity == Severity::info);
+}
 
 TEST_CASE("at_edge: of the quantities that are inferred, at either end") {
   const sim::Protocol protocol = test::sines_protocol();

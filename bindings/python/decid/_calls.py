@@ -258,9 +258,9 @@ def _columns(names: Union[str, Sequence[str]]) -> Optional[str]:
 
 
 def study(sheet: Path, *, group: bool = False, within: Union[str, Sequence[str]] = (),
-          covariates: Union[str, Sequence[str]] = (),
-          fit: bool = False, joint: Optional[str] = None, free: Optional[str] = None,
-          model: Union[Model, Path, None] = None, max_draws: int = 160, seed: int = 1, progress: Optional[Callable[[float, str], object]] = None) -> Study:
+          covariates: Union[str, Sequence[str]] = (), fit: bool = False, joint: Optional[str] = None,
+          free: Optional[str] = None, model: Union[Model, Path, None] = None, max_draws: int = 160, seed: int = 1,
+          progress: Optional[Callable[[float, str], object]] = None) -> Study:
     """Estimates all recordings of a study's sheet, and compares its persons: `decid identify --study`, or with fit=True
     `decid fit --study`, each recording with its own body, protocol and reading options.
 

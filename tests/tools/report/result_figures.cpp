@@ -103,6 +103,20 @@ TEST_CASE("figures of results: the mean of a group is of its people, not of its 
   CHECK(mean_line(one) == mean_line(two));
 }
 
+TEST_CASE("figures of results: stiffness and damping are those of the comparison's body, and the captions say so") {
+  Report report = study();
+  GroupReport& groups = report.groups.emplace();
+  groups.table.members.resize(report.recordings.size());
+  groups.mgh_nm_rad = 2.0 * report.protocol.experiment.body.mgh();
+  groups.bodies_differ = true;
+  const std::vector<Figure> figures = result_figures(report), own = result_figures(study());
+  CHECK(lines_with(figures[0].csv, "Kp,")[1] == "Kp,N m/rad,P1,2,patients,,P12.csv,1400.0,,");
+  CHECK(lines_with(figures[0].csv, "delay,") == lines_with(own[0].csv, "delay,"));
+  CHECK(figures[0].caption != own[0].caption);
+  CHECK(figures[1].caption != own[1].caption);
+  CHECK(figures[2].caption == own[2].caption);  // responses are not scaled
+}
+
 TEST_CASE("figures of results: recordings that cannot be used are left out; none make no figure") {
   Report report = study();
   report.recordings[0].error = Error(Code::file_missing, "P11.csv", "cannot be opened", "correct the name");

@@ -78,15 +78,6 @@ void check_kind(const FitOptions& options, const Command& command) {
   if (!is_table) std::ranges::for_each(of_tables, refuse);
 }
 
-/// Throws Error for a name that is not in the table.
-void require_parameter(const std::string& name, const char* option, const sim::ParameterTable& table) {
-  const std::vector<std::string> names = table.names();
-  if (std::ranges::find(names, name) != names.end()) return;
-  std::string all;
-  for (const std::string& one : names) all += (all.empty() ? "" : ", ") + one;
-  throw Error(Code::setting_unknown, option, "'" + name + "' is not a parameter", "name one of " + all);
-}
-
 /// Reads "NAME=NUMBER" or "NAME=NUMBER,NUMBER", an option's text for a parameter of the table.
 struct NamedNumbers {
   NamedNumbers(const std::string& text, std::size_t count, const char* option, const char* form,

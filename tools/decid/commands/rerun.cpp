@@ -64,12 +64,12 @@ Call read_call(const std::string& path, const std::string& content) {
       throw Error(Code::file_damaged, path, "names its inputs in another form", wanted_file);
     const std::string file = input["file"].get<std::string>();
     const Json& hash = input["sha256"];
-    const bool is_stream = file == "-" || std::filesystem::exists(file);
-    if (hash.is_null() && !is_stream) continue;  // it was missing then, too
+    const bool is_there = file == "-" || std::filesystem::exists(file);
+    if (hash.is_null() && !is_there) continue;  // it was missing then, too
     if (hash.is_null())
       throw Error(Code::not_supported, file, "is not a file whose content is known",
                   "save it as a file, and run the call again");
-    if (!is_stream)
+    if (!is_there)
       throw Error(Code::file_missing, file, "is an input of " + path + ", and is not there",
                   "run decid rerun in the folder of the first call, or restore the file");
     if (sha256(read_file(file)) != hash.get<std::string>())

@@ -292,6 +292,8 @@ std::vector<Figure> result_figures(const Report& report) {
     figures.push_back(change_figure(all, table, "sessions", &SheetEntry::session));
   if (distinct(all, &SheetEntry::condition).size() > 1)
     figures.push_back(change_figure(all, table, "conditions", &SheetEntry::condition));
+  if (report.groups && report.groups->bodies_differ)
+    for (Figure& figure : figures) figure.caption += " Stiffness and damping are scaled to one body.";
   for (Figure& figure : response_figure(all)) figures.push_back(std::move(figure));
   return figures;
 }

@@ -171,7 +171,9 @@ function diagnosis(recording) {
   const noise = recording.others.find(other => other.unit === "deg"), samples = recording.samples_noise_deg;
   const items = [
     agreed ? `The ${chains} chains, which began in different places, agree: R-hat is at most ${fixed(rhat, 3)} (1 is perfect). Agreement means at most 1.05, with 100 effective draws of every quantity.`
-      : `The ${chains} chains do not agree: R-hat is up to ${fixed(rhat, 2)} (limit 1.05), and a quantity has only ${compact(effective_draws)} effective draws (100 are enough). More than one controller may fit this recording; do not rely on these values.`,
+      : !recording.warnings.some(({ code }) => code === "chains_disagree")
+        ? `The ${chains} chains agree roughly: R-hat is up to ${fixed(rhat, 2)} (1.05 would be agreement), and a quantity has ${compact(effective_draws)} effective draws (100 would be enough). Ends of intervals are less certain.`
+        : `The ${chains} chains do not agree: R-hat is up to ${fixed(rhat, 2)} (limit 1.05), and a quantity has only ${compact(effective_draws)} effective draws (100 are enough). More than one controller may fit this recording; do not rely on these values.`,
     `${draws} draws, with at least ${compact(effective_draws)} effective draws of every quantity.`,
     divergences === 0 ? "No divergent transition." : `${divergences} divergent transition${divergences === 1 ? "" : "s"}: corners of the posterior may be missing.`,
     energy_fraction < 0.3 ? `The energy fraction is ${fixed(energy_fraction, 2)}, below 0.3: tails of the posterior may be missing.` : null,
