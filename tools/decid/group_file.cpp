@@ -120,10 +120,12 @@ void refuse_missing(const std::string& table, const std::vector<std::string>& re
               "add a line for each; an empty group keeps a recording out of the comparison");
 }
 
-/// Throws Error if two of the recordings are one.
-void refuse_twice(const std::vector<RecordingSource>& sources) {
+/// Throws Error if two of the recordings are one. A sheet's lines that name one again have an error already.
+void refuse_twice(const RecordingPlan& plan) {
   std::map<std::pair<std::filesystem::path, std::string>, std::string> names;
-  for (const RecordingSource& source : sources) {
+  for (const PlannedRecording& planned : plan.recordings) {
+    if (planned.error) continue;
+    const RecordingSource& source = planned.source;
     std::error_code failed;
     const std::filesystem::path place = std::filesystem::canonical(source.file, failed);
     const auto [first, is_new] = names.try_emplace({failed ? source.file : place, source.trial}, source.name());
@@ -169,7 +171,7 @@ GroupTable read_group_table(const std::string& table_name, const std::vector<std
 GroupTable read_groups(const GroupFlags& flags, const RecordingFlags& recordings, const RecordingPlan& plan,
                        bool quiet) {
   if (!flags.given()) return {};
-  refuse_twice(recordings.sources);
+  refuse_twice(plan);
   const std::size_t least = flags.within.empty() && flags.covariates.empty() ? 2 : 1;
   const std::string& table = flags.table;
   std::error_code ignored;

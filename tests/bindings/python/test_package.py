@@ -336,6 +336,17 @@ class Studies(WithFolder):
         with self.assertRaises(KeyError):
             decid.study(path, fit=True, max_draws=8, progress=stop)
 
+    def test_a_recording_named_twice_is_an_error_of_its_line(self):
+        path = self.sheet()
+        with open(path, "a", encoding="utf-8") as sheet:
+            sheet.write("p0,a,1,p0_1.csv,60,1.75,70\n")
+        study = decid.study(path, group=True)
+        self.assertEqual([recording.get("code") for recording in study.recordings], [None] * 8 + ["value_invalid"])
+        self.assertEqual([group["recordings"] for group in study.groups["groups"]], [4, 4])
+        called = subprocess.run([DECID, "identify", "--study", path, "--group", path, "--json"], capture_output=True, text=True)
+        self.assertEqual(called.returncode, 2)
+        self.assertEqual(called.stdout, study.text)
+
     def test_studies_that_cannot_be_made_are_refused(self):
         path = self.sheet(1)
         for code, keywords in (("file_missing", {"sheet": self.folder / "none.csv"}),
