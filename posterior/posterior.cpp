@@ -20,8 +20,8 @@ namespace {
 constexpr int min_judged_draws = 4;  // draws per chain
 constexpr double agreeing_rhat = 1.05, agreeing_draws = 100.0;
 constexpr double repeating_rhat = 1.2;  // chains' means vary by 0.44 of the variance within them
-// Draws of all chains together contain the chains' differences. Below this R-hat they estimate the parameters better
-// than the network does, with intervals that hold (docs/research/posterior.md).
+// Draws of all chains together contain the chains' differences. Up to this R-hat they err less than the network does
+// (docs/research/posterior.md).
 constexpr double apart_rhat = 1.5;
 
 void check(const Settings& settings) {
