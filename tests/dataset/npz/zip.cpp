@@ -111,7 +111,7 @@ TEST_CASE("members that are not as long as announced are a mistake of ours") {
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 TEST_CASE("a data set of more than 4 GiB, all zeros and a hole in the file, is read by decid and by Python" *
-          doctest::test_suite("slow")) {
+          doctest::test_suite("long")) {
   const TemporaryFolder folder;
   sim::Protocol protocol = tiny_protocol();
   protocol.sequence().lead_out_s = 3000.0;

@@ -120,7 +120,7 @@ TEST_CASE("ranks of known values among the draws are uniform, with confidence" *
   check_with_confidence(sim::single_pendulum(), short_form);
 }
 
-TEST_CASE("ranks of known values among the draws are uniform, without confidence" * doctest::test_suite("slow")) {
+TEST_CASE("ranks of known values among the draws are uniform, without confidence" * doctest::test_suite("long")) {
   check(sim::single_pendulum(), calibrate(sim::single_pendulum(), 0.0, short_form));
 }
 

@@ -362,7 +362,7 @@ TEST_CASE("calibrate: tables of faults and of conditions, resumed row by row" * 
   CHECK(contains(table.out, "| offset_deg |"));
 }
 
-TEST_CASE("calibrate: another network's answers take the place of the first one's" * doctest::test_suite("slow")) {
+TEST_CASE("calibrate: another network's answers take the place of the first one's" * doctest::test_suite("long")) {
   const Folder folder;
   const std::string command =
       "calibrate --quiet --sensor-noise 0.02 --max-draws 8 --trials 1 --json -o " + folder / "c.json";

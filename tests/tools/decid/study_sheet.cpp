@@ -284,7 +284,7 @@ TEST_CASE("columns that cannot be compared are refused before anything is comput
 }
 
 TEST_CASE("fit: a study of two bodies and two protocols, each with the bits of a call of its own" *
-          doctest::test_suite("slow")) {
+          doctest::test_suite("long")) {
   const Folder folder;
   const std::string wide =
       write_text(folder / "wide.json", R"({"sequence": {"cycles": 1, "amplitude_deg": 2}})").string();

@@ -247,7 +247,7 @@ TEST_CASE("exported networks have the bits of identify for every kind of layer a
 }
 
 TEST_CASE("exported files for processors with _Float16: gcc's GNU modes make the instructions of C99" *
-          doctest::test_suite("slow")) {
+          doctest::test_suite("long")) {
   // FLT_EVAL_METHOD is 16 there. Few machines could run them; what C99 computes is tested above.
   const Folder folder;
   const std::string c = folder / "c";

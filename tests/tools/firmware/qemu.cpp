@@ -127,7 +127,7 @@ TEST_CASE("Cortex-M3 under QEMU, without an FPU: the bits of identify" * doctest
 TEST_CASE("Cortex-M4F under QEMU: the bits of identify" * doctest::test_suite("slow")) {
   check_cpu("m4", "Cortex-M4F", 20);
 }
-TEST_CASE("Cortex-M7 under QEMU: the bits of identify" * doctest::test_suite("slow")) {
+TEST_CASE("Cortex-M7 under QEMU: the bits of identify" * doctest::test_suite("long")) {
   check_cpu("m7", "Cortex-M7", 20);
 }
 TEST_CASE("Cortex-M55 under QEMU, compiled in a GNU mode: the bits of identify" * doctest::test_suite("slow")) {

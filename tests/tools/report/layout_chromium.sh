@@ -12,16 +12,24 @@ browse() {
     --disable-background-networking --disable-component-update --disable-sync --disable-dev-shm-usage \
     --user-data-dir="$scratch/profile" --window-size=1300,900 --virtual-time-budget=10000 "$@" </dev/null 2>"$scratch/log"
 }
-# A browser's window is never as narrow as a phone, so the page stands in a frame and tells what is wrong with it.
+# A browser's window is never as narrow as a phone, so the page stands in frames and tells what is wrong with it.
 # Its policy would let no other script than its own run.
 { grep -v Content-Security-Policy "$scratch/page.html" && echo "<script>" && cat "$here/layout_checks.js" && echo "</script>"; } >"$scratch/checked.html"
-for width in 375 900 1200; do
-  echo "<body><iframe src='checked.html' style='width:${width}px;height:812px;border:0'></iframe>
-    <script>addEventListener('message', e => { document.body.dataset.found = e.data; });</script>" >"$scratch/frame.html"
-  for scheme in 1 0; do  # light, dark
-    found=$(browse --blink-settings=preferredColorScheme=$scheme --dump-dom "file://$scratch/frame.html" | grep -o 'data-found="[^"]*"') ||
-      { echo "$3, $width px: the page said nothing" >&2; exit 1; }
-    [[ $found == 'data-found="none"' ]] || { echo "$3, $width px, scheme $scheme: $found" >&2; exit 1; }
+{
+  echo "<body>"
+  for width in 375 900 1200; do echo "<iframe name='$width px' src='checked.html' style='width:${width}px;height:812px;border:0'></iframe>"; done
+  echo "<script>
+    addEventListener('message', said => {
+      const frame = [...document.querySelectorAll('iframe')].find(one => one.contentWindow === said.source);
+      document.body.dataset.found = (document.body.dataset.found ?? '') + frame.name + ': ' + said.data + '. ';
+    });
+  </script>"
+} >"$scratch/frames.html"
+for scheme in 1 0; do  # light, dark
+  found=$(browse --blink-settings=preferredColorScheme=$scheme --dump-dom "file://$scratch/frames.html" | grep -o 'data-found="[^"]*"') ||
+    { echo "$3: the page said nothing" >&2; exit 1; }
+  for width in 375 900 1200; do
+    [[ $found == *"$width px: none. "* ]] || { echo "$3, scheme $scheme: $found" >&2; exit 1; }
   done
 done
 browse --no-pdf-header-footer --print-to-pdf="$scratch/page.pdf" "file://$scratch/page.html"
