@@ -96,7 +96,9 @@ void add(std::string_view phrase, const Quantity& quantity, std::vector<StatedRa
   if (is_sample_rate(hz)) rates.push_back({hz, std::string(phrase), meaning != Meaning::bare_rate});
 }
 
-/// Splits a line into names and figures. A comma between digits separates only if another comma clearly does.
+}  // namespace
+
+// A comma between digits separates only if another comma clearly does.
 std::vector<std::string_view> fields_of(std::string_view line) {
   const auto is_digit = [&](std::size_t i) { return i < line.size() && line[i] >= '0' && line[i] <= '9'; };
   const auto within_number = [&](std::size_t i) {
@@ -115,8 +117,6 @@ std::vector<std::string_view> fields_of(std::string_view line) {
   }
   return fields;
 }
-
-}  // namespace
 
 void add_stated_rates(std::string_view line, std::vector<StatedRate>& rates) {
   while (!line.empty() && std::string_view("#%/ \t").find(line.front()) != std::string_view::npos)

@@ -84,6 +84,20 @@ bool is_position_name(const std::string& name) {
   });
 }
 
+/// Throws Error if every candidate is a quantity by its name that is neither an angle nor a length.
+void refuse_other_quantities(const Table& table, const std::vector<int>& candidates, const std::string& where) {
+  std::string list;
+  for (const int column : candidates) {
+    const std::string& name = full_name(table, column);
+    const char* quantity = other_quantity(name);
+    if (!table.has_header() || quantity == nullptr || find_metres_per_unit(name)) return;
+    if (list.size() < 200) list += (list.empty() ? "'" : ", '") + name + "' is " + quantity;
+  }
+  throw Error(
+      Code::column_unsuitable, where, "has no column of angles by the names: " + list,
+      "convert the sway to degrees, or name its column with " + setting("column") + " and give " + setting("unit"));
+}
+
 /// Includes displacements: they may be the only column, and their unit is checked later.
 int find_sway(const Table& table, int time, const RecordingOptions& options, Recording& recording) {
   const int named = find_named(table, time,
@@ -125,6 +139,7 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
   std::erase(candidates, tilt);
   if (!options.trial_column.empty())
     for (const int column : trial_columns(table, options.trial_column, recording.file)) std::erase(candidates, column);
+  if (candidates.size() > 1) refuse_other_quantities(table, candidates, recording.file);
   if (candidates.size() > 1) {
     // "0,01,0,02": half as many names as cells, so they are not a header.
     const bool decimal_commas = !table.has_header() && table.columns() % 2 == 0 && table.arrays().empty();

@@ -109,7 +109,7 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
     }
     const std::string_view above =
         std::string_view(text_).substr(0, static_cast<std::size_t>(line.data() - text_.data()));
-    if (!follows && rows_.empty() && header_lines_ == 0) add_commented_rates(above, preamble_.rates);
+    if (!follows && rows_.empty() && header_lines_ == 0) read_comments(above, preamble_.rates, preamble_.units);
     if (names_.empty()) {
       read_header(line);
       if (has_header_) {
@@ -152,6 +152,7 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
   });
   if (rows_.empty())
     throw Error(Code::file_empty, where_, "holds no lines of data", "give a CSV file with lines of numbers");
+  if (has_header_) add_units(preamble_.units, names_);
 }
 
 /// Returns true for a line after a blank line that is not a row of the table: a section's name or a footer.

@@ -66,7 +66,7 @@ const char* quantity_of_unit(std::string_view text) {
         {"a velocity", "|m/s|mm/s|cm/s|"},
         {"an acceleration", "|m/s^2|m/s2|g|"},
         {"a mass", "|kg|"},
-        {"a fraction", "|%|%bw|percent|pct|prozent|"},
+        {"a fraction", "|%|%bw|%bh|%height|percent|pct|prozent|"},
         {"a temperature", "|\u00B0c|degc|celsius|\u00B0f|degf|"},
         {"a frequency", "|hz|khz|"},
         {"a length in neither mm, cm nor m", "|in|inch|inches|ft|feet|um|\xC2\xB5m|\xCE\xBCm|km|"},
@@ -104,13 +104,15 @@ const char* other_quantity(std::string_view name) {
   if (parts.size() > 1 && last.size() > 1 && !one_of(last, {"in", "pa", "ma", "kn", "feet"}))
     if (const char* quantity = quantity_of_unit(last)) return quantity;
   if (parts.size() > 1 && metres_of(last)) return "a length";
+  if (name.ends_with("_V")) return "a voltage";
   for (const std::string& word : all) {
     for (const char* quantity : {"velocity", "speed", "acceleration"})
       if (word.find(quantity) != std::string::npos)
         return word.ends_with("acceleration") ? "an acceleration" : "a velocity";
-    if (one_of(word, {"vel", "swayvel", "comvel", "angvel", "dot", "gyro", "gyr", "geschwindigkeit",
-                      "winkelgeschwindigkeit"}))
+    if (one_of(word, {"vel", "swayvel", "comvel", "angvel", "dot", "geschwindigkeit", "winkelgeschwindigkeit"}))
       return "a velocity";
+    const bool is_integrated = unit_in(name) && std::ranges::find(all, "angle") != all.end();
+    if (one_of(word, {"gyro", "gyr"}) && !is_integrated) return "a velocity";
     if (one_of(word, {"acc", "accel", "accx", "accy", "accz", "ddot", "beschleunigung"})) return "an acceleration";
     if (one_of(word, {"torque", "moment", "drehmoment"})) return "a torque";
     if (one_of(word, {"force", "grf", "kraft"})) return "a force";

@@ -70,8 +70,11 @@ std::vector<std::string> commented_names(std::string_view above, char separator,
   return {};
 }
 
-void add_commented_rates(std::string_view above, std::vector<StatedRate>& rates) {
-  for (const std::string_view comment : comments_of(above)) add_stated_rates(comment, rates);
+void read_comments(std::string_view above, std::vector<StatedRate>& rates, std::vector<StatedUnit>& units) {
+  for (const std::string_view comment : comments_of(above)) {
+    add_stated_rates(comment, rates);
+    add_stated_unit(comment, units);
+  }
 }
 
 }  // namespace decid::recording

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "recording/detail/stated_rate.hpp"
+#include "recording/detail/stated_unit.hpp"
 
 namespace decid::recording {
 
@@ -17,7 +18,7 @@ std::vector<std::string> commented_names(std::string_view above, char separator,
 /// Returns true for a name that identifies a column: a time, a unit, another quantity, sway, tilt, an angle.
 bool is_known_name(std::string_view cell);
 
-/// Adds the sample rates that the comments state.
-void add_commented_rates(std::string_view above, std::vector<StatedRate>& rates);
+/// Adds the sample rates and the units that the comments state.
+void read_comments(std::string_view above, std::vector<StatedRate>& rates, std::vector<StatedUnit>& units);
 
 }  // namespace decid::recording

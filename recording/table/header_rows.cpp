@@ -92,6 +92,14 @@ void add_labview_units(const HeaderRows& rows, std::size_t row, Names& names) {
   }
 }
 
+/// Adds LabChart's units of each channel.
+void add_labchart_units(const HeaderRows& rows, Names& names) {
+  for (const Cells& row : rows)
+    if (!row.empty() && row[0] == "UnitName=")
+      for (std::size_t c = 1; c < std::min(row.size(), names.size()); ++c)
+        if (row[c] != "*") names[c] = with_unit(names[c], row[c]);
+}
+
 Names of_known_format(const HeaderRows& rows, std::size_t columns) {
   for (std::size_t i = rows.size(); i-- > 0;) {
     const Cells& row = rows[i];
@@ -103,6 +111,7 @@ Names of_known_format(const HeaderRows& rows, std::size_t columns) {
       Names names(row.begin(), row.begin() + static_cast<std::ptrdiff_t>(columns));
       names[0] = row[0].empty() || lacks_times(rows) ? "" : "time (s)";
       if (row[0] == "X_Value") add_labview_units(rows, i, names);
+      if (row[0] == "ChannelTitle=") add_labchart_units(rows, names);
       return names;
     }
     if (row.size() >= 2 && row[1] == "CH1" && row.size() >= columns) return of_channels(rows, i, columns);

@@ -97,6 +97,7 @@ Preamble make_preamble(std::string_view text, std::size_t lines) {
   for_each_line(text, [&](std::string_view line, std::size_t number) {
     if (number > lines) return false;
     add_stated_rates(line, found.rates);
+    add_stated_unit(line, found.units);
     if (const auto unit = stated_unit(line)) found.unit = unit;
     return true;
   });
@@ -121,6 +122,7 @@ Preamble preamble_behind(std::string_view text, std::size_t lines) {
   found.lines = line_ends(text.substr(0, begin)) + rows.lines;
   found.names = std::move(rows.names);
   std::ranges::move(rows.rates, std::back_inserter(found.rates));
+  std::ranges::move(rows.units, std::back_inserter(found.units));
   return found;
 }
 

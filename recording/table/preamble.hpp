@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "recording/detail/stated_rate.hpp"
+#include "recording/detail/stated_unit.hpp"
 #include "recording/recording.hpp"
 #include "recording/table/misfit_header.hpp"
 
@@ -16,6 +17,7 @@ namespace decid::recording {
 struct Preamble {
   std::size_t lines = 0;                ///< the number of lines above the table, from the file's first
   std::vector<StatedRate> rates = {};   ///< the sample rates that these lines state
+  std::vector<StatedUnit> units = {};   ///< the units that these lines state
   std::optional<Unit> unit = {};        ///< of angles without a unit in their names: OpenSim's "inDegrees=no"
   std::vector<std::string> names = {};  ///< of the columns, where the format has them in several lines; else empty
   Misfit misfit = {};                   ///< a header above the table that does not fit
