@@ -21,47 +21,102 @@ enum class Role { carried, participant, session, group, condition, file, mass, h
 
 struct Column {
   Role role;
+  double per_unit = 1.0;    ///< kg of a weight, or metres of a height, in one unit; a height in "1" is in m or cm
   std::string option = {};  ///< of reading
 };
 
-Column column_of(const std::string& name) {
-  using Key = std::pair<std::string_view, Role>;
-  constexpr std::array<Key, 32> known{{{"id", Role::participant},
-                                       {"proband", Role::participant},
-                                       {"participant", Role::participant},
-                                       {"participantid", Role::participant},
-                                       {"subject", Role::participant},
-                                       {"subjectid", Role::participant},
-                                       {"subid", Role::participant},
-                                       {"person", Role::participant},
-                                       {"personid", Role::participant},
-                                       {"patient", Role::participant},
-                                       {"patientid", Role::participant},
-                                       {"probandid", Role::participant},
-                                       {"session", Role::session},
-                                       {"sessionid", Role::session},
-                                       {"group", Role::group},
-                                       {"condition", Role::condition},
-                                       {"file", Role::file},
-                                       {"filename", Role::file},
-                                       {"path", Role::file},
-                                       {"recording", Role::file},
-                                       {"mass", Role::mass},
-                                       {"masskg", Role::mass},
-                                       {"weight", Role::mass},
-                                       {"weightkg", Role::mass},
-                                       {"bodymass", Role::mass},
-                                       {"bodyweight", Role::mass},
-                                       {"height", Role::height},
-                                       {"heightm", Role::height},
-                                       {"heightcm", Role::height},
-                                       {"bodyheight", Role::height},
-                                       {"bodyheightcm", Role::height},
-                                       {"protocol", Role::protocol}}};
+struct KnownName {
+  std::string_view name;
+  Role role;
+  double per_unit = 1.0;
+};
+
+/// English and German, as laboratories name the columns of their sheets.
+constexpr auto known_names = std::to_array<KnownName>({
+    {"id", Role::participant},
+    {"participant", Role::participant},
+    {"participant_id", Role::participant},
+    {"subject", Role::participant},
+    {"subject_id", Role::participant},
+    {"sub_id", Role::participant},
+    {"person", Role::participant},
+    {"person_id", Role::participant},
+    {"patient", Role::participant},
+    {"patient_id", Role::participant},
+    {"proband", Role::participant},
+    {"proband_id", Role::participant},
+    {"session", Role::session},
+    {"session_id", Role::session},
+    {"sitzung", Role::session},
+    {"group", Role::group},
+    {"gruppe", Role::group},
+    {"condition", Role::condition},
+    {"bedingung", Role::condition},
+    {"file", Role::file},
+    {"filename", Role::file},
+    {"path", Role::file},
+    {"recording", Role::file},
+    {"datei", Role::file},
+    {"dateiname", Role::file},
+    {"aufnahme", Role::file},
+    {"mass", Role::mass},
+    {"mass_kg", Role::mass},
+    {"body_mass", Role::mass},
+    {"body_mass_kg", Role::mass},
+    {"weight", Role::mass},
+    {"weight_kg", Role::mass},
+    {"body_weight", Role::mass},
+    {"body_weight_kg", Role::mass},
+    {"masse", Role::mass},
+    {"masse_kg", Role::mass},
+    {"gewicht", Role::mass},
+    {"gewicht_kg", Role::mass},
+    {"k\u00f6rpergewicht", Role::mass},
+    {"k\u00f6rpergewicht_kg", Role::mass},
+    {"koerpergewicht", Role::mass},
+    {"weight_lb", Role::mass, 0.45359237},
+    {"weight_lbs", Role::mass, 0.45359237},
+    {"body_weight_lb", Role::mass, 0.45359237},
+    {"body_weight_lbs", Role::mass, 0.45359237},
+    {"height", Role::height},
+    {"height_m", Role::height},
+    {"height_cm", Role::height},
+    {"body_height", Role::height},
+    {"body_height_m", Role::height},
+    {"body_height_cm", Role::height},
+    {"gr\u00f6\u00dfe", Role::height},
+    {"gr\u00f6\u00dfe_cm", Role::height},
+    {"gr\u00f6\u00dfe_m", Role::height},
+    {"groesse", Role::height},
+    {"groesse_cm", Role::height},
+    {"k\u00f6rpergr\u00f6\u00dfe", Role::height},
+    {"k\u00f6rpergr\u00f6\u00dfe_cm", Role::height},
+    {"koerpergroesse", Role::height},
+    {"height_mm", Role::height, 0.001},
+    {"height_in", Role::height, 0.0254},
+    {"height_inches", Role::height, 0.0254},
+    {"protocol", Role::protocol},
+    {"protokoll", Role::protocol},
+});
+
+/// Throws Error for a weight or a height in another unit by its name ("weight_st", "height (ft)"): carried along as
+/// any other column it would leave the body assumed.
+void refuse_other_unit(const std::string& name, const std::string& where) {
   const std::string key = column_key(name);
-  if (const auto found = std::ranges::find(known, key, &Key::first); found != known.end()) return {found->second};
+  for (const std::string_view quantity : {"weight", "bodyweight", "mass", "bodymass", "height", "bodyheight"})
+    for (const std::string_view unit : {"st", "stone", "g", "n", "ft", "feet", "lb", "lbs", "in", "inches", "mm"})
+      if (key == std::string(quantity) + std::string(unit))
+        throw Error(
+            Code::unit_unknown, where, "\"" + name + "\" is a weight or a height in another unit",
+            "give weight in kg or lb, height in m, cm, mm or inches: weight_kg, weight_lb, height_m, height_in");
+}
+
+Column column_of(const std::string& name) {
+  const std::string key = column_key(name);
+  for (const KnownName& known : known_names)
+    if (column_key(known.name) == key) return {known.role, known.per_unit};
   std::string option = find_reading_option(name);
-  return option.empty() ? Column{Role::carried} : Column{Role::reading, std::move(option)};
+  return option.empty() ? Column{Role::carried} : Column{Role::reading, 1.0, std::move(option)};
 }
 
 bool has_no_value(const std::string& cell) {
@@ -69,17 +124,18 @@ bool has_no_value(const std::string& cell) {
   return key.empty() || key == "n/a" || key == "na" || key == "nan" || key == "#n/a";
 }
 
-double mass_of(const std::string& cell, const std::string& where) {
-  const std::optional<double> kg = read_number(cell);
-  if (!kg || *kg < 1.0 || *kg > 250.0)
+double mass_of(const std::string& cell, double kg_per_unit, const std::string& where) {
+  const std::optional<double> given = read_number(cell);
+  const double kg = given.value_or(0.0) * kg_per_unit;
+  if (kg < 1.0 || kg > 250.0)
     throw Error(Code::value_invalid, where, "the weight '" + cell + "' is not from 1 to 250 kg",
                 "give it in kg, or n/a");
-  return *kg;
+  return kg;
 }
 
-double height_of(const std::string& cell, const std::string& where) {
-  const std::optional<double> given = read_number(cell);
-  const double metres = !given ? 0.0 : *given >= 30.0 ? *given / 100.0 : *given;
+double height_of(const std::string& cell, double metres_per_unit, const std::string& where) {
+  const double given = read_number(cell).value_or(0.0);
+  const double metres = metres_per_unit != 1.0 ? given * metres_per_unit : given >= 30.0 ? given / 100.0 : given;
   if (metres < 0.3 || metres > 3.0)
     throw Error(Code::value_invalid, where,
                 "the height '" + cell + "' is neither from 0.3 to 3 m nor from 30 to 300 cm",
@@ -113,10 +169,10 @@ void read_cell(const Column& column, const std::string& cell, const std::string&
       line.file = cell;
       break;
     case Role::mass:
-      line.mass_kg = mass_of(cell, where);
+      line.mass_kg = mass_of(cell, column.per_unit, where);
       break;
     case Role::height:
-      line.height_m = height_of(cell, where);
+      line.height_m = height_of(cell, column.per_unit, where);
       break;
     case Role::protocol:
       line.protocol = cell;
@@ -157,6 +213,7 @@ std::vector<Column> read_columns(const std::vector<std::string>& names, const st
   std::map<std::pair<Role, std::string>, std::string> seen;
   for (const std::string& name : names) {
     const Column& column = columns.emplace_back(column_of(name));
+    if (column.role == Role::carried) refuse_other_unit(name, where);
     const std::string carried_as = column.role == Role::carried ? text_key(name) : column.option;
     const auto [first, is_new] = seen.try_emplace({column.role, carried_as}, name);
     if (!is_new)

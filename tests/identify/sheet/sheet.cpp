@@ -130,6 +130,22 @@ TEST_CASE("read_sheet: columns by BIDS' names, units, decimal commas, missing va
   refused("participant_id\tsubject\nA\tB\n", Code::column_ambiguous);
   refused("participant_id\tage\tAGE\nA\t3\t3\n", Code::column_ambiguous);
   refused("participant_id\tage\n", Code::file_empty);
+  for (const char* column : {"weight_st", "Height (ft)", "body_mass_g"})
+    refused(std::string("participant_id\t") + column + "\nA\t6\n", Code::unit_unknown);
+
+  const SheetLine in_pounds =
+      read_sheet(write_text(folder / "lb.tsv", "ID\tweight_lb\tHeight (in)\nA\t154\t70\n")).lines.at(0);
+  CHECK(near(in_pounds.mass_kg.value(), 154 * 0.45359237, 1e-15));
+  CHECK(near(in_pounds.height_m.value(), 70 * 0.0254, 1e-15));
+  const SheetLine german =
+      read_sheet(write_text(folder / "de.csv",
+                            "Proband;Gruppe;Bedingung;Sitzung;Gr\u00f6\u00dfe (cm);Gewicht [kg];Datei\n"
+                            "A;alt;Augen zu;1;170;70,5;a.csv\n"))
+          .lines.at(0);
+  CHECK(german.entry == SheetEntry{"A", "1", "alt", "Augen zu", {}});
+  CHECK(german.height_m == 1.7);
+  CHECK(german.mass_kg == 70.5);
+  CHECK(german.file == "a.csv");
 }
 
 TEST_CASE("set_reading_option: every option, and values it does not have") {

@@ -81,7 +81,7 @@ void run_power(const PowerOptions& options) {
   }
 
   Json list = Json::array();
-  std::string text = format("%-8s %12s %12s %12s %12s %10s %8s\n", "", "mean", "difference", "person sd", "recording",
+  std::string text = format("%-22s %12s %12s %12s %12s %10s %8s\n", "", "mean", "difference", "person sd", "recording",
                             "power", "persons");
   for (std::size_t p = 0; p < table.size(); ++p) {
     if (!wanted[p]) continue;
@@ -94,8 +94,9 @@ void run_power(const PowerOptions& options) {
     design.measurement_sd = measured[p];
     const double power = cohort::power_of(design, difference[p]);
     const std::size_t needed = cohort::persons_for(design, difference[p], options.power);
-    text += format("%-8s %12.5g %12.4g %12.4g %12.4g %9.1f%% %8s\n", table[p].name.c_str(), at[p], difference[p],
-                   person[p], measured[p], 100.0 * power, needed > 0 ? std::to_string(needed).c_str() : "-");
+    text += format("%-22s %12.5g %12.4g %12.4g %12.4g %9.1f%% %8s\n", (table[p].name + table[p].unit_after()).c_str(),
+                   at[p], difference[p], person[p], measured[p], 100.0 * power,
+                   needed > 0 ? std::to_string(needed).c_str() : "-");
     list.push_back({{"name", table[p].name},
                     {"unit", table[p].unit},
                     {"mean", at[p]},
