@@ -202,7 +202,12 @@ void Fitter::fit_together(std::span<RecordingResult> read, const FitterOf& fitte
   std::vector<std::size_t> usable;
   std::vector<std::string> conditions;
   for (std::size_t i = 0; i < group.recordings.size(); ++i) {
-    if (read[group.recordings[i]].error) continue;
+    const RecordingResult& one = read[group.recordings[i]];
+    if (one.error) continue;
+    if (!reason_to_leave_out(one).empty()) {  // it would bias what the others tell
+      fitter_of(group.recordings[i]).fit(read[group.recordings[i]], {});
+      continue;
+    }
     usable.push_back(group.recordings[i]);
     conditions.push_back(group.conditions.empty() ? std::string() : group.conditions[i]);
   }

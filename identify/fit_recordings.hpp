@@ -60,7 +60,8 @@ class Fitter {
   struct Prepared;
   using FitterOf = std::function<Fitter&(std::size_t recording)>;
   void fit(RecordingResult& result, const posterior::OnProgress& progress);
-  /// Fits the recordings of a group that have no error.
+  /// Fits the recordings of a group that have no error. One that reading has found not usable, or whose platform tilted
+  /// by another size, is fitted alone.
   static void fit_together(std::span<RecordingResult> read, const FitterOf& fitter_of, const FitGroup& group,
                            const posterior::OnProgress& progress);
   Prepared prepare(RecordingResult& result);

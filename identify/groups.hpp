@@ -111,6 +111,9 @@ struct GroupReport {
   GroupComparison comparison;
   /// The hierarchical model of the recordings' distributions; empty where cohort::analyse_groups() returns none.
   std::optional<cohort::Result> hierarchical = {};
+  /// Recordings that are compared, but without a distribution that the hierarchical model can use: a model without
+  /// intervals, ranges that are not the report's, or a normal prior that is narrower than what the recording tells.
+  std::vector<std::size_t> without_distribution = {};
   /// The m g h, N m/rad, of the body that stiffness and damping of the comparison, the hierarchical model and the
   /// reliability are for: that of all compared recordings, or, where these differ, that of the posture model's own body
   /// (sim::Body), to which each person's values are scaled by m g h.

@@ -11,13 +11,6 @@
 namespace decid {
 namespace {
 
-/// Returns an empty text if the recording is compared.
-std::string reason_to_leave_out(const RecordingResult& result) {
-  if (result.error) return "error";
-  if (result.trust() == Trust::not_usable) return name(Trust::not_usable);
-  return result.trial.tilt && result.trial.tilt->is_other_size ? "tilt_of_other_size" : "";
-}
-
 /// Sets the body that groups are compared at, from the recordings that are compared.
 void set_body(const Report& report, GroupReport& made) {
   std::optional<double> first;
@@ -32,6 +25,12 @@ void set_body(const Report& report, GroupReport& made) {
 }
 
 }  // namespace
+
+std::string reason_to_leave_out(const RecordingResult& result) {
+  if (result.error) return "error";
+  if (result.trust() == Trust::not_usable) return name(Trust::not_usable);
+  return result.trial.tilt && result.trial.tilt->is_other_size ? "tilt_of_other_size" : "";
+}
 
 const char* name(FitFigures::Answer answer) {
   return answer == FitFigures::Answer::network ? "network" : "posterior";
@@ -103,7 +102,9 @@ GroupReport report_groups(GroupTable table, const Report& report) {
     return cohort::differ_in_one(*cells.at(first), *cells.at(second));
   };
   made.comparison = compare_groups(people, report.protocol.parameters().size(), differ_in_one);
-  made.hierarchical = cohort::analyse_groups(report, members, made.table.covariates, made.mgh_nm_rad);
+  cohort::Analysis analysis = cohort::analyse_groups(report, members, made.table.covariates, made.mgh_nm_rad);
+  made.hierarchical = std::move(analysis.result);
+  made.without_distribution = std::move(analysis.without_evidence);
   for (const GroupPair& pair : made.comparison.pairs) {
     made.reliability.emplace_back();
     if (pair.paired)

@@ -157,6 +157,10 @@ struct Report {
 /// of both m g h, otherwise 1.
 double scale_to(double mgh_nm_rad, const Report& report, const RecordingResult& result, std::size_t parameter);
 
+/// Returns why groups do not compare a recording, and why it is not fitted together with others: "error", "not usable"
+/// or "tilt_of_other_size"; empty if they do.
+std::string reason_to_leave_out(const RecordingResult& result);
+
 /// Compares the groups of `table`, whose members are those of the report's recordings, in their order. Leaves out
 /// recordings with an error, those that are not usable, and those of a platform that tilted another angle.
 GroupReport report_groups(GroupTable table, const Report& report);

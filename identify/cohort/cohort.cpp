@@ -115,7 +115,11 @@ double direction_of(const Series& series) {
 Effect effect_of(const Series& difference, const Series& variance) {
   Series standardised;
   for (std::size_t i = 0; i < difference.size(); ++i) standardised.push_back(difference[i] / std::sqrt(variance[i]));
-  return {quantity_of(difference), {}, quantity_of(std::move(standardised)), direction_of(difference)};
+  // The posterior of a standard deviation may reach 0, and then no mean of this ratio exists: its median does.
+  const double middle = median(standardised);
+  Effect effect{quantity_of(difference), {}, quantity_of(std::move(standardised)), direction_of(difference)};
+  effect.standardised.mean = middle;
+  return effect;
 }
 
 /// A difference of two cells in one parameter, and the mean variance between their persons.
@@ -263,7 +267,12 @@ void add_covariates(const Drawn& drawn, std::span<const Recording> recordings, c
     for (const Recording& recording : recordings) one.unknown += std::isnan(recording.covariates[k]) ? 1U : 0U;
     for (std::size_t p = 0; p < design.parameters; ++p) {
       const Series series = drawn.series([&](const Draw& draw) {
-        return drawn.ranges[p].range() * normal_density(middle_of(drawn, draw, p)) *
+        // The derivative of the population's mean: value() by x.
+        double persons = 0.0;
+        for (std::size_t c = 0; c < design.cells.size(); ++c) persons += drawn.person_variance(draw, c, p);
+        const double wider = std::sqrt(1.0 + persons / static_cast<double>(design.cells.size()) +
+                                       drawn.squared_sd(draw.visit_sd, p) + drawn.squared_sd(draw.trial_sd, p));
+        return drawn.ranges[p].range() * normal_density(middle_of(drawn, draw, p) / wider) / wider *
                draw.slopes[k * design.parameters + p] / design.covariate_sd[k];
       });
       one.slopes.push_back({quantity_of(series), direction_of(series)});

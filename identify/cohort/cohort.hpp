@@ -82,8 +82,8 @@ struct Cell {
 struct Effect {
   Quantity difference;                     ///< first less second, SI units
   std::array<double, 2> simultaneous95{};  ///< all parameters of all comparisons and interactions: joint 95%
-  Quantity standardised;                   ///< over the root of the cells' mean between-person variance
-  double direction = 0.5;                  ///< the probability that the difference has its likelier sign
+  Quantity standardised;   ///< over the root of the cells' mean between-person variance; `mean` is the median
+  double direction = 0.5;  ///< the probability that the difference has its likelier sign
 };
 
 /// Two cells that differ in the group, the session or the condition only.
@@ -107,7 +107,8 @@ struct Slope : Quantity {
 struct Covariate {
   std::string name;
   double mean = 0.0;        ///< of the recordings; cells' means are at this value
-  std::size_t unknown = 0;  ///< recordings without a value, which count as the mean
+  std::size_t unknown = 0;  ///< recordings without a value: they have the mean of the person's others, else of the
+                            ///< group, else of the study
   std::vector<Slope> slopes;
 };
 

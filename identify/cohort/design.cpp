@@ -51,6 +51,33 @@ Scale scale_of(std::span<const Recording> recordings, std::size_t covariate, con
   return {mean, sd};
 }
 
+/// The means of the known covariates of each person and of each group.
+class KnownCovariates {
+ public:
+  struct Mean {
+    double sum = 0.0, count = 0.0;
+    void add(double value) {
+      if (std::isnan(value)) return;
+      sum += value;
+      count += 1.0;
+    }
+    double value_or(double other) const { return count > 0.0 ? sum / count : other; }
+  };
+
+  KnownCovariates(std::span<const Recording> recordings, std::size_t covariates) {
+    for (const Recording& one : recordings)
+      for (std::size_t k = 0; k < covariates; ++k)
+        for (std::vector<Mean>* means : {&persons_.try_emplace(one.participant, covariates).first->second,
+                                         &groups_.try_emplace(one.group, covariates).first->second})
+          (*means)[k].add(one.covariates[k]);
+  }
+  const Mean& of_person(const std::string& name, std::size_t k) const { return persons_.at(name)[k]; }
+  const Mean& of_group(const std::string& name, std::size_t k) const { return groups_.at(name)[k]; }
+
+ private:
+  std::map<std::string, std::vector<Mean>> persons_{}, groups_{};
+};
+
 }  // namespace
 
 Design make_design(std::span<const Recording> recordings, std::size_t parameters, const Settings& settings) {
@@ -80,6 +107,7 @@ Design make_design(std::span<const Recording> recordings, std::size_t parameters
     design.covariate_mean.push_back(scales.back().mean);
     design.covariate_sd.push_back(scales.back().sd);
   }
+  const KnownCovariates known(recordings, scales.size());
   bool shared = false;
   for (const auto& [name, visits] : persons) {
     design.persons.push_back({name, design.group_of_cell[visits.begin()->first], {}});
@@ -87,13 +115,11 @@ Design make_design(std::span<const Recording> recordings, std::size_t parameters
       design.persons.back().visits.push_back(design.visits.size());
       Design::Visit visit{design.persons.size() - 1, cell, members, {}};
       for (std::size_t k = 0; k < scales.size(); ++k) {
-        double sum = 0.0, count = 0.0;
-        for (const std::size_t i : members)
-          if (const double value = recordings[i].covariates[k]; !std::isnan(value)) {
-            sum += (value - scales[k].mean) / scales[k].sd;
-            count += 1.0;
-          }
-        visit.covariates.push_back(count > 0.0 ? sum / count : 0.0);
+        KnownCovariates::Mean own;
+        for (const std::size_t i : members) own.add(recordings[i].covariates[k]);
+        const double value = own.value_or(known.of_person(name, k).value_or(
+            known.of_group(recordings[members.front()].group, k).value_or(scales[k].mean)));
+        visit.covariates.push_back((value - scales[k].mean) / scales[k].sd);
       }
       design.visits.push_back(std::move(visit));
       design.has_trial_level |= members.size() > 1;

@@ -16,12 +16,9 @@ constexpr double converged = 1e-4;  // gain of the mean log density per step
 
 class DrawsFit {
  public:
-  DrawsFit(std::size_t size, std::span<const double> points, std::span<const double> weights, double min_variance)
-      : size_(size), points_(points), weights_(weights), min_variance_(min_variance) {
-    double squares = 0.0;
-    for (const double weight : weights) squares += weight * weight;
-    draws_ = 1.0 / squares;
-  }
+  DrawsFit(std::size_t size, std::span<const double> points, std::span<const double> weights, double effective_draws,
+           double min_variance)
+      : size_(size), points_(points), weights_(weights), draws_(effective_draws), min_variance_(min_variance) {}
 
   struct Found {
     Gaussians gaussians;
@@ -152,15 +149,15 @@ class DrawsFit {
 
   std::size_t size_;
   std::span<const double> points_, weights_;
-  double min_variance_, draws_ = 0.0;         ///< draws_: their effective number, by the weights
+  double draws_, min_variance_;               ///< draws_: their effective number
   std::vector<std::vector<double>> parts_{};  ///< component by component
 };
 
 }  // namespace
 
 Gaussians fit_gaussians(std::size_t size, std::span<const double> points, std::span<const double> weights,
-                        double min_variance) {
-  DrawsFit fit(size, points, weights, min_variance);
+                        double effective_draws, double min_variance) {
+  DrawsFit fit(size, points, weights, effective_draws, min_variance);
   Gaussians best = fit.one();
   const std::optional<double> single = fit.log_density(best);
   if (!single) return best;

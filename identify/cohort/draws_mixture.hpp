@@ -17,8 +17,9 @@ struct Gaussians {
 inline constexpr std::size_t max_gaussians = 4;
 
 /// Returns one to max_gaussians components. points: draw by draw, all coordinates each; weights: their sum is 1.
-/// Variances are `min_variance` or more. The covariance of one component is singular if all draws are on a plane.
+/// effective_draws: the number of independent draws that tell as much, for the criterion. Variances are `min_variance`
+/// or more. The covariance of one component is singular if all draws are on a plane.
 Gaussians fit_gaussians(std::size_t size, std::span<const double> points, std::span<const double> weights,
-                        double min_variance);
+                        double effective_draws, double min_variance);
 
 }  // namespace decid::cohort

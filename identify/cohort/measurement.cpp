@@ -116,7 +116,7 @@ Measurement::Measurement(Gaussians gaussians) : parameters_(gaussians.centres.fr
 }
 
 Measurement Measurement::of_draws(std::size_t parameters, std::span<const double> fractions,
-                                  std::span<const double> log_weights) {
+                                  std::span<const double> log_weights, std::optional<double> effective_draws) {
   check_draws(parameters, fractions, log_weights);
   const std::size_t draws = fractions.size() / parameters, count = std::min(draws, max_draws);
   std::vector<double> weights(count, 1.0), points;
@@ -129,8 +129,24 @@ Measurement Measurement::of_draws(std::size_t parameters, std::span<const double
     for (const double fraction : fractions.subspan(draw * parameters, parameters))
       points.push_back(inverse_normal(std::clamp(fraction, range_end, 1.0 - range_end)));
   }
-  for (double& weight : weights) weight /= whole;
-  return Measurement(fit_gaussians(parameters, points, weights, min_variance));
+  double squares = 0.0;
+  for (double& weight : weights) {
+    weight /= whole;
+    squares += weight * weight;
+  }
+  const double weighted = 1.0 / squares;
+  if (!log_weights.empty() && weighted < std::min(min_weighted_draws, 0.5 * static_cast<double>(count)))
+    throw Error(Code::value_invalid, "cohort",
+                format("a recording's prior leaves %.0f of %zu draws with weight", weighted, count),
+                "leave the recording out, or fit it with a wider prior");
+  const double effective = std::min(weighted, effective_draws.value_or(weighted));
+  Gaussians gaussians = fit_gaussians(parameters, points, weights, effective, min_variance);
+  for (std::size_t k = 0; k < gaussians.weights.size(); ++k) {
+    const double here = gaussians.weights[k] * effective;
+    const double fewer = std::max(here - static_cast<double>(parameters) - 2.0, 0.25 * here);
+    for (double& one : gaussians.covariances[k]) one *= here / fewer;
+  }
+  return Measurement(std::move(gaussians));
 }
 
 Measurement Measurement::of_distribution(const ParameterDistribution& distribution) {

@@ -3,10 +3,13 @@
 // of x is standard normal, and dividing it out subtracts 1 from the diagonal of a component's precision.
 //
 // The evidence is a mixture of Gaussians in x. A network gives one (identify/network/mixture.hpp); one to four are
-// fitted to the draws of a sampler (draws_mixture.hpp), and have the draws' mean and covariance.
+// fitted to the draws of a sampler (draws_mixture.hpp), and have the draws' mean. The precision of a component of n
+// effective draws is that of their covariance times (n - d - 2) / n for d parameters: the inverse of a covariance of
+// few draws is too large by this on average (K. Mardia, J. Kent, J. Bibby, Multivariate Analysis, 1979, 3.4).
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -23,10 +26,12 @@ class Measurement {
 
   /// Makes the evidence from draws: fractions of the ranges, draw by draw, all parameters each. log_weights: one per
   /// draw, for draws under another prior than the uniform one: the logarithm of uniform over actual prior density;
-  /// empty: none. Throws Error for fewer than 16 draws, for another number of values, and for values that are not
-  /// finite.
+  /// empty: none. effective_draws: the number of independent draws that tell as much; empty: they are independent.
+  /// Throws Error for fewer than 16 draws, for another number of values, for values that are not finite, and for
+  /// weights that leave fewer than min_weighted_draws effective draws: these cannot represent the wider density.
   static Measurement of_draws(std::size_t parameters, std::span<const double> fractions,
-                              std::span<const double> log_weights = {});
+                              std::span<const double> log_weights = {}, std::optional<double> effective_draws = {});
+  static constexpr double min_weighted_draws = 64.0;
   /// Makes the evidence from a network's recalibrated distribution.
   static Measurement of_distribution(const ParameterDistribution& distribution);
 

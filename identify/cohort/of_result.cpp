@@ -7,6 +7,7 @@
 #include <set>
 
 #include "base/error.hpp"
+#include "base/math/statistics.hpp"
 #include "identify/result.hpp"
 
 namespace decid::cohort {
@@ -28,6 +29,14 @@ std::vector<double> log_weights(const posterior::Priors& priors, const sim::Para
     }
   }
   return weights;
+}
+
+/// Returns the least number of effective draws of the first parameters; empty if none is known.
+std::optional<double> least_of_inferred(std::span<const double> effective, std::size_t parameters) {
+  std::optional<double> least;
+  for (const double one : effective.first(std::min(parameters, effective.size())))
+    if (std::isfinite(one) && one > 0.0) least = std::min(least.value_or(one), one);
+  return least;
 }
 
 bool same_ranges(const ParameterDistribution& distribution, const sim::ParameterTable& ranges) {
@@ -76,8 +85,17 @@ bool has_two_values(std::span<const Recording> recordings, std::size_t covariate
 /// The values of a person in a cell; sums, then means.
 struct Mean {
   double recordings = 0.0;
-  std::vector<double> values, variances;
+  std::vector<double> values, variances, shown;
 };
+
+/// Returns the standard deviation of a parameter's prior.
+double prior_sd(const Report& report, const RecordingResult& result, std::size_t p) {
+  const sim::ParameterInfo info = report.ranges_for(result)[p];
+  if (result.fit && result.fit->answer == FitFigures::Answer::posterior && report.fit)
+    for (const posterior::ParameterPrior& prior : report.fit->priors.parameters)
+      if (prior.name == info.name && prior.normal) return prior.normal->sd;
+  return info.range() / std::sqrt(12.0);
+}
 
 }  // namespace
 
@@ -92,37 +110,43 @@ std::optional<Measurement> to_measurement(const RecordingResult& result, const R
     for (const posterior::State& state : states)
       for (const double value : ranges.to_unit(state.parameters)) fractions.push_back(value);
     const posterior::Priors none;
-    return Measurement::of_draws(ranges.size(), fractions,
-                                 log_weights(report.fit ? report.fit->priors : none, ranges, states));
+    const std::vector<double>& effective = result.fit->posterior.effective_draws();
+    try {
+      return Measurement::of_draws(ranges.size(), fractions,
+                                   log_weights(report.fit ? report.fit->priors : none, ranges, states),
+                                   least_of_inferred(effective, ranges.size()));
+    } catch (const Error&) {  // its draws are all on a plane, or its prior left too few of them
+      return std::nullopt;
+    }
   }
   const std::optional<ParameterDistribution>& distribution = result.estimate.distribution;
   if (!distribution || !same_ranges(*distribution, ranges)) return std::nullopt;
   return Measurement::of_distribution(*distribution);
 }
 
-std::optional<Result> analyse_groups(const Report& report, std::span<const Recording> members,
-                                     const std::vector<std::string>& covariates, std::optional<double> mgh_nm_rad) {
+Analysis analyse_groups(const Report& report, std::span<const Recording> members,
+                        const std::vector<std::string>& covariates, std::optional<double> mgh_nm_rad) {
+  Analysis found;
   std::vector<Recording> recordings;
   std::map<std::string, std::set<std::string>> persons;  // of cells
   FirstOfJoint is_first;
   for (std::size_t i = 0; i < members.size(); ++i) {
     if (members[i].group.empty() || !is_first(report.recordings[i])) continue;
-    std::optional<Measurement> measurement;
-    try {
-      measurement = to_measurement(report.recordings[i], report);
-    } catch (const Error&) {  // its draws are all on a plane
+    std::optional<Measurement> measurement = to_measurement(report.recordings[i], report);
+    if (!measurement) {
+      found.without_evidence.push_back(i);
+      continue;
     }
-    if (!measurement) continue;
     Recording& one = recordings.emplace_back(members[i]);
     one.measurement = std::move(*measurement);
     persons[cell_of(one)].insert(one.participant);
   }
   if (std::ranges::count_if(persons, [](const auto& cell) { return cell.second.size() > 1; }) <
       (covariates.empty() ? 2 : 1))
-    return std::nullopt;
+    return found;
   std::erase_if(recordings, [&](const Recording& one) { return persons[cell_of(one)].size() < 2; });
   for (std::size_t k = 0; k < covariates.size(); ++k)
-    if (!has_two_values(recordings, k)) return std::nullopt;
+    if (!has_two_values(recordings, k)) return found;
   const sim::ParameterTable table = report.ranges();
   std::vector<sim::ParameterInfo> ranges(table.begin(), table.end());
   const double mgh = report.protocol.experiment.body.mgh(), ratio = mgh_nm_rad.value_or(mgh) / mgh;
@@ -133,7 +157,8 @@ std::optional<Result> analyse_groups(const Report& report, std::span<const Recor
   }
   Settings settings;
   settings.covariates = covariates;
-  return analyse(recordings, ranges, settings);
+  found.result = analyse(recordings, ranges, settings);
+  return found;
 }
 
 std::vector<std::optional<Reliability>> compute_reliability(const Report& report, std::span<const Recording> members,
@@ -151,28 +176,34 @@ std::vector<std::optional<Reliability>> compute_reliability(const Report& report
     mean.recordings += 1.0;
     mean.values.resize(parameters);
     mean.variances.resize(parameters);
+    mean.shown.resize(parameters);
     const double own = report.protocol_for(result).experiment.body.mgh();
     for (std::size_t p = 0; p < parameters; ++p) {
       const double scale = scale_to(mgh_nm_rad.value_or(own), report, result, p);
       mean.values[p] += scale * result.estimate.parameters[p];
+      double shown = 1.0;
       use_distribution(result, [&](const auto& distribution) {
-        const double sd = scale * distribution.stddev(static_cast<int>(p));
-        mean.variances[p] += sd * sd;
+        const double sd = distribution.stddev(static_cast<int>(p)), relative = sd / prior_sd(report, result, p);
+        shown = std::max(0.0, 1.0 - relative * relative);
+        mean.variances[p] += scale * scale * sd * sd * shown;
       });
+      mean.shown[p] += shown;
     }
   }
   std::vector<std::optional<Reliability>> found;
   for (std::size_t p = 0; p < parameters; ++p) {
-    std::vector<double> values, variances;
+    std::vector<double> values, variances, shown;
     for (const auto& [name, visits] : persons) {
       if (visits[0].recordings < 1.0 || visits[1].recordings < 1.0) continue;
       for (const Mean& visit : visits) {
         values.push_back(visit.values[p] / visit.recordings);
         variances.push_back(visit.variances[p] / (visit.recordings * visit.recordings));
+        shown.push_back(visit.shown[p] / visit.recordings);
       }
     }
     try {
       found.emplace_back(reliability(2, values, variances));
+      found.back()->shown_fraction = mean(shown);
     } catch (const Error&) {  // one person, or no variance
       found.emplace_back(std::nullopt);
     }

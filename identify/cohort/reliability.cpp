@@ -47,8 +47,11 @@ std::array<double, 2> interval_of(double icc, const MeanSquares& squares, double
           n * (high * squares.persons - squares.rest) / (others + n * high * squares.persons)};
 }
 
+/// Returns minus infinity at and beyond the pole of Spearman and Brown's formula, where the mean of k visits has no
+/// variance.
 double of_average(double icc, double k) {
-  return k * icc / (1.0 + (k - 1.0) * icc);
+  const double below = 1.0 + (k - 1.0) * icc;
+  return below > 1e-12 ? k * icc / below : -INFINITY;
 }
 
 }  // namespace
@@ -89,13 +92,6 @@ Reliability reliability(std::size_t visits, std::span<const double> values,
   found.measurement_sd = std::sqrt(measured);
   found.within_person_sd = std::sqrt(std::max(0.0, squares.rest - measured));
   return found;
-}
-
-VisitChange change_at(const Estimated& first, const Estimated& second, double within_person_sd) {
-  const double sd = std::sqrt(first.sd * first.sd + second.sd * second.sd + 2.0 * within_person_sd * within_person_sd);
-  const double difference = second.value - first.value;
-  return {
-      difference, {difference - normal_975 * sd, difference + normal_975 * sd}, std::abs(difference) > normal_975 * sd};
 }
 
 }  // namespace decid::cohort

@@ -5,7 +5,9 @@
 //   ICC(2,k) = (MSR - MSE) / (MSR + (MSC - MSE) / n)                    the mean of all k
 //   standard error of measurement: root of MSE + max(0, MSC - MSE) / n, which counts that visits differ for everybody
 //   minimal detectable change = 1.96 sqrt(2) standard errors (J. Weir, J. Strength Cond. Res. 19 (2005) 231-240)
-// The rest is partly the recording's own uncertainty, which a posterior states, and partly the person's.
+// The rest is partly the recording's own uncertainty, which a posterior states, and partly the person's. The mean of a
+// posterior of variance v under a prior of variance w shows 1 - v / w of a change, and varies by v (1 - v / w) for one
+// person: exact for Gaussians.
 #pragma once
 
 #include <array>
@@ -16,15 +18,18 @@ namespace decid::cohort {
 
 struct Reliability {
   std::size_t persons = 0, visits = 0;
-  double icc_single = 0.0, icc_average = 0.0;  ///< ICC(2,1) and ICC(2,k)
-  std::array<double, 2> icc_single95{}, icc_average95{};
-  double standard_error = 0.0;             ///< of measurement
-  double minimal_detectable_change = 0.0;  ///< with 95%
-  double person_sd = 0.0;                  ///< between persons
-  double visit_sd = 0.0;                   ///< between visits, of everybody alike
-  double rest_sd = 0.0;                    ///< root of MSE
-  double measurement_sd = 0.0;             ///< the posteriors' part of rest_sd
-  double within_person_sd = 0.0;           ///< the other part: root of MSE - measurement_sd^2, or 0
+  double icc_single = 0.0, icc_average = 0.0;             ///< ICC(2,1) and ICC(2,k)
+  std::array<double, 2> icc_single95{}, icc_average95{};  ///< minus infinity where ICC(2,1) is -1 / (k - 1) or below
+  double standard_error = 0.0;                            ///< of measurement
+  double minimal_detectable_change = 0.0;                 ///< with 95%
+  double person_sd = 0.0;                                 ///< between persons
+  double visit_sd = 0.0;                                  ///< between visits, of everybody alike
+  double rest_sd = 0.0;                                   ///< root of MSE
+  double measurement_sd = 0.0;                            ///< the posteriors' part of rest_sd
+  double within_person_sd = 0.0;                          ///< the other part: root of MSE - measurement_sd^2, or 0
+  /// The part of a person's change that the values show: means of posteriors are drawn towards the prior's mean. 1
+  /// unless compute_reliability() sets it. A change of minimal_detectable_change / shown_fraction is detected.
+  double shown_fraction = 1.0;
 };
 
 /// Computes the reliability. values: person by person, all visits each. measurement_variances: of the values, in their
@@ -32,19 +37,5 @@ struct Reliability {
 /// that are not finite, and values without any variance.
 Reliability reliability(std::size_t visits, std::span<const double> values,
                         std::span<const double> measurement_variances = {});
-
-/// A value with its standard deviation.
-struct Estimated {
-  double value, sd;
-};
-/// The change between two visits of one person.
-struct VisitChange {
-  double difference = 0.0;  ///< second less first
-  std::array<double, 2> interval95{};
-  bool changed = false;  ///< the interval excludes 0; else the change is within measurement error
-};
-/// Compares two visits of one person, whose errors are independent and Gaussian. within_person_sd: of the person's
-/// values from visit to visit, if known (Reliability, or cohort::VarianceParts).
-VisitChange change_at(const Estimated& first, const Estimated& second, double within_person_sd = 0.0);
 
 }  // namespace decid::cohort

@@ -121,9 +121,18 @@ void add_covariate(const std::string& column, const RecordingPlan& plan, GroupTa
 void refuse_joint_cells(const GroupTable& groups, std::span<const FitGroup> joint) {
   if (groups.members.empty()) return;
   for (const FitGroup& group : joint) {
-    std::set<std::string> cells;
-    for (const std::size_t i : group.recordings)
-      if (const std::string cell = groups.members.at(i).cell(); !cell.empty()) cells.insert(cell);
+    std::set<std::string> cells, persons;
+    for (const std::size_t i : group.recordings) {
+      const GroupMember& member = groups.members.at(i);
+      if (member.cell().empty()) continue;
+      cells.insert(member.cell());
+      persons.insert(member.person);
+    }
+    if (persons.size() > 1)
+      throw Error(Code::setting_conflict, setting("joint"),
+                  "fits recordings of \"" + *persons.begin() + "\" and \"" + *std::next(persons.begin()) +
+                      "\" together, who count as two people of a group",
+                  "fit together by a column of the sheet that differs between people, such as participant_id");
     if (cells.size() > 1)
       throw Error(Code::setting_conflict, setting("joint"),
                   "fits recordings of \"" + *cells.begin() + "\" and \"" + *std::next(cells.begin()) +

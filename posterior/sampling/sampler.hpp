@@ -25,7 +25,6 @@ class Sampler {
   /// Returns the coordinates of a trial's Density, size() values per chain. Common unknowns are in each trial's.
   std::span<double> coordinates(std::size_t trial = 0) noexcept { return parts_[trial].x; }
   std::span<const double> coordinates(std::size_t trial = 0) const noexcept { return parts_[trial].x; }
-  const Random& random() const noexcept { return random_; }
   /// Fixes a trial's measurement noise, for annealing; empty: its coordinate moves like the others.
   void fix_noise(std::optional<double> noise_deg, std::size_t trial = 0) noexcept {
     parts_[trial].fixed_noise_deg = noise_deg;

@@ -10,6 +10,7 @@
 #include "base/error.hpp"
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
+#include "identify/cohort/design.hpp"
 #include "tests/helpers.hpp"
 #include "tests/identify/cohort/made_up.hpp"
 #include "tests/near.hpp"
@@ -279,6 +280,26 @@ TEST_CASE("cohort: a covariate's effect is per unit, and groups are compared at 
   const decid::cohort::Covariate one_unknown = analyse(recordings, 1, settings).covariates[0];
   CHECK(one_unknown.unknown == 1);
   CHECK(one_unknown.slopes[0].interval95[1] < 0.0);
+}
+
+TEST_CASE("cohort: an unknown covariate is the person's in another visit, else the group's mean") {
+  const auto made = [](const std::string& person, const std::string& session, const std::string& group, double age) {
+    return Recording{person, session, group, "", {age}, gaussian({0.0}, 0.2)};
+  };
+  const double unknown = std::nan("");
+  const std::vector<Recording> recordings{made("p", "1", "old", 80.0), made("p", "2", "old", unknown),
+                                          made("q", "1", "old", unknown), made("r", "1", "young", 20.0),
+                                          made("s", "1", "young", 30.0)};
+  decid::cohort::Settings settings;
+  settings.covariates = {"age"};
+  const decid::cohort::Design design = decid::cohort::make_design(recordings, 1, settings);
+  std::vector<double> ages;
+  for (const decid::cohort::Design::Visit& visit : design.visits)
+    ages.push_back(design.covariate_mean[0] + design.covariate_sd[0] * visit.covariates[0]);
+  REQUIRE(ages.size() == 5);
+  for (const std::size_t visit : {0U, 1U, 2U}) CHECK(near(ages[visit], 80.0, 1e-12));
+  CHECK(near(ages[3], 20.0, 1e-12));
+  CHECK(near(ages[4], 30.0, 1e-12));
 }
 
 TEST_CASE("cohort: the same bits for any number of threads, others for another seed") {

@@ -59,10 +59,22 @@ TEST_CASE("cohort: draws become a mixture with their mean and variance") {
     }
     const auto [found, variance] = moments(measurement, p);
     CHECK(near(found, mean, 1e-9));
-    CHECK(near(variance, square - mean * mean, 1e-6));
-    const double posterior = square - mean * mean;
+    const double posterior = (square - mean * mean) * 200.0 / (200.0 - 2.0 - 2.0);  // the mean of inverse covariances
+    CHECK(near(variance, posterior, 1e-6));
     CHECK(near(measurement.variance(p), posterior / (1.0 - posterior), 1e-6));
   }
+}
+
+TEST_CASE("cohort: draws that depend on each other tell less, and make fewer components") {
+  const std::vector<double> values = fractions(200, 0.4, 0.3);
+  const Measurement all = Measurement::of_draws(2, values), few = Measurement::of_draws(2, values, {}, 20.0);
+  // The same covariance, times 200 / 196 and 20 / 16.
+  for (const std::size_t i : {0U, 1U, 2U})
+    CHECK(near(all.precision(0)[i] / few.precision(0)[i], (196.0 / 200.0) / (16.0 / 20.0), 1e-9));
+  std::vector<double> apart = fractions(400, 0.8, 0.2);
+  const std::vector<double> others = fractions(100, -0.8, 0.2);
+  apart.insert(apart.end(), others.begin(), others.end());
+  CHECK(Measurement::of_draws(2, apart, {}, 12.0).components() == 1);
 }
 
 TEST_CASE("cohort: draws in two places become two components") {
@@ -87,6 +99,17 @@ TEST_CASE("cohort: weights take a prior back") {
   const double before = moments(Measurement::of_draws(2, values), 0)[0];
   const double after = moments(Measurement::of_draws(2, values, log_weights), 0)[0];
   CHECK(within(after - before, -2.0 * 0.09, 0.03));  // a Gaussian's shift: slope times variance
+}
+
+TEST_CASE("cohort: a prior that leaves few draws with weight cannot be taken back") {
+  // Draws of a density narrower than the prior that made it so: weights exp(+z^2 / 2) fall on some draws at the edge.
+  const std::vector<double> values = fractions(256, 0.4, 0.3);
+  std::vector<double> log_weights;
+  for (std::size_t i = 0; i < 256; ++i) {
+    const double off = (decid::inverse_normal(values[2 * i]) - 0.4) / 0.3;
+    log_weights.push_back(1.5 * off * off);
+  }
+  check_error([&] { (void)Measurement::of_draws(2, values, log_weights); }, Code::value_invalid);
 }
 
 TEST_CASE("cohort: a network's component keeps its precision, and one wider than the prior is cut at it") {

@@ -101,6 +101,7 @@ TEST_CASE("cohort: recordings without a distribution over the ranges are not in 
   report.recordings[0].estimate.distribution.reset();
   REQUIRE(made.compared().hierarchical);
   CHECK(made.compared().hierarchical->cells[0].persons == 2);
+  CHECK(made.compared().without_distribution == std::vector<std::size_t>{0});
   report.recordings[1].estimate.distribution.reset();  // one person is left
   CHECK_FALSE(made.compared().hierarchical);
 
@@ -212,10 +213,13 @@ TEST_CASE("cohort: draws of a fit are evidence, and a normal prior is taken back
     return sum / whole;
   };
   // Under a prior below the draws they were drawn downwards: without it the evidence is higher.
-  report.fit->priors.parameters = {{"Kp", {}, decid::posterior::ParameterPrior::Normal{700.0, 150.0}}};
+  report.fit->priors.parameters = {{"Kp", {}, decid::posterior::ParameterPrior::Normal{700.0, 300.0}}};
   const auto taken_back = decid::cohort::to_measurement(fit, report);
   REQUIRE(taken_back);
   CHECK(centre(*taken_back) > centre(*uniform) + 0.05);
+  // Far from a narrow prior a few draws would have all the weight.
+  report.fit->priors.parameters = {{"Kp", {}, decid::posterior::ParameterPrior::Normal{700.0, 60.0}}};
+  CHECK_FALSE(decid::cohort::to_measurement(fit, report));
 }
 
 TEST_CASE("cohort: sessions and covariates of a report's persons") {
@@ -275,7 +279,14 @@ TEST_CASE("cohort: persons in both groups have a reliability and changes") {
   REQUIRE(groups.reliability[0].size() == 7);
   REQUIRE(groups.reliability[0][0]);
   CHECK(groups.reliability[0][0]->persons == 3);
-  CHECK(groups.reliability[0][0]->measurement_sd > 0.0);
+  const decid::cohort::Reliability& kp = *groups.reliability[0][0];
+  CHECK(kp.measurement_sd > 0.0);
+  // The values are means of posteriors: they show a part of a change, and vary by as much less.
+  const double shown = 1.0 - std::pow(report.recordings[0].estimate.distribution->stddev(0) /
+                                          (report.ranges()[0].range() / std::sqrt(12.0)),
+                                      2);
+  CHECK(within(kp.shown_fraction, shown, 0.05));
+  CHECK(kp.measurement_sd < report.recordings[0].estimate.distribution->stddev(0));
   for (RecordingResult& one : report.recordings) one.estimate.parameters[0] = 900.0;
   CHECK_FALSE(made.compared().reliability[0][0]);
 }

@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "base/error.hpp"
@@ -11,7 +12,6 @@
 #include "tests/near.hpp"
 
 using decid::Code;
-using decid::cohort::change_at;
 using decid::cohort::Reliability;
 using decid::cohort::reliability;
 using namespace decid::test;
@@ -62,10 +62,10 @@ TEST_CASE("reliability: tables that cannot be used are refused") {
   check_error([&] { (void)reliability(2, std::vector<double>{2, 1, std::nan(""), 2}); }, Code::value_invalid);
 }
 
-TEST_CASE("reliability: a person has changed if the interval excludes 0") {
-  CHECK(change_at({10.0, 3.0}, {22.0, 4.0}).changed);  // sd 5: interval 12 -+ 9.8
-  CHECK(near(change_at({10.0, 3.0}, {22.0, 4.0}).interval95[0], 12.0 - 5.0 * 1.9599639845400543, 1e-13));
-  CHECK_FALSE(change_at({10.0, 3.0}, {19.0, 4.0}).changed);
-  CHECK_FALSE(change_at({10.0, 3.0}, {22.0, 4.0}, 3.0).changed);
-  CHECK(change_at({22.0, 3.0}, {10.0, 4.0}).difference == -12.0);
+TEST_CASE("reliability: the interval of the mean of two visits has no end where the formula has its pole") {
+  // Visits that disagree: the lower end of ICC(2,1) is below -1, where Spearman and Brown's formula turns over.
+  const Reliability found = reliability(2, std::vector<double>{1.0, 3.0, 2.2, 0.9, 3.1, 1.2, 0.8, 2.9});
+  CHECK(found.icc_single95[0] <= -1.0);
+  CHECK(found.icc_average95[0] == -std::numeric_limits<double>::infinity());
+  CHECK(found.shown_fraction == 1.0);
 }

@@ -378,4 +378,11 @@ TEST_CASE("groups of a plan: sessions, conditions and covariates of its sheet") 
   check_error([&] { refuse_joint_cells(all, joint); }, Code::setting_conflict, "joint");
   refuse_joint_cells(groups_of_plan(plan, true), joint);
   refuse_joint_cells({}, joint);
+  GroupTable one_cell = groups_of_plan(plan, true);
+  one_cell.members[2].group = "x";
+  check_error(
+      [&] {
+        refuse_joint_cells(one_cell, std::vector<FitGroup>{{{0, 2}, {}}});
+      },
+      Code::setting_conflict, "\"B\"");
 }

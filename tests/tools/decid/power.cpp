@@ -13,6 +13,13 @@ TEST_CASE("decid/power: given standard deviations have the power of Cohen's tabl
   CHECK(delay["name"] == "delay");
   CHECK(near(delay["power"].get<double>(), 0.801459557922, 1e-7));  // 0.5 standard deviations, 64 per group
   CHECK(delay["persons_needed"] == 64);
+  // Seven intervals that hold together: a difference of 2.83 standard errors against 2.7 of them.
+  const Json together = run_json(
+      "power --difference delay=0.01 --person-sd delay=0.016 --measurement-sd delay=0.012 --persons 64 --intervals 7 "
+      "--json");
+  CHECK(together["intervals"] == 7);
+  CHECK(within(together["parameters"][0]["power"].get<double>(), 0.54, 0.02));
+  CHECK(together["parameters"][0]["persons_needed"].get<int>() > 95);
   // Per cent are of the mean; four trials quarter the recording's variance.
   const Json other =
       run_json("power --difference kp=-15% --at Kp=800 --person-sd Kp=10% --measurement-sd Kp=60 --trials 4 --json");

@@ -25,7 +25,7 @@ struct PowerOptions {
   CommonOptions common;
   std::vector<std::string> differences, at, person_sd, visit_sd, trial_sd, measurement_sd;
   cohort::PowerDesign design;
-  int persons = 12, trials = 1, recordings = 2000;
+  int persons = 12, trials = 1, recordings = 2000, intervals = 1;
   double power = 0.8;
   std::vector<double> sensor_noise_deg;
   std::uint64_t seed = 1;
@@ -80,6 +80,7 @@ void run_power(const PowerOptions& options) {
     }
   }
 
+  const double significance = 0.05 / options.intervals;  // Bonferroni
   Json list = Json::array();
   std::string text = format("%-22s %12s %12s %12s %12s %10s %8s\n", "", "mean", "difference", "person sd", "recording",
                             "power", "persons");
@@ -92,8 +93,8 @@ void run_power(const PowerOptions& options) {
     design.visit_sd = visit[p];
     design.trial_sd = trial[p];
     design.measurement_sd = measured[p];
-    const double power = cohort::power_of(design, difference[p]);
-    const std::size_t needed = cohort::persons_for(design, difference[p], options.power);
+    const double power = cohort::power_of(design, difference[p], significance);
+    const std::size_t needed = cohort::persons_for(design, difference[p], options.power, significance);
     text += format("%-22s %12.5g %12.4g %12.4g %12.4g %9.1f%% %8s\n", (table[p].name + table[p].unit_after()).c_str(),
                    at[p], difference[p], person[p], measured[p], 100.0 * power,
                    needed > 0 ? std::to_string(needed).c_str() : "-");
@@ -115,12 +116,16 @@ void run_power(const PowerOptions& options) {
                              {"trials", options.trials},
                              {"paired", options.design.paired},
                              {"power_wanted", options.power},
+                             {"intervals", options.intervals},
                              {"parameters", std::move(list)}})
               << '\n';
     return;
   }
   std::cout << text
-            << format("Power of a 95%% interval: %d persons%s, %s each. Persons: for a power of %g%%.\n",
+            << format("Power of %s: %d persons%s, %s each. Persons: for a power of %g%%.\n",
+                      options.intervals == 1
+                          ? "a 95% interval"
+                          : format("one of %d 95%% intervals that hold together", options.intervals).c_str(),
                       options.persons, options.design.paired ? " in pairs" : " per group",
                       counted(options.trials, "trial").c_str(), 100.0 * options.power);
 }
@@ -164,6 +169,12 @@ void add_power(const Command& program) {
       .range(1, 1000)
       .show_default();
   command.add_flag("--paired", options->design.paired, "Compare two visits of the same persons");
+  command
+      .add_option("--intervals", options->intervals,
+                  "Plan for this number of intervals that hold together (simultaneous intervals), for example 7: one "
+                  "per parameter and pair of groups")
+      .range(1, 1000)
+      .show_default();
   command.add_option("--power", options->power, "Find the number of persons for this power")
       .range(0.01, 0.999)
       .show_default();
@@ -192,7 +203,9 @@ void add_power(const Command& program) {
       "  decid power --difference delay=0.02 --person-sd delay=0.015 --persons 20 --trials 3\n"
       "  decid power --difference Kp=10% --paired --visit-sd Kp=30 --json\n"
       "  decid power --difference Kp=-15% --by fit --protocol short\n"
-      "The prediction is for the t-test of the persons' means. decid's hierarchical model finds at least as much.");
+      "  decid power --difference delay=0.02 --intervals 7\n"
+      "The prediction is for the t-test of the persons' means. Where recordings leave much uncertainty, decid's "
+      "hierarchical model finds more.");
   command.callback([options] {
     apply(options->common);
     run_power(*options);

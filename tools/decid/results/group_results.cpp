@@ -64,6 +64,15 @@ std::string left_out_text(const Report& report) {
   return count == 0 ? text : "  Left out: " + counted(count, "recording") + "\n" + text;
 }
 
+std::string without_distribution_text(const Report& report) {
+  const std::vector<std::size_t>& without = report.groups->without_distribution;
+  std::string text;
+  for (const std::size_t i : without) text += (text.empty() ? "" : ", ") + one_line(report.recordings[i].file);
+  return without.empty()
+             ? text
+             : "  Not in the hierarchical model, for want of a distribution over the common ranges: " + text + "\n";
+}
+
 std::string bodies_text(const GroupReport& groups) {
   std::string text;
   if (groups.bodies_differ)
@@ -154,7 +163,7 @@ std::string groups_text(const Report& report) {
         "95%%.\n",
         names.size(), pairs.c_str(), found.intervals);
   if (report.groups->hierarchical) text += cohort_text(*report.groups->hierarchical, names);
-  return text + left_out_text(report);
+  return text + without_distribution_text(report) + left_out_text(report);
 }
 
 }  // namespace decid::tools

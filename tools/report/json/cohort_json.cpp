@@ -130,6 +130,7 @@ Json reliability_json(const Report& report) {
                        one["visit_sd"] = found.visit_sd;
                        one["measurement_sd"] = found.measurement_sd;
                        one["within_person_sd"] = found.within_person_sd;
+                       one["shown_fraction"] = found.shown_fraction;
                      })}});
   }
   return list;

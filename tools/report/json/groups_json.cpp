@@ -54,6 +54,8 @@ Json groups_json(const Report& report) {
   for (std::size_t i = 0; i < report.recordings.size(); ++i)
     if (const std::string& reason = report.groups->left_out[i]; !reason.empty())
       left_out.push_back({{"file", report.recordings[i].file}, {"group", table.members[i].cell()}, {"reason", reason}});
+  Json without = Json::array();
+  for (const std::size_t i : report.groups->without_distribution) without.push_back(report.recordings[i].file);
   for (const UnusedLine& line : table.unused) unused.push_back({{"line", line.line}, {"file", line.file}});
   return {{"groups", std::move(groups)},
           {"comparisons", std::move(comparisons)},
@@ -68,6 +70,7 @@ Json groups_json(const Report& report) {
             {"bodies_differ", report.groups->bodies_differ},
             {"assumed_bodies", report.groups->assumed_bodies},
             {"left_out", std::move(left_out)},
+            {"without_distribution", std::move(without)},
             {"unused_lines", std::move(unused)}}},
           {"hierarchical", cohort_json(report)},
           {"reliability", reliability_json(report)}};
