@@ -44,6 +44,22 @@ void parallel_for(int count, const Body& body) {
   if (failure) std::rethrow_exception(failure);
 }
 
+/// Calls body() once in each of OpenMP's threads. Rethrows the first exception in the caller.
+template <class Body>
+void in_each_thread(const Body& body) {
+  std::exception_ptr failure;
+  std::atomic<bool> failed{false};
+#pragma omp parallel
+  {
+    try {
+      body();
+    } catch (...) {
+      if (!failed.exchange(true)) failure = std::current_exception();
+    }
+  }
+  if (failure) std::rethrow_exception(failure);
+}
+
 /// Calls body() and keeps OpenMP's threads at hand for its parallel_for calls. For many loops of less than a
 /// millisecond: OpenMP would wake the threads for each of them, or let them spin and wait for each other when others
 /// use the processors. Only what body() itself calls may be parallel. Exceptions pass.

@@ -130,14 +130,13 @@ void register_layer(const std::string& word, OperationParser parser) {
     throw Error(Code::setting_conflict, "layer '" + word + "'", "is registered already", "choose another name");
 }
 
-template <class T>
-std::vector<Layer<T>> make_layers(Shape src, const std::vector<std::string>& lines) {
-  std::vector<Layer<T>> layers;
+std::vector<LayerKind> parse_layers(Shape src, const std::vector<std::string>& lines) {
+  std::vector<LayerKind> layers;
   std::vector<Branch> open;  // whose end is to come
   for (std::size_t i = 0; i < lines.size();) {
     Words words(lines[i++]);
     if (words.take_if("conv")) {
-      layers.emplace_back(parse_conv2d(src, words));
+      layers.push_back(parse_conv2d(src, words));
     } else if (words.take_if("fc")) {
       layers.emplace_back(parse_fully_connected(src, words));
     } else if (words.take_if("relu")) {
@@ -155,7 +154,7 @@ std::vector<Layer<T>> make_layers(Shape src, const std::vector<std::string>& lin
       }
       layers.emplace_back(norm);
     } else if (const std::optional<Pool> pool = parse_pool(src, words)) {
-      layers.emplace_back(finish_pool(*pool, words));
+      layers.push_back(finish_pool(*pool, words));
     } else if (words.take_if("}")) {
       if (open.empty()) words.fail("ends a block that has no beginning");
       layers.emplace_back(join_of(open.back(), src, words));
@@ -173,12 +172,19 @@ std::vector<Layer<T>> make_layers(Shape src, const std::vector<std::string>& lin
       }
     }
     words.finish();
-    src = layers.back().dst_shape();
+    src = std::visit([](const auto& kind) { return kind.dst(); }, layers.back());
     words.limit(static_cast<long long>(src.rows) * src.columns * src.channels, "outputs");
   }
   if (!open.empty())
     throw Error(Code::setting_malformed, "network architecture", "has a block without its end",
                 "close each { with a line }");
+  return layers;
+}
+
+template <class T>
+std::vector<Layer<T>> make_layers(Shape src, const std::vector<std::string>& lines) {
+  std::vector<Layer<T>> layers;
+  for (const LayerKind& kind : parse_layers(src, lines)) layers.emplace_back(kind);
   return layers;
 }
 

@@ -93,6 +93,27 @@ double mean_loss_of(const Network<float>& network, const Samples& samples, std::
   return sum / static_cast<double>(places.size());
 }
 
+bool is_finite(std::span<const float> values) {
+  return std::ranges::all_of(values, [](float value) { return std::isfinite(value); });
+}
+
+bool is_finite(const Network<float>& network) {
+  return std::ranges::all_of(network.layers(), [](const Layer<float>& layer) {
+    const auto finite = [](const auto& tensor) { return is_finite(tensor.value); };
+    return std::ranges::all_of(layer.parameters(), finite) && std::ranges::all_of(layer.statistics(), finite);
+  });
+}
+
+/// Returns true for a network with the values that its constructor gave it.
+bool is_new(const Network<float>& network) {
+  return std::ranges::all_of(network.layers(), [](const Layer<float>& layer) {
+    const auto untouched = [](const auto& tensor) {
+      return std::ranges::all_of(tensor.value, [&](float value) { return value == tensor.initial; });
+    };
+    return std::ranges::all_of(layer.parameters(), untouched) && std::ranges::all_of(layer.statistics(), untouched);
+  });
+}
+
 std::vector<int> all_of(const Samples& samples) {
   std::vector<int> places(static_cast<std::size_t>(samples.count));
   std::iota(places.begin(), places.end(), 0);
@@ -150,9 +171,7 @@ class Fit final : public TrainingLoop {
     trainer_.set_random(options_.seed, static_cast<std::uint64_t>(step));
     trainer_.forward();
     const double loss = total_loss<float>(*options_.loss, trainer_.output(), loaded_.targets, trainer_.output_diff());
-    if (!std::isfinite(loss))
-      throw Error(Code::diverged, "fit", format("diverged in epoch %d: the loss is not finite", at.epoch + 1),
-                  format("lower the learning rate of %g, or clip gradients", options_.learning_rate));
+    if (!std::isfinite(loss)) diverge(at, "the loss is not finite");
     trainer_.backward();
     if (options_.clip_norm > 0) clip(gradients_, options_.clip_norm);
     rate_ = schedule_.rate(step);
@@ -174,6 +193,8 @@ class Fit final : public TrainingLoop {
     if (!validation_.empty())
       epoch.validation_loss = mean_loss_of(now, options_.validation_samples ? *options_.validation_samples : samples_,
                                            validation_, *options_.loss);
+    if (!validation_.empty() && !std::isfinite(epoch.validation_loss)) diverge(at, "the validation loss is not finite");
+    if (!is_finite(network_) || !is_finite(now)) diverge(at, "a weight is not finite");
     const auto judged = [this](const FitEpoch& e) { return validation_.empty() ? e.training_loss : e.validation_loss; };
     const auto best = static_cast<std::size_t>(state.best_epoch);
     if (options_.patience > 0 && (best == 0 || judged(epoch) < judged(state.log[best - 1]))) {
@@ -217,6 +238,11 @@ class Fit final : public TrainingLoop {
   }
 
  private:
+  [[noreturn]] void diverge(const LoopPosition& at, const char* problem) const {
+    throw Error(Code::diverged, "fit", format("diverged in epoch %d: %s", at.epoch + 1, problem),
+                format("lower the learning rate of %g, or clip gradients", options_.learning_rate));
+  }
+
   Network<float>& network_;
   const Samples& samples_;
   const FitOptions& options_;
@@ -263,10 +289,7 @@ Samples::Samples(std::span<const float> inputs, std::span<const float> targets, 
 
 FitLog fit(Network<float>& network, const Samples& samples, const FitOptions& options) {
   check(options);
-  const auto is_blank = [](const Parameter<float>* p) {
-    return p->fan_in == 0 || std::ranges::all_of(p->value, [](float w) { return w == 0; });
-  };
-  if (std::ranges::all_of(network.parameters(), is_blank)) network.initialise(options.seed);
+  if (is_new(network)) network.initialise(options.seed);
   // A random part, the same at every call: it uses the order of an epoch that never runs.
   std::vector<int> training = shuffled(samples.count, options.seed, -1), validation;
   if (options.validation_samples) {
@@ -284,10 +307,8 @@ FitLog fit(Network<float>& network, const Samples& samples, const FitOptions& op
   LoopPosition at = fit.state.at;
   FitLog log;
   log.finished = run(fit, at, options.epochs, fit.batches());
-  if (log.finished)
-    fit.keep();
-  else
-    fit.save(at);
+  if (!log.finished) fit.save(at);  // before keep(): the next call goes on from the weights of the last step
+  fit.keep();
   log.epochs = fit.state.log;
   log.kept = options.patience > 0 ? fit.state.best_epoch : static_cast<int>(log.epochs.size());
   return log;
@@ -309,7 +330,8 @@ double accuracy(const Network<float>& network, const Samples& samples) {
   int right = 0;
   for_each_output(network, samples, all_of(samples), 1,
                   [&](std::span<const float> output, std::span<const float> target) {
-                    right += static_cast<float>(std::ranges::max_element(output) - output.begin()) == target.front();
+                    const auto place = std::ranges::max_element(output) - output.begin();
+                    right += is_finite(output) && static_cast<float>(place) == target.front();
                   });
   return right / static_cast<double>(samples.count);
 }

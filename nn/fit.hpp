@@ -52,7 +52,8 @@ struct FitEpoch {
 
 struct FitLog {
   std::vector<FitEpoch> epochs;
-  int kept = 0;          ///< the epoch whose weights the network has: with patience the best, else the last
+  int kept = 0;  ///< the epoch whose weights the network has: with patience the best, else the last. A stop within an
+                 ///< epoch leaves the last batch's weights, or their average, unless there is a best epoch
   bool finished = true;  ///< false: after_batch stopped it
 };
 
@@ -79,10 +80,10 @@ struct FitOptions {
   std::function<void(const FitEpoch&)> after_epoch = {};
 };
 
-/// Trains `network`. Weights that are all 0, as a new network's, are initialised from the seed first. With a checkpoint
+/// Trains `network`. A network with the values of its constructor is initialised from the seed first. With a checkpoint
 /// the result has the bits of a training that was never stopped; it must be of the same network, samples and options,
-/// callbacks apart. Throws Error for options that do not fit, a loss that is no longer finite, a checkpoint of another
-/// training, and what the callbacks throw.
+/// callbacks apart. Throws Error for options that do not fit, a loss or weight that is no longer finite, a checkpoint
+/// of another training, and what the callbacks throw.
 FitLog fit(Network<float>& network, const Samples& samples, const FitOptions& options = {});
 
 /// Returns the outputs of samples that lie one after the other: output_shape().size() values each. For calls that
@@ -91,7 +92,8 @@ std::vector<float> predict(const Network<float>& network, std::span<const float>
 
 /// Returns the mean loss of samples.
 double mean_loss(const Network<float>& network, const Samples& samples, const Loss& loss);
-/// Returns the fraction of samples whose largest output is that of the target, a class from 0.
+/// Returns the fraction of samples whose largest output is that of the target, a class from 0. A sample with an output
+/// that is not finite counts as wrong.
 double accuracy(const Network<float>& network, const Samples& samples);
 
 }  // namespace decid::nn

@@ -11,16 +11,19 @@
 #include "nn/architecture.hpp"
 
 namespace decid::nn {
+namespace {
 
-template <class T>
-Network<T>::Network(Shape input, const std::string& architecture) : input_shape_(input) {
+void check_input(Shape input) {
   if (input.channels < 1 || input.rows < 1 || input.columns < 1)
     throw Error(Code::setting_out_of_range, "network input", "has no values",
                 "give at least 1 channel, 1 row and 1 column");
   if (input.channels > max_values / input.rows / input.columns)
     throw Error(Code::setting_out_of_range, "network input",
                 "has more than " + std::to_string(max_values) + " values a sample", "give fewer");
-  // Lines end at ; too, # begins a comment, and a block's braces end lines.
+}
+
+/// Lines end at ; too, # begins a comment, and a block's braces end lines.
+std::vector<std::string> lines_of(const std::string& architecture) {
   std::string lines;
   bool comments = false;
   for (const char c : architecture) {
@@ -35,10 +38,25 @@ Network<T>::Network(Shape input, const std::string& architecture) : input_shape_
   std::vector<std::string> wanted;
   for (std::string line; std::getline(stream, line);)
     if (line.find_first_not_of(" \t\r") != std::string::npos) wanted.push_back(line);
-  layers_ = make_layers<T>(input, wanted);
+  return wanted;
+}
+
+}  // namespace
+
+template <class T>
+Network<T>::Network(Shape input, const std::string& architecture) : input_shape_(input) {
+  check_input(input);
+  layers_ = make_layers<T>(input, lines_of(architecture));
   if (layers_.empty() || std::holds_alternative<Relu>(layers_.front().kind()))
     throw Error(Code::setting_malformed, "network architecture", "does not begin with a layer that computes",
                 "start with conv or fc");
+}
+
+std::size_t parameter_count(Shape input, const std::string& architecture) {
+  check_input(input);
+  std::size_t count = 0;
+  for (const LayerKind& kind : parse_layers(input, lines_of(architecture))) count += parameter_count(kind);
+  return count;
 }
 
 template <class T>

@@ -44,6 +44,10 @@ class Network {
   std::vector<Layer<T>> layers_;
 };
 
+/// Returns the number of trained values that such a network has, without the memory for them. Throws Error as its
+/// constructor does.
+std::size_t parameter_count(Shape input, const std::string& architecture);
+
 /// Returns the SHA-256 over names, shapes and values (float32, little-endian) of all parameters and running statistics.
 std::string weights_sha256(const Network<float>& network);
 

@@ -1,12 +1,13 @@
 // A network as a file: see network_file.hpp.
 #include "nn/network_file.hpp"
 
-#include <cstdio>
 #include <iterator>
+#include <optional>
 #include <string_view>
 
 #include "base/error.hpp"
 #include "base/files/file.hpp"
+#include "base/number.hpp"
 #include "base/text.hpp"
 
 namespace decid::nn {
@@ -22,26 +23,51 @@ const std::string& metadata(const TensorFile& file, const char* key, const std::
   return found->second;
 }
 
+/// Reads "channels,rows,columns".
+std::optional<Shape> shape_from(std::string_view text) {
+  const std::size_t first = text.find(','), second = text.rfind(',');
+  if (first == second) return std::nullopt;
+  const std::optional<int> channels = number_from<int>(text.substr(0, first)),
+                           rows = number_from<int>(text.substr(first + 1, second - first - 1)),
+                           columns = number_from<int>(text.substr(second + 1));
+  if (!channels || !rows || !columns) return std::nullopt;
+  return Shape{*channels, *rows, *columns};
+}
+
 }  // namespace
+
+std::map<std::string, std::string> network_metadata(const Network<float>& network) {
+  const Shape& in = network.input_shape();
+  return {{architecture_key, network.architecture()},
+          {input_key, format("%d,%d,%d", in.channels, in.rows, in.columns)}};
+}
+
+void require_values(const TensorFile& file, Shape input, const std::string& architecture, const std::string& where) {
+  const std::size_t needed = parameter_count(input, architecture);
+  std::size_t there = 0;
+  for (const NamedTensor& t : file.tensors) there += t.values.size();
+  if (there < needed)
+    throw Error(Code::file_damaged, where,
+                format("has %zu values in its tensors where its architecture needs %zu", there, needed),
+                "give a model file that was not edited");
+}
 
 TensorFile to_tensors(const Network<float>& network) {
   TensorFile file;
-  const Shape& in = network.input_shape();
-  file.metadata = {{architecture_key, network.architecture()},
-                   {input_key, format("%d,%d,%d", in.channels, in.rows, in.columns)}};
+  file.metadata = network_metadata(network);
   save_network(network, file);
   return file;
 }
 
 Network<float> from_tensors(TensorFile&& file, const std::string& where) {
   const std::string& text = metadata(file, input_key, where);
-  Shape input;
-  int end = 0;
-  if (std::sscanf(text.c_str(), "%6d,%6d,%6d%n", &input.channels, &input.rows, &input.columns, &end) != 3 ||
-      end != static_cast<int>(text.size()))
+  const std::optional<Shape> input = shape_from(text);
+  if (!input)
     throw Error(Code::file_damaged, where, "has the input '" + one_line(text.substr(0, 40)) + "'",
                 "write channels,rows,columns");
-  Network<float> network(input, metadata(file, architecture_key, where));
+  const std::string& architecture = metadata(file, architecture_key, where);
+  require_values(file, *input, architecture, where);
+  Network<float> network(*input, architecture);
   load_network(network, std::move(file), where);
   return network;
 }

@@ -1,6 +1,7 @@
 // A network as a file: its tensors (nn/safetensors.hpp), its architecture and the shape of its input.
 #pragma once
 
+#include <map>
 #include <string>
 
 #include "nn/safetensors.hpp"
@@ -10,6 +11,12 @@ namespace decid::nn {
 /// The keys of the metadata that hold Network::architecture() and "channels,rows,columns".
 inline constexpr const char* architecture_key = "architecture";
 inline constexpr const char* input_key = "input";
+
+/// Returns these metadata of a network.
+std::map<std::string, std::string> network_metadata(const Network<float>& network);
+/// Throws Error, naming `where`, if the file's tensors have fewer values than the parameters of this architecture. To
+/// be called before the network is made: a text of a few bytes can describe gigabytes.
+void require_values(const TensorFile& file, Shape input, const std::string& architecture, const std::string& where);
 
 /// Returns a file's content. Equal networks give equal files.
 TensorFile to_tensors(const Network<float>& network);

@@ -14,9 +14,10 @@ class BatchExecutor;
 class SingleExecutor;
 
 /// The memory of one thread's predictions. Several predictors share one Inference; a predictor's calls must come one
-/// after the other. Nothing is allocated after construction. Up to 8 images go through the network one after the other,
-/// more of them in batches of up to 64. An image's outputs have the same bits for any number of images and any other
-/// images in the batch.
+/// after the other. Up to 8 images go through the network one after the other, more of them in batches of up to 64.
+/// After construction only the layers allocate that SingleExecutor (nn/single.hpp) and BatchExecutor
+/// (nn/training/batch.hpp) name. An image's outputs have the same bits for any number of images and any other images in
+/// the batch.
 class Predictor {
  public:
   /// `max_batch`: the number of images that run() often gets; it processes more in parts of this size.

@@ -276,7 +276,7 @@ void load_network(Network<float>& network, TensorFile&& file, const std::string&
       pairs.emplace_back(&checked("layers." + index + s.name, shape, s.value.size(), s.never_negative), &s.value);
     }
   }
-  for (const auto& [tensor, values] : pairs) *values = std::move(tensor->values);
+  for (const auto& [tensor, values] : pairs) std::ranges::copy(tensor->values, values->begin());
   if (momentum_buffers == nullptr) return;
   momentum_buffers->clear();
   for (NamedTensor* const tensor : found) momentum_buffers->push_back(std::move(tensor->values));

@@ -52,8 +52,9 @@ TensorFile from_safetensors(std::string_view bytes, const std::string& where);
 /// not finite, or a negative variance.
 void save_network(const Network<float>& network, TensorFile& file,
                   const MomentumBuffers<float>* momentum_buffers = nullptr);
-/// Moves the tensors out of `file` into the network, and into the momentum buffers unless null. Throws Error, and
-/// changes nothing, if one is missing, of another shape, or not finite, or a variance is negative.
+/// Copies the tensors of `file` into the network, whose values stay where they are in memory, and moves those of the
+/// momentum buffers, unless null, into them. Throws Error, and changes nothing, if a tensor is missing, of another
+/// shape, or not finite, or a variance is negative.
 void load_network(Network<float>& network, TensorFile&& file, const std::string& where,
                   MomentumBuffers<float>* momentum_buffers = nullptr);
 

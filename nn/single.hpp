@@ -10,7 +10,9 @@
 
 namespace decid::nn {
 
-/// Runs one sample. Allocates only in the constructor. Calls of run() and activation() must come one after the other.
+/// Runs one sample. Calls of run() and activation() must come one after the other. After construction only these layers
+/// allocate: residual, concat, convolutions with groups or dilation, layernorm, and registered layers with parameters;
+/// other operations do so in their first call.
 class SingleExecutor {
  public:
   /// `inference` must outlive it.

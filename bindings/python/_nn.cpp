@@ -5,6 +5,7 @@
 #include <pybind11/stl.h>
 
 #include "base/error.hpp"
+#include "base/parallel.hpp"
 #include "nn/fit.hpp"
 #include "nn/network_file.hpp"
 
@@ -23,17 +24,50 @@ py::tuple tuple_of(const nn::Shape& shape) {
   return py::make_tuple(shape.channels, shape.rows, shape.columns);
 }
 
-/// The first axis counts samples.
+/// Raises decid.Error in a process that was forked from one with threads. The record of threads is libdecid's, because
+/// its calls and the ones here share OpenMP's threads: its set_threads() looks there, and here changes nothing.
+void refuse_fork() {
+  py::module_::import("decid._decid").attr("set_threads")(thread_count());
+}
+
+std::string shape_text(const FloatsIn& array) {
+  return py::str(array.attr("shape"));
+}
+
+/// Returns true if a sample's axes, behind the first, are the network's input. Axes of length 1 may be left out.
+bool has_shape_of(const nn::Shape& shape, const FloatsIn& inputs) {
+  std::vector<py::ssize_t> given, wanted;
+  for (py::ssize_t axis = 1; axis < inputs.ndim(); ++axis)
+    if (inputs.shape(axis) != 1) given.push_back(inputs.shape(axis));
+  for (const int extent : {shape.channels, shape.rows, shape.columns})
+    if (extent != 1) wanted.push_back(extent);
+  return given == wanted;
+}
+
+/// The first axis counts samples, which have the network's input shape or are flat.
 int samples_in(const FloatsIn& inputs, const Network& network) {
+  const nn::Shape& shape = network.input_shape();
   const auto count = inputs.ndim() < 2 ? 0 : inputs.shape(0);
-  if (count < 1 || count > 1 << 30 || inputs.size() != count * network.input_shape().size())
-    throw Error(Code::size_mismatch, "inputs",
-                "have " + std::to_string(inputs.size()) + " values in " + std::to_string(count) + " samples",
-                "give one or more samples along the first axis, of the network's input_shape");
+  const bool flat = inputs.ndim() == 2 && inputs.shape(1) == shape.size();
+  if (count < 1 || count > 1 << 30 || !(flat || has_shape_of(shape, inputs)))
+    throw Error(Code::size_mismatch, "inputs", "have the shape " + shape_text(inputs),
+                "give one or more samples along the first axis, each of the network's input_shape " +
+                    std::string(py::str(tuple_of(shape))) + " or flat");
   return static_cast<int>(count);
 }
 
+/// Views the arrays. The first axis of both counts samples.
+nn::Samples samples_of(const FloatsIn& inputs, const FloatsIn& targets, const Network& network) {
+  const int count = samples_in(inputs, network);
+  if (targets.ndim() < 1 || targets.shape(0) != count)
+    throw Error(Code::size_mismatch, "targets",
+                "have the shape " + shape_text(targets) + " where there are " + std::to_string(count) + " inputs",
+                "give a target for each input along the first axis");
+  return {values_of(inputs), values_of(targets), count};
+}
+
 py::array predict(const Network& network, const FloatsIn& inputs) {
+  refuse_fork();
   const auto count = static_cast<py::ssize_t>(samples_in(inputs, network));
   const nn::Shape out = network.output_shape();
   std::vector<py::ssize_t> shape{count, out.channels};
@@ -71,12 +105,11 @@ using Validation = std::optional<std::pair<FloatsIn, FloatsIn>>;
 py::tuple fit(Network& network, const FloatsIn& inputs, const FloatsIn& targets, nn::FitOptions options,
               const std::string& loss, const std::string& optimiser, const Validation& validation,
               const py::object& callback) {
-  const nn::Samples samples(values_of(inputs), values_of(targets), samples_in(inputs, network));
+  refuse_fork();
+  const nn::Samples samples = samples_of(inputs, targets, network);
   options.loss = nn::loss_named(loss);
   options.optimiser = nn::optimiser_named(optimiser);
-  if (validation)
-    options.validation_samples = nn::Samples(values_of(validation->first), values_of(validation->second),
-                                             samples_in(validation->first, network));
+  if (validation) options.validation_samples = samples_of(validation->first, validation->second, network);
   options.after_batch = [](int, int, double) {
     const py::gil_scoped_acquire locked;
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();  // Ctrl-C
@@ -137,7 +170,8 @@ PYBIND11_MODULE(_nn, module) {
       .def("predict", predict)
       .def("accuracy",
            [](const Network& n, const FloatsIn& inputs, const FloatsIn& targets) {
-             const nn::Samples samples(values_of(inputs), values_of(targets), samples_in(inputs, n));
+             refuse_fork();
+             const nn::Samples samples = samples_of(inputs, targets, n);
              const py::gil_scoped_release unlocked;
              return nn::accuracy(n, samples);
            })

@@ -148,8 +148,11 @@ Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpo
     throw Error(Code::file_damaged, where, "is damaged: its content is not what its SHA-256 says",
                 "take an undamaged copy of the file");
   if (checkpoint != nullptr) checkpoint->progress = text("progress");
-  Model model(sim::protocol_from_json(text("protocol"), where), dataset::image_settings_from_json(text("image"), where),
-              text("architecture"), file.metadata.contains("head") ? head_named(text("head"), where) : point_head());
+  dataset::ImageSettings image = dataset::image_settings_from_json(text("image"), where);
+  sim::Protocol protocol = checked(sim::protocol_from_json(text("protocol"), where), image);
+  nn::require_values(file, network_input(dataset::ImageMaker(image, protocol.experiment)), text("architecture"), where);
+  Model model(std::move(protocol), std::move(image), text("architecture"),
+              file.metadata.contains("head") ? head_named(text("head"), where) : point_head());
   model.origin = origin_from_json(text("origin"), where);
   if (file.metadata.contains("log")) model.log = log_from_json(text("log"), where);
   try {

@@ -4,11 +4,10 @@
 //
 // The layer keeps only its input. Backward recomputes the intermediate values, a band of rows at a time that stays in
 // the first-level cache. Memory bandwidth limits this layer, and arithmetic in the cache is nearly free.
-#include <omp.h>
-
 #include <algorithm>
 #include <cmath>
 
+#include "base/parallel.hpp"
 #include "base/per_thread.hpp"
 #include "nn/detail/forward.hpp"
 #include "nn/layers/detail/normalisation.hpp"
@@ -50,14 +49,10 @@ class BatchNormTraining final : public TrainingLayer<T> {
         factors_(channels_),
         sums_(layer.statistics()[0], max_batch),
         fused_(before != nullptr && before->fuse(sums_)) {
-    const std::size_t values = band_values();
-#pragma omp parallel
-    band_scratch<T>().reserve(values);
+    if (norm_.pool) in_each_thread([values = band_values()] { band_scratch<T>().reserve(values); });
   }
 
-  bool diff_may_replace_src() const override {
-    return true;
-  }
+  bool diff_may_replace_src() const override { return true; }
 
   void forward(const TensorView<const T>& src, const TensorView<T>& dst) override {
     measure_batch(src);
@@ -90,9 +85,7 @@ class BatchNormTraining final : public TrainingLayer<T> {
 
  private:
   /// Four, or as many as have 256 columns, 16 KB.
-  int rows_without_pool() const {
-    return std::max(4, 256 / norm_.shape.columns);
-  }
+  int rows_without_pool() const { return std::max(4, 256 / norm_.shape.columns); }
 
   /// diff_src = a dy + b src + c.
   struct Factors {
@@ -114,12 +107,10 @@ class BatchNormTraining final : public TrainingLayer<T> {
       body(Band<T>{rows_of(plane, row, end - row), row, norm_.pool ? i : row});
     }
   }
+  /// The values of the largest band of a layer with a pool.
   std::size_t band_values() const {
-    int rows = rows_without_pool();
-    if (norm_.pool) {
-      const PoolShape& s = norm_.pool->shape;
-      rows = std::max(s.stride_rows, s.src_rows - (s.dst_rows - 1) * s.stride_rows);
-    }
+    const PoolShape& s = norm_.pool->shape;
+    const int rows = std::max(s.stride_rows, s.src_rows - (s.dst_rows - 1) * s.stride_rows);
     return static_cast<std::size_t>(rows) * static_cast<std::size_t>(norm_.shape.columns) * lanes;
   }
   Plane<T> scratch_plane(const Plane<const T>& like) const {
@@ -152,9 +143,7 @@ class BatchNormTraining final : public TrainingLayer<T> {
   }
 
   /// Returns the pivot of the sums of backward.
-  T pivot_of(int channel) const {
-    return static_cast<T>(mean_[static_cast<std::size_t>(channel)]);
-  }
+  T pivot_of(int channel) const { return static_cast<T>(mean_[static_cast<std::size_t>(channel)]); }
   double values_a_channel(const TensorView<const T>& src) const {
     const int batch = this->all_reduce() != nullptr ? this->all_reduce()->batch() : src.batch();
     return static_cast<double>(batch) * norm_.shape.rows * norm_.shape.columns;

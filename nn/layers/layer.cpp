@@ -2,7 +2,6 @@
 #include "nn/layers/layer.hpp"
 
 #include <algorithm>
-#include <utility>
 
 #include "nn/operation.hpp"
 
@@ -13,42 +12,35 @@ std::string pair(int a, int b) {
   return std::to_string(a) + "x" + std::to_string(b);
 }
 
-template <class T>
-Parameter<T> parameter(const std::string& name, std::vector<int> shape, int fan_in, T initial) {
-  std::size_t count = 1;
-  for (const int extent : shape) count *= static_cast<std::size_t>(extent);
-  return {name, std::move(shape), fan_in, initial, fan_in > 0, std::vector<T>(count, initial)};
+/// The trained tensors of a kind, without their values.
+std::vector<OperationParameter> described_parameters(const LayerKind& kind) {
+  if (const auto* conv = std::get_if<Conv2d>(&kind)) {
+    const Conv2dShape& s = conv->shape;
+    return {{"weight", {s.dst_channels, s.src_channels, s.kernel_rows, s.kernel_columns}, conv->taps(), 0},
+            {"bias", {s.dst_channels}, 0, 0}};
+  }
+  if (const auto* fc = std::get_if<FullyConnected>(&kind))
+    return {{"weight", {fc->outputs, fc->input.size()}, fc->input.size(), 0}, {"bias", {fc->outputs}, 0, 0}};
+  if (const auto* norm = std::get_if<BatchNorm>(&kind))
+    return {{"gamma", {norm->shape.channels}, 0, 1}, {"beta", {norm->shape.channels}, 0, 0}};
+  if (const auto* extension = std::get_if<Extension>(&kind)) return extension->operation->parameters();
+  return {};
 }
 
-/// A list in braces would copy them.
-template <class T>
-std::vector<Parameter<T>> both(Parameter<T> first, Parameter<T> second) {
-  std::vector<Parameter<T>> all;
-  all.reserve(2);
-  all.push_back(std::move(first));
-  all.push_back(std::move(second));
-  return all;
+std::size_t value_count(const OperationParameter& parameter) {
+  std::size_t count = 1;
+  for (const int extent : parameter.shape) count *= static_cast<std::size_t>(extent);
+  return count;
 }
 
 template <class T>
 std::vector<Parameter<T>> parameters_of(const LayerKind& kind) {
-  if (const auto* conv = std::get_if<Conv2d>(&kind)) {
-    const Conv2dShape& s = conv->shape;
-    return both(
-        parameter("weight", {s.dst_channels, s.src_channels, s.kernel_rows, s.kernel_columns}, conv->taps(), T(0)),
-        parameter("bias", {s.dst_channels}, 0, T(0)));
+  std::vector<Parameter<T>> all;
+  for (const OperationParameter& p : described_parameters(kind)) {
+    const T initial = static_cast<T>(p.initial);
+    all.push_back({p.name, p.shape, p.fan_in, initial, p.fan_in > 0, std::vector<T>(value_count(p), initial)});
   }
-  if (const auto* fc = std::get_if<FullyConnected>(&kind))
-    return both(parameter("weight", {fc->outputs, fc->input.size()}, fc->input.size(), T(0)),
-                parameter("bias", {fc->outputs}, 0, T(0)));
-  if (const auto* norm = std::get_if<BatchNorm>(&kind))
-    return both(parameter("gamma", {norm->shape.channels}, 0, T(1)),
-                parameter("beta", {norm->shape.channels}, 0, T(0)));
-  std::vector<Parameter<T>> own;
-  if (const auto* extension = std::get_if<Extension>(&kind))
-    for (const OperationParameter& p : extension->operation->parameters())
-      own.push_back(parameter(p.name, p.shape, p.fan_in, static_cast<T>(p.initial)));
-  return own;
+  return all;
 }
 
 template <class T>
@@ -61,6 +53,12 @@ std::vector<RunningStatistics<T>> statistics_of(const LayerKind& kind) {
 }
 
 }  // namespace
+
+std::size_t parameter_count(const LayerKind& kind) {
+  std::size_t count = 0;
+  for (const OperationParameter& p : described_parameters(kind)) count += value_count(p);
+  return count;
+}
 
 Shape Extension::src() const {
   return operation->src();

@@ -3,6 +3,7 @@
 // (nn/operation.hpp), one file; the kinds here are those that are fused, or need kernels of their own.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <span>
@@ -130,6 +131,9 @@ struct Extension {
 };
 
 using LayerKind = std::variant<Conv2d, FullyConnected, BatchNorm, Relu, Pool, StatisticsPool, Branch, Join, Extension>;
+
+/// Returns the number of trained values of a layer of this kind.
+std::size_t parameter_count(const LayerKind& kind);
 
 /// A trained tensor.
 template <class T>

@@ -68,9 +68,9 @@ class TrainingLayer {
   AllReduce<T>* all_reduce_ = nullptr;
 };
 
-/// Makes `layer` trainable, with the memory for up to `max_batch` samples; no later call allocates. If it is a
-/// BatchNorm, `before`, unless null, is fused with it; if it is a ReLU, it overwrites that layer's output if it may.
-/// `open`: the open skips of the layer's chain.
+/// Makes `layer` trainable, with the memory for up to `max_batch` samples; see Trainer for what allocates later. If it
+/// is a BatchNorm, `before`, unless null, is fused with it; if it is a ReLU, it overwrites that layer's output if it
+/// may. `open`: the open skips of the layer's chain.
 template <class T>
 std::unique_ptr<TrainingLayer<T>> make_training_layer(Layer<T>& layer, int max_batch, TrainingLayer<T>* before,
                                                       OpenSkips<T>& open);

@@ -8,8 +8,9 @@
 
 namespace decid::nn {
 
-/// Runs batches. Allocates only in the constructor. More than one block of 16 samples per thread gains nothing: more
-/// activations leave the cache before they are read.
+/// Runs batches. After construction only these layers allocate: convolutions with groups or dilation, layernorm, and
+/// registered layers with parameters. More than one block of 16 samples per thread gains nothing: more activations
+/// leave the cache before they are read.
 template <class T>
 class BatchExecutor {
  public:

@@ -28,7 +28,8 @@ class Loss {
 /// Returns the mean over outputs of (output - target)^2.
 std::shared_ptr<const Loss> squared_error();
 /// Returns -log of the target's class in softmax(output), with decid's own exp and log: the same bits everywhere. The
-/// target is one value, the number of the class from 0; sample() throws Error for any other.
+/// target is one value, the number of the class from 0; sample() throws Error for any other. NaN if an output is not
+/// finite.
 std::shared_ptr<const Loss> cross_entropy();
 /// Returns the mean over outputs of e^2 / 2 for |e| <= delta, else delta (|e| - delta / 2), e = output - target. Huber,
 /// "Robust estimation of a location parameter", 1964. Throws Error unless delta > 0.

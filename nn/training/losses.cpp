@@ -1,6 +1,7 @@
 // The losses of nn/training/loss.hpp, a sample at a time.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -37,6 +38,11 @@ class CrossEntropy final : public Loss {
       throw Error(Code::setting_out_of_range, "cross-entropy",
                   format("has class %g as a target where the network has %zu outputs", wanted, output.size()),
                   format("number classes from 0 to %zu", output.size() - 1));
+    // max_element() may pass over NaN, and decid's log of NaN is a number.
+    if (!std::ranges::all_of(output, [](double value) { return std::isfinite(value); })) {
+      std::ranges::fill(diff, std::numeric_limits<double>::quiet_NaN());
+      return std::numeric_limits<double>::quiet_NaN();
+    }
     const double largest =
         *std::max_element(output.begin(), output.end());  // softmax may shift by it: exp stays finite
     double sum = 0;

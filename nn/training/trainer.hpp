@@ -22,8 +22,9 @@ class TrainingLayer;
 template <class T>
 class AllReduce;
 
-/// One step: load input(), forward(), put the loss's derivative into output_diff(), backward(), step(). Only threads
-/// that join later allocate after construction, once each.
+/// One step: load input(), forward(), put the loss's derivative into output_diff(), backward(), step(). After
+/// construction only these allocate: threads that join later, once each; convolutions with groups or dilation; sums
+/// over other processes.
 template <class T>
 class Trainer {
  public:

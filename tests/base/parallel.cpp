@@ -45,6 +45,16 @@ TEST_CASE("parallel_for: each index once, for any number of threads, with a team
   }
 }
 
+TEST_CASE("in_each_thread: once in each thread, and exceptions reach the caller") {
+  for (const int threads : {1, 3}) {
+    const Threads set(threads);
+    std::atomic<int> calls{0};
+    in_each_thread([&] { ++calls; });
+    CHECK(calls == threads);
+    CHECK_THROWS_AS(in_each_thread([] { throw std::length_error("body"); }), std::length_error);
+  }
+}
+
 TEST_CASE("with_team: threads that sleep between loops join again, loops within loops run") {
   const Threads set(2);
   std::atomic<int> sum{0};

@@ -49,6 +49,18 @@ TEST_CASE("Network: parameters and operations of the reference networks") {
                          plane4 * 128 * 4 + 2 * plane4 * 128 * 1152 + 3 * plane4 * 128 + plane4 * 128 + 2 * 128 * 7);
 }
 
+TEST_CASE("parameter_count: of a text, as of the network") {
+  for (const char* text : {"conv 8 3x3 pad 1; batchnorm; relu; avgpool 2; fc 7", "conv 6 3x3 groups 2; layernorm; gelu",
+                           "residual { conv 2 1x1; concat { tanh } ; conv 2 1x1 }; statspool; fc 3", "maxpool 2"})
+    CHECK(parameter_count({2, 8, 8}, text) == Network<float>({2, 8, 8}, text).parameter_count());
+  // A terabyte, of which nothing is allocated.
+  std::string lines;
+  for (int i = 0; i < 1024; ++i) lines += "fc 16384;";
+  CHECK(parameter_count({16384, 1, 1}, lines) == 1024ULL * (16384ULL * 16384 + 16384));
+  check_error([] { parameter_count({0, 1, 1}, "fc 3"); }, decid::Code::setting_out_of_range);
+  check_error([] { parameter_count({1, 1, 1}, "softsign"); }, decid::Code::setting_malformed);
+}
+
 TEST_CASE("Network: the architecture's text") {
   const Network<float> network({2, 8, 8}, "\n conv 4 3x3 pad 1;;relu \r\n; maxpool 2\n\nfc 3;");
   const std::string complete = "conv 4 3x3 stride 1x1 pad 1x1\nrelu\nmaxpool 2x2 stride 2x2\nfc 3";

@@ -133,7 +133,9 @@ TEST_CASE("safetensors: a network returns to the bit, running statistics and mom
   const std::string bytes = to_safetensors(file);
   Network<float> other({1, 4, 4}, network.architecture());
   MomentumBuffers<float> other_buffers;
+  const float* const place = other.parameters()[0]->value.data();
   load_network(other, from_safetensors(bytes, "m"), "m", &other_buffers);
+  CHECK(other.parameters()[0]->value.data() == place);  // arrays of Python are views of it
   CHECK(weights_sha256(other) == weights_sha256(network));
   REQUIRE(other_buffers.size() == network.parameters().size());
   for (std::size_t k = 0; k < network.parameters().size(); ++k) {

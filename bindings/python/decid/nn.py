@@ -6,7 +6,8 @@
     scores = net.predict(others)
     net.save("net.safetensors")
 
-Arrays have a sample along the first axis and become float32. Equal arguments give equal bits, for any number of threads.
+Arrays have a sample along the first axis and become float32. Behind it inputs have the network's input_shape, where
+axes of length 1 may be left out, or are flat. Equal arguments give equal bits, for any number of threads.
 docs/guide/engine.md lists layers, losses, optimisers and options. Bad input raises decid.Error.
 """
 from dataclasses import dataclass
@@ -64,11 +65,11 @@ class Network:
 
     @property
     def tensors(self) -> dict[str, np.ndarray]:
-        """Weights and running statistics by name: views, to read and to write."""
+        """Weights and running statistics by name: views, to read and to write, which stay so in fit()."""
         return self._network.tensors
 
     def initialise(self, seed: int = 1) -> None:
-        """Draws new weights (He et al., 2015). fit() does so for a network whose weights are all 0."""
+        """Draws new weights (He et al., 2015). fit() does so for a network whose values are all as new."""
         self._network.initialise(seed)
 
     def fit(self, inputs, targets, *, loss: str = "squared-error", optimiser: str = "adamw", epochs: int = 10,

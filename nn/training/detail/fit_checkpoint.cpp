@@ -94,15 +94,15 @@ void save_checkpoint(const Network<float>& network, const FitState& state, const
 void load_checkpoint(Network<float>& network, FitState& state, const std::string& description,
                      const std::string& path) {
   TensorFile file = from_safetensors(read_file(path), path);
-  const auto text = [&](const char* key) {
+  const auto text = [&](const std::string& key) {
     return file.metadata.contains(key) ? file.metadata.at(key) : std::string();
   };
   if (text(content_hash_key) != content_sha256(file))
     throw Error(Code::file_damaged, path, "is not a checkpoint of a fit, or is damaged",
                 "delete it to train from the beginning");
   const std::string remedy = "give the network and options it was begun with, or delete it to train from the beginning";
-  if (text(architecture_key) != network.architecture())
-    throw Error(Code::file_differs, path, "is of another network", remedy);
+  for (const auto& [key, value] : network_metadata(network))
+    if (text(key) != value) throw Error(Code::file_differs, path, "is of another network", remedy);
   if (text(settings_key) != description)
     throw Error(Code::file_differs, path,
                 "is of a fit with other options: " + text(settings_key) + "; here " + description, remedy);

@@ -1,4 +1,5 @@
 """decid.nn: trains, predicts, saves; the same bits for any threads; what it refuses."""
+import multiprocessing
 import os
 import subprocess
 import sys
@@ -25,6 +26,13 @@ def data(count=240):
     for image, label in zip(images, labels):
         image[0, :, 2 * label : 2 * label + 2] += 3
     return images, labels
+
+
+def call_in_child(method):
+    images, labels = data(30)
+    net = nn.Network((1, 6, 6), TEXT)
+    {"fit": lambda: net.fit(images, labels, loss="cross-entropy", epochs=1), "predict": lambda: net.predict(images),
+     "accuracy": lambda: net.accuracy(images, labels)}[method]()
 
 
 class Networks(unittest.TestCase):
@@ -111,6 +119,44 @@ class Networks(unittest.TestCase):
             with self.assertRaises(Stop):
                 fitted(checkpoint=path, callback=stop)
             self.assertEqual(fitted(checkpoint=path), fitted())
+
+    def test_tensors_stay_views_in_a_fit_that_goes_on(self):
+        images, labels = data(60)
+        net = nn.Network((1, 6, 6), TEXT)
+        views = net.tensors
+        with tempfile.TemporaryDirectory() as folder:
+            for _ in range(2):
+                net.fit(images, labels, loss="cross-entropy", epochs=1, batch=20, average=0.9, patience=1,
+                        checkpoint=Path(folder) / "checkpoint")
+        for name, tensor in net.tensors.items():
+            self.assertTrue(np.shares_memory(views[name], tensor), name)
+
+    def test_axes(self):
+        net = nn.Network((2, 3, 1), "fc 3")
+        net.initialise(1)
+        inputs, targets = np.arange(24.0).reshape(4, 2, 3, 1), np.zeros((4, 3))
+        expected = net.predict(inputs)
+        for shape in ((4, 2, 3), (4, 6), (4, 1, 2, 3)):
+            np.testing.assert_array_equal(net.predict(inputs.reshape(shape)), expected)
+        net.fit(inputs, targets, epochs=1, validation=(inputs, targets))
+        net.fit(inputs, [0, 1, 2, 0], loss="cross-entropy", epochs=1, validation=0)
+        for call in (lambda: net.predict(inputs.reshape(4, 3, 2)), lambda: net.predict(inputs.reshape(4, 3, 1, 2)),
+                     lambda: net.predict(inputs.reshape(8, 3)), lambda: net.predict(inputs.reshape(24)),
+                     lambda: net.fit(inputs, targets.T), lambda: net.fit(inputs, targets.ravel()),
+                     lambda: net.fit(inputs, targets, validation=(inputs, targets.T)),
+                     lambda: net.accuracy(inputs, np.zeros((2, 2))), lambda: net.accuracy(inputs, 0.0)):
+            with self.assertRaises(decid.Error) as raised:
+                call()
+            self.assertEqual(raised.exception.code, "size_mismatch")
+
+    def test_a_fork_is_refused(self):
+        decid.set_threads(2)
+        images, _ = data(30)
+        nn.Network((1, 6, 6), TEXT).predict(images)
+        with multiprocessing.get_context("fork").Pool(1) as pool:
+            for method in ("fit", "predict", "accuracy"):
+                with self.assertRaisesRegex(decid.Error, "forked"):
+                    pool.apply_async(call_in_child, (method,)).get(10)
 
     def test_refusals(self):
         images, labels = data(30)

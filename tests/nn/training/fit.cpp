@@ -81,6 +81,16 @@ class SignDescent final : public Optimiser {
   std::string text() const override { return "sign-descent"; }
 };
 
+/// Leaves no weight finite.
+class Exploding final : public Optimiser {
+ public:
+  void update(const Values& v, double, long long) const override {
+    std::fill_n(v.value, v.count, std::numeric_limits<float>::infinity());
+  }
+  int memory() const override { return 0; }
+  std::string text() const override { return "exploding"; }
+};
+
 }  // namespace
 
 TEST_CASE("fit: learns classes with each optimiser, one from outside among them") {
@@ -177,6 +187,37 @@ TEST_CASE("fit: goes on from a checkpoint to the bits of a training that was not
   std::filesystem::remove(o.checkpoint);
 }
 
+TEST_CASE("fit: a checkpoint of another input is refused") {
+  FitOptions o = options();
+  o.epochs = 1;
+  o.checkpoint = scratch("input");
+  const Samples ones(count, [](int, const decid::Random*, std::span<float> input, std::span<float> target) {
+    std::ranges::fill(input, 1.0F);
+    target[0] = 0;
+  });
+  const char* all_sizes = "conv 3 3x3; globalavgpool";
+  Network<float> small({1, 4, 4}, all_sizes), large({1, 5, 5}, all_sizes);
+  fit(small, ones, o);
+  check_error([&] { fit(large, ones, o); }, decid::Code::file_differs);
+  std::filesystem::remove(o.checkpoint);
+}
+
+TEST_CASE("fit: a stop leaves the weights that the log names") {
+  FitOptions o = options();
+  o.average = 0.9;
+  o.validation_samples = Samples(std::span(data().inputs).first(720), std::span(data().targets).first(20), 20);
+  for (const int patience : {0, 3}) {
+    o.patience = patience;
+    int batches = 0;  // 12 an epoch; with patience the stop is within the second
+    o.after_batch = [&](int, int, double) { return ++batches != (patience > 0 ? 15 : 12); };
+    const Fitted f = fitted(o);
+    CHECK_FALSE(f.log.finished);
+    REQUIRE(f.log.epochs.size() == 1);
+    CHECK(f.log.kept == 1);
+    CHECK(mean_loss(f.network, *o.validation_samples, *o.loss) == f.log.epochs[0].validation_loss);
+  }
+}
+
 TEST_CASE("fit: patience stops and keeps the best epoch") {
   FitOptions o = options();
   o.epochs = 50;
@@ -203,6 +244,41 @@ TEST_CASE("fit: frozen lines stay, weights that are there are not initialised") 
   for (std::size_t k = 0; k < 4; ++k) CHECK(network.parameters()[k]->value == before.parameters()[k]->value);
   CHECK(network.parameters()[4]->value != before.parameters()[4]->value);
   CHECK(network.layers()[1].statistics()[0].value != before.layers()[1].statistics()[0].value);
+}
+
+TEST_CASE("fit: values that are not as new are not initialised, weights of 0 among them") {
+  FitOptions o = options();
+  o.epochs = 1;
+  o.frozen_lines = 1;
+  const Samples three(std::span(data().inputs).first(3 * count), data().targets, count);
+  for (const char* line : {"layernorm", "fc 3"}) {
+    Network<float> network({3, 1, 1}, line);
+    network.parameters()[1]->value = {1, 2, 3};
+    const std::string before = weights_sha256(network);
+    fit(network, three, o);
+    CHECK(weights_sha256(network) == before);
+  }
+}
+
+TEST_CASE("fit: weights and a validation loss that are not finite are errors") {
+  FitOptions o = options();
+  o.epochs = 1;
+  o.batch = count;  // one batch, whose loss is finite
+  o.optimiser = std::make_shared<Exploding>();
+  check_error([&] { fitted(o); }, decid::Code::diverged, "validation");
+  o.validation = 0;
+  check_error([&] { fitted(o); }, decid::Code::diverged, "weight");
+}
+
+TEST_CASE("accuracy: outputs that are not finite are wrong") {
+  Network<float> network({1, 1, 1}, "fc 3");
+  const std::vector<float> input{1}, target{0};
+  for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    network.parameters()[1]->value = {1, 0, 0};
+    CHECK(accuracy(network, {input, target, 1}) == 1);
+    network.parameters()[1]->value[0] = bad;
+    CHECK(accuracy(network, {input, target, 1}) == 0);
+  }
 }
 
 TEST_CASE("fit: validation samples are not trained on, or are those that are given") {
@@ -309,11 +385,17 @@ TEST_CASE("network files: read back what was written, and are refused if damaged
   bytes.back() ^= 1;
   decid::write_file(path, bytes);
   check_error([&] { read_network(path); }, decid::Code::file_damaged);
-  for (const std::string input : {"2,5", "2,5,4,1", "x", "0,5,4", ""}) {
+  for (const std::string input : {"2,5", "2,5,4,1", "x", "0,5,4", "", "2,5,", ",,", "2,5,4x", "99999999999,1,1"}) {
     TensorFile file = to_tensors(net);
     file.metadata[input_key] = input;
     CHECK_THROWS_AS(from_tensors(std::move(file), "test"), decid::Error);
   }
+  const Network<float> tall({1, 1000000, 1}, "conv 1 1x1");
+  CHECK(from_tensors(to_tensors(tall), "test").input_shape() == tall.input_shape());
+  // 2 GB of weights, of which the file has none: refused by their number, not by the first that is missing.
+  TensorFile promised;
+  promised.metadata = {{architecture_key, "fc 65536;fc 4096"}, {input_key, "4096,1,1"}};
+  check_error([&] { from_tensors(std::move(promised), "test"); }, decid::Code::file_damaged, "536940544");
   TensorFile without = to_tensors(net);
   CHECK(is_network(without));
   without.metadata.erase(input_key);

@@ -97,6 +97,20 @@ TEST_CASE("losses: figures of PyTorch") {
   CHECK(cross_entropy()->sample(std::vector<double>{2000, 0, 0, 0}, second, diff) == 2000);
 }
 
+TEST_CASE("losses: an output that is not finite gives no finite loss") {
+  const double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
+  std::vector<double> diff(3);
+  for (const double bad : {nan, infinity, -infinity})
+    for (std::size_t place = 0; place < 3; ++place) {
+      std::vector<double> output{1, 2, 3};
+      output[place] = bad;
+      CHECK(std::isnan(cross_entropy()->sample(output, std::vector<double>{1}, diff)));
+      for (const double d : diff) CHECK(std::isnan(d));
+      CHECK_FALSE(std::isfinite(squared_error()->sample(output, std::vector<double>(3), diff)));
+      CHECK_FALSE(std::isfinite(huber()->sample(output, std::vector<double>(3), diff)));
+    }
+}
+
 TEST_CASE("losses: targets that do not fit are refused") {
   std::vector<double> diff(3);
   const std::vector<double> output(3);

@@ -19,19 +19,20 @@
 using namespace decid::nn;
 using namespace decid::nn::testing;
 
-// Counts every allocation of the program; sanitizers have operators of their own. Not inlined: g++ 12 would take
-// malloc() or free() in the place of one for a mistake.
+// Counts every allocation of the program, and refuses large ones; sanitizers have operators of their own. Not inlined:
+// g++ 12 would take malloc() or free() in the place of one for a mistake.
 [[maybe_unused]] static std::atomic<long> allocations{0};
+[[maybe_unused]] static std::atomic<std::size_t> max_bytes{~std::size_t{0}};
 #ifndef DECID_SANITIZED
 [[gnu::noinline]] void* operator new(std::size_t size) {
   ++allocations;
-  if (void* p = std::malloc(size > 0 ? size : 1)) return p;
+  if (void* p = size > max_bytes ? nullptr : std::malloc(size > 0 ? size : 1)) return p;
   throw std::bad_alloc();
 }
 [[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment) {
   ++allocations;
   const auto align = static_cast<std::size_t>(alignment);
-  if (void* p = std::aligned_alloc(align, (size + align) / align * align)) return p;
+  if (void* p = size > max_bytes ? nullptr : std::aligned_alloc(align, (size + align) / align * align)) return p;
   throw std::bad_alloc();
 }
 [[gnu::noinline]] void operator delete(void* p) noexcept {
@@ -296,6 +297,27 @@ TEST_CASE("training: threads that came after the trainer have their memory too")
 // every model trains to, and is a new version of the program.
 TEST_CASE("training: pinned bits of 50 steps from seed 1") {
   CHECK(train_small(50).sha256 == "531d03fff66e4df54207e485c5495f27f511e7e607a2f00674e6cf666af1f30c");
+}
+
+TEST_CASE("training: BatchNorm has scratch only with a pool, and reports that there is no memory for it") {
+#ifdef DECID_SANITIZED
+  MESSAGE("a sanitizer owns operator new: nothing is refused");
+#else
+  const auto is_made = [](Shape shape, const std::vector<std::string>& lines) {
+    std::vector<Layer<float>> layers = make_layers<float>(shape, lines);
+    max_bytes = 1U << 18U;
+    bool made = true;
+    try {
+      make_training_layer<float>(layers.front(), 1);
+    } catch (const std::bad_alloc&) {
+      made = false;
+    }
+    max_bytes = ~std::size_t{0};
+    return made;
+  };
+  CHECK(is_made({1, 1, 4096}, {"batchnorm"}));                          // bands of 1 MB
+  CHECK_FALSE(is_made({1, 4096, 64}, {"batchnorm", "globalavgpool"}));  // one of 16 MB
+#endif
 }
 
 TEST_CASE("training: a step allocates nothing") {
