@@ -7,6 +7,7 @@
 #include "base/error.hpp"
 #include "base/math/statistics.hpp"
 #include "base/setting.hpp"
+#include "recording/quality/block_means.hpp"
 #include "recording/table/candidates.hpp"
 #include "recording/table/columns.hpp"
 #include "recording/table/trials.hpp"
@@ -211,6 +212,42 @@ std::vector<double> sway_of(const std::vector<double>& leg, const std::vector<do
   return sway;
 }
 
+/// Returns the standard deviation of block means about their line: without a sensor's noise, offset and drift.
+double slow_deviation(const std::vector<double>& values) {
+  constexpr std::size_t blocks = 240;
+  std::vector<double> means = block_means(values, std::max<std::size_t>(1, values.size() / blocks));
+  std::erase_if(means, [](double value) { return std::isnan(value); });
+  if (means.size() < 3) return 0.0;
+  const double middle = 0.5 * static_cast<double>(means.size() - 1), centre = mean(means);
+  double with_place = 0.0, places = 0.0;
+  for (std::size_t i = 0; i < means.size(); ++i) {
+    const double place = static_cast<double>(i) - middle;
+    with_place += place * (means[i] - centre);
+    places += place * place;
+  }
+  double squares = 0.0;
+  for (std::size_t i = 0; i < means.size(); ++i) {
+    const double off = means[i] - centre - with_place / places * (static_cast<double>(i) - middle);
+    squares += off * off;
+  }
+  return std::sqrt(squares / static_cast<double>(means.size()));
+}
+
+/// Returns the sway of both segments. Warns if the hip moves, because the model is one segment.
+std::vector<double> join_segments(const std::vector<double>& leg, const std::vector<double>& trunk,
+                                  Recording& recording) {
+  constexpr double max_ratio = 0.2;
+  std::vector<double> sway = sway_of(leg, trunk), hip(leg.size());
+  for (std::size_t k = 0; k < hip.size(); ++k) hip[k] = trunk[k] - leg[k];
+  const double of_hip = slow_deviation(hip), of_sway = slow_deviation(sway);
+  if (of_hip > max_ratio * of_sway)
+    add_caution(recording.warnings, "hip_moves",
+                "the hip angle varies by " + three_digits(of_hip / sim::rad_per_deg) + " degrees rms, the sway by " +
+                    three_digits(of_sway / sim::rad_per_deg) +
+                    ": the model is one segment, so these values are biased, most of all stiffness and delay");
+  return sway;
+}
+
 /// Removes steps of about 360 degrees, which programs cause that keep angles within one turn.
 void unwrap(std::vector<double>& rad, const std::string& name, Recording& recording) {
   constexpr double turn = 360.0 * sim::rad_per_deg, margin = 60.0 * sim::rad_per_deg;
@@ -378,8 +415,8 @@ Signal<double> read_sway(const Table& table, const SwaySource& source, const Rec
   }
   if (source.kind == Kind::segments) {
     sway.column += ", " + full_name(table, columns[1]);
-    sway.rad = sway_of(read_angles(table, columns[0], options, read, recording),
-                       read_angles(table, columns[1], options, read, recording));
+    sway.rad = join_segments(read_angles(table, columns[0], options, read, recording),
+                             read_angles(table, columns[1], options, read, recording), recording);
     return sway;
   }
   std::vector<std::vector<double>> positions;
@@ -408,8 +445,8 @@ Signal<double> read_sway(const Table& table, const SwaySource& source, const Rec
   const sim::Segments segments = sim::make_segments({.height_m = *options.body_height_m});
   std::vector<double> between(positions[0].size());
   for (std::size_t k = 0; k < between.size(); ++k) between[k] = positions[1][k] - positions[0][k];
-  sway.rad = sway_of(angles(positions[0], segments.leg_length_m, "the hip", where),
-                     angles(between, segments.trunk_length_m, "the shoulder", where));
+  sway.rad = join_segments(angles(positions[0], segments.leg_length_m, "the hip", where),
+                           angles(between, segments.trunk_length_m, "the shoulder", where), recording);
   return sway;
 }
 

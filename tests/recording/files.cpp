@@ -3,6 +3,9 @@
 #include <set>
 #include <string>
 
+#include "base/math/math.hpp"
+#include "base/math/random.hpp"
+#include "base/text.hpp"
 #include "recording/formats/csv.hpp"
 #include "recording/formats/encoding.hpp"
 #include "recording/table/cells.hpp"
@@ -340,6 +343,26 @@ TEST_CASE("leg and trunk, or hip and shoulder, make the sway of the centre of ma
   CHECK(codes(by_number, "time,HIP_x (m),C7 X (m),ANK_y_m").contains("axes_differ"));
   CHECK_FALSE(codes(by_number, "time,HIP_x (m),C7 X (m),ANK.x_m").contains("axes_differ"));
   check_error(reading(text, {.leg_column = "2", .trunk_column = "no"}), Code::column_missing, "'no'");
+}
+
+TEST_CASE("a hip that moves is warned of, two sensors of one segment are not") {
+  // Leg and trunk of 1 degree; the trunk also has another share of it, a drift, an offset, and both have noise.
+  const auto warned = [](double share) {
+    std::string text = "time,leg_deg,trunk_deg\n";
+    const Random random(3, Stream::user, 0);
+    for (int k = 0; k < 4800; ++k) {
+      const double sway = sin(0.01 * k), drift = 0.3 + 1e-4 * k;
+      text += format("%.2f,%.5f,%.5f\n", 0.01 * k, sway + 0.02 * random.normal(2 * static_cast<std::uint64_t>(k)),
+                     (1.0 + share) * sway + drift + 0.02 * random.normal(2 * static_cast<std::uint64_t>(k) + 1));
+    }
+    for (const Warning& warning : read(text, {.leg_column = "leg_deg", .trunk_column = "trunk_deg"}).warnings)
+      if (warning.code == "hip_moves") return true;
+    return false;
+  };
+  CHECK_FALSE(warned(0.0));
+  CHECK_FALSE(warned(0.1));
+  CHECK(warned(0.4));
+  CHECK(warned(-0.4));
 }
 
 TEST_CASE("positions without a unit are read as degrees with a caution, angles without one") {
