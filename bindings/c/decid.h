@@ -120,7 +120,7 @@ DECID_API const decid_parameter_info* decid_protocol_parameter(const decid_proto
 /* Simulates recorded trials of the single pendulum, trial i with the noise of seed + i: the bits of `decid simulate
    --seed`. parameters: trials x decid_protocol_parameters values, in SI units; sway_rad: trials
    x samples values, NaN from where a body falls. stood: trials values, 1 unless the body fell; NULL: a fall is
-   DECID_BAD_INPUT. */
+   DECID_BAD_INPUT, and sway_rad stays as it was. */
 DECID_API decid_status decid_simulate(const decid_protocol* protocol, const double* parameters, size_t trials,
                                       uint64_t seed, double* sway_rad, unsigned char* stood);
 
@@ -170,12 +170,12 @@ typedef enum decid_unit {
 
 typedef struct decid_read_options {
   size_t size;
-  const char* column;      /* of the sway, its name or its number from 1; NULL: found by name */
-  int unit;                /* a decid_unit; DECID_BY_NAME: from the column's name, else degrees */
-  double rate_hz;          /* 0: from the column of time */
-  double fill_gaps_s;      /* missing values up to this long are interpolated; 0: refused */
-  const char* tilt_column; /* of the platform's measured tilt; NULL: found by name; "none": not read */
-  int tilt_unit;
+  const char* column;           /* of the sway, its name or its number from 1; NULL: found by name */
+  int unit;                     /* a decid_unit; DECID_BY_NAME: from the column's name, else degrees */
+  double rate_hz;               /* 0: from the column of time */
+  double fill_gaps_s;           /* missing values up to this long, to 60, are interpolated; 0: refused */
+  const char* tilt_column;      /* of the platform's measured tilt; NULL: found by name; "none": not read */
+  int tilt_unit;                /* a decid_unit of angles, or DECID_BY_NAME */
   int invert_sway, invert_tilt; /* 1: positive against the protocol's direction */
   int skip_lines;               /* of a text file, above its table; -1: found */
   /* The sway's sources where there is no column of it (docs/guide/recordings.md, markers or segments); 0 and NULL:

@@ -189,6 +189,9 @@ std::vector<decid::posterior::ParameterPrior> parameter_priors(const decid_fit_o
 std::unique_ptr<decid_result> fit(const decid_model& model, const decid_recording& recording,
                                   const decid_fit_options& asked) {
   constexpr const char* where = "decid_fit";
+  if (asked.max_draws < 8)
+    throw decid::Error(decid::Code::setting_out_of_range, where, decid::format("max_draws is %d", asked.max_draws),
+                       "give 8 or more");
   decid::sim::Protocol protocol = asked.protocol != nullptr ? asked.protocol->protocol() : model.model.protocol;
   std::optional<decid::sim::Body> body = make_body(asked.mass_kg, asked.height_m, where);
   // A protocol of one's own may describe it.

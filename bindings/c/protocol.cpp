@@ -35,13 +35,14 @@ void simulate(const decid_protocol& given_protocol, const double* parameters, st
   if (trials > std::size_t{1} << 30)
     throw decid::Error(decid::Code::setting_out_of_range, "decid_simulate", "too many trials",
                        "give a thousand at a time");
-  std::vector<double> end_s(trials, -1.0);  // of those that fall
+  std::vector<double> rows(trials * samples);  // so that an error changes nothing
+  std::vector<double> end_s(trials, -1.0);     // of those that fall
   simulator.run_all(
       static_cast<int>(trials),
       [&](int index) { return trial_input(parameters, count, static_cast<std::size_t>(index), seed); },
       [&](int index, const decid::sim::Outcome& outcome, std::span<double> sway) {
         const auto trial = static_cast<std::size_t>(index);
-        double* const row = sway_rad + trial * samples;
+        double* const row = rows.data() + trial * samples;
         if (outcome.valid) {
           decid::sim::record(simulator.protocol(), seed + trial, 0, sway);
           std::copy(sway.begin(), sway.end(), row);
@@ -54,14 +55,14 @@ void simulate(const decid_protocol& given_protocol, const double* parameters, st
         std::fill(row + standing, row + samples, std::numeric_limits<double>::quiet_NaN());
       });
   for (std::size_t trial = 0; trial < trials; ++trial) {
-    if (stood != nullptr)
-      stood[trial] = end_s[trial] < 0.0 ? 1 : 0;
-    else if (end_s[trial] >= 0.0)
+    if (stood == nullptr && end_s[trial] >= 0.0)
       throw decid::Error(decid::Code::body_falls, "decid_simulate",
                          decid::format("the body of trial %zu leaves 5 degrees after %.2f s", trial, end_s[trial]),
                          "raise Kp or Kd, lower Nv, the delay or the tilt, or take `stood`, which says which trials "
                          "stand");
+    if (stood != nullptr) stood[trial] = end_s[trial] < 0.0 ? 1 : 0;
   }
+  std::ranges::copy(rows, sway_rad);
 }
 
 decid_status load(const char* name_or_path, const char* controller, decid_protocol** protocol, const char* where) {

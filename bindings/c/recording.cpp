@@ -30,6 +30,23 @@ std::optional<Unit> unit_of(int unit, const char* where) {
                      "give a value of decid_unit");
 }
 
+/// Returns the unit of a tilt, which is an angle. Throws Error for a unit of positions.
+std::optional<Unit> tilt_unit_of(int unit, const char* where) {
+  const std::optional<Unit> angle = unit_of(unit, where);
+  if (!angle && unit != DECID_BY_NAME)
+    throw decid::Error(decid::Code::unit_unknown, where,
+                       decid::format("tilt_unit is %d, a unit of positions, and a tilt is an angle", unit),
+                       "give DECID_DEGREES, DECID_RADIANS, DECID_MILLIRADIANS or DECID_BY_NAME");
+  return angle;
+}
+
+double fill_gaps_of(double gap_s, const char* where) {
+  if (!(gap_s >= 0.0 && gap_s <= decid::recording::longest_gap_s))
+    throw decid::Error(decid::Code::setting_out_of_range, where, decid::format("fill_gaps_s is %g", gap_s),
+                       decid::format("give a value from 0 to %g s", decid::recording::longest_gap_s));
+  return gap_s;
+}
+
 std::optional<double> metres_per(int unit) {
   if (unit == DECID_MILLIMETRES) return 1e-3;
   if (unit == DECID_CENTIMETRES) return 1e-2;
@@ -58,12 +75,12 @@ decid::recording::RecordingOptions reading(const decid_read_options& asked, cons
   how.column = text_or_empty(asked.column);
   how.unit = unit_of(asked.unit, where);
   if (asked.rate_hz != 0.0) how.rate_hz = asked.rate_hz;
-  how.fill_gaps_s = asked.fill_gaps_s;
+  how.fill_gaps_s = fill_gaps_of(asked.fill_gaps_s, where);
   if (asked.missing_value != nullptr) how.missing_value = *asked.missing_value;
   const std::string tilt = text_or_empty(asked.tilt_column);
   how.find_tilt = tilt != "none";
   if (how.find_tilt) how.tilt_column = tilt;
-  how.tilt_unit = unit_of(asked.tilt_unit, where);
+  how.tilt_unit = tilt_unit_of(asked.tilt_unit, where);
   how.invert_sway = asked.invert_sway != 0;
   how.invert_tilt = asked.invert_tilt != 0;
   how.metres_per_unit = metres_per(asked.unit);

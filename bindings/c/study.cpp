@@ -36,6 +36,9 @@ struct AskedStudy {
         options(from) {
     if (!joint.empty() && !is_fit)
       throw decid::Error(decid::Code::setting_conflict, study_where, "joint is only for fits", "set fit too");
+    if (is_fit && options.max_draws < 8)
+      throw decid::Error(decid::Code::setting_out_of_range, study_where,
+                         decid::format("max_draws is %d", options.max_draws), "give 8 or more");
     if (!free.empty() && joint.empty())
       throw decid::Error(decid::Code::setting_conflict, study_where, "free is for recordings that are fitted together",
                          "set joint too");

@@ -123,6 +123,13 @@ static int identify_as_samples_arrive(float* parameters, cost* spent) {
   return (result >= 0) ? posture_result(parameters, &arena) : result;
 }
 
+/* A network may answer a little outside of a parameter's range; balance_begin refuses values below 0 or a delay that is
+   too long. */
+static double limited(float value, double most) {
+  const double from_zero = (value > 0.0F) ? (double)value : 0.0;
+  return (from_zero < most) ? from_zero : most;
+}
+
 /* The controller's own test, then steps with the parameters that were identified. */
 static int run_controller(const float* identified) {
   balance_parameters parameters;
@@ -133,12 +140,12 @@ static int run_controller(const float* identified) {
   if (result != BALANCE_OK) {
     return result;
   }
-  parameters.kp = (double)identified[POSTURE_KP];
-  parameters.kd = (double)identified[POSTURE_KD];
-  parameters.kp_pass = (double)identified[POSTURE_KP_PASS];
-  parameters.kd_pass = (double)identified[POSTURE_KD_PASS];
-  parameters.theta = (double)identified[POSTURE_THETA];
-  parameters.delay = (double)identified[POSTURE_DELAY];
+  parameters.kp = limited(identified[POSTURE_KP], 1e6);
+  parameters.kd = limited(identified[POSTURE_KD], 1e6);
+  parameters.kp_pass = limited(identified[POSTURE_KP_PASS], 1e6);
+  parameters.kd_pass = limited(identified[POSTURE_KD_PASS], 1e6);
+  parameters.theta = limited(identified[POSTURE_THETA], 1.0);
+  parameters.delay = limited(identified[POSTURE_DELAY], BALANCE_LONGEST_DELAY_S);
   result = balance_begin(&controller, &parameters);
   (void)instructions();
   for (step = 0; (step < 1000) && (result == BALANCE_OK); ++step) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <limits>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -61,7 +62,7 @@ FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Pro
   if (!outcome.valid)
     throw Error(Code::body_falls, "export controller",
                 format("with these parameters the body falls after %.2f s", outcome.end_s),
-                "shorten --delay, lower --kp or raise --kd");
+                "change the gains or lower the delay");
   const sim::Stimulus& stimulus = simulator.stimulus();
   const int samples =
       std::min(simulator.samples(), static_cast<int>(test_seconds * protocol.experiment.sample_rate_hz));
@@ -103,6 +104,9 @@ FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Pro
     source += define(unused, 0);
   source += define("USES_FMA_DOUBLE", 1) + define("USES_IS_FINITE", 1) +
             define_double("LARGEST_GAIN", std::numeric_limits<double>::max()) +
+            // Half of the largest whose torque is finite: what rounding adds to it is less.
+            define_double("LARGEST_COMMAND",
+                          0.5 * std::numeric_limits<double>::max() * std::min(1.0, course.step_s / body.inertia_kgm2)) +
             define_double("STEP_OVER_INERTIA", course.step_s / body.inertia_kgm2) +
             define_double("BODY_MGH", body.mgh()) + define("UNIT_GAINS", course.unit_gains ? 1 : 0) +
             define_double("SINE_0", sine[0]) + define_double("SINE_1", sine[1]) + define_double("SINE_2", sine[2]) +

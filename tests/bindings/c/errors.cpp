@@ -101,6 +101,29 @@ TEST_CASE("a part of a file is refused unless it is plain which") {
   decid_trials_free(nullptr);
 }
 
+TEST_CASE("a tilt is an angle, and gaps have a length from 0 to 60 s") {
+  const TemporaryFolder folder;
+  std::string text = "time,sway_deg,tilt\n";
+  for (int k = 0; k < 60; ++k) text += format("%.2f,%.3f,%.3f\n", 0.01 * k, std::sin(0.3 * k), std::sin(0.1 * k));
+  const auto path = write_text(folder / "tilted.csv", text);
+  decid_read_options options;
+  decid_read_defaults(&options, sizeof options);
+  decid_recording* recording = nullptr;
+  for (const int unit : {DECID_MILLIMETRES, DECID_CENTIMETRES, DECID_METRES}) {
+    options.tilt_unit = unit;
+    refused(decid_recording_read(path.c_str(), &options, &recording), Code::unit_unknown, "tilt_unit");
+  }
+  options.tilt_unit = DECID_DEGREES;
+  for (const double gap_s : {-5.0, 60.5, static_cast<double>(NAN), static_cast<double>(INFINITY)}) {
+    options.fill_gaps_s = gap_s;
+    refused(decid_recording_read(path.c_str(), &options, &recording), Code::setting_out_of_range, "fill_gaps_s");
+  }
+  CHECK(recording == nullptr);
+  options.fill_gaps_s = 60.0;
+  options.tilt_column = "tilt";
+  make<OwnedRecording>([&](decid_recording** place) { return decid_recording_read(path.c_str(), &options, place); });
+}
+
 TEST_CASE("identification refuses the library's invalid input") {
   decid_result* result = nullptr;
   const OwnedRecording recording = make_recording(simulated(7));

@@ -121,8 +121,10 @@ TEST_CASE("a fit refuses priors out of their bounds") {
   prior = {"Kp", 300.0, 2000.0, 1000.0, 0.0};
   refused(decid_fit(built_in(), recording.get(), &options, &result), Code::setting_out_of_range, "Kp");
   options = brief();
-  options.max_draws = 0;
-  refused(decid_fit(built_in(), recording.get(), &options, &result), Code::setting_out_of_range);
+  for (const int draws : {0, 4, 7}) {  // the sampler takes 4
+    options.max_draws = draws;
+    refused(decid_fit(built_in(), recording.get(), &options, &result), Code::setting_out_of_range, "max_draws");
+  }
 }
 
 }  // namespace decid

@@ -92,9 +92,11 @@ TEST_CASE("a body that falls is an error, or a row that ends in NaN") {
   std::vector<double> parameters(middle.begin(), middle.end());
   parameters.insert(parameters.end(), weak.begin(), weak.end());
   const std::size_t samples = decid_protocol_samples(played.get());
-  std::vector<double> sway_rad(2 * samples);
+  std::vector<double> sway_rad(2 * samples, 7.0);
+  const std::vector<double> before = sway_rad;
   refused(decid_simulate(played.get(), parameters.data(), 2, 1, sway_rad.data(), nullptr), Code::body_falls,
           "decid_simulate");
+  CHECK(sway_rad == before);
   unsigned char stood[2] = {7, 7};
   REQUIRE(decid_simulate(played.get(), parameters.data(), 2, 1, sway_rad.data(), stood) == DECID_OK);
   CHECK(stood[0] == 1);

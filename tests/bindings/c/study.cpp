@@ -83,6 +83,8 @@ TEST_CASE("C: studies that cannot be made are refused, and a callback stops fits
   refused(run(options), Code::size_mismatch);
   options = defaults();
   options.fit = 1;
+  options.max_draws = 7;
+  refused(run(options), Code::setting_out_of_range, "max_draws");
   options.max_draws = 8;
   options.progress = [](void*, double, const char*) { return 1; };
   CHECK(run(options) == DECID_STOPPED);

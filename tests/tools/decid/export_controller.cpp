@@ -29,12 +29,16 @@ sim::Parameters gains(const sim::Body& body) {
   return {0.9 * mgh, 0.3 * mgh, 0.25 * mgh, 0.12 * mgh, 0.15, 0.0016, 0.05};
 }
 
-/// Writes a result as `decid identify` would for this body.
-void write_result(const std::string& path, const std::optional<sim::Body>& body, const sim::Parameters& values) {
+Json parameters_json(const sim::Parameters& values) {
   const sim::ParameterTable& table = sim::single_pendulum().parameters;
   Json parameters = Json::array();
   for (std::size_t i = 0; i < table.size(); ++i) parameters.push_back({{"name", table[i].name}, {"value", values[i]}});
-  Json result{{"recordings", {{{"trust", "usable"}, {"parameters", parameters}}}}};
+  return parameters;
+}
+
+/// Writes a result as `decid identify` would for this body.
+void write_result(const std::string& path, const std::optional<sim::Body>& body, const sim::Parameters& values) {
+  Json result{{"recordings", {{{"trust", "usable"}, {"parameters", parameters_json(values)}}}}};
   if (body) result["body"] = body_json(*body);
   write_text(path, result.dump());
 }
@@ -134,6 +138,31 @@ TEST_CASE("export controller: gains are scaled to another body by m g h, and tha
   const std::string out = " -o " + folder / "n";
 }
 
+TEST_CASE("export controller: a recording of a study has the gains of its own body") {
+  const Folder folder;
+  Json result{{"body", body_json(sim::Body{})}, {"recordings", Json::array()}};
+  result["body"]["assumed"] = true;
+  for (const sim::Body& body : {person, robot})
+    result["recordings"].push_back(
+        {{"trust", "usable"}, {"body", body_json(body)}, {"parameters", parameters_json(gains(body))}});
+  write_text(folder / "r.json", result.dump());
+  write_protocol(folder / "robot.json", robot);
+  const Exported own = exported(folder, folder / "r.json" + " --recording 2");
+  check_gains(own, gains(robot), 1.0);
+  CHECK(own.has("MASS_KG", robot.mass_kg));
+  check_gains(exported(folder, folder / "r.json" + " --scale-to " + folder / "robot.json"), gains(person),
+              robot.mgh() / person.mgh());
+}
+
+TEST_CASE("export controller: a loop that is unstable, and falls only after the protocol, is warned of") {
+  const Folder folder;
+  const std::string command = "export controller --quiet -o " + folder / "c";
+  CHECK(run_ok(command).err.empty());
+  // A lean grows 30 times in 400 s: the simulator's step adds to the delay, at whose limit this is.
+  CHECK(contains(run_ok(command + " --delay 0.24").err, "unstable"));
+  CHECK(run_ok(command + " --delay 0.235").err.empty());
+}
+
 TEST_CASE("export controller: default gains are the middle of the ranges of the protocol's body") {
   const Folder folder;
   write_protocol(folder / "person.json", person);
@@ -151,6 +180,21 @@ TEST_CASE("export controller: a result that does not say whose body it is for is
   for (const char* option : {"--protocol ", "--scale-to "})
     check_refused("export controller " + result + " " + option + folder / "robot.json" + " -o " + folder / "n",
                   "r.json");
+  // decid identify without --mass and --height: only gains as they are, with a warning.
+  write_result(result, sim::Body{}, gains(sim::Body{}));
+  Json json = read_json(result);
+  json["body"]["assumed"] = true;
+  write_text(result, json.dump());
+  CHECK(contains(run_ok("export controller --quiet " + result + " -o " + folder / "n").err, "whose body"));
+  for (const std::string& options : {"--scale-to " + folder / "robot.json", std::string("--mass 7.2 --com-height 0.6")})
+    check_refused("export controller " + result + " " + options + " -o " + folder / "n", "whose body");
+  // A model for another body is for that body, also where nobody repeats it.
+  json["body"].update(body_json(person));
+  json["recordings"][0]["parameters"] = parameters_json(gains(person));
+  write_text(result, json.dump());
+  check_gains(exported(folder, result + " --scale-to " + folder / "robot.json"), gains(person),
+              robot.mgh() / person.mgh());
+
   write_result(result, sim::Body{.mass_kg = 0.0}, gains(person));
   check_refused("export controller " + result + " --scale-to " + folder / "robot.json" + " -o " + folder / "n",
                 "r.json");

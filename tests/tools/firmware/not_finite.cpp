@@ -123,6 +123,35 @@ int main(void) {
   }
 }
 
+TEST_CASE("an exported controller refuses inputs whose torque is infinite, and gains below 0") {
+  const Folder folder;
+  run_ok("export controller --controller dec2015 --name controller --quiet -o " + folder / "c");
+  const std::string main = R"(
+static controller_state state;
+int main(void) {
+  controller_parameters p = controller_identified;
+  double torque = 7.0, large = 1e308;
+  int i;
+  if (controller_begin(&state, NULL) != CONTROLLER_OK) return 1;
+  if (controller_step(&state, large, 0.0, 0.0, 0.0, &torque) != CONTROLLER_ERROR_NOT_FINITE || torque != 7.0) return 2;
+  while (controller_step(&state, large, 0.0, 0.0, 0.0, &torque) != CONTROLLER_OK) large *= 0.5;
+  if (large < 1e300) return 3;
+  for (i = 0; i < 2000; ++i) {
+    const double sway = (i == 0) ? -large : 0.0;
+    if (controller_step(&state, sway, 0.0, 0.0, 0.0, &torque) != CONTROLLER_OK || !isfinite(torque)) return 4;
+  }
+  if (!isnan(controller_passive(&state, 1e308, 0.0)) || !isfinite(controller_passive(&state, 0.01, 0.0))) return 5;
+  p.tilt_gain = -0.5;
+  if (controller_begin(&state, &p) != CONTROLLER_ERROR_RANGE) return 6;
+  p = controller_identified; p.slow_gain = -0.1;
+  if (controller_begin(&state, &p) != CONTROLLER_ERROR_RANGE) return 7;
+  p = controller_identified; p.slow_gain = 0.0;
+  return (controller_begin(&state, &p) == CONTROLLER_OK) ? 0 : 8;
+}
+)";
+  CHECK(run_main(folder, "controller", std::string(DECID_C_COMPILER) + " -std=c99 -O2", main) == 0);
+}
+
 TEST_CASE("self-tests of exported C feed NaN: they fail where it passes for a number") {
   const Folder folder;
   const std::string c = folder / "c";

@@ -14,6 +14,7 @@
 #include "base/text.hpp"
 #include "base/version.hpp"
 #include "nn/predictor.hpp"
+#include "posterior/frf/stability.hpp"
 #include "recording/recording.hpp"
 #include "recording/trial.hpp"
 #include "sim/protocol/protocol_json.hpp"
@@ -208,8 +209,8 @@ std::optional<sim::Body> given_body(const ControllerOptions& options, const sim:
 }
 
 /// Returns the controller's protocol: its controller, its tilt, and the body for which decid exports the gains. `from`:
-/// the body of the gains so far. This is the result's body, nothing if the result lacks it, or the default body without
-/// a result.
+/// the body of the gains so far. This is the result's body, nothing if nobody gave it, or the default body without a
+/// result.
 sim::Protocol controller_protocol(const ControllerOptions& options, const std::optional<sim::Body>& from,
                                   const std::string& controller) {
   const bool scales = !options.scale_to.empty(), is_result = !options.result.empty();
@@ -217,9 +218,11 @@ sim::Protocol controller_protocol(const ControllerOptions& options, const std::o
       read_protocol(scales ? options.scale_to : options.protocol, options.common.quiet, nullptr, controller);
   sim::Body& body = protocol.experiment.body;
   const std::optional<sim::Body> given = given_body(options, from.value_or(sim::Body{}));
-  if (!from && (scales || given || !are_one_body(body, sim::Body{})))
+  const auto refuse_unknown = [&] {
     throw Error(Code::setting_missing, options.result, "does not say whose body its gains are for",
-                "identify the recording again, with --mass and --height");
+                "identify the recording again with --mass and --height, or fit it with a --protocol that has the body");
+  };
+  if (!from && (scales || (!given && !are_one_body(body, sim::Body{})))) refuse_unknown();
   if (given) {
     body = *given;
   } else if (is_result && from && !scales) {
@@ -233,7 +236,23 @@ sim::Protocol controller_protocol(const ControllerOptions& options, const std::o
   }
   protocol.validate();
   if (given) protocol.refuse_implausible();
+  if (!from && !are_one_body(body, sim::Body{})) refuse_unknown();
   return protocol;
+}
+
+/// Warns of gains for a body that nobody gave, and of a loop that is unstable, although its body stands in the
+/// self-test's trial. A step of the controller adds to the delay.
+void warn(const ControllerOptions& options, bool knows_body, const sim::Parameters& parameters,
+          const sim::Protocol& protocol) {
+  const sim::Body& body = protocol.experiment.body;
+  if (!knows_body)
+    std::cerr << options.result << ": does not say whose body its gains are for: they are only right for the default, "
+              << shown(body) << "; give identify --mass and --height, or fit a --protocol that has the body\n";
+  sim::Coefficients sampled = protocol.family().coefficients(parameters);
+  sampled[sim::Coefficient::delay] += 1.0 / sim::steps_per_second;
+  if (!frf::is_stable(body, protocol.family(), sampled))
+    std::cerr << "the loop is unstable, although the body stands for this protocol: a small lean grows without limit; "
+                 "change the gains or lower the delay\n";
 }
 
 void export_controller(const ControllerOptions& options) {
@@ -266,7 +285,9 @@ void export_controller(const ControllerOptions& options) {
   const std::string origin = format(
       "The %s posture controller, made by decid %s%s.", &model == &sim::single_pendulum() ? "DEC" : model.name.c_str(),
       version, options.result.empty() ? "" : (" from " + comment(fs::path(options.result).filename())).c_str());
-  write_files(options.output, options.name, controller_files(parameters, protocol, options.name, origin));
+  const FirmwareFiles files = controller_files(parameters, protocol, options.name, origin);
+  warn(options, chosen.body.has_value(), parameters, protocol);
+  write_files(options.output, options.name, files);
   if (options.common.quiet) return;
   std::cerr << format("%s.h and %s.c written to %s%s, for a body of %s\n", options.name.c_str(), options.name.c_str(),
                       options.output.c_str(), chosen.which.empty() ? "" : (", of " + chosen.which).c_str(),

@@ -112,7 +112,7 @@ void simulate_single(const SimulateOptions& options, sim::Protocol protocol) {
       stiffness <= mgh
           ? format("passive stiffness and %s--kp, %.0f N m/rad, must exceed the body's m g h, %.0f: raise --kp",
                    times.c_str(), stiffness, mgh)
-          : "shorten --delay, lower --kp or raise --kd");
+          : "change the gains or lower the delay");
   sim::record(simulator.protocol(), options.seed, 0, sway);
   to_degrees(sway);
   auto columns = recorded_tilt(simulator.protocol(), simulator.stimulus(), options.seed);

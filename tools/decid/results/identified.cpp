@@ -18,12 +18,16 @@ const sim::BodyModel& controller_in(const Json& result, const std::string& path)
   return sim::find_body_model(name.is_string() ? name.get<std::string>() : name.dump(), path);
 }
 
-/// Returns the body of a result; nothing if the result has none. Throws Error if it is not a body.
+/// Returns the body of a result, or of one of its recordings. Nothing if it has none, or only the default body because
+/// nobody gave one: such gains are for no body. A model's own body is the body of its protocol. Throws Error if it is
+/// not a body.
 std::optional<sim::Body> body_in(const Json& result, const std::string& path, const std::string& remedy) {
   const auto found = result.find("body");
   if (found == result.end()) return {};
   sim::Body body;
+  bool is_assumed = false;
   try {
+    is_assumed = found->value("assumed", false);
     body = {.mass_kg = found->at("mass_kg").get<double>(),
             .com_height_m = found->at("com_height_m").get<double>(),
             .inertia_kgm2 = found->at("inertia_kgm2").get<double>()};
@@ -32,6 +36,7 @@ std::optional<sim::Body> body_in(const Json& result, const std::string& path, co
   }
   if (!(body.mass_kg > 0.0 && body.com_height_m > 0.0 && body.inertia_kgm2 > 0.0))
     throw Error(Code::file_damaged, path, "has a body whose mass, height or inertia is not above 0", remedy);
+  if (is_assumed && body == sim::Body{}) return {};
   return body;
 }
 
@@ -59,7 +64,8 @@ Identified identified(const std::string& path, int recording, bool force) {
   }
   const sim::BodyModel& controller = controller_in(json, path);
   const sim::ParameterTable& table = controller.parameters;
-  Identified result{&controller, sim::Parameters(table.size()), body_in(json, path, remedy), {}, caution};
+  const Json& owner = chosen.contains("body") ? chosen : json;  // recordings of a study have their own bodies
+  Identified result{&controller, sim::Parameters(table.size()), body_in(owner, path, remedy), {}, caution};
   if (all.size() > 1) result.which = format("recording %d of %zu", recording, all.size());
   for (std::size_t i = 0; i < table.size(); ++i) {
     try {

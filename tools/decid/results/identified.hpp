@@ -13,7 +13,7 @@ namespace decid::tools {
 struct Identified {
   const sim::BodyModel* controller = &sim::single_pendulum();
   sim::Parameters parameters;
-  std::optional<sim::Body> body;  ///< the body of the gains; missing in results of earlier versions
+  std::optional<sim::Body> body;  ///< the body of the gains; missing if nobody gave one, and in results of earlier versions
   std::string which;              ///< the name of the recording among several, for people
   std::string caution;            ///< the reason for caution; empty if there is none
 };

@@ -29,6 +29,12 @@ static int32_t is_between(double x, double most) {
   return ((is_finite(x) != 0) && (x >= 0.0) && (x <= most)) ? 1 : 0;
 }
 
+/* Returns 1 if x is a number whose size is at most most, by its bits, which grow with the size. */
+static int32_t is_within(double x, double most) {
+  const uint64_t size = 0x7fffffffffffffffU;
+  return (int32_t)((bits_of(x) & size) <= bits_of(most));
+}
+
 static int32_t are_parameters(const DECID_FW_parameters* p) {
   return ((is_between(p->kp, LARGEST_GAIN) != 0) && (is_between(p->kd, LARGEST_GAIN) != 0) &&
           (is_between(p->kp_pass, LARGEST_GAIN) != 0) && (is_between(p->kd_pass, LARGEST_GAIN) != 0) &&
@@ -43,8 +49,9 @@ static int32_t are_parameters(const DECID_FW_parameters* p) {
 #define TILT_SCALE(state) ((state)->tilt)
 
 static int32_t are_gains(const DECID_FW_parameters* p) {
-  return ((is_finite(p->servo) != 0) && (is_finite(p->tilt_gain) != 0) && (is_finite(p->gravity_gain) != 0) &&
-          (is_finite(p->slow_gain) != 0) && (is_finite(p->torque_gain) != 0))
+  return ((is_between(p->servo, LARGEST_GAIN) != 0) && (is_between(p->tilt_gain, LARGEST_GAIN) != 0) &&
+          (is_between(p->gravity_gain, LARGEST_GAIN) != 0) && (is_between(p->slow_gain, LARGEST_GAIN) != 0) &&
+          (is_between(p->torque_gain, LARGEST_GAIN) != 0))
              ? 1
              : 0;
 }
@@ -149,10 +156,17 @@ int DECID_FW_step_scaled(DECID_FW_state* state, double sway_rad, double sway_rat
   }
   newer = (then == now) ? command : state->commands[then]; /* without a whole delay what is being written */
   active = fma_double(state->fraction, state->newer - newer, newer);
-  /* The threshold would hide a support's rate that is no number, and the delay line would keep one of the sway. */
-  if ((is_finite(heard) == 0) || (is_finite(error) == 0) || (is_finite(command) == 0) || (is_finite(active) == 0)) {
+  /* The threshold would hide a support's rate that is no number, and the delay line would keep one of the sway, or a
+     command whose torque is infinite. */
+  if ((is_finite(heard) == 0) || (is_finite(error) == 0) || (is_within(command, LARGEST_COMMAND) == 0) ||
+      (is_finite(active) == 0)) {
     return DECID_FW_ERROR_NOT_FINITE;
   }
+#if !UNIT_GAINS
+  if ((is_finite(slow) == 0) || (is_finite(torque) == 0)) {
+    return DECID_FW_ERROR_NOT_FINITE;
+  }
+#endif
   state->error = error;
   state->commands[now] = command;
   state->newer = newer;
@@ -180,10 +194,12 @@ int DECID_FW_step(DECID_FW_state* state, double sway_rad, double sway_rate, doub
 }
 
 double DECID_FW_passive(const DECID_FW_state* state, double ankle_rad, double ankle_rate) {
+  double torque;
   if ((state == NULL) || (state->begun != MAGIC)) {
     return not_a_number();
   }
-  return -(((state->passive * ankle_rad) + (state->damping * ankle_rate)) / STEP_OVER_INERTIA);
+  torque = -(((state->passive * ankle_rad) + (state->damping * ankle_rate)) / STEP_OVER_INERTIA);
+  return (is_finite(torque) != 0) ? torque : not_a_number();
 }
 
 /* ---- A simulated body, for the self-test ----------------------------------------------------------------------------

@@ -30,7 +30,8 @@ typedef union {
 
 /* From a trial to its parameters. sway_rad: DECID_FW_SAMPLES samples at DECID_FW_RATE_HZ, 0 upright, positive in
    the direction of the platform's tilt, from the stimulus' start on. parameters: DECID_FW_PARAMETERS values, written
-   only if the result is DECID_FW_OK. arena: DECID_FW_ARENA_BYTES, aligned to 8. */
+   only if the result is DECID_FW_OK. A network may answer a little outside of a parameter's range, also below 0: limit
+   the values before you use them. arena: DECID_FW_ARENA_BYTES, aligned to 8. */
 int DECID_FW_identify(const float *sway_rad, float *parameters, void *arena);
 
 /* The same from the network's input: DECID_FW_IMAGE_CHANNELS x _ROWS x _COLUMNS values, row scaling applied. */
