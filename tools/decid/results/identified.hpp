@@ -13,9 +13,10 @@ namespace decid::tools {
 struct Identified {
   const sim::BodyModel* controller = &sim::single_pendulum();
   sim::Parameters parameters;
-  std::optional<sim::Body> body;  ///< the body of the gains; missing if nobody gave one, and in results of earlier versions
-  std::string which;              ///< the name of the recording among several, for people
-  std::string caution;            ///< the reason for caution; empty if there is none
+  std::optional<sim::Body>
+      body;             ///< the body of the gains; missing if nobody gave one, and in results of earlier versions
+  std::string which;    ///< the name of the recording among several, for people
+  std::string caution;  ///< the reason for caution; empty if there is none
 };
 
 /// Reads recording number `recording`, from 1, of the file. Throws Error for a file that decid identify did not write.
