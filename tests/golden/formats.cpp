@@ -70,8 +70,7 @@ TEST_CASE("protocols and recordings of 0.2.0") {
 TEST_CASE("results, calibrations and comparisons of 0.2.0") {
   const tools::Identified found = tools::identified(file("result.json").string(), 1, true);
   CHECK(near(found.parameters[0], 1125.196697264139, 1e-12));
-  REQUIRE(found.body);
-  CHECK(found.body->mass_kg == 86.283);
+  CHECK_FALSE(found.body);  // nobody gave it
   const Json calibration = parse_json(read_text(file("calibration.json")), "calibration");
   const auto trials = tools::earlier_trials(file("calibration.json").string(), calibration.at("settings"),
                                             calibration.value("network", Json(nullptr)), 7);
