@@ -1,6 +1,6 @@
-"""Writes docs/reference/command-line.md from `decid --help` and the help of each command, or checks that it is current.
-Usage: command_line.py DECID PAGE [--check]"""
+"""Writes docs/reference/command-line.md from `decid --help` and the help of each command, or checks that it is current."""
 
+import argparse
 import pathlib
 import re
 import subprocess
@@ -34,10 +34,13 @@ def page_of(decid):
 
 
 def main():
-    if len(sys.argv) not in (3, 4) or sys.argv[3:] not in ([], ["--check"]):
-        sys.exit(__doc__)
-    page, made = pathlib.Path(sys.argv[2]), page_of(sys.argv[1])
-    if len(sys.argv) == 3:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("decid")
+    parser.add_argument("page", type=pathlib.Path)
+    parser.add_argument("--check", action="store_true")
+    asked = parser.parse_args()
+    page, made = asked.page, page_of(asked.decid)
+    if not asked.check:
         page.write_text(made, encoding="utf-8")
     elif page.read_text(encoding="utf-8") != made:
         sys.exit(f"{page} is not what --help prints: tests/docs/command_line.py build/release/tools/decid docs/reference/command-line.md")
