@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
 #include <deque>
 #include <memory>
@@ -115,6 +116,15 @@ template <class T>
 T& given(T* pointer, const char* where, const char* what) {
   if (pointer == nullptr) throw Error(Code::setting_missing, where, std::string(what) + " is NULL", "give one");
   return *pointer;
+}
+
+/// Sets how a fit draws. Throws Error for fewer than 8 draws.
+inline void set_sampler(posterior::Settings& settings, std::uint64_t seed, int max_draws, const char* where) {
+  if (max_draws < 8)
+    throw Error(Code::setting_out_of_range, where, format("max_draws is %d", max_draws), "give 8 or more");
+  settings.seed = seed;
+  settings.max_draws = max_draws;
+  settings.min_draws = std::min(settings.min_draws, max_draws);
 }
 
 template <class Options>

@@ -189,9 +189,6 @@ std::vector<decid::posterior::ParameterPrior> parameter_priors(const decid_fit_o
 std::unique_ptr<decid_result> fit(const decid_model& model, const decid_recording& recording,
                                   const decid_fit_options& asked) {
   constexpr const char* where = "decid_fit";
-  if (asked.max_draws < 8)
-    throw decid::Error(decid::Code::setting_out_of_range, where, decid::format("max_draws is %d", asked.max_draws),
-                       "give 8 or more");
   decid::sim::Protocol protocol = asked.protocol != nullptr ? asked.protocol->protocol() : model.model.protocol;
   std::optional<decid::sim::Body> body = make_body(asked.mass_kg, asked.height_m, where);
   // A protocol of one's own may describe it.
@@ -204,9 +201,7 @@ std::unique_ptr<decid_result> fit(const decid_model& model, const decid_recordin
   request.priors.sensor_noise_deg = asked.prior_noise_deg;
   request.priors.moved_before = asked.moved_before != 0;
   request.priors.parameters = parameter_priors(asked, where);
-  request.settings.seed = asked.seed;
-  request.settings.max_draws = asked.max_draws;
-  request.settings.min_draws = std::min(request.settings.min_draws, asked.max_draws);
+  set_sampler(request.settings, asked.seed, asked.max_draws, where);
   decid::RecordingResult result = brought(recording, protocol, asked, where);
   decid::Fitter fitter(&model.model, protocol, body, request);
   bool stopped = false;

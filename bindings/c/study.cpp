@@ -36,9 +36,6 @@ struct AskedStudy {
         options(from) {
     if (!joint.empty() && !is_fit)
       throw decid::Error(decid::Code::setting_conflict, study_where, "joint is only for fits", "set fit too");
-    if (is_fit && options.max_draws < 8)
-      throw decid::Error(decid::Code::setting_out_of_range, study_where,
-                         decid::format("max_draws is %d", options.max_draws), "give 8 or more");
     if (!free.empty() && joint.empty())
       throw decid::Error(decid::Code::setting_conflict, study_where, "free is for recordings that are fitted together",
                          "set joint too");
@@ -83,9 +80,7 @@ decid::Report fit(const decid_model& model, const decid::RecordingPlan& plan, co
                   std::vector<std::string>& inputs) {
   decid::FitRequest request;
   request.freed = freed;
-  request.settings.seed = asked.options.seed;
-  request.settings.max_draws = asked.options.max_draws;
-  request.settings.min_draws = std::min(request.settings.min_draws, asked.options.max_draws);
+  set_sampler(request.settings, asked.options.seed, asked.options.max_draws, study_where);
   decid::PlanFitter fitter(&model.model, model.model.protocol, plan, request, &inputs);
   decid::Report report = fitter.report();
   std::vector<std::size_t> places(plan.recordings.size());
