@@ -28,10 +28,9 @@ struct Column {
 struct KnownName {
   std::string_view name;
   Role role;
-  double per_unit = 1.0;
 };
 
-/// English and German, as laboratories name the columns of their sheets.
+/// English and German, as laboratories name the columns of their sheets. A unit may follow a weight or a height.
 constexpr auto known_names = std::to_array<KnownName>({
     {"id", Role::participant},
     {"participant", Role::participant},
@@ -60,61 +59,55 @@ constexpr auto known_names = std::to_array<KnownName>({
     {"dateiname", Role::file},
     {"aufnahme", Role::file},
     {"mass", Role::mass},
-    {"mass_kg", Role::mass},
     {"body_mass", Role::mass},
-    {"body_mass_kg", Role::mass},
     {"weight", Role::mass},
-    {"weight_kg", Role::mass},
     {"body_weight", Role::mass},
-    {"body_weight_kg", Role::mass},
     {"masse", Role::mass},
-    {"masse_kg", Role::mass},
     {"gewicht", Role::mass},
-    {"gewicht_kg", Role::mass},
     {"k\u00f6rpergewicht", Role::mass},
-    {"k\u00f6rpergewicht_kg", Role::mass},
     {"koerpergewicht", Role::mass},
-    {"weight_lb", Role::mass, 0.45359237},
-    {"weight_lbs", Role::mass, 0.45359237},
-    {"body_weight_lb", Role::mass, 0.45359237},
-    {"body_weight_lbs", Role::mass, 0.45359237},
     {"height", Role::height},
-    {"height_m", Role::height},
-    {"height_cm", Role::height},
     {"body_height", Role::height},
-    {"body_height_m", Role::height},
-    {"body_height_cm", Role::height},
     {"gr\u00f6\u00dfe", Role::height},
-    {"gr\u00f6\u00dfe_cm", Role::height},
-    {"gr\u00f6\u00dfe_m", Role::height},
     {"groesse", Role::height},
-    {"groesse_cm", Role::height},
     {"k\u00f6rpergr\u00f6\u00dfe", Role::height},
-    {"k\u00f6rpergr\u00f6\u00dfe_cm", Role::height},
     {"koerpergroesse", Role::height},
-    {"height_mm", Role::height, 0.001},
-    {"height_in", Role::height, 0.0254},
-    {"height_inches", Role::height, 0.0254},
     {"protocol", Role::protocol},
     {"protokoll", Role::protocol},
 });
 
-/// Throws Error for a weight or a height in another unit by its name ("weight_st", "height (ft)"): carried along as
-/// any other column it would leave the body assumed.
-void refuse_other_unit(const std::string& name, const std::string& where) {
-  const std::string key = column_key(name);
-  for (const std::string_view quantity : {"weight", "bodyweight", "mass", "bodymass", "height", "bodyheight"})
-    for (const std::string_view unit : {"st", "stone", "g", "n", "ft", "feet", "lb", "lbs", "in", "inches", "mm"})
-      if (key == std::string(quantity) + std::string(unit))
-        throw Error(
-            Code::unit_unknown, where, "\"" + name + "\" is a weight or a height in another unit",
-            "give weight in kg or lb, height in m, cm, mm or inches: weight_kg, weight_lb, height_m, height_in");
-}
+struct KnownUnit {
+  Role role;
+  std::string_view unit;
+  double size;  ///< in kg or m; 0: not read
+};
+
+/// A column in a unit that is not read is an error: carried along as any other column it would leave the body assumed.
+constexpr auto known_units = std::to_array<KnownUnit>({
+    {Role::mass, "kg", 1.0},
+    {Role::mass, "lb", 0.45359237},
+    {Role::mass, "lbs", 0.45359237},
+    {Role::mass, "g", 0.0},
+    {Role::mass, "n", 0.0},
+    {Role::mass, "st", 0.0},
+    {Role::mass, "stone", 0.0},
+    {Role::height, "m", 1.0},
+    {Role::height, "cm", 1.0},
+    {Role::height, "mm", 0.001},
+    {Role::height, "in", 0.0254},
+    {Role::height, "inches", 0.0254},
+    {Role::height, "ft", 0.0},
+    {Role::height, "feet", 0.0},
+});
 
 Column column_of(const std::string& name) {
   const std::string key = column_key(name);
-  for (const KnownName& known : known_names)
-    if (column_key(known.name) == key) return {known.role, known.per_unit};
+  for (const KnownName& known : known_names) {
+    const std::string begin = column_key(known.name);
+    if (key == begin) return {known.role};
+    for (const KnownUnit& unit : known_units)
+      if (unit.role == known.role && key == begin + std::string(unit.unit)) return {known.role, unit.size};
+  }
   std::string option = find_reading_option(name);
   return option.empty() ? Column{Role::carried} : Column{Role::reading, 1.0, std::move(option)};
 }
@@ -213,7 +206,9 @@ std::vector<Column> read_columns(const std::vector<std::string>& names, const st
   std::map<std::pair<Role, std::string>, std::string> seen;
   for (const std::string& name : names) {
     const Column& column = columns.emplace_back(column_of(name));
-    if (column.role == Role::carried) refuse_other_unit(name, where);
+    if (column.per_unit == 0.0)
+      throw Error(Code::unit_unknown, where, "\"" + name + "\" is a weight or a height in another unit",
+                  "give weight in kg or lb, height in m, cm, mm or inches: weight_kg, weight_lb, height_m, height_in");
     const std::string carried_as = column.role == Role::carried ? text_key(name) : column.option;
     const auto [first, is_new] = seen.try_emplace({column.role, carried_as}, name);
     if (!is_new)
