@@ -120,6 +120,21 @@ TEST_CASE("recordings fitted together have the same parameters, but for those th
   CHECK(read[2].fit->posterior.mean(sim::Kp) == alone[2].fit->posterior.mean(sim::Kp));
 }
 
+TEST_CASE("a recording that groups leave out is fitted alone") {
+  std::vector<RecordingResult> read = of_one_person();
+  read[2].trial.tilt.emplace().is_other_size = true;
+  Fitter fitter(nullptr, sines_protocol(), {}, quick_request());
+  const FitGroup group{{0, 2, 3}, {}};
+  CHECK(fit_each(
+      read, [&](std::size_t) -> Fitter& { return fitter; }, {}, {}, std::span(&group, 1)));
+  CHECK(reason_to_leave_out(read[2]) == "tilt_of_other_size");
+  REQUIRE(read[0].fit);
+  REQUIRE(read[2].fit);
+  CHECK_FALSE(read[2].fit->joint);
+  CHECK(read[0].fit->joint->files == std::vector<std::string>{"trial0.csv", "trial3.csv"});
+  CHECK(read[2].fit->posterior.mean(sim::Kp) != read[0].fit->posterior.mean(sim::Kp));
+}
+
 TEST_CASE("recordings that cannot be fitted together each have the error") {
   const auto code_of = [](const FitRequest& request, const sim::Protocol& second) {
     std::vector<RecordingResult> read = of_one_person();

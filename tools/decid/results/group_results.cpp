@@ -102,13 +102,12 @@ std::string effects_text(const std::vector<cohort::Effect>& effects, const std::
 }
 
 std::string covariate_text(const cohort::Covariate& covariate, const std::vector<std::string>& names) {
-  std::string text = "  Change per unit of " + one_line(covariate.name) +
-                     format("; means are at %.4g", covariate.mean) +
-                     (covariate.unknown == 0
-                          ? ""
-                          : ", which also counts for " +
-                                counted(static_cast<long long>(covariate.unknown), "recording") + " without a value") +
-                     "\n" + format("    %-8s %12s %24s %9s\n", "", "slope", "95% interval", "direction");
+  std::string text =
+      "  Change per unit of " + one_line(covariate.name) + format("; means are at %.4g", covariate.mean) +
+      (covariate.unknown == 0 ? ""
+                              : "; " + counted(static_cast<long long>(covariate.unknown), "recording") +
+                                    " without a value: the person's in another one, else the group's mean") +
+      "\n" + format("    %-8s %12s %24s %9s\n", "", "slope", "95% interval", "direction");
   for (std::size_t p = 0; p < names.size(); ++p) {
     const cohort::Slope& slope = covariate.slopes[p];
     text += format("    %-8s %12.4g %24s %8.1f%%\n", names[p].c_str(), slope.mean,

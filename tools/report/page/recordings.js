@@ -234,7 +234,7 @@ function covariateTable({ name, mean, unknown, parameters }) {
   });
   return element("div", {}, element("h3", {}, `Change per unit of ${name}`), element("div", { class: "scroll" }, element("table", { class: "answer compared" },
     element("caption", {}, `By the hierarchical model, within the groups. Their means above are at ${name} = ${mean.toPrecision(4)}` +
-      (unknown > 0 ? `, which also counts for ${unknown} ${unknown === 1 ? "recording" : "recordings"} without a value. ` : ". ") +
+      (unknown > 0 ? `; ${unknown} ${unknown === 1 ? "recording" : "recordings"} without a value: the person\u2019s in another one, else the group\u2019s mean. ` : ". ") +
       "Intervals of each parameter on its own, bold where they leave out 0."),
     element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), ...["Slope", "95% interval", "Direction"].map(numberHeading))),
     element("tbody", {}, ...rows))));
