@@ -157,7 +157,7 @@ Fitter::Prepared Fitter::prepare(RecordingResult& result) {
   const recording::Trial& trial = result.trial;
   const bool moved = trial.tilt ? moved_before(*trial.tilt, priors.moved_before, result.warnings) : priors.moved_before;
   const Density& density = plan_->own.density_for(trial, moved);
-  return {moved, &density, density.observe(trial.sway_rad())};
+  return {moved, &density, density.observe(trial.sway_rad(), trial.gaps)};
 }
 
 void Fitter::fit(RecordingResult& result, const posterior::OnProgress& progress) {
@@ -214,7 +214,17 @@ void Fitter::fit_together(std::span<RecordingResult> read, const FitterOf& fitte
   if (usable.empty()) return;
   if (usable.size() == 1) return fitter_of(usable.front()).fit(read[usable.front()], progress);
   std::deque<Prepared> prepared;
-  for (const std::size_t i : usable) prepared.push_back(fitter_of(i).prepare(read[i]));
+  for (std::size_t i = 0; i < usable.size();) {
+    try {
+      prepared.push_back(fitter_of(usable[i]).prepare(read[usable[i]]));
+      ++i;
+    } catch (const Error& error) {  // too many gaps: the others are fitted without this recording
+      read[usable[i]].error = in_file(error, read[usable[i]].file);
+      usable.erase(usable.begin() + static_cast<std::ptrdiff_t>(i));
+      conditions.erase(conditions.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+  }
+  if (usable.empty()) return;
   const FitRequest& request = *fitter_of(usable.front()).report_.fit;
   if (!request.others.empty())
     throw Error(Code::setting_conflict, "joint posterior", "is for one controller, not for a comparison of several",
@@ -317,7 +327,7 @@ void Fitter::fit_others(RecordingResult& result, bool moved, const posterior::On
   bool stopped = false;
   for (Plan::Controller& other : plan_->others) {
     const Density& density = other.density_for(result.trial, moved);
-    const posterior::Observation observation = density.observe(result.trial.sway_rad());
+    const posterior::Observation observation = density.observe(result.trial.sway_rad(), result.trial.gaps);
     ControllerFit& fit = fits.emplace_back();
     fit.controller = other.name();
     const posterior::OnProgress part = part_progress(progress, fits.size());

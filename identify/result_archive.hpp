@@ -16,7 +16,7 @@ void archive(Archive& a, recording::TiltMatch& tilt) {
 }
 template <class Archive>
 void archive(Archive& a, recording::Trial& trial) {
-  a(trial.signals, trial.tilt, trial.is_large);
+  a(trial.signals, trial.tilt, trial.is_large, trial.gaps);
 }
 template <class Archive>
 void archive(Archive& a, Estimate& estimate) {

@@ -12,6 +12,7 @@
 #include "base/setting.hpp"
 #include "recording/detail/clock.hpp"
 #include "recording/detail/sway_source.hpp"
+#include "recording/quality/gaps.hpp"
 #include "recording/table/columns.hpp"
 #include "recording/table/table.hpp"
 #include "recording/table/trials.hpp"
@@ -143,9 +144,9 @@ void mark_missing(std::vector<double>& values, std::optional<double> given) {
     if (is_mark(value)) value = std::numeric_limits<double>::quiet_NaN();
 }
 
-/// Returns a column on the clock's even grid, with its gaps filled if allowed.
+/// Returns a column on the clock's even grid, with its gaps filled if allowed and added to `gaps`.
 std::vector<double> read_column(const Table& table, int column, const Clock& clock, const RecordingOptions& options,
-                                Recording& recording) {
+                                Recording& recording, std::vector<SampleRange>& gaps) {
   const double fill_gaps_s = options.fill_gaps_s;
   const Missing missing = fill_gaps_s > 0.0 ? Missing::kept : Missing::fillable;
   std::vector<double> raw = table.numbers(column, missing);
@@ -153,8 +154,8 @@ std::vector<double> read_column(const Table& table, int column, const Clock& clo
     add_info(recording.warnings, "resampled", change);
   mark_missing(raw, options.missing_value);
   std::vector<double> values = place_evenly(raw, clock);
-  const std::string filled =
-      fill_gaps(values, clock.rate_hz, fill_gaps_s, table.names()[static_cast<std::size_t>(column)], recording.file);
+  const std::string filled = fill_gaps(values, clock.rate_hz, fill_gaps_s,
+                                       table.names()[static_cast<std::size_t>(column)], recording.file, gaps);
   if (!filled.empty()) add_caution(recording.warnings, "gaps_filled", filled);
   return values;
 }
@@ -222,7 +223,8 @@ void read_tilt(const Table& table, int column, int sway, const Clock& clock, con
                 "name signals that were sampled together");
   }
   const Unit unit = angle_unit(table, column, options.tilt_unit, setting("tilt_unit"), recording);
-  Signal<double> tilt{platform_tilt, name, read_column(table, column, clock, options, recording)};
+  std::vector<SampleRange> gaps_of_tilt;  // the sway was measured there
+  Signal<double> tilt{platform_tilt, name, read_column(table, column, clock, options, recording, gaps_of_tilt)};
   const double factor = rad_in(unit) * (options.invert_tilt ? -1.0 : 1.0);
   for (double& value : tilt.rad) value *= factor;
   recording.signals.add(std::move(tilt));
@@ -285,8 +287,10 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   }
   const Clock clock = find_clock(table, sway, time, options, recording);
   recording.rate_hz = clock.rate_hz;
-  const auto numbers = [&](int column) { return read_column(table, column, clock, options, recording); };
+  std::vector<SampleRange> gaps;
+  const auto numbers = [&](int column) { return read_column(table, column, clock, options, recording, gaps); };
   Signal<double>& signal = recording.signals.add(read_sway(table, source, options, numbers, recording));
+  recording.gaps = joined(std::move(gaps));
   const bool guessed = source.kind == SwaySource::Kind::angle && !options.unit && !unit_in(name) && !table.unit();
   check_size(signal, guessed, options.mean_is_upright, recording);
   if (options.invert_sway) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/sample_range.hpp"
 #include "base/warning.hpp"
 #include "recording/signals.hpp"
 
@@ -49,11 +50,12 @@ struct RecordingOptions {
 struct Recording {
   std::string file;  ///< empty: from samples in memory
   double rate_hz = 0.0;
-  std::string rate_advice;      ///< the remedy for a wrong rate; empty: only another recording helps
-  Signals<double> signals;      ///< com_sway, and platform_tilt if requested
-  bool is_large = false;        ///< the sway is larger than a standing body's; a warning says so
-  bool tilt_was_found = false;  ///< by its name only: if it does not follow the protocol, the trial is not usable
-  Warnings warnings;            ///< assumptions, and suspicious data
+  std::string rate_advice;        ///< the remedy for a wrong rate; empty: only another recording helps
+  Signals<double> signals;        ///< com_sway, and platform_tilt if requested
+  bool is_large = false;          ///< the sway is larger than a standing body's; a warning says so
+  bool tilt_was_found = false;    ///< by its name only: if it does not follow the protocol, the trial is not usable
+  std::vector<SampleRange> gaps;  ///< samples of the sway that were missing and filled, ascending
+  Warnings warnings;              ///< assumptions, and suspicious data
 };
 
 /// Reads a recording from a file:

@@ -9,6 +9,7 @@
 #include "base/setting.hpp"
 #include "recording/detail/tilt_before.hpp"
 #include "recording/detail/tilt_match.hpp"
+#include "recording/quality/gaps.hpp"
 #include "recording/quality/quality.hpp"
 #include "recording/quality/response_check.hpp"
 #include "recording/resample.hpp"
@@ -25,6 +26,7 @@ constexpr double min_correlation = 0.5, good_correlation = 0.95, good_gain = 0.1
 constexpr double slowest_hz = 5.0, slow_hz = 25.0, slow_margin = 0.02;
 /// The number of samples by which rounding alone may change lengths.
 constexpr double rounding = 1e-6;
+constexpr double min_gap_s = 0.05;  ///< a straight line through a shorter gap misses the sway by less than its noise
 
 std::string count_at(std::size_t samples, double rate_hz) {
   return std::to_string(samples) + " samples at " + six_digits(rate_hz) + " Hz (" +
@@ -284,7 +286,9 @@ std::optional<TiltMatch> try_start(const ProtocolPlan& plan, double from_hz, Rec
 }
 
 /// Looks for faults in the samples that form the trial.
-void look_for_faults_within(Recording& recording, double from_hz, const Place& place, const sim::Protocol& protocol) {
+/// Also returns the samples of the recording that were not measured.
+std::vector<SampleRange> look_for_faults_within(Recording& recording, double from_hz, const Place& place,
+                                                const sim::Protocol& protocol) {
   const std::vector<double>& sway = recording.signals.at(com_sway).rad;
   const auto sample_at = [&](long long k) {
     const double at =
@@ -293,8 +297,36 @@ void look_for_faults_within(Recording& recording, double from_hz, const Place& p
   };
   const auto* sequence = std::get_if<sim::Sequence>(&protocol.experiment.stimulus);
   const std::size_t begin = sample_at(place.first), end = sample_at(place.last + 1);
-  look_for_faults(std::span(sway).subspan(begin, end - begin), from_hz, recording.warnings,
-                  static_cast<double>(begin) / from_hz, sequence != nullptr ? sequence->state_s : 0.0);
+  const std::span<const double> used = std::span(sway).subspan(begin, end - begin);
+  look_for_faults(used, from_hz, recording.warnings, static_cast<double>(begin) / from_hz,
+                  sequence != nullptr ? sequence->state_s : 0.0);
+  std::vector<SampleRange> gaps = recording.gaps;
+  for (const auto& stretches : {frozen_stretches(used, from_hz), straight_stretches(used, from_hz)})
+    for (const SampleRange& stretch : stretches) gaps.push_back({begin + stretch.first, begin + stretch.end});
+  return joined(std::move(gaps));
+}
+
+/// Returns the gaps among the trial's samples, without short ones. A resampled gap is a sample of the lower rate longer
+/// at either end. The samples that the recording lacks are gaps too.
+std::vector<SampleRange> gaps_in_trial(const std::vector<SampleRange>& gaps, double from_hz, double rate_hz,
+                                       const Place& place, std::size_t samples) {
+  const double margin = from_hz == rate_hz ? 0.0 : std::max(1.0, rate_hz / from_hz);
+  const auto inside = [&](double sample) {
+    return static_cast<std::size_t>(std::clamp(sample, 0.0, static_cast<double>(samples)));
+  };
+  const auto sample_of = [&](std::size_t at) { return (static_cast<double>(at) / from_hz - place.start_s) * rate_hz; };
+  std::vector<SampleRange> all;
+  for (const SampleRange& gap : gaps) {
+    if (static_cast<double>(gap.size()) < min_gap_s * from_hz) continue;
+    all.push_back({inside(std::floor(sample_of(gap.first) + rounding - margin)),
+                   inside(std::ceil(sample_of(gap.end) - rounding + margin))});
+  }
+  all.push_back({0, static_cast<std::size_t>(place.first)});
+  all.push_back({static_cast<std::size_t>(place.last + 1), samples});
+  std::erase_if(all, [&](const SampleRange& gap) {
+    return gap.first >= gap.end || static_cast<double>(gap.size()) < min_gap_s * rate_hz;
+  });
+  return joined(std::move(all));
 }
 
 /// Warns of ignored samples of a longer recording and of invented samples of a shorter one.
@@ -441,8 +473,9 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   if (place.first > most || needed - 1 - place.last > most || 2 * (place.last - place.first) < needed) {
     refuse_length(recording, protocol, place.start_s);
   }
-  look_for_faults_within(recording, from_hz, place, protocol);
   const auto samples = static_cast<std::size_t>(needed);
+  trial.gaps =
+      gaps_in_trial(look_for_faults_within(recording, from_hz, place, protocol), from_hz, rate, place, samples);
   if (!same_rate)
     add_info(recording.warnings, "resampled",
              "resampled from " + six_digits(recording.rate_hz) + " Hz to " + six_digits(rate) + " Hz");

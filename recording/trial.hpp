@@ -39,6 +39,9 @@ struct Trial {
   Signals<float> signals;         ///< the recording's signals at the protocol's samples
   std::optional<TiltMatch> tilt;  ///< if the recording has one
   bool is_large = false;          ///< as the recording's, which has a warning
+  /// Samples of the sway that were not measured, ascending, in gaps of 0.05 s or more: filled on reading, bridged by a
+  /// straight line, frozen, or lacking at an end.
+  std::vector<SampleRange> gaps = {};
 
   /// Returns the samples of com_sway. Throws Error without them.
   std::vector<float>& sway_rad() & { return signals.at(com_sway).rad; }

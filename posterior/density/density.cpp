@@ -277,7 +277,10 @@ std::array<double, lanes> Density::forward(const Observation& observation, std::
                                               work.sway.data(), work.observe.data(), work.sway_spectrum.data()});
   to_blocks(work);
   run.unfold(blocks_, observation.sway.data(), trial_blocks(work.modelled), undamp_.data(), work.unfolded.data());
-  return spectrum_.misfit(c.levels, work.unfolded, work.noise, isa_);
+  spectrum_.clear(observation.missing, work.unfolded);
+  std::array<double, lanes> misfit = spectrum_.misfit(c.levels, work.unfolded, work.noise, isa_);
+  spectrum_.leave_out(observation.missing, work.noise, misfit, isa_);
+  return misfit;
 }
 
 std::array<double, sim::Coefficients::count> Density::by_coefficients(std::span<const double> sums, double by_nv,
@@ -309,7 +312,9 @@ void Density::evaluate(const Observation& observation, std::span<const double> x
   std::array<double, lanes> d_gain, d_theta;
   const std::array<double, lanes> misfit = forward(observation, x, c, work);
 
-  const NoiseSpectrum::LevelGradient d_levels = spectrum_.gradient(c.levels, work.unfolded, work.noise, isa_);
+  NoiseSpectrum::LevelGradient d_levels = spectrum_.gradient(c.levels, work.unfolded, work.noise, isa_);
+  spectrum_.add_gradient(observation.missing, c.levels, work.noise, d_levels, isa_);
+  spectrum_.clear(observation.missing, work.unfolded);
   std::fill(work.residual.begin(), work.residual.end(), 0.0);
   run.fold(blocks_, work.unfolded.data(), undamp_.data(),
            work.residual.data() + static_cast<std::ptrdiff_t>(lead_blocks_) * lanes);
@@ -402,7 +407,7 @@ void Density::leave_block_out(const Observation& observation, std::span<const do
                               Workspace& work) const {
   check(observation, x, log_density.size(), static_cast<std::size_t>(blocks_) * lanes);
   forward(observation, x, chains(x, {}), work);
-  spectrum_.leave_block_out(log_density, work.noise, isa_);
+  spectrum_.leave_block_out(observation.missing, log_density, work.noise, isa_);
   const double per_deg = decid::log(sim::rad_per_deg);
   for (double& value : log_density) value += per_deg;
 }

@@ -31,6 +31,7 @@
 #include <vector>
 
 #include "base/aligned.hpp"
+#include "base/sample_range.hpp"
 #include "posterior/density/noise_basis.hpp"
 #include "posterior/density/priors.hpp"
 #include "posterior/density/spectrum.hpp"
@@ -54,6 +55,7 @@ struct Observation {
   double level_rad = 0.0;        ///< least-squares line through the blocks: its middle
   double slope_rad = 0.0;        ///< and its increase from one block to the next
   AlignedVector<double> torque;  ///< transform of m g h (sin a - a), complex
+  MissingBlocks missing;         ///< that were not recorded
   double noise_deg = 0.0;        ///< white noise per sample with the power of the highest frequencies
 };
 
@@ -123,8 +125,11 @@ class Density {
   int edges() const { return (protocol_.experiment.steps() - first_step_) / bin_steps_ + 1; }
   Isa isa() const noexcept { return isa_; }
 
-  /// Prepares a recording; sway_rad: the protocol's samples. Throws Error for another number of samples.
-  Observation observe(std::span<const float> sway_rad) const;
+  /// Prepares a recording; sway_rad: the protocol's samples. gaps: ascending ranges of samples that were not recorded;
+  /// the likelihood ignores the blocks that they touch. Throws Error for another number of samples, and for gaps
+  /// outside of them or of more than max_missing_s in total.
+  Observation observe(std::span<const float> sway_rad, std::span<const SampleRange> gaps = {}) const;
+  static constexpr double max_missing_s = 20.0;
 
   /// Returns the quantities of a chain's coordinates; x: size() values per chain.
   State state(std::span<const double> x, int chain) const;

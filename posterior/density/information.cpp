@@ -136,9 +136,10 @@ void Density::information(const Observation& observation, std::span<const double
   const Kernels& run = kernels(isa_);
   const Chains c = chains(x, fixed_noise_deg);
   forward(observation, x, c, work);
-  spectrum_.begin_whitening(work.noise);
+  spectrum_.begin_whitening(observation.missing, work.noise, isa_);
   const auto count = static_cast<std::size_t>(size()), noises = static_cast<std::size_t>(noise_.size());
-  const auto rows = static_cast<std::size_t>(spectrum_.rows());
+  const auto kept = static_cast<std::size_t>(spectrum_.rows()),
+             rows = kept + static_cast<std::size_t>(observation.missing.count());
   const std::size_t blocks_of_columns = (count + 3) / 4, strips = (rows + strip_rows - 1) / strip_rows;
   constexpr std::size_t strip_size = std::size_t{strip_rows} * lanes;     // of a column
   work.columns.resize(strips * 4 * blocks_of_columns * strip_size, 0.0);  // the padding of rows and columns stays 0
@@ -150,12 +151,14 @@ void Density::information(const Observation& observation, std::span<const double
   const auto write_column = [&](std::size_t column, const std::array<double, lanes>& factors) {
     to_blocks(work);
     run.unfold(blocks_, silence.data(), trial_blocks(work.modelled), undamp_.data(), work.unfolded.data());
-    spectrum_.whiten(work.unfolded, work.noise, isa_);
-    const double* in = work.noise.coefficient.data();
+    spectrum_.clear(observation.missing, work.unfolded);
+    spectrum_.whiten(observation.missing, work.unfolded, work.noise, isa_);
     for (std::size_t k = 0; k < rows; ++k) {
+      const double* in =
+          k < kept ? work.noise.coefficient.data() + k * lanes : work.noise.free_value.data() + (k - kept) * lanes;
       const std::size_t strip = k / strip_rows, row = k % strip_rows;
       double* out = work.columns.data() + (strip * 4 * blocks_of_columns + column) * strip_size + row * lanes;
-      for (std::size_t l = 0; l < lanes; ++l) out[l] = in[k * lanes + l] * factors[l];
+      for (std::size_t l = 0; l < lanes; ++l) out[l] = in[l] * factors[l];
     }
   };
 

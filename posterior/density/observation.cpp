@@ -7,6 +7,7 @@
 
 #include "base/error.hpp"
 #include "base/math/math.hpp"
+#include "base/text.hpp"
 #include "posterior/density/density.hpp"
 #include "posterior/density/elementary.hpp"
 
@@ -39,7 +40,7 @@ double sine_excess(double a) {
 
 }  // namespace
 
-Observation Density::observe(std::span<const float> sway_rad) const {
+Observation Density::observe(std::span<const float> sway_rad, std::span<const SampleRange> gaps) const {
   if (sway_rad.size() != static_cast<std::size_t>(protocol_.samples())) {
     throw Error(Code::size_mismatch, "recording", "has " + std::to_string(sway_rad.size()) + " samples",
                 "give the protocol's " + std::to_string(protocol_.samples()));
@@ -51,6 +52,21 @@ Observation Density::observe(std::span<const float> sway_rad) const {
       sum += double{sway_rad[static_cast<std::size_t>(block * block_samples_ + j)]};
     observation.sway.push_back(sum / block_samples_);
   }
+  std::vector<int> missing;
+  for (const SampleRange& gap : gaps) {
+    if (gap.first >= gap.end || gap.end > sway_rad.size())
+      throw Error(Code::setting_out_of_range, "recording",
+                  format("has a gap of samples %zu to %zu", gap.first, gap.end),
+                  format("give ranges within its %zu samples", sway_rad.size()));
+    const int last = std::min(static_cast<int>(gap.end - 1) / block_samples_, blocks_ - 1);
+    for (int block = static_cast<int>(gap.first) / block_samples_; block <= last; ++block)
+      if (missing.empty() || block > missing.back()) missing.push_back(block);
+  }
+  if (static_cast<double>(missing.size()) * block_s() > max_missing_s)
+    throw Error(Code::value_missing, "recording",
+                format("has gaps of %.3g s in total", static_cast<double>(missing.size()) * block_s()),
+                format("use a part or another recording with gaps of at most %g s", max_missing_s));
+  observation.missing = spectrum_.make_missing(std::move(missing));
   subtract_line(observation);
   observation.noise_deg = noise_of_highest(observation.sway);
 

@@ -84,8 +84,8 @@ std::array<double, lanes> NoiseSpectrum::misfit(const NoiseLevels& levels, std::
     const double along = sums[lanes + l];
     work.line_precision[l] = 1.0 / line_variance_ + sums[2 * lanes + l];
     work.line[l] = along / work.line_precision[l];
-    misfit[l] = 0.5 * (sums[l] - along * work.line[l]) +
-                0.5 * (sums[3 * lanes + l] + decid::log(line_variance_ * work.line_precision[l]));
+    work.half_log_determinant[l] = 0.5 * (sums[3 * lanes + l] + decid::log(line_variance_ * work.line_precision[l]));
+    misfit[l] = 0.5 * (sums[l] - along * work.line[l]) + work.half_log_determinant[l];
   }
   return misfit;
 }
@@ -132,8 +132,10 @@ void NoiseSpectrum::whiten(std::span<const double> unfolded, NoiseWorkspace& wor
 
 // A Gaussian r with inverse covariance Q: block i given the others has the precision Q_ii and the mean
 // r_i - (Q r)_i / Q_ii.
-void NoiseSpectrum::leave_block_out(std::span<double> log_density, NoiseWorkspace& work, Isa isa) const {
+void NoiseSpectrum::leave_block_out(const MissingBlocks& missing, std::span<double> log_density, NoiseWorkspace& work,
+                                    Isa isa) const {
   const auto count = static_cast<std::size_t>(blocks()), kept = line_.size();
+  const std::vector<double> explained = explained_by_missing(missing, work, isa);
   // Q r, unfolded: the gradient of the misfit.
   std::array<double, lanes> uncertainty, nothing{};
   for (std::size_t l = 0; l < lanes; ++l) uncertainty[l] = 1.0 / work.line_precision[l];
@@ -160,11 +162,13 @@ void NoiseSpectrum::leave_block_out(std::span<double> log_density, NoiseWorkspac
     }
     const std::size_t place = (m % 2 == 0 ? m / 2 : count - 1 - m / 2) * lanes;
     for (std::size_t l = 0; l < lanes; ++l) {
-      const double left = precision[l] - along[l] * along[l] * uncertainty[l];
+      const double left = precision[l] - along[l] * along[l] * uncertainty[l] - explained[place + l];
       const double weighed = work.unfolded[place + l];
       log_density[m * lanes + l] = constant + 0.5 * decid::log(left) - 0.5 * weighed * weighed / left;
     }
   }
+  for (const int m : missing.blocks)
+    std::fill_n(log_density.begin() + static_cast<std::ptrdiff_t>(m) * static_cast<std::ptrdiff_t>(lanes), lanes, 0.0);
 }
 
 }  // namespace decid::posterior

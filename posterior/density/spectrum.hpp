@@ -23,12 +23,24 @@ struct NoiseLevels {
   std::array<double, lanes> white, slow, memory;
 };
 
+/// Blocks without a recorded value, such as a gap that was bridged by a straight line. Each has any value, with a
+/// normal prior of 10 degrees that is integrated out.
+struct MissingBlocks {
+  std::vector<int> blocks = {};    ///< ascending
+  std::vector<double> basis = {};  ///< rows() * count(): their cosine transforms, row after row
+  int count() const noexcept { return static_cast<int>(blocks.size()); }
+};
+
 /// Work space for one thread.
 struct NoiseWorkspace {
   AlignedVector<double> spectrum, coefficient, precision, slow_fraction, root, line_row, unfolded, fft_work;
   std::array<double, lanes> line;            ///< the straight line's most probable rise from end to end, rad
   std::array<double, lanes> line_precision;  ///< the precision of that rise, with the prior
   std::array<double, lanes> line_shrinkage;
+  std::array<double, lanes> half_log_determinant;  ///< of the covariance
+  // Of missing blocks: the inverse covariance times their columns, the factor of A (missing_blocks.cpp), the line's
+  // rise in each column, and values per block.
+  AlignedVector<double> free_columns, free_matrix, free_rise, free_value, free_weight;
 };
 
 class NoiseSpectrum {
@@ -60,10 +72,31 @@ class NoiseSpectrum {
   /// columns equal products with the inverse covariance.
   void whiten(std::span<const double> unfolded, NoiseWorkspace& work, Isa isa) const;
   /// Computes log p of each block of the residual given all others, for blocks in rad; blocks() values per chain.
-  void leave_block_out(std::span<double> log_density, NoiseWorkspace& work, Isa isa) const;
+  /// Missing blocks get 0. Call it after misfit() and leave_out().
+  void leave_block_out(const MissingBlocks& missing, std::span<double> log_density, NoiseWorkspace& work,
+                       Isa isa) const;
+
+  /// Returns the cosine transforms of missing blocks; blocks: ascending, below blocks().
+  MissingBlocks make_missing(std::vector<int> blocks) const;
+  /// Sets missing blocks to 0 among unfolded values, or derivatives by them. Their values have no influence, but large
+  /// ones would round the others.
+  void clear(const MissingBlocks& missing, std::span<double> unfolded) const;
+  /// Integrates missing blocks out: adds to misfit() what they change. Replaces their residuals in work by their most
+  /// probable values, so gradient() is right after it except for the levels. Call it after misfit().
+  void leave_out(const MissingBlocks& missing, NoiseWorkspace& work, std::array<double, lanes>& misfit, Isa isa) const;
+  /// Adds to gradient() the part of the levels that missing blocks change. Overwrites work.free_columns.
+  void add_gradient(const MissingBlocks& missing, const NoiseLevels& levels, NoiseWorkspace& work, LevelGradient& by,
+                    Isa isa) const;
+  /// As begin_whitening() and whiten() with missing blocks: products have missing.count() values more per column, which
+  /// are in work.free_value. Call them after leave_out().
+  void begin_whitening(const MissingBlocks& missing, NoiseWorkspace& work, Isa isa) const;
+  void whiten(const MissingBlocks& missing, std::span<const double> unfolded, NoiseWorkspace& work, Isa isa) const;
 
  private:
   NoiseRows constants() const;
+  /// Returns how much less precise each block is for the missing ones: blocks() values per chain, in the order of
+  /// unfold.
+  std::vector<double> explained_by_missing(const MissingBlocks& missing, NoiseWorkspace& work, Isa isa) const;
 
   sim::RealFft fft_;
   double offset_variance_, line_variance_;

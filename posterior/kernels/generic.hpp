@@ -397,6 +397,73 @@ void whiten(const NoiseRows& rows, const double* spectrum, const double* root, c
   }
 }
 
+/// Four directions at a time share the loads of a column.
+template <class V>
+void free_columns(const FreeDirections& of, const double* precision, const double* line_variance, double* columns,
+                  double* rise, double* matrix) {
+  using D = typename V::D;
+  const std::ptrdiff_t rows = of.rows, count = of.count;
+  for (int v = 0; v < vectors<V>; ++v) {
+    const std::ptrdiff_t at = v * V::width;
+    for (std::ptrdiff_t c = 0; c < count; ++c) {
+      D along = V::set(0.0);
+      for (std::ptrdiff_t k = 0; k < rows; ++k)
+        along = V::fma(V::set(of.line[k] * of.basis[k * count + c]), V::load(precision + k * lanes + at), along);
+      const D height = along * V::load(line_variance + at);
+      V::store(rise + c * lanes + at, height);
+      double* column = columns + c * rows * lanes + at;
+      for (std::ptrdiff_t k = 0; k < rows; ++k)
+        V::store(column + k * lanes, V::load(precision + k * lanes + at) *
+                                         V::fma(V::set(-of.line[k]), height, V::set(of.basis[k * count + c])));
+      double* row = matrix + c * (c + 1) / 2 * lanes + at;
+      std::ptrdiff_t j = 0;
+      for (; j + 4 <= c + 1; j += 4) {
+        D sum[4] = {V::set(0.0), V::set(0.0), V::set(0.0), V::set(0.0)};
+        for (std::ptrdiff_t k = 0; k < rows; ++k) {
+          const D here = V::load(column + k * lanes);
+          const double* basis = of.basis + k * count + j;
+#pragma GCC unroll 4
+          for (int n = 0; n < 4; ++n) sum[n] = V::fma(V::set(basis[n]), here, sum[n]);
+        }
+        for (int n = 0; n < 4; ++n) V::store(row + (j + n) * lanes, sum[n]);
+      }
+      for (; j <= c; ++j) {
+        D sum = V::set(0.0);
+        for (std::ptrdiff_t k = 0; k < rows; ++k)
+          sum = V::fma(V::set(of.basis[k * count + j]), V::load(column + k * lanes), sum);
+        V::store(row + j * lanes, sum);
+      }
+      V::store(row + c * lanes, V::load(row + c * lanes) + V::set(of.prior_precision));
+    }
+  }
+}
+
+template <class V>
+void column_powers(const NoiseRows& rows, int count, const double* slow, const double* slow_fraction,
+                   const double* columns, const double* weights, double* sums) {
+  using D = typename V::D;
+  const D one = V::set(1.0);
+  for (int v = 0; v < vectors<V>; ++v) {
+    const std::ptrdiff_t at = v * V::width;
+    const D height = V::load(slow + at);
+    D by_white = V::set(0.0), by_slow = by_white, by_memory = by_white;
+    for (std::ptrdiff_t k = 0; k < rows.count; ++k) {
+      D power = V::set(0.0);
+      for (std::ptrdiff_t c = 0; c < count; ++c) {
+        const D value = V::load(columns + (c * rows.count + k) * lanes + at);
+        power = V::fma(value * value, V::load(weights + c * lanes + at), power);
+      }
+      const D fraction = V::load(slow_fraction + k * lanes + at);
+      by_white = V::fma(power, V::set(rows.white[k]), by_white);
+      by_slow = V::fma(power, fraction, by_slow);
+      by_memory = V::fma(-power * height, fraction * (one - fraction), by_memory);
+    }
+    V::store(sums + at, by_white);
+    V::store(sums + lanes + at, by_slow);
+    V::store(sums + 2 * lanes + at, by_memory);
+  }
+}
+
 /// passed = by_noise_low n[bin] + by_noise_high n[bin + 1].
 template <class V>
 void dead_band_change(int count, const DeadBandValues& values, const double* noise, double* passed) {
@@ -438,10 +505,14 @@ constexpr Kernels kernel_table{.dead_band = dead_band<V>,
                                .noise_rows = noise_rows<V>,
                                .noise_rows_gradient = noise_rows_gradient<V>,
                                .whiten = whiten<V>,
+                               .free_columns = free_columns<V>,
+                               .columns_times = columns_times<V>,
+                               .column_powers = column_powers<V>,
                                .lower_times = lower_times<V>,
                                .upper_times = upper_times<V>,
                                .add_matrix_times = add_matrix_times<V>,
                                .factorize = factorize<V>,
+                               .solve_lower = solve_lower<V>,
                                .solve_transposed = solve_transposed<V>,
                                .symmetric_times = symmetric_times<V>,
                                .stretch = stretch<V>,

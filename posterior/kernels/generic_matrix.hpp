@@ -156,6 +156,21 @@ void factorize(int size, double* matrix) {
   }
 }
 
+template <class V>
+void solve_lower(int size, const double* lower, double* x) {
+  using D = typename V::D;
+  for (int v = 0; v < vectors<V>; ++v) {
+    double* values = x + v * V::width;
+    for (std::ptrdiff_t i = 0; i < size; ++i) {
+      const double* row = lower + i * (i + 1) / 2 * lanes + v * V::width;
+      D here = V::load(values + i * lanes);
+      for (std::ptrdiff_t j = 0; j < i; ++j)
+        here = V::fma(-V::load(row + j * lanes), V::load(values + j * lanes), here);
+      V::store(values + i * lanes, here / V::load(row + i * lanes));
+    }
+  }
+}
+
 /// Processes rows from the last: subtracts each from the remainder.
 template <class V>
 void solve_transposed(int size, const double* lower, double* x) {
@@ -259,6 +274,21 @@ void squares(int size, const double* values, double* sums) {
       sum = V::fma(value, value, sum);
     }
     V::store(sums + v * V::width, sum);
+  }
+}
+
+template <class V>
+void columns_times(int rows, int count, const double* columns, const double* in, double* out) {
+  using D = typename V::D;
+  for (std::ptrdiff_t c = 0; c < count; ++c) {
+    for (int v = 0; v < vectors<V>; ++v) {
+      const std::ptrdiff_t at = v * V::width;
+      const double* column = columns + c * rows * lanes + at;
+      D sum = V::set(0.0);
+      for (std::ptrdiff_t k = 0; k < rows; ++k)
+        sum = V::fma(V::load(column + k * lanes), V::load(in + k * lanes + at), sum);
+      V::store(out + c * lanes + at, sum);
+    }
   }
 }
 

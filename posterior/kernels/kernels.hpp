@@ -102,6 +102,13 @@ struct NoiseRows {
 struct NoiseVariances {
   const double *white, *slow, *memory;
 };
+/// Directions of the residual that may have any value: see MissingBlocks (posterior/density/missing_blocks.hpp).
+struct FreeDirections {
+  int rows, count;
+  const double* basis;     ///< their coefficients: rows * count values, row after row
+  const double* line;      ///< as in NoiseRows
+  double prior_precision;  ///< of the value along each direction, 1/rad^2
+};
 /// count values per chain each.
 struct NoiseState {
   double *coefficient, *precision, *slow_fraction;  ///< slow_fraction: 1 / (1 + square * memory)
@@ -152,6 +159,17 @@ struct Kernels {
   /// value per chain.
   void (*whiten)(const NoiseRows&, const double* spectrum, const double* root, const double* line_row,
                  const double* shrinkage, double* out);
+  /// Multiplies the directions C by the inverse covariance Q: columns = Q C, count columns of `rows` values per chain;
+  /// rise: the straight line's rise in each of them; matrix = C^t Q C + the prior's precision, a lower triangle.
+  /// line_variance: of the line's rise, one value per chain.
+  void (*free_columns)(const FreeDirections&, const double* precision, const double* line_variance, double* columns,
+                       double* rise, double* matrix);
+  /// Computes the product of each of `count` columns of `rows` values with `in`: count values per chain.
+  void (*columns_times)(int rows, int count, const double* columns, const double* in, double* out);
+  /// Computes the sums of w |column|^2 d over the coefficients, w: weights, one value per column and chain; d: the
+  /// derivatives of a coefficient's power by white, slow and the logarithm of memory. sums: 3 values per chain.
+  void (*column_powers)(const NoiseRows&, int count, const double* slow, const double* slow_fraction,
+                        const double* columns, const double* weights, double* sums);
   /// Computes out = T in for a lower triangular T, row after row: row i has i + 1 values.
   void (*lower_times)(int size, const double* lower, const double* in, double* out);
   /// Computes out = T^t in.
@@ -161,7 +179,8 @@ struct Kernels {
   /// Factorizes each chain's symmetric matrix, stored row after row up to the diagonal, into its Cholesky factor. A
   /// chain whose matrix is not positive definite gets NaN.
   void (*factorize)(int size, double* matrix);
-  /// Solves lower^t x = x for each chain.
+  /// Solves lower x = x, and lower^t x = x, for each chain.
+  void (*solve_lower)(int size, const double* lower, double* x);
   void (*solve_transposed)(int size, const double* lower, double* x);
   /// Computes out += matrix in for each chain: a symmetric matrix, row after row up to the diagonal.
   void (*symmetric_times)(int size, const double* matrix, const double* in, double* out);

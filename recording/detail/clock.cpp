@@ -266,8 +266,8 @@ std::vector<double> place_evenly(const std::vector<double>& values, const Clock&
 }
 
 std::string fill_gaps(std::vector<double>& values, double rate_hz, double longest_s, const std::string& name,
-                      const std::string& where) {
-  std::size_t gaps = 0, filled = 0, longest = 0, all = 0;
+                      const std::string& where, std::vector<SampleRange>& gaps) {
+  std::size_t count = 0, filled = 0, longest = 0, all = 0;
   for (std::size_t k = 0, length = 0; k < values.size(); ++k) {
     length = std::isnan(values[k]) ? length + 1 : 0;
     all = std::max(all, length);
@@ -302,14 +302,15 @@ std::string fill_gaps(std::vector<double>& values, double rate_hz, double longes
         values[k] = values[begin - 1] + part * (values[end] - values[begin - 1]);
       }
     }
-    ++gaps;
+    gaps.push_back({begin, end});
+    ++count;
     filled += length;
     longest = std::max(longest, length);
     begin = end;
   }
-  if (gaps == 0) return {};
+  if (count == 0) return {};
   return std::to_string(filled) + (filled == 1 ? " missing value of " : " missing values of ") + name + " in " +
-         std::to_string(gaps) + (gaps == 1 ? " gap" : " gaps") + ", the longest " +
+         std::to_string(count) + (count == 1 ? " gap" : " gaps") + ", the longest " +
          six_digits(static_cast<double>(longest) / rate_hz) + " s, " + (filled == 1 ? "is" : "are") +
          " interpolated (" + three_digits(100.0 * static_cast<double>(filled) / static_cast<double>(values.size())) +
          "% of the recording)";

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/sample_range.hpp"
 #include "recording/table/table.hpp"
 
 namespace decid::recording {
@@ -42,8 +43,9 @@ std::vector<double> place_evenly(const std::vector<double>& values, const Clock&
 
 /// Fills runs of NaN up to `longest_s`: linearly between their neighbours, at an end with the nearest value. A curve
 /// through neighbours would swing with the measurement noise. Throws Error for a longer run, with its start and `name`,
-/// and if all values are missing. Returns the text of a warning, empty if nothing was filled.
+/// and if all values are missing. Adds the filled samples to `gaps`. Returns the text of a warning, empty if nothing
+/// was filled.
 std::string fill_gaps(std::vector<double>& values, double rate_hz, double longest_s, const std::string& name,
-                      const std::string& where);
+                      const std::string& where, std::vector<SampleRange>& gaps);
 
 }  // namespace decid::recording

@@ -9,6 +9,7 @@
 #include "base/math/statistics.hpp"
 #include "base/setting.hpp"
 #include "recording/quality/block_means.hpp"
+#include "recording/quality/gaps.hpp"
 #include "recording/quality/jumps.hpp"
 #include "recording/quality/moving_average.hpp"
 #include "recording/table/columns.hpp"
@@ -19,8 +20,7 @@ namespace decid::recording {
 namespace {
 
 constexpr double shortest_s = 2.0;
-constexpr double frozen_s = 0.1, frozen_runs = 12.0, frozen_share = 0.02;
-constexpr std::size_t frozen_samples = 5;
+constexpr double stretches_share = 0.02;
 constexpr double step_deg = 0.02, coarse_deg = 0.2;
 constexpr double spike_deg = 0.05, spike_medians = 20.0, spike_steps = 3.0;
 constexpr double smooth_deg = 0.0003, noise_rate_hz = 50.0, trained_average_s = 0.25;
@@ -29,43 +29,24 @@ std::string seconds(std::size_t samples, double rate_hz, double begin_s = 0.0) {
   return three_digits(begin_s + static_cast<double>(samples) / rate_hz) + " s";
 }
 
-void look_for_frozen(std::span<const double> sway, double rate_hz, double begin_s, Warnings& warnings) {
-  std::vector<std::size_t> runs;
-  for (std::size_t begin = 0, k = 1; k <= sway.size(); ++k) {
-    if (k < sway.size() && sway[k] == sway[begin]) continue;
-    runs.push_back(k - begin);
-    begin = k;
+/// Warns of stretches, with `text` before and `reason` after their number and place.
+void warn_of_stretches(const std::vector<SampleRange>& stretches, std::size_t samples, double rate_hz, double begin_s,
+                       const char* code, const char* text, const char* reason, Warnings& warnings) {
+  if (stretches.empty()) return;
+  std::size_t all = 0, longest = 0;
+  for (const SampleRange& stretch : stretches) {
+    all += stretch.size();
+    longest = std::max(longest, stretch.size());
   }
-  // The median length of a run, weighted by its samples; the longest run does not count. It is 1 for most recordings.
-  std::size_t usual = 1;
-  const std::size_t others = sway.size() - std::ranges::max(runs);
-  if (2 * static_cast<std::size_t>(std::ranges::count(runs, std::size_t{1})) < others) {
-    std::vector<std::size_t> sorted = runs;
-    std::ranges::sort(sorted);
-    for (std::size_t i = 0, samples = 0; 2 * samples < others; samples += usual) usual = sorted[i++];
-  }
-  const double min_distance =
-      std::max({static_cast<double>(frozen_samples), frozen_s * rate_hz, frozen_runs * static_cast<double>(usual - 1)});
-  std::size_t stretches = 0, frozen = 0, longest = 0, at = 0, first = 0;
-  for (const std::size_t run : runs) {
-    const bool at_rest = at == 0 && sway[0] == 0.0;  // simulated bodies start at rest
-    if (static_cast<double>(run) >= min_distance && !at_rest) {
-      if (stretches++ == 0) first = at;
-      frozen += run;
-      longest = std::max(longest, run);
-    }
-    at += run;
-  }
-  if (stretches == 0) return;
-  const double fraction = static_cast<double>(frozen) / static_cast<double>(sway.size());
-  const std::string text =
-      "the sway stands still in " + std::to_string(stretches) + (stretches == 1 ? " stretch" : " stretches") +
-      ", the longest " + seconds(longest, rate_hz) + ", the first from " + seconds(first, rate_hz, begin_s) + " on, " +
-      three_digits(100.0 * fraction) + "% of the recording: the sensor froze, or samples were repeated";
-  if (fraction >= frozen_share) {
-    add_caution(warnings, "frozen", text);
+  const double fraction = static_cast<double>(all) / static_cast<double>(samples);
+  const std::string whole =
+      text + std::to_string(stretches.size()) + (stretches.size() == 1 ? " stretch" : " stretches") + ", the longest " +
+      seconds(longest, rate_hz) + ", the first from " + seconds(stretches.front().first, rate_hz, begin_s) + " on, " +
+      three_digits(100.0 * fraction) + "% of the recording: " + reason;
+  if (fraction >= stretches_share) {
+    add_caution(warnings, code, whole);
   } else {
-    add_info(warnings, "frozen", text);
+    add_info(warnings, code, whole);
   }
 }
 
@@ -171,7 +152,12 @@ void look_for_smoothing(std::span<const double> sway, double rate_hz, double hel
 void look_for_faults(std::span<const double> sway_rad, double rate_hz, Warnings& warnings, double begin_s,
                      double held_s) {
   if (static_cast<double>(sway_rad.size()) < shortest_s * rate_hz || sway_rad.size() < 20) return;
-  look_for_frozen(sway_rad, rate_hz, begin_s, warnings);
+  warn_of_stretches(frozen_stretches(sway_rad, rate_hz), sway_rad.size(), rate_hz, begin_s, "frozen",
+                    "the sway stands still in ", "the sensor froze, or samples were repeated", warnings);
+  const bool filled = std::ranges::find(warnings, "gaps_filled", &Warning::code) != warnings.end();
+  warn_of_stretches(filled ? std::vector<SampleRange>() : straight_stretches(sway_rad, rate_hz), sway_rad.size(),
+                    rate_hz, begin_s, "bridged", "the sway is a straight line in ",
+                    "samples were lost and interpolated", warnings);
   const double step = look_for_steps(sway_rad, warnings);
   look_for_spikes(sway_rad, rate_hz, step, begin_s, warnings);
   look_for_jumps(sway_rad, rate_hz, step, begin_s, warnings);

@@ -9,9 +9,8 @@ namespace decid::recording {
 
 /// Adds a warning for each fault that the sway has; none for signals under two seconds, which are too short. The signal
 /// begins `begin_s` after the start of the recording, from which warnings count time:
-/// - frozen: runs of one value for 0.1 s and at least 5 samples that are twelve times as long as the median run,
-/// weighted by samples (runs of a coarse sensor are long). Zeros at the start do not count, because simulated bodies
-/// start at rest. A caution if they make up 2 % of the signal;
+/// - frozen, bridged: frozen_stretches() and straight_stretches() (gaps.hpp). A caution if they make up 2% of the
+/// signal. No `bridged` beside `gaps_filled`;
 /// - coarse_steps: values are multiples of a step of 0.02 degrees or more; a caution from 0.2 degrees;
 /// - spikes: single samples off the line between their neighbours, or a first sample off the line through the next two.
 /// The distance exceeds 0.05 degrees, 20 times its median and three steps of a coarse sensor. A caution;

@@ -2,6 +2,7 @@
 #include "identify/fit_recordings.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "tests/helpers.hpp"
 #include "tests/posterior/sampling/quick.hpp"
@@ -165,4 +166,39 @@ TEST_CASE("a stop before the first draw is the error of all recordings that are 
       [](std::size_t, const posterior::Progress&) { return false; }, {}, std::span(&group, 1)));
   CHECK(read[0].error->code() == Code::stopped);
   CHECK(read[3].error->code() == Code::stopped);
+}
+
+TEST_CASE("a fit does not use samples that were not measured") {
+  RecordingResult result;
+  result.trial = recording::make_trial(recorded(sines_protocol(), some_parameters(), 0.02, 0));
+  result.trial.gaps = {{800, 1195}};
+  FitRequest request;
+  request.settings = quick();
+  Fitter fitter(nullptr, sines_protocol(), {}, request);
+  CHECK(fitter.fit(std::span(&result, 1)));
+  REQUIRE(!result.error);
+  // Blocks of 0.1 s: nothing predicts those in the gap.
+  const std::vector<double>& pointwise = result.fit->inferred.left_out.pointwise;
+  REQUIRE(result.fit->block_s == 0.1);
+  for (std::size_t block = 0; block < pointwise.size(); ++block)
+    CHECK((std::abs(pointwise[block]) < 1e-12) == (block >= 80 && block < 120));
+}
+
+TEST_CASE("a recording with too many gaps is an error of its own, also among several of a person") {
+  const sim::Protocol protocol = sim::short_protocol();
+  std::vector<RecordingResult> read(2);
+  for (std::size_t i = 0; i < 2; ++i) {
+    read[i].file = "trial " + std::to_string(i);
+    read[i].trial = recording::make_trial(recorded(protocol, some_parameters(), 0.02, i));
+  }
+  read[1].trial.gaps = {{100, 2300}};
+  FitRequest request;
+  request.settings = quick();
+  Fitter fitter(nullptr, protocol, {}, request);
+  const FitGroup both{{0, 1}};
+  CHECK(fit_each(
+      read, [&](std::size_t) -> Fitter& { return fitter; }, {}, {}, std::span(&both, 1)));
+  CHECK(!read[0].error);
+  REQUIRE(read[1].error);
+  CHECK(read[1].error->code() == Code::value_missing);
 }

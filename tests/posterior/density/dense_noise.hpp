@@ -60,6 +60,7 @@ struct DenseNoise {
   std::size_t blocks;
   double block_s, drift_hz;
   double white, slow, square_of_memory;  ///< as in NoiseLevels
+  std::vector<int> missing = {};         ///< blocks of any value
 
   /// Coefficient k of the orthonormal DCT-II takes this of block m.
   double cosine(std::size_t k, std::size_t m) const {
@@ -76,10 +77,11 @@ struct DenseNoise {
   /// Returns the covariance of all blocks, where the coefficients from `kept` on have the variance `others`.
   std::vector<double> of_blocks(std::size_t kept, double others) const {
     std::vector<double> covariance(blocks * blocks, 0.0);
-    const double sd = 10.0 * sim::rad_per_deg;  // of the offset, and of the line from end to end
+    const double sd = 10.0 * sim::rad_per_deg;  // of the offset, of the line from end to end, and of missing blocks
     const auto line = [&](std::size_t m) { return (static_cast<double>(m) + 0.5) / static_cast<double>(blocks) - 0.5; };
     for (std::size_t m = 0; m < blocks; ++m)
       for (std::size_t n = 0; n < blocks; ++n) covariance[m * blocks + n] = sd * sd * (1.0 + line(m) * line(n));
+    for (const int m : missing) covariance[static_cast<std::size_t>(m) * (blocks + 1)] += sd * sd;
     std::vector<double> cosines(blocks);
     for (std::size_t k = 0; k < (others > 0.0 ? blocks : kept); ++k) {
       for (std::size_t m = 0; m < blocks; ++m) cosines[m] = cosine(k, m);

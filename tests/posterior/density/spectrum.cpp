@@ -199,7 +199,7 @@ TEST_CASE("NoiseSpectrum: a block given all others has the density of all over t
     if (r.rows < 8) continue;  // offset and line alone say as little
     r.misfit();
     std::vector<double> log_density(r.blocks * lanes);
-    r.spectrum.leave_block_out(log_density, r.work, chosen_isa());
+    r.spectrum.leave_block_out({}, log_density, r.work, chosen_isa());
     for (std::size_t l = 0; l < lanes; ++l) {
       const DenseNoise dense = r.dense(l);
       const std::vector<double> covariance = dense.of_blocks(r.rows, 1e8 * r.levels.white[l]);
@@ -228,7 +228,7 @@ TEST_CASE("NoiseSpectrum: the same bits for every instruction set") {
     std::vector<double> all(r.blocks * lanes);
     const auto add = [&](const auto& values) { all.insert(all.end(), values.begin(), values.end()); };
     add(r.spectrum.misfit(r.levels, r.unfolded, r.work, isa));
-    r.spectrum.leave_block_out(all, r.work, isa);
+    r.spectrum.leave_block_out({}, all, r.work, isa);
     const NoiseSpectrum::LevelGradient by = r.spectrum.gradient(r.levels, by_unfolded, r.work, isa);
     add(by_unfolded);
     for (const auto& values : {by.white, by.slow, by.memory}) add(values);

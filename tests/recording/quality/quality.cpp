@@ -1,6 +1,7 @@
 // Faults in the samples of sway: each is found where it is, and nowhere else.
 #include "recording/quality/quality.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -168,4 +169,18 @@ TEST_CASE("sway without a sensor's noise was smoothed, or simulated") {
   check_only(found(values), "smooth", Severity::info, "moving average of 0.11 s");
   for (const Warning& warning : found(sway(0.0), 20.0))
     CHECK(warning.code != "smooth");  // the rate is too low to judge
+}
+
+TEST_CASE("samples that were bridged by a straight line are found, unless the reader has filled gaps itself") {
+  std::vector<double> values = sway(0.02);
+  for (std::size_t k = 1001; k < 1061; ++k) values[k] = values[1000] + 0.004 * static_cast<double>(k - 1000);
+  const Warnings bridged = found(values);
+  REQUIRE(!bridged.empty());
+  CHECK(bridged[0].code == "bridged");
+  CHECK(bridged[0].severity == Severity::info);
+  Warnings filled;
+  add_caution(filled, "gaps_filled", "some");
+  for (double& value : values) value *= sim::rad_per_deg;
+  look_for_faults(values, rate_hz, filled);
+  CHECK(std::ranges::count(filled, "bridged", &Warning::code) == 0);
 }

@@ -35,7 +35,7 @@ struct CalibrateOptions {
   std::uint64_t seed = 2026;
   bool resume = false, faults = false;
   std::string output, figure, model, conditions;
-  std::vector<std::string> with;
+  std::vector<std::string> with, only;
   posterior::Priors priors{.start_s = 0.0, .gain = 0.0};
   posterior::Settings settings;
 };
@@ -206,6 +206,21 @@ std::string resuming_text(const std::string& path, std::size_t done, std::size_t
   return format("resuming: %s has %zu of %zu %s", path.c_str(), done, all, what);
 }
 
+/// Returns the rows with one of these names; all rows if there are no names. Throws Error for a name without a row.
+std::vector<FitCondition> chosen_rows(std::vector<FitCondition> rows, const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    if (std::ranges::any_of(rows, [&](const FitCondition& row) { return row.fault.name == name; })) continue;
+    std::string all;
+    for (const FitCondition& row : rows)
+      if (all.find(row.fault.name) == std::string::npos) all += (all.empty() ? "" : ", ") + row.fault.name;
+    throw Error(Code::setting_unknown, "--only", "'" + name + "' is not a row of this table", "name one of " + all);
+  }
+  if (!names.empty())
+    std::erase_if(rows,
+                  [&](const FitCondition& row) { return std::ranges::find(names, row.fault.name) == names.end(); });
+  return rows;
+}
+
 /// Makes the table of recording conditions or artefacts: fits as users run them, with start and gain unknown.
 void run_conditions(const CalibrateOptions& options, const Command& command) {
   if (ranks() != nullptr)
@@ -229,7 +244,7 @@ void run_conditions(const CalibrateOptions& options, const Command& command) {
   settings["faults"] = options.faults;
   settings["network"] = nn::weights_sha256(model.network);
   const std::vector<FitCondition> conditions =
-      options.faults ? fit_faults(protocol, request.priors) : fit_conditions(protocol);
+      chosen_rows(options.faults ? fit_faults(protocol, request.priors) : fit_conditions(protocol), options.only);
   Json rows = Json::array();
   if (options.resume && std::filesystem::exists(options.output))
     rows = earlier_rows(options.output, settings, conditions);
@@ -399,6 +414,11 @@ void add_calibrate(const Command& program) {
                      "Measure each recording condition of this protocol alone, then all together");
   command.add_flag("--faults", options->faults,
                    "Measure one recording artefact per table row, with unknown start and gain");
+  command
+      .add_option("--only", options->only,
+                  "Measure only the rows of --conditions or --faults with this name; may be repeated")
+      .repeatable()
+      .shown_as("NAME");
   command.section("Advanced");
   command.add_option("--max-draws,--most-draws", options->settings.max_draws, "Take at most this many draws per chain")
       .show_default()
@@ -426,6 +446,8 @@ void add_calibrate(const Command& program) {
       throw Error(Code::setting_conflict, "--faults", "cannot be combined with --conditions", "give one of them");
     if (!options->with.empty() && (options->faults || !options->conditions.empty()))
       throw Error(Code::setting_conflict, "--with", "cannot be combined with --faults or --conditions", "leave it out");
+    if (!options->only.empty() && !options->faults && options->conditions.empty())
+      throw Error(Code::setting_conflict, "--only", "chooses rows of --conditions or --faults", "add one of them");
     if (options->faults || !options->conditions.empty()) return run_conditions(*options, command);
     run_calibrate(*options, command);
   });

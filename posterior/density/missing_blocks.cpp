@@ -1,0 +1,175 @@
+// Blocks without a recorded value, integrated out of the density: the members of NoiseSpectrum that take MissingBlocks.
+// With C their columns, Q the inverse covariance and s the standard deviation of their values, Woodbury's identity
+// gives
+//
+//   Q - Q C A^-1 C^t Q,  A = C^t Q C + 1 / s^2,
+//
+// which is Q applied to the residual r - C x, x = A^-1 C^t Q r: the missing blocks get their most probable values.
+#include <algorithm>
+#include <cmath>
+
+#include "base/math/math.hpp"
+#include "posterior/density/spectrum.hpp"
+#include "sim/protocol/experiment.hpp"
+
+namespace decid::posterior {
+namespace {
+
+// Wider than any sway, so it has no influence; it bounds what the ignored frequencies leave open.
+constexpr double missing_sd_rad = 10.0 * sim::rad_per_deg;
+
+std::size_t diagonal(std::size_t row) {
+  return row * (row + 3) / 2;
+}
+
+/// Returns the place of a block among unfolded ones (Kernels::unfold).
+std::size_t place_of(int block, int blocks) {
+  return static_cast<std::size_t>(block % 2 == 0 ? block / 2 : blocks - 1 - block / 2) * lanes;
+}
+
+}  // namespace
+
+MissingBlocks NoiseSpectrum::make_missing(std::vector<int> blocks) const {
+  MissingBlocks missing{std::move(blocks), {}};
+  const long long parts = 4LL * this->blocks();
+  for (int k = 0; k < rows(); ++k) {
+    const double norm = std::sqrt((k == 0 ? 1.0 : 2.0) / this->blocks());
+    for (const int m : missing.blocks)
+      missing.basis.push_back(norm * sincos_of_turn(static_cast<long long>(k) * (2 * m + 1) % parts, parts).cos);
+  }
+  return missing;
+}
+
+void NoiseSpectrum::clear(const MissingBlocks& missing, std::span<double> unfolded) const {
+  for (const int m : missing.blocks) std::ranges::fill(unfolded.subspan(place_of(m, blocks()), lanes), 0.0);
+}
+
+void NoiseSpectrum::leave_out(const MissingBlocks& missing, NoiseWorkspace& work, std::array<double, lanes>& misfit,
+                              Isa isa) const {
+  const int count = missing.count();
+  if (count == 0) return;
+  const Kernels& run = kernels(isa);
+  const auto sized = [](AlignedVector<double>& values, std::size_t size) { values.resize(size * lanes, 0.0); };
+  const auto free = static_cast<std::size_t>(count), all = static_cast<std::size_t>(rows());
+  sized(work.free_columns, all * free);
+  sized(work.free_matrix, free * (free + 1) / 2);
+  for (auto* values : {&work.free_rise, &work.free_value, &work.free_weight}) sized(*values, free);
+
+  std::array<double, lanes> line_variance;
+  for (std::size_t l = 0; l < lanes; ++l) line_variance[l] = 1.0 / work.line_precision[l];
+  run.free_columns({rows(), count, missing.basis.data(), line_.data(), 1.0 / (missing_sd_rad * missing_sd_rad)},
+                   work.precision.data(), line_variance.data(), work.free_columns.data(), work.free_rise.data(),
+                   work.free_matrix.data());
+  run.columns_times(rows(), count, work.free_columns.data(), work.coefficient.data(), work.free_value.data());
+  run.factorize(count, work.free_matrix.data());
+  run.solve_lower(count, work.free_matrix.data(), work.free_value.data());
+  run.solve_transposed(count, work.free_matrix.data(), work.free_value.data());
+  for (double& value : work.free_value) value = -value;
+  run.add_matrix_times(rows(), count, missing.basis.data(), work.free_value.data(), work.coefficient.data());
+  for (std::size_t i = 0; i < free; ++i)
+    for (std::size_t l = 0; l < lanes; ++l)
+      work.line[l] = std::fma(work.free_value[i * lanes + l], work.free_rise[i * lanes + l], work.line[l]);
+  // From the residual with its new values: the difference of two misfits would cancel.
+  std::array<double, lanes> squares, of_prior;
+  run.squares(count, work.free_value.data(), of_prior.data());
+  squares.fill(0.0);
+  for (std::size_t k = 0; k < all; ++k)
+    for (std::size_t l = 0; l < lanes; ++l) {
+      const double value = work.coefficient[k * lanes + l];
+      squares[l] += value * value * work.precision[k * lanes + l];
+    }
+  for (std::size_t l = 0; l < lanes; ++l) {
+    squares[l] -= work.line[l] * work.line[l] * work.line_precision[l];
+    misfit[l] = 0.5 * (squares[l] + of_prior[l] / (missing_sd_rad * missing_sd_rad)) + work.half_log_determinant[l];
+    for (std::size_t i = 0; i < free; ++i)
+      misfit[l] += decid::log(missing_sd_rad * work.free_matrix[diagonal(i) * lanes + l]);
+  }
+}
+
+// The derivative of log det A / 2 by a coefficient's power is - u^2 / 2, u = L^-1 C^t Q with A = L L^t. The columns
+// keep their length L_ii until they are weighed, because kernels subtract multiples of columns.
+void NoiseSpectrum::add_gradient(const MissingBlocks& missing, const NoiseLevels& levels, NoiseWorkspace& work,
+                                 LevelGradient& by, Isa isa) const {
+  const auto count = static_cast<std::size_t>(missing.count()), all = static_cast<std::size_t>(rows());
+  if (count == 0) return;
+  const Kernels& run = kernels(isa);
+  const auto column = [&](std::size_t i) { return work.free_columns.data() + i * all * lanes; };
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      std::array<double, lanes> factor;
+      for (std::size_t l = 0; l < lanes; ++l)
+        factor[l] = work.free_matrix[(diagonal(i) - i + j) * lanes + l] / work.free_matrix[diagonal(j) * lanes + l];
+      run.subtract_times(rows(), factor.data(), column(j), column(i));
+    }
+    for (std::size_t l = 0; l < lanes; ++l) {
+      const double length = work.free_matrix[diagonal(i) * lanes + l];
+      work.free_weight[i * lanes + l] = -0.5 / (length * length);
+    }
+  }
+  std::array<double, 3 * lanes> sums;
+  run.column_powers(constants(), missing.count(), levels.slow.data(), work.slow_fraction.data(),
+                    work.free_columns.data(), work.free_weight.data(), sums.data());
+  for (std::size_t l = 0; l < lanes; ++l) {
+    by.white[l] += sums[l];
+    by.slow[l] += sums[lanes + l];
+    by.memory[l] += sums[2 * lanes + l];
+  }
+}
+
+void NoiseSpectrum::begin_whitening(const MissingBlocks& missing, NoiseWorkspace& work, Isa isa) const {
+  begin_whitening(work);
+  const std::size_t all = static_cast<std::size_t>(rows()) * lanes, count = static_cast<std::size_t>(missing.count());
+  for (std::size_t i = 0; i < count; ++i) {
+    std::ranges::fill(work.unfolded, 0.0);
+    std::ranges::fill(std::span(work.unfolded).subspan(place_of(missing.blocks[i], blocks()), lanes), 1.0);
+    whiten(work.unfolded, work, isa);
+    std::copy_n(work.coefficient.begin(), all, work.free_columns.begin() + static_cast<std::ptrdiff_t>(i * all));
+  }
+}
+
+void NoiseSpectrum::whiten(const MissingBlocks& missing, std::span<const double> unfolded, NoiseWorkspace& work,
+                           Isa isa) const {
+  whiten(unfolded, work, isa);
+  const int count = missing.count();
+  if (count == 0) return;
+  const Kernels& run = kernels(isa);
+  run.columns_times(rows(), count, work.free_columns.data(), work.coefficient.data(), work.free_value.data());
+  run.solve_lower(count, work.free_matrix.data(), work.free_value.data());
+  run.solve_transposed(count, work.free_matrix.data(), work.free_value.data());
+  const std::size_t all = static_cast<std::size_t>(rows()) * lanes;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
+    run.subtract_times(rows(), work.free_value.data() + i * lanes, work.free_columns.data() + i * all,
+                       work.coefficient.data());
+  for (double& value : work.free_value) value /= missing_sd_rad;
+}
+
+std::vector<double> NoiseSpectrum::explained_by_missing(const MissingBlocks& missing, NoiseWorkspace& work,
+                                                        Isa isa) const {
+  const auto count = static_cast<std::size_t>(missing.count()), all = static_cast<std::size_t>(rows());
+  std::vector<double> sums(static_cast<std::size_t>(blocks()) * lanes, 0.0);
+  for (std::size_t i = 0; i < count; ++i) {
+    double* column = work.free_columns.data() + i * all * lanes;
+    for (std::size_t j = 0; j <= i; ++j) {
+      std::array<double, lanes> factor;
+      const double* row = work.free_matrix.data() + (diagonal(i) - i + j) * lanes;
+      std::copy_n(row, lanes, factor.begin());
+      if (j < i) {
+        kernels(isa).subtract_times(rows(), factor.data(), work.free_columns.data() + j * all * lanes, column);
+        continue;
+      }
+      for (std::size_t k = 0; k < all; ++k)
+        for (std::size_t l = 0; l < lanes; ++l) column[k * lanes + l] /= factor[l];
+    }
+    std::fill(work.spectrum.begin() + 2 * rows() * lanes, work.spectrum.end(), 0.0);
+    for (std::size_t k = 0; k < all; ++k)
+      for (std::size_t l = 0; l < lanes; ++l) {
+        work.spectrum[2 * k * lanes + l] = back_[2 * k] * column[k * lanes + l];
+        work.spectrum[(2 * k + 1) * lanes + l] = back_[2 * k + 1] * column[k * lanes + l];
+      }
+    fft_.inverse_lanes(work.spectrum, work.unfolded, work.fft_work, isa);
+    for (std::size_t b = 0; b < sums.size(); ++b) sums[b] = std::fma(work.unfolded[b], work.unfolded[b], sums[b]);
+  }
+  return sums;
+}
+
+}  // namespace decid::posterior

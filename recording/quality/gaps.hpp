@@ -1,0 +1,25 @@
+// Finds stretches of a sway that were not measured: a sensor that froze, samples that were bridged by a straight line.
+// Not installed.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "base/sample_range.hpp"
+
+namespace decid::recording {
+
+/// Returns the runs of one value for 0.1 s and at least 5 samples that are twelve times as long as the median run,
+/// weighted by samples (runs of a coarse sensor are long). Zeros at the start do not count, because simulated bodies
+/// start at rest.
+std::vector<SampleRange> frozen_stretches(std::span<const double> sway, double rate_hz);
+
+/// Returns the samples between measured ones that lie on a straight line with a slope for 0.1 s and at least 5 samples.
+/// A line rounded to the digits of a file counts. Lines at either end do not: no sample was measured behind them. Empty
+/// for a sway whose samples are often straight: of a coarse sensor, smooth, or interpolated throughout.
+std::vector<SampleRange> straight_stretches(std::span<const double> sway, double rate_hz);
+
+/// Returns the ranges in ascending order, joined where they touch or overlap.
+std::vector<SampleRange> joined(std::vector<SampleRange> ranges);
+
+}  // namespace decid::recording

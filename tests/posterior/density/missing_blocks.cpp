@@ -1,0 +1,291 @@
+// Blocks without a recorded value: the density integrates them out, as explicit covariance matrices in which these
+// blocks have a variance of their own.
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <vector>
+
+#include "base/error.hpp"
+#include "base/math/cholesky.hpp"
+#include "base/math/random.hpp"
+#include "posterior/density/density.hpp"
+#include "posterior/density/spectrum.hpp"
+#include "posterior/streams.hpp"
+#include "tests/helpers.hpp"
+#include "tests/posterior/density/dense_noise.hpp"
+#include "tests/posterior/density/density_points.hpp"
+#include "tests/posterior/trial.hpp"
+
+using namespace decid;
+using namespace decid::posterior;
+using namespace decid::test;
+
+namespace {
+
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+/// Eight residuals of 44 blocks of 0.1 s, with different levels of noise; two gaps, one at the end.
+struct Gapped {
+  NoiseSpectrum spectrum{44, 0.1, 2.5, 0.03};
+  std::size_t blocks = 44, rows = static_cast<std::size_t>(spectrum.rows());
+  MissingBlocks missing = spectrum.make_missing({7, 8, 9, 10, 11, 30, 43});
+  NoiseLevels levels{};
+  AlignedVector<double> unfolded = AlignedVector<double>(blocks * lanes);
+  NoiseWorkspace work = spectrum.workspace();
+
+  Gapped() {
+    for (std::size_t l = 0; l < lanes; ++l) {
+      const double white = (0.002 + 0.003 * static_cast<double>(l)) * sim::rad_per_deg;
+      levels.white[l] = white * white;
+      levels.slow[l] = l == 0 ? 0.0 : 20.0 / static_cast<double>(l) * levels.white[l];
+      levels.memory[l] = std::pow(0.5 + static_cast<double>(l), 2);
+      put(random(l, 1.4 * white), l);
+    }
+  }
+  DenseNoise dense(std::size_t l) const {
+    return {blocks, 0.1, 0.03, levels.white[l], levels.slow[l], levels.memory[l], missing.blocks};
+  }
+  std::vector<double> random(std::uint64_t item, double sd) const {
+    std::vector<double> values(blocks);
+    Random(4, posterior::streams::chains, item).fill_normal(values);
+    for (std::size_t m = 0; m < blocks; ++m) values[m] = sd * (values[m] + 30.0 + 0.7 * static_cast<double>(m));
+    return values;
+  }
+  std::size_t place(std::size_t m) const { return m % 2 == 0 ? m / 2 : blocks - 1 - m / 2; }
+  void put(const std::vector<double>& values, std::size_t l) {
+    for (std::size_t m = 0; m < blocks; ++m) unfolded[place(m) * lanes + l] = values[m];
+  }
+  std::vector<double> folded(const AlignedVector<double>& from, std::size_t l) const {
+    std::vector<double> values(blocks);
+    for (std::size_t m = 0; m < blocks; ++m) values[m] = from[place(m) * lanes + l];
+    return values;
+  }
+  std::array<double, lanes> misfit(Isa isa = chosen_isa()) {
+    std::array<double, lanes> value = spectrum.misfit(levels, unfolded, work, isa);
+    spectrum.leave_out(missing, work, value, isa);
+    return value;
+  }
+  NoiseSpectrum::LevelGradient gradient(AlignedVector<double>& by_unfolded, Isa isa = chosen_isa()) {
+    NoiseSpectrum::LevelGradient by = spectrum.gradient(levels, by_unfolded, work, isa);
+    spectrum.add_gradient(missing, levels, work, by, isa);
+    return by;
+  }
+};
+
+/// A gap of 1.35 s and a short one, which touch 14 and 1 blocks of 0.1 s.
+const std::vector<SampleRange> gaps{{305, 440}, {700, 703}};
+
+Observation observe_gaps(const Density& density, float shift_rad = 0.0F) {
+  std::vector<float> sway = recorded(density.protocol(), some_parameters(), 0.02, 0);
+  for (const SampleRange& gap : gaps)
+    for (std::size_t i = gap.first; i < gap.end; ++i) sway[i] += shift_rad;
+  return density.observe(sway, gaps);
+}
+
+}  // namespace
+
+TEST_CASE("MissingBlocks: the misfit is the density of a covariance in which they have any value") {
+  Gapped g;
+  const std::array<double, lanes> misfit = g.misfit();
+  for (std::size_t l = 0; l < lanes; ++l) {
+    const DenseNoise dense = g.dense(l);
+    const std::vector<double> kept = dense.transform(g.rows, g.folded(g.unfolded, l));
+    const DenseGaussian gaussian = dense.of_coefficients(g.rows);
+    const double scale = gaussian.product(kept, kept) + std::abs(gaussian.log_determinant());
+    CHECK(within(misfit[l], gaussian.misfit(kept), dense.rounding(g.rows) * scale));
+  }
+}
+
+TEST_CASE("MissingBlocks: derivatives by the levels are those of finite differences") {
+  Gapped g;
+  const std::array<double, lanes> here = g.misfit();
+  AlignedVector<double> by_unfolded(g.unfolded.size());
+  const NoiseSpectrum::LevelGradient by = g.gradient(by_unfolded);
+  const double step = 6e-6;
+  for (std::array<double, lanes> NoiseLevels::*const level :
+       {&NoiseLevels::white, &NoiseLevels::slow, &NoiseLevels::memory}) {
+    const NoiseLevels levels = g.levels;
+    for (double& value : g.levels.*level) value *= std::exp(step);
+    const std::array<double, lanes> above = g.misfit();
+    g.levels = levels;
+    for (double& value : g.levels.*level) value *= std::exp(-step);
+    const std::array<double, lanes> below = g.misfit();
+    g.levels = levels;
+    for (std::size_t l = 0; l < lanes; ++l) {
+      const double derivative = level == &NoiseLevels::white  ? by.white[l] * levels.white[l]
+                                : level == &NoiseLevels::slow ? by.slow[l] * levels.slow[l]
+                                                              : by.memory[l];
+      const double scale = std::abs(here[l]) + 20.0 * static_cast<double>(g.rows);
+      CHECK(within(derivative, (above[l] - below[l]) / (2.0 * step), 100.0 * (epsilon / step + step * step) * scale));
+    }
+  }
+}
+
+TEST_CASE("MissingBlocks: derivatives by the residual, and products of whitened columns") {
+  Gapped g;
+  g.misfit();
+  AlignedVector<double> by_unfolded(g.unfolded.size());
+  g.gradient(by_unfolded);
+  g.misfit();
+  g.spectrum.begin_whitening(g.missing, g.work, chosen_isa());
+  const AlignedVector<double> residual = g.unfolded;
+  std::array<std::vector<double>, 2> whitened;
+  for (std::size_t i = 0; i < 2; ++i) {
+    for (std::size_t l = 0; l < lanes; ++l) g.put(g.random(100 * (i + 1) + l, 1e-3), l);
+    g.spectrum.whiten(g.missing, g.unfolded, g.work, chosen_isa());
+    whitened[i].assign(g.work.coefficient.begin(), g.work.coefficient.end());
+    whitened[i].insert(whitened[i].end(), g.work.free_value.begin(), g.work.free_value.end());
+  }
+  for (std::size_t l = 0; l < lanes; ++l) {
+    const DenseNoise dense = g.dense(l);
+    const DenseGaussian gaussian = dense.of_coefficients(g.rows);
+    const std::vector<double> kept = dense.transform(g.rows, g.folded(residual, l)),
+                              derivative = g.folded(by_unfolded, l);
+    for (std::size_t m = 0; m < g.blocks; ++m) {
+      std::vector<double> unit(g.blocks, 0.0);
+      unit[m] = 1.0;
+      const std::vector<double> its = dense.transform(g.rows, unit);
+      // Of the matrix without missing blocks, whose entries cancel.
+      const double scale = std::sqrt(gaussian.product(kept, kept)) / std::sqrt(g.levels.white[l]);
+      CHECK(within(derivative[m], gaussian.product(kept, its), dense.rounding(g.rows) * scale));
+    }
+    const std::vector<double> a = dense.transform(g.rows, g.random(100 + l, 1e-3)),
+                              b = dense.transform(g.rows, g.random(200 + l, 1e-3));
+    double product = 0.0;
+    for (std::size_t k = l; k < whitened[0].size(); k += lanes) product += whitened[0][k] * whitened[1][k];
+    const double scale = std::sqrt(gaussian.product(a, a) * gaussian.product(b, b));
+    CHECK(within(product, gaussian.product(a, b), dense.rounding(g.rows) * scale));
+  }
+}
+
+// Coefficients that are left out and missing blocks have a variance that says nothing.
+TEST_CASE("MissingBlocks: a recorded block given all others, and nothing for a missing one") {
+  Gapped g;
+  g.misfit();
+  std::vector<double> log_density(g.blocks * lanes, 1.0);
+  g.spectrum.leave_block_out(g.missing, log_density, g.work, chosen_isa());
+  for (std::size_t l = 0; l < lanes; ++l) {
+    const std::vector<double> covariance = g.dense(l).of_blocks(g.rows, 1e8 * g.levels.white[l]);
+    const std::vector<double> residual = g.folded(g.unfolded, l);
+    const double all = DenseGaussian(covariance).misfit(residual);
+    for (std::size_t i = 0; i < g.blocks; ++i) {
+      if (std::ranges::find(g.missing.blocks, static_cast<int>(i)) != g.missing.blocks.end()) {
+        CHECK(log_density[i * lanes + l] == 0.0);
+        continue;
+      }
+      std::vector<double> others, of_others;
+      for (std::size_t m = 0; m < g.blocks; ++m) {
+        if (m == i) continue;
+        of_others.push_back(residual[m]);
+        for (std::size_t n = 0; n < g.blocks; ++n)
+          if (n != i) others.push_back(covariance[m * g.blocks + n]);
+      }
+      const double expected = DenseGaussian(others).misfit(of_others) - all - 0.5 * std::log(2.0 * sim::pi);
+      CHECK(within(log_density[i * lanes + l], expected, 1e-4));
+    }
+  }
+}
+
+TEST_CASE("MissingBlocks: the same bits for every instruction set") {
+  std::vector<double> first;
+  for (const Isa isa : available_isas()) {
+    Gapped g;
+    AlignedVector<double> by_unfolded(g.unfolded.size());
+    std::vector<double> all(g.blocks * lanes);
+    const auto add = [&](const auto& values) { all.insert(all.end(), values.begin(), values.end()); };
+    add(g.misfit(isa));
+    g.spectrum.leave_block_out(g.missing, all, g.work, isa);
+    g.misfit(isa);
+    const NoiseSpectrum::LevelGradient by = g.gradient(by_unfolded, isa);
+    add(by_unfolded);
+    for (const auto& values : {by.white, by.slow, by.memory}) add(values);
+    g.misfit(isa);
+    g.spectrum.begin_whitening(g.missing, g.work, isa);
+    g.spectrum.whiten(g.missing, g.unfolded, g.work, isa);
+    add(g.work.coefficient);
+    add(g.work.free_value);
+    if (first.empty()) first = all;
+    CHECK(all == first);
+  }
+}
+
+TEST_CASE("Density: gradients with gaps are those of finite differences") {
+  const Density density(sines_protocol(), {});
+  const Observation observation = observe_gaps(density);
+  CHECK(observation.missing.count() == 15);
+  CHECK(worst_gradient(density, observation, {}) < 1.0);
+  CHECK(worst_gradient(density, observation, 0.05) < 1.0);
+}
+
+// Only the torque of the sine, computed from the recorded sway, still has the gap's values.
+TEST_CASE("Density: the values in a gap do not count") {
+  const Density density(sines_protocol(), {});
+  const auto shift = static_cast<float>(0.5 * sim::rad_per_deg);
+  const Values x = random_points(density, 3);
+  const Evaluated here = evaluate(density, observe_gaps(density), x),
+                  there = evaluate(density, observe_gaps(density, shift), x);
+  Observation known = observe_gaps(density), moved = observe_gaps(density, shift);
+  known.missing = moved.missing = {};
+  const Evaluated all = evaluate(density, known, x), wrong = evaluate(density, moved, x);
+  for (std::size_t l = 0; l < lanes; ++l) {
+    CHECK(within(here.potential[l], there.potential[l], 2e-4 * std::abs(here.potential[l])));
+    CHECK(std::abs(all.potential[l] - wrong.potential[l]) > 0.01 * std::abs(all.potential[l]));
+  }
+}
+
+TEST_CASE("Density: the information with gaps is that of the model's derivatives") {
+  const Density density(sines_protocol(), {});
+  const Observation observation = observe_gaps(density);
+  const Values x = random_points(density, 2);
+  Density::Workspace work(density);
+  const auto size = static_cast<std::size_t>(density.size()),
+             length = static_cast<std::size_t>(density.blocks()) * lanes;
+  std::vector<double> information(triangle(size) * lanes);
+  density.information(observation, x, information, work);
+  const int noises = density.noise_size();
+  const std::vector<int> some{0, 11, noises - 1, noises, noises + 1, noises + 5, noises + 6, noises + 8, noises + 9};
+  std::vector<Values> columns;
+  const double step = 1e-5;
+  Observation all = observation;  // the model's offset and line follow its residual, which missing blocks change
+  all.missing = {};
+  for (const int i : some) {
+    Values high = x, low = x;
+    for (std::size_t l = 0; l < lanes; ++l) at(high, i, l) += step, at(low, i, l) -= step;
+    Values change = model(density, all, high).sway;
+    const Values below = model(density, all, low).sway;
+    for (std::size_t m = 0; m < length; ++m) change[m] = (change[m] - below[m]) / (2.0 * step);
+    columns.push_back(change);
+  }
+  const std::size_t kept = coefficients(density);
+  for (std::size_t l = 0; l < lanes; ++l) {
+    DenseNoise noise = noise_of(density, density.state(x, static_cast<int>(l)));
+    noise.missing = observation.missing.blocks;
+    const DenseGaussian gaussian = noise.of_coefficients(kept);
+    std::vector<std::vector<double>> whitened;
+    for (const Values& column : columns)
+      whitened.push_back(gaussian.whitened(noise.transform(kept, of_chain(column, l))));
+    const auto product = [&](std::size_t a, std::size_t b) {
+      return std::inner_product(whitened[a].begin(), whitened[a].end(), whitened[b].begin(), 0.0);
+    };
+    for (std::size_t a = 0; a < some.size(); ++a) {
+      for (std::size_t b = 0; b < a; ++b) {
+        const std::size_t entry = triangle(static_cast<std::size_t>(some[a])) + static_cast<std::size_t>(some[b]);
+        CHECK(within(information[entry * lanes + l], product(a, b), 4e-4 * std::sqrt(product(a, a) * product(b, b))));
+      }
+    }
+  }
+}
+
+TEST_CASE("Density: gaps outside of the recording, and gaps that are too long, are refused") {
+  const Density density(sines_protocol(), {});
+  const std::vector<float> sway = recorded(density.protocol(), some_parameters(), 0.02, 0);
+  const auto observe = [&](SampleRange gap) { return density.observe(sway, std::span(&gap, 1)); };
+  check_error([&] { observe({5, 5}); }, Code::setting_out_of_range, "recording");
+  check_error([&] { observe({0, sway.size() + 1}); }, Code::setting_out_of_range, "recording");
+  CHECK(observe({sway.size() - 1, sway.size()}).missing.count() <= 1);
+  const Density of_minutes(sim::default_protocol(), {});
+  const std::vector<float> longer(static_cast<std::size_t>(of_minutes.protocol().samples()), 0.0F);
+  const std::array<SampleRange, 2> twice{{{100, 1200}, {2000, 3000}}};
+  check_error([&] { of_minutes.observe(longer, twice); }, Code::value_missing, "recording");
+}
