@@ -72,7 +72,8 @@ std::vector<SampleRange> straight_stretches(std::span<const double> sway, double
   const auto bend = [&](std::size_t k) { return std::abs(sway[k] - 2.0 * sway[k + 1] + sway[k + 2]); };
   std::vector<double> all(bends);
   for (std::size_t k = 0; k < bends; ++k) all[k] = bend(k);
-  if (median(std::move(all)) < min_median_bend * allowed) return {};  // coarse, smooth or interpolated: it has such lines
+  if (median(std::move(all)) < min_median_bend * allowed)
+    return {};  // coarse, smooth or interpolated: it has such lines
   const auto is_straight = [&](std::size_t k) { return bend(k) <= allowed; };
   std::vector<SampleRange> runs = runs_of(bends, [&](std::size_t k) { return is_straight(k) && is_straight(k - 1); });
   const double shortest = min_length(rate_hz);

@@ -183,6 +183,11 @@ Json recording_json(const RecordingResult& id, const Report& report) {
                          {"correlation", tilt->correlation},
                          {"gain", tilt->gain}};
   }
+  for (const SampleRange& gap : id.trial.gaps) {
+    const double rate_hz = report.protocol.experiment.sample_rate_hz;
+    recording["gaps"].push_back(
+        {{"begin_s", static_cast<double>(gap.first) / rate_hz}, {"end_s", static_cast<double>(gap.end) / rate_hz}});
+  }
   recording["frf"] = explanation.frf ? frf_to_json(*explanation.frf) : Json(nullptr);
   recording["trust"] = name(id.trust());
   recording["warnings"] = warnings_json(id.warnings);
