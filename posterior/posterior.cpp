@@ -40,6 +40,25 @@ void check(const Settings& settings) {
   at_least("max_draws", settings.max_draws, 4);
 }
 
+/// Posteriors of more parameters are longer ridges: chains need more steps to reach one, and to travel along it.
+constexpr int many_parameters = 9;
+
+Settings for_target(Settings settings, const Target& target) {
+  int inferred = 0;
+  for (std::size_t t = 0; t < target.trials(); ++t) {
+    const Density& density = target.density(t);
+    int here = 0;
+    for (int p = 0; p < density.parameters(); ++p) here += density.infers(p) ? 1 : 0;
+    inferred = std::max(inferred, here);
+  }
+  if (inferred < many_parameters) return settings;
+  settings.annealing_transitions *= 3;
+  settings.window_transitions = settings.window_transitions * 5 / 3;
+  settings.max_leapfrog_steps *= 4;
+  settings.max_steps *= 4;
+  return settings;
+}
+
 }  // namespace
 
 double Posterior::value(const State& state, int quantity) {
@@ -116,7 +135,7 @@ bool Posterior::apart() const {
 class Run {
  public:
   Run(Target target, const Settings& settings, const OnProgress& progress)
-      : target_(std::move(target)), settings_(settings), progress_(progress) {
+      : target_(std::move(target)), settings_(for_target(settings, target_)), progress_(progress) {
     check(settings);
     for (std::size_t t = 0; t < target_.trials(); ++t)
       if (std::ranges::all_of(target_.observation(t).sway, [](double sway) { return sway == 0.0; }))
