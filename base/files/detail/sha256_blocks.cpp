@@ -1,7 +1,7 @@
 // The compression of blocks: see sha256_blocks.hpp.
 // Definition: FIPS 180-4, sections 4.1.2 (functions), 4.2.2 (constants) and 6.2. The SHA extensions are described in
 // Intel's Architecture Instruction Set Extensions manual, chapter 8; AMD has them since Zen.
-#include "base/files/sha256_blocks.hpp"
+#include "base/files/detail/sha256_blocks.hpp"
 
 #include <bit>
 
