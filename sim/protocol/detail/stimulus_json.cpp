@@ -1,5 +1,5 @@
 // Kinds of stimulus as JSON: see stimulus_json.hpp. A new kind needs a key, a writer and a reader.
-#include "sim/protocol/stimulus_json.hpp"
+#include "sim/protocol/detail/stimulus_json.hpp"
 
 #include <utility>
 

@@ -1,5 +1,5 @@
 // Bounds of a protocol's settings: see checker.hpp.
-#include "sim/protocol/checker.hpp"
+#include "sim/protocol/detail/checker.hpp"
 
 #include <charconv>
 #include <cmath>

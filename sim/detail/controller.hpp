@@ -9,7 +9,7 @@
 #include <string>
 
 #include "base/error.hpp"
-#include "sim/protocol/checker.hpp"
+#include "sim/protocol/detail/checker.hpp"
 #include "sim/simulate.hpp"
 
 namespace decid::sim {
