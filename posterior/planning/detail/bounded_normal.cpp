@@ -1,5 +1,5 @@
 // Normal posteriors within ranges: see bounded_normal.hpp.
-#include "posterior/planning/bounded_normal.hpp"
+#include "posterior/planning/detail/bounded_normal.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // Information in the power of noise-driven sway: see noise_power.hpp.
-#include "posterior/planning/noise_power.hpp"
+#include "posterior/planning/detail/noise_power.hpp"
 
 #include <algorithm>
 #include <optional>
