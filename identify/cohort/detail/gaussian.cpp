@@ -1,5 +1,5 @@
 // Nodes of a tree of Gaussians: see gaussian.hpp.
-#include "identify/cohort/gaussian.hpp"
+#include "identify/cohort/detail/gaussian.hpp"
 
 #include <algorithm>
 #include <cmath>

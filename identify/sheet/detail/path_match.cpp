@@ -1,11 +1,11 @@
 // Paths of recordings compared: see path_match.hpp.
-#include "identify/sheet/path_match.hpp"
+#include "identify/sheet/detail/path_match.hpp"
 
 #include <algorithm>
 #include <array>
 #include <string_view>
 
-#include "identify/sheet/text_key.hpp"
+#include "identify/sheet/detail/text_key.hpp"
 
 namespace decid {
 namespace {

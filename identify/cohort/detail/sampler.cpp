@@ -1,5 +1,5 @@
 // The Gibbs sampler's structure, and its draws of standard deviations: see sampler.hpp.
-#include "identify/cohort/sampler.hpp"
+#include "identify/cohort/detail/sampler.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include "base/math/cholesky.hpp"
 #include "base/math/math.hpp"
-#include "identify/cohort/streams.hpp"
+#include "identify/cohort/detail/streams.hpp"
 
 namespace decid::cohort {
 namespace {

@@ -1,5 +1,5 @@
 // The structure of a study: see design.hpp.
-#include "identify/cohort/design.hpp"
+#include "identify/cohort/detail/design.hpp"
 
 #include <algorithm>
 #include <cmath>

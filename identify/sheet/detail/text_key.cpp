@@ -1,5 +1,5 @@
 // Keys of names: see text_key.hpp.
-#include "identify/sheet/text_key.hpp"
+#include "identify/sheet/detail/text_key.hpp"
 
 #include <algorithm>
 #include <map>

@@ -9,8 +9,8 @@
 #include <functional>
 
 #include "base/math/random.hpp"
-#include "identify/cohort/design.hpp"
-#include "identify/cohort/gaussian.hpp"
+#include "identify/cohort/detail/design.hpp"
+#include "identify/cohort/detail/gaussian.hpp"
 
 namespace decid::cohort {
 

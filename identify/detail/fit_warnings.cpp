@@ -1,5 +1,5 @@
 // Warnings of a posterior: see fit_warnings.hpp.
-#include "identify/fit_warnings.hpp"
+#include "identify/detail/fit_warnings.hpp"
 
 #include <algorithm>
 #include <cmath>

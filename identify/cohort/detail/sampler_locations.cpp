@@ -5,7 +5,7 @@
 #include "base/error.hpp"
 #include "base/math/cholesky.hpp"
 #include "base/math/math.hpp"
-#include "identify/cohort/sampler.hpp"
+#include "identify/cohort/detail/sampler.hpp"
 
 namespace decid::cohort {
 namespace {
