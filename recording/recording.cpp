@@ -13,8 +13,8 @@
 #include "recording/detail/clock.hpp"
 #include "recording/detail/sway_source.hpp"
 #include "recording/table/columns.hpp"
+#include "recording/table/detail/trials.hpp"
 #include "recording/table/table.hpp"
-#include "recording/table/trials.hpp"
 #include "sim/protocol/protocol.hpp"
 
 namespace decid::recording {

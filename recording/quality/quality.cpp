@@ -8,9 +8,9 @@
 
 #include "base/math/statistics.hpp"
 #include "base/setting.hpp"
-#include "recording/quality/block_means.hpp"
-#include "recording/quality/jumps.hpp"
-#include "recording/quality/moving_average.hpp"
+#include "recording/quality/detail/block_means.hpp"
+#include "recording/quality/detail/jumps.hpp"
+#include "recording/quality/detail/moving_average.hpp"
 #include "recording/table/columns.hpp"
 #include "sim/protocol/protocol.hpp"
 
