@@ -13,7 +13,7 @@
 #include "base/parallel.hpp"
 #include "base/setting.hpp"
 #include "base/text.hpp"
-#include "identify/fit_warnings.hpp"
+#include "identify/detail/fit_warnings.hpp"
 
 namespace decid {
 namespace {

@@ -11,7 +11,7 @@
 #include "base/math/math.hpp"
 #include "base/math/statistics.hpp"
 #include "base/parallel.hpp"
-#include "posterior/sampling/chain_group.hpp"
+#include "posterior/sampling/detail/chain_group.hpp"
 #include "posterior/sampling/diagnostics.hpp"
 
 namespace decid::posterior {

@@ -12,10 +12,10 @@
 #include "base/setting.hpp"
 #include "recording/detail/clock.hpp"
 #include "recording/detail/sway_source.hpp"
-#include "recording/quality/gaps.hpp"
+#include "recording/quality/detail/gaps.hpp"
 #include "recording/table/columns.hpp"
+#include "recording/table/detail/trials.hpp"
 #include "recording/table/table.hpp"
-#include "recording/table/trials.hpp"
 #include "sim/protocol/protocol.hpp"
 
 namespace decid::recording {

@@ -9,9 +9,9 @@
 #include "base/setting.hpp"
 #include "recording/detail/tilt_before.hpp"
 #include "recording/detail/tilt_match.hpp"
-#include "recording/quality/gaps.hpp"
-#include "recording/quality/quality.hpp"
-#include "recording/quality/response_check.hpp"
+#include "recording/quality/detail/gaps.hpp"
+#include "recording/quality/detail/quality.hpp"
+#include "recording/quality/detail/response_check.hpp"
 #include "recording/resample.hpp"
 #include "recording/table/columns.hpp"
 

@@ -9,7 +9,7 @@
 
 #include "base/error.hpp"
 #include "base/math/math_lanes.hpp"
-#include "sim/controller.hpp"
+#include "sim/detail/controller.hpp"
 
 namespace decid::sim {
 namespace {

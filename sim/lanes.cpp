@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "base/error.hpp"
-#include "sim/controller.hpp"
-#include "sim/protocol/checker.hpp"
+#include "sim/detail/controller.hpp"
+#include "sim/protocol/detail/checker.hpp"
 
 namespace decid::sim {
 namespace {

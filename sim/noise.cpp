@@ -11,7 +11,7 @@
 #include "base/math/math.hpp"
 #include "sim/kernels/generic_fft.hpp"
 #include "sim/kernels/kernels.hpp"
-#include "sim/protocol/checker.hpp"
+#include "sim/protocol/detail/checker.hpp"
 #include "sim/streams.hpp"
 
 namespace decid::sim {

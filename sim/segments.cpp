@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
-#include "sim/protocol/checker.hpp"
+#include "sim/protocol/detail/checker.hpp"
 
 namespace decid::sim {
 namespace {

@@ -14,7 +14,7 @@
 #include "base/error.hpp"
 #include "base/math/math.hpp"
 #include "base/parallel.hpp"
-#include "sim/controller.hpp"
+#include "sim/detail/controller.hpp"
 #include "sim/lanes.hpp"
 
 namespace decid::sim {

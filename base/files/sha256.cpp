@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "base/files/sha256_blocks.hpp"
+#include "base/files/detail/sha256_blocks.hpp"
 
 namespace decid {
 namespace {

@@ -8,7 +8,7 @@
 #include "base/math/math.hpp"
 #include "base/math/statistics.hpp"
 #include "base/parallel.hpp"
-#include "identify/cohort/sampler.hpp"
+#include "identify/cohort/detail/sampler.hpp"
 #include "posterior/sampling/diagnostics.hpp"
 
 namespace decid::cohort {

@@ -7,7 +7,7 @@
 
 #include "base/error.hpp"
 #include "base/setting.hpp"
-#include "identify/sheet/text_key.hpp"
+#include "identify/sheet/detail/text_key.hpp"
 
 namespace decid {
 namespace {

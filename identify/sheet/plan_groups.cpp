@@ -10,7 +10,7 @@
 #include "base/error.hpp"
 #include "base/setting.hpp"
 #include "base/text.hpp"
-#include "identify/sheet/text_key.hpp"
+#include "identify/sheet/detail/text_key.hpp"
 #include "recording/table/cells.hpp"
 
 namespace decid {

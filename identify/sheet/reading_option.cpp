@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "base/text.hpp"
-#include "identify/sheet/text_key.hpp"
+#include "identify/sheet/detail/text_key.hpp"
 
 namespace decid {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "base/setting.hpp"
 #include "base/text.hpp"
-#include "identify/sheet/path_match.hpp"
+#include "identify/sheet/detail/path_match.hpp"
 #include "identify/sheet/reading_option.hpp"
 #include "sim/segments.hpp"
 

@@ -9,9 +9,9 @@
 #include <string_view>
 
 #include "base/text.hpp"
+#include "identify/sheet/detail/text_key.hpp"
 #include "identify/sheet/reading_option.hpp"
 #include "identify/sheet/spreadsheet.hpp"
-#include "identify/sheet/text_key.hpp"
 
 namespace decid {
 namespace {

@@ -6,7 +6,7 @@
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
 #include "posterior/density/density.hpp"
-#include "posterior/sampling/chains.hpp"
+#include "posterior/sampling/detail/chains.hpp"
 
 namespace decid::posterior {
 namespace {

@@ -12,7 +12,7 @@
 #include "base/math/random.hpp"
 #include "base/text.hpp"
 #include "posterior/density/elementary.hpp"
-#include "posterior/sampling/chains.hpp"
+#include "posterior/sampling/detail/chains.hpp"
 #include "sim/simulate.hpp"
 
 namespace decid::posterior {

@@ -11,7 +11,7 @@
 
 #include "base/math/cholesky.hpp"
 #include "posterior/density/elementary.hpp"
-#include "posterior/sampling/chains.hpp"
+#include "posterior/sampling/detail/chains.hpp"
 
 namespace decid::posterior {
 

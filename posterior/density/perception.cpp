@@ -5,7 +5,7 @@
 #include "base/error.hpp"
 #include "base/math/math.hpp"
 #include "base/text.hpp"
-#include "posterior/sampling/chains.hpp"
+#include "posterior/sampling/detail/chains.hpp"
 
 namespace decid::posterior {
 

@@ -7,10 +7,10 @@
 #include "base/error.hpp"
 #include "base/math/statistics.hpp"
 #include "base/setting.hpp"
-#include "recording/quality/block_means.hpp"
-#include "recording/table/candidates.hpp"
+#include "recording/quality/detail/block_means.hpp"
 #include "recording/table/columns.hpp"
-#include "recording/table/trials.hpp"
+#include "recording/table/detail/candidates.hpp"
+#include "recording/table/detail/trials.hpp"
 #include "sim/double_pendulum.hpp"
 #include "sim/segments.hpp"
 

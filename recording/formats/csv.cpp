@@ -14,9 +14,9 @@
 #include "recording/formats/encoding.hpp"
 #include "recording/table/cells.hpp"
 #include "recording/table/columns.hpp"
-#include "recording/table/commented_header.hpp"
-#include "recording/table/misfit_header.hpp"
-#include "recording/table/sections.hpp"
+#include "recording/table/detail/commented_header.hpp"
+#include "recording/table/detail/misfit_header.hpp"
+#include "recording/table/detail/sections.hpp"
 
 namespace decid::recording {
 

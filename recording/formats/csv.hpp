@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "recording/table/cells.hpp"
-#include "recording/table/preamble.hpp"
+#include "recording/table/detail/preamble.hpp"
 #include "recording/table/table.hpp"
 
 namespace decid::recording {

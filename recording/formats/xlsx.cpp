@@ -9,9 +9,9 @@
 
 #include "base/error.hpp"
 #include "base/number.hpp"
-#include "recording/formats/xml_scanner.hpp"
-#include "recording/formats/zip_member.hpp"
-#include "recording/table/sections.hpp"
+#include "recording/formats/detail/xml_scanner.hpp"
+#include "recording/formats/detail/zip_member.hpp"
+#include "recording/table/detail/sections.hpp"
 #include "recording/table/table.hpp"
 
 namespace decid::recording {

@@ -9,7 +9,7 @@
 
 #include "base/number.hpp"
 #include "recording/table/columns.hpp"
-#include "recording/table/thousands.hpp"
+#include "recording/table/detail/thousands.hpp"
 
 namespace decid::recording {
 

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "recording/table/thousands.hpp"
+#include "recording/table/detail/thousands.hpp"
 
 namespace decid::recording {
 

@@ -11,10 +11,10 @@
 #include "base/files/file.hpp"
 #include "base/setting.hpp"
 #include "base/text.hpp"
-#include "recording/formats/c3d.hpp"
 #include "recording/formats/csv.hpp"
-#include "recording/formats/foreign.hpp"
-#include "recording/formats/mat/mat.hpp"
+#include "recording/formats/detail/c3d.hpp"
+#include "recording/formats/detail/foreign.hpp"
+#include "recording/formats/detail/mat/mat.hpp"
 #include "recording/formats/motion_bids.hpp"
 #include "recording/formats/xlsx.hpp"
 

@@ -5,7 +5,7 @@
 #include <variant>
 
 #include "sim/fft.hpp"
-#include "sim/protocol/checker.hpp"
+#include "sim/protocol/detail/checker.hpp"
 
 namespace decid::sim {
 namespace {

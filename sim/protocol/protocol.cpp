@@ -7,7 +7,7 @@
 
 #include "base/error.hpp"
 #include "sim/noise.hpp"
-#include "sim/protocol/checker.hpp"
+#include "sim/protocol/detail/checker.hpp"
 
 namespace decid::sim {
 

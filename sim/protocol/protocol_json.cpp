@@ -6,8 +6,8 @@
 
 #include "base/error.hpp"
 #include "base/files/json_object.hpp"
+#include "sim/protocol/detail/stimulus_json.hpp"
 #include "sim/protocol/protocol_object.hpp"
-#include "sim/protocol/stimulus_json.hpp"
 #include "sim/segments.hpp"
 
 namespace decid::sim {

@@ -10,7 +10,7 @@
 
 #include "base/error.hpp"
 #include "base/math/math.hpp"
-#include "sim/protocol/checker.hpp"
+#include "sim/protocol/detail/checker.hpp"
 #include "sim/protocol/experiment.hpp"
 
 namespace decid::sim {

@@ -1,7 +1,7 @@
 // The platform's motion: kinds of stimulus as data, and the tilt made from them. Every kind describes one cycle, which
 // is played `cycles` times between a lead-in and a lead-out at rest; the tilt at the start of the trial is 0. A new
 // kind is a struct here, in StimulusKind, with functions in sim/protocol/stimulus.cpp and keys in
-// sim/protocol/stimulus_json.cpp.
+// sim/protocol/detail/stimulus_json.cpp.
 #pragma once
 
 #include <cstddef>

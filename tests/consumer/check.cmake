@@ -68,7 +68,7 @@ run(${scratch}/engine/engine)
 message(STATUS "${output}")
 
 # No header that is private is there.
-foreach(header base/files/json_object.hpp sim/protocol/stimulus_json.hpp dataset/npz/zip.hpp nn/kernels/generic.hpp)
+foreach(header base/files/json_object.hpp sim/protocol/detail/stimulus_json.hpp dataset/npz/detail/zip.hpp nn/kernels/generic.hpp)
   if(EXISTS ${scratch}/moved/include/decid/${header})
     message(FATAL_ERROR "${header} is installed")
   endif()

@@ -1,5 +1,5 @@
 // C3D files of every processor: each column of the table that they make, and a recording with what gaps it has filled.
-#include "recording/formats/c3d.hpp"
+#include "recording/formats/detail/c3d.hpp"
 
 #include "recording/recording.hpp"
 #include "tests/fuzz/fuzz.hpp"

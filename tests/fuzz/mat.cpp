@@ -4,8 +4,8 @@
 
 #include <cstring>
 
-#include "recording/formats/mat/mat_5.hpp"
-#include "recording/formats/mat/mat_73.hpp"
+#include "recording/formats/detail/mat/mat_5.hpp"
+#include "recording/formats/detail/mat/mat_73.hpp"
 #include "recording/recording.hpp"
 #include "tests/fuzz/fuzz.hpp"
 

@@ -1,5 +1,5 @@
 // Warnings of a posterior: which quantities lean on the end of what is known beforehand.
-#include "identify/fit_warnings.hpp"
+#include "identify/detail/fit_warnings.hpp"
 
 #include <doctest/doctest.h>
 

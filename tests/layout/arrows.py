@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Draws which folder includes which, and fails on an include that the layers do not allow, on a library's message that names an
-option of the program, and on a folder with too many sources.
+option of the program, on a folder with too many sources, and on a private header outside of detail/.
 
     tests/layout/arrows.py [ROOT]
 
 The layers are those of CMakeLists.txt (decid_component) and, above them, of tools/ and bindings/. Headers in a folder detail/ are
-private: only their own library and tests may include them. A folder's tests may include what the
-folder may, and tests' own headers of these folders."""
+private: only their own library and tests may include them. A library's header that is neither installed (HEADERS of
+decid_library) nor included by another folder of the ladder is private, too, and has to be in such a folder. A folder's
+tests may include what the folder may, and tests' own headers of these folders."""
 import re
 import subprocess
 import sys
@@ -43,6 +44,8 @@ JSON_VALUE = re.compile(r"^\s+(?:const )?Json \w+(?:, \w+)*(?: = [^;]*)?;")
 OPTION = re.compile(r'^(?!\s*//)[^"]*(?:"[^"]*"[^"]*)*?"[^"]*--[a-z]')
 # Headers and sources of a folder, not counting its subfolders.
 MAX_SOURCES = 25
+# Private wherever they are: decid_kernels compiles these folders once for each instruction set.
+KERNELS = "/kernels/"
 INCLUDE = re.compile(r'^\s*#\s*include\s*(<[^>]+>|"[^"]+")')
 
 
@@ -56,6 +59,10 @@ def read_ladder(root):
     for folder, needs in PROGRAM.items():
         allowed[folder] = {folder}.union(*(allowed[need] for need in needs))
     return allowed
+
+
+def libraries_of(allowed):
+    return [folder for folder in allowed if folder not in PROGRAM]
 
 
 def step_of(path, allowed):
@@ -80,7 +87,7 @@ def look_at(path, text, allowed, arrows, complaints):
     source, source_is_test = step_of(path, allowed)
     if source is None:
         return
-    libraries = [folder for folder in allowed if folder not in PROGRAM]
+    libraries = libraries_of(allowed)
     for number, line in enumerate(text.splitlines(), 1):
         where = f"{path}:{number}"
         if path.startswith("tests/") and LOOSE.match(line):
@@ -119,22 +126,54 @@ def crowded(files):
             for folder, count in sorted(counts.items()) if count > MAX_SOURCES]
 
 
+def read_installed(root, libraries):
+    """The headers that CMake installs, by the lists of the libraries."""
+    installed = set()
+    for folder in libraries:
+        path = root / folder / "CMakeLists.txt"
+        text = path.read_text() if path.exists() else ""
+        for headers in re.findall(r"^decid_library\([^)]*?\bHEADERS\b([^)]*?)(?:\b(?:SOURCES|FINDS)\b|\))", text, re.MULTILINE):
+            installed.update(f"{folder}/{name}" for name in headers.split())
+    return installed
+
+
+def misplaced(texts, installed, allowed):
+    """Returns a complaint for each private header outside of detail/, and for each installed one within."""
+    includers = {}
+    for path, text in texts.items():
+        if not path.startswith("tests/"):
+            for match in filter(None, map(INCLUDE.match, text.splitlines())):
+                includers.setdefault(match[1].strip('"'), set()).add(step_of(path, allowed)[0])
+    complaints = []
+    for path in texts:
+        folder = step_of(path, allowed)[0]
+        if not path.endswith(".hpp") or path.startswith("tests/") or folder not in libraries_of(allowed):
+            continue
+        if "/detail/" in path:
+            if path in installed:
+                complaints.append(f"{path}: it is installed, so it cannot be in detail/, which is private to {folder}")
+        elif path not in installed and KERNELS not in path and includers.get(path, set()) <= {folder}:
+            complaints.append(f"{path}: it is private to {folder}: neither installed nor included by another folder; move it to detail/")
+    return complaints
+
+
 def main(root):
     allowed = read_ladder(root)
     files = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard", "*.cpp", "*.hpp"],
                            cwd=root, check=True, capture_output=True, text=True).stdout.split()
     arrows, complaints = {}, []
-    files = [path for path in files if (root / path).exists()]
-    complaints += crowded(files)
-    for path in files:
-        look_at(path, (root / path).read_text(), allowed, arrows, complaints)
+    texts = {path: (root / path).read_text() for path in files if (root / path).exists()}
+    complaints += crowded(texts)
+    complaints += misplaced(texts, read_installed(root, libraries_of(allowed)), allowed)
+    for path, text in texts.items():
+        look_at(path, text, allowed, arrows, complaints)
     for source in reversed(list(allowed)):
         targets = arrows.get(source, {})
         drawn = ", ".join(f"{target} ({targets[target]})" for target in reversed(list(allowed)) if target in targets)
         print(f"{source:<18}-> {drawn}" if drawn else source)
     for complaint in complaints:
         print(complaint, file=sys.stderr)
-    print(f"arrows: {len(files)} files, {len(complaints)} complaints")
+    print(f"arrows: {len(texts)} files, {len(complaints)} complaints")
     return 1 if complaints else 0
 
 

@@ -22,7 +22,10 @@ class Arrows(unittest.TestCase):
             subprocess.run(["git", "init", "--quiet", folder], check=True)
             (root / "CMakeLists.txt").write_text(LADDER)
             for name, text in files.items():
-                path = root / (name.replace("__", "/").removesuffix("_hpp") + (".hpp" if name.endswith("_hpp") else ".cpp"))
+                name = name.replace("__", "/")
+                if not name.endswith("CMakeLists.txt"):
+                    name = name.removesuffix("_hpp") + (".hpp" if name.endswith("_hpp") else ".cpp")
+                path = root / name
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_text(text + "\n")
             done = subprocess.run([ARROWS, root], capture_output=True, text=True)
@@ -78,8 +81,8 @@ class Arrows(unittest.TestCase):
     def test_a_header_with_a_value_of_json_includes_its_type(self):
         self.check_refused("identify/a.hpp:3: a value of Json needs base/files/json_object.hpp",
                            identify__a_hpp='#include "base/files/json.hpp"\nstruct A {\n  Json value;\n};')
-        self.check_clean(identify__a_hpp='#include "base/files/json_object.hpp"\nstruct A {\n  Json value;\n};',
-                         identify__b_hpp='#include "base/files/json.hpp"\nJson made(const Json& from);')
+        self.check_clean(identify__detail__a_hpp='#include "base/files/json_object.hpp"\nstruct A {\n  Json value;\n};',
+                         identify__detail__b_hpp='#include "base/files/json.hpp"\nJson made(const Json& from);')
 
     def test_an_option_in_a_librarys_message_is_refused(self):
         for line in ('throw Error(where, "is none", "give --rate");', 'f("a", "--rate", b);', '      : "two (--fill-gaps) of them";'):
@@ -91,6 +94,36 @@ class Arrows(unittest.TestCase):
     def test_private_headers_stay_in_their_library(self):
         self.check_clean(sim__a='#include "sim/detail/b.hpp"', tests__sim__a='#include "sim/detail/b.hpp"')
         self.check_refused('"sim/detail/b.hpp" is private to sim', identify__a='#include "sim/detail/b.hpp"')
+
+    def test_a_private_header_is_in_detail(self):
+        words = "sim/more/b.hpp: it is private to sim: neither installed nor included by another folder; move it to detail/"
+        include = '#include "sim/more/b.hpp"'
+        self.check_refused(words, sim__more__b_hpp="// Not installed.", sim__a=include)
+        self.check_refused(words, sim__more__b_hpp="", sim__more__b=include)
+        self.check_refused(words, sim__more__b_hpp="")
+        # Tests may include private headers.
+        self.check_refused(words, sim__more__b_hpp="", tests__identify__a=include)
+        self.check_clean(sim__more__detail__b_hpp="", sim__a='#include "sim/more/detail/b.hpp"')
+
+    def test_a_header_that_others_may_include_need_not_be_in_detail(self):
+        include = '#include "sim/more/b.hpp"'
+        for path in ("identify/a", "tools/decid/a", "bindings/web/a", "dataset/image/a"):
+            self.check_clean(sim__more__b_hpp="// Not installed.", **{path: include})
+        lists = "decid_library(sim\n  SOURCES a.cpp\n  HEADERS c.hpp\n          more/b.hpp{})\ndecid_computes(decid_sim)"
+        for after in ("", '\n  FINDS "ZLIB 1.2.11"', " SOURCES d.cpp"):
+            files = {"sim/CMakeLists.txt": lists.format(after), "sim/more/b_hpp": "", "sim/c_hpp": ""}
+            self.check_clean(**files)
+            self.check_refused("sim/d.hpp: it is private to sim", **files, sim__d_hpp="")
+        # Another library's list installs its own.
+        self.check_refused("sim/b.hpp: it is private to sim", **{"nn/CMakeLists.txt": "decid_library(nn HEADERS b.hpp)"},
+                           nn__b_hpp="", sim__b_hpp="")
+
+    def test_headers_of_kernels_and_of_the_program_are_where_they_are(self):
+        self.check_clean(sim__kernels__generic_hpp="", tools__decid__a_hpp="", tests__sim__a_hpp="", bindings__web__a_hpp="")
+
+    def test_an_installed_header_is_not_in_detail(self):
+        self.check_refused("sim/detail/b.hpp: it is installed",
+                           **{"sim/CMakeLists.txt": "decid_library(sim\n  HEADERS detail/b.hpp)"}, sim__detail__b_hpp="")
 
     def test_a_folder_with_too_many_sources_is_refused(self):
         self.check_clean(**{f"sim__a{i}": "" for i in range(25)}, sim__more__a="")

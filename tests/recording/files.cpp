@@ -9,7 +9,7 @@
 #include "recording/formats/csv.hpp"
 #include "recording/formats/encoding.hpp"
 #include "recording/table/cells.hpp"
-#include "recording/table/preamble.hpp"
+#include "recording/table/detail/preamble.hpp"
 #include "recording/trial.hpp"
 #include "sim/double_pendulum.hpp"
 #include "tests/helpers.hpp"

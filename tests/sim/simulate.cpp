@@ -9,7 +9,7 @@
 
 #include "base/error.hpp"
 #include "base/files/sha256.hpp"
-#include "sim/controller.hpp"
+#include "sim/detail/controller.hpp"
 #include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/sim/run.hpp"

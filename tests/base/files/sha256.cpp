@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "base/files/sha256_blocks.hpp"
+#include "base/files/detail/sha256_blocks.hpp"
 
 using decid::sha256;
 

@@ -10,7 +10,7 @@
 #include "base/error.hpp"
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
-#include "identify/cohort/design.hpp"
+#include "identify/cohort/detail/design.hpp"
 #include "tests/helpers.hpp"
 #include "tests/identify/cohort/made_up.hpp"
 #include "tests/near.hpp"

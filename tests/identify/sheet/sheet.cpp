@@ -5,14 +5,14 @@
 
 #include <cmath>
 
+#include "identify/sheet/detail/path_match.hpp"
+#include "identify/sheet/detail/text_key.hpp"
 #include "identify/sheet/find_recordings.hpp"
 #include "identify/sheet/joint_groups.hpp"
-#include "identify/sheet/path_match.hpp"
 #include "identify/sheet/plan_groups.hpp"
 #include "identify/sheet/reading_option.hpp"
 #include "identify/sheet/recording_plan.hpp"
 #include "identify/sheet/spreadsheet.hpp"
-#include "identify/sheet/text_key.hpp"
 #include "sim/segments.hpp"
 #include "tests/helpers.hpp"
 

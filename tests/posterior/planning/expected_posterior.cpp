@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "posterior/planning/bounded_normal.hpp"
+#include "posterior/planning/detail/bounded_normal.hpp"
 #include "posterior/planning/variations.hpp"
 #include "tests/helpers.hpp"
 #include "tests/near.hpp"

@@ -1,5 +1,5 @@
 // C3D files: the numbers of each processor, what their parameters say, and what a file may claim.
-#include "recording/formats/c3d.hpp"
+#include "recording/formats/detail/c3d.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
-// Tests of recording/formats/child.hpp.
-#include "recording/formats/child.hpp"
+// Tests of recording/formats/detail/child.hpp.
+#include "recording/formats/detail/child.hpp"
 
 #include <cstdlib>
 #include <filesystem>

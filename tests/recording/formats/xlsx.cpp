@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "recording/formats/xml_scanner.hpp"
-#include "recording/formats/zip_member.hpp"
+#include "recording/formats/detail/xml_scanner.hpp"
+#include "recording/formats/detail/zip_member.hpp"
 #include "recording/recording.hpp"
 #include "sim/protocol/protocol.hpp"
 #include "tests/helpers.hpp"

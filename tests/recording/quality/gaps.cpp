@@ -1,5 +1,5 @@
 // Stretches of a sway that were not measured: found where they are, in files of few digits too, and nowhere else.
-#include "recording/quality/gaps.hpp"
+#include "recording/quality/detail/gaps.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // Faults in the samples of sway: each is found where it is, and nowhere else.
-#include "recording/quality/quality.hpp"
+#include "recording/quality/detail/quality.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // A sway that goes on as it began, and sways with levels that are off and time that is missing.
-#include "recording/quality/response_check.hpp"
+#include "recording/quality/detail/response_check.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // Headers behind # and %: every rule by name holds for them, and remarks are not headers.
-#include "recording/table/commented_header.hpp"
+#include "recording/table/detail/commented_header.hpp"
 
 #include <string>
 

@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <string>
 
-#include "recording/formats/foreign.hpp"
+#include "recording/formats/detail/foreign.hpp"
 #include "recording/table/cells.hpp"
 #include "tests/recording/table/reading.hpp"
 

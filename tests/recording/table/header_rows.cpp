@@ -1,5 +1,5 @@
 // Headers of several rows, each as its program writes it: names, units and rates, and refusals that name the cause.
-#include "recording/table/header_rows.hpp"
+#include "recording/table/detail/header_rows.hpp"
 
 #include <cmath>
 #include <string>

@@ -1,5 +1,5 @@
 // Text files that hold several tables.
-#include "recording/table/sections.hpp"
+#include "recording/table/detail/sections.hpp"
 
 #include <cmath>
 

@@ -1,5 +1,5 @@
 // Thousands separators: numbers that can only be read so, columns that tell, and columns that do not.
-#include "recording/table/thousands.hpp"
+#include "recording/table/detail/thousands.hpp"
 
 #include <vector>
 

@@ -1,5 +1,5 @@
 // Several recordings in one file of text: a column distinguishes them, and without it they are refused.
-#include "recording/table/trials.hpp"
+#include "recording/table/detail/trials.hpp"
 
 #include <limits>
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "recording/formats/mat/mat_73.hpp"
+#include "recording/formats/detail/mat/mat_73.hpp"
 #include "recording/recording.hpp"
 #include "sim/protocol/protocol.hpp"
 #include "tests/helpers.hpp"

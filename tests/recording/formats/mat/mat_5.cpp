@@ -1,6 +1,6 @@
 // MAT-files of versions 4 and 5, byte by byte: numbers of every type and in either byte order, and what a file may
 // claim.
-#include "recording/formats/mat/mat_5.hpp"
+#include "recording/formats/detail/mat/mat_5.hpp"
 
 #include <zlib.h>
 
@@ -10,7 +10,7 @@
 #include <cstring>
 #include <limits>
 
-#include "recording/formats/mat/mat.hpp"
+#include "recording/formats/detail/mat/mat.hpp"
 #include "recording/table/table.hpp"
 #include "tests/helpers.hpp"
 

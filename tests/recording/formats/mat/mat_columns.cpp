@@ -1,7 +1,7 @@
 // Columns of MAT-files as programs export them, and several recordings in one: files that make.py writes with SciPy.
-#include "recording/formats/mat/mat_columns.hpp"
+#include "recording/formats/detail/mat/mat_columns.hpp"
 
-#include "recording/formats/mat/mat.hpp"
+#include "recording/formats/detail/mat/mat.hpp"
 #include "recording/recording.hpp"
 #include "recording/table/columns.hpp"
 #include "sim/protocol/protocol.hpp"

@@ -1,0 +1,162 @@
+// Warnings of a posterior: see fit_warnings.hpp.
+#include "identify/detail/fit_warnings.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "base/math/math.hpp"
+#include "base/setting.hpp"
+#include "base/text.hpp"
+
+namespace decid {
+namespace {
+
+using posterior::Density;
+using posterior::Posterior;
+
+// at_edge: the prior's probability that counts as an end, and the number of quantities there that is refused; the
+// probability that counts as the last of an end, and the number of quantities there that is cautioned. Three of sixteen
+// clean trials have three quantities in the outer twentieth (docs/guide/warnings.md).
+constexpr double outer = 0.05, outermost = 0.011;  // coordinates end at the outer hundredth
+constexpr std::size_t edges_of_invalid = 4, outermost_of_caution = 2;
+/// Standard error of the 5% quantile of N independent draws, in standard deviations, times the square root of N.
+constexpr double of_interval_end = 2.1;
+constexpr double slow_rhat = 1.2;  // of noise, start and gain
+constexpr double divergent_fraction = 0.05;
+/// White noise of this size per sample, in a block of 0.1 s, is about the model's own error.
+constexpr double min_believed_noise_deg = 2e-3;
+constexpr double unexplained_white = 3.0;  // over the white noise that the highest frequencies have
+constexpr double unexplained_slow = 0.5;   // over the sway's standard deviation
+constexpr double contradiction_sd = 3.5;
+
+std::string quantity_name(const Density& density, int quantity) {
+  const sim::ParameterTable& table = density.ranges();
+  if (static_cast<std::size_t>(quantity) < table.size()) return table[static_cast<std::size_t>(quantity)].name;
+  return quantity == Density::sensor_noise ? "the measurement noise"
+         : quantity == Density::start      ? "the start"
+                                           : "the gain";
+}
+
+void warn_of_edges(const Density& density, const Posterior& found, bool from_network, Warnings& warnings) {
+  const std::vector<int> edges = at_edge(density, found, outer);
+  if (edges.empty()) return;
+  std::string names;
+  for (const int quantity : edges) names += (names.empty() ? "" : ", ") + quantity_name(density, quantity);
+  const bool leans = !from_network && at_edge(density, found, outermost).size() >= outermost_of_caution;
+  const Severity severity = edges.size() >= edges_of_invalid ? Severity::invalid
+                            : leans                          ? Severity::caution
+                                                             : Severity::info;
+  warnings.push_back({severity, "at_edge",
+                      "at the end of the prior: " + names +
+                          (severity == Severity::info ? "; the true value may lie beyond it (" + setting("ranges") + ")"
+                                                      : "; the recording may not be of this model")});
+}
+
+/// Returns the fewest effective draws of the 5% and 95% quantiles of the inferred parameters.
+double fewest_tail_draws(const Density& density, const Posterior& found) {
+  double fewest = std::numeric_limits<double>::infinity();
+  for (int p = 0; p < density.parameters(); ++p)
+    if (density.infers(p)) fewest = std::min(fewest, found.tail_effective_draws(p));
+  return fewest;
+}
+
+void warn_of_chains(const Density& density, const Posterior& found, bool from_network, Warnings& warnings) {
+  const std::vector<double>& rhat = found.rhat();
+  const auto parameters = rhat.begin() + density.parameters();
+  const auto worst = std::max_element(rhat.begin(), parameters), other = std::max_element(parameters, rhat.end());
+  const auto name_at = [&](auto place) {
+    return quantity_name(density, density.quantity(static_cast<std::size_t>(place - rhat.begin())));
+  };
+  if (found.apart()) {
+    const std::string apart = format(
+        "the chains do not agree (R-hat %.2f for %s): the recording may fit more than one "
+        "controller; these are ",
+        *worst, name_at(worst).c_str());
+    // The network's answer is as good as the answer of `identify`; its own warnings are listed too.
+    if (from_network)
+      add_info(warnings, "chains_disagree", apart + "the network's values, as decid identify has them");
+    else
+      add_caution(warnings, "chains_disagree", apart + "means over all of them");
+  } else if (!found.agreed()) {
+    const double fewest = fewest_tail_draws(density, found);
+    std::string text = format(
+        "the chains agree roughly (R-hat %.2f for %s, %.0f effective draws in the tails at least): ends of intervals "
+        "are "
+        "known to %.1f standard deviations or so",
+        *worst, name_at(worst).c_str(), fewest, of_interval_end / std::sqrt(fewest));
+    if (*other > slow_rhat) text += format("; %s is known less well (R-hat %.2f)", name_at(other).c_str(), *other);
+    add_info(warnings, "few_draws", text);
+  }
+  if (!from_network && found.divergences() > divergent_fraction * found.draws())
+    add_caution(warnings, "divergences",
+                format("%d of %d transitions diverged: chains may have missed a part of the posterior",
+                       found.divergences(), found.draws()));
+}
+
+void warn_of_noise(const posterior::Observation& observation, const Posterior& found, Warnings& warnings) {
+  const double white_deg = found.mean(Density::sensor_noise), slow_deg = found.mean(Density::slow_noise);
+  if (white_deg < min_believed_noise_deg)
+    add_caution(warnings, "little_noise",
+                format("the measurement noise, %.2g degrees, is at most about the error of the model's own arithmetic: "
+                       "the intervals may be too narrow",
+                       white_deg));
+  double squares = 0.0;
+  for (const double sway : observation.sway) squares = std::fma(sway, sway, squares);
+  const double sway_deg = std::sqrt(squares / static_cast<double>(observation.sway.size())) / sim::rad_per_deg;
+  if (white_deg > unexplained_white * std::max(observation.noise_deg, 1e-3) || slow_deg > unexplained_slow * sway_deg)
+    add_caution(
+        warnings, "unexplained_sway",
+        format("the model leaves %.3g degrees of white and %.3g of slow noise unexplained; the sway is %.3g, its "
+               "noise above 2 Hz %.3g: the intervals assume that the rest is noise",
+               white_deg, slow_deg, sway_deg, observation.noise_deg));
+}
+
+}  // namespace
+
+std::vector<int> at_edge(const Density& density, const Posterior& found, double probability) {
+  std::vector<int> edges;
+  const double low = inverse_normal(probability);
+  for (std::size_t place = 0; place < static_cast<std::size_t>(density.globals()); ++place) {
+    const int quantity = density.quantity(place);
+    if (density.is_held(place) || !density.infers(quantity)) continue;
+    std::size_t below = 0, above = 0;
+    for (const posterior::State& state : found.states()) {
+      const double x = density.prior_coordinate(quantity, Posterior::value(state, quantity));
+      below += x < low ? 1 : 0;
+      above += x > -low ? 1 : 0;
+    }
+    if (2 * std::max(below, above) >= found.states().size()) edges.push_back(quantity);
+  }
+  return edges;
+}
+
+Warnings posterior_warnings(const Density& density, const posterior::Observation& observation, const Posterior& found,
+                            bool from_network) {
+  Warnings warnings;
+  warn_of_edges(density, found, from_network, warnings);
+  warn_of_chains(density, found, from_network, warnings);
+  warn_of_noise(observation, found, warnings);
+  return warnings;
+}
+
+Warnings contradiction_warnings(const sim::ParameterTable& table, const Posterior& found,
+                                const ParameterDistribution& network) {
+  Warnings warnings;
+  std::string names;
+  for (std::size_t p = 0; p < table.size(); ++p) {
+    const int quantity = static_cast<int>(p);
+    const double own = found.stddev(quantity), other = network.stddev(quantity);
+    const double apart = std::abs(found.mean(quantity) - network.mean(quantity));
+    if (apart > contradiction_sd * std::sqrt(own * own + other * other))
+      names += (names.empty() ? "" : ", ") + table[p].name;
+  }
+  if (!names.empty())
+    add_caution(warnings, "network_disagrees",
+                "the posterior and the network contradict each other beyond their intervals in " + names +
+                    ": check the recording for a fault");
+  return warnings;
+}
+
+}  // namespace decid

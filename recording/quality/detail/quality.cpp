@@ -1,0 +1,167 @@
+// Finds faults in the samples of sway: see quality.hpp.
+#include "recording/quality/detail/quality.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "base/math/statistics.hpp"
+#include "base/setting.hpp"
+#include "recording/quality/detail/block_means.hpp"
+#include "recording/quality/detail/gaps.hpp"
+#include "recording/quality/detail/jumps.hpp"
+#include "recording/quality/detail/moving_average.hpp"
+#include "recording/table/columns.hpp"
+#include "sim/protocol/protocol.hpp"
+
+namespace decid::recording {
+
+namespace {
+
+constexpr double shortest_s = 2.0;
+constexpr double stretches_share = 0.02;
+constexpr double step_deg = 0.02, coarse_deg = 0.2;
+constexpr double spike_deg = 0.05, spike_medians = 20.0, spike_steps = 3.0;
+constexpr double smooth_deg = 0.0003, noise_rate_hz = 50.0, trained_average_s = 0.25;
+
+std::string seconds(std::size_t samples, double rate_hz, double begin_s = 0.0) {
+  return three_digits(begin_s + static_cast<double>(samples) / rate_hz) + " s";
+}
+
+/// Warns of stretches, with `text` before and `reason` after their number and place.
+void warn_of_stretches(const std::vector<SampleRange>& stretches, std::size_t samples, double rate_hz, double begin_s,
+                       const char* code, const char* text, const char* reason, Warnings& warnings) {
+  if (stretches.empty()) return;
+  std::size_t all = 0, longest = 0;
+  for (const SampleRange& stretch : stretches) {
+    all += stretch.size();
+    longest = std::max(longest, stretch.size());
+  }
+  const double fraction = static_cast<double>(all) / static_cast<double>(samples);
+  const std::string whole =
+      text + std::to_string(stretches.size()) + (stretches.size() == 1 ? " stretch" : " stretches") + ", the longest " +
+      seconds(longest, rate_hz) + ", the first from " + seconds(stretches.front().first, rate_hz, begin_s) + " on, " +
+      three_digits(100.0 * fraction) + "% of the recording: " + reason;
+  if (fraction >= stretches_share) {
+    add_caution(warnings, code, whole);
+  } else {
+    add_info(warnings, code, whole);
+  }
+}
+
+/// Returns the step in rad; 0 if there is none.
+double look_for_steps(std::span<const double> sway, Warnings& warnings) {
+  const auto [lowest, highest] = std::ranges::minmax(sway);
+  double step = highest - lowest;
+  const double same = 1e-9 * step;
+  // Most sensors are fine enough that two consecutive samples show it, and sorting is unnecessary. There are fewer
+  // values between the two samples than samples. So two of the values are farther apart than `same` and nearer to each
+  // other than the two samples.
+  const double some = 2.0 * static_cast<double>(sway.size()) * same, fine = 0.9 * step_deg * sim::rad_per_deg;
+  const auto is_fine = [&](double a, double b) { return std::abs(a - b) > some && std::abs(a - b) < fine; };
+  if (std::ranges::adjacent_find(sway, is_fine) != sway.end()) return 0.0;
+  std::vector<double> values(sway.begin(), sway.end());
+  std::ranges::sort(values);
+  for (std::size_t k = 1; k < values.size(); ++k)
+    if (const double apart = values[k] - values[k - 1]; apart > same) step = std::min(step, apart);
+  const double degrees = step / sim::rad_per_deg;
+  if (degrees < step_deg * (1.0 - 1e-6)) return 0.0;
+  const bool multiples = std::ranges::all_of(values, [&](double value) {
+    const double steps = (value - values.front()) / step;
+    return std::abs(steps - std::round(steps)) < 0.01;
+  });
+  if (!multiples) return 0.0;
+  const std::string text =
+      "the sway has steps of " + three_digits(degrees) + " degrees: the sensor is coarse, or the file was rounded";
+  if (degrees >= coarse_deg * (1.0 - 1e-6)) {
+    add_caution(warnings, "coarse_steps", text);
+  } else {
+    add_info(warnings, "coarse_steps", text);
+  }
+  return step;
+}
+
+/// `step`: the step of a coarse sensor, whose values flicker.
+void look_for_spikes(std::span<const double> sway, double rate_hz, double step, double begin_s, Warnings& warnings) {
+  // off[k]: the distance of sample k + 1 from the middle of its neighbours.
+  std::vector<double> off(sway.size() - 2);
+  for (std::size_t k = 0; k < off.size(); ++k) off[k] = sway[k + 1] - 0.5 * (sway[k] + sway[k + 2]);
+  std::vector<double> sizes(off.size());
+  std::ranges::transform(off, sizes.begin(), [](double value) { return std::abs(value); });
+  const double min_distance =
+      std::max({spike_deg * sim::rad_per_deg, spike_medians * median(std::move(sizes)), spike_steps * step});
+  std::size_t spikes = 0, first = 0;
+  double largest = 0.0;
+  const auto found = [&](std::size_t sample, double size) {
+    if (spikes++ == 0) first = sample;
+    largest = std::max(largest, std::abs(size));
+  };
+  // The first sample's distance from the line through the next two is twice the second sample's distance from the
+  // middle; the third sample lies on it.
+  if (2.0 * std::abs(off[0]) > min_distance && 4.0 * std::abs(off[1]) < std::abs(off[0])) found(0, 2.0 * off[0]);
+  for (std::size_t k = 1; k + 1 < off.size(); ++k) {
+    // A jump to another level is equally far off on both sides; a single sample is twice as far off as its neighbours.
+    const double beside = std::max(std::abs(off[k - 1]), std::abs(off[k + 1]));
+    if (std::abs(off[k]) > min_distance && std::abs(off[k]) > 1.5 * beside) found(k + 1, off[k]);
+  }
+  if (spikes == 0) return;
+  add_caution(warnings, "spikes",
+              (spikes == 1 && first == 0 ? "the first sample is"
+               : spikes == 1             ? "a single sample is"
+                                         : std::to_string(spikes) + " single samples are") +
+                  std::string(" off by ") + (spikes == 1 ? "" : "up to ") + three_digits(largest / sim::rad_per_deg) +
+                  " degrees" + (first == 0 && spikes == 1 ? "" : ", the first at " + seconds(first, rate_hz, begin_s)) +
+                  ": leave them empty and give " + setting("fill_gaps") + ", or cut the recording");
+}
+
+/// Returns the standard deviation of the noise between 12 and 25 Hz, in degrees.
+double measurement_noise_deg(std::span<const double> sway, double rate_hz) {
+  const auto block = static_cast<std::size_t>(rate_hz / noise_rate_hz);
+  const std::vector<double> mean = block_means(sway, block);
+  // White noise of variance 1 has fourth differences of variance 1 + 16 + 36 + 16 + 1. Unlike their mean square, their
+  // median is the sensor's in spite of single wrong samples.
+  constexpr double medians_per_stddev = 0.6745;
+  std::vector<double> fourth;
+  fourth.reserve(mean.size());
+  for (std::size_t i = 4; i < mean.size(); ++i)
+    fourth.push_back(std::abs(mean[i] - 4.0 * mean[i - 1] + 6.0 * mean[i - 2] - 4.0 * mean[i - 3] + mean[i - 4]));
+  return median(std::move(fourth)) / medians_per_stddev / std::sqrt(70.0) / sim::rad_per_deg;
+}
+
+void look_for_smoothing(std::span<const double> sway, double rate_hz, double held_s, Warnings& warnings) {
+  if (const double length_s = moving_average_s(sway, rate_hz, held_s); length_s > 0.0) {
+    const std::string text =
+        "the sway was smoothed by a moving average of " + three_digits(length_s) +
+        " s, or each value was held for this time: this removes information about the controller, and may "
+        "add to the delay; give unfiltered recordings";
+    if (length_s > trained_average_s * (1.0 + 1e-6)) {
+      add_caution(warnings, "smooth", text);
+    } else {
+      add_info(warnings, "smooth", text);
+    }
+  } else if (rate_hz >= noise_rate_hz && measurement_noise_deg(sway, rate_hz) < smooth_deg) {
+    add_info(warnings, "smooth",
+             "the sway has no measurement noise above 12 Hz: it was simulated, or smoothed; smoothing adds to the "
+             "delay, so give unfiltered recordings");
+  }
+}
+
+}  // namespace
+
+void look_for_faults(std::span<const double> sway_rad, double rate_hz, Warnings& warnings, double begin_s,
+                     double held_s) {
+  if (static_cast<double>(sway_rad.size()) < shortest_s * rate_hz || sway_rad.size() < 20) return;
+  warn_of_stretches(frozen_stretches(sway_rad, rate_hz), sway_rad.size(), rate_hz, begin_s, "frozen",
+                    "the sway stands still in ", "the sensor froze, or samples were repeated", warnings);
+  const bool filled = std::ranges::find(warnings, "gaps_filled", &Warning::code) != warnings.end();
+  warn_of_stretches(filled ? std::vector<SampleRange>() : straight_stretches(sway_rad, rate_hz), sway_rad.size(),
+                    rate_hz, begin_s, "bridged", "the sway is a straight line in ",
+                    "samples were lost and interpolated", warnings);
+  const double step = look_for_steps(sway_rad, warnings);
+  look_for_spikes(sway_rad, rate_hz, step, begin_s, warnings);
+  look_for_jumps(sway_rad, rate_hz, step, begin_s, warnings);
+  look_for_smoothing(sway_rad, rate_hz, held_s, warnings);
+}
+
+}  // namespace decid::recording

@@ -1,0 +1,252 @@
+// Checks a sway: see response_check.hpp. Running sums of the tilt's products reduce each place and size of a slip to
+// one small system of equations.
+#include "recording/quality/detail/response_check.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "base/math/statistics.hpp"
+#include "recording/quality/detail/block_means.hpp"
+#include "recording/table/columns.hpp"
+#include "sim/protocol/protocol.hpp"
+
+namespace decid::recording {
+
+namespace {
+
+constexpr double coarse_hz = 10.0, shortest_s = 40.0;
+constexpr std::size_t taps = 12, order = 6;  ///< of h and a
+constexpr std::size_t unknowns = taps + 1;   ///< with c
+constexpr std::size_t longest_slip = 30, slip_step = 2, margin = 100, place_step = 50;
+constexpr std::size_t rest = longest_slip + taps + order;
+constexpr int rounds = 3;
+constexpr double off_deg = 0.3, off_medians = 14.0, slip_gain = 50.0;
+
+using Row = std::array<double, unknowns>;
+using Square = std::array<Row, unknowns>;  // lower triangle
+
+/// Replaces a by its Cholesky factor L and b by L^-1 b; skips unknowns that the equations do not determine. Returns
+/// |L^-1 b|^2, the sum of squares that the fit explains. base/math/cholesky.hpp refuses such equations.
+template <std::size_t N>
+double eliminate(std::array<std::array<double, N>, N>& a, std::array<double, N>& b) {
+  double explained = 0.0;
+  for (std::size_t i = 0; i < N; ++i) {
+    const double min_pivot = 1e-9 * a[i][i];
+    for (std::size_t j = 0; j < i; ++j) {
+      double sum = a[i][j];
+      for (std::size_t k = 0; k < j; ++k) sum -= a[i][k] * a[j][k];
+      a[i][j] = sum * a[j][j];
+    }
+    double sum = a[i][i];
+    for (std::size_t k = 0; k < i; ++k) sum -= a[i][k] * a[i][k];
+    a[i][i] = sum > min_pivot ? 1.0 / std::sqrt(sum) : 0.0;  // its inverse
+    for (std::size_t k = 0; k < i; ++k) b[i] -= a[i][k] * b[k];
+    b[i] *= a[i][i];
+    explained += b[i] * b[i];
+  }
+  return explained;
+}
+
+/// Solves a x = b and writes x to b.
+template <std::size_t N>
+void solve(std::array<std::array<double, N>, N> a, std::array<double, N>& b) {
+  eliminate(a, b);
+  for (std::size_t i = N; i-- > 0;) {
+    for (std::size_t k = i + 1; k < N; ++k) b[i] -= a[k][i] * b[k];
+    b[i] *= a[i][i];
+  }
+}
+
+using Filter = std::array<double, order>;
+
+/// Returns values[k] - sum_i a_i values[k - 1 - i], with zeros before the first value.
+std::vector<double> whitened(const std::vector<double>& values, const Filter& a) {
+  std::vector<double> result = values;
+  for (std::size_t k = 0; k < values.size(); ++k)
+    for (std::size_t i = 0; i < std::min(k, order); ++i) result[k] -= a[i] * values[k - 1 - i];
+  return result;
+}
+
+/// Solves the Yule-Walker equations of the noise.
+Filter autoregression(const std::vector<double>& noise) {
+  std::array<double, order + 1> covariance{};
+  for (std::size_t lag = 0; lag <= order; ++lag)
+    for (std::size_t k = lag; k < noise.size(); ++k) covariance[lag] += noise[k] * noise[k - lag];
+  std::array<Filter, order> left{};
+  Filter a{};
+  for (std::size_t i = 0; i < order; ++i) {
+    for (std::size_t j = 0; j <= i; ++j) left[i][j] = covariance[i - j];
+    left[i][i] *= 1.0 + 1e-9;
+  }
+  std::copy_n(covariance.begin() + 1, order, a.begin());
+  solve(left, a);
+  return a;
+}
+
+/// Returns the regressors of the sway at block `at`: the last tilts and a constant.
+Row row_of(const std::vector<double>& tilt, double constant, std::size_t at) {
+  Row row;
+  for (std::size_t j = 0; j < taps; ++j) row[j] = tilt[at - j];
+  row[taps] = constant;
+  return row;
+}
+
+void add_products(const Row& row, Square& sums) {
+  for (std::size_t i = 0; i < unknowns; ++i)
+    for (std::size_t j = 0; j <= i; ++j) sums[i][j] += row[i] * row[j];
+}
+
+void add_products(const Row& row, double value, Row& sums) {
+  for (std::size_t i = 0; i < unknowns; ++i) sums[i] += row[i] * value;
+}
+
+double constant_of(const Filter& a) {
+  double constant = 1.0;
+  for (const double value : a) constant -= value;
+  return constant;
+}
+
+/// The sway minus its response, and the autoregression of this residual.
+struct Rest {
+  std::vector<double> noise;
+  Filter a;
+};
+
+Rest fit_response(const std::vector<double>& sway, const std::vector<double>& tilt) {
+  Rest found{sway, {0.9}};
+  for (int round = 0; round < rounds; ++round) {
+    const std::vector<double> y = whitened(sway, found.a), u = whitened(tilt, found.a);
+    Square left{};
+    Row h{};
+    for (std::size_t k = order; k < sway.size(); ++k) {
+      const Row row = row_of(u, constant_of(found.a), k + rest);
+      add_products(row, left);
+      add_products(row, y[k], h);
+    }
+    solve(left, h);
+    for (std::size_t k = 0; k < sway.size(); ++k) {
+      const Row row = row_of(tilt, 1.0, k + rest);
+      found.noise[k] = sway[k];
+      for (std::size_t j = 0; j < unknowns; ++j) found.noise[k] -= h[j] * row[j];
+    }
+    found.a = autoregression(found.noise);
+  }
+  return found;
+}
+
+/// Fits in which the tilt is read later from a certain block. y, u: whitened sway and tilt.
+class Slips {
+ public:
+  Slips(std::vector<double> y, std::vector<double> u, double constant)
+      : y_(std::move(y)), u_(std::move(u)), constant_(constant), squares_(u_.size() + 1), before_(y_.size() + 1) {
+    for (std::size_t s = 0; s < u_.size(); ++s) {
+      squares_[s + 1] = squares_[s];
+      if (s >= taps) add_products(row_of(u_, constant_, s), squares_[s + 1]);
+    }
+    for (std::size_t k = order; k < y_.size(); ++k) {
+      size_ += y_[k] * y_[k];
+      before_[k + 1] = before_[k];
+      add_products(row_of(u_, constant_, k + rest), y_[k], before_[k + 1]);
+    }
+  }
+
+  double without() const { return residual(y_.size(), rest, {}); }
+
+  /// Calls visit(block, residual) for each place, from last to first. `shifted`: `rest` plus the blocks by which the
+  /// tilt is read later.
+  template <class Visit>
+  void visit(std::size_t shifted, const Visit& visit) const {
+    Row behind{};
+    for (std::size_t k = y_.size(); k-- > margin;) {
+      add_products(row_of(u_, constant_, k + shifted), y_[k], behind);
+      if (k <= y_.size() - margin && (k - margin) % place_step == 0) visit(k, residual(k, shifted, behind));
+    }
+  }
+
+ private:
+  double residual(std::size_t place, std::size_t shifted, const Row& behind) const {
+    const Square &from = squares_[order + rest], &to = squares_[place + rest], &from_there = squares_[place + shifted],
+                 &end = squares_[y_.size() + shifted];
+    Square left;
+    Row right;
+    for (std::size_t i = 0; i < unknowns; ++i) {
+      for (std::size_t j = 0; j <= i; ++j) left[i][j] = to[i][j] - from[i][j] + end[i][j] - from_there[i][j];
+      right[i] = before_[place][i] + behind[i];
+    }
+    return size_ - eliminate(left, right);
+  }
+
+  std::vector<double> y_, u_;
+  double constant_, size_ = 0.0;
+  std::vector<Square> squares_;  // [s]: sums of products before block s of the tilt
+  std::vector<Row> before_;      // [k]: with the sway, before block k of the trial
+};
+
+}  // namespace
+
+ResponseCheck::ResponseCheck(std::span<const double> tilt_rad, double rate_hz)
+    : block_(std::max<std::size_t>(1, static_cast<std::size_t>(std::round(rate_hz / coarse_hz)))),
+      step_s_(static_cast<double>(block_) / rate_hz),
+      tilt_(rest, 0.0),
+      blocks_(tilt_rad.size() / block_) {
+  const std::vector<double> means = block_means(tilt_rad, block_);
+  tilt_.insert(tilt_.end(), means.begin(), means.end());
+  tilt_.resize(tilt_.size() + longest_slip, 0.0);
+}
+
+ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad) const {
+  Found found;
+  if (static_cast<double>(blocks_) * step_s_ < shortest_s || blocks_ < 3 * margin) return found;
+  std::vector<double> sway = block_means(sway_rad, block_);
+  double mean = 0.0;
+  for (const double value : sway) mean += value / static_cast<double>(blocks_);
+  for (double& value : sway) value -= mean;
+  const Rest fit = fit_response(sway, tilt_);
+
+  std::vector<double> innovations = whitened(fit.noise, fit.a);
+  innovations.erase(innovations.begin(), innovations.begin() + order);
+  for (double& value : innovations) value = std::abs(value);
+  const auto largest = std::ranges::max_element(innovations);
+  found.innovation_rad = *largest;
+  found.innovation_at_s = static_cast<double>(largest - innovations.begin() + std::ssize(fit.a)) * step_s_;
+  const double typical = median(std::move(innovations));
+  found.medians = typical > 0.0 ? found.innovation_rad / typical : 0.0;
+
+  const Slips slips(whitened(sway, fit.a), whitened(tilt_, fit.a), constant_of(fit.a));
+  const double plain = slips.without();
+  double best = plain;
+  for (std::size_t shifted = rest - longest_slip; shifted <= rest + longest_slip; shifted += slip_step) {
+    if (shifted == rest) continue;
+    slips.visit(shifted, [&](std::size_t place, double residual) {
+      if (!(residual < best)) return;
+      best = residual;
+      found.slip_s = (static_cast<double>(shifted) - static_cast<double>(rest)) * step_s_;
+      found.slip_at_s = static_cast<double>(place) * step_s_;
+    });
+  }
+  if (best > 0.0) found.slip_gain = static_cast<double>(blocks_) * (plain / best - 1.0);
+  return found;
+}
+
+void look_for_changes(const ResponseCheck& check, std::span<const double> sway_rad, Warnings& warnings) {
+  const ResponseCheck::Found found = check.check(sway_rad);
+  const bool known = std::ranges::any_of(warnings, [](const Warning& warning) {
+    return one_of(warning.code, {"jumps", "spikes", "frozen"});
+  });
+  if (!known && found.medians > off_medians && found.innovation_rad > off_deg * sim::rad_per_deg)
+    add_caution(warnings, "stretch_off",
+                three_digits(found.innovation_at_s) + " s after the protocol's start the sway moves by " +
+                    three_digits(found.innovation_rad / sim::rad_per_deg) + " degrees within 0.1 s, " +
+                    three_digits(found.medians) + " times as far as it usually does: check the sensor there");
+  if (found.slip_gain > slip_gain)
+    add_caution(warnings, "time_slips",
+                "after " + three_digits(found.slip_at_s) + " s of the protocol the sway follows the tilt " +
+                    three_digits(std::abs(found.slip_s)) + " s " + (found.slip_s > 0.0 ? "earlier" : "later") +
+                    " than before: " +
+                    (found.slip_s > 0.0 ? "a stretch of the recording is probably missing"
+                                        : "a stretch was probably recorded twice"));
+}
+
+}  // namespace decid::recording

@@ -1,0 +1,63 @@
+// Candidates for the sway column: see candidates.hpp.
+#include "recording/table/detail/candidates.hpp"
+
+#include <string>
+
+#include "recording/table/columns.hpp"
+
+namespace decid::recording {
+
+namespace {
+
+bool is_counter_name(const std::string& name) {
+  const std::vector<std::string> parts = words(name);
+  std::string joined;
+  for (const std::string& part : parts) joined += part;
+  return one_of(joined,
+                {"frame",        "frames",        "frameno", "framenumber", "subframe",      "index",    "idx",
+                 "item",         "row",           "nr",      "no",          "sample",        "samples",  "sampleno",
+                 "samplenumber", "packetcounter", "counter", "count",       "mocapframe",    "unnamed0", "trial",
+                 "subject",      "block",         "event",   "events",      "marker",        "trigger",  "comment",
+                 "comments",     "annotation",    "status",  "valid",       "sampletimefine"});
+}
+
+bool is_quaternion(const std::string& name) {
+  std::string joined;
+  for (const std::string& part : words(name)) joined += part;
+  return joined.find("quat") != std::string::npos || one_of(joined, {"q0", "q1", "q2", "q3", "qw", "qx", "qy", "qz"});
+}
+
+/// Returns true for an unnamed column of 1, 2, 3 ...
+bool is_unnamed_counter(const Table& table, int column) {
+  const std::string& name = table.names()[static_cast<std::size_t>(column)];
+  if (!table.has_header() || name != "column " + std::to_string(column + 1)) return false;
+  try {
+    const std::vector<double> values = table.numbers(column);
+    for (std::size_t k = 1; k < values.size(); ++k)
+      if (values[k] != values[k - 1] + 1.0) return false;
+    return true;
+  } catch (const Error&) {  // words, or nothing
+    return true;
+  }
+}
+
+}  // namespace
+
+std::vector<int> sway_candidates(const Table& table, int time) {
+  std::vector<int> all, signals, likely;
+  for (int column = 0; column < table.columns(); ++column) {
+    if (column == time) continue;
+    all.push_back(column);
+    const std::string& name = table.own_name(column);
+    const bool is_named = table.has_header();
+    if ((is_named && (is_counter_name(name) || is_quaternion(name) || is_time_name(name))) ||
+        is_unnamed_counter(table, column))
+      continue;
+    signals.push_back(column);
+    if (!is_named || other_quantity(name) == nullptr) likely.push_back(column);
+  }
+  if (!likely.empty()) return likely;
+  return signals.empty() ? all : signals;
+}
+
+}  // namespace decid::recording
