@@ -301,8 +301,8 @@ std::vector<SampleRange> look_for_faults_within(Recording& recording, double fro
   look_for_faults(used, from_hz, recording.warnings, static_cast<double>(begin) / from_hz,
                   sequence != nullptr ? sequence->state_s : 0.0);
   std::vector<SampleRange> gaps = recording.gaps;
-  for (const auto& stretches : {frozen_stretches(used, from_hz), straight_stretches(used, from_hz)})
-    for (const SampleRange& stretch : stretches) gaps.push_back({begin + stretch.first, begin + stretch.end});
+  for (const SampleRange& stretch : unmeasured_stretches(used, from_hz))
+    gaps.push_back({begin + stretch.first, begin + stretch.end});
   return joined(std::move(gaps));
 }
 

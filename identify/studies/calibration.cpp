@@ -14,6 +14,7 @@ namespace decid {
 namespace {
 
 constexpr double kolmogorov_95 = 1.36;
+constexpr double fixed_sd = 1e-9;  // of a parameter that is fixed, from rounding; as a fraction of its range
 
 /// The largest distance of the empirical distribution of values in [0, 1] from the uniform one.
 double distance_from_uniform(std::vector<double> values) {
@@ -44,13 +45,20 @@ CalibratedTrial beside(const sim::Parameters& truth, const Found& found) {
 
 double gaussian_log_score(const sim::Parameters& truth, std::span<const posterior::State> draws,
                           const sim::ParameterTable& ranges) {
-  const std::size_t parameters = ranges.size();
   const auto share = [&](std::size_t p, double value) { return (value - ranges[p].low) / ranges[p].range(); };
+  std::vector<std::size_t> inferred;
+  for (std::size_t p = 0; p < ranges.size(); ++p) {
+    const auto [low, high] = std::ranges::minmax(draws, {}, [p](const posterior::State& d) { return d.parameters[p]; });
+    if (high.parameters[p] - low.parameters[p] > fixed_sd * ranges[p].range()) inferred.push_back(p);
+  }
+  const std::size_t parameters = inferred.size();
+  if (parameters == 0) return CalibratedTrial::unknown_score;
   const auto count = static_cast<double>(draws.size());
   std::vector<double> centre(parameters), covariance(triangle(parameters)), x(parameters);
   const auto each_draw = [&](const auto& body) {
     for (const posterior::State& draw : draws) {
-      for (std::size_t p = 0; p < parameters; ++p) x[p] = mixture_coordinate(share(p, draw.parameters[p]));
+      for (std::size_t p = 0; p < parameters; ++p)
+        x[p] = mixture_coordinate(share(inferred[p], draw.parameters[inferred[p]]));
       body();
     }
   };
@@ -64,7 +72,7 @@ double gaussian_log_score(const sim::Parameters& truth, std::span<const posterio
   });
   if (!factorize(parameters, covariance)) return CalibratedTrial::unknown_score;
   invert_lower(parameters, covariance);  // A: A (x - centre) is standard normal
-  for (std::size_t p = 0; p < parameters; ++p) x[p] = mixture_coordinate(share(p, truth[p]));
+  for (std::size_t p = 0; p < parameters; ++p) x[p] = mixture_coordinate(share(inferred[p], truth[inferred[p]]));
   double sum = 0.0;
   for (std::size_t p = 0; p < parameters; ++p) {
     const double* const row = covariance.data() + triangle(p);
@@ -109,7 +117,8 @@ Calibration compute_calibration(std::span<const CalibratedTrial> trials, const s
     result.network_log_score += trial.network_log_score / count;
   }
   const auto is_inferred = [&](std::size_t p) {
-    return std::ranges::any_of(trials, [&](const CalibratedTrial& trial) { return trial.stddev[p] > 0.0; });
+    return std::ranges::any_of(trials,
+                               [&](const CalibratedTrial& trial) { return trial.stddev[p] > fixed_sd * stddev[p]; });
   };
   double inferred = 0.0;
   for (std::size_t p = 0; p < stddev.size(); ++p) inferred += is_inferred(p) ? 1.0 : 0.0;

@@ -47,7 +47,7 @@ CalibratedTrial calibrate(const sim::Parameters& truth, const ParameterDistribut
 /// Returns the mean over the parameters of the log density at the truth, nats, over fractions of the ranges: 0 for the
 /// prior, 0.69 if the plausible range is halved. The density is a Gaussian with the draws' mean and covariance, in the
 /// coordinates of mixture.hpp. For N independent draws of P parameters it is (P + 3) / (4 N) too low on average. NaN if
-/// the draws do not determine a covariance.
+/// the draws do not determine a covariance. Fixed parameters do not count.
 double gaussian_log_score(const sim::Parameters& truth, std::span<const posterior::State> draws,
                           const sim::ParameterTable& ranges);
 

@@ -401,6 +401,8 @@ void Density::model(const Observation& observation, std::span<const double> x, s
       sway += recorded_line;
     }
   }
+  for (const int m : observation.missing.blocks)
+    std::ranges::fill(residual_rad.subspan(static_cast<std::size_t>(m) * lanes, lanes), 0.0);
 }
 
 void Density::leave_block_out(const Observation& observation, std::span<const double> x, std::span<double> log_density,
@@ -410,6 +412,8 @@ void Density::leave_block_out(const Observation& observation, std::span<const do
   spectrum_.leave_block_out(observation.missing, log_density, work.noise, isa_);
   const double per_deg = decid::log(sim::rad_per_deg);
   for (double& value : log_density) value += per_deg;
+  for (const int m : observation.missing.blocks)
+    std::ranges::fill(log_density.subspan(static_cast<std::size_t>(m) * lanes, lanes), 0.0);
 }
 
 }  // namespace decid::posterior

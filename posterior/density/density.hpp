@@ -166,11 +166,11 @@ class Density {
   void misfit(const Observation& observation, std::span<const double> x, std::span<double> misfit,
               Workspace& work) const;
   /// Computes the modelled sway of each chain, offset and straight line included: the means of blocks, rad, blocks()
-  /// values per chain. Also returns the line of the recording.
+  /// values per chain. residual_rad: the recorded sway minus the modelled one, 0 in missing blocks.
   void model(const Observation& observation, std::span<const double> x, std::span<double> sway_rad,
              std::span<double> residual_rad, Workspace& work) const;
   /// Computes log p of each block's mean, in degrees, given all other blocks and the chain's unknowns; blocks() values
-  /// per chain.
+  /// per chain, 0 for missing blocks.
   void leave_block_out(const Observation& observation, std::span<const double> x, std::span<double> log_density,
                        Workspace& work) const;
   /// Computes the perception of each chain's controller: the velocity of its vestibular noise at the dead band, rad/s,

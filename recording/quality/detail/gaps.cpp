@@ -87,6 +87,16 @@ std::vector<SampleRange> straight_stretches(std::span<const double> sway, double
   return stretches;
 }
 
+std::vector<SampleRange> unmeasured_stretches(std::span<const double> sway, double rate_hz) {
+  std::vector<SampleRange> stretches = straight_stretches(sway, rate_hz);
+  std::size_t repeated = 0, frozen = 0;
+  for (std::size_t k = 1; k < sway.size(); ++k) repeated += sway[k] == sway[k - 1] ? 1 : 0;
+  const std::vector<SampleRange> still = frozen_stretches(sway, rate_hz);
+  for (const SampleRange& stretch : still) frozen += stretch.size() - 1;
+  if (4 * (repeated - frozen) < sway.size() - frozen) stretches.insert(stretches.end(), still.begin(), still.end());
+  return joined(std::move(stretches));
+}
+
 std::vector<SampleRange> joined(std::vector<SampleRange> ranges) {
   std::ranges::sort(ranges, {}, &SampleRange::first);
   std::vector<SampleRange> all;

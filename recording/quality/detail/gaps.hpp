@@ -19,6 +19,10 @@ std::vector<SampleRange> frozen_stretches(std::span<const double> sway, double r
 /// for a sway whose samples are often straight: of a coarse sensor, smooth, or interpolated throughout.
 std::vector<SampleRange> straight_stretches(std::span<const double> sway, double rate_hz);
 
+/// Returns both kinds of stretches, joined. Frozen ones count only if neighbouring samples usually differ: a sway
+/// within a step of a coarse sensor was measured.
+std::vector<SampleRange> unmeasured_stretches(std::span<const double> sway, double rate_hz);
+
 /// Returns the ranges in ascending order, joined where they touch or overlap.
 std::vector<SampleRange> joined(std::vector<SampleRange> ranges);
 

@@ -63,6 +63,18 @@ TEST_CASE("calibration_of: those that agree alone, and none") {
   check_error([] { compute_calibration({}, {1.0}); }, Code::trials_missing);
 }
 
+TEST_CASE("calibration_of: a parameter that is fixed, but for rounding, does not count among all") {
+  std::vector<CalibratedTrial> trials = trials_of(1.0, 40);
+  for (CalibratedTrial& trial : trials) {
+    trial.truth[1] = trial.mean[1] = 7.0;
+    trial.stddev[1] = 1e-13;
+    trial.below[1] = 0.0;
+  }
+  const Calibration found = compute_calibration(trials, {2.0, 4.0});
+  CHECK(found.all.coverage90 == found.parameters[0].coverage90);
+  CHECK(found.all.distance == found.parameters[0].distance);
+}
+
 TEST_CASE("gaussian_log_score: of Gaussian draws, and of draws that tell no covariance") {
   const decid::sim::ParameterTable& table = decid::sim::single_pendulum().parameters;
   constexpr int count = 4000;
@@ -70,8 +82,9 @@ TEST_CASE("gaussian_log_score: of Gaussian draws, and of draws that tell no cova
   const auto value = [&](std::size_t p, double x) { return table[p].low + table[p].range() * normal_distribution(x); };
   std::vector<posterior::State> draws(count, posterior::State{.parameters = decid::sim::Parameters(table.size())});
   decid::sim::Parameters truth(table.size());
-  double exact = 0.0;
+  double exact = 0.0, of_others = 0.0;  // of all, of all but the last
   for (std::size_t p = 0; p < table.size(); ++p) {
+    of_others = exact;
     const double centre = 0.2 * static_cast<double>(p) - 0.5, off = p % 2 == 0 ? 0.0 : spread;
     truth[p] = value(p, centre + off);
     // Over the standard normal density, which is that of the ranges.
@@ -93,6 +106,10 @@ TEST_CASE("gaussian_log_score: of Gaussian draws, and of draws that tell no cova
   // The logarithms of seven deviations err by 1 / sqrt(2 count), three squares by twice that: four deviations.
   CHECK(
       within(gaussian_log_score(truth, draws, table), exact, 4.0 / 7.0 * std::sqrt((7.0 + 3.0 * 6.0) / (2.0 * count))));
+  // A fixed parameter does not count.
+  for (std::size_t i = 0; i < count; ++i) draws[i].parameters[last] = truth[last] * (1.0 + 1e-15 * (i % 2 == 0));
+  CHECK(within(gaussian_log_score(truth, draws, table), of_others / 6.0,
+               4.0 / 6.0 * std::sqrt((6.0 + 3.0 * 6.0) / (2.0 * count))));
   std::fill(draws.begin(), draws.end(), draws.front());
   CHECK(std::isnan(gaussian_log_score(truth, draws, table)));
 }

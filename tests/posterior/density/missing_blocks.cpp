@@ -218,6 +218,14 @@ TEST_CASE("Density: gradients with gaps are those of finite differences") {
   CHECK(worst_gradient(density, observation, 0.05) < 1.0);
 }
 
+TEST_CASE("Density: missing blocks have no residual, so the annealing does not take them for noise") {
+  const Density density(sines_protocol(), {});
+  const Observation observation = observe_gaps(density, 1.0F);
+  const Values residual = model(density, observation, random_points(density, 4)).residual;
+  for (const int m : observation.missing.blocks)
+    for (std::size_t l = 0; l < lanes; ++l) CHECK(residual[static_cast<std::size_t>(m) * lanes + l] == 0.0);
+}
+
 // Only the torque of the sine, computed from the recorded sway, still has the gap's values.
 TEST_CASE("Density: the values in a gap do not count") {
   const Density density(sines_protocol(), {});

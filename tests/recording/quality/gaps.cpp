@@ -80,6 +80,11 @@ TEST_CASE("sway that was measured has no straight lines: fine, coarse, smooth, i
   }
   CHECK(straight_stretches(std::vector<double>(2, 0.1), rate_hz).empty());
   CHECK(frozen_stretches({}, rate_hz).empty());
+  // A coarse sensor may stand still for long, at a turn of the sway.
+  std::vector<double> coarse = sway(0.02, 0.2);
+  std::fill_n(coarse.begin() + 4000, 900, coarse[4000]);
+  CHECK(!frozen_stretches(coarse, rate_hz).empty());
+  CHECK(unmeasured_stretches(coarse, rate_hz).empty());
 }
 
 TEST_CASE("joined ranges are ascending and apart") {

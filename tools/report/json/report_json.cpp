@@ -183,6 +183,7 @@ Json recording_json(const RecordingResult& id, const Report& report) {
                          {"correlation", tilt->correlation},
                          {"gain", tilt->gain}};
   }
+  recording["gaps"] = Json::array();
   for (const SampleRange& gap : id.trial.gaps) {
     const double rate_hz = report.protocol.experiment.sample_rate_hz;
     recording["gaps"].push_back(
