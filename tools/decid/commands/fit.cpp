@@ -321,6 +321,7 @@ void run_fit(FitOptions options, const Command& command) {
   catch_interrupt();
   options.request.keeps_log_likelihood = options.outputs.draws.ends_with(".npz");
   PlanFitter fitter(&model, protocol, plan, options.request, &inputs);
+  if (options.groups.given()) static_cast<void>(fitter.report().compared_parameters());  // throws if all are fixed
   FitResults results =
       fit_all({recordings.sources, listed(recordings.files), options.joint, freed.conditions, options.common.quiet},
               fitter, plan, journal ? &*journal : nullptr);
