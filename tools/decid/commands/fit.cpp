@@ -313,7 +313,10 @@ void run_fit(FitOptions options, const Command& command) {
   const GroupTable groups = read_groups(options.groups, recordings, plan, options.common.quiet);
   if (!options.joint.empty()) refuse_joint_cells(groups, joint_groups(plan, options.joint, freed.conditions));
 
+  Json names = Json::array();
+  for (const sim::BodyModel* controller : controllers) names.push_back(controller->name);
   const Json settings{{"version", version},
+                      {"controllers", std::move(names)},
                       {"protocol", sim::to_json_object(protocol)},
                       {"model", nn::weights_sha256(model.network)},
                       {"options", command.given(beside_answers)}};
