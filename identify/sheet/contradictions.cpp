@@ -12,7 +12,7 @@
 namespace decid {
 namespace {
 
-/// What a line says of a person: numbers, and their text for people.
+/// Numbers that a line gives for a person, and their text for people.
 struct Stated {
   std::vector<double> numbers;
   std::string text;
@@ -25,7 +25,7 @@ bool differ(const Stated& a, const Stated& b) {
   });
 }
 
-/// What is known of each recording of a plan, in their order; empty: nothing.
+/// The numbers of each recording of a plan, in their order; empty: none.
 using AllStated = std::vector<std::optional<Stated>>;
 
 AllStated stated_by(const RecordingPlan& plan, std::optional<Stated> (*of)(const PlannedRecording& planned)) {

@@ -1,4 +1,4 @@
-// What a study's sheet says of a person in several lines, and what cannot be right together. Not installed.
+// Contradictions of a study's sheet: lines about a person that cannot be right together. Not installed.
 #pragma once
 
 #include "identify/sheet/recording_plan.hpp"
