@@ -103,7 +103,8 @@ using IsCompared = std::function<bool(const std::string& first, const std::strin
 GroupComparison compare_groups(std::span<const GroupedRecording> recordings, std::size_t parameters,
                                const IsCompared& is_compared = {});
 
-/// A table of groups and the comparison of the recordings of one call.
+/// A table of groups and the comparison of the recordings of one call. All lists of parameters have those that are
+/// compared: Report::inferred_parameters().
 struct GroupReport {
   GroupTable table;
   std::vector<std::string> left_out;  ///< one per recording: why it is not compared, "error", "not usable" or
@@ -111,9 +112,8 @@ struct GroupReport {
   GroupComparison comparison;
   /// The hierarchical model of the recordings' distributions; empty where cohort::analyse_groups() returns none.
   std::optional<cohort::Result> hierarchical = {};
-  /// Recordings that are compared, but without a distribution that the hierarchical model can use: a model without
-  /// intervals, ranges that are not the report's, or a normal prior that is narrower than what the recording tells.
-  std::vector<std::size_t> without_distribution = {};
+  /// Recordings that are compared, but without a distribution that the hierarchical model can use.
+  std::vector<cohort::WithoutEvidence> without_distribution = {};
   /// The m g h, N m/rad, of the body that stiffness and damping of the comparison, the hierarchical model and the
   /// reliability are for: that of all compared recordings, or, where these differ, that of the posture model's own body
   /// (sim::Body), to which each person's values are scaled by m g h.

@@ -72,6 +72,34 @@ sim::ParameterTable Report::ranges_for(const RecordingResult& recording) const {
   return fit ? posterior::ranges_for(fit->priors, table) : table;
 }
 
+std::vector<std::string> Report::fixed_parameters() const {
+  std::vector<std::string> names;
+  if (!fit) return names;
+  for (const std::string& name : protocol.parameters().names())
+    if (std::ranges::any_of(fit->priors.parameters,
+                            [&](const posterior::ParameterPrior& prior) { return prior.name == name && prior.fixed; }))
+      names.push_back(name);
+  return names;
+}
+
+std::vector<std::size_t> Report::inferred_parameters() const {
+  const std::vector<std::string> fixed = fixed_parameters();
+  const sim::ParameterTable& table = protocol.parameters();
+  std::vector<std::size_t> places;
+  for (std::size_t p = 0; p < table.size(); ++p)
+    if (std::ranges::find(fixed, table[p].name) == fixed.end()) places.push_back(p);
+  return places;
+}
+
+sim::ParameterTable Report::compared_parameters() const {
+  std::vector<sim::ParameterInfo> compared;
+  for (const std::size_t p : inferred_parameters()) compared.push_back(protocol.parameters()[p]);
+  if (compared.empty())
+    throw Error(Code::setting_conflict, "groups", "all parameters are fixed, so there is nothing to compare",
+                "fix fewer of them, or leave the groups out");
+  return sim::ParameterTable(std::move(compared));
+}
+
 double scale_to(double mgh_nm_rad, const Report& report, const RecordingResult& result, std::size_t parameter) {
   return report.protocol.parameters()[parameter].per_mgh
              ? mgh_nm_rad / report.protocol_for(result).experiment.body.mgh()
@@ -79,6 +107,8 @@ double scale_to(double mgh_nm_rad, const Report& report, const RecordingResult& 
 }
 
 GroupReport report_groups(GroupTable table, const Report& report) {
+  const std::size_t parameters = report.compared_parameters().size();
+  const std::vector<std::size_t> places = report.inferred_parameters();
   GroupReport made{std::move(table), {}, {}};
   for (std::size_t i = 0; i < report.recordings.size(); ++i)
     made.left_out.push_back(made.table.members.at(i).group.empty() ? std::string()
@@ -94,14 +124,14 @@ GroupReport report_groups(GroupTable table, const Report& report) {
     GroupedRecording& one = people.emplace_back(GroupedRecording{member.cell(), member.person, {}});
     cells.emplace(one.group, &member);
     if (!made.left_out[i].empty()) continue;
-    for (std::size_t p = 0; p < values.size(); ++p)
+    for (const std::size_t p : places)
       one.values.push_back(scale_to(made.mgh_nm_rad, report, report.recordings[i], p) * values[p]);
     members[i] = {member.person, member.session, member.group, member.condition, member.covariates, {}};
   }
   const auto differ_in_one = [&](const std::string& first, const std::string& second) {
     return cohort::differ_in_one(*cells.at(first), *cells.at(second));
   };
-  made.comparison = compare_groups(people, report.protocol.parameters().size(), differ_in_one);
+  made.comparison = compare_groups(people, parameters, differ_in_one);
   cohort::Analysis analysis = cohort::analyse_groups(report, members, made.table.covariates, made.mgh_nm_rad);
   made.hierarchical = std::move(analysis.result);
   made.without_distribution = std::move(analysis.without_evidence);

@@ -151,6 +151,13 @@ struct Report {
   sim::ParameterTable ranges() const;
   /// Returns the parameters with their ranges for the recording's body.
   sim::ParameterTable ranges_for(const RecordingResult& recording) const;
+
+  /// Returns the names of the parameters that a fit's priors fix.
+  std::vector<std::string> fixed_parameters() const;
+  /// Returns the places of the others: what recordings tell, and groups compare.
+  std::vector<std::size_t> inferred_parameters() const;
+  /// Returns the parameters that groups compare, in the order of their lists. Throws Error if there is none.
+  sim::ParameterTable compared_parameters() const;
 };
 
 /// Returns the factor that scales a recording's parameter to a body of this m g h: for stiffness and damping the ratio
@@ -162,7 +169,8 @@ double scale_to(double mgh_nm_rad, const Report& report, const RecordingResult& 
 std::string reason_to_leave_out(const RecordingResult& result);
 
 /// Compares the groups of `table`, whose members are those of the report's recordings, in their order. Leaves out
-/// recordings with an error, those that are not usable, and those of a platform that tilted another angle.
+/// recordings with an error, those that are not usable, and those of a platform that tilted another angle; and fixed
+/// parameters, which have one value whoever stands there. Throws Error if all parameters are fixed.
 GroupReport report_groups(GroupTable table, const Report& report);
 
 }  // namespace decid

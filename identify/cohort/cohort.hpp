@@ -43,6 +43,16 @@ struct Recording {
   Measurement measurement;
 };
 
+/// A recording, by its place in a report, that the model cannot use, and why: `no_distribution` (a model without
+/// intervals, or a network's answer beside fixed parameters), `few_draws` (fewer than 16), `other_ranges` (relative to
+/// its body, they are not the report's), `narrow_prior` (narrower than what the recording tells) or `flat_draws`
+/// (parameters are perfectly correlated).
+struct WithoutEvidence {
+  std::size_t recording = 0;
+  std::string reason;
+  bool operator==(const WithoutEvidence&) const = default;
+};
+
 struct Settings {
   std::uint64_t seed = 1;
   int chains = 4;

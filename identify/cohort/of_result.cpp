@@ -31,11 +31,12 @@ std::vector<double> log_weights(const posterior::Priors& priors, const sim::Para
   return weights;
 }
 
-/// Returns the least number of effective draws of the first parameters; empty if none is known.
-std::optional<double> least_of_inferred(std::span<const double> effective, std::size_t parameters) {
+/// Returns the least number of effective draws of these parameters; empty if none is known.
+std::optional<double> least_of_inferred(std::span<const double> effective, std::span<const std::size_t> inferred) {
   std::optional<double> least;
-  for (const double one : effective.first(std::min(parameters, effective.size())))
-    if (std::isfinite(one) && one > 0.0) least = std::min(least.value_or(one), one);
+  for (const std::size_t p : inferred)
+    if (p < effective.size() && std::isfinite(effective[p]) && effective[p] > 0.0)
+      least = std::min(least.value_or(effective[p]), effective[p]);
   return least;
 }
 
@@ -97,31 +98,53 @@ double prior_sd(const Report& report, const RecordingResult& result, std::size_t
   return info.range() / std::sqrt(12.0);
 }
 
-}  // namespace
+/// The evidence of a recording, or why it has none: see WithoutEvidence.
+struct Finding {
+  std::optional<Measurement> measurement = {};
+  const char* reason = "";
+};
 
-std::optional<Measurement> to_measurement(const RecordingResult& result, const Report& report) {
-  const sim::ParameterTable ranges = report.ranges_for(result);
-  const double mgh_ratio = report.protocol_for(result).experiment.body.mgh() / report.protocol.experiment.body.mgh();
-  if (!alike(report.ranges(), ranges, mgh_ratio)) return std::nullopt;
-  if (result.fit && result.fit->answer == FitFigures::Answer::posterior) {
-    const std::span<const posterior::State> states = result.fit->posterior.states();
-    if (states.size() < 16) return std::nullopt;
-    std::vector<double> fractions;
-    for (const posterior::State& state : states)
-      for (const double value : ranges.to_unit(state.parameters)) fractions.push_back(value);
-    const posterior::Priors none;
-    const std::vector<double>& effective = result.fit->posterior.effective_draws();
+Finding evidence_of_draws(const RecordingResult& result, const Report& report, const sim::ParameterTable& ranges,
+                          std::span<const std::size_t> inferred) {
+  const std::span<const posterior::State> states = result.fit->posterior.states();
+  if (states.size() < 16) return {.reason = "few_draws"};
+  std::vector<double> fractions;
+  for (const posterior::State& state : states) {
+    const std::vector<double> all = ranges.to_unit(state.parameters);
+    for (const std::size_t p : inferred) fractions.push_back(all[p]);
+  }
+  const std::vector<double> weights =
+      log_weights(report.fit ? report.fit->priors : posterior::Priors{}, ranges, states);
+  const std::optional<double> effective = least_of_inferred(result.fit->posterior.effective_draws(), inferred);
+  const auto measure = [&](std::span<const double> weighted) -> std::optional<Measurement> {
     try {
-      return Measurement::of_draws(ranges.size(), fractions,
-                                   log_weights(report.fit ? report.fit->priors : none, ranges, states),
-                                   least_of_inferred(effective, ranges.size()));
+      return Measurement::of_draws(inferred.size(), fractions, weighted, effective);
     } catch (const Error&) {  // its draws are all on a plane, or its prior left too few of them
       return std::nullopt;
     }
-  }
+  };
+  if (std::optional<Measurement> found = measure(weights)) return {.measurement = std::move(found)};
+  return {.reason = !weights.empty() && measure({}) ? "narrow_prior" : "flat_draws"};
+}
+
+Finding find_evidence(const RecordingResult& result, const Report& report) {
+  const sim::ParameterTable ranges = report.ranges_for(result);
+  const std::vector<std::size_t> inferred = report.inferred_parameters();
+  const double mgh_ratio = report.protocol_for(result).experiment.body.mgh() / report.protocol.experiment.body.mgh();
+  if (!alike(report.ranges(), ranges, mgh_ratio)) return {.reason = "other_ranges"};
+  if (result.fit && result.fit->answer == FitFigures::Answer::posterior)
+    return evidence_of_draws(result, report, ranges, inferred);
   const std::optional<ParameterDistribution>& distribution = result.estimate.distribution;
-  if (!distribution || !same_ranges(*distribution, ranges)) return std::nullopt;
-  return Measurement::of_distribution(*distribution);
+  // A network answers for all parameters: its distribution is not the one given the fixed parameters.
+  if (!distribution || inferred.size() != ranges.size()) return {.reason = "no_distribution"};
+  if (!same_ranges(*distribution, ranges)) return {.reason = "other_ranges"};
+  return {.measurement = Measurement::of_distribution(*distribution)};
+}
+
+}  // namespace
+
+std::optional<Measurement> to_measurement(const RecordingResult& result, const Report& report) {
+  return find_evidence(result, report).measurement;
 }
 
 Analysis analyse_groups(const Report& report, std::span<const Recording> members,
@@ -132,13 +155,13 @@ Analysis analyse_groups(const Report& report, std::span<const Recording> members
   FirstOfJoint is_first;
   for (std::size_t i = 0; i < members.size(); ++i) {
     if (members[i].group.empty() || !is_first(report.recordings[i])) continue;
-    std::optional<Measurement> measurement = to_measurement(report.recordings[i], report);
-    if (!measurement) {
-      found.without_evidence.push_back(i);
+    Finding finding = find_evidence(report.recordings[i], report);
+    if (!finding.measurement) {
+      found.without_evidence.push_back({i, finding.reason});
       continue;
     }
     Recording& one = recordings.emplace_back(members[i]);
-    one.measurement = std::move(*measurement);
+    one.measurement = std::move(*finding.measurement);
     persons[cell_of(one)].insert(one.participant);
   }
   if (std::ranges::count_if(persons, [](const auto& cell) { return cell.second.size() > 1; }) <
@@ -148,7 +171,8 @@ Analysis analyse_groups(const Report& report, std::span<const Recording> members
   for (std::size_t k = 0; k < covariates.size(); ++k)
     if (!has_two_values(recordings, k)) return found;
   const sim::ParameterTable table = report.ranges();
-  std::vector<sim::ParameterInfo> ranges(table.begin(), table.end());
+  std::vector<sim::ParameterInfo> ranges;
+  for (const std::size_t p : report.inferred_parameters()) ranges.push_back(table[p]);
   const double mgh = report.protocol.experiment.body.mgh(), ratio = mgh_nm_rad.value_or(mgh) / mgh;
   for (sim::ParameterInfo& range : ranges) {
     if (!range.per_mgh) continue;
@@ -191,7 +215,7 @@ std::vector<std::optional<Reliability>> compute_reliability(const Report& report
     }
   }
   std::vector<std::optional<Reliability>> found;
-  for (std::size_t p = 0; p < parameters; ++p) {
+  for (const std::size_t p : report.inferred_parameters()) {
     std::vector<double> values, variances, shown;
     for (const auto& [name, visits] : persons) {
       if (visits[0].recordings < 1.0 || visits[1].recordings < 1.0) continue;

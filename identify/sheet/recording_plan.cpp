@@ -11,6 +11,7 @@
 
 #include "base/setting.hpp"
 #include "base/text.hpp"
+#include "identify/sheet/detail/contradictions.hpp"
 #include "identify/sheet/detail/path_match.hpp"
 #include "identify/sheet/reading_option.hpp"
 #include "sim/segments.hpp"
@@ -315,7 +316,9 @@ RecordingPlan make_plan(const std::vector<RecordingSource>& sources, const ReadO
 
 RecordingPlan make_plan(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice,
                         const ReadOptions& reading) {
-  return Planner(std::move(sheet), sources, choice, reading)();
+  RecordingPlan plan = Planner(std::move(sheet), sources, choice, reading)();
+  warn_of_contradictions(plan);
+  return plan;
 }
 
 std::vector<double> read_covariate(const RecordingPlan& plan, const std::string& column) {

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "base/warning.hpp"
 #include "identify/recordings.hpp"
 #include "identify/sheet/sheet.hpp"
 
@@ -30,6 +31,7 @@ struct PlannedRecording {
   std::optional<double> mass_kg = {}, height_m = {};              ///< of the person, by the sheet
   std::optional<Error> error = {};                                ///< why the recording cannot be used
   std::vector<std::pair<std::string, std::string>> options = {};  ///< of reading, by the sheet
+  Warnings warnings = {};                                         ///< of the sheet: contradictions.hpp
 };
 
 struct RecordingPlan {
@@ -50,7 +52,8 @@ enum class Choice { by_call, by_sheet };
 /// count for a recording; its own comes first, then `reading` and reading.body. Paths in the sheet are relative to its
 /// folder. These recordings have an error: a recording of the call without a line; a line whose file is missing; a
 /// person without a recording, by_sheet; a recording with two lines, and a line with two recordings, that are equally
-/// alike; a wrong cell; and one without the other of mass and height.
+/// alike; a wrong cell; and one without the other of mass and height. Recordings of a person with two bodies or two
+/// ages in one session have warnings.
 RecordingPlan make_plan(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice,
                         const ReadOptions& reading);
 

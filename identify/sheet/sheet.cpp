@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "base/text.hpp"
+#include "identify/sheet/detail/contradictions.hpp"
 #include "identify/sheet/detail/text_key.hpp"
 #include "identify/sheet/reading_option.hpp"
 #include "identify/sheet/spreadsheet.hpp"
@@ -263,6 +264,13 @@ bool names_heights(const std::string& column) {
   return column_of(column).role == Role::height;
 }
 
+bool names_ages(const std::string& column) {
+  constexpr auto known =
+      std::to_array<std::string_view>({"age", "age_years", "age_in_years", "alter", "alter_jahre", "alter_in_jahren"});
+  return std::ranges::any_of(known,
+                             [key = column_key(column)](std::string_view name) { return column_key(name) == key; });
+}
+
 std::optional<double> read_number(std::string cell) {
   std::ranges::replace(cell, ',', '.');
   double value = 0.0;
@@ -286,6 +294,7 @@ StudySheet read_sheet(const std::filesystem::path& path) {
   }
   if (sheet.lines.empty())
     throw Error(Code::file_empty, path.string(), "has no line below its names", "add a line per recording or person");
+  refuse_two_groups(sheet);
   return sheet;
 }
 

@@ -45,8 +45,8 @@ struct StudySheet {
 /// - mass or weight in kg; height in m, or in cm from 30 up;
 /// - protocol: a name or a file; and options of reading (set_reading_option()).
 /// Other columns, age and sex among them, are SheetEntry::cells. Empty cells and n/a have no value. Throws Error for an
-/// unreadable file, a sheet without participant_id and file, two columns of one meaning, and a sheet without lines. A
-/// line with a wrong cell has an error.
+/// unreadable file, a sheet without participant_id and file, two columns of one meaning, a sheet without lines, and a
+/// person in two groups. A line with a wrong cell has an error.
 StudySheet read_sheet(const std::filesystem::path& path);
 
 /// Returns true for the names of a column of persons: participant_id, subject and the like.
@@ -54,6 +54,8 @@ bool names_persons(const std::string& column);
 /// Returns true for the names of a column of weights: weight, mass and the like; and of heights.
 bool names_weights(const std::string& column);
 bool names_heights(const std::string& column);
+/// Returns true for the names of a column of ages in years.
+bool names_ages(const std::string& column);
 /// Reads the number of a cell, with a decimal point or comma; nothing for another text.
 std::optional<double> read_number(std::string cell);
 

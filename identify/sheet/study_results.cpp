@@ -16,6 +16,10 @@ void set_planned(RecordingResult& result, const PlannedRecording& planned) {
   result.entry = planned.entry;
   result.mass_kg = planned.mass_kg;
   result.height_m = planned.height_m;
+  Warnings missing;
+  for (const Warning& warning : planned.warnings)
+    if (std::ranges::find(result.warnings, warning) == result.warnings.end()) missing.push_back(warning);
+  if (!missing.empty()) result.warnings = gravest_first({missing, result.warnings});
 }
 
 namespace {

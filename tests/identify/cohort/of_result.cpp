@@ -3,14 +3,17 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
 #include "identify/result.hpp"
 #include "sim/body_model.hpp"
+#include "tests/helpers.hpp"
 #include "tests/near.hpp"
 
+using Without = std::vector<decid::cohort::WithoutEvidence>;
 using decid::GroupTable;
 using decid::ParameterDistribution;
 using decid::RecordingResult;
@@ -55,7 +58,12 @@ RecordingResult fitted(const Report& report, double at, std::size_t draws = 64) 
     std::vector<double> fractions;
     for (std::size_t p = 0; p < ranges.size(); ++p)
       fractions.push_back(decid::normal_distribution(at + 0.3 * random.normal(i * ranges.size() + p)));
-    filler.states.emplace_back().parameters = ranges.from_unit(fractions);
+    decid::sim::Parameters& values = filler.states.emplace_back().parameters;
+    values = ranges.from_unit(fractions);
+    if (!report.fit) continue;
+    for (const decid::posterior::ParameterPrior& prior : report.fit->priors.parameters)
+      for (std::size_t p = 0; p < ranges.size(); ++p)
+        if (prior.fixed && prior.name == ranges[p].name) values[p] = *prior.fixed;
   }
   RecordingResult made = read_by_network(report, 0.0);
   made.fit.emplace().posterior.archive(filler);
@@ -101,13 +109,87 @@ TEST_CASE("cohort: recordings without a distribution over the ranges are not in 
   report.recordings[0].estimate.distribution.reset();
   REQUIRE(made.compared().hierarchical);
   CHECK(made.compared().hierarchical->cells[0].persons == 2);
-  CHECK(made.compared().without_distribution == std::vector<std::size_t>{0});
+  CHECK(made.compared().without_distribution == Without{{0, "no_distribution"}});
   report.recordings[1].estimate.distribution.reset();  // one person is left
   CHECK_FALSE(made.compared().hierarchical);
 
   CHECK(decid::cohort::to_measurement(report.recordings[2], report));
   report.fit.emplace().priors.parameters = {{"delay", decid::posterior::ParameterPrior::Range{0.0, 0.2}, {}}};
   CHECK_FALSE(decid::cohort::to_measurement(report.recordings[2], report));
+}
+
+TEST_CASE("cohort: each recording that the hierarchical model cannot use has its reason") {
+  using decid::posterior::ParameterPrior;
+  TwoGroups made(false);
+  Report& report = made.report;
+  report.fit.emplace().priors.parameters = {{"Kp", ParameterPrior::Range{300.0, 1500.0}, {}}};
+  for (std::size_t i = 0; i < 6; ++i) report.recordings[i] = fitted(report, 0.1 * static_cast<double>(i));
+  CHECK(made.compared().without_distribution.empty());
+  // A stiffness's range in N m/rad is another one over m g h for a heavier body; a range of the delay is not.
+  decid::ReportSetting& heavier = report.other_settings.emplace_back();
+  heavier.protocol = report.protocol;
+  heavier.protocol.experiment.body.mass_kg *= 1.2;
+  report.recordings[1].setting = 1;
+  report.recordings[4] = fitted(report, 0.4, 15);
+  CHECK(made.compared().without_distribution == Without{{1, "other_ranges"}, {4, "few_draws"}});
+  CHECK(made.compared().hierarchical);
+  report.fit->priors.parameters = {{"delay", ParameterPrior::Range{0.0, 0.2}, {}}};
+  CHECK(made.compared().without_distribution == Without{{4, "few_draws"}});
+  // Far from a narrow prior a few draws would have all the weight; draws that are all alike are on a plane.
+  report.fit->priors.parameters = {{"Kp", {}, ParameterPrior::Normal{700.0, 60.0}}};
+  for (std::size_t i = 0; i < 6; ++i) report.recordings[i] = fitted(report, i == 2 ? 0.4 : -0.6);
+  const Without narrow = made.compared().without_distribution;
+  CHECK(std::ranges::count(narrow, decid::cohort::WithoutEvidence{2, "narrow_prior"}) == 1);
+}
+
+TEST_CASE("cohort: fixed parameters are not compared, by no model and no reliability") {
+  using decid::posterior::ParameterPrior;
+  constexpr std::size_t delay = 5;  // its place among the others
+  for (const bool same_persons : {false, true}) {
+    CAPTURE(same_persons);
+    TwoGroups made(same_persons);
+    Report& report = made.report;
+    report.fit.emplace().priors.parameters = {{.name = "Kp", .fixed = 839.0}};
+    for (std::size_t i = 0; i < 6; ++i) {
+      const double at = 0.2 * static_cast<double>(i % 3) + (i < 3 ? -0.5 : 0.5);
+      const decid::sim::Parameters values = report.recordings[i].estimate.parameters;
+      report.recordings[i] = fitted(report, at);
+      report.recordings[i].estimate.parameters = values;
+      report.recordings[i].estimate.parameters[decid::sim::Kp] = 839.0;
+    }
+    CHECK(report.fixed_parameters() == std::vector<std::string>{"Kp"});
+    CHECK(report.inferred_parameters() == std::vector<std::size_t>{1, 2, 3, 4, 5, 6});
+    CHECK(report.compared_parameters()[delay].name == "delay");
+    const decid::GroupReport groups = made.compared();
+    CHECK(groups.comparison.intervals == 6);
+    REQUIRE(groups.comparison.pairs.size() == 1);
+    REQUIRE(groups.comparison.pairs[0].parameters.size() == 6);
+    CHECK(groups.comparison.groups[0].parameters.size() == 6);
+    const double difference = groups.comparison.pairs[0].parameters[delay].difference;
+    CHECK(difference < -0.05);
+    CHECK(difference > -0.24);  // s
+    REQUIRE(groups.hierarchical);
+    REQUIRE(groups.hierarchical->comparisons[0].effects.size() == 6);
+    CHECK(groups.hierarchical->variances.size() == 6);
+    CHECK(groups.hierarchical->comparisons[0].effects[delay].difference.mean < -0.05);
+    CHECK(groups.hierarchical->comparisons[0].effects[0].difference.mean < -20.0);  // Kd, of 125 to 378 N m s/rad
+    REQUIRE(groups.reliability.size() == 1);
+    CHECK(groups.reliability[0].size() == (same_persons ? 6 : 0));
+    if (same_persons) CHECK(groups.reliability[0][delay].has_value());
+  }
+}
+
+TEST_CASE(
+    "cohort: a network's distribution is no evidence beside a fixed parameter; nothing is left if all are fixed") {
+  TwoGroups made(false);
+  Report& report = made.report;
+  report.fit.emplace().priors.parameters = {{.name = "Kp", .fixed = 839.0}};
+  CHECK_FALSE(decid::cohort::to_measurement(report.recordings[0], report));
+  CHECK(made.compared().without_distribution.size() == 6);
+  for (const std::string& name : report.protocol.parameters().names())
+    if (name != "Kp") report.fit->priors.parameters.push_back({.name = name, .fixed = 0.1});
+  CHECK(report.inferred_parameters().empty());
+  check_error([&] { made.compared(); }, decid::Code::setting_conflict, "fixed");
 }
 
 TEST_CASE("cohort: recordings fitted together count once; those of another body are not in the model") {

@@ -13,6 +13,7 @@
 #include "identify/sheet/reading_option.hpp"
 #include "identify/sheet/recording_plan.hpp"
 #include "identify/sheet/spreadsheet.hpp"
+#include "identify/sheet/study_results.hpp"
 #include "sim/segments.hpp"
 #include "tests/helpers.hpp"
 
@@ -229,14 +230,14 @@ TEST_CASE("plan_of a sheet of people: their recordings near the sheet, sessions,
   const TemporaryFolder folder;
   const RecordingPlan plan = plan_of_text(
       folder,
-      "participant_id\tsession\tgroup\tfile\n01\tn/a\tx\tn/a\n"
+      "participant_id\tsession\tcondition\tfile\n01\tn/a\tx\tn/a\n"
       "01\t2\ty\tn/a\nJ\u00FCrgen\tn/a\tn/a\tn/a\nQ\tn/a\tz\tn/a\n"
       "01\tn/a\tw\tsub-01/extra.csv\n",
       {"sub-01/ses-1/t.csv", "sub-01/ses-2/t.csv", "sub-01/extra.csv", "sub-02/t.csv", "ju\u0308rgen 1.csv"},
       Choice::by_sheet);
-  std::vector<std::pair<std::string, std::string>> found;  // file and group
+  std::vector<std::pair<std::string, std::string>> found;  // file and condition
   for (const PlannedRecording& recording : plan.recordings)
-    found.emplace_back(recording.source.file.lexically_relative(folder.path()).string(), recording.entry.group);
+    found.emplace_back(recording.source.file.lexically_relative(folder.path()).string(), recording.entry.condition);
   REQUIRE(found.size() == 5);
   CHECK(found[0] == std::pair<std::string, std::string>("sub-01/ses-1/t.csv", "x"));
   CHECK(found[1] == std::pair<std::string, std::string>("sub-01/ses-2/t.csv", "y"));
@@ -299,6 +300,87 @@ TEST_CASE("plan_of: a recording named twice, and cells beyond the names, are err
       plan_of_text(folder, "file\tcolumn\na.csv\tone\na.csv\ttwo\n", {"a.csv"}, Choice::by_sheet);
   REQUIRE(columns.recordings.size() == 2);
   CHECK_FALSE(columns.recordings[1].error);
+}
+
+TEST_CASE("read_sheet: a person in two groups is refused with both lines, whatever the session") {
+  const TemporaryFolder folder;
+  const auto read = [&](const std::string& text) {
+    return read_sheet(write_text(folder / "g.csv", "participant_id,session,group,file\n" + text)).lines.size();
+  };
+  for (const char* sessions :
+       {"P1,1,patients,a.csv\nP2,1,controls,b.csv\nP1,1,controls,c.csv\n",
+        "P1,1,patients,a.csv\nP2,1,controls,b.csv\np1,2,controls,c.csv\n", "P1,,patients,\n\nP1,2,controls,c.csv\n"}) {
+    CAPTURE(sessions);
+    check_error([&] { read(sessions); }, Code::value_invalid, "g.csv, lines 2 and 4");
+    check_error([&] { read(sessions); }, Code::value_invalid, "\"patients\" and \"controls\"");
+  }
+  CHECK(read("P1,1,patients,a.csv\np1,2,Patients,b.csv\nP1,3,n/a,c.csv\n,1,x,d.csv\n,1,y,e.csv\n") == 5);
+}
+
+TEST_CASE("plan_of: two bodies and two ages of a person in one session are warnings of both recordings") {
+  const TemporaryFolder folder;
+  const std::vector<std::string> files{"a.csv", "b.csv", "c.csv", "d.csv"};
+  const auto planned = [&](const std::string& sheet) {
+    return plan_of_text(folder, sheet, files, Choice::by_sheet).recordings;
+  };
+  const auto codes = [](const PlannedRecording& planned) {
+    std::vector<std::string> all;
+    for (const Warning& warning : planned.warnings) {
+      CHECK(warning.severity == Severity::caution);
+      all.push_back(warning.code);
+    }
+    return all;
+  };
+  using Codes = std::vector<std::string>;
+  const auto in_sessions = planned(
+      "ID\tsession\tfile\tweight\theight\tage\n"
+      "P1\t1\ta.csv\t70\t175\t60\n"
+      "p1\t1\tb.csv\t80,5\t1.75\t61\n"  // contradicts a.csv
+      "P1\t2\tc.csv\t75\t1.75\t61\n"    // a year later
+      "P2\t1\td.csv\t90\t1.80\t60\n");
+  REQUIRE(in_sessions.size() == 4);
+  CHECK(codes(in_sessions[0]) == Codes{"two_bodies", "two_ages"});
+  CHECK(codes(in_sessions[1]) == Codes{"two_bodies", "two_ages"});
+  CHECK(codes(in_sessions[2]).empty());
+  CHECK(codes(in_sessions[3]).empty());
+  for (const char* fact : {"P1", "session 1", "70 kg", "80.5 kg", "b.csv"})
+    CHECK(contains(in_sessions[0].warnings[0].text, fact));
+  for (const char* fact : {"60 here", "61 for"}) CHECK(contains(in_sessions[0].warnings[1].text, fact));
+  CHECK(contains(in_sessions[1].warnings[0].text, "a.csv"));
+
+  // Without sessions the values must agree; units, rounding and empty cells do not count.
+  const auto without = planned(
+      "ID\tfile\tweight\theight\tAge (years)\nP1\ta.csv\t70\t175\t60\nP1\tb.csv\t70,0\t1.75\t60.0\n"
+      "P1\tc.csv\tn/a\tn/a\tn/a\nP1\td.csv\t70\t1.74\tn/a\n");
+  CHECK(codes(without[0]) == Codes{"two_bodies"});
+  CHECK(codes(without[1]) == Codes{"two_bodies"});
+  CHECK(codes(without[2]).empty());
+  CHECK(codes(without[3]) == Codes{"two_bodies"});
+
+  // A person's line fills what a recording's line lacks. A marker has one height in a session, another one its own.
+  const auto filled = planned(
+      "ID\tfile\tweight\theight\tcolumn\tcom_height\tAlter\nP1\tn/a\t70\t175\tn/a\tn/a\t50\n"
+      "P1\ta.csv\tn/a\tn/a\tCOM\t0.95\t51\nP1\tb.csv\tn/a\tn/a\tcom\t0.9\tn/a\n"
+      "P1\tc.csv\tn/a\tn/a\tsacrum\t0.8\tn/a\n");
+  REQUIRE(filled.size() == 3);
+  CHECK(codes(filled[0]) == Codes{"two_bodies", "two_ages"});
+  CHECK(codes(filled[1]) == Codes{"two_bodies", "two_ages"});
+  CHECK(codes(filled[2]) == Codes{"two_ages"});
+  CHECK(contains(filled[1].warnings[0].text, "0.95 m"));
+}
+
+TEST_CASE("set_planned: a result has the sheet's warnings once, before its other cautions") {
+  PlannedRecording planned{std::filesystem::path("a.csv"), {}};
+  add_caution(planned.warnings, "two_ages", "the sheet gives A two ages");
+  RecordingResult result;
+  result.warnings = {{Severity::caution, "spikes", "some"}, {Severity::info, "preamble", "one line"}};
+  for (int i = 0; i < 2; ++i) {
+    set_planned(result, planned);
+    REQUIRE(result.warnings.size() == 3);
+    CHECK(result.warnings[0].code == "two_ages");
+    CHECK(result.warnings[1].code == "spikes");
+  }
+  CHECK(result.trust() == Trust::caution);
 }
 
 TEST_CASE("StudySheet::reader_of: columns by any spelling; joint_groups: persons and conditions by any case") {

@@ -149,6 +149,41 @@ TEST_CASE("fit: controllers are compared, and parameters are fixed" * doctest::t
   CHECK(controllers[1]["predictive_check"]["figures"].size() == 8);
 }
 
+TEST_CASE("fit: controllers are summed over recordings, and a journal of other controllers is refused") {
+  const Folder folder;
+  write_text(folder / "tiny.json", brief_protocol);
+  const std::string protocol = " --protocol " + folder / "tiny.json";
+  for (const char* seed : {"1", "2"})
+    run_ok("simulate --quiet" + protocol + " --seed " + seed + " -o " + folder / seed + ".csv");
+  const std::string files = folder / "1.csv" + " " + folder / "2.csv" + " ",
+                    fit = "fit --quiet --max-draws 8" + protocol + " " + files;
+  const auto result = run_ok(fit + "--controller dec,ic -o " + folder / "o.json");
+  const Json all = read_json(folder / "o.json"), sums = all["controller_comparison"];
+  CHECK(contains(result.out, "Controllers over 2 recordings"));
+  CHECK(sums["recordings"] == 2);
+  REQUIRE(sums["controllers"].size() == 2);
+  std::size_t best_in = 0;
+  double best = -1e9;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const Json& one = sums["controllers"][k];
+    double sum = 0.0;
+    for (const Json& recording : all["recordings"])
+      sum += recording["controllers"][k]["log_predictive_density"].get<double>();
+    CHECK(near(one["log_predictive_density"].get<double>(), sum, 1e-12));
+    best_in += one["best_in"].get<std::size_t>();
+    best = std::max(best, one["difference"].get<double>());
+  }
+  CHECK(best_in == 2);
+  CHECK(best == 0.0);
+
+  // A missing recording leaves the others' results in the journal.
+  const std::string some = fit + folder / "none.csv" + " -o " + folder / "j.json";
+  CHECK(run_decid(some).code == 2);
+  check_refused(some + " --resume --controller dec,ic", "j.json.journal");
+  CHECK(run_decid(some + " --resume --controller dec").code == 2);
+  CHECK_FALSE(read_json(folder / "j.json").contains("controller_comparison"));
+}
+
 TEST_CASE("fit refuses invalid controllers and fixed values, by the option") {
   const Folder folder;
   run_ok("simulate --seed 4 -o " + folder / "t.csv");

@@ -251,6 +251,36 @@ TEST_CASE("people are compared by the recordings that can be used, the others ar
   CHECK(decid::tools::page_groups({}).is_null());
 }
 
+TEST_CASE("fixed parameters are not compared: text and JSON name them") {
+  Report report;
+  GroupTable table{"subject", {}};
+  for (const auto& [group, person, value] : {std::tuple("a", "s1", 700.0), {"a", "s2", 655.0}, {"b", "s3", 742.0}})
+    add(report, table, group, person, recording("f", value));
+  report.fit.emplace().priors.parameters = {{.name = "Kd", .fixed = 250.0}, {.name = "Kp", .fixed = 839.0}};
+  const Json found = compared(report, table);
+  const Json& settings = found["group_comparison"];
+  CHECK(settings["fixed_parameters"] == Json{"Kp", "Kd"});  // in the controller's order
+  CHECK(settings["parameters"] == 5);
+  CHECK(settings["intervals"] == 5);
+  for (const Json& parameters : {found["groups"][0]["parameters"], found["comparisons"][0]["parameters"]}) {
+    REQUIRE(parameters.size() == 5);
+    CHECK(parameters[0]["name"] == "Kp_pass");
+    CHECK(parameters[4]["name"] == "delay");
+  }
+  CHECK(found["comparisons"][0]["parameters"][0]["difference"] == 677.5 - 742.0);
+  const std::string text = groups_text(report);
+  CAPTURE(text);
+  CHECK(contains(text, "not compared: Kp, Kd\n"));
+  CHECK_FALSE(contains(text, "Kd  "));
+  CHECK(contains(text, "5 parameters were compared"));
+  // Every recording that the hierarchical model lacks has a reason.
+  CHECK(settings["without_distribution"].size() == 3);
+  CHECK(settings["without_distribution_reasons"] == Json{"no_distribution", "no_distribution", "no_distribution"});
+  CHECK(contains(text, "Not in the hierarchical model: 3 recordings\n    f: "));
+  report.fit.reset();
+  CHECK(compared(report, table)["group_comparison"]["fixed_parameters"].empty());
+}
+
 TEST_CASE("people in two groups are compared in pairs, and the text says so") {
   Report report;
   GroupTable table{"participant_id", {}};

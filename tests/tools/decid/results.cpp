@@ -163,6 +163,19 @@ TEST_CASE("the text of a body asks for the unit of a weight where the body mass 
   CHECK(contains(decid::tools::body_text({}, true, "write it down"), "write it down"));
 }
 
+TEST_CASE("the text of controllers over several recordings: sums, differences, in how many each is best") {
+  const std::string text =
+      controller_sums_text({.recordings = 12,
+                            .not_usable = 1,
+                            .controllers = {{"dec2015", 3, -1234.56, -35.24, 12.06}, {"dec", 9, -1199.32, 0.0, 0.0}}});
+  CAPTURE(text);
+  CHECK(test::contains(text, "over 12 recordings"));
+  CHECK(test::contains(text, "  dec2015                     -1234.6              -35.2 +- 12.1        3\n"));
+  CHECK(test::contains(text, "  dec                         -1199.3                       best        9\n"));
+  CHECK(test::contains(text, "1 recording not usable"));
+  CHECK_FALSE(test::contains(controller_sums_text({.recordings = 2, .not_usable = 0, .controllers = {}}), "usable"));
+}
+
 TEST_CASE("a table says what the values say: a line a recording, as many cells whatever is missing") {
   Report all = identified();
   RecordingResult unknown = all.recordings[0];

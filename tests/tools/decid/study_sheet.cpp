@@ -264,6 +264,26 @@ TEST_CASE("a study in two sessions: changes within persons, between groups, and 
   check_refused(study + " --covariates weight", "--covariates weight");  // all of one weight
 }
 
+TEST_CASE("a sheet that contradicts itself: two bodies are a caution of both recordings, two groups are refused") {
+  const Folder folder;
+  for (const char* name : {"a", "b", "c"}) simulate(folder / (std::string(name) + ".csv"), "--seed 1");
+  const std::string begin = "participant_id,group,session,file,height,weight,age\n",
+                    lines = "A,x,1,a.csv,1.75,70,60\nA,x,1,b.csv,1.75,80,60\nB,x,1,c.csv,1.75,70,60\n";
+  const std::string path = write_text(folder / "s.csv", begin + lines).string();
+  const Json recordings = run_json("identify --quiet --json --study " + path)["recordings"];
+  const auto cautions = [&](std::size_t i) {
+    return std::ranges::count_if(recordings.at(i)["warnings"], [](const Json& warning) {
+      return warning["code"] == "two_bodies" && warning["severity"] == "caution";
+    });
+  };
+  CHECK(cautions(0) == 1);
+  CHECK(cautions(1) == 1);
+  CHECK(cautions(2) == 0);
+  CHECK(recordings[0]["trust"] == "caution");
+  write_text(path, begin + lines + "A,y,2,c.csv,1.75,70,60\n");
+  check_refused("identify --study " + path, "lines 2 and 5");
+}
+
 TEST_CASE("columns that cannot be compared are refused before anything is computed") {
   const Folder folder;
   simulate(folder / "a.csv", "--seed 1");

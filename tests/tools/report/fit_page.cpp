@@ -4,12 +4,14 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "base/version.hpp"
 #include "tests/near.hpp"
 #include "tests/tools/report/fitted.hpp"
 #include "tests/tools/report/page_text.hpp"
+#include "tools/report/json/report_json.hpp"
 
 namespace {
 
@@ -108,6 +110,27 @@ TEST_CASE("fit page") {
     CHECK(near(delay["mean"].get<double>(), found.mean(sim::Delay), six_digits));
     CHECK(near(delay["high"].get<double>(), found.quantile(sim::Delay, 0.95), six_digits));
     CHECK(data()["recordings"][1]["controllers"].empty());
+  }
+  SUBCASE("the JSON sums the controllers over the recordings") {
+    Report all = fitted();
+    CHECK_FALSE(json::parse(tools::report_json(all)).contains("controller_comparison"));  // of one recording
+    FitFigures& last = *all.recordings[2].fit;
+    last.others = all.recordings[0].fit->others;
+    last.compared = {.log_density = -90.0, .difference = -4.0, .standard_error = 1.0, .weight = 0.2};
+    last.others[0].compared = {.log_density = -86.0, .weight = 0.8};
+    const json sums = json::parse(tools::report_json(all))["controller_comparison"];
+    CHECK(sums["recordings"] == 2);
+    CHECK(sums["not_usable"] == 0);
+    REQUIRE(sums["controllers"].size() == 2);
+    const json &first = sums["controllers"][0], &second = sums["controllers"][1];
+    CHECK(first["controller"] == "dec");
+    CHECK(first["best_in"] == 1);
+    CHECK(first["log_predictive_density"] == -190.0);
+    CHECK(first["difference"] == 0.0);
+    CHECK(first["difference_standard_error"] == 0.0);
+    CHECK(second["best_in"] == 1);
+    CHECK(second["difference"] == -6.0);
+    CHECK(near(second["difference_standard_error"].get<double>(), std::sqrt(10.0), 1e-14));
   }
   SUBCASE("draws and ranks are those of the chains") {
     const json& shown = data()["recordings"][0];

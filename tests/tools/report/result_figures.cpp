@@ -117,6 +117,22 @@ TEST_CASE("figures of results: stiffness and damping are those of the comparison
   CHECK(figures[2].caption == own[2].caption);  // responses are not scaled
 }
 
+TEST_CASE("figures of results: a fixed parameter is no estimate") {
+  Report report = study();
+  report.fit.emplace().priors.parameters = {{.name = "Kp", .fixed = 839.0}};
+  const std::vector<Figure> figures = result_figures(report), own = result_figures(study());
+  REQUIRE(ids(figures) == ids(own));
+  for (std::size_t i = 0; i < 2; ++i) {
+    CHECK(lines_with(figures[i].csv, "Kp,").empty());
+    CHECK(lines_with(figures[i].csv, "delay,") == lines_with(own[i].csv, "delay,"));
+  }
+  CHECK(count(figures[0].svg, "<circle") == 5 * 6);
+  report.fit->priors.parameters.clear();
+  for (const std::string& name : report.protocol.parameters().names())
+    report.fit->priors.parameters.push_back({.name = name, .fixed = 0.1});
+  CHECK(ids(result_figures(report)) == std::vector<std::string>{"responses"});
+}
+
 TEST_CASE("figures of results: recordings that cannot be used are left out; none make no figure") {
   Report report = study();
   report.recordings[0].error = Error(Code::file_missing, "P11.csv", "cannot be opened", "correct the name");

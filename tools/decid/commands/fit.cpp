@@ -313,7 +313,10 @@ void run_fit(FitOptions options, const Command& command) {
   const GroupTable groups = read_groups(options.groups, recordings, plan, options.common.quiet);
   if (!options.joint.empty()) refuse_joint_cells(groups, joint_groups(plan, options.joint, freed.conditions));
 
+  Json names = Json::array();
+  for (const sim::BodyModel* controller : controllers) names.push_back(controller->name);
   const Json settings{{"version", version},
+                      {"controllers", std::move(names)},
                       {"protocol", sim::to_json_object(protocol)},
                       {"model", nn::weights_sha256(model.network)},
                       {"options", command.given(beside_answers)}};
@@ -321,6 +324,7 @@ void run_fit(FitOptions options, const Command& command) {
   catch_interrupt();
   options.request.keeps_log_likelihood = options.outputs.draws.ends_with(".npz");
   PlanFitter fitter(&model, protocol, plan, options.request, &inputs);
+  if (options.groups.given()) static_cast<void>(fitter.report().compared_parameters());  // throws if all are fixed
   FitResults results =
       fit_all({recordings.sources, listed(recordings.files), options.joint, freed.conditions, options.common.quiet},
               fitter, plan, journal ? &*journal : nullptr);

@@ -53,6 +53,7 @@ std::string own_settings(const RecordingPlan& plan, std::size_t i) {
   for (const std::optional<double>& value : {planned.mass_kg, planned.height_m})
     text += '\n' + (value ? format("%.17g", *value) : std::string());
   for (const auto& [name, value] : planned.options) text += '\n' + name + '=' + value;
+  for (const Warning& warning : planned.warnings) text += '\n' + warning.text;  // results keep theirs
   return text;
 }
 

@@ -64,13 +64,30 @@ std::string left_out_text(const Report& report) {
   return count == 0 ? text : "  Left out: " + counted(count, "recording") + "\n" + text;
 }
 
+/// Returns a reason of cohort::WithoutEvidence for people.
+std::string reason_text(const std::string& reason) {
+  if (reason == "no_distribution") return "has no distribution of these parameters";
+  if (reason == "few_draws") return "has fewer than 16 draws";
+  if (reason == "other_ranges")
+    return "its ranges over m g h are not the first recording's: a range in N m/rad is another one for each body";
+  if (reason == "narrow_prior") return "its normal prior is narrower than what the recording tells";
+  return "its draws do not spread in every parameter";
+}
+
 std::string without_distribution_text(const Report& report) {
-  const std::vector<std::size_t>& without = report.groups->without_distribution;
+  const std::vector<cohort::WithoutEvidence>& without = report.groups->without_distribution;
+  if (without.empty()) return {};
+  std::string text =
+      "  Not in the hierarchical model: " + counted(static_cast<long long>(without.size()), "recording") + "\n";
+  for (const cohort::WithoutEvidence& one : without)
+    text += "    " + one_line(report.recordings[one.recording].file) + ": " + reason_text(one.reason) + "\n";
+  return text;
+}
+
+std::string fixed_text(const Report& report) {
   std::string text;
-  for (const std::size_t i : without) text += (text.empty() ? "" : ", ") + one_line(report.recordings[i].file);
-  return without.empty()
-             ? text
-             : "  Not in the hierarchical model, for want of a distribution over the common ranges: " + text + "\n";
+  for (const std::string& name : report.fixed_parameters()) text += (text.empty() ? "" : ", ") + name;
+  return text.empty() ? text : "  Fixed, and so not compared: " + text + "\n";
 }
 
 std::string bodies_text(const GroupReport& groups) {
@@ -146,14 +163,15 @@ std::string groups_text(const Report& report) {
   if (!report.groups) return {};
   const GroupComparison& found = report.groups->comparison;
   const std::string& person_column = report.groups->table.person_column;
-  const std::vector<std::string> names = report.protocol.parameters().names();
+  const sim::ParameterTable parameters = report.compared_parameters();
+  const std::vector<std::string> names = parameters.names();
   std::string text = "Groups: mean +- standard deviation of people\n";
   text +=
       person_column.empty()
           ? "  No column names the person (subject or participant_id): each recording counts as a person.\n"
           : "  Recordings with the same " + one_line(person_column) + " are one person's; their mean counts once.\n";
-  text += bodies_text(*report.groups);
-  for (const Group& group : found.groups) text += group_text(group, report.protocol.parameters());
+  text += fixed_text(report) + bodies_text(*report.groups);
+  for (const Group& group : found.groups) text += group_text(group, parameters);
   for (const GroupPair& pair : found.pairs) text += pair_text(pair, found.groups, names);
   const std::string pairs = found.pairs.size() == 1 ? "" : format(" in %zu pairs of groups", found.pairs.size());
   if (!found.pairs.empty())

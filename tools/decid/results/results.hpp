@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "identify/compared_controllers.hpp"
 #include "identify/result.hpp"
 #include "sim/segments.hpp"
 #include "tools/decid/options.hpp"
@@ -28,7 +29,7 @@ inline const std::vector<std::string> not_repeated{"recordings", "--output",    
 Call record_call(const Command& command, const std::vector<std::string>& inputs,
                  const std::vector<std::string>& named = {});
 
-/// Returns a table for each recording, whose body they are of, and the groups.
+/// Returns a table for each recording, whose body they are of, the groups, and the controllers over all recordings.
 std::string report_text(const Report& report);
 /// Writes every draw of each fit. An .npz file has float64 arrays of chains x draws, each under its name: the
 /// parameters in SI units, sensor_noise_deg, slow_noise_deg, start_s, gain, lp, acceptance_rate, diverging, energy; if
@@ -48,4 +49,6 @@ std::string body_text(const sim::Body& body, bool assumed, const std::string& re
 std::string trust_text(const Warnings& warnings);
 /// Returns a line for each of the other warnings.
 std::string warnings_text(const Warnings& warnings);
+/// Returns a table of the controllers over several recordings.
+std::string controller_sums_text(const ControllerSums& sums);
 }  // namespace decid::tools

@@ -54,16 +54,17 @@ std::string check_text(const PredictiveCheck& check) {
   return "  predictive check, two-sided p: " + text + "\n";
 }
 
+std::string difference_text(double difference, double standard_error) {
+  return difference < 0.0 ? format("%.1f +- %.1f", difference, standard_error) : std::string("best");
+}
+
 /// Returns the table of the fitted controllers, the one that answers first.
 std::string controllers_text(const FitFigures& fitted, const std::string& own) {
   if (!fitted.compared) return {};
   std::string text = format("  %-10s %24s %26s %8s\n", "controller", "log predictive density", "difference", "weight");
   const auto line = [&](const std::string& name, const posterior::ComparedModel& compared) {
-    const std::string difference = compared.difference < 0.0
-                                       ? format("%.1f +- %.1f", compared.difference, compared.standard_error)
-                                       : std::string("best");
-    text +=
-        format("  %-10s %24.1f %26s %8.2f\n", name.c_str(), compared.log_density, difference.c_str(), compared.weight);
+    text += format("  %-10s %24.1f %26s %8.2f\n", name.c_str(), compared.log_density,
+                   difference_text(compared.difference, compared.standard_error).c_str(), compared.weight);
   };
   line(own, *fitted.compared);
   for (const ControllerFit& other : fitted.others) line(other.controller, other.compared);
@@ -181,12 +182,25 @@ std::string warnings_text(const Warnings& warnings) {
   return text;
 }
 
+std::string controller_sums_text(const ControllerSums& sums) {
+  std::string text = format("Controllers over %zu recordings, not persons\n", sums.recordings) +
+                     format("  %-10s %24s %26s %8s\n", "controller", "log predictive density", "difference", "best in");
+  for (const SummedController& one : sums.controllers)
+    text += format("  %-10s %24.1f %26s %8zu\n", one.name.c_str(), one.log_density,
+                   difference_text(one.difference, one.standard_error).c_str(), one.best_in);
+  if (sums.not_usable > 0)
+    text += "  with " + counted(static_cast<long long>(sums.not_usable), "recording") + " not usable\n";
+  return text;
+}
+
 std::string report_text(const Report& report) {
   std::string text;
   for (const RecordingResult& id : report.recordings) text += recording_text(id, report);
   const std::string body =
       report.sheet ? std::string() : body_text(report.protocol.experiment.body, report.body_assumed);
-  return report.fit ? valid_utf8(text) + groups_text(report) + body : text + body + groups_text(report);
+  if (!report.fit) return text + body + groups_text(report);
+  const std::optional<ControllerSums> sums = sum_controllers(report);
+  return valid_utf8(text) + groups_text(report) + body + (sums ? controller_sums_text(*sums) : "");
 }
 
 Call record_call(const Command& command, const std::vector<std::string>& inputs,

@@ -31,24 +31,24 @@ struct Estimates {
   std::vector<double> value, low90, high90;
 };
 
-/// Returns the estimates of a recording; limits are NaN for point estimates.
-Estimates estimates_of(const Report& report, std::size_t i) {
+/// Returns a recording's estimates of the parameters in these places; limits are NaN for point estimates.
+Estimates estimates_of(const Report& report, std::size_t i, std::span<const std::size_t> places) {
   const RecordingResult& id = report.recordings[i];
-  Estimates made{&id, id.entry, {id.estimate.parameters.begin(), id.estimate.parameters.end()}, {}, {}};
+  Estimates made{&id, id.entry, {}, {}, {}};
   if (report.groups && made.who.group.empty()) made.who.group = report.groups->table.members.at(i).group;
   if (report.groups && made.who.participant.empty()) made.who.participant = report.groups->table.members[i].person;
   if (made.who.participant.empty()) made.who.participant = id.file;
-  std::vector<double> scale(made.value.size(), 1.0);  // to the body of the comparison
-  for (std::size_t p = 0; report.groups && p < scale.size(); ++p) {
-    scale[p] = scale_to(report.groups->mgh_nm_rad, report, id, p);
-    made.value[p] *= scale[p];
+  std::vector<double> scale;  // to the body of the comparison
+  for (const std::size_t p : places) {
+    scale.push_back(report.groups ? scale_to(report.groups->mgh_nm_rad, report, id, p) : 1.0);
+    made.value.push_back(scale.back() * id.estimate.parameters[p]);
   }
-  made.low90.assign(made.value.size(), unknown);
+  made.low90.assign(places.size(), unknown);
   made.high90 = made.low90;
   use_distribution(id, [&](const auto& found) {
-    for (std::size_t p = 0; p < made.value.size(); ++p) {
-      made.low90[p] = scale[p] * found.quantile(static_cast<int>(p), 0.05);
-      made.high90[p] = scale[p] * found.quantile(static_cast<int>(p), 0.95);
+    for (std::size_t k = 0; k < places.size(); ++k) {
+      made.low90[k] = scale[k] * found.quantile(static_cast<int>(places[k]), 0.05);
+      made.high90[k] = scale[k] * found.quantile(static_cast<int>(places[k]), 0.95);
     }
   });
   return made;
@@ -281,17 +281,21 @@ std::vector<Figure> response_figure(const std::vector<Estimates>& all) {
 }  // namespace
 
 std::vector<Figure> result_figures(const Report& report) {
+  const std::vector<std::size_t> places = report.inferred_parameters();  // a fixed one is no estimate
   std::vector<Estimates> all;
   for (std::size_t i = 0; i < report.recordings.size(); ++i)
     if (!report.recordings[i].error && report.recordings[i].trust() != Trust::not_usable)
-      all.push_back(estimates_of(report, i));
+      all.push_back(estimates_of(report, i, places));
   if (all.empty()) return {};
-  const sim::ParameterTable& table = report.protocol.parameters();
-  std::vector<Figure> figures{estimates_figure(all, table)};
-  if (distinct(all, &SheetEntry::session).size() > 1)
-    figures.push_back(change_figure(all, table, "sessions", &SheetEntry::session));
-  if (distinct(all, &SheetEntry::condition).size() > 1)
-    figures.push_back(change_figure(all, table, "conditions", &SheetEntry::condition));
+  std::vector<Figure> figures;
+  if (!places.empty()) {
+    const sim::ParameterTable table = report.compared_parameters();
+    figures.push_back(estimates_figure(all, table));
+    if (distinct(all, &SheetEntry::session).size() > 1)
+      figures.push_back(change_figure(all, table, "sessions", &SheetEntry::session));
+    if (distinct(all, &SheetEntry::condition).size() > 1)
+      figures.push_back(change_figure(all, table, "conditions", &SheetEntry::condition));
+  }
   if (report.groups && report.groups->bodies_differ)
     for (Figure& figure : figures) figure.caption += " Stiffness and damping are scaled to one body.";
   for (Figure& figure : response_figure(all)) figures.push_back(std::move(figure));

@@ -19,7 +19,8 @@ inline constexpr std::array result_figure_ids{"estimates", "sessions", "conditio
 ///   the person's recordings;
 /// - "responses": gain and phase of sway to tilt by group, the median of the recordings and their middle half. It has
 ///   the recordings of the first recording's protocol, and is omitted if they have no frequency response.
-/// Groups, people, sessions and conditions come from the study's sheet, else from the table of groups.
+/// Parameters that a fit fixes have no panel. Groups, people, sessions and conditions come from the study's sheet, else
+/// from the table of groups.
 std::vector<Figure> result_figures(const Report& report);
 
 }  // namespace decid::tools

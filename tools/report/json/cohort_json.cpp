@@ -54,7 +54,7 @@ Json covariate_json(const cohort::Covariate& covariate, const sim::ParameterTabl
 Json cohort_json(const Report& report) {
   if (!report.groups || !report.groups->hierarchical) return nullptr;
   const cohort::Result& found = *report.groups->hierarchical;
-  const sim::ParameterTable& parameters = report.protocol.parameters();
+  const sim::ParameterTable parameters = report.compared_parameters();
   Json groups = Json::array(), comparisons = Json::array(), interactions = Json::array(), changes = Json::array(),
        covariates = Json::array();
   for (const cohort::Cell& cell : found.cells)
@@ -111,13 +111,14 @@ Json reliability_json(const Report& report) {
   Json list = Json::array();
   if (!report.groups) return list;
   const GroupComparison& compared = report.groups->comparison;
+  const sim::ParameterTable parameters = report.compared_parameters();
   for (std::size_t i = 0; i < report.groups->reliability.size(); ++i) {
     const auto& of_pair = report.groups->reliability[i];
     const GroupPair& pair = compared.pairs[i];
     if (of_pair.empty()) continue;
     list.push_back({{"groups", {compared.groups[pair.first].name, compared.groups[pair.second].name}},
                     {"persons", pair.people[0]},
-                    {"parameters", each_parameter(report.protocol.parameters(), [&](std::size_t p, Json& one) {
+                    {"parameters", each_parameter(parameters, [&](std::size_t p, Json& one) {
                        if (!of_pair[p]) return;
                        const cohort::Reliability& found = *of_pair[p];
                        one["icc_single"] = found.icc_single;

@@ -47,21 +47,25 @@ Json groups_json(const Report& report) {
   if (!report.groups) return nullptr;
   const GroupComparison& found = report.groups->comparison;
   const GroupTable& table = report.groups->table;
-  const sim::ParameterTable& parameters = report.protocol.parameters();
+  const sim::ParameterTable parameters = report.compared_parameters();
   Json groups = Json::array(), comparisons = Json::array(), left_out = Json::array(), unused = Json::array();
   for (const Group& group : found.groups) groups.push_back(group_json(group, parameters));
   for (const GroupPair& pair : found.pairs) comparisons.push_back(pair_json(pair, found.groups, parameters));
   for (std::size_t i = 0; i < report.recordings.size(); ++i)
     if (const std::string& reason = report.groups->left_out[i]; !reason.empty())
       left_out.push_back({{"file", report.recordings[i].file}, {"group", table.members[i].cell()}, {"reason", reason}});
-  Json without = Json::array();
-  for (const std::size_t i : report.groups->without_distribution) without.push_back(report.recordings[i].file);
+  Json without = Json::array(), reasons = Json::array();
+  for (const cohort::WithoutEvidence& one : report.groups->without_distribution) {
+    without.push_back(report.recordings[one.recording].file);
+    reasons.push_back(one.reason);
+  }
   for (const UnusedLine& line : table.unused) unused.push_back({{"line", line.line}, {"file", line.file}});
   return {{"groups", std::move(groups)},
           {"comparisons", std::move(comparisons)},
           {"group_comparison",
            {{"person_column", table.person_column.empty() ? Json(nullptr) : Json(table.person_column)},
             {"parameters", parameters.size()},
+            {"fixed_parameters", report.fixed_parameters()},
             {"pairs", found.pairs.size()},
             {"intervals", found.intervals},
             {"adjustment", "bonferroni"},
@@ -71,6 +75,7 @@ Json groups_json(const Report& report) {
             {"assumed_bodies", report.groups->assumed_bodies},
             {"left_out", std::move(left_out)},
             {"without_distribution", std::move(without)},
+            {"without_distribution_reasons", std::move(reasons)},
             {"unused_lines", std::move(unused)}}},
           {"hierarchical", cohort_json(report)},
           {"reliability", reliability_json(report)}};

@@ -9,6 +9,7 @@
 #include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
 #include "base/files/sha256.hpp"
+#include "identify/compared_controllers.hpp"
 #include "recording/formats/motion_bids.hpp"
 #include "sim/protocol/protocol_object.hpp"
 #include "sim/segments.hpp"
@@ -197,6 +198,17 @@ Json recording_json(const RecordingResult& id, const Report& report) {
   return recording;
 }
 
+Json controller_sums_json(const ControllerSums& sums) {
+  Json list = Json::array();
+  for (const SummedController& one : sums.controllers)
+    list.push_back({{"controller", one.name},
+                    {"best_in", one.best_in},
+                    {"log_predictive_density", one.log_density},
+                    {"difference", one.difference},
+                    {"difference_standard_error", one.standard_error}});
+  return {{"recordings", sums.recordings}, {"not_usable", sums.not_usable}, {"controllers", std::move(list)}};
+}
+
 }  // namespace
 
 Json recordings_json(const Report& report) {
@@ -255,6 +267,8 @@ std::string report_json(const Report& report) {
             {"recordings", recordings_json(report)}};
   add_call(json, report.call);
   if (report.sheet) json["study"] = study_sheet_json(report);
+  if (const std::optional<ControllerSums> sums = sum_controllers(report))
+    json["controller_comparison"] = controller_sums_json(*sums);
   if (report.groups) json.update(groups_json(report));
   return print_json(json) + "\n";
 }

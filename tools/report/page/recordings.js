@@ -135,6 +135,9 @@ function summaryTable() {
     element("tbody", {}, ...rows))));
 }
 
+// Returns a compared parameter as its recordings show it. Groups leave out fixed ones.
+const shownAs = ({ name }) => report.recordings[0].parameters.find(parameter => parameter.name === name);
+
 // Describes how the people of two groups are compared.
 function pairedText({ paired, people, unpaired_people: unpaired }, [a, b]) {
   const summary = group => `${group.name}: ${peopleText(group.people)}, ${group.recordings} ${group.recordings === 1 ? "recording" : "recordings"}`;
@@ -149,7 +152,7 @@ function comparisonTable(comparison) {
   const number = text => element("th", { scope: "col", class: "number" }, text);
   const [a, b] = groups.map(name => report.groups.groups.find(group => group.name === name));
   const rows = parameters.map((parameter, p) => {
-    const shown = report.recordings[0].parameters[p], decimals = decimalsOf(shown), { factor } = shown;
+    const shown = shownAs(parameter), decimals = decimalsOf(shown), { factor } = shown;
     const inUnit = value => absent(value) ? "n/a" : fixed(factor * value, decimals);
     const mean = group => {
       const made = cell(group.name, inUnit(group.parameters[p].mean));
@@ -192,7 +195,7 @@ function cohortTable(comparison) {
   const { draws, groups } = report.groups.hierarchical;
   const [a, b] = comparison.groups.map(name => groups.find(group => group.name === name));
   const rows = comparison.parameters.map((parameter, p) => {
-    const shown = report.recordings[0].parameters[p], decimals = decimalsOf(shown), { factor } = shown;
+    const shown = shownAs(parameter), decimals = decimalsOf(shown), { factor } = shown;
     const inUnit = value => fixed(factor * value, decimals);
     const mean = group => {
       const made = cell(group.name, inUnit(group.parameters[p].mean));
@@ -212,8 +215,8 @@ function cohortTable(comparison) {
 
 // Draws how much more one group changes than another, or one session's difference than another's.
 function interactionTable({ first, second, parameters }) {
-  const rows = parameters.map((parameter, p) => {
-    const shown = report.recordings[0].parameters[p];
+  const rows = parameters.map(parameter => {
+    const shown = shownAs(parameter);
     return element("tr", {}, nameCell(shown), ...effectCells(parameter, shown));
   });
   return element("div", {}, element("h3", {}, `Change from ${first[1]} to ${first[0]}, less the change from ${second[1]} to ${second[0]}`),
@@ -225,8 +228,8 @@ function interactionTable({ first, second, parameters }) {
 
 // Draws how the parameters change with a covariate.
 function covariateTable({ name, mean, unknown, parameters }) {
-  const rows = parameters.map((parameter, p) => {
-    const shown = report.recordings[0].parameters[p], { factor } = shown;
+  const rows = parameters.map(parameter => {
+    const shown = shownAs(parameter), { factor } = shown;
     const [low, high] = parameter.interval95, digits = value => (factor * value).toPrecision(3);
     const interval = cell("95%", `${digits(low)} to ${digits(high)}`);
     if (low > 0 || high < 0) interval.classList.add("strong");
@@ -245,7 +248,9 @@ function groupNotes() {
   const { person_column: column, left_out: out } = report.groups.group_comparison;
   const people = absent(column) ? "The table of groups has no column \u201csubject\u201d: each recording counts as a person. Several recordings of one person would make the intervals too narrow."
     : `Recordings with the same \u201c${column}\u201d are of one person and are averaged first; people are compared.`;
+  const notInferred = report.groups.group_comparison.fixed_parameters;
   return element("div", {}, element("h3", {}, "Who is compared"), element("p", { class: "about" }, people),
+    notInferred.length === 0 ? null : element("p", { class: "about" }, `Fixed, and so not compared: ${notInferred.join(", ")}.`),
     out.length === 0 ? null : element("p", { class: "about" }, `Left out: ${out.length} ${out.length === 1 ? "recording" : "recordings"}: ` +
       out.map(({ file, group, reason }) => `${file} (${group}; ${reasons[reason]})`).join(", ") + "."));
 }
