@@ -38,7 +38,7 @@ struct NoiseWorkspace {
   std::array<double, lanes> line_precision;  ///< the precision of that rise, with the prior
   std::array<double, lanes> line_shrinkage;
   std::array<double, lanes> half_log_determinant;  ///< of the covariance
-  // Of missing blocks: the inverse covariance times their columns, the factor of A (missing_blocks.cpp), the line's
+  // For missing blocks: the inverse covariance times their columns, the factor of A (missing_blocks.cpp), the line's
   // rise in each column, and values per block.
   AlignedVector<double> free_columns, free_matrix, free_rise, free_value, free_weight;
 };

@@ -29,24 +29,46 @@ std::string seconds(std::size_t samples, double rate_hz, double begin_s = 0.0) {
   return three_digits(begin_s + static_cast<double>(samples) / rate_hz) + " s";
 }
 
-/// Warns of stretches, with `text` before and `reason` after their number and place.
-void warn_of_stretches(const std::vector<SampleRange>& stretches, std::size_t samples, double rate_hz, double begin_s,
-                       const char* code, const char* text, const char* reason, Warnings& warnings) {
-  if (stretches.empty()) return;
+/// The part of a warning that describes stretches.
+struct StretchesText {
+  std::string text;  ///< empty: there are none
+  bool is_caution = false;
+};
+StretchesText describe(const std::vector<SampleRange>& stretches, std::size_t samples, double rate_hz, double begin_s) {
+  if (stretches.empty()) return {};
   std::size_t all = 0, longest = 0;
   for (const SampleRange& stretch : stretches) {
     all += stretch.size();
     longest = std::max(longest, stretch.size());
   }
   const double fraction = static_cast<double>(all) / static_cast<double>(samples);
-  const std::string whole =
-      text + std::to_string(stretches.size()) + (stretches.size() == 1 ? " stretch" : " stretches") + ", the longest " +
-      seconds(longest, rate_hz) + ", the first from " + seconds(stretches.front().first, rate_hz, begin_s) + " on, " +
-      three_digits(100.0 * fraction) + "% of the recording: " + reason;
-  if (fraction >= stretches_share) {
-    add_caution(warnings, code, whole);
+  return {std::to_string(stretches.size()) + (stretches.size() == 1 ? " stretch" : " stretches") + ", the longest " +
+              seconds(longest, rate_hz) + ", the first from " + seconds(stretches.front().first, rate_hz, begin_s) +
+              " on, " + three_digits(100.0 * fraction) + "% of the recording: ",
+          fraction >= stretches_share};
+}
+
+void look_for_frozen(std::span<const double> sway, double rate_hz, double begin_s, Warnings& warnings) {
+  const StretchesText found = describe(frozen_stretches(sway, rate_hz), sway.size(), rate_hz, begin_s);
+  if (found.text.empty()) return;
+  const std::string text = "the sway stands still in " + found.text + "the sensor froze, or samples were repeated";
+  if (found.is_caution) {
+    add_caution(warnings, "frozen", text);
   } else {
-    add_info(warnings, code, whole);
+    add_info(warnings, "frozen", text);
+  }
+}
+
+/// Does not repeat what the reader has filled itself.
+void look_for_bridges(std::span<const double> sway, double rate_hz, double begin_s, Warnings& warnings) {
+  if (std::ranges::find(warnings, "gaps_filled", &Warning::code) != warnings.end()) return;
+  const StretchesText found = describe(straight_stretches(sway, rate_hz), sway.size(), rate_hz, begin_s);
+  if (found.text.empty()) return;
+  const std::string text = "the sway is a straight line in " + found.text + "samples were lost and interpolated";
+  if (found.is_caution) {
+    add_caution(warnings, "bridged", text);
+  } else {
+    add_info(warnings, "bridged", text);
   }
 }
 
@@ -152,12 +174,8 @@ void look_for_smoothing(std::span<const double> sway, double rate_hz, double hel
 void look_for_faults(std::span<const double> sway_rad, double rate_hz, Warnings& warnings, double begin_s,
                      double held_s) {
   if (static_cast<double>(sway_rad.size()) < shortest_s * rate_hz || sway_rad.size() < 20) return;
-  warn_of_stretches(frozen_stretches(sway_rad, rate_hz), sway_rad.size(), rate_hz, begin_s, "frozen",
-                    "the sway stands still in ", "the sensor froze, or samples were repeated", warnings);
-  const bool filled = std::ranges::find(warnings, "gaps_filled", &Warning::code) != warnings.end();
-  warn_of_stretches(filled ? std::vector<SampleRange>() : straight_stretches(sway_rad, rate_hz), sway_rad.size(),
-                    rate_hz, begin_s, "bridged", "the sway is a straight line in ",
-                    "samples were lost and interpolated", warnings);
+  look_for_frozen(sway_rad, rate_hz, begin_s, warnings);
+  look_for_bridges(sway_rad, rate_hz, begin_s, warnings);
   const double step = look_for_steps(sway_rad, warnings);
   look_for_spikes(sway_rad, rate_hz, step, begin_s, warnings);
   look_for_jumps(sway_rad, rate_hz, step, begin_s, warnings);

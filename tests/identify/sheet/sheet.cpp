@@ -323,9 +323,9 @@ TEST_CASE("plan_of: two bodies and two ages of a person in one session are warni
   const auto planned = [&](const std::string& sheet) {
     return plan_of_text(folder, sheet, files, Choice::by_sheet).recordings;
   };
-  const auto codes = [](const PlannedRecording& planned) {
+  const auto codes = [](const PlannedRecording& one) {
     std::vector<std::string> all;
-    for (const Warning& warning : planned.warnings) {
+    for (const Warning& warning : one.warnings) {
       CHECK(warning.severity == Severity::caution);
       all.push_back(warning.code);
     }

@@ -146,7 +146,7 @@ TEST_CASE("MissingBlocks: derivatives by the residual, and products of whitened 
       std::vector<double> unit(g.blocks, 0.0);
       unit[m] = 1.0;
       const std::vector<double> its = dense.transform(g.rows, unit);
-      // Of the matrix without missing blocks, whose entries cancel.
+      // Entries of the matrix without missing blocks cancel.
       const double scale = std::sqrt(gaussian.product(kept, kept)) / std::sqrt(g.levels.white[l]);
       CHECK(within(derivative[m], gaussian.product(kept, its), dense.rounding(g.rows) * scale));
     }
