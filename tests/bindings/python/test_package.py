@@ -534,6 +534,27 @@ class Refusals(WithFolder):
         self.assertEqual(subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout,
                          "usable\n")
 
+    def test_a_fork_of_one_thread_computes(self):
+        code = '''
+import multiprocessing
+import decid
+decid.set_threads(1)
+trial = decid.simulate(seed=7)
+expected = decid.identify(trial)["Kp"].value
+
+def identify(threads):
+    decid.set_threads(threads)
+    return decid.identify(trial)["Kp"].value
+
+with multiprocessing.get_context("fork").Pool(1) as pool:
+    for threads in (1, 2):
+        assert pool.apply_async(identify, (threads,)).get(60) == expected
+print("same")
+'''
+        done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True, timeout=120,
+                              env={**os.environ, "OMP_NUM_THREADS": "2"})
+        self.assertEqual(done.stdout, "same\n")
+
     def test_errors_are_of_their_thread(self):
         texts = {}
 
