@@ -213,6 +213,21 @@ DECID_API decid_status decid_recording_read(const char* path, const decid_read_o
    direction. unit: a decid_unit, DECID_BY_NAME is refused. */
 DECID_API decid_status decid_recording_of(const double* sway, size_t samples, double rate_hz, int unit,
                                           decid_recording** recording);
+
+typedef struct decid_samples_options {
+  size_t size;
+  int unit;                     /* of the sway: a decid_unit of angles. DECID_BY_NAME, the default, is refused */
+  int tilt_unit;                /* as unit; DECID_BY_NAME: the sway's */
+  const double* tilt;           /* of the platform, sampled with the sway: as many values; NULL: not measured */
+  int invert_sway, invert_tilt; /* 1: positive against the protocol's direction of tilt */
+} decid_samples_options;
+DECID_API void decid_samples_defaults(decid_samples_options* options, size_t size);
+
+/* As decid_recording_of, with the platform's measured tilt. decid treats the tilt as a file's tilt_column: it
+   determines where the protocol starts, and decid_identify and decid_fit compare its course, sign and size with the
+   protocol's. */
+DECID_API decid_status decid_recording_of_samples(const double* sway, size_t samples, double rate_hz,
+                                                  const decid_samples_options* options, decid_recording** recording);
 DECID_API void decid_recording_free(decid_recording* recording);
 DECID_API size_t decid_recording_samples(const decid_recording* recording);
 DECID_API double decid_recording_rate_hz(const decid_recording* recording);
