@@ -98,6 +98,12 @@ static int whole(const mxArray* options, const char* name, int otherwise) {
   return (int)value;
 }
 
+static uint64_t seed_of(const mxArray* options, uint64_t otherwise) {
+  const int seed = whole(options, "seed", (int)otherwise);
+  if (seed < 0) fail("decid:setting_out_of_range", "seed", "is negative", "give 0 or more");
+  return (uint64_t)seed;
+}
+
 /* NULL if it is not given. */
 static const char* text(const mxArray* options, const char* name) {
   const mxArray* value = mxGetField(options, 0, name);
@@ -349,7 +355,7 @@ static size_t take_priors(const mxArray* options, decid_parameter_prior* priors)
       const char* name = mxGetFieldNameByNumber(given, (int)i);
       const mxArray* pair = mxGetFieldByNumber(given, 0, (int)i);
       size_t place = 0;
-      if (!mxIsDouble(pair) || mxIsComplex(pair) || mxGetNumberOfElements(pair) != 2)
+      if (!is_vector_of_doubles(pair) || mxGetNumberOfElements(pair) != 2)
         fail("decid:setting_malformed", name, "has no pair of numbers", "give two, such as [0.05 0.2]");
       while (place < count && strcmp(priors[place].name, name) != 0) ++place;
       if (place == max_priors)
@@ -384,7 +390,7 @@ static mxArray* fit(const mxArray* source, const mxArray* options) {
   how.prior_gain = number(options, "prior_gain", how.prior_gain);
   how.prior_noise_deg = number(options, "prior_noise", how.prior_noise_deg);
   how.max_draws = whole(options, "max_draws", how.max_draws);
-  how.seed = (uint64_t)whole(options, "seed", (int)how.seed);
+  how.seed = seed_of(options, how.seed);
   how.moved_before = whole(options, "moved_before", 0);
   how.parameter_prior_count = take_priors(options, priors);
   how.parameter_priors = priors;
@@ -447,7 +453,7 @@ static mxArray* run_study(const mxArray* source, const mxArray* options) {
   how.joint = text(options, "joint");
   how.free = text(options, "free");
   how.max_draws = whole(options, "max_draws", how.max_draws);
-  how.seed = (uint64_t)whole(options, "seed", (int)how.seed);
+  how.seed = seed_of(options, how.seed);
   take_model(options);
   require(decid_study_run(model, path, &how, &study));
   return mxCreateString(decid_study_json(study));
@@ -459,7 +465,7 @@ static mxArray* simulate(const mxArray* options) {
   const char* names[DECID_MOST_PARAMETERS + 4] = {"seed", "protocol", "controller"};
   const char* played = text(options, "protocol");
   const char* controller = text(options, "controller");
-  const int seed = whole(options, "seed", 1);
+  const uint64_t seed = seed_of(options, 1);
   size_t p, count, samples;
   mxArray *made, *sway;
   require(decid_protocol_load_controller(played == NULL ? "default" : played, controller, &protocol));
@@ -473,7 +479,7 @@ static mxArray* simulate(const mxArray* options) {
   }
   made = structure();
   sway = mxCreateDoubleMatrix(samples, 1, mxREAL);
-  require(decid_simulate(protocol, values, 1, (uint64_t)seed, mxGetPr(sway), NULL));
+  require(decid_simulate(protocol, values, 1, seed, mxGetPr(sway), NULL));
   add(made, "sway", sway);
   add(made, "tilt", column_of(decid_protocol_tilt(protocol), samples));
   add(made, "rate", mxCreateDoubleScalar(decid_protocol_rate_hz(protocol)));

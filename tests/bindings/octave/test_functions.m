@@ -195,6 +195,8 @@ refused ('setting_unknown', @() decid_simulate ('controller', 'ic', 'theta', 0))
 refused ('setting_malformed', @() decid_identify (file, 'mass', 'heavy', 'height', 1.75));
 refused ('setting_unknown', @() decid_identify (file, 'unit', 'grad'));
 refused ('setting_malformed', @() decid_simulate ('seed', 1.5));
+refused ('setting_out_of_range', @() decid_simulate ('seed', -1));
+refused ('setting_malformed', @() decid_fit (file, 'ranges', struct ('delay', sparse ([0, 0.2]))));
 refused ('setting_missing', @() decid_identify (file, 'mass', 70));
 refused ('body_falls', @() decid_simulate ('Kp', 0, 'Kp_pass', 0));
 same (decid_identify (file), jsondecode (program (decid, 'identify --json', file)));  % none of these did harm
