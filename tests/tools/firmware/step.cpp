@@ -107,7 +107,8 @@ double largest(const std::vector<double>& values) {
 void check_step(const sim::BodyModel& model, const sim::Parameters& p) {
   CAPTURE(model.name);
   const std::vector<double> at_1_ms = exported_torque(model, p, 1000), at_2_ms = exported_torque(model, p, 500);
-  for (const auto& [torque, steps_per_second] : {std::pair(&at_1_ms, 1000), std::pair(&at_2_ms, 500)}) {
+  for (const std::vector<double>* const torque : {&at_1_ms, &at_2_ms}) {
+    const int steps_per_second = torque == &at_1_ms ? 1000 : 500;
     CAPTURE(steps_per_second);
     const std::vector<double> expected = expected_torque(model, p, steps_per_second);
     REQUIRE(torque->size() == expected.size());
