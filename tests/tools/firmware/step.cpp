@@ -19,7 +19,7 @@ using namespace test;
 
 constexpr double seconds = 6.0;
 
-/// What the controller senses at a time: sway and rate of the body, and the support's rate, all of 0.5 Hz.
+/// Returns the inputs of the controller at a time: sway and rate of the body, and the support's rate, all of 0.5 Hz.
 std::array<double, 3> sensed(double time_s) {
   const double w = sim::pi, angle = w * time_s;
   return {0.01 * std::sin(angle), 0.01 * w * std::cos(angle), 0.02 * std::cos(angle + 0.7)};
