@@ -24,8 +24,9 @@
 
    Threads. All functions may be called from many threads at once. A handle that a function takes as const may be used
    by many threads at once, and no handle changes once it is made. Results do not depend on the number of threads or the
-   machine. In a process that was forked after the first call every function that can fail returns DECID_BAD_INPUT,
-   unless all calls had one thread: a fork has no OpenMP threads.
+   machine. A fork has none of OpenMP's threads: in a process that was forked after a call with several threads every
+   function that can fail returns DECID_BAD_INPUT. After calls with one thread a fork computes as its parent does:
+   make decid_set_threads(1) the first call of each thread, or set OMP_NUM_THREADS=1.
 
    Options. Set a structure of options with its decid_.._defaults(&options, sizeof options), then change it; NULL
    means all defaults. Structures that the library returns may grow at their ends, so it returns pointers to them.
@@ -66,7 +67,8 @@ DECID_API const char* decid_error_remedy(void);
 DECID_API int decid_abi(void);
 DECID_API const char* decid_version(void); /* "0.2.0" */
 
-/* Sets the number of threads for this thread's calls, 1 or more; the default is all cores. */
+/* Sets the number of threads for this thread's calls, 1 or more; the default is OMP_NUM_THREADS, or all cores. The call
+   starts none. */
 DECID_API decid_status decid_set_threads(int threads);
 
 /* Called during long work with the fraction done, 0 to 1, and the name of the stage. A return value other than 0 stops
@@ -211,6 +213,21 @@ DECID_API decid_status decid_recording_read(const char* path, const decid_read_o
    direction. unit: a decid_unit, DECID_BY_NAME is refused. */
 DECID_API decid_status decid_recording_of(const double* sway, size_t samples, double rate_hz, int unit,
                                           decid_recording** recording);
+
+typedef struct decid_samples_options {
+  size_t size;
+  int unit;                     /* of the sway: a decid_unit of angles. DECID_BY_NAME, the default, is refused */
+  int tilt_unit;                /* as unit; DECID_BY_NAME: the sway's */
+  const double* tilt;           /* of the platform, sampled with the sway: as many values; NULL: not measured */
+  int invert_sway, invert_tilt; /* 1: positive against the protocol's direction of tilt */
+} decid_samples_options;
+DECID_API void decid_samples_defaults(decid_samples_options* options, size_t size);
+
+/* As decid_recording_of, with the platform's measured tilt. decid treats the tilt as a file's tilt_column: it
+   determines where the protocol starts, and decid_identify and decid_fit compare its course, sign and size with the
+   protocol's. */
+DECID_API decid_status decid_recording_of_samples(const double* sway, size_t samples, double rate_hz,
+                                                  const decid_samples_options* options, decid_recording** recording);
 DECID_API void decid_recording_free(decid_recording* recording);
 DECID_API size_t decid_recording_samples(const decid_recording* recording);
 DECID_API double decid_recording_rate_hz(const decid_recording* recording);

@@ -35,6 +35,8 @@ void remember(const Error& error) {
   per_thread<LastError>() = {error.what(), name(error.code()), error.where(), error.problem(), error.remedy()};
 }
 
+std::atomic<pid_t> threaded{0};  // the first process in which a call could have several threads; a fork inherits it
+
 }  // namespace
 
 decid_status remember_failure() noexcept {
@@ -65,14 +67,17 @@ decid_status remember_failure() noexcept {
 }
 
 void refuse_fork() {
-  static std::atomic<pid_t> threaded{0};  // the process whose calls had several threads
-  pid_t other = 0;
-  if (omp_get_max_threads() > 1) threaded.compare_exchange_strong(other, getpid());
-  other = threaded.load();
-  if (other != 0 && other != getpid())
+  const pid_t first = threaded.load();
+  if (first != 0 && first != getpid())
     throw Error(Code::not_supported, "decid",
-                "this process was forked after decid's first call, and has none of its threads",
-                "start new processes (in Python with the method 'spawn'), or set one thread before the fork");
+                "this process was forked from one whose calls had several threads, and has none of these threads",
+                "start new processes (in Python with the method 'spawn'), run with OMP_NUM_THREADS=1, or make "
+                "set_threads(1) the first call of each thread");
+}
+
+void record_threads() {
+  pid_t none = 0;
+  if (omp_get_max_threads() > 1) threaded.compare_exchange_strong(none, getpid());
 }
 
 std::vector<decid_warning> to_c(const Warnings& warnings) {
@@ -110,10 +115,12 @@ const char* decid_version(void) {
 }
 
 decid_status decid_set_threads(int threads) {
-  return guarded([&] {
+  return caught([&] {
+    refuse_fork();
     if (threads < 1)
       throw decid::Error(decid::Code::setting_out_of_range, "decid_set_threads", decid::format("%d threads", threads),
                          "give 1 or more");
     omp_set_num_threads(threads);
+    record_threads();  // not before: with one thread the process can still be forked
   });
 }

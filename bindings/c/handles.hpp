@@ -84,19 +84,30 @@ struct Stopped {
 /// Keeps the exception that is being handled as this thread's error.
 decid_status remember_failure() noexcept;
 
-/// Throws Error in a process that was forked from one whose calls had several threads: OpenMP would wait for ever for
-/// threads that are not in it.
+/// Throws Error in a process that was forked from one with recorded threads: OpenMP would wait for ever for
+/// threads that are not in it. A process that had one thread lacks nothing after a fork.
 void refuse_fork();
 
+/// Records that this process has several threads, if a call of this thread may start them.
+void record_threads();
+
 template <class F>
-decid_status guarded(const F& f) noexcept {
+decid_status caught(const F& f) noexcept {
   try {
-    refuse_fork();
     f();
     return DECID_OK;
   } catch (...) {
     return remember_failure();
   }
+}
+
+template <class F>
+decid_status guarded(const F& f) noexcept {
+  return caught([&] {
+    refuse_fork();
+    record_threads();
+    f();
+  });
 }
 
 /// Makes a handle: sets *place to what `make` returns, or to null if it throws.

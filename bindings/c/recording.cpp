@@ -1,4 +1,6 @@
 // Recordings in C.
+#include <cmath>
+
 #include "bindings/c/handles.hpp"
 #include "recording/table/columns.hpp"
 
@@ -95,6 +97,49 @@ decid::recording::RecordingOptions reading(const decid_read_options& asked, cons
   return how;
 }
 
+/// Returns the unit of a sway in memory. Throws Error unless it is an angle's.
+Unit sway_unit_of(int unit, const char* where) {
+  if (const std::optional<Unit> known = unit_of(unit, where)) return *known;
+  throw decid::Error(decid::Code::unit_unknown, where, "samples are angles, and have no name that says their unit",
+                     "give DECID_DEGREES, DECID_RADIANS or DECID_MILLIRADIANS");
+}
+
+std::vector<double> to_rad(const double* values, std::size_t samples, Unit unit) {
+  std::vector<double> rad(values, values + samples);
+  const double factor = decid::recording::rad_in(unit);
+  for (double& value : rad) value *= factor;
+  return rad;
+}
+
+void invert(std::vector<double>& values) {
+  for (double& value : values) value = -value;
+}
+
+/// Returns the platform's tilt. Throws Error for a sample that is not finite, and for a unit of positions.
+std::vector<double> tilt_of(const decid_samples_options& asked, std::size_t samples, const char* where) {
+  const Unit unit = tilt_unit_of(asked.tilt_unit, where).value_or(sway_unit_of(asked.unit, where));
+  std::vector<double> tilt_rad = to_rad(asked.tilt, samples, unit);
+  for (std::size_t k = 0; k < samples; ++k)
+    if (!std::isfinite(tilt_rad[k]))
+      throw decid::Error(decid::Code::value_invalid, "recording",
+                         decid::format("sample %zu of the tilt is not finite", k), "interpolate missing samples");
+  if (asked.invert_tilt != 0) invert(tilt_rad);
+  return tilt_rad;
+}
+
+std::unique_ptr<decid_recording> recording_of(const double* sway, std::size_t samples, double rate_hz,
+                                              const decid_samples_options& asked, const char* where) {
+  using namespace decid::recording;
+  const Unit unit = sway_unit_of(asked.unit, where);
+  if (asked.tilt == nullptr && (asked.tilt_unit != DECID_BY_NAME || asked.invert_tilt != 0))
+    throw decid::Error(decid::Code::setting_missing, where, "tilt_unit or invert_tilt is given without a tilt",
+                       "give the tilt, or neither");
+  Recording made = make_recording(to_rad(&given(sway, where, "sway"), samples, unit), rate_hz);
+  if (asked.invert_sway != 0) invert(made.signals.at(com_sway).rad);
+  if (asked.tilt != nullptr) made.signals.add({platform_tilt, "tilt", tilt_of(asked, samples, where)});
+  return std::make_unique<decid_recording>(std::move(made));
+}
+
 [[noreturn]] void refuse_unnamed(const std::vector<std::string>& trials, const std::string& file) {
   constexpr std::size_t shown = 8;
   std::string names;
@@ -148,15 +193,22 @@ decid_status decid_recording_of(const double* sway, size_t samples, double rate_
                                 decid_recording** recording) {
   constexpr const char* where = "decid_recording_of";
   return made(recording, where, [&] {
-    const std::optional<Unit> known = unit_of(unit, where);
-    if (!known)
-      throw decid::Error(decid::Code::unit_unknown, where, "samples are angles, and have no name that says their unit",
-                         "give DECID_DEGREES or another");
-    const double* const first = &given(sway, where, "sway");
-    std::vector<double> sway_rad(first, first + samples);
-    const double factor = decid::recording::rad_in(*known);
-    for (double& value : sway_rad) value *= factor;
-    return std::make_unique<decid_recording>(decid::recording::make_recording(sway_rad, rate_hz));
+    decid_samples_options options;
+    decid_samples_defaults(&options, sizeof options);
+    options.unit = unit;
+    return recording_of(sway, samples, rate_hz, options, where);
+  });
+}
+
+void decid_samples_defaults(decid_samples_options* options, size_t size) {
+  set_defaults(options, size, decid_samples_options{});
+}
+
+decid_status decid_recording_of_samples(const double* sway, size_t samples, double rate_hz,
+                                        const decid_samples_options* options, decid_recording** recording) {
+  constexpr const char* where = "decid_recording_of_samples";
+  return made(recording, where, [&] {
+    return recording_of(sway, samples, rate_hz, options_of(options, decid_samples_defaults, where), where);
   });
 }
 

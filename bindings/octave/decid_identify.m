@@ -4,6 +4,7 @@
 %
 %   result = decid_identify ("recording.csv", "mass", 70, "height", 1.75);
 %   result = decid_identify (sway, "rate", 100, "unit", "deg");
+%   result = decid_identify (sway, "rate", 100, "unit", "rad", "tilt", platform, "tilt_unit", "deg");
 %   [{result.parameters.name}; {result.parameters.value}]
 %
 % recording: the name of a CSV, MAT, C3D or .xlsx file, or a vector of samples of the body's sway, 0 upright, positive in the
@@ -12,6 +13,10 @@
 %   "mass", "height"        the subject's, kg and m: both or none
 %   "detrend"               "none", "offset" or "linear": what is subtracted
 %   "begin"                 where in the recording the protocol starts, s
+%   "tilt"                  of samples: the platform's, a vector as long as the sway. It determines where the protocol starts, and
+%                           its course, sign and size are compared with the protocol's
+%   "tilt_unit", "invert_sway", "invert_tilt"
+%                           of samples: the tilt's unit, otherwise the sway's; true: positive against the protocol's direction
 %   "model"                 a model file; otherwise the built-in model
 %   "column", "unit", "rate", "fill_gaps", "tilt_column", "tilt_unit", "invert_sway", "invert_tilt", "section",
 %   "trial_column", "trial", "missing", "skip_lines"
@@ -19,7 +24,7 @@
 %
 % result: a structure of trust ("usable", "caution", "not usable"), parameters (a structure array of name, unit, value, sd,
 % interval50, interval90, normalized over m g h, ...; struct2table makes a table of it), warnings (severity, code, text),
-% rms_residual_deg and other figures, sway and fitted (rad, at the protocol's rate). NaN: unknown.
+% rms_residual_deg, tilt_delay_s (where the protocol starts) and other figures, sway and fitted (rad, at the protocol's rate). NaN: unknown.
 function result = decid_identify (recording, varargin)
   result = decid_mex ('identify', recording, struct (varargin{:}));
 end

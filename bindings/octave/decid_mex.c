@@ -55,12 +55,14 @@ static void require(decid_status status) {
 #define READ_OPTIONS                                                                                          \
   "rate", "unit", "column", "fill_gaps", "tilt_column", "invert_sway", "invert_tilt", "tilt_unit", "section", \
       "trial_column", "trial", "missing", "skip_lines"
-#define IDENTIFY_OPTIONS READ_OPTIONS, "mass", "height", "begin", "detrend", "model"
+#define IDENTIFY_OPTIONS READ_OPTIONS, "tilt", "mass", "height", "begin", "detrend", "model"
 static const char* const identify_options[] = {IDENTIFY_OPTIONS, NULL};
 static const char* const fit_options[] = {IDENTIFY_OPTIONS, "protocol",     "prior_start", "prior_gain",
                                           "prior_noise",    "max_draws",    "seed",        "ranges",
                                           "priors",         "moved_before", NULL};
 static const char* const read_options[] = {READ_OPTIONS, NULL};
+static const char* const only_of_files[] = {"column",       "fill_gaps", "tilt_column", "section",
+                                            "trial_column", "trial",     "missing",     "skip_lines"};
 static const char* const trial_names_options[] = {"section", "trial_column", NULL};
 static const char* const study_options[] = {"group", "within", "covariates", "fit",  "joint",
                                             "free",  "model",  "max_draws",  "seed", NULL};
@@ -94,6 +96,12 @@ static int whole(const mxArray* options, const char* name, int otherwise) {
   if (!(value >= -1e9 && value <= 1e9) || value != (int)value)
     fail("decid:setting_malformed", name, "is no whole number", "give one");
   return (int)value;
+}
+
+static uint64_t seed_of(const mxArray* options, uint64_t otherwise) {
+  const int seed = whole(options, "seed", (int)otherwise);
+  if (seed < 0) fail("decid:setting_out_of_range", "seed", "is negative", "give 0 or more");
+  return (uint64_t)seed;
 }
 
 /* NULL if it is not given. */
@@ -225,6 +233,9 @@ static mxArray* result_to_octave(void) {
   add(made, "peak_to_peak_deg", row(&figures->peak_to_peak_deg, 1));
   add(made, "response_ratio", row(&figures->response_ratio, 1));
   add(made, "ood_score", row(&figures->ood_score, 1));
+  add(made, "tilt_delay_s", row(&figures->tilt_delay_s, 1));
+  add(made, "tilt_correlation", row(&figures->tilt_correlation, 1));
+  add(made, "tilt_gain", row(&figures->tilt_gain, 1));
   add(made, "mass_kg", row(&figures->mass_kg, 1));
   add(made, "com_height_m", row(&figures->com_height_m, 1));
   add(made, "inertia_kgm2", row(&figures->inertia_kgm2, 1));
@@ -246,6 +257,40 @@ static void take_part(const mxArray* options, decid_read_options* how) {
   how->trial = text(options, "trial");
 }
 
+static int is_vector_of_doubles(const mxArray* value) {
+  return mxIsDouble(value) && !mxIsComplex(value) && !mxIsSparse(value) && (mxGetM(value) == 1 || mxGetN(value) == 1);
+}
+
+static void take_samples(const mxArray* source, const mxArray* options) {
+  const mxArray* tilt = mxGetField(options, 0, "tilt");
+  decid_samples_options how;
+  size_t i;
+  if (!is_vector_of_doubles(source))
+    fail("decid:setting_malformed", "decid", "the recording is neither a name in quotes nor a vector of doubles",
+         "give one of the two");
+  if (mxGetField(options, 0, "rate") == NULL || mxGetField(options, 0, "unit") == NULL)
+    fail("decid:setting_missing", "rate, unit", "samples do not say theirs",
+         "give both, such as 'rate', 100, 'unit', 'deg'");
+  for (i = 0; i < sizeof only_of_files / sizeof only_of_files[0]; ++i)
+    if (mxGetField(options, 0, only_of_files[i]) != NULL)
+      fail("decid:setting_conflict", only_of_files[i], "is for files", "leave it out");
+  decid_samples_defaults(&how, sizeof how);
+  how.unit = choice(options, "unit", units);
+  how.tilt_unit = choice(options, "tilt_unit", units);
+  how.invert_sway = whole(options, "invert_sway", 0);
+  how.invert_tilt = whole(options, "invert_tilt", 0);
+  if (tilt != NULL) {
+    if (!is_vector_of_doubles(tilt))
+      fail("decid:setting_malformed", "tilt", "is no vector of doubles", "give one value per sample of the sway");
+    if (mxGetNumberOfElements(tilt) != mxGetNumberOfElements(source))
+      fail("decid:size_mismatch", "tilt", "has another length than the sway",
+           "give signals that were sampled together");
+    how.tilt = mxGetPr(tilt);
+  }
+  require(decid_recording_of_samples(mxGetPr(source), mxGetNumberOfElements(source), number(options, "rate", 0.0), &how,
+                                     &recording));
+}
+
 /* A file that is named, or samples. */
 static void take_recording(const mxArray* source, const mxArray* options) {
   static char path[4096];
@@ -254,6 +299,8 @@ static void take_recording(const mxArray* source, const mxArray* options) {
     decid_read_defaults(&how, sizeof how);
     if (mxGetString(source, path, sizeof path) != 0)
       fail("decid:setting_out_of_range", "decid", "the path is too long", "give a shorter one");
+    if (mxGetField(options, 0, "tilt") != NULL)
+      fail("decid:setting_conflict", "tilt", "is for samples", "name the file's column with tilt_column");
     how.column = text(options, "column");
     how.unit = choice(options, "unit", units);
     how.rate_hz = number(options, "rate", 0.0);
@@ -269,14 +316,7 @@ static void take_recording(const mxArray* source, const mxArray* options) {
     require(decid_recording_read(path, &how, &recording));
     return;
   }
-  if (!mxIsDouble(source) || mxIsComplex(source) || (mxGetM(source) != 1 && mxGetN(source) != 1))
-    fail("decid:setting_malformed", "decid", "the recording is neither a name in quotes nor a vector of doubles",
-         "give one of the two");
-  if (mxGetField(options, 0, "rate") == NULL || mxGetField(options, 0, "unit") == NULL)
-    fail("decid:setting_missing", "rate, unit", "samples do not say theirs",
-         "give both, such as 'rate', 100, 'unit', 'deg'");
-  require(decid_recording_of(mxGetPr(source), mxGetNumberOfElements(source), number(options, "rate", 0.0),
-                             choice(options, "unit", units), &recording));
+  take_samples(source, options);
 }
 
 static void take_model(const mxArray* options) {
@@ -315,7 +355,7 @@ static size_t take_priors(const mxArray* options, decid_parameter_prior* priors)
       const char* name = mxGetFieldNameByNumber(given, (int)i);
       const mxArray* pair = mxGetFieldByNumber(given, 0, (int)i);
       size_t place = 0;
-      if (!mxIsDouble(pair) || mxIsComplex(pair) || mxGetNumberOfElements(pair) != 2)
+      if (!is_vector_of_doubles(pair) || mxGetNumberOfElements(pair) != 2)
         fail("decid:setting_malformed", name, "has no pair of numbers", "give two, such as [0.05 0.2]");
       while (place < count && strcmp(priors[place].name, name) != 0) ++place;
       if (place == max_priors)
@@ -350,7 +390,7 @@ static mxArray* fit(const mxArray* source, const mxArray* options) {
   how.prior_gain = number(options, "prior_gain", how.prior_gain);
   how.prior_noise_deg = number(options, "prior_noise", how.prior_noise_deg);
   how.max_draws = whole(options, "max_draws", how.max_draws);
-  how.seed = (uint64_t)whole(options, "seed", (int)how.seed);
+  how.seed = seed_of(options, how.seed);
   how.moved_before = whole(options, "moved_before", 0);
   how.parameter_prior_count = take_priors(options, priors);
   how.parameter_priors = priors;
@@ -413,7 +453,7 @@ static mxArray* run_study(const mxArray* source, const mxArray* options) {
   how.joint = text(options, "joint");
   how.free = text(options, "free");
   how.max_draws = whole(options, "max_draws", how.max_draws);
-  how.seed = (uint64_t)whole(options, "seed", (int)how.seed);
+  how.seed = seed_of(options, how.seed);
   take_model(options);
   require(decid_study_run(model, path, &how, &study));
   return mxCreateString(decid_study_json(study));
@@ -425,7 +465,7 @@ static mxArray* simulate(const mxArray* options) {
   const char* names[DECID_MOST_PARAMETERS + 4] = {"seed", "protocol", "controller"};
   const char* played = text(options, "protocol");
   const char* controller = text(options, "controller");
-  const int seed = whole(options, "seed", 1);
+  const uint64_t seed = seed_of(options, 1);
   size_t p, count, samples;
   mxArray *made, *sway;
   require(decid_protocol_load_controller(played == NULL ? "default" : played, controller, &protocol));
@@ -439,7 +479,7 @@ static mxArray* simulate(const mxArray* options) {
   }
   made = structure();
   sway = mxCreateDoubleMatrix(samples, 1, mxREAL);
-  require(decid_simulate(protocol, values, 1, (uint64_t)seed, mxGetPr(sway), NULL));
+  require(decid_simulate(protocol, values, 1, seed, mxGetPr(sway), NULL));
   add(made, "sway", sway);
   add(made, "tilt", column_of(decid_protocol_tilt(protocol), samples));
   add(made, "rate", mxCreateDoubleScalar(decid_protocol_rate_hz(protocol)));

@@ -122,11 +122,21 @@ std::vector<std::string> trial_names(const std::string& path, const std::string&
   return names;
 }
 
-Recording make_recording(const DoublesIn& sway, double rate_hz, int unit) {
-  if (sway.ndim() != 1) throw py::value_error("sway: give an array of one dimension, one value per sample");
+/// tilt: as long as sway, which the caller checks.
+Recording make_recording(const DoublesIn& sway, double rate_hz, int unit, const std::optional<DoublesIn>& tilt,
+                         int tilt_unit, bool invert_sway, bool invert_tilt) {
+  if (sway.ndim() != 1 || (tilt && (tilt->ndim() != 1 || tilt->size() != sway.size())))
+    throw py::value_error("sway and tilt: give arrays of one dimension and length, one value per sample");
+  decid_samples_options options;
+  decid_samples_defaults(&options, sizeof options);
+  options.unit = unit;
+  options.tilt = tilt ? tilt->data() : nullptr;
+  options.tilt_unit = tilt_unit;
+  options.invert_sway = invert_sway ? 1 : 0;
+  options.invert_tilt = invert_tilt ? 1 : 0;
   decid_recording* made = nullptr;
   run([&, values = sway.data(), samples = static_cast<std::size_t>(sway.size())] {
-    return decid_recording_of(values, samples, rate_hz, unit, &made);
+    return decid_recording_of_samples(values, samples, rate_hz, &options, &made);
   });
   return Recording::of(made);
 }

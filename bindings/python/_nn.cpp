@@ -24,8 +24,9 @@ py::tuple tuple_of(const nn::Shape& shape) {
   return py::make_tuple(shape.channels, shape.rows, shape.columns);
 }
 
-/// Raises decid.Error in a process that was forked from one with threads. The record of threads is libdecid's, because
-/// its calls and the ones here share OpenMP's threads: its set_threads() looks there, and here changes nothing.
+/// Raises decid.Error in a process that was forked from one with several threads, and records this process's. The
+/// record is libdecid's, because its calls and the ones here share OpenMP's threads: its set_threads() looks there and
+/// records the number that it sets, which here is the same as before.
 void refuse_fork() {
   py::module_::import("decid._decid").attr("set_threads")(thread_count());
 }

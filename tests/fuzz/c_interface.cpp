@@ -147,6 +147,19 @@ struct Session {
       return decid_recording_of(data.ConsumeIntegralInRange(0, 7) == 0 ? nullptr : sway.data(), sway.size(),
                                 number(data), data.ConsumeIntegralInRange(-2, 9), place);
     });
+    std::vector<double> tilt = sway;
+    if (!tilt.empty()) tilt[data.ConsumeIntegralInRange<std::size_t>(0, tilt.size() - 1)] = number(data);
+    decid_samples_options options;
+    decid_samples_defaults(&options, sizeof options);
+    options.unit = data.ConsumeIntegralInRange(-2, 9);
+    options.tilt_unit = data.ConsumeIntegralInRange(-2, 9);
+    options.tilt = data.ConsumeBool() ? nullptr : tilt.data();
+    options.invert_sway = data.ConsumeBool() ? 1 : 0;
+    options.invert_tilt = data.ConsumeBool() ? 1 : 0;
+    hostile_size(data, options);
+    recordings.fill(data, [&](decid_recording** place) {
+      return decid_recording_of_samples(sway.data(), sway.size(), number(data), &options, place);
+    });
     const decid_recording* recording = recordings.any(data);
     decid_recording_column(recording);
     decid_recording_tilt(recording);

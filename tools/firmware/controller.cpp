@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <limits>
 
 #include "base/error.hpp"
@@ -11,8 +12,8 @@
 #include "embedded/firmware_arithmetic.hpp"
 #include "embedded/firmware_controller.hpp"
 #include "embedded/firmware_controller_header.hpp"
-#include "sim/lanes.hpp"
 #include "sim/streams.hpp"
+#include "tools/firmware/balance.hpp"
 #include "tools/firmware/c_text.hpp"
 
 namespace decid::tools {
@@ -40,6 +41,59 @@ std::string parameter_table(const sim::Coefficients& of, bool unit_gains) {
   return "const DECID_FW_parameters DECID_FW_identified = {" + list + "};\n\n";
 }
 
+/// The tilt that the self-test plays, and the hash of the sway that decid expects.
+struct SelfTest {
+  Course course;
+  int steps_per_sample = 1;  // of the hash
+  std::uint64_t hash = 0;
+
+  int intervals() const { return static_cast<int>(course.tilt_rad.size()); }
+  int steps() const { return intervals() * course.interval_steps; }
+};
+
+[[noreturn]] void refuse_fall(double end_s) {
+  throw Error(Code::body_falls, "export controller", format("with these parameters the body falls after %.2f s", end_s),
+              "change the gains or lower the delay");
+}
+
+/// Keeps the course's first seconds.
+void shorten(Course& course, int intervals) {
+  course.tilt_rad.resize(static_cast<std::size_t>(intervals));
+  course.rate_rad_s.resize(static_cast<std::size_t>(intervals));
+}
+
+/// Returns the test with the simulator's sway. Throws Error if the body falls.
+SelfTest simulate_test(const sim::Simulator& simulator, const sim::Parameters& noise_free) {
+  const sim::Protocol& protocol = simulator.protocol();
+  std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
+  const sim::Outcome outcome = simulator.run(noise_free, Random(0, sim::streams::vestibular_noise, 0), sway);
+  if (!outcome.valid) refuse_fall(outcome.end_s);
+  const sim::Stimulus& stimulus = simulator.stimulus();
+  const int samples =
+      std::min(simulator.samples(), static_cast<int>(test_seconds * protocol.experiment.sample_rate_hz));
+  SelfTest test;
+  test.course = {stimulus.tilt_rad, stimulus.rate_rad_s, stimulus.interval_steps};
+  test.steps_per_sample = protocol.experiment.steps_per_sample();
+  shorten(test.course, samples * test.steps_per_sample / stimulus.interval_steps);
+  test.hash = hash_values(std::span(sway).first(static_cast<std::size_t>(samples)));
+  return test;
+}
+
+/// Returns the test with the sway at another step. Throws Error if the body falls.
+SelfTest balance_test(const sim::Simulator& simulator, const sim::Parameters& noise_free, int steps_per_second) {
+  const sim::Protocol& protocol = simulator.protocol();
+  SelfTest test;
+  test.course = course_at(simulator.stimulus(), steps_per_second);
+  test.steps_per_sample = test.course.interval_steps;
+  const std::vector<double> sway = balance(protocol.family(), protocol.family().coefficients(noise_free),
+                                           protocol.experiment.body, test.course, steps_per_second);
+  if (sway.size() < test.course.tilt_rad.size())
+    refuse_fall(static_cast<double>(sway.size()) * test.course.interval_steps / steps_per_second);
+  shorten(test.course, std::min(test.intervals(), test_seconds * steps_per_second / test.course.interval_steps));
+  test.hash = hash_values(std::span(sway).first(static_cast<std::size_t>(test.intervals())));
+  return test;
+}
+
 }  // namespace
 
 std::uint64_t hash_values(std::span<const double> values) {
@@ -48,8 +102,19 @@ std::uint64_t hash_values(std::span<const double> values) {
   return hash;
 }
 
+int steps_per_second_of(double step_s) {
+  constexpr double rounding = 1e-4;  // of a step that was typed
+  const double rate = 1.0 / step_s, whole = std::round(rate);
+  if (!(step_s >= 0.0005 && step_s <= 0.01))
+    throw Error(Code::setting_out_of_range, "--step", format("is %g s", step_s), "give 0.0005 to 0.01 s");
+  if (std::abs(rate - whole) > rounding * whole)
+    throw Error(Code::setting_out_of_range, "--step", format("is %g s, %.6g steps per second", step_s, rate),
+                format("give a step with a whole number of steps per second, such as %.7g s", 1.0 / whole));
+  return static_cast<int>(whole);
+}
+
 FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Protocol& protocol,
-                               const std::string& name, const std::string& origin) {
+                               const std::string& name, const std::string& origin, int steps_per_second) {
   if (protocol.gravity_dead_band_deg > 0.0)
     throw Error(Code::not_supported, "protocol " + protocol.name,
                 "has a gravity dead band, which exported controllers do not have", "leave gravity_dead_band_deg out");
@@ -57,20 +122,9 @@ FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Pro
   from_rest.standing_s = 0.0;  // so begins the self-test
   const sim::Simulator simulator(from_rest);
   const sim::Parameters noise_free = protocol.family().without_noise(parameters);
-  std::vector<double> sway(static_cast<std::size_t>(simulator.samples()));
-  const sim::Outcome outcome = simulator.run(noise_free, Random(0, sim::streams::vestibular_noise, 0), sway);
-  if (!outcome.valid)
-    throw Error(Code::body_falls, "export controller",
-                format("with these parameters the body falls after %.2f s", outcome.end_s),
-                "change the gains or lower the delay");
-  const sim::Stimulus& stimulus = simulator.stimulus();
-  const int samples =
-      std::min(simulator.samples(), static_cast<int>(test_seconds * protocol.experiment.sample_rate_hz));
-  const int intervals = samples * protocol.experiment.steps_per_sample() / stimulus.interval_steps;
-  const auto first = [&](const std::vector<double>& values) {
-    return std::vector<double>(values.begin(), values.begin() + intervals);
-  };
-  const std::uint64_t hash = hash_values(std::span(sway).first(static_cast<std::size_t>(samples)));
+  SelfTest test = simulate_test(simulator, noise_free);
+  if (steps_per_second != sim::steps_per_second) test = balance_test(simulator, noise_free, steps_per_second);
+  const double step_s = 1.0 / steps_per_second;
 
   const sim::Body& body = protocol.experiment.body;
   std::string header =
@@ -80,20 +134,20 @@ FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Pro
           "\n   How to use it: docs/guide/firmware.md of decid. */\n",
           body.mass_kg, body.com_height_m, body.mgh());
   header += embedded::firmware_controller_header();
-  const int delay_steps = static_cast<int>(sim::longest_delay_s * sim::steps_per_second) + 2;
+  const int delay_steps = static_cast<int>(sim::longest_delay_s * steps_per_second) + 2;
   header = replaced(header, "@CONSTANTS@",
-                    define("DECID_FW_STEPS_PER_SECOND", sim::steps_per_second) +
+                    define("DECID_FW_STEPS_PER_SECOND", steps_per_second) + define_double("DECID_FW_STEP_S", step_s) +
                         define_double("DECID_FW_LONGEST_DELAY_S", sim::longest_delay_s) +
                         define("DECID_FW_DELAY_STEPS", delay_steps) + define_double("DECID_FW_MASS_KG", body.mass_kg) +
                         define_double("DECID_FW_COM_HEIGHT_M", body.com_height_m) +
                         define_double("DECID_FW_INERTIA_KGM2", body.inertia_kgm2) +
-                        define_double("DECID_FW_MGH_NM_RAD", body.mgh()) +
-                        define("DECID_FW_TEST_STEPS", samples * protocol.experiment.steps_per_sample()));
+                        define_double("DECID_FW_MGH_NM_RAD", body.mgh()) + define("DECID_FW_TEST_STEPS", test.steps()));
 
-  const sim::StepConstants course = sim::make_step_constants(protocol.experiment, stimulus);
-  header = replaced(header, "@GAINS@", course.unit_gains ? "" : gain_members);
-  header = replaced(header, "@STATE@", course.unit_gains ? "" : gain_state);
-  const std::array<double, 3> sine = sim::sine_coefficients_for(body);
+  const sim::Family& family = protocol.family();
+  const bool unit_gains = family.has_unit_gains();
+  header = replaced(header, "@GAINS@", unit_gains ? "" : gain_members);
+  header = replaced(header, "@STATE@", unit_gains ? "" : gain_state);
+  const std::array<double, 3> sine = sine_coefficients_at(body, steps_per_second);
   std::string source = "/* " + origin + R"(
    Plain C99, or C++. No library at all, no memory but what the caller gives. All numbers are IEEE 754; gcc outside of
    -std=c99 needs -ffp-contract=off, no compiler may have -ffast-math or -ffinite-math-only. The self-test tells if the
@@ -106,19 +160,20 @@ FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Pro
             define_double("LARGEST_GAIN", std::numeric_limits<double>::max()) +
             // Half of the largest whose torque is finite: what rounding adds to it is less.
             define_double("LARGEST_COMMAND",
-                          0.5 * std::numeric_limits<double>::max() * std::min(1.0, course.step_s / body.inertia_kgm2)) +
-            define_double("STEP_OVER_INERTIA", course.step_s / body.inertia_kgm2) +
-            define_double("BODY_MGH", body.mgh()) + define("UNIT_GAINS", course.unit_gains ? 1 : 0) +
-            define_double("SINE_0", sine[0]) + define_double("SINE_1", sine[1]) + define_double("SINE_2", sine[2]) +
-            define("STEPS_PER_SAMPLE", course.steps_per_sample) + define("STEPS_PER_INTERVAL", course.interval_steps) +
-            define("TEST_INTERVALS", intervals) +
-            format("#define TEST_HASH 0x%016llxU\n\n", static_cast<unsigned long long>(hash));
-  if (!course.unit_gains)
-    source += define_double("SLOW_LEAK", course.slow_leak) + define_double("TORQUE_LEAK", course.torque_leak) + "\n";
+                          0.5 * std::numeric_limits<double>::max() * std::min(1.0, step_s / body.inertia_kgm2)) +
+            define_double("STEP_OVER_INERTIA", step_s / body.inertia_kgm2) + define_double("BODY_MGH", body.mgh()) +
+            define("UNIT_GAINS", unit_gains ? 1 : 0) + define_double("SINE_0", sine[0]) +
+            define_double("SINE_1", sine[1]) + define_double("SINE_2", sine[2]) +
+            define("STEPS_PER_SAMPLE", test.steps_per_sample) +
+            define("STEPS_PER_INTERVAL", test.course.interval_steps) + define("TEST_INTERVALS", test.intervals()) +
+            format("#define TEST_HASH 0x%016llxU\n\n", static_cast<unsigned long long>(test.hash));
+  if (!unit_gains)
+    source += define_double("SLOW_LEAK", 1.0 / family.slow_time_s) +
+              define_double("TORQUE_LEAK", 1.0 / family.torque_time_s) + "\n";
   source += embedded::firmware_arithmetic();
-  source += "\n" + parameter_table(protocol.family().coefficients(parameters), course.unit_gains) +
-            table("static const double test_tilt[]", first(stimulus.tilt_rad)) +
-            table("static const double test_rate[]", first(stimulus.rate_rad_s)) + "\n";
+  source += "\n" + parameter_table(family.coefficients(parameters), unit_gains) +
+            table("static const double test_tilt[]", test.course.tilt_rad) +
+            table("static const double test_rate[]", test.course.rate_rad_s) + "\n";
   source += embedded::firmware_controller();
   return {with_name(header, name), with_name(source, name)};
 }

@@ -12,9 +12,15 @@ namespace decid::tools {
 /// Returns FNV-1a over the bits of values, a word at a time: hash_of in runtime/controller.c.
 std::uint64_t hash_values(std::span<const double> values);
 
-/// Simulates the self-test's trial, noise-free, with the protocol's body and tilt. Throws Error if the
-/// body falls with these parameters before the protocol ends, or if they cannot be simulated.
+/// Returns the number of steps per second. Throws Error for a step outside of 0.0005 to 0.01 s, and unless the number
+/// is whole.
+int steps_per_second_of(double step_s);
+
+/// Simulates the self-test's trial, noise-free, with the protocol's body and tilt: at the simulator's 1000 steps per
+/// second, and with the controller's steps if they differ. Throws Error if the body falls with these parameters before
+/// the protocol ends, or if they cannot be simulated.
 FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Protocol& protocol,
-                               const std::string& name, const std::string& origin);
+                               const std::string& name, const std::string& origin,
+                               int steps_per_second = sim::steps_per_second);
 
 }  // namespace decid::tools

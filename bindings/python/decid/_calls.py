@@ -38,12 +38,12 @@ def _text_of(name: Union[str, int, None]) -> Optional[str]:
     return None if name is None else str(name)
 
 
-def _samples_of(values: ArrayLike) -> np.ndarray:
+def _samples_of(values: ArrayLike, name: str = "sway") -> np.ndarray:
     hidden = int(np.count_nonzero(np.ma.getmaskarray(values))) if np.ma.isMaskedArray(values) else 0
     if hidden:
-        raise _error("value_missing", "sway", f"has {hidden} masked samples", "fill them, with numpy.interp say, or give a file and fill_gaps")
+        raise _error("value_missing", name, f"has {hidden} masked samples", "fill them, with numpy.interp say, or give a file and fill_gaps")
     if np.iscomplexobj(values):
-        raise _error("value_invalid", "sway", "is complex", "give real numbers")
+        raise _error("value_invalid", name, "is complex", "give real numbers")
     return np.asarray(values, dtype=np.float64)
 
 
@@ -53,18 +53,30 @@ def controllers() -> dict[str, str]:
 
 
 def set_threads(threads: int) -> None:
-    """Sets the number of threads for calls from this thread; default: all cores. No result depends on it."""
+    """Sets the number of threads for calls from this thread; default: all cores. No result depends on it.
+
+    A process whose first call of decid is set_threads(1) can be forked: its children compute too."""
     _decid.set_threads(threads)
 
 
 class Recording:
     """Sway, and perhaps the platform's tilt, sampled together: of a file, decid.read(), or of samples."""
 
-    def __init__(self, sway: ArrayLike, rate: float, unit: str) -> None:
-        """sway: (samples,), of the body's centre of mass, 0 upright; rate: Hz; unit: "deg", "rad" or "mrad". Copied."""
+    def __init__(self, sway: ArrayLike, rate: float, unit: str, *, tilt: Optional[ArrayLike] = None, tilt_unit: Optional[str] = None,
+                 invert_sway: bool = False, invert_tilt: bool = False) -> None:
+        """sway: (samples,), of the body's centre of mass, 0 upright; rate: Hz; unit: "deg", "rad" or "mrad". Copied.
+
+        tilt: (samples,), the platform's, measured with the sway: it determines where the protocol starts, and its course, sign and
+        size are compared with the protocol's. tilt_unit: None is the sway's unit. invert_sway, invert_tilt: positive against the
+        protocol's direction."""
         if unit is None:
             raise _error("setting_missing", "unit", "is not given", 'give "deg", "rad" or "mrad"')
-        self._handle = _decid.recording_of(_samples_of(sway), rate, _number_of(_UNITS, unit, "unit"))
+        samples = _samples_of(sway)
+        beside = None if tilt is None else _samples_of(tilt, "tilt")
+        if beside is not None and beside.shape != samples.shape:
+            raise _error("size_mismatch", "tilt", f"has the shape {beside.shape}, the sway {samples.shape}", "give signals that were sampled together")
+        self._handle = _decid.recording_of(samples, rate, _number_of(_UNITS, unit, "unit"), beside,
+                                           _number_of(_UNITS, tilt_unit, "tilt_unit"), invert_sway, invert_tilt)
 
     @property
     def sway(self) -> np.ndarray:
@@ -188,19 +200,27 @@ def simulate(protocol: Union[Protocol, Path] = "default", seed: int = 1, allow_f
     return Trials(sway[0] if one else sway, played.tilt, played.rate, used, stood[0] if one else stood)
 
 
+_OF_SAMPLES = ("tilt", "tilt_unit", "invert_sway", "invert_tilt")
+
+
 def _recording_of(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[float],
                   unit: Optional[str], reading: Mapping[str, Any]) -> Recording:
     if isinstance(recording, (str, os.PathLike)):
+        if "tilt" in reading:
+            raise _error("setting_conflict", "tilt", "is for samples", "name the file's column with tilt_column")
         return read(recording, rate=rate, unit=unit, **reading)
-    if reading:
-        raise _error("setting_conflict", ", ".join(reading), "is for files", "leave it out")
     if isinstance(recording, (Recording, Trials)):
+        if reading:
+            raise _error("setting_conflict", ", ".join(reading), "is for files and samples", "leave it out")
         if rate is not None or unit is not None:
             raise _error("setting_conflict", "rate, unit", "are known of this recording", "leave them out")
         return recording if isinstance(recording, Recording) else Recording(recording.sway, recording.rate, "rad")
     if rate is None or unit is None:
         raise _error("setting_missing", "rate, unit", "samples do not say theirs", 'give both, such as rate=100, unit="deg"')
-    return Recording(recording, rate, unit)
+    of_files = [name for name in reading if name not in _OF_SAMPLES]
+    if of_files:
+        raise _error("setting_conflict", ", ".join(of_files), "is for files", "leave it out")
+    return Recording(recording, rate, unit, **reading)
 
 
 def identify(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[float] = None,
@@ -213,7 +233,7 @@ def identify(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optiona
     mass, height: the subject's, kg and m; both or none, which is the protocol's body.
     begin: where in the recording the protocol starts, s; None: at its first sample, or where its tilt says.
     detrend: "none", "offset" or "linear": what is subtracted. model: None is the built-in one. reading: of a file, other
-    arguments of read(), such as fill_gaps=0.4."""
+    arguments of read(), such as fill_gaps=0.4; of samples, those of Recording(), such as tilt=platform."""
     of = as_model(model)
     raw = _decid.identify(of._handle, _recording_of(recording, rate, unit, reading)._handle, mass or 0.0, height or 0.0,
                           math.nan if begin is None else begin, _number_of(_DETREND, detrend, "detrend"))

@@ -21,9 +21,9 @@ static_assert(sizeof(void*) != 8 ||
                offsetof(decid_parameter_info, over_mgh) == 40));
 static_assert(sizeof(void*) != 8 ||
               (offsetof(decid_read_options, ankle_column) == 112 && offsetof(decid_identify_options, detrend) == 32 &&
-               offsetof(decid_fit_options, user) == 96 && offsetof(decid_dataset_options, user) == 40 &&
-               offsetof(decid_train_options, user) == 112 && offsetof(decid_training, learning_rate) == 40 &&
-               offsetof(decid_evaluation, log_score) == 296));
+               offsetof(decid_samples_options, invert_tilt) == 28 && offsetof(decid_fit_options, user) == 96 &&
+               offsetof(decid_dataset_options, user) == 40 && offsetof(decid_train_options, user) == 112 &&
+               offsetof(decid_training, learning_rate) == 40 && offsetof(decid_evaluation, log_score) == 296));
 
 TEST_CASE("the version is the header's") {
   CHECK(decid_abi() == DECID_ABI);
@@ -124,6 +124,54 @@ TEST_CASE("a tilt is an angle, and gaps have a length from 0 to 60 s") {
   make<OwnedRecording>([&](decid_recording** place) { return decid_recording_read(path.c_str(), &options, place); });
 }
 
+TEST_CASE("a tilt in memory has finite angles and a sway, and no begin beside it") {
+  std::vector<double> sway(300), tilt(300);
+  for (std::size_t k = 0; k < sway.size(); ++k) sway[k] = tilt[k] = 0.01 * std::sin(0.05 * static_cast<double>(k));
+  decid_samples_options options;
+  decid_recording* recording = nullptr;
+  const auto refused_to_make = [&](Code code, std::string_view fact = {}) {
+    refused(decid_recording_of_samples(sway.data(), sway.size(), 100.0, &options, &recording), code, fact);
+  };
+  decid_samples_defaults(&options, sizeof options);
+  refused_to_make(Code::unit_unknown, "decid_recording_of_samples");
+  refused(decid_recording_of_samples(sway.data(), sway.size(), 100.0, nullptr, &recording), Code::unit_unknown);
+  options.unit = DECID_METRES;
+  refused_to_make(Code::unit_unknown);
+  options.unit = DECID_RADIANS;
+  options.invert_tilt = 1;
+  refused_to_make(Code::setting_missing, "invert_tilt");
+  options.invert_tilt = 0;
+  options.tilt_unit = DECID_DEGREES;
+  refused_to_make(Code::setting_missing, "tilt_unit");
+  options.tilt = tilt.data();
+  options.tilt_unit = DECID_CENTIMETRES;
+  refused_to_make(Code::unit_unknown, "tilt_unit");
+  options.tilt_unit = 9;
+  refused_to_make(Code::setting_unknown, "there is no unit 9");
+  options.tilt_unit = DECID_BY_NAME;
+  tilt[4] = INFINITY;
+  refused_to_make(Code::value_invalid, "sample 4 of the tilt");
+  tilt[4] = 0.0;
+  options.size = sizeof options + 8;
+  refused_to_make(Code::size_mismatch, "40");
+  options.size = sizeof options;
+  refused(decid_recording_of_samples(nullptr, 300, 100.0, &options, &recording), Code::setting_missing, "sway");
+  refused(decid_recording_of_samples(sway.data(), 1, 100.0, &options, &recording), Code::recording_too_short);
+  CHECK(recording == nullptr);
+
+  const std::vector<double> whole = simulated(7);
+  options.tilt = decid_protocol_tilt(decid_model_protocol(built_in()));
+  const OwnedRecording tilted = make<OwnedRecording>([&](decid_recording** place) {
+    return decid_recording_of_samples(whole.data(), whole.size(), 100.0, &options, place);
+  });
+  decid_identify_options asked;
+  decid_identify_defaults(&asked, sizeof asked);
+  asked.begin_s = 0.0;
+  decid_result* result = nullptr;
+  refused(decid_identify(built_in(), tilted.get(), &asked, &result), Code::setting_conflict, "tilt");
+  CHECK(result == nullptr);
+}
+
 TEST_CASE("identification refuses the library's invalid input") {
   decid_result* result = nullptr;
   const OwnedRecording recording = make_recording(simulated(7));
@@ -203,6 +251,7 @@ TEST_CASE("a forked process is refused instead of waiting forever") {
   const pid_t child = fork();
   REQUIRE(child >= 0);
   if (child == 0) {
+    alarm(60);  // instead of waiting for threads for ever
     const decid_status status = decid_identify(built_in(), recording.get(), nullptr, &result);
     const bool told = std::string(decid_error_text()).find("forked") != std::string::npos;
     _exit(status == DECID_BAD_INPUT && told && result == nullptr ? 0 : 1);

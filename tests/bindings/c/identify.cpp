@@ -1,5 +1,6 @@
 // Identification through C: the bits of the C++ library, from files and samples, in many threads.
 #include <cmath>
+#include <cstddef>
 #include <thread>
 
 #include "base/text.hpp"
@@ -241,6 +242,84 @@ TEST_CASE("samples in degrees give the result of a file in degrees") {
   ReadOptions options;
   options.recording.rate_hz = 100.0;
   check_same(identify(recording.get()).get(), expected(path, options));
+}
+
+namespace {
+
+OwnedRecording make_tilted(const std::vector<double>& sway, const decid_samples_options& options) {
+  return make<OwnedRecording>([&](decid_recording** place) {
+    return decid_recording_of_samples(sway.data(), sway.size(), 100.0, &options, place);
+  });
+}
+
+bool has_code(const decid_result* result, const std::string& code) {
+  for (std::size_t i = 0; i < decid_result_warnings(result); ++i)
+    if (decid_result_warning(result, i)->code == code) return true;
+  return false;
+}
+
+}  // namespace
+
+TEST_CASE("samples with a tilt give the result of a file: the tilt determines the start, and its sign and size count") {
+  constexpr std::size_t before = 250;  // samples at rest, until the protocol starts
+  const std::vector<double> trial = simulated(7);
+  std::vector<double> sway(before, 0.0), tilt_deg(before, 0.0);
+  sway.insert(sway.end(), trial.begin(), trial.end());
+  for (std::size_t k = 0; k < trial.size(); ++k)
+    tilt_deg.push_back(decid_protocol_tilt(decid_model_protocol(built_in()))[k] / sim::rad_per_deg);
+  std::string text = "time,sway_rad,platform_deg\n";
+  for (std::size_t k = 0; k < sway.size(); ++k)
+    text += format("%.2f,%.17g,%.17g\n", 0.01 * static_cast<double>(k), sway[k], tilt_deg[k]);
+  const TemporaryFolder folder;
+  const Report of_file =
+      expected(write_text(folder / "log.csv", text),
+               {.recording = {.column = "sway_rad", .tilt_column = "platform_deg"}, .trial = {}, .truth = {}});
+
+  decid_samples_options options;
+  decid_samples_defaults(&options, sizeof options);
+  options.unit = DECID_RADIANS;
+  options.tilt_unit = DECID_DEGREES;
+  options.tilt = tilt_deg.data();
+  const OwnedRecording recording = make_tilted(sway, options);
+  REQUIRE(decid_recording_tilt(recording.get()) != nullptr);
+  CHECK(decid_recording_tilt(recording.get())[before + 3000] == tilt_deg[before + 3000] * sim::rad_per_deg);
+  CHECK(std::string(decid_recording_column(recording.get())).empty());
+  const OwnedResult found = identify(recording.get());
+  check_same(found.get(), of_file);
+  const decid_figures& figures = *decid_result_figures(found.get());
+  CHECK(std::abs(figures.tilt_delay_s - 2.5) < 0.001);  // a tenth of a sample, as tests/recording/trial.cpp says
+  CHECK(figures.tilt_correlation > 0.999);
+  CHECK(std::abs(figures.tilt_gain - 1.0) < 0.002);
+
+  // Both inverted are the same log, and one alone is refused.
+  std::vector<double> other_sway = sway, other_tilt = tilt_deg;
+  for (double& value : other_sway) value = -value;
+  for (double& value : other_tilt) value = -value;
+  options.tilt = other_tilt.data();
+  decid_result* none = nullptr;
+  refused(decid_identify(built_in(), make_tilted(sway, options).get(), nullptr, &none), Code::protocol_mismatch,
+          "the other sign");
+  CHECK(none == nullptr);
+  options.invert_tilt = 1;
+  options.invert_sway = 1;
+  check_same(identify(make_tilted(other_sway, options).get()).get(), of_file);
+
+  // A platform that tilts 1.25 times as far, in the sway's unit.
+  for (double& value : other_tilt) value *= -1.25 * sim::rad_per_deg;
+  decid_samples_defaults(&options, sizeof options);
+  options.unit = DECID_RADIANS;
+  options.tilt = other_tilt.data();
+  const OwnedResult large = identify(make_tilted(sway, options).get());
+  CHECK(std::abs(decid_result_figures(large.get())->tilt_gain - 1.25 * figures.tilt_gain) < 1e-9);
+  CHECK(has_code(large.get(), "tilt_of_other_size"));
+  CHECK_FALSE(has_code(found.get(), "tilt_of_other_size"));
+
+  // Options of an older header, which has no inversion: it reads neither.
+  decid_samples_options older = options;
+  older.size = offsetof(decid_samples_options, invert_sway);
+  older.invert_sway = 1;
+  const OwnedRecording same_sway = make_tilted(sway, older);
+  CHECK(std::equal(sway.begin(), sway.end(), decid_recording_sway(same_sway.get())));
 }
 
 TEST_CASE("one model serves many threads, each with errors of its own") {

@@ -76,9 +76,6 @@ inline void refused(decid_status status, Code code, std::string_view fact = {}, 
                    : code == Code::out_of_memory ? DECID_NO_MEMORY
                    : code == Code::internal      ? DECID_FAILED
                                                  : DECID_BAD_INPUT));
-  if (const char* to = std::getenv("DECID_LOG"))  // LOG
-    std::ofstream(to, std::ios::app) << file << '\t' << line << '\t' << name(code) << '\t' << decid_error_code() << '\t'
-                                     << fact << '\t' << contains(text, fact) << '\t' << text << "\x1e";  // LOG
   CHECK(std::string(decid_error_code()) == name(code));
   CHECK(text == decid_error_where() + std::string(": ") + decid_error_problem() + "; " + decid_error_remedy());
   CHECK_FALSE(std::string(decid_error_remedy()).empty());

@@ -74,6 +74,37 @@ for sway = {table(:, 2), table(:, 2)'}
   assert ([again.parameters.value], [found.parameters.value]);
 end
 
+% Samples with the platform's tilt, which begins 2.5 s late.
+sway = [zeros(250, 1); table(:, 2)];
+tilt = [zeros(250, 1); table(:, 3)];
+log_file = fullfile (folder, 'log.csv');
+lines = arrayfun (@(k) sprintf ('%.2f,%.17g,%.17g', k / 100, sway(k), tilt(k)), 1:numel (sway), 'UniformOutput', false);
+write (log_file, 'time,sway_deg,platform_deg', lines{:});
+found = decid_identify (log_file, 'tilt_column', 'platform_deg');
+assert (found.tilt_delay_s, 2.5, 0.001);
+assert (isnan (decid_identify (file, 'tilt_column', 'none').tilt_delay_s));
+for again = {decid_identify(sway, 'rate', 100, 'unit', 'deg', 'tilt', tilt), ...
+             decid_identify(-sway, 'rate', 100, 'unit', 'deg', 'tilt', -tilt', 'tilt_unit', 'deg', 'invert_sway', true, ...
+                            'invert_tilt', true)}
+  assert ([again{1}.parameters.value], [found.parameters.value]);
+  assert ([again{1}.tilt_delay_s, again{1}.tilt_correlation, again{1}.tilt_gain], ...
+          [found.tilt_delay_s, found.tilt_correlation, found.tilt_gain]);
+end
+again = decid_identify (sway, 'rate', 100, 'unit', 'deg', 'tilt', 1.25 * tilt * pi / 180, 'tilt_unit', 'rad');
+assert (again.tilt_gain, 1.25 * found.tilt_gain, 1e-9);
+assert (any (strcmp ({again.warnings.code}, 'tilt_of_other_size')));
+samples = {'rate', 100, 'unit', 'deg'};
+refused ('protocol_mismatch', @() decid_identify (sway, samples{:}, 'tilt', -tilt));
+refused ('size_mismatch', @() decid_identify (sway, samples{:}, 'tilt', tilt(2:end)));
+refused ('setting_malformed', @() decid_identify (sway, samples{:}, 'tilt', 'tilt_deg'));
+refused ('setting_malformed', @() decid_identify (sparse (sway), samples{:}));
+refused ('setting_missing', @() decid_identify (sway, samples{:}, 'invert_tilt', true));
+refused ('setting_conflict', @() decid_identify (sway, samples{:}, 'tilt', tilt, 'begin', 1));
+refused ('setting_conflict', @() decid_identify (sway, samples{:}, 'fill_gaps', 0.1));
+refused ('setting_conflict', @() decid_identify (log_file, 'tilt', tilt));
+refused ('value_invalid', @() decid_fit (sway, samples{:}, 'tilt', [NaN; tilt(2:end)]));
+found = decid_identify (file);
+
 % Simulation and reading.
 trial = decid_simulate ('seed', 7);
 assert (round (rad2deg (trial.sway) * 1e8), round (table(:, 2) * 1e8), 1);
@@ -164,6 +195,8 @@ refused ('setting_unknown', @() decid_simulate ('controller', 'ic', 'theta', 0))
 refused ('setting_malformed', @() decid_identify (file, 'mass', 'heavy', 'height', 1.75));
 refused ('setting_unknown', @() decid_identify (file, 'unit', 'grad'));
 refused ('setting_malformed', @() decid_simulate ('seed', 1.5));
+refused ('setting_out_of_range', @() decid_simulate ('seed', -1));
+refused ('setting_malformed', @() decid_fit (file, 'ranges', struct ('delay', sparse ([0, 0.2]))));
 refused ('setting_missing', @() decid_identify (file, 'mass', 70));
 refused ('body_falls', @() decid_simulate ('Kp', 0, 'Kp_pass', 0));
 same (decid_identify (file), jsondecode (program (decid, 'identify --json', file)));  % none of these did harm

@@ -158,6 +158,32 @@ class Networks(unittest.TestCase):
                 with self.assertRaisesRegex(decid.Error, "forked"):
                     pool.apply_async(call_in_child, (method,)).get(10)
 
+    def test_a_fork_of_one_thread_computes(self):
+        code = f'''
+import multiprocessing
+import decid
+decid.set_threads(1)
+import numpy as np
+import decid.nn as nn
+
+net = nn.Network((1, 6, 6), {TEXT!r})
+net.initialise(1)
+images = np.linspace(-1, 1, 72).reshape(2, 1, 6, 6)
+expected = net.predict(images)
+
+def predict(threads):
+    decid.set_threads(threads)
+    return net.predict(images).tolist()
+
+with multiprocessing.get_context("fork").Pool(1) as pool:
+    for threads in (1, 2):
+        assert pool.apply_async(predict, (threads,)).get(60) == expected.tolist()
+print("same")
+'''
+        done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True, timeout=120,
+                              env={**os.environ, "OMP_NUM_THREADS": "2"})
+        self.assertEqual(done.stdout, "same\n")
+
     def test_refusals(self):
         images, labels = data(30)
         with self.assertRaises(decid.Error) as raised:

@@ -185,6 +185,27 @@ class Identification(WithFolder):
         self.assertEqual(decid.identify(recording).parameters, expected.parameters)
         self.assertEqual(decid.identify(trial, model=decid.Model()).parameters, expected.parameters)
 
+    def test_samples_with_a_tilt_have_the_bits_of_a_file(self):
+        trial = decid.simulate(seed=7)
+        rest = np.zeros(250)
+        sway, tilt = np.concatenate([rest, trial.sway]), np.concatenate([rest, np.rad2deg(trial.tilt)])
+        path = self.folder / "log.csv"
+        np.savetxt(path, np.column_stack([np.arange(len(sway)) / 100, sway, tilt]), fmt=["%.2f", "%.17g", "%.17g"], delimiter=",",
+                   comments="", header="time,sway_rad,platform_deg")
+        expected = json.loads(program("identify", path, "--json", "--tilt-column", "platform_deg"))["recordings"][0]
+        recording = decid.Recording(sway, 100, "rad", tilt=tilt, tilt_unit="deg")
+        self.assertEqual(len(recording.tilt), len(sway))
+        for result in (decid.identify(recording), decid.identify(sway, 100, "rad", tilt=list(tilt), tilt_unit="deg"),
+                       decid.identify(-sway, 100, "rad", tilt=-tilt, tilt_unit="deg", invert_sway=True, invert_tilt=True),
+                       decid.identify(path, tilt_column="platform_deg")):
+            self.check_same(result, expected)
+            self.assertEqual(vars(result.tilt), {key: expected["tilt"][key] for key in ("delay_s", "correlation", "gain")})
+        self.assertAlmostEqual(result.tilt.delay_s, 2.5, places=3)
+        in_rad = decid.identify(sway, 100, "rad", tilt=1.25 * np.deg2rad(tilt))
+        self.assertIn("tilt_of_other_size", [notice.code for notice in in_rad.warnings])
+        self.assertAlmostEqual(in_rad.tilt.gain, 1.25 * result.tilt.gain, places=9)
+        self.assertIsNone(decid.Recording(sway, 100, "rad").tilt)
+
     def test_it_prints_in_a_terminal_a_notebook_and_pandas(self):
         result = decid.identify(decid.simulate(seed=7))
         self.assertTrue(str(result).startswith("usable\n"))
@@ -513,6 +534,22 @@ class Refusals(WithFolder):
         self.assertEqual(len(decid.Recording(np.ma.masked_array(values), 100, "deg").sway), 12000)
         self.refused("value_invalid", decid.Recording, values + 1j, 100, "deg")
 
+    def test_a_tilt_in_memory(self):
+        trial = decid.simulate(seed=7)
+        self.refused("size_mismatch", decid.identify, trial.sway, 100, "rad", tilt=trial.tilt[:-1])
+        self.refused("size_mismatch", decid.Recording, trial.sway, 100, "rad", tilt=0.1)
+        self.refused("value_missing", decid.Recording, trial.sway, 100, "rad", tilt=np.ma.masked_less(trial.tilt, 0))
+        self.refused("value_invalid", decid.Recording, trial.sway, 100, "rad", tilt=np.where(trial.tilt == trial.tilt[7], np.nan, trial.tilt))
+        self.refused("unit_unknown", decid.Recording, trial.sway, 100, "rad", tilt=trial.tilt, tilt_unit="mm")
+        self.refused("setting_unknown", decid.Recording, trial.sway, 100, "rad", tilt=trial.tilt, tilt_unit="grad")
+        self.refused("setting_missing", decid.identify, trial.sway, 100, "rad", invert_tilt=True)
+        self.refused("setting_conflict", decid.identify, trial.sway, 100, "rad", tilt=trial.tilt, begin=0.0)
+        self.refused("setting_conflict", decid.identify, trial.sway, 100, "rad", tilt=trial.tilt, fill_gaps=0.1)
+        self.refused("setting_conflict", decid.identify, decid.Recording(trial.sway, 100, "rad"), tilt=trial.tilt)
+        self.refused("setting_conflict", decid.identify, self.trial(), tilt=trial.tilt)
+        self.refused("protocol_mismatch", decid.identify, trial.sway, 100, "rad", tilt=-trial.tilt)
+        self.refused("protocol_mismatch", decid.fit, trial.sway, 100, "rad", tilt=np.sin(np.arange(12100) / 9))
+
     def test_a_part_of_a_file(self):
         path = self.folder / "long.csv"
         path.write_text("subject,time,sway_deg\n" + "".join(f"s{k // 30},{k % 30 / 100},{np.sin(k)}\n" for k in range(60)))
@@ -533,6 +570,27 @@ class Refusals(WithFolder):
         code = "import decid, os; decid.simulate(); print(decid.identify(decid.simulate(seed=7)).trust)"
         self.assertEqual(subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout,
                          "usable\n")
+
+    def test_a_fork_of_one_thread_computes(self):
+        code = '''
+import multiprocessing
+import decid
+decid.set_threads(1)
+trial = decid.simulate(seed=7)
+expected = decid.identify(trial)["Kp"].value
+
+def identify(threads):
+    decid.set_threads(threads)
+    return decid.identify(trial)["Kp"].value
+
+with multiprocessing.get_context("fork").Pool(1) as pool:
+    for threads in (1, 2):
+        assert pool.apply_async(identify, (threads,)).get(60) == expected
+print("same")
+'''
+        done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True, timeout=120,
+                              env={**os.environ, "OMP_NUM_THREADS": "2"})
+        self.assertEqual(done.stdout, "same\n")
 
     def test_errors_are_of_their_thread(self):
         texts = {}

@@ -161,6 +161,17 @@ TEST_CASE("export controller: a loop that is unstable, and falls only after the 
   // A lean grows 30 times in 400 s: the simulator's step adds to the delay, at whose limit this is.
   CHECK(contains(run_ok(command + " --delay 0.24").err, "unstable"));
   CHECK(run_ok(command + " --delay 0.235").err.empty());
+  // A step of 10 ms adds as much.
+  CHECK(contains(run_ok(command + " --delay 0.235 --step 0.01").err, "unstable"));
+  CHECK(run_ok(command + " --delay 0.22 --step 0.01").err.empty());
+}
+
+TEST_CASE("export controller: a step that no controller has is refused") {
+  const Folder folder;
+  for (const char* step : {"0.02", "0.0001", "0.003"})
+    check_refused(std::string("export controller --step ") + step + " -o " + folder / "c");
+  CHECK_FALSE(std::filesystem::exists(folder / "c"));
+  CHECK(contains(run_ok("export controller --step 0.002 -o " + folder / "c").err, "500 times per second"));
 }
 
 TEST_CASE("export controller: default gains are the middle of the ranges of the protocol's body") {

@@ -181,6 +181,7 @@ struct ControllerOptions {
   CommonOptions common;
   std::string result, output, name = "decid_controller", protocol = "default", scale_to, controller;
   std::optional<double> mass_kg, com_height_m, inertia_kgm2;
+  double step_s = sim::integration_step_s;
   int recording = 1;
   bool force = false, names_protocol = false;
   ParameterOptions parameters;
@@ -249,7 +250,7 @@ void warn(const ControllerOptions& options, bool knows_body, const sim::Paramete
     std::cerr << options.result << ": does not say whose body its gains are for: they are only right for the default, "
               << shown(body) << "; give identify --mass and --height, or fit a --protocol that has the body\n";
   sim::Coefficients sampled = protocol.family().coefficients(parameters);
-  sampled[sim::Coefficient::delay] += 1.0 / sim::steps_per_second;
+  sampled[sim::Coefficient::delay] += options.step_s;
   if (!frf::is_stable(body, protocol.family(), sampled))
     std::cerr << "the loop is unstable, although the body stands for this protocol: a small lean grows without limit; "
                  "change the gains or lower the delay\n";
@@ -257,6 +258,7 @@ void warn(const ControllerOptions& options, bool knows_body, const sim::Paramete
 
 void export_controller(const ControllerOptions& options) {
   check_firmware_name(options.name);
+  const int steps_per_second = steps_per_second_of(options.step_s);
   const bool is_result = !options.result.empty();
   Identified chosen{.parameters = {}, .body = sim::Body{}, .which = {}, .caution = {}};
   if (is_result) chosen = identified(options.result, options.recording, options.force);
@@ -285,20 +287,21 @@ void export_controller(const ControllerOptions& options) {
   const std::string origin = format(
       "The %s posture controller, made by decid %s%s.", &model == &sim::single_pendulum() ? "DEC" : model.name.c_str(),
       version, options.result.empty() ? "" : (" from " + comment(fs::path(options.result).filename())).c_str());
-  const FirmwareFiles files = controller_files(parameters, protocol, options.name, origin);
+  const FirmwareFiles files = controller_files(parameters, protocol, options.name, origin, steps_per_second);
   warn(options, chosen.body.has_value(), parameters, protocol);
   write_files(options.output, options.name, files);
   if (options.common.quiet) return;
   std::cerr << format("%s.h and %s.c written to %s%s, for a body of %s\n", options.name.c_str(), options.name.c_str(),
                       options.output.c_str(), chosen.which.empty() ? "" : (", of " + chosen.which).c_str(),
                       shown(body).c_str());
+  if (steps_per_second != sim::steps_per_second)
+    std::cerr << format("call %s_step %d times per second\n", options.name.c_str(), steps_per_second);
   if (ratio != 1.0) std::cerr << format("gains are scaled by %.4g, as m g h is\n", ratio);
 }
 
 void add_export_controller(const Command& parent) {
   auto options = std::make_shared<ControllerOptions>();
-  const Command command =
-      parent.add_subcommand("controller", "Write a posture controller, stepping at 1 kHz, as one C file");
+  const Command command = parent.add_subcommand("controller", "Write a posture controller as one C file");
   command.add_option("result", options->result, "Result of decid identify -o; default: the middle of every range");
   command.add_option("--recording", options->recording, "Use this recording of the result, counted from 1")
       .show_default();
@@ -332,6 +335,10 @@ void add_export_controller(const Command& parent) {
                   "Set its moment of inertia in kg m2 about the ankles; default: scaled from the result's body")
       .excludes(scale_to);
   scale_to.excludes(protocol);
+  command
+      .add_option("--step", options->step_s,
+                  "Set the time in s from call to call, 0.0005 to 0.01, with a whole number of calls per second")
+      .show_default();
   command.add_option("--name", options->name, "Name the files and functions").show_default();
   add_output_option(command, "-o,--output", options->output, Written::folder,
                     "Write NAME.c and NAME.h to this folder, created if missing")
@@ -341,6 +348,7 @@ void add_export_controller(const Command& parent) {
       "Examples:\n"
       "  decid export controller result.json -o firmware\n"
       "  decid export controller result.json --scale-to robot.json -o firmware\n"
+      "  decid export controller result.json --step 0.002 -o firmware\n"
       "  decid export controller --kp 900 --kd 280 --name ankle -o firmware");
   command.callback([options, command] {
     apply(options->common);

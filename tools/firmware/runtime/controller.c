@@ -93,8 +93,8 @@ int DECID_FW_begin(DECID_FW_state* state, const DECID_FW_parameters* parameters)
 #endif
   state->passive = STEP_OVER_INERTIA * p->kp_pass;
   state->damping = STEP_OVER_INERTIA * p->kd_pass;
-  /* A delay of whole milliseconds is one, whatever the rounding of its product. */
-  steps = p->delay * 1000.0;
+  /* A delay of whole steps is one, whatever the rounding of its product. */
+  steps = p->delay * (double)DECID_FW_STEPS_PER_SECOND;
   if (((steps - rounded(steps)) < 1e-9) && ((rounded(steps) - steps) < 1e-9)) {
     steps = rounded(steps);
   }
@@ -145,10 +145,10 @@ int DECID_FW_step_scaled(DECID_FW_state* state, double sway_rad, double sway_rat
   torque_rate = fma_double(state->torque_gain, state->active, -(TORQUE_LEAK * state->torque));
   command = fma_double(state->kp, fma_double(state->reach, sway_rad, state->error + (state->slow + state->torque)),
                        state->kd * fma_double(state->reach, sway_rate, q + (slow_rate + torque_rate)));
-  slow = fma_double(slow_rate, 0.001, state->slow);
-  torque = fma_double(torque_rate, 0.001, state->torque);
+  slow = fma_double(slow_rate, DECID_FW_STEP_S, state->slow);
+  torque = fma_double(torque_rate, DECID_FW_STEP_S, state->torque);
 #endif
-  error = fma_double(q, 0.001, state->error);
+  error = fma_double(q, DECID_FW_STEP_S, state->error);
   now = state->step % DECID_FW_DELAY_STEPS;
   then = now - state->whole;
   if (then < 0) {
@@ -251,7 +251,7 @@ int DECID_FW_self_test(DECID_FW_state* state) {
   }
   for (interval = 0; (interval < TEST_INTERVALS) && (result == DECID_FW_OK); ++interval) {
     const double tilt_rate = test_rate[interval];
-    const double drive_slope = state->passive * (tilt_rate * 0.001);
+    const double drive_slope = state->passive * (tilt_rate * DECID_FW_STEP_S);
     double drive = fma_double(state->passive, test_tilt[interval], state->damping * tilt_rate);
     for (i = 0; (i < STEPS_PER_INTERVAL) && (result == DECID_FW_OK); ++i) {
       const double z = sway * sway;
@@ -268,7 +268,7 @@ int DECID_FW_self_test(DECID_FW_state* state) {
       next = fma_double(stiffness, sway, next);
       next = fma_double(sway * z, sine, next);
       rate = next;
-      sway = fma_double(next, 0.001, sway);
+      sway = fma_double(next, DECID_FW_STEP_S, sway);
     }
   }
   return ((result == DECID_FW_OK) && (hash != TEST_HASH)) ? DECID_FW_ERROR_SELF_TEST : result;

@@ -43,8 +43,8 @@ extern const DECID_FW_parameters DECID_FW_identified;
    outside of its range, also below 0, which is DECID_FW_ERROR_RANGE here: limit it first. */
 int DECID_FW_begin(DECID_FW_state *state, const DECID_FW_parameters *parameters);
 
-/* One step of 1 ms: call it exactly every millisecond, because the step is fixed. torque: the active torque on the body
-   in N m, positive towards positive sway.
+/* One step: call it exactly every DECID_FW_STEP_S seconds, because the step is fixed. torque: the active torque on the
+   body in N m, positive towards positive sway.
    sway_rad, sway_rate: the body's centre of mass in space, rad and rad/s.
    support_rate: the tilt rate of what it stands on, in space, rad/s. It must have no bias: the controller integrates it
    where it is below theta, so a bias makes the body lean ever further. Do not subtract the ankle's rate from a gyro's.
@@ -55,8 +55,8 @@ int DECID_FW_begin(DECID_FW_state *state, const DECID_FW_parameters *parameters)
    do not change: call it again with the next sample that is a number. You decide what the ankle does meanwhile. */
 int DECID_FW_step(DECID_FW_state *state, double sway_rad, double sway_rate, double support_rate, double vestibular_rate,
                   double *torque);
-/* The same before its scaling to N m, the number that the simulator computes with: minus the torque times 1 ms over
-   DECID_FW_INERTIA_KGM2, rad/s. */
+/* The same before its scaling to N m, the number that the simulator computes with: minus the torque times
+   DECID_FW_STEP_S over DECID_FW_INERTIA_KGM2, rad/s. */
 int DECID_FW_step_scaled(DECID_FW_state *state, double sway_rad, double sway_rate, double support_rate,
                          double vestibular_rate, double *scaled);
 
@@ -66,7 +66,7 @@ int DECID_FW_step_scaled(DECID_FW_state *state, double sway_rad, double sway_rat
 double DECID_FW_passive(const DECID_FW_state *state, double ankle_rad, double ankle_rate);
 
 /* Begins the state, feeds it NaN, then lets the controller balance a simulated body on the protocol's tilt for DECID_FW_TEST_STEPS steps and compares the
-   bits of every sample with the simulator's. */
+   bits of its sway with decid's. */
 int DECID_FW_self_test(DECID_FW_state *state);
 
 #ifdef __cplusplus
