@@ -60,7 +60,7 @@ std::vector<double> balance(const sim::Family& family, const sim::Coefficients& 
 
   double sway = 0.0, rate = 0.0, error = 0.0, slow_angle = 0.0, torque_angle = 0.0, active = 0.0, before = 0.0;
   std::vector<double> commands, all;
-  for (std::size_t interval = 0; interval < course.tilt_rad.size(); ++interval) {
+  for (std::size_t interval = 0; interval < course.rate_rad_s.size(); ++interval) {
     if (!(std::abs(sway) <= sim::sway_limit_rad)) break;
     all.push_back(sway);
     const double support = course.rate_rad_s[interval], drive_slope = passive * (support * step_s);

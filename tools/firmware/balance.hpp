@@ -8,7 +8,7 @@
 
 namespace decid::tools {
 
-/// A tilt with a constant rate in each interval.
+/// A tilt with a constant rate in each interval. tilt_rad: at each interval's start; it may have the end too.
 struct Course {
   std::vector<double> tilt_rad, rate_rad_s;
   int interval_steps = 1;
