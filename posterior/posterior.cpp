@@ -40,6 +40,10 @@ void check(const Settings& settings) {
   at_least("max_draws", settings.max_draws, 4);
 }
 
+bool are_equal(std::span<const double> draws) {
+  return draws.size() > 1 && std::ranges::all_of(draws, [&](double draw) { return draw == draws.front(); });
+}
+
 /// Posteriors of more parameters are longer ridges: chains need more steps to reach one, and to travel along it.
 constexpr int many_parameters = 9;
 
@@ -101,12 +105,15 @@ double Posterior::monte_carlo_error(int quantity) const {
   return stddev(quantity) / std::sqrt(mean_effective_draws(chains_for(quantity)));
 }
 
+// A fixed quantity has its value and 0, without rounding.
 double Posterior::mean(int quantity) const {
-  return decid::mean(draws_for(quantity));
+  const std::vector<double> draws = draws_for(quantity);
+  return are_equal(draws) ? draws.front() : decid::mean(draws);
 }
 
 double Posterior::stddev(int quantity) const {
-  return decid::stddev(draws_for(quantity));
+  const std::vector<double> draws = draws_for(quantity);
+  return are_equal(draws) ? 0.0 : decid::stddev(draws);
 }
 
 double Posterior::quantile(int quantity, double probability) const {

@@ -43,6 +43,8 @@ TEST_CASE("a controller that predicts the recording far better is named, with pr
   CHECK(channels.controller == "ic");
   CHECK(channels.posterior.quantile(2, 0.0) == 0.4);
   CHECK(channels.posterior.quantile(2, 1.0) == 0.4);
+  CHECK(channels.posterior.mean(2) == 0.4);
+  CHECK(channels.posterior.stddev(2) == 0.0);
   CHECK(channels.compared.difference == 0.0);
   CHECK(result.fit->compared->difference < -4.0);
   CHECK(std::ranges::count(result.warnings, "other_controller", &Warning::code) == 1);
