@@ -202,8 +202,15 @@ void Fitter::fit_together(std::span<RecordingResult> read, const FitterOf& fitte
   std::vector<std::size_t> usable;
   std::vector<std::string> conditions;
   for (std::size_t i = 0; i < group.recordings.size(); ++i) {
-    const RecordingResult& one = read[group.recordings[i]];
+    RecordingResult& one = read[group.recordings[i]];
     if (one.error) continue;
+    try {
+      posterior::require_few_gaps(one.trial.gaps,
+                                  fitter_of(group.recordings[i]).report_.protocol.experiment.sample_rate_hz);
+    } catch (const Error& error) {  // the others are fitted without this recording
+      one.error = in_file(error, one.file);
+      continue;
+    }
     if (!reason_to_leave_out(one).empty()) {  // it would bias what the others tell
       fitter_of(group.recordings[i]).fit(read[group.recordings[i]], {});
       continue;
@@ -214,17 +221,7 @@ void Fitter::fit_together(std::span<RecordingResult> read, const FitterOf& fitte
   if (usable.empty()) return;
   if (usable.size() == 1) return fitter_of(usable.front()).fit(read[usable.front()], progress);
   std::deque<Prepared> prepared;
-  for (std::size_t i = 0; i < usable.size();) {
-    try {
-      prepared.push_back(fitter_of(usable[i]).prepare(read[usable[i]]));
-      ++i;
-    } catch (const Error& error) {  // too many gaps: the others are fitted without this recording
-      read[usable[i]].error = in_file(error, read[usable[i]].file);
-      usable.erase(usable.begin() + static_cast<std::ptrdiff_t>(i));
-      conditions.erase(conditions.begin() + static_cast<std::ptrdiff_t>(i));
-    }
-  }
-  if (usable.empty()) return;
+  for (const std::size_t i : usable) prepared.push_back(fitter_of(i).prepare(read[i]));
   const FitRequest& request = *fitter_of(usable.front()).report_.fit;
   if (!request.others.empty())
     throw Error(Code::setting_conflict, "joint posterior", "is for one controller, not for a comparison of several",

@@ -21,6 +21,19 @@ constexpr int fewest_standing = 100;
 constexpr double band_edges_hz[] = {0.05, 0.2, 0.5, 1.0, 2.5};
 constexpr std::uint64_t of_sensor = std::uint64_t{1} << 63;
 
+/// Replaces gaps by straight lines, or at an end by the nearest sample, in the recorded and the simulated trials alike.
+std::vector<float> bridged(std::vector<float> sway_rad, std::span<const SampleRange> gaps) {
+  for (const SampleRange& gap : gaps) {
+    if (gap.size() == sway_rad.size()) continue;
+    const float after = gap.end < sway_rad.size() ? sway_rad[gap.end] : sway_rad[gap.first - 1],
+                before = gap.first > 0 ? sway_rad[gap.first - 1] : after;
+    const float rise = (after - before) / static_cast<float>(gap.size() + 1);
+    for (std::size_t k = gap.first; k < gap.end; ++k)
+      sway_rad[k] = before + rise * static_cast<float>(k - gap.first + 1);
+  }
+  return sway_rad;
+}
+
 /// Subtracts the least-squares line: a sensor's offset and drift have no information about a controller.
 std::vector<float> without_line(std::span<const float> values) {
   const auto count = static_cast<double>(values.size());
@@ -236,7 +249,7 @@ PredictiveCheck PredictiveChecker::check(std::span<const posterior::State> draws
       [&](int i, const sim::Outcome& outcome, std::span<double> sway_rad) {
         if (!outcome.valid) return;
         const Random noise(seed, predictive_stream, of_sensor | static_cast<std::uint64_t>(i));
-        all[static_cast<std::size_t>(i)] = show(record(sway_rad, draw_of(i), noise), tilt_rad_);
+        all[static_cast<std::size_t>(i)] = show(bridged(record(sway_rad, draw_of(i), noise), trial.gaps), tilt_rad_);
       });
   PredictiveCheck check;
   std::vector<Shown> standing;
@@ -245,7 +258,7 @@ PredictiveCheck PredictiveChecker::check(std::span<const posterior::State> draws
   check.standing = static_cast<int>(standing.size());
   if (check.standing < fewest_standing) return check;
   const auto* measured = trial.signals.find(recording::platform_tilt);
-  check.figures = compare(show(trial.sway_rad(), measured ? measured->rad : tilt_rad_), standing);
+  check.figures = compare(show(bridged(trial.sway_rad(), trial.gaps), measured ? measured->rad : tilt_rad_), standing);
   std::vector<double> blocks;
   for (const Shown& shown : standing) blocks.insert(blocks.end(), shown.blocks_rad.begin(), shown.blocks_rad.end());
   check.sway_rad = posterior::make_band(blocks, static_cast<int>(standing.front().blocks_rad.size()));

@@ -92,12 +92,12 @@ std::vector<std::size_t> Report::inferred_parameters() const {
 }
 
 sim::ParameterTable Report::compared_parameters() const {
-  std::vector<sim::ParameterInfo> compared;
-  for (const std::size_t p : inferred_parameters()) compared.push_back(protocol.parameters()[p]);
-  if (compared.empty())
+  std::vector<sim::ParameterInfo> kept;
+  for (const std::size_t p : inferred_parameters()) kept.push_back(protocol.parameters()[p]);
+  if (kept.empty())
     throw Error(Code::setting_conflict, "groups", "all parameters are fixed, so there is nothing to compare",
                 "fix fewer of them, or leave the groups out");
-  return sim::ParameterTable(std::move(compared));
+  return sim::ParameterTable(std::move(kept));
 }
 
 double scale_to(double mgh_nm_rad, const Report& report, const RecordingResult& result, std::size_t parameter) {

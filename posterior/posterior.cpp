@@ -6,6 +6,7 @@
 #include <cmath>
 #include <deque>
 #include <limits>
+#include <type_traits>
 
 #include "base/error.hpp"
 #include "base/math/math.hpp"
@@ -44,22 +45,30 @@ bool are_equal(std::span<const double> draws) {
   return draws.size() > 1 && std::ranges::all_of(draws, [&](double draw) { return draw == draws.front(); });
 }
 
-/// Posteriors of more parameters are longer ridges: chains need more steps to reach one, and to travel along it.
+/// Posteriors of more parameters are longer ridges, and those of controllers with free gains bend more: chains need
+/// more steps to reach them, and to travel along them.
 constexpr int many_parameters = 9;
 
 Settings for_target(Settings settings, const Target& target) {
-  int inferred = 0;
+  check(settings);
+  bool is_long = false;
   for (std::size_t t = 0; t < target.trials(); ++t) {
     const Density& density = target.density(t);
-    int here = 0;
-    for (int p = 0; p < density.parameters(); ++p) here += density.infers(p) ? 1 : 0;
-    inferred = std::max(inferred, here);
+    int inferred = 0;
+    for (int p = 0; p < density.parameters(); ++p) inferred += density.infers(p) ? 1 : 0;
+    is_long = is_long || inferred >= many_parameters || !density.protocol().family().has_unit_gains();
   }
-  if (inferred < many_parameters) return settings;
-  settings.annealing_transitions *= 3;
-  settings.window_transitions = settings.window_transitions * 5 / 3;
-  settings.max_leapfrog_steps *= 4;
-  settings.max_steps *= 4;
+  if (!is_long) return settings;
+  const auto times = [](auto& setting, int factor) {
+    setting = setting > std::numeric_limits<std::remove_reference_t<decltype(setting)>>::max() / factor
+                  ? std::numeric_limits<std::remove_reference_t<decltype(setting)>>::max()
+                  : setting * factor;
+  };
+  times(settings.annealing_transitions, 3);
+  times(settings.max_leapfrog_steps, 4);
+  times(settings.max_steps, 4);
+  times(settings.window_transitions, 5);
+  settings.window_transitions /= 3;
   return settings;
 }
 
@@ -143,7 +152,6 @@ class Run {
  public:
   Run(Target target, const Settings& settings, const OnProgress& progress)
       : target_(std::move(target)), settings_(for_target(settings, target_)), progress_(progress) {
-    check(settings);
     for (std::size_t t = 0; t < target_.trials(); ++t)
       if (std::ranges::all_of(target_.observation(t).sway, [](double sway) { return sway == 0.0; }))
         throw Error(Code::value_invalid, "posterior", "the recording is constant", "give a recording of sway");

@@ -21,8 +21,8 @@
 
 namespace decid::posterior {
 
-/// For nine or more inferred parameters (dec2015), annealing_transitions count three times, window_transitions 5/3 times,
-/// max_leapfrog_steps and max_steps four times.
+/// For controllers other than `dec`, whose gains are free, and for nine or more inferred parameters,
+/// annealing_transitions count three times, window_transitions 5/3 times, max_leapfrog_steps and max_steps four times.
 struct Settings {
   std::uint64_t seed = 1;
   int groups = 1;                  ///< of `lanes` chains each, on their own threads

@@ -285,8 +285,7 @@ std::optional<TiltMatch> try_start(const ProtocolPlan& plan, double from_hz, Rec
   }
 }
 
-/// Looks for faults in the samples that form the trial.
-/// Also returns the samples of the recording that were not measured.
+/// Looks for faults in the samples that form the trial. Returns the samples of the recording that were not measured.
 std::vector<SampleRange> look_for_faults_within(Recording& recording, double from_hz, const Place& place,
                                                 const sim::Protocol& protocol) {
   const std::vector<double>& sway = recording.signals.at(com_sway).rad;
@@ -298,9 +297,11 @@ std::vector<SampleRange> look_for_faults_within(Recording& recording, double fro
   const auto* sequence = std::get_if<sim::Sequence>(&protocol.experiment.stimulus);
   const std::size_t begin = sample_at(place.first), end = sample_at(place.last + 1);
   const std::span<const double> used = std::span(sway).subspan(begin, end - begin);
+  std::vector<SampleRange> gaps = recording.gaps, known;  // known: counted from `begin`
+  for (const SampleRange& gap : gaps)
+    if (gap.end > begin) known.push_back({std::max(gap.first, begin) - begin, gap.end - begin});
   look_for_faults(used, from_hz, recording.warnings, static_cast<double>(begin) / from_hz,
-                  sequence != nullptr ? sequence->state_s : 0.0);
-  std::vector<SampleRange> gaps = recording.gaps;
+                  sequence != nullptr ? sequence->state_s : 0.0, known);
   for (const SampleRange& stretch : unmeasured_stretches(used, from_hz))
     gaps.push_back({begin + stretch.first, begin + stretch.end});
   return joined(std::move(gaps));

@@ -14,7 +14,8 @@ namespace decid {
 namespace {
 
 constexpr double kolmogorov_95 = 1.36;
-constexpr double fixed_sd = 1e-9;  // of a parameter that is fixed, from rounding; as a fraction of its range
+constexpr double fixed_sd =
+    1e-9;  // of a parameter that is fixed, from rounding; over its range, or the range's standard deviation
 
 /// The largest distance of the empirical distribution of values in [0, 1] from the uniform one.
 double distance_from_uniform(std::vector<double> values) {
@@ -47,7 +48,7 @@ double gaussian_log_score(const sim::Parameters& truth, std::span<const posterio
                           const sim::ParameterTable& ranges) {
   const auto share = [&](std::size_t p, double value) { return (value - ranges[p].low) / ranges[p].range(); };
   std::vector<std::size_t> inferred;
-  for (std::size_t p = 0; p < ranges.size(); ++p) {
+  for (std::size_t p = 0; p < ranges.size() && !draws.empty(); ++p) {
     const auto [low, high] = std::ranges::minmax(draws, {}, [p](const posterior::State& d) { return d.parameters[p]; });
     if (high.parameters[p] - low.parameters[p] > fixed_sd * ranges[p].range()) inferred.push_back(p);
   }

@@ -59,6 +59,11 @@ struct Observation {
   double noise_deg = 0.0;        ///< white noise per sample with the power of the highest frequencies
 };
 
+/// The longest time in which a fitted trial was not measured. The time of a fit grows with its square.
+inline constexpr double max_missing_s = 10.0;
+/// Throws Error for gaps of more than max_missing_s in total.
+void require_few_gaps(std::span<const SampleRange> gaps, double rate_hz);
+
 /// Returns the protocol. Throws Error if it is invalid, or if its body model is not a member of the family whose
 /// vestibular noise, threshold and delay each are one parameter or a constant.
 const sim::Protocol& of_family(const sim::Protocol& protocol);
@@ -125,11 +130,10 @@ class Density {
   int edges() const { return (protocol_.experiment.steps() - first_step_) / bin_steps_ + 1; }
   Isa isa() const noexcept { return isa_; }
 
-  /// Prepares a recording; sway_rad: the protocol's samples. gaps: ascending ranges of samples that were not recorded;
-  /// the likelihood ignores the blocks that they touch. Throws Error for another number of samples, and for gaps
-  /// outside of them or of more than max_missing_s in total.
+  /// Prepares a recording; sway_rad: the protocol's samples. gaps: ascending ranges of samples that were not measured;
+  /// the likelihood ignores the blocks that they touch. Throws Error for another number of samples, for gaps outside of
+  /// them, and as require_few_gaps().
   Observation observe(std::span<const float> sway_rad, std::span<const SampleRange> gaps = {}) const;
-  static constexpr double max_missing_s = 20.0;
 
   /// Returns the quantities of a chain's coordinates; x: size() values per chain.
   State state(std::span<const double> x, int chain) const;

@@ -142,7 +142,9 @@ void Density::information(const Observation& observation, std::span<const double
              rows = kept + static_cast<std::size_t>(observation.missing.count());
   const std::size_t blocks_of_columns = (count + 3) / 4, strips = (rows + strip_rows - 1) / strip_rows;
   constexpr std::size_t strip_size = std::size_t{strip_rows} * lanes;     // of a column
-  work.columns.resize(strips * 4 * blocks_of_columns * strip_size, 0.0);  // the padding of rows and columns stays 0
+  work.columns.resize(strips * 4 * blocks_of_columns * strip_size, 0.0);  // the padding of columns stays 0
+  std::fill_n(work.columns.end() - static_cast<std::ptrdiff_t>(4 * blocks_of_columns * strip_size),
+              4 * blocks_of_columns * strip_size, 0.0);  // the padding of rows, which another observation may have used
   work.products.assign(blocks_of_columns * (blocks_of_columns + 1) / 2 * 16 * lanes, 0.0);
   work.noise_column.resize(static_cast<std::size_t>(noise_.edges()));
 

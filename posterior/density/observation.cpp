@@ -40,6 +40,20 @@ double sine_excess(double a) {
 
 }  // namespace
 
+void require_few_gaps(std::span<const SampleRange> gaps, double rate_hz) {
+  std::size_t samples = 0;
+  for (const SampleRange& gap : gaps) samples += gap.size();
+  const double missing_s = static_cast<double>(samples) / rate_hz;
+  if (missing_s <= max_missing_s) return;
+  throw Error(
+      Code::value_missing, "sway",
+      format("%.3g s were not measured (empty, a straight line, or still): %zu %s, the first from %.3g s after the "
+             "protocol's start; a fit leaves out at most %g s",
+             missing_s, gaps.size(), gaps.size() == 1 ? "stretch" : "stretches",
+             static_cast<double>(gaps.front().first) / rate_hz, max_missing_s),
+      "record again, or give a part without them and a protocol of that part's cycles");
+}
+
 Observation Density::observe(std::span<const float> sway_rad, std::span<const SampleRange> gaps) const {
   if (sway_rad.size() != static_cast<std::size_t>(protocol_.samples())) {
     throw Error(Code::size_mismatch, "recording", "has " + std::to_string(sway_rad.size()) + " samples",
@@ -62,10 +76,7 @@ Observation Density::observe(std::span<const float> sway_rad, std::span<const Sa
     for (int block = static_cast<int>(gap.first) / block_samples_; block <= last; ++block)
       if (missing.empty() || block > missing.back()) missing.push_back(block);
   }
-  if (static_cast<double>(missing.size()) * block_s() > max_missing_s)
-    throw Error(Code::value_missing, "recording",
-                format("has gaps of %.3g s in total", static_cast<double>(missing.size()) * block_s()),
-                format("use a part or another recording with gaps of at most %g s", max_missing_s));
+  require_few_gaps(gaps, protocol_.experiment.sample_rate_hz);
   observation.missing = spectrum_.make_missing(std::move(missing));
   subtract_line(observation);
   observation.noise_deg = noise_of_highest(observation.sway);

@@ -13,6 +13,7 @@ namespace {
 // Wider than any recording's, so they have no influence.
 constexpr double offset_sd_rad = 10.0 * sim::rad_per_deg, line_sd_rad = 10.0 * sim::rad_per_deg;
 constexpr int max_fast_prime = 13;
+constexpr double rounded_precision = 1e-12;  // of a block given the others, over that with known line and gaps
 
 NoiseState state_of(NoiseWorkspace& work) {
   return {work.coefficient.data(), work.precision.data(), work.slow_fraction.data()};
@@ -162,7 +163,9 @@ void NoiseSpectrum::leave_block_out(const MissingBlocks& missing, std::span<doub
     }
     const std::size_t place = (m % 2 == 0 ? m / 2 : count - 1 - m / 2) * lanes;
     for (std::size_t l = 0; l < lanes; ++l) {
-      const double left = precision[l] - along[l] * along[l] * uncertainty[l] - explained[place + l];
+      // A block that nothing else predicts keeps a precision of rounding.
+      const double left = std::max(precision[l] - along[l] * along[l] * uncertainty[l] - explained[place + l],
+                                   rounded_precision * precision[l]);
       const double weighed = work.unfolded[place + l];
       log_density[m * lanes + l] = constant + 0.5 * decid::log(left) - 0.5 * weighed * weighed / left;
     }

@@ -102,7 +102,7 @@ struct NoiseRows {
 struct NoiseVariances {
   const double *white, *slow, *memory;
 };
-/// Directions of the residual that may have any value: see MissingBlocks (posterior/density/missing_blocks.hpp).
+/// Directions of the residual that may have any value: see MissingBlocks (posterior/density/spectrum.hpp).
 struct FreeDirections {
   int rows, count;
   const double* basis;     ///< their coefficients: rows * count values, row after row

@@ -104,6 +104,18 @@ TEST_CASE("predictive check: p-values of recordings that are the draws' are unif
   CHECK(warned <= 13);  // 60 * 0.08 expected at most; more with a probability of 1e-3
 }
 
+TEST_CASE("predictive check: samples in gaps do not count, at an end either") {
+  std::vector<float> sway = recorded(state(), 1);
+  const std::size_t end = sway.size();
+  for (const SampleRange& gap : {SampleRange{0, 100}, SampleRange{1000, 1800}, SampleRange{end - 100, end}})
+    for (std::size_t k = gap.first; k < gap.end; ++k) sway[k] = static_cast<float>(3.0 * sim::rad_per_deg);
+  CHECK(!check(sway).warning().empty());
+  recording::Trial trial = recording::make_trial(sway);
+  trial.gaps = {{0, 100}, {1000, 1800}, {end - 100, end}};
+  const std::vector<State> from{state()};
+  CHECK(checker().check(from, trial, 1).warning().empty());
+}
+
 TEST_CASE("predictive check: a recording unlike the draws has small p-values and a warning") {
   const std::vector<float> own = recorded(state(), 1);
   const PredictiveCheck usual = check(own);

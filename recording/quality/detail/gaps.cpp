@@ -11,7 +11,7 @@ namespace decid::recording {
 namespace {
 
 constexpr double min_stretch_s = 0.1, usual_runs = 12.0;
-constexpr double min_median_bend = 10.0;  // of the rounding
+constexpr double min_median_bend = 10.0, min_median_change = 10.0;  // of the rounding, of the smallest change
 constexpr std::size_t min_stretch_samples = 5;
 
 double min_length(double rate_hz) {
@@ -89,11 +89,15 @@ std::vector<SampleRange> straight_stretches(std::span<const double> sway, double
 
 std::vector<SampleRange> unmeasured_stretches(std::span<const double> sway, double rate_hz) {
   std::vector<SampleRange> stretches = straight_stretches(sway, rate_hz);
-  std::size_t repeated = 0, frozen = 0;
-  for (std::size_t k = 1; k < sway.size(); ++k) repeated += sway[k] == sway[k - 1] ? 1 : 0;
-  const std::vector<SampleRange> still = frozen_stretches(sway, rate_hz);
-  for (const SampleRange& stretch : still) frozen += stretch.size() - 1;
-  if (4 * (repeated - frozen) < sway.size() - frozen) stretches.insert(stretches.end(), still.begin(), still.end());
+  if (sway.size() < 3) return stretches;
+  double step = std::numeric_limits<double>::infinity();
+  std::vector<double> changes;
+  for (std::size_t k = 1; k < sway.size(); ++k) {
+    changes.push_back(std::abs(sway[k] - sway[k - 1]));
+    if (changes.back() > 0.0) step = std::min(step, changes.back());
+  }
+  if (median(std::move(changes)) >= min_median_change * step)
+    for (const SampleRange& still : frozen_stretches(sway, rate_hz)) stretches.push_back({still.first + 1, still.end});
   return joined(std::move(stretches));
 }
 

@@ -19,8 +19,9 @@ std::vector<SampleRange> frozen_stretches(std::span<const double> sway, double r
 /// for a sway whose samples are often straight: of a coarse sensor, smooth, or interpolated throughout.
 std::vector<SampleRange> straight_stretches(std::span<const double> sway, double rate_hz);
 
-/// Returns both kinds of stretches, joined. Frozen ones count only if neighbouring samples usually differ: a sway
-/// within a step of a coarse sensor was measured.
+/// Returns both kinds of stretches, joined; a frozen one without its first sample, which was measured. Frozen ones do
+/// not count if the sway usually changes by fewer than ten of its smallest changes: at a turn it stays within a step of
+/// the sensor, or of the file's digits, for as long.
 std::vector<SampleRange> unmeasured_stretches(std::span<const double> sway, double rate_hz);
 
 /// Returns the ranges in ascending order, joined where they touch or overlap.

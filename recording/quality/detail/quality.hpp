@@ -3,6 +3,7 @@
 
 #include <span>
 
+#include "base/sample_range.hpp"
 #include "base/warning.hpp"
 
 namespace decid::recording {
@@ -10,7 +11,8 @@ namespace decid::recording {
 /// Adds a warning for each fault that the sway has; none for signals under two seconds, which are too short. The signal
 /// begins `begin_s` after the start of the recording, from which warnings count time:
 /// - frozen, bridged: frozen_stretches() and straight_stretches() (gaps.hpp). A caution if they make up 2% of the
-/// signal. No `bridged` beside `gaps_filled`;
+/// signal. `known`: samples that were filled on reading, which are no
+/// `bridged` stretches;
 /// - coarse_steps: values are multiples of a step of 0.02 degrees or more; a caution from 0.2 degrees;
 /// - spikes: single samples off the line between their neighbours, or a first sample off the line through the next two.
 /// The distance exceeds 0.05 degrees, 20 times its median and three steps of a coarse sensor. A caution;
@@ -20,6 +22,6 @@ namespace decid::recording {
 /// trained on.
 /// held_s: the duration of each state of the platform's tilt, or 0.
 void look_for_faults(std::span<const double> sway_rad, double rate_hz, Warnings& warnings, double begin_s = 0.0,
-                     double held_s = 0.0);
+                     double held_s = 0.0, std::span<const SampleRange> known = {});
 
 }  // namespace decid::recording

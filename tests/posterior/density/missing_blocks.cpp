@@ -285,6 +285,27 @@ TEST_CASE("Density: the information with gaps is that of the model's derivatives
   }
 }
 
+TEST_CASE("Density: a workspace serves observations of different gaps") {
+  const Density density(sines_protocol(), {});
+  const Values x = random_points(density, 2);
+  const Observation gapped = observe_gaps(density),
+                    whole = density.observe(recorded(density.protocol(), some_parameters(), 0.02, 0));
+  const auto size = triangle(static_cast<std::size_t>(density.size())) * lanes;
+  Density::Workspace used(density), fresh(density);
+  std::vector<double> after(size), alone(size);
+  density.information(gapped, x, after, used);
+  density.information(whole, x, after, used);
+  density.information(whole, x, alone, fresh);
+  CHECK(after == alone);
+  Values gradient(x.size()), gradient_alone(x.size());
+  std::vector<double> potential(lanes), potential_alone(lanes);
+  density.evaluate(gapped, x, gradient, potential, used);
+  density.evaluate(whole, x, gradient, potential, used);
+  density.evaluate(whole, x, gradient_alone, potential_alone, fresh);
+  CHECK(gradient == gradient_alone);
+  CHECK(potential == potential_alone);
+}
+
 TEST_CASE("Density: gaps outside of the recording, and gaps that are too long, are refused") {
   const Density density(sines_protocol(), {});
   const std::vector<float> sway = recorded(density.protocol(), some_parameters(), 0.02, 0);
@@ -295,5 +316,5 @@ TEST_CASE("Density: gaps outside of the recording, and gaps that are too long, a
   const Density of_minutes(sim::default_protocol(), {});
   const std::vector<float> longer(static_cast<std::size_t>(of_minutes.protocol().samples()), 0.0F);
   const std::array<SampleRange, 2> twice{{{100, 1200}, {2000, 3000}}};
-  check_error([&] { of_minutes.observe(longer, twice); }, Code::value_missing, "recording");
+  check_error([&] { of_minutes.observe(longer, twice); }, Code::value_missing, "21 s");
 }

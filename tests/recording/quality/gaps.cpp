@@ -85,6 +85,8 @@ TEST_CASE("sway that was measured has no straight lines: fine, coarse, smooth, i
   std::fill_n(coarse.begin() + 4000, 900, coarse[4000]);
   CHECK(!frozen_stretches(coarse, rate_hz).empty());
   CHECK(unmeasured_stretches(coarse, rate_hz).empty());
+  // A fine file of few digits, whose sway has no noise, stays within a digit at every turn.
+  for (const double step : {1e-4, 1e-3, 1e-2}) CHECK(unmeasured_stretches(sway(0.0, step), rate_hz).empty());
 }
 
 TEST_CASE("joined ranges are ascending and apart") {
@@ -107,7 +109,7 @@ TEST_CASE("a trial knows its gaps: filled on reading, bridged, frozen, and lacki
   CHECK(gaps_of(values, rate_hz, {{500, 505}}) == std::vector<SampleRange>{{500, 505}});
   bridge(values, {3000, 3200});
   std::fill_n(values.begin() + 5000, 40, values[5000]);
-  CHECK(gaps_of(values, rate_hz, {{3100, 3300}}) == std::vector<SampleRange>{{3000, 3300}, {5000, 5040}});
+  CHECK(gaps_of(values, rate_hz, {{3100, 3300}}) == std::vector<SampleRange>{{3000, 3300}, {5001, 5040}});
   values.resize(samples - 60);
   CHECK(gaps_of(values, rate_hz).back() == SampleRange{samples - 60, samples});
   // At twice the rate, gaps are in the trial's samples, and one longer at either end.

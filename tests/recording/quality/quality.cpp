@@ -178,9 +178,12 @@ TEST_CASE("samples that were bridged by a straight line are found, unless the re
   REQUIRE(!bridged.empty());
   CHECK(bridged[0].code == "bridged");
   CHECK(bridged[0].severity == Severity::info);
-  Warnings filled;
-  add_caution(filled, "gaps_filled", "some");
   for (double& value : values) value *= sim::rad_per_deg;
-  look_for_faults(values, rate_hz, filled);
-  CHECK(std::ranges::count(filled, "bridged", &Warning::code) == 0);
+  const auto bridges = [&](SampleRange known) {
+    Warnings warnings;
+    look_for_faults(values, rate_hz, warnings, 0.0, 0.0, std::span(&known, 1));
+    return std::ranges::count(warnings, "bridged", &Warning::code);
+  };
+  CHECK(bridges({1001, 1061}) == 0);
+  CHECK(bridges({500, 600}) == 1);
 }
