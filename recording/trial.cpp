@@ -300,9 +300,9 @@ std::vector<SampleRange> look_for_faults_within(Recording& recording, double fro
   std::vector<SampleRange> gaps = recording.gaps, known;  // known: counted from `begin`
   for (const SampleRange& gap : gaps)
     if (gap.end > begin) known.push_back({std::max(gap.first, begin) - begin, gap.end - begin});
-  look_for_faults(used, from_hz, recording.warnings, static_cast<double>(begin) / from_hz,
-                  sequence != nullptr ? sequence->state_s : 0.0, known);
-  for (const SampleRange& stretch : unmeasured_stretches(used, from_hz))
+  for (const SampleRange& stretch :
+       look_for_faults(used, from_hz, recording.warnings, static_cast<double>(begin) / from_hz,
+                       sequence != nullptr ? sequence->state_s : 0.0, known))
     gaps.push_back({begin + stretch.first, begin + stretch.end});
   return joined(std::move(gaps));
 }

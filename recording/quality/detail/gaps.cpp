@@ -5,8 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "base/math/statistics.hpp"
-
 namespace decid::recording {
 namespace {
 
@@ -18,37 +16,64 @@ double min_length(double rate_hz) {
   return std::max(static_cast<double>(min_stretch_samples), min_stretch_s * rate_hz);
 }
 
-/// Returns the length from which a run is no chance. It counts the median length of a run, weighted by its samples; the
-/// longest run does not count. The median is 1 for most recordings.
-double min_run(const std::vector<SampleRange>& runs, std::size_t samples, double rate_hz) {
-  std::vector<std::size_t> lengths;
-  for (const SampleRange& run : runs) lengths.push_back(run.size());
-  std::size_t usual = 1;
-  if (!lengths.empty()) {
-    std::ranges::sort(lengths);
-    const std::size_t others = samples - lengths.back();
-    if (2 * static_cast<std::size_t>(std::ranges::count(lengths, std::size_t{1})) < others)
-      for (std::size_t i = 0, counted = 0; 2 * counted < others; counted += usual) usual = lengths[i++];
+/// The sizes of a sway that tell a stretch from what its sensor and its file's digits do.
+struct Sizes {
+  double smallest_change = std::numeric_limits<double>::infinity();  ///< between neighbours that differ
+  double largest = 0.0;                                              ///< of the sway
+};
+Sizes sizes_of(std::span<const double> sway) {
+  Sizes sizes;
+  for (std::size_t k = 1; k < sway.size(); ++k) {
+    if (const double change = std::abs(sway[k] - sway[k - 1]); change > 0.0)
+      sizes.smallest_change = std::min(sizes.smallest_change, change);
+    sizes.largest = std::max(sizes.largest, std::abs(sway[k]));
   }
-  return std::max(min_length(rate_hz), usual_runs * static_cast<double>(usual - 1));
+  return sizes;
 }
 
-/// Returns the runs in which neighbours agree: is_same(k): sample k belongs to the run of sample k - 1.
+/// Whether the median of value(0) to value(count - 1) is below a limit.
+template <class Value>
+bool is_median_below(double limit, std::size_t count, const Value& value) {
+  std::size_t below = 0;
+  for (std::size_t k = 0; k < count; ++k) below += value(k) < limit ? 1 : 0;
+  return 2 * below > count;
+}
+
+/// Returns the runs of two samples and more in which neighbours agree: is_same(k): sample k belongs to the run of sample
+/// k - 1.
 template <class IsSame>
 std::vector<SampleRange> runs_of(std::size_t samples, const IsSame& is_same) {
   std::vector<SampleRange> runs;
   for (std::size_t begin = 0, k = 1; k <= samples; ++k) {
     if (k < samples && is_same(k)) continue;
-    runs.push_back({begin, k});
+    if (k > begin + 1) runs.push_back({begin, k});
     begin = k;
   }
   return runs;
 }
 
-}  // namespace
+/// Returns the length from which a run is no chance. It counts the median length of a run, weighted by its samples; the
+/// longest run does not count. The median is 1 for most recordings. runs: of two samples and more, among `samples`.
+double min_run(const std::vector<SampleRange>& runs, std::size_t samples, double rate_hz) {
+  std::vector<std::size_t> lengths;
+  std::size_t single = samples;
+  for (const SampleRange& run : runs) {
+    lengths.push_back(run.size());
+    single -= run.size();
+  }
+  std::size_t usual = 1;
+  if (!lengths.empty()) {
+    std::ranges::sort(lengths);
+    const std::size_t others = samples - lengths.back();
+    for (std::size_t i = 0, counted = single; 2 * counted < others; counted += usual) usual = lengths[i++];
+  }
+  return std::max(min_length(rate_hz), usual_runs * static_cast<double>(usual - 1));
+}
 
+/// Returns the runs of one value for 0.1 s and at least 5 samples that are twelve times as long as the median run,
+/// weighted by samples (runs of a coarse sensor are long). Zeros at the start do not count, because simulated bodies
+/// start at rest.
 std::vector<SampleRange> frozen_stretches(std::span<const double> sway, double rate_hz) {
-  if (sway.empty()) return {};
   std::vector<SampleRange> runs = runs_of(sway.size(), [&](std::size_t k) { return sway[k] == sway[k - 1]; });
   const double shortest = min_run(runs, sway.size(), rate_hz);
   std::erase_if(runs, [&](const SampleRange& run) {
@@ -57,23 +82,17 @@ std::vector<SampleRange> frozen_stretches(std::span<const double> sway, double r
   return runs;
 }
 
-std::vector<SampleRange> straight_stretches(std::span<const double> sway, double rate_hz) {
-  if (sway.size() < 3) return {};
+/// Returns the samples between measured ones that lie on a straight line with a slope for 0.1 s and at least 5 samples.
+/// A line rounded to the digits of a file counts. Lines at either end do not: no sample was measured behind them. Empty
+/// for a sway whose samples are often straight: of a coarse sensor, smooth, or interpolated throughout.
+std::vector<SampleRange> straight_stretches(std::span<const double> sway, const Sizes& sizes, double rate_hz) {
   // Rounding bends a line by up to two steps of the file, or by the precision of floats.
-  double step = std::numeric_limits<double>::infinity(), largest = 0.0;
-  for (std::size_t k = 1; k < sway.size(); ++k) {
-    if (const double apart = std::abs(sway[k] - sway[k - 1]); apart > 0.0) step = std::min(step, apart);
-    largest = std::max(largest, std::abs(sway[k]));
-  }
-  const double allowed =
-      std::max(2.0 * (1.0 + 1e-6) * step, 3.0 * largest * double{std::numeric_limits<float>::epsilon()});
+  const double allowed = std::max(2.0 * (1.0 + 1e-6) * sizes.smallest_change,
+                                  3.0 * sizes.largest * double{std::numeric_limits<float>::epsilon()});
   // bend k: of sample k + 1 between its neighbours.
   const std::size_t bends = sway.size() - 2;
   const auto bend = [&](std::size_t k) { return std::abs(sway[k] - 2.0 * sway[k + 1] + sway[k + 2]); };
-  std::vector<double> all(bends);
-  for (std::size_t k = 0; k < bends; ++k) all[k] = bend(k);
-  if (median(std::move(all)) < min_median_bend * allowed)
-    return {};  // coarse, smooth or interpolated: it has such lines
+  if (is_median_below(min_median_bend * allowed, bends, bend)) return {};
   const auto is_straight = [&](std::size_t k) { return bend(k) <= allowed; };
   std::vector<SampleRange> runs = runs_of(bends, [&](std::size_t k) { return is_straight(k) && is_straight(k - 1); });
   const double shortest = min_length(rate_hz);
@@ -87,18 +106,24 @@ std::vector<SampleRange> straight_stretches(std::span<const double> sway, double
   return stretches;
 }
 
-std::vector<SampleRange> unmeasured_stretches(std::span<const double> sway, double rate_hz) {
-  std::vector<SampleRange> stretches = straight_stretches(sway, rate_hz);
-  if (sway.size() < 3) return stretches;
-  double step = std::numeric_limits<double>::infinity();
-  std::vector<double> changes;
-  for (std::size_t k = 1; k < sway.size(); ++k) {
-    changes.push_back(std::abs(sway[k] - sway[k - 1]));
-    if (changes.back() > 0.0) step = std::min(step, changes.back());
-  }
-  if (median(std::move(changes)) >= min_median_change * step)
-    for (const SampleRange& still : frozen_stretches(sway, rate_hz)) stretches.push_back({still.first + 1, still.end});
-  return joined(std::move(stretches));
+/// Whether a sway usually changes by less than ten of its smallest changes. At a turn it then stays within a step of the
+/// sensor, or of the file's digits, for as long as a frozen sensor stands still.
+bool stands_still_by_digits(std::span<const double> sway, double smallest_change) {
+  return is_median_below(min_median_change * smallest_change, sway.size() - 1,
+                         [&](std::size_t k) { return std::abs(sway[k + 1] - sway[k]); });
+}
+
+}  // namespace
+
+Stretches find_stretches(std::span<const double> sway, double rate_hz) {
+  if (sway.size() < 3) return {};
+  const Sizes sizes = sizes_of(sway);
+  Stretches found{frozen_stretches(sway, rate_hz), straight_stretches(sway, sizes, rate_hz), {}};
+  found.unmeasured = found.straight;
+  if (!found.frozen.empty() && !stands_still_by_digits(sway, sizes.smallest_change))
+    for (const SampleRange& still : found.frozen) found.unmeasured.push_back({still.first + 1, still.end});
+  found.unmeasured = joined(std::move(found.unmeasured));
+  return found;
 }
 
 std::vector<SampleRange> joined(std::vector<SampleRange> ranges) {

@@ -9,20 +9,23 @@
 
 namespace decid::recording {
 
-/// Returns the runs of one value for 0.1 s and at least 5 samples that are twelve times as long as the median run,
-/// weighted by samples (runs of a coarse sensor are long). Zeros at the start do not count, because simulated bodies
-/// start at rest.
-std::vector<SampleRange> frozen_stretches(std::span<const double> sway, double rate_hz);
+/// Stretches of a sway in which its values tell that they were not measured.
+struct Stretches {
+  /// One value for 0.1 s and at least 5 samples, and twelve times as long as the median run, weighted by samples (runs
+  /// of a coarse sensor are long). Zeros at the start do not count, because simulated bodies start at rest.
+  std::vector<SampleRange> frozen;
+  /// Samples between measured ones on a straight line with a slope for 0.1 s and at least 5 samples. A line rounded to
+  /// the digits of a file counts. Lines at either end do not: no sample was measured behind them. Empty for a sway whose
+  /// samples are often straight: of a coarse sensor, smooth, or interpolated throughout.
+  std::vector<SampleRange> straight;
+  /// Both, joined; a frozen stretch without its first sample, which was measured. Frozen ones do not count if the sway
+  /// usually changes by less than ten of its smallest changes: at a turn it stays within a step of the sensor, or of
+  /// the file's digits, for as long.
+  std::vector<SampleRange> unmeasured;
+};
 
-/// Returns the samples between measured ones that lie on a straight line with a slope for 0.1 s and at least 5 samples.
-/// A line rounded to the digits of a file counts. Lines at either end do not: no sample was measured behind them. Empty
-/// for a sway whose samples are often straight: of a coarse sensor, smooth, or interpolated throughout.
-std::vector<SampleRange> straight_stretches(std::span<const double> sway, double rate_hz);
-
-/// Returns both kinds of stretches, joined; a frozen one without its first sample, which was measured. Frozen ones do
-/// not count if the sway usually changes by fewer than ten of its smallest changes: at a turn it stays within a step of
-/// the sensor, or of the file's digits, for as long.
-std::vector<SampleRange> unmeasured_stretches(std::span<const double> sway, double rate_hz);
+/// Returns the stretches of a sway in any unit; none of a sway of fewer than three samples.
+Stretches find_stretches(std::span<const double> sway, double rate_hz);
 
 /// Returns the ranges in ascending order, joined where they touch or overlap.
 std::vector<SampleRange> joined(std::vector<SampleRange> ranges);

@@ -48,8 +48,9 @@ StretchesText describe(const std::vector<SampleRange>& stretches, std::size_t sa
           fraction >= stretches_share};
 }
 
-void look_for_frozen(std::span<const double> sway, double rate_hz, double begin_s, Warnings& warnings) {
-  const StretchesText found = describe(frozen_stretches(sway, rate_hz), sway.size(), rate_hz, begin_s);
+void warn_of_frozen(const std::vector<SampleRange>& stretches, std::size_t samples, double rate_hz, double begin_s,
+                    Warnings& warnings) {
+  const StretchesText found = describe(stretches, samples, rate_hz, begin_s);
   if (found.text.empty()) return;
   const std::string text = "the sway stands still in " + found.text + "the sensor froze, or samples were repeated";
   if (found.is_caution) {
@@ -60,15 +61,14 @@ void look_for_frozen(std::span<const double> sway, double rate_hz, double begin_
 }
 
 /// known: stretches of which the reader has warned.
-void look_for_bridges(std::span<const double> sway, double rate_hz, double begin_s, std::span<const SampleRange> known,
-                      Warnings& warnings) {
-  std::vector<SampleRange> stretches = straight_stretches(sway, rate_hz);
+void warn_of_bridges(std::vector<SampleRange> stretches, std::size_t samples, double rate_hz, double begin_s,
+                     std::span<const SampleRange> known, Warnings& warnings) {
   std::erase_if(stretches, [&](const SampleRange& stretch) {
     return std::ranges::any_of(known, [&](const SampleRange& gap) {  // a bend may be straight by chance on either side
       return stretch.first + 2 >= gap.first && stretch.end <= gap.end + 2;
     });
   });
-  const StretchesText found = describe(stretches, sway.size(), rate_hz, begin_s);
+  const StretchesText found = describe(stretches, samples, rate_hz, begin_s);
   if (found.text.empty()) return;
   const std::string text = "the sway is a straight line in " + found.text + "samples were lost and interpolated";
   if (found.is_caution) {
@@ -177,15 +177,17 @@ void look_for_smoothing(std::span<const double> sway, double rate_hz, double hel
 
 }  // namespace
 
-void look_for_faults(std::span<const double> sway_rad, double rate_hz, Warnings& warnings, double begin_s,
-                     double held_s, std::span<const SampleRange> known) {
-  if (static_cast<double>(sway_rad.size()) < shortest_s * rate_hz || sway_rad.size() < 20) return;
-  look_for_frozen(sway_rad, rate_hz, begin_s, warnings);
-  look_for_bridges(sway_rad, rate_hz, begin_s, known, warnings);
+std::vector<SampleRange> look_for_faults(std::span<const double> sway_rad, double rate_hz, Warnings& warnings,
+                                         double begin_s, double held_s, std::span<const SampleRange> known) {
+  if (static_cast<double>(sway_rad.size()) < shortest_s * rate_hz || sway_rad.size() < 20) return {};
+  Stretches found = find_stretches(sway_rad, rate_hz);
+  warn_of_frozen(found.frozen, sway_rad.size(), rate_hz, begin_s, warnings);
+  warn_of_bridges(std::move(found.straight), sway_rad.size(), rate_hz, begin_s, known, warnings);
   const double step = look_for_steps(sway_rad, warnings);
   look_for_spikes(sway_rad, rate_hz, step, begin_s, warnings);
   look_for_jumps(sway_rad, rate_hz, step, begin_s, warnings);
   look_for_smoothing(sway_rad, rate_hz, held_s, warnings);
+  return found.unmeasured;
 }
 
 }  // namespace decid::recording

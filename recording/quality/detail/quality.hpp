@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "base/sample_range.hpp"
 #include "base/warning.hpp"
@@ -10,9 +11,8 @@ namespace decid::recording {
 
 /// Adds a warning for each fault that the sway has; none for signals under two seconds, which are too short. The signal
 /// begins `begin_s` after the start of the recording, from which warnings count time:
-/// - frozen, bridged: frozen_stretches() and straight_stretches() (gaps.hpp). A caution if they make up 2% of the
-/// signal. `known`: samples that were filled on reading, which are no
-/// `bridged` stretches;
+/// - frozen, bridged: the frozen and the straight stretches of gaps.hpp. A caution if they make up 2% of the signal.
+/// `known`: samples that were filled on reading, which are no `bridged` stretches;
 /// - coarse_steps: values are multiples of a step of 0.02 degrees or more; a caution from 0.2 degrees;
 /// - spikes: single samples off the line between their neighbours, or a first sample off the line through the next two.
 /// The distance exceeds 0.05 degrees, 20 times its median and three steps of a coarse sensor. A caution;
@@ -21,7 +21,9 @@ namespace decid::recording {
 /// from 50 Hz. Also a moving average (moving_average.hpp) at any rate; a caution beyond 0.25 s, which no model was
 /// trained on.
 /// held_s: the duration of each state of the platform's tilt, or 0.
-void look_for_faults(std::span<const double> sway_rad, double rate_hz, Warnings& warnings, double begin_s = 0.0,
-                     double held_s = 0.0, std::span<const SampleRange> known = {});
+/// Returns the samples that were not measured (Stretches::unmeasured).
+std::vector<SampleRange> look_for_faults(std::span<const double> sway_rad, double rate_hz, Warnings& warnings,
+                                         double begin_s = 0.0, double held_s = 0.0,
+                                         std::span<const SampleRange> known = {});
 
 }  // namespace decid::recording

@@ -55,18 +55,18 @@ TEST_CASE("straight lines between measured samples are found, in files of few di
     const std::vector<SampleRange> made{{3000, 3200}, {7000, 7012}};
     for (const SampleRange& range : made) bridge(values, range, step);
     for (double& value : values) value = double{static_cast<float>(value * sim::rad_per_deg)};
-    const std::vector<SampleRange> found = straight_stretches(values, rate_hz);
+    const std::vector<SampleRange> found = find_stretches(values, rate_hz).straight;
     REQUIRE(found.size() == 2);
     for (std::size_t i = 0; i < 2; ++i) CHECK(is_about(found[i], made[i]));
-    CHECK(frozen_stretches(values, rate_hz).empty());
+    CHECK(find_stretches(values, rate_hz).frozen.empty());
   }
 }
 
 TEST_CASE("sway that was measured has no straight lines: fine, coarse, smooth, interpolated, held") {
-  CHECK(straight_stretches(sway(0.02, 0.0), rate_hz).empty());
-  CHECK(straight_stretches(sway(0.0, 0.0), rate_hz).empty());
-  for (const double step : {1e-3, 0.02, 0.1}) CHECK(straight_stretches(sway(0.02, step), rate_hz).empty());
-  for (const double step : {1e-4, 1e-3, 0.02}) CHECK(straight_stretches(sway(0.0, step), rate_hz).empty());
+  CHECK(find_stretches(sway(0.02, 0.0), rate_hz).straight.empty());
+  CHECK(find_stretches(sway(0.0, 0.0), rate_hz).straight.empty());
+  for (const double step : {1e-3, 0.02, 0.1}) CHECK(find_stretches(sway(0.02, step), rate_hz).straight.empty());
+  for (const double step : {1e-4, 1e-3, 0.02}) CHECK(find_stretches(sway(0.0, step), rate_hz).straight.empty());
   for (const std::size_t every : {std::size_t{2}, std::size_t{5}, std::size_t{20}}) {
     CAPTURE(every);
     std::vector<double> interpolated = sway(0.02, 0.0, 12001), held = interpolated;
@@ -74,19 +74,19 @@ TEST_CASE("sway that was measured has no straight lines: fine, coarse, smooth, i
       if (every > 1) bridge(interpolated, {k + 1, k + every});
       std::fill_n(held.begin() + static_cast<std::ptrdiff_t>(k), every, held[k]);
     }
-    CHECK(straight_stretches(interpolated, rate_hz).empty());
-    CHECK(straight_stretches(held, rate_hz).empty());
-    CHECK(frozen_stretches(held, rate_hz).empty());
+    CHECK(find_stretches(interpolated, rate_hz).straight.empty());
+    CHECK(find_stretches(held, rate_hz).straight.empty());
+    CHECK(find_stretches(held, rate_hz).frozen.empty());
   }
-  CHECK(straight_stretches(std::vector<double>(2, 0.1), rate_hz).empty());
-  CHECK(frozen_stretches({}, rate_hz).empty());
+  CHECK(find_stretches(std::vector<double>(2, 0.1), rate_hz).straight.empty());
+  CHECK(find_stretches({}, rate_hz).frozen.empty());
   // A coarse sensor may stand still for long, at a turn of the sway.
   std::vector<double> coarse = sway(0.02, 0.2);
   std::fill_n(coarse.begin() + 4000, 900, coarse[4000]);
-  CHECK(!frozen_stretches(coarse, rate_hz).empty());
-  CHECK(unmeasured_stretches(coarse, rate_hz).empty());
+  CHECK(!find_stretches(coarse, rate_hz).frozen.empty());
+  CHECK(find_stretches(coarse, rate_hz).unmeasured.empty());
   // A fine file of few digits, whose sway has no noise, stays within a digit at every turn.
-  for (const double step : {1e-4, 1e-3, 1e-2}) CHECK(unmeasured_stretches(sway(0.0, step), rate_hz).empty());
+  for (const double step : {1e-4, 1e-3, 1e-2}) CHECK(find_stretches(sway(0.0, step), rate_hz).unmeasured.empty());
 }
 
 TEST_CASE("joined ranges are ascending and apart") {
