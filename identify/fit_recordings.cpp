@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <deque>
 #include <limits>
+#include <map>
 #include <mutex>
 #include <utility>
 
@@ -21,7 +23,8 @@ namespace {
 using posterior::Density;
 using posterior::Posterior;
 
-constexpr double odd_rhat = 1.2;  // of a recording that is unlike the network's training too
+constexpr double odd_rhat = 1.2;                           // of a recording that is unlike the network's training too
+constexpr double delay_step_s = 0.005, max_start_s = 1.0;  // of the start's prior behind a low-pass
 
 /// In trials that explain and check a recording the body stands as in the density.
 sim::Protocol standing(sim::Protocol protocol, double standing_s) {
@@ -67,6 +70,23 @@ void compare(std::span<const std::vector<double>> pointwise, const std::string& 
   warnings = gravest_first({better, warnings});
 }
 
+/// Returns the trial as it was before a low-pass; warns if that cannot be told.
+recording::Trial without_low_pass(const recording::Trial& trial, double rate_hz, Warnings& warnings) {
+  recording::Trial before = trial;
+  if (!trial.low_pass) return before;
+  const recording::LowPass& filter = *trial.low_pass;
+  if (can_undo(filter)) {
+    before.sway_rad() = undo(filter, trial.sway_rad(), rate_hz);
+    return before;
+  }
+  add_caution(
+      warnings, "smooth",
+      format("a fit cannot undo the low-pass that smoothed the sway: at %g Hz it keeps %.0f to %.0f%% of it; give "
+             "an unfiltered recording",
+             recording::low_pass_hz, 100.0 * filter.gain_low, 100.0 * filter.gain_high));
+  return before;
+}
+
 }  // namespace
 
 class Fitter::Plan {
@@ -80,19 +100,17 @@ class Fitter::Plan {
 
     const std::string& name() const { return density->protocol().experiment.body_model->name; }
 
-    /// Returns the density for a recording; a tilt shows where the protocol starts, and whether the platform moved
-    /// before. From any thread.
+    /// Returns the density for a recording. A measured tilt shows where the protocol starts; a low-pass may have
+    /// delayed the sway since then. From any thread.
     const Density& density_for(const recording::Trial& trial, bool moved_before) {
-      if (!trial.tilt) return *density;
+      const double filter_s = trial.low_pass ? trial.low_pass->delay_s() : 0.0;
+      if (!trial.tilt && filter_s == 0.0) return *density;
+      posterior::Priors priors = density->priors();
+      if (trial.tilt) priors.start_s = 0.0;
+      priors.start_s = std::min(priors.start_s + delay_step_s * std::ceil(filter_s / delay_step_s), max_start_s);
+      priors.moved_before = moved_before;
       const std::lock_guard lock(one_at_a_time_);
-      std::optional<Density>& known = moved_before ? moved_before_ : known_start_;
-      if (!known) {
-        posterior::Priors priors = density->priors();
-        priors.start_s = 0.0;
-        priors.moved_before = moved_before;
-        known.emplace(density->protocol(), priors);
-      }
-      return *known;
+      return others_.try_emplace({priors.start_s, moved_before}, density->protocol(), priors).first->second;
     }
 
     Explainer explainer;
@@ -100,8 +118,8 @@ class Fitter::Plan {
     PredictiveChecker checker;
 
    private:
-    std::mutex one_at_a_time_;  // of what follows
-    std::optional<Density> known_start_, moved_before_;
+    std::mutex one_at_a_time_;                           // of what follows
+    std::map<std::pair<double, bool>, Density> others_;  // by the prior of the start, and moved_before
   };
 
   Plan(const Model* model, const sim::Protocol& protocol, const FitRequest& request) : own(protocol, request.priors) {
@@ -147,6 +165,7 @@ Fitter::~Fitter() = default;
 
 /// A recording in the form that its density needs.
 struct Fitter::Prepared {
+  recording::Trial trial;  ///< before a low-pass
   bool moved;
   const Density* density;
   posterior::Observation observation;
@@ -154,10 +173,11 @@ struct Fitter::Prepared {
 
 Fitter::Prepared Fitter::prepare(RecordingResult& result) {
   const posterior::Priors& priors = report_.fit->priors;
-  const recording::Trial& trial = result.trial;
+  recording::Trial trial = without_low_pass(result.trial, report_.protocol.experiment.sample_rate_hz, result.warnings);
   const bool moved = trial.tilt ? moved_before(*trial.tilt, priors.moved_before, result.warnings) : priors.moved_before;
   const Density& density = plan_->own.density_for(trial, moved);
-  return {moved, &density, density.observe(trial.sway_rad(), trial.gaps)};
+  posterior::Observation observation = density.observe(trial.sway_rad(), trial.gaps);
+  return {std::move(trial), moved, &density, std::move(observation)};
 }
 
 void Fitter::fit(RecordingResult& result, const posterior::OnProgress& progress) {
@@ -167,7 +187,7 @@ void Fitter::fit(RecordingResult& result, const posterior::OnProgress& progress)
            posterior::sample(*prepared.density, prepared.observation, report_.fit->settings, {},
                              part_progress(progress, 0)));
   if (result.error) return;
-  fit_others(result, prepared.moved, progress);
+  fit_others(result, prepared, progress);
   result.fit->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
@@ -252,7 +272,7 @@ void Fitter::fit_together(std::span<RecordingResult> read, const FitterOf& fitte
 void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posterior drawn) {
   const posterior::Priors& priors = report_.fit->priors;
   const posterior::Settings& settings = report_.fit->settings;
-  const recording::Trial& trial = result.trial;
+  const recording::Trial& trial = prepared.trial;
   const Density& density = *prepared.density;
   const posterior::Observation& observation = prepared.observation;
   FitFigures& figures = result.fit.emplace();
@@ -269,7 +289,7 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
   std::string unlike_training;
   Warnings contradictions;
   if (plan_->has_network()) {
-    auto [answer, explanation] = plan_->ask_network(trial);
+    auto [answer, explanation] = plan_->ask_network(result.trial);
     network_ood_score = explanation.ood_score;
     unlike_training = std::move(explanation.unlike_training);
     figures.network = answer.parameters;
@@ -316,15 +336,16 @@ posterior::OnProgress Fitter::part_progress(const posterior::OnProgress& progres
   };
 }
 
-void Fitter::fit_others(RecordingResult& result, bool moved, const posterior::OnProgress& progress) {
+void Fitter::fit_others(RecordingResult& result, const Prepared& prepared, const posterior::OnProgress& progress) {
   const posterior::Settings& settings = report_.fit->settings;
   FitFigures& figures = *result.fit;
   std::vector<ControllerFit> fits;
   std::vector<std::vector<double>> pointwise{figures.inferred.left_out.pointwise};
   bool stopped = false;
   for (Plan::Controller& other : plan_->others) {
-    const Density& density = other.density_for(result.trial, moved);
-    const posterior::Observation observation = density.observe(result.trial.sway_rad(), result.trial.gaps);
+    const recording::Trial& trial = prepared.trial;
+    const Density& density = other.density_for(trial, prepared.moved);
+    const posterior::Observation observation = density.observe(trial.sway_rad(), trial.gaps);
     ControllerFit& fit = fits.emplace_back();
     fit.controller = other.name();
     const posterior::OnProgress part = part_progress(progress, fits.size());
@@ -335,7 +356,7 @@ void Fitter::fit_others(RecordingResult& result, bool moved, const posterior::On
     if (stopped) return;  // fits of different lengths are not compared
     posterior::Inferred inferred = posterior::infer(density, observation, fit.posterior);
     fit.posterior.drop_points();
-    fit.check = other.checker.check(fit.posterior.states(), result.trial, settings.seed);
+    fit.check = other.checker.check(fit.posterior.states(), trial, settings.seed);
     fit.warnings = posterior_warnings(density, observation, fit.posterior, false);
     if (const std::string unlike = fit.check.warning(); !unlike.empty())
       add_caution(fit.warnings, "unlike_simulated", unlike);

@@ -68,7 +68,7 @@ class Fitter {
   /// Explains and checks a recording by its posterior.
   void conclude(RecordingResult& result, const Prepared& prepared, posterior::Posterior found);
   /// Fits the request's other controllers and compares them; leaves them out if it is stopped.
-  void fit_others(RecordingResult& result, bool moved, const posterior::OnProgress& progress);
+  void fit_others(RecordingResult& result, const Prepared& prepared, const posterior::OnProgress& progress);
   /// Returns the progress of one of a recording's fits, `fitted` of which are over.
   posterior::OnProgress part_progress(const posterior::OnProgress& progress, std::size_t fitted) const;
 

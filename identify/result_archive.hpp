@@ -15,8 +15,12 @@ void archive(Archive& a, recording::TiltMatch& tilt) {
   a(tilt.delay_s, tilt.correlation, tilt.gain, tilt.moved_before, tilt.is_other_size);
 }
 template <class Archive>
+void archive(Archive& a, recording::LowPass& filter) {
+  a(filter.order, filter.both_ways, filter.cutoff_hz, filter.rate_hz, filter.gain, filter.gain_low, filter.gain_high);
+}
+template <class Archive>
 void archive(Archive& a, recording::Trial& trial) {
-  a(trial.signals, trial.tilt, trial.is_large, trial.gaps);
+  a(trial.signals, trial.tilt, trial.is_large, trial.gaps, trial.low_pass);
 }
 template <class Archive>
 void archive(Archive& a, Estimate& estimate) {

@@ -285,9 +285,9 @@ std::optional<TiltMatch> try_start(const ProtocolPlan& plan, double from_hz, Rec
   }
 }
 
-/// Looks for faults in the samples that form the trial. Returns the samples of the recording that were not measured.
-std::vector<SampleRange> look_for_faults_within(Recording& recording, double from_hz, const Place& place,
-                                                const sim::Protocol& protocol) {
+/// Looks for faults in the samples that form the trial; the ranges of what it finds are those of the recording.
+FoundInSway look_for_faults_within(Recording& recording, double from_hz, const Place& place,
+                                   const sim::Protocol& protocol) {
   const std::vector<double>& sway = recording.signals.at(com_sway).rad;
   const auto sample_at = [&](long long k) {
     const double at =
@@ -300,11 +300,11 @@ std::vector<SampleRange> look_for_faults_within(Recording& recording, double fro
   std::vector<SampleRange> gaps = recording.gaps, known;  // known: counted from `begin`
   for (const SampleRange& gap : gaps)
     if (gap.end > begin) known.push_back({std::max(gap.first, begin) - begin, gap.end - begin});
-  for (const SampleRange& stretch :
-       look_for_faults(used, from_hz, recording.warnings, static_cast<double>(begin) / from_hz,
-                       sequence != nullptr ? sequence->state_s : 0.0, known))
-    gaps.push_back({begin + stretch.first, begin + stretch.end});
-  return joined(std::move(gaps));
+  FoundInSway found = look_for_faults(used, from_hz, recording.warnings, static_cast<double>(begin) / from_hz,
+                                      sequence != nullptr ? sequence->state_s : 0.0, known);
+  for (const SampleRange& stretch : found.unmeasured) gaps.push_back({begin + stretch.first, begin + stretch.end});
+  found.unmeasured = joined(std::move(gaps));
+  return found;
 }
 
 /// Returns the gaps among the trial's samples, without short ones. A resampled gap is a sample of the lower rate longer
@@ -475,8 +475,9 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
     refuse_length(recording, protocol, place.start_s);
   }
   const auto samples = static_cast<std::size_t>(needed);
-  trial.gaps =
-      gaps_in_trial(look_for_faults_within(recording, from_hz, place, protocol), from_hz, rate, place, samples);
+  const FoundInSway found = look_for_faults_within(recording, from_hz, place, protocol);
+  trial.gaps = gaps_in_trial(found.unmeasured, from_hz, rate, place, samples);
+  trial.low_pass = found.low_pass;
   if (!same_rate)
     add_info(recording.warnings, "resampled",
              "resampled from " + six_digits(recording.rate_hz) + " Hz to " + six_digits(rate) + " Hz");

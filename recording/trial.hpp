@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "recording/low_pass.hpp"
 #include "recording/recording.hpp"
 #include "sim/protocol/protocol.hpp"
 
@@ -42,6 +43,7 @@ struct Trial {
   /// Samples of the sway that were not measured, ascending, in gaps of 0.05 s or more: filled on reading, bridged by a
   /// straight line, frozen, or lacking at an end.
   std::vector<SampleRange> gaps = {};
+  std::optional<LowPass> low_pass = {};  ///< that smoothed the sway
 
   /// Returns the samples of com_sway. Throws Error without them.
   std::vector<float>& sway_rad() & { return signals.at(com_sway).rad; }

@@ -7,9 +7,8 @@
 #include <vector>
 
 #include "base/math/math.hpp"
-#include "base/math/statistics.hpp"
 #include "recording/quality/detail/block_means.hpp"
-#include "sim/fft.hpp"
+#include "recording/quality/detail/hann_spectrum.hpp"
 
 namespace decid::recording {
 
@@ -31,21 +30,11 @@ constexpr double min_fall = -1.5;
 /// compensates the decay of a moving average's response.
 class LogSpectrum {
  public:
-  LogSpectrum(std::vector<double> sway, double rate_hz)
-      : fft_(sim::smooth_length(static_cast<int>(sway.size()))), step_hz_(rate_hz / fft_.length()) {
-    const double mean = decid::mean(sway);
-    for (std::size_t k = 0; k < sway.size(); ++k) {
-      const double sine = sincos_of_turn(static_cast<long long>(k), 2 * std::ssize(sway)).sin;
-      sway[k] = (sway[k] - mean) * sine * sine;  // Hann's window
-    }
-    sway.resize(static_cast<std::size_t>(fft_.length()));
-    std::vector<sim::Complex> bins(static_cast<std::size_t>(fft_.bins())),
-        work(static_cast<std::size_t>(fft_.work_length()));
-    fft_.forward(sway, bins, work);
+  explicit LogSpectrum(const PowerSpectrum& spectrum) : step_hz_(spectrum.step_hz) {
     sums_.push_back(0.0);
-    for (std::size_t k = 0; k < bins.size(); ++k) {
+    for (std::size_t k = 0; k < spectrum.power.size(); ++k) {
       const double bin = static_cast<double>(k);
-      sums_.push_back(sums_.back() + log(std::max(std::norm(bins[k]) * bin * bin, 1e-300)));
+      sums_.push_back(sums_.back() + log(std::max(spectrum.power[k] * bin * bin, 1e-300)));
     }
   }
 
@@ -57,7 +46,6 @@ class LogSpectrum {
   }
 
  private:
-  sim::RealFft fft_;
   double step_hz_;
   std::vector<double> sums_;
 };
@@ -94,7 +82,8 @@ double moving_average_s(std::span<const double> sway_rad, double rate_hz, double
   std::vector<LogSpectrum> spectra;
   for (std::size_t part = 0; part < spectrum_parts; ++part) {
     const auto begin = sway.begin() + static_cast<std::ptrdiff_t>(part * samples);
-    spectra.emplace_back(std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(samples)), thin_hz);
+    spectra.emplace_back(
+        hann_spectrum(std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(samples)), thin_hz));
   }
   double found_s = 0.0, least = min_fall;
   const double step_s = std::max(1.0 / rate_hz, shortest_step_s);

@@ -157,7 +157,20 @@ double measurement_noise_deg(std::span<const double> sway, double rate_hz) {
   return median(std::move(fourth)) / medians_per_stddev / std::sqrt(70.0) / sim::rad_per_deg;
 }
 
-void look_for_smoothing(std::span<const double> sway, double rate_hz, double held_s, Warnings& warnings) {
+/// Describes a low-pass.
+std::string describe(const LowPass& filter) {
+  std::string text = "a low-pass of about " + three_digits(filter.cutoff_hz) +
+                     " Hz smoothed the sway (like Butterworth's of order " + std::to_string(filter.order) +
+                     (filter.both_ways ? ", forwards and backwards" : "") + "): ";
+  text += "at " + three_digits(low_pass_hz) + " Hz it keeps " + three_digits(100.0 * filter.gain) + "% of the sway";
+  if (!filter.both_ways)
+    text += ", and if it ran forwards only, it delays the sway by " + three_digits(filter.delay_s()) + " s";
+  return text + "; give unfiltered recordings";
+}
+
+/// Returns the low-pass that smoothed the sway.
+std::optional<LowPass> look_for_smoothing(std::span<const double> sway, double rate_hz, double held_s,
+                                          Warnings& warnings) {
   if (const double length_s = moving_average_s(sway, rate_hz, held_s); length_s > 0.0) {
     const std::string text =
         "the sway was smoothed by a moving average of " + three_digits(length_s) +
@@ -168,17 +181,23 @@ void look_for_smoothing(std::span<const double> sway, double rate_hz, double hel
     } else {
       add_info(warnings, "smooth", text);
     }
+    return {};
+  }
+  std::optional<LowPass> low_pass = find_low_pass(sway, rate_hz);
+  if (low_pass) {
+    add_info(warnings, "smooth", describe(*low_pass));
   } else if (rate_hz >= noise_rate_hz && measurement_noise_deg(sway, rate_hz) < smooth_deg) {
     add_info(warnings, "smooth",
              "the sway has no measurement noise above 12 Hz: it was simulated, or smoothed; smoothing adds to the "
              "delay, so give unfiltered recordings");
   }
+  return low_pass;
 }
 
 }  // namespace
 
-std::vector<SampleRange> look_for_faults(std::span<const double> sway_rad, double rate_hz, Warnings& warnings,
-                                         double begin_s, double held_s, std::span<const SampleRange> known) {
+FoundInSway look_for_faults(std::span<const double> sway_rad, double rate_hz, Warnings& warnings, double begin_s,
+                            double held_s, std::span<const SampleRange> known) {
   if (static_cast<double>(sway_rad.size()) < shortest_s * rate_hz || sway_rad.size() < 20) return {};
   Stretches found = find_stretches(sway_rad, rate_hz);
   warn_of_frozen(found.frozen, sway_rad.size(), rate_hz, begin_s, warnings);
@@ -186,8 +205,7 @@ std::vector<SampleRange> look_for_faults(std::span<const double> sway_rad, doubl
   const double step = look_for_steps(sway_rad, warnings);
   look_for_spikes(sway_rad, rate_hz, step, begin_s, warnings);
   look_for_jumps(sway_rad, rate_hz, step, begin_s, warnings);
-  look_for_smoothing(sway_rad, rate_hz, held_s, warnings);
-  return found.unmeasured;
+  return {std::move(found.unmeasured), look_for_smoothing(sway_rad, rate_hz, held_s, warnings)};
 }
 
 }  // namespace decid::recording

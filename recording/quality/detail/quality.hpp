@@ -1,13 +1,21 @@
 // Finds traces of sensors, plugs and programs in the samples of a recorded sway. Not installed.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "base/sample_range.hpp"
 #include "base/warning.hpp"
+#include "recording/low_pass.hpp"
 
 namespace decid::recording {
+
+/// What the samples of a sway show.
+struct FoundInSway {
+  std::vector<SampleRange> unmeasured;  ///< see Stretches
+  std::optional<LowPass> low_pass;      ///< see find_low_pass()
+};
 
 /// Adds a warning for each fault that the sway has; none for signals under two seconds, which are too short. The signal
 /// begins `begin_s` after the start of the recording, from which warnings count time:
@@ -19,11 +27,9 @@ namespace decid::recording {
 /// - smooth: no measurement noise between 12 and 25 Hz, where sway has no power and sensors have: below 0.0003 degrees
 /// by the median of fourth differences of samples averaged to about 50 Hz. The sway was smoothed or simulated. Checked
 /// from 50 Hz. Also a moving average (moving_average.hpp) at any rate; a caution beyond 0.25 s, which no model was
-/// trained on.
+/// trained on. Also a low-pass (low_pass.hpp).
 /// held_s: the duration of each state of the platform's tilt, or 0.
-/// Returns the samples that were not measured (Stretches::unmeasured).
-std::vector<SampleRange> look_for_faults(std::span<const double> sway_rad, double rate_hz, Warnings& warnings,
-                                         double begin_s = 0.0, double held_s = 0.0,
-                                         std::span<const SampleRange> known = {});
+FoundInSway look_for_faults(std::span<const double> sway_rad, double rate_hz, Warnings& warnings, double begin_s = 0.0,
+                            double held_s = 0.0, std::span<const SampleRange> known = {});
 
 }  // namespace decid::recording

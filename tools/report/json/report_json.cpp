@@ -190,6 +190,11 @@ Json recording_json(const RecordingResult& id, const Report& report) {
     recording["gaps"].push_back(
         {{"begin_s", static_cast<double>(gap.first) / rate_hz}, {"end_s", static_cast<double>(gap.end) / rate_hz}});
   }
+  if (const std::optional<recording::LowPass>& filter = id.trial.low_pass)
+    recording["low_pass"] = {{"cutoff_hz", filter->cutoff_hz},
+                             {"order", filter->order},
+                             {"both_ways", filter->both_ways},
+                             {"gain_at_2.5_hz", filter->gain}};
   recording["frf"] = explanation.frf ? frf_to_json(*explanation.frf) : Json(nullptr);
   recording["trust"] = name(id.trust());
   recording["warnings"] = warnings_json(id.warnings);

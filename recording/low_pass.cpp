@@ -1,0 +1,215 @@
+// Butterworth low-passes of recordings: see low_pass.hpp. The spectrum's mean power in a band of n independent bins is
+// gamma distributed about that of the model, so its deviance is 2 n (p / m - log(p / m) - 1); nonnegative sums of known
+// spectra are fitted to it by multiplicative updates: Fevotte, Bertin, Durrieu, Neural Computation 21, 2009.
+#include "recording/low_pass.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <limits>
+
+#include "base/math/math.hpp"
+#include "recording/quality/detail/block_means.hpp"
+#include "recording/quality/detail/hann_spectrum.hpp"
+#include "sim/fft.hpp"
+
+namespace decid::recording {
+namespace {
+
+constexpr double lowest_hz = 2.0, highest_hz = 60.0, min_highest_hz = 9.0, max_rate_fraction = 0.48;
+constexpr double thinned_hz = 400.0;
+constexpr int all_bands = 48, min_bands = 24;
+constexpr double min_bins = 2.0, bins_per_independent = 1.5;  // of a band, under Hann's window
+constexpr int max_order = 4, cutoffs = 24, finer_cutoffs = 17;
+constexpr double lowest_cutoff_hz = 1.5, max_cutoff_fraction = 0.3, finer_factor = 0.08;
+constexpr int coarse_updates = 60, finer_updates = 200;
+/// A filter has to lower the deviance by this. Unfiltered sway in white and slow noise gives up to 100.
+constexpr double min_gain_of_deviance = 200.0;
+constexpr double max_deviance_of_band = 3.0;  // 1 for the true model
+constexpr double as_likely_deviance = 6.0;    // a likelihood ratio of 20, with a deviance of 1 a band
+constexpr double min_effect = 0.01, min_delay_s = 0.005;
+constexpr double min_gain = 0.1, max_gain_range = 0.05, smallest_gain = 0.05;
+
+double tan_of(double hz, double rate_hz) {
+  constexpr long long parts = 1LL << 40;
+  const auto [sin, cos] =
+      sincos_of_turn(static_cast<long long>(0.5 * hz / rate_hz * static_cast<double>(parts)), parts);
+  return sin / cos;
+}
+
+/// The mean power of the spectrum in bands whose edges have one ratio.
+struct Bands {
+  std::vector<double> hz, power, count;  ///< count: of independent bins
+};
+Bands bands_of(const PowerSpectrum& spectrum, double max_hz) {
+  Bands all;
+  const double ratio = decid::log(max_hz / lowest_hz) / all_bands;
+  const auto bin_at = [&](int edge) {
+    return static_cast<std::size_t>(std::ceil(lowest_hz * decid::exp(ratio * edge) / spectrum.step_hz));
+  };
+  for (int band = 0; band < all_bands; ++band) {
+    const std::size_t first = bin_at(band), end = std::min(bin_at(band + 1), spectrum.power.size());
+    if (static_cast<double>(end) < static_cast<double>(first) + min_bins) continue;
+    double sum = 0.0;
+    for (std::size_t k = first; k < end; ++k) sum += spectrum.power[k];
+    const auto count = static_cast<double>(end - first);
+    all.hz.push_back(0.5 * static_cast<double>(first + end - 1) * spectrum.step_hz);
+    all.power.push_back(sum / count);
+    all.count.push_back(count / bins_per_independent);
+  }
+  return all;
+}
+
+/// Spectra whose nonnegative sum is fitted: one value per band each.
+using Spectra = std::vector<std::vector<double>>;
+
+/// Returns the least deviance of a nonnegative sum of the spectra from the power in bands.
+double deviance_of(const Spectra& spectra, const Bands& bands, int updates) {
+  const std::size_t count = bands.hz.size();
+  std::vector<double> size, model(count);
+  for (const std::vector<double>& spectrum : spectra) {
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < count; ++k) least = std::min(least, bands.power[k] / spectrum[k]);
+    size.push_back(least / static_cast<double>(spectra.size()));
+  }
+  const auto sum = [&] {
+    std::ranges::fill(model, 0.0);
+    for (std::size_t i = 0; i < spectra.size(); ++i)
+      for (std::size_t k = 0; k < count; ++k) model[k] += size[i] * spectra[i][k];
+  };
+  std::vector<double> weight(count), pull(count);
+  for (int update = 0; update < updates; ++update) {
+    sum();
+    for (std::size_t k = 0; k < count; ++k) {
+      weight[k] = bands.count[k] / model[k];
+      pull[k] = weight[k] * (bands.power[k] / model[k]);
+    }
+    for (std::size_t i = 0; i < spectra.size(); ++i) {
+      double up = 0.0, down = 0.0;
+      for (std::size_t k = 0; k < count; ++k) {
+        up += spectra[i][k] * pull[k];
+        down += spectra[i][k] * weight[k];
+      }
+      size[i] *= up / down;
+    }
+  }
+  sum();
+  double deviance = 0.0;
+  for (std::size_t k = 0; k < count; ++k) {
+    const double ratio = bands.power[k] / model[k];
+    deviance += 2.0 * bands.count[k] * (ratio - decid::log(ratio) - 1.0);
+  }
+  return deviance;
+}
+
+/// Returns the spectra of sway and noise in front of a filter: powers 0, -2, -4, -6 of the frequency.
+Spectra unfiltered(const Bands& bands) {
+  Spectra spectra(4);
+  for (const double hz : bands.hz) {
+    const double square = lowest_hz * lowest_hz / (hz * hz);
+    spectra[0].push_back(1.0);
+    spectra[1].push_back(square);
+    spectra[2].push_back(square * square);
+    spectra[3].push_back(square * square * square);
+  }
+  return spectra;
+}
+
+/// Returns the spectra behind a filter, and that of rounding.
+Spectra filtered(Spectra spectra, const LowPass& filter, const Bands& bands) {
+  for (std::size_t k = 0; k < bands.hz.size(); ++k) {
+    const double gain = filter.gain_at(bands.hz[k]);
+    for (std::vector<double>& spectrum : spectra) spectrum[k] *= gain * gain;
+  }
+  spectra.emplace_back(bands.hz.size(), 1.0);
+  return spectra;
+}
+
+struct Candidate {
+  LowPass filter;
+  double deviance = std::numeric_limits<double>::infinity();
+};
+
+/// Returns the likeliest filter of an order and number of passes.
+Candidate likeliest(Candidate of, const Spectra& spectra, const Bands& bands) {
+  const auto take_better = [&](double cutoff_hz, int updates) {
+    LowPass filter = of.filter;
+    filter.cutoff_hz = cutoff_hz;
+    const double deviance = deviance_of(filtered(spectra, filter, bands), bands, updates);
+    if (deviance < of.deviance) of = {filter, deviance};
+  };
+  const double width = decid::log(max_cutoff_fraction * of.filter.rate_hz / lowest_cutoff_hz);
+  for (int i = 0; i < cutoffs; ++i) take_better(lowest_cutoff_hz * decid::exp(width * i / (cutoffs - 1)), coarse_updates);
+  const double middle_hz = of.filter.cutoff_hz;
+  for (int i = 0; i < finer_cutoffs; ++i)
+    take_better(middle_hz * decid::exp(finer_factor * (2.0 * i / (finer_cutoffs - 1) - 1.0)), finer_updates);
+  return of;
+}
+
+}  // namespace
+
+double LowPass::gain_at(double hz) const {
+  const double ratio = tan_of(hz, rate_hz) / tan_of(cutoff_hz, rate_hz);
+  double power = 1.0;
+  for (int i = 0; i < order; ++i) power *= ratio * ratio;
+  return both_ways ? 1.0 / (1.0 + power) : 1.0 / std::sqrt(1.0 + power);
+}
+
+// Minus the slope of the phase at 0 Hz: the sum over the poles of cos(angle) / |pole|.
+double LowPass::delay_s() const {
+  if (both_ways) return 0.0;
+  return 1.0 / (2.0 * sim::pi * cutoff_hz * sincos_of_turn(1, 4LL * order).sin);
+}
+
+std::optional<LowPass> find_low_pass(std::span<const double> sway_rad, double rate_hz) {
+  const auto block = std::max<std::size_t>(1, static_cast<std::size_t>(rate_hz / thinned_hz));
+  const double thin_hz = rate_hz / static_cast<double>(block);
+  const double max_hz = std::min(highest_hz, max_rate_fraction * thin_hz);
+  if (max_hz < min_highest_hz || sway_rad.size() < block) return {};
+  const Bands bands = bands_of(hann_spectrum(block_means(sway_rad, block), thin_hz), max_hz);
+  if (bands.hz.size() < min_bands || *std::ranges::min_element(bands.power) <= 0.0) return {};
+  const Spectra spectra = unfiltered(bands);
+  const double without = deviance_of(spectra, bands, coarse_updates);
+  if (without < min_gain_of_deviance) return {};
+  std::vector<Candidate> candidates;
+  for (int order = 1; order <= max_order; ++order)
+    for (const bool both_ways : {false, true})
+      candidates.push_back(likeliest({{order, both_ways, 0.0, rate_hz}}, spectra, bands));
+  const Candidate& best = *std::ranges::min_element(candidates, {}, &Candidate::deviance);
+  const double of_band = best.deviance / static_cast<double>(bands.hz.size());
+  if (of_band > max_deviance_of_band || without - best.deviance < min_gain_of_deviance) return {};
+  LowPass found = best.filter;
+  found.gain = found.gain_low = found.gain_high = found.gain_at(low_pass_hz);
+  for (const Candidate& other : candidates) {
+    if (other.deviance > best.deviance + as_likely_deviance * std::max(1.0, of_band)) continue;
+    found.gain_low = std::min(found.gain_low, other.filter.gain_at(low_pass_hz));
+    found.gain_high = std::max(found.gain_high, other.filter.gain_at(low_pass_hz));
+  }
+  if (found.gain_low > 1.0 - min_effect && found.delay_s() < min_delay_s) return {};
+  return found;
+}
+
+bool can_undo(const LowPass& filter) {
+  return filter.gain_low >= min_gain && filter.gain_high - filter.gain_low <= max_gain_range;
+}
+
+std::vector<float> undo(const LowPass& filter, std::span<const float> sway_rad, double rate_hz) {
+  const std::size_t samples = sway_rad.size();
+  const int length = sim::smooth_length(static_cast<int>(2 * samples));
+  // The mirror image, and the first sample held, continue the signal at both ends.
+  std::vector<double> values(static_cast<std::size_t>(length), double{sway_rad[0]});
+  for (std::size_t i = 0; i < samples; ++i) values[i] = values[2 * samples - 1 - i] = double{sway_rad[i]};
+  const sim::RealFft fft(length);
+  std::vector<sim::Complex> bins(static_cast<std::size_t>(fft.bins())),
+      work(static_cast<std::size_t>(fft.work_length()));
+  fft.forward(values, bins, work);
+  for (std::size_t k = 0; k < bins.size(); ++k) {
+    const double hz = std::min(static_cast<double>(k) * rate_hz / length, max_rate_fraction * filter.rate_hz);
+    bins[k] /= std::max(smallest_gain, filter.gain_at(hz));
+  }
+  fft.inverse(bins, values, work);
+  return {values.begin(), values.begin() + static_cast<std::ptrdiff_t>(samples)};
+}
+
+}  // namespace decid::recording

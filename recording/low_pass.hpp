@@ -1,0 +1,41 @@
+// Butterworth low-passes that smoothed a recording: found by the spectrum of its measurement noise, and undone.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace decid::recording {
+
+/// A Butterworth low-pass, digital by the bilinear transform.
+struct LowPass {
+  int order = 0;           ///< of one pass, 1 to 4
+  bool both_ways = false;  ///< it ran forwards and backwards, so it delays nothing
+  double cutoff_hz = 0.0;  ///< of one pass, -3 dB
+  double rate_hz = 0.0;    ///< of the samples that it filtered
+  /// The gain at low_pass_hz by the likeliest filter, and the range over all filters that explain the spectrum.
+  double gain = 1.0, gain_low = 1.0, gain_high = 1.0;
+
+  /// Returns the gain at a frequency in Hz, below half of rate_hz.
+  double gain_at(double hz) const;
+  /// Returns the delay at low frequencies in s, if it runs forwards only; 0 if both ways.
+  double delay_s() const;
+};
+
+/// The frequency in Hz at which LowPass states its gain: above it a fit ignores the sway.
+inline constexpr double low_pass_hz = 2.5;
+
+/// Returns the low-pass that smoothed a sway; empty if there is none, or if it changes nothing up to low_pass_hz and
+/// delays nothing. White measurement noise shows it from 2 Hz to 60 Hz: its power falls as the filter's gain, down to
+/// the rounding of the file. Sway and slow noise in front of the filter fall with powers of the frequency. The filter
+/// is found if it explains the spectrum, and no such powers do. Empty for rates below 20 Hz and for signals that are
+/// too short to tell.
+std::optional<LowPass> find_low_pass(std::span<const double> sway_rad, double rate_hz);
+
+/// Whether a fit can undo a low-pass: its gain at low_pass_hz is known within 0.05 and at least 0.1.
+bool can_undo(const LowPass& filter);
+/// Returns the sway before the low-pass: divided by its gain in the frequency domain. Gains below 0.05 count as 0.05,
+/// because there is nothing but rounding. Phases stay, so a filter that ran forwards only still delays the sway.
+std::vector<float> undo(const LowPass& filter, std::span<const float> sway_rad, double rate_hz);
+
+}  // namespace decid::recording

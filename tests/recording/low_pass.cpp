@@ -1,0 +1,154 @@
+// Low-passes of recordings: found where one was, none where none was, and undone.
+#include "recording/low_pass.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "base/math/random.hpp"
+#include "sim/protocol/conditions.hpp"
+#include "sim/protocol/protocol.hpp"
+#include "sim/simulate.hpp"
+#include "sim/streams.hpp"
+#include "tests/helpers.hpp"
+
+using namespace decid;
+using namespace decid::recording;
+using namespace decid::test;
+
+namespace {
+
+constexpr double rate_hz = 100.0;
+
+sim::Protocol standing(double sensor_noise_deg) {
+  sim::Protocol protocol = sim::default_protocol();
+  protocol.standing_s = 10.0;
+  protocol.noise.sensor = {sensor_noise_deg, sensor_noise_deg};
+  return protocol;
+}
+
+/// Returns a simulated sway behind a low-pass of sim::record(), which draws order and direction; 0 Hz: none.
+std::vector<float> recorded(double sensor_noise_deg, double cutoff_hz, std::uint64_t item) {
+  sim::Protocol protocol = standing(sensor_noise_deg);
+  if (cutoff_hz > 0.0) protocol.conditions[sim::Condition::low_pass] = {1.0, cutoff_hz, cutoff_hz};
+  const sim::Simulator simulator(protocol.ideal());
+  std::vector<double> sway(static_cast<std::size_t>(protocol.samples()));
+  simulator.run(simulator.protocol().parameters().middle(), Random(1, sim::streams::vestibular_noise, item), sway);
+  sim::record(protocol, 1, item, sway);
+  return {sway.begin(), sway.end()};
+}
+
+std::vector<double> in_double(const std::vector<float>& sway) {
+  return {sway.begin(), sway.end()};
+}
+
+double rms(const std::vector<float>& a, const std::vector<float>& b, std::size_t margin) {
+  double squares = 0.0;
+  for (std::size_t k = margin; k + margin < a.size(); ++k) squares += std::pow(double{a[k]} - double{b[k]}, 2);
+  return std::sqrt(squares / static_cast<double>(a.size() - 2 * margin));
+}
+
+}  // namespace
+
+TEST_CASE("a Butterworth low-pass has the gain and the delay of its definition") {
+  for (const int order : {1, 2, 3, 4}) {
+    CAPTURE(order);
+    const LowPass once{order, false, 5.0, rate_hz}, twice{order, true, 5.0, rate_hz};
+    CHECK(once.gain_at(0.0) == 1.0);
+    CHECK(near(once.gain_at(5.0), std::sqrt(0.5), 1e-12));
+    CHECK(near(twice.gain_at(5.0), 0.5, 1e-12));
+    const double ratio = std::tan(sim::pi * 2.5 / rate_hz) / std::tan(sim::pi * 5.0 / rate_hz);
+    CHECK(near(once.gain_at(2.5), 1.0 / std::sqrt(1.0 + std::pow(ratio, 2 * order)), 1e-12));
+    CHECK(twice.delay_s() == 0.0);
+  }
+  // Group delays of the analogue prototypes at 0, over the cutoff's period / 2 pi: 1, sqrt 2, 2, 2.6131.
+  const double unit_s = 1.0 / (2.0 * sim::pi * 5.0);
+  CHECK(near(LowPass{1, false, 5.0, rate_hz}.delay_s(), unit_s, 1e-12));
+  CHECK(near(LowPass{2, false, 5.0, rate_hz}.delay_s(), std::sqrt(2.0) * unit_s, 1e-12));
+  CHECK(near(LowPass{3, false, 5.0, rate_hz}.delay_s(), 2.0 * unit_s, 1e-12));
+  CHECK(near(LowPass{4, false, 5.0, rate_hz}.delay_s(), 2.613125929752753 * unit_s, 1e-12));
+}
+
+TEST_CASE("a low-pass is found, and undone it gives the sway before it") {
+  // Trials whose filters are of different kinds; a filter of 12 Hz of order 4 changes nothing below 2.5 Hz but a delay.
+  int found = 0;
+  for (const double noise_deg : {0.005, 0.02, 0.1}) {
+    for (const double cutoff_hz : {4.0, 6.0}) {
+      for (std::uint64_t item = 0; item < 6; ++item) {
+        CAPTURE(noise_deg);
+        CAPTURE(cutoff_hz);
+        CAPTURE(item);
+        const std::vector<float> before = recorded(noise_deg, 0.0, item), sway = recorded(noise_deg, cutoff_hz, item);
+        const std::optional<LowPass> filter = find_low_pass(in_double(sway), rate_hz);
+        if (!filter) continue;
+        ++found;
+        CHECK(near(filter->cutoff_hz, cutoff_hz, 0.3));
+        CHECK(filter->gain_low <= filter->gain);
+        CHECK(filter->gain <= filter->gain_high);
+        if (!can_undo(*filter) || filter->delay_s() > 0.0) continue;
+        // Averaged to 300 ms: fits ignore what is above 2.5 Hz.
+        const auto blocks = [](const std::vector<float>& values) {
+          std::vector<float> means;
+          for (std::size_t k = 0; k + 30 <= values.size(); k += 30) {
+            double sum = 0.0;
+            for (std::size_t i = k; i < k + 30; ++i) sum += double{values[i]};
+            means.push_back(static_cast<float>(sum / 30.0));
+          }
+          return means;
+        };
+        const double left = rms(blocks(undo(*filter, sway, rate_hz)), blocks(before), 10);
+        CHECK(left < 0.5 * std::max(rms(blocks(sway), blocks(before), 10), 0.1 * noise_deg * sim::rad_per_deg));
+      }
+    }
+  }
+  CHECK(found >= 30);
+}
+
+TEST_CASE("sway without a low-pass has none: noise, slow noise, rounding, steps, gaps, linear interpolation") {
+  const Random random(5, sim::streams::sensor_noise, 0);
+  for (const double noise_deg : {0.0, 0.001, 0.02, 0.1}) {
+    for (std::uint64_t item = 0; item < 3; ++item) {
+      CAPTURE(noise_deg);
+      CAPTURE(item);
+      const std::vector<double> sway = in_double(recorded(noise_deg, 0.0, item));
+      CHECK(!find_low_pass(sway, rate_hz));
+      for (const double step_deg : {1e-3, 0.1}) {
+        std::vector<double> rounded = sway;
+        for (double& value : rounded)
+          value = step_deg * sim::rad_per_deg * std::round(value / (step_deg * sim::rad_per_deg));
+        CHECK(!find_low_pass(rounded, rate_hz));
+      }
+      for (const double memory_s : {0.05, 0.5, 5.0}) {
+        std::vector<double> slow = sway;
+        const double kept = std::exp(-1.0 / (memory_s * rate_hz)), fresh = std::sqrt(1.0 - kept * kept);
+        double noise = 0.0;
+        for (std::size_t k = 0; k < slow.size(); ++k) {
+          noise = kept * noise + fresh * random.normal(k);
+          slow[k] += 0.05 * sim::rad_per_deg * noise;
+        }
+        // Noise of 0.05 s with nothing else is a first-order filter's, which cannot be told from one.
+        if (memory_s > 0.1 || noise_deg > 0.01) CHECK(!find_low_pass(slow, rate_hz));
+      }
+      std::vector<double> bridged = sway;
+      for (std::size_t k = 1; k < 200; ++k)
+        bridged[4000 + k] = sway[4000] + (sway[4200] - sway[4000]) * static_cast<double>(k) / 200.0;
+      CHECK(!find_low_pass(bridged, rate_hz));
+    }
+  }
+  CHECK(!find_low_pass({}, rate_hz));
+  CHECK(!find_low_pass(std::vector<double>(100, 0.5), rate_hz));
+  CHECK(!find_low_pass(std::vector<double>(12000, 0.5), rate_hz));
+  CHECK(!find_low_pass(in_double(recorded(0.02, 5.0, 0)), 15.0));
+}
+
+TEST_CASE("a low-pass whose gain is uncertain or small cannot be undone") {
+  LowPass filter{2, true, 5.0, rate_hz};
+  filter.gain = filter.gain_low = filter.gain_high = 0.9;
+  CHECK(can_undo(filter));
+  filter.gain_low = 0.8;
+  CHECK(!can_undo(filter));
+  filter.gain = filter.gain_low = filter.gain_high = 0.05;
+  CHECK(!can_undo(filter));
+}
