@@ -102,12 +102,12 @@ struct NoiseRows {
 struct NoiseVariances {
   const double *white, *slow, *memory;
 };
-/// Directions of the residual that may have any value: see MissingBlocks (posterior/density/spectrum.hpp).
-struct FreeDirections {
+/// The missing blocks, which may have any value: see MissingBlocks (posterior/density/spectrum.hpp).
+struct MissingBasis {
   int rows, count;
-  const double* basis;     ///< their coefficients: rows * count values, row after row
+  const double* basis;     ///< their cosine transforms: rows * count values, row after row
   const double* line;      ///< as in NoiseRows
-  double prior_precision;  ///< of the value along each direction, 1/rad^2
+  double prior_precision;  ///< of each block's value, 1/rad^2
 };
 /// count values per chain each.
 struct NoiseState {
@@ -159,11 +159,11 @@ struct Kernels {
   /// value per chain.
   void (*whiten)(const NoiseRows&, const double* spectrum, const double* root, const double* line_row,
                  const double* shrinkage, double* out);
-  /// Multiplies the directions C by the inverse covariance Q: columns = Q C, count columns of `rows` values per chain;
-  /// rise: the straight line's rise in each of them; matrix = C^t Q C + the prior's precision, a lower triangle.
-  /// line_variance: of the line's rise, one value per chain.
-  void (*free_columns)(const FreeDirections&, const double* precision, const double* line_variance, double* columns,
-                       double* rise, double* matrix);
+  /// Multiplies the missing blocks' transforms C by the inverse covariance Q: columns = Q C, count columns of `rows`
+  /// values per chain; rise: the straight line's rise in each of them; matrix = C^t Q C + the prior's precision, a
+  /// lower triangle. line_variance: of the line's rise, one value per chain.
+  void (*missing_columns)(const MissingBasis&, const double* precision, const double* line_variance, double* columns,
+                          double* rise, double* matrix);
   /// Computes the product of each of `count` columns of `rows` values with `in`: count values per chain.
   void (*columns_times)(int rows, int count, const double* columns, const double* in, double* out);
   /// Computes the sums of w |column|^2 d over the coefficients, w: weights, one value per column and chain; d: the

@@ -135,7 +135,7 @@ TEST_CASE("MissingBlocks: derivatives by the residual, and products of whitened 
     for (std::size_t l = 0; l < lanes; ++l) g.put(g.random(100 * (i + 1) + l, 1e-3), l);
     g.spectrum.whiten(g.missing, g.unfolded, g.work, chosen_isa());
     whitened[i].assign(g.work.coefficient.begin(), g.work.coefficient.end());
-    whitened[i].insert(whitened[i].end(), g.work.free_value.begin(), g.work.free_value.end());
+    whitened[i].insert(whitened[i].end(), g.work.missing_value.begin(), g.work.missing_value.end());
   }
   for (std::size_t l = 0; l < lanes; ++l) {
     const DenseNoise dense = g.dense(l);
@@ -204,7 +204,7 @@ TEST_CASE("MissingBlocks: the same bits for every instruction set") {
     g.spectrum.begin_whitening(g.missing, g.work, isa);
     g.spectrum.whiten(g.missing, g.unfolded, g.work, isa);
     add(g.work.coefficient);
-    add(g.work.free_value);
+    add(g.work.missing_value);
     if (first.empty()) first = all;
     CHECK(all == first);
   }
