@@ -22,9 +22,9 @@ std::size_t diagonal(std::size_t row) {
   return row * (row + 3) / 2;
 }
 
-/// Returns the place of a block among unfolded ones (Kernels::unfold).
-std::size_t place_of(int block, int blocks) {
-  return static_cast<std::size_t>(block % 2 == 0 ? block / 2 : blocks - 1 - block / 2) * lanes;
+/// Returns a block's values of all chains.
+std::span<double> block_of(std::span<double> unfolded, int block, int blocks) {
+  return unfolded.subspan(static_cast<std::size_t>(unfolded_place(block, blocks)) * lanes, lanes);
 }
 
 }  // namespace
@@ -41,7 +41,7 @@ MissingBlocks NoiseSpectrum::make_missing(std::vector<int> blocks) const {
 }
 
 void NoiseSpectrum::clear(const MissingBlocks& missing, std::span<double> unfolded) const {
-  for (const int m : missing.blocks) std::ranges::fill(unfolded.subspan(place_of(m, blocks()), lanes), 0.0);
+  for (const int m : missing.blocks) std::ranges::fill(block_of(unfolded, m, blocks()), 0.0);
 }
 
 void NoiseSpectrum::leave_out(const MissingBlocks& missing, NoiseWorkspace& work, std::array<double, lanes>& misfit,
@@ -122,7 +122,7 @@ void NoiseSpectrum::begin_whitening(const MissingBlocks& missing, NoiseWorkspace
   const std::size_t all = static_cast<std::size_t>(rows()) * lanes, count = static_cast<std::size_t>(missing.count());
   for (std::size_t i = 0; i < count; ++i) {
     std::ranges::fill(work.unfolded, 0.0);
-    std::ranges::fill(std::span(work.unfolded).subspan(place_of(missing.blocks[i], blocks()), lanes), 1.0);
+    std::ranges::fill(block_of(work.unfolded, missing.blocks[i], blocks()), 1.0);
     whiten(work.unfolded, work, isa);
     std::copy_n(work.coefficient.begin(), all, work.missing_columns.begin() + static_cast<std::ptrdiff_t>(i * all));
   }

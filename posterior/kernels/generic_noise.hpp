@@ -1,4 +1,4 @@
-// Measurement noise of the blocks by its spectrum: their order, the misfit of the coefficients, whitening, and
+// Measurement noise of the blocks by its spectrum: their reordering, the misfit of the coefficients, whitening, and
 // missing blocks, written once on a vector type V. kernels.hpp documents them.
 #pragma once
 
@@ -9,11 +9,6 @@
 
 namespace decid::posterior {
 namespace {
-
-/// Returns the place of block m of `count` in the cosine transform's order.
-inline std::ptrdiff_t unfolded_place(std::ptrdiff_t m, std::ptrdiff_t count) {
-  return m % 2 == 0 ? m / 2 : count - 1 - m / 2;
-}
 
 template <class V>
 void unfold(int count, const double* recorded, const double* modelled, const double* factors, double* out) {

@@ -13,6 +13,12 @@ namespace decid::posterior {
 inline constexpr int lanes = sim::fft_lanes;
 inline constexpr int strip_rows = 32;  ///< of add_products
 
+/// Returns the place of block m of `count` among unfolded ones: the even ones, then the odd ones backwards (Makhoul's
+/// cosine transform). Always inline, because the linker may choose the copy of another instruction set.
+[[gnu::always_inline]] constexpr std::ptrdiff_t unfolded_place(std::ptrdiff_t m, std::ptrdiff_t count) {
+  return m % 2 == 0 ? m / 2 : count - 1 - m / 2;
+}
+
 constexpr std::size_t inverse_work(std::size_t size) {
   return size * ((size + 31) / 32 * 32);
 }
@@ -142,8 +148,8 @@ struct Kernels {
   void (*add_conjugate_product)(int count, const double* in, const double* factors, double* out);
   /// Computes out = in * factors, real; the factors are the same for all chains.
   void (*scale)(int count, const double* in, const double* factors, double* out);
-  /// Reorders blocks for Makhoul's cosine transform: the even ones, then the odd ones backwards. out[place of m] =
-  /// recorded[m] - modelled[m] * factors[m]; recorded: the same for all chains.
+  /// Reorders blocks as unfolded_place() states. out[place of m] = recorded[m] - modelled[m] * factors[m]; recorded:
+  /// the same for all chains.
   void (*unfold)(int count, const double* recorded, const double* modelled, const double* factors, double* out);
   /// Inverts unfold: out[m] = unfolded[place of m] * factors[m].
   void (*fold)(int count, const double* unfolded, const double* factors, double* out);
