@@ -163,9 +163,9 @@ Fitter::Prepared Fitter::prepare(RecordingResult& result) {
 void Fitter::fit(RecordingResult& result, const posterior::OnProgress& progress) {
   const auto begin = std::chrono::steady_clock::now();
   const Prepared prepared = prepare(result);
-  conclude(result, prepared,
-           posterior::sample(*prepared.density, prepared.observation, report_.fit->settings, {},
-                             part_progress(progress, 0)));
+  conclude(
+      result, prepared,
+      posterior::sample(*prepared.density, prepared.observation, report_.fit->settings, part_progress(progress, 0)));
   if (result.error) return;
   fit_others(result, prepared.moved, progress);
   result.fit->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -328,7 +328,7 @@ void Fitter::fit_others(RecordingResult& result, bool moved, const posterior::On
     ControllerFit& fit = fits.emplace_back();
     fit.controller = other.name();
     const posterior::OnProgress part = part_progress(progress, fits.size());
-    fit.posterior = posterior::sample(density, observation, settings, {}, [&](const posterior::Progress& here) {
+    fit.posterior = posterior::sample(density, observation, settings, [&](const posterior::Progress& here) {
       stopped = part && !part(here);
       return !stopped;
     });
