@@ -64,7 +64,7 @@ void compare(std::span<const std::vector<double>> pointwise, const std::string& 
   add_caution(better, "other_controller",
               format("controller %s predicts this recording better than %s, by %.0f +- %.0f nats: use its parameters",
                      best->controller.c_str(), own.c_str(), lost, places.front().standard_error));
-  warnings = gravest_first({better, warnings});
+  warnings = most_severe_first({better, warnings});
 }
 
 }  // namespace
@@ -297,9 +297,9 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
   if (!unlike_training.empty())
     unfamiliar.push_back({!odd.empty() || found.max_rhat() > odd_rhat ? Severity::invalid : Severity::caution,
                           "out_of_distribution", "by the network, " + unlike_training});
-  result.warnings = gravest_first({result.warnings, unlike_simulated, result.explanation.warnings, unfamiliar,
-                                   following_warnings(result.explanation),
-                                   posterior_warnings(density, observation, found, from_network), contradictions});
+  result.warnings = most_severe_first({result.warnings, unlike_simulated, result.explanation.warnings, unfamiliar,
+                                       following_warnings(result.explanation),
+                                       posterior_warnings(density, observation, found, from_network), contradictions});
   figures.inferred = posterior::infer(density, observation, found, report_.fit->keeps_log_likelihood);
   for (int i = 0; i < found.points(); ++i) figures.stored_draws.push_back(found.draw_of_point(i));
   figures.posterior.drop_points();

@@ -1,6 +1,5 @@
 // The density of every model of the family: its sway against the simulator's, its gradient and its information against
 // differences.
-
 #include "posterior/density/density.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/density/density_points.hpp"
