@@ -17,12 +17,12 @@ const char* name(Severity severity) {
   return "";
 }
 
-Warnings::const_iterator gravest(const Warnings& warnings) {
+Warnings::const_iterator most_severe(const Warnings& warnings) {
   return std::ranges::max_element(warnings, {}, &Warning::severity);
 }
 
 Trust worst_trust(const Warnings& warnings) {
-  const Severity severity = warnings.empty() ? Severity::info : gravest(warnings)->severity;
+  const Severity severity = warnings.empty() ? Severity::info : most_severe(warnings)->severity;
   return severity == Severity::invalid   ? Trust::not_usable
          : severity == Severity::caution ? Trust::caution
                                          : Trust::usable;

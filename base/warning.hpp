@@ -32,7 +32,7 @@ inline void add_invalid(Warnings& warnings, std::string code, std::string text) 
 }
 
 /// Returns the first of the most severe warnings; the end if there are none.
-Warnings::const_iterator gravest(const Warnings& warnings);
+Warnings::const_iterator most_severe(const Warnings& warnings);
 
 /// The usability of a result, by its most severe warning.
 enum class Trust { usable, caution, not_usable };

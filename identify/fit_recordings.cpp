@@ -67,7 +67,7 @@ void compare(std::span<const std::vector<double>> pointwise, const std::string& 
   add_caution(better, "other_controller",
               format("controller %s predicts this recording better than %s, by %.0f +- %.0f nats: use its parameters",
                      best->controller.c_str(), own.c_str(), lost, places.front().standard_error));
-  warnings = gravest_first({better, warnings});
+  warnings = most_severe_first({better, warnings});
 }
 
 /// Returns the trial as it was before a low-pass; warns if that cannot be told.
@@ -183,9 +183,9 @@ Fitter::Prepared Fitter::prepare(RecordingResult& result) {
 void Fitter::fit(RecordingResult& result, const posterior::OnProgress& progress) {
   const auto begin = std::chrono::steady_clock::now();
   const Prepared prepared = prepare(result);
-  conclude(result, prepared,
-           posterior::sample(*prepared.density, prepared.observation, report_.fit->settings, {},
-                             part_progress(progress, 0)));
+  conclude(
+      result, prepared,
+      posterior::sample(*prepared.density, prepared.observation, report_.fit->settings, part_progress(progress, 0)));
   if (result.error) return;
   fit_others(result, prepared, progress);
   result.fit->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -317,9 +317,9 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
   if (!unlike_training.empty())
     unfamiliar.push_back({!odd.empty() || found.max_rhat() > odd_rhat ? Severity::invalid : Severity::caution,
                           "out_of_distribution", "by the network, " + unlike_training});
-  result.warnings = gravest_first({result.warnings, unlike_simulated, result.explanation.warnings, unfamiliar,
-                                   following_warnings(result.explanation),
-                                   posterior_warnings(density, observation, found, from_network), contradictions});
+  result.warnings = most_severe_first({result.warnings, unlike_simulated, result.explanation.warnings, unfamiliar,
+                                       following_warnings(result.explanation),
+                                       posterior_warnings(density, observation, found, from_network), contradictions});
   figures.inferred = posterior::infer(density, observation, found, report_.fit->keeps_log_likelihood);
   for (int i = 0; i < found.points(); ++i) figures.stored_draws.push_back(found.draw_of_point(i));
   figures.posterior.drop_points();
@@ -349,7 +349,7 @@ void Fitter::fit_others(RecordingResult& result, const Prepared& prepared, const
     ControllerFit& fit = fits.emplace_back();
     fit.controller = other.name();
     const posterior::OnProgress part = part_progress(progress, fits.size());
-    fit.posterior = posterior::sample(density, observation, settings, {}, [&](const posterior::Progress& here) {
+    fit.posterior = posterior::sample(density, observation, settings, [&](const posterior::Progress& here) {
       stopped = part && !part(here);
       return !stopped;
     });

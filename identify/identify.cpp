@@ -180,7 +180,7 @@ void Identifier::identify(std::span<RecordingResult> read) {
     RecordingResult& result = *usable[i];
     result.estimate = std::move(estimates[i]);
     result.explanation = std::move(explanations[i]);
-    result.warnings = gravest_first({result.warnings, result.estimate.warnings, result.explanation.warnings});
+    result.warnings = most_severe_first({result.warnings, result.estimate.warnings, result.explanation.warnings});
   }
 }
 

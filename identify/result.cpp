@@ -44,7 +44,7 @@ double RecordingResult::peak_to_peak_deg() const {
   return static_cast<double>(high - low) / sim::rad_per_deg;
 }
 
-Warnings gravest_first(std::initializer_list<Warnings> lists) {
+Warnings most_severe_first(std::initializer_list<Warnings> lists) {
   Warnings all;
   for (const Warnings& list : lists) all.insert(all.end(), list.begin(), list.end());
   std::ranges::stable_sort(all, std::greater<>(), &Warning::severity);

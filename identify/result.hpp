@@ -83,7 +83,7 @@ struct RecordingResult {
   Estimate estimate;
   Explanation explanation;
   std::optional<FitFigures> fit = {};  ///< empty if only the network answered
-  Warnings warnings = {};   ///< of all steps, the gravest first, else in their order; those of the parts are here too
+  Warnings warnings = {};   ///< of all steps, most severe first, else in their order; those of the parts are here too
   std::size_t setting = 0;  ///< Report::setting_of()
   SheetEntry entry = {};    ///< of a study's sheet
   std::optional<double> mass_kg = {}, height_m = {};  ///< of the person, by the sheet
@@ -101,8 +101,8 @@ void use_distribution(const RecordingResult& result, const Use& use) {
     use(*result.estimate.distribution);
 }
 
-/// Returns the warnings of several lists, the gravest first, else in their order.
-Warnings gravest_first(std::initializer_list<Warnings> lists);
+/// Returns the warnings of several lists, the most severe first, else in their order.
+Warnings most_severe_first(std::initializer_list<Warnings> lists);
 
 /// A protocol with a subject's body, and what follows from them.
 struct ReportSetting {

@@ -158,14 +158,11 @@ class Run {
     for (int group = 0; group < settings.groups; ++group) groups_.emplace_back(target_, settings_, group, stopped_);
   }
 
-  std::vector<Posterior> operator()(std::span<const State> starts) {
+  std::vector<Posterior> operator()() {
     const ChainGroup::Report of_warming = [this](const char* stage, double done) {
       report(stage, warming_fraction * done);
     };
-    in_parallel([&](int group) {
-      at(group).warm_up(
-          starts, group == 0 ? of_warming : [](const char*, double) {});
-    });
+    in_parallel([&](int group) { at(group).warm_up(group == 0 ? of_warming : [](const char*, double) {}); });
     for (int round = 1; !stopped_; ++round) {
       const bool last = round == settings_.rounds;
       in_parallel([&](int group) { at(group).begin_round(last); });
@@ -276,15 +273,15 @@ class Run {
 };
 
 Posterior sample(const Density& density, const Observation& observation, const Settings& settings,
-                 std::span<const State> starts, const OnProgress& progress) {
+                 const OnProgress& progress) {
   Run run(Target(density, observation), settings, progress);
-  std::vector<Posterior> results = run(starts);
+  std::vector<Posterior> results = run();
   return results.empty() ? Posterior() : std::move(results.front());
 }
 
 std::vector<Posterior> sample_joint(const Target& target, const Settings& settings, const OnProgress& progress) {
   Run run(target, settings, progress);
-  std::vector<Posterior> results = run({});
+  std::vector<Posterior> results = run();
   results.resize(target.trials());
   return results;
 }

@@ -4,11 +4,11 @@
 //   const posterior::Posterior found = posterior::sample(density, density.observe(sway_rad), {});
 //   if (found.agreed()) use(found.mean(sim::Kp), found.quantile(sim::Kp, 0.05), found.quantile(sim::Kp, 0.95));
 //
-// Chains may begin anywhere. The assumed measurement noise starts high, where the recording has little influence, and
-// falls in stages to the value of the power above 2 Hz (annealing). Several windows of points that the chains visit
-// then define a reparameterisation that straightens the posterior (reparameterisation.hpp), and a metric; then the
-// draws begin. If a parameter's R-hat is above 1.2 after some draws, these become another window, and a new round
-// begins. The run ends when the chains agree and the draws suffice.
+// Chains begin at draws from the middle of the priors. The assumed measurement noise starts high, where the recording
+// has little influence, and falls in stages to the value of the power above 2 Hz (annealing). Several windows of points
+// that the chains visit then define a reparameterisation that straightens the posterior (reparameterisation.hpp), and a
+// metric; then the draws begin. If a parameter's R-hat is above 1.2 after some draws, these become another window, and
+// a new round begins. The run ends when the chains agree and the draws suffice.
 #pragma once
 
 #include <functional>
@@ -153,11 +153,10 @@ class Posterior {
   std::vector<double> rhat_, effective_;
 };
 
-/// Draws from the posterior. starts: the chains' initial states, used cyclically; empty: draws from the middle of the
-/// priors. The result depends only on the settings, not on threads or instruction set. Throws Error if the recording is
-/// constant, and for settings below 1, six window_transitions or trial_draws, or four max_draws.
+/// Draws from the posterior. The result depends only on the settings, not on threads or instruction set. Throws Error
+/// if the recording is constant, and for settings below 1, six window_transitions or trial_draws, or four max_draws.
 Posterior sample(const Density& density, const Observation& observation, const Settings& settings,
-                 std::span<const State> starts = {}, const OnProgress& progress = {});
+                 const OnProgress& progress = {});
 
 /// Draws from the joint posterior of several trials (target.hpp). Returns that of each trial's unknowns, with the same
 /// draws: common unknowns have the same values in all. Result and errors otherwise as of sample().

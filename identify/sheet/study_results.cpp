@@ -19,7 +19,7 @@ void set_planned(RecordingResult& result, const PlannedRecording& planned) {
   Warnings missing;
   for (const Warning& warning : planned.warnings)
     if (std::ranges::find(result.warnings, warning) == result.warnings.end()) missing.push_back(warning);
-  if (!missing.empty()) result.warnings = gravest_first({missing, result.warnings});
+  if (!missing.empty()) result.warnings = most_severe_first({missing, result.warnings});
 }
 
 namespace {

@@ -378,12 +378,6 @@ void Density::evaluate(const Observation& observation, std::span<const double> x
   }
 }
 
-void Density::misfit(const Observation& observation, std::span<const double> x, std::span<double> misfit,
-                     Workspace& work) const {
-  check(observation, x, misfit.size(), lanes);
-  std::ranges::copy(forward(observation, x, chains(x, {}), work), misfit.begin());
-}
-
 void Density::model(const Observation& observation, std::span<const double> x, std::span<double> sway_rad,
                     std::span<double> residual_rad, Workspace& work) const {
   check(observation, x, sway_rad.size() + residual_rad.size(), 2 * static_cast<std::size_t>(blocks_) * lanes);

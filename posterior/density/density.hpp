@@ -166,9 +166,6 @@ class Density {
   /// standard normal prior.
   void evaluate(const Observation& observation, std::span<const double> x, std::span<double> gradient,
                 std::span<double> potential, Workspace& work, std::optional<double> fixed_noise_deg = {}) const;
-  /// Computes minus the logarithm of the likelihood of each chain: without priors, up to a constant.
-  void misfit(const Observation& observation, std::span<const double> x, std::span<double> misfit,
-              Workspace& work) const;
   /// Computes the modelled sway of each chain, offset and straight line included: the means of blocks, rad, blocks()
   /// values per chain. residual_rad: the recorded sway minus the modelled one, 0 in missing blocks.
   void model(const Observation& observation, std::span<const double> x, std::span<double> sway_rad,

@@ -157,7 +157,7 @@ void Density::information(const Observation& observation, std::span<const double
     spectrum_.whiten(observation.missing, work.unfolded, work.noise, isa_);
     for (std::size_t k = 0; k < rows; ++k) {
       const double* in =
-          k < kept ? work.noise.coefficient.data() + k * lanes : work.noise.free_value.data() + (k - kept) * lanes;
+          k < kept ? work.noise.coefficient.data() + k * lanes : work.noise.missing_value.data() + (k - kept) * lanes;
       const std::size_t strip = k / strip_rows, row = k % strip_rows;
       double* out = work.columns.data() + (strip * 4 * blocks_of_columns + column) * strip_size + row * lanes;
       for (std::size_t l = 0; l < lanes; ++l) out[l] = in[l] * factors[l];

@@ -22,9 +22,9 @@ std::size_t diagonal(std::size_t row) {
   return row * (row + 3) / 2;
 }
 
-/// Returns the place of a block among unfolded ones (Kernels::unfold).
-std::size_t place_of(int block, int blocks) {
-  return static_cast<std::size_t>(block % 2 == 0 ? block / 2 : blocks - 1 - block / 2) * lanes;
+/// Returns a block's values of all chains.
+std::span<double> block_of(std::span<double> unfolded, int block, int blocks) {
+  return unfolded.subspan(static_cast<std::size_t>(unfolded_place(block, blocks)) * lanes, lanes);
 }
 
 }  // namespace
@@ -41,7 +41,7 @@ MissingBlocks NoiseSpectrum::make_missing(std::vector<int> blocks) const {
 }
 
 void NoiseSpectrum::clear(const MissingBlocks& missing, std::span<double> unfolded) const {
-  for (const int m : missing.blocks) std::ranges::fill(unfolded.subspan(place_of(m, blocks()), lanes), 0.0);
+  for (const int m : missing.blocks) std::ranges::fill(block_of(unfolded, m, blocks()), 0.0);
 }
 
 void NoiseSpectrum::leave_out(const MissingBlocks& missing, NoiseWorkspace& work, std::array<double, lanes>& misfit,
@@ -50,28 +50,28 @@ void NoiseSpectrum::leave_out(const MissingBlocks& missing, NoiseWorkspace& work
   if (count == 0) return;
   const Kernels& run = kernels(isa);
   const auto sized = [](AlignedVector<double>& values, std::size_t size) { values.resize(size * lanes, 0.0); };
-  const auto free = static_cast<std::size_t>(count), all = static_cast<std::size_t>(rows());
-  sized(work.free_columns, all * free);
-  sized(work.free_matrix, free * (free + 1) / 2);
-  for (auto* values : {&work.free_rise, &work.free_value, &work.free_weight}) sized(*values, free);
+  const auto blocks = static_cast<std::size_t>(count), all = static_cast<std::size_t>(rows());
+  sized(work.missing_columns, all * blocks);
+  sized(work.missing_matrix, blocks * (blocks + 1) / 2);
+  for (auto* values : {&work.missing_rise, &work.missing_value, &work.missing_weight}) sized(*values, blocks);
 
   std::array<double, lanes> line_variance;
   for (std::size_t l = 0; l < lanes; ++l) line_variance[l] = 1.0 / work.line_precision[l];
-  run.free_columns({rows(), count, missing.basis.data(), line_.data(), 1.0 / (missing_sd_rad * missing_sd_rad)},
-                   work.precision.data(), line_variance.data(), work.free_columns.data(), work.free_rise.data(),
-                   work.free_matrix.data());
-  run.columns_times(rows(), count, work.free_columns.data(), work.coefficient.data(), work.free_value.data());
-  run.factorize(count, work.free_matrix.data());
-  run.solve_lower(count, work.free_matrix.data(), work.free_value.data());
-  run.solve_transposed(count, work.free_matrix.data(), work.free_value.data());
-  for (double& value : work.free_value) value = -value;
-  run.add_matrix_times(rows(), count, missing.basis.data(), work.free_value.data(), work.coefficient.data());
-  for (std::size_t i = 0; i < free; ++i)
+  run.missing_columns({rows(), count, missing.basis.data(), line_.data(), 1.0 / (missing_sd_rad * missing_sd_rad)},
+                      work.precision.data(), line_variance.data(), work.missing_columns.data(),
+                      work.missing_rise.data(), work.missing_matrix.data());
+  run.columns_times(rows(), count, work.missing_columns.data(), work.coefficient.data(), work.missing_value.data());
+  run.factorize(count, work.missing_matrix.data());
+  run.solve_lower(count, work.missing_matrix.data(), work.missing_value.data());
+  run.solve_transposed(count, work.missing_matrix.data(), work.missing_value.data());
+  for (double& value : work.missing_value) value = -value;
+  run.add_matrix_times(rows(), count, missing.basis.data(), work.missing_value.data(), work.coefficient.data());
+  for (std::size_t i = 0; i < blocks; ++i)
     for (std::size_t l = 0; l < lanes; ++l)
-      work.line[l] = std::fma(work.free_value[i * lanes + l], work.free_rise[i * lanes + l], work.line[l]);
+      work.line[l] = std::fma(work.missing_value[i * lanes + l], work.missing_rise[i * lanes + l], work.line[l]);
   // From the residual with its new values: the difference of two misfits would cancel.
   std::array<double, lanes> squares, of_prior;
-  run.squares(count, work.free_value.data(), of_prior.data());
+  run.squares(count, work.missing_value.data(), of_prior.data());
   squares.fill(0.0);
   for (std::size_t k = 0; k < all; ++k)
     for (std::size_t l = 0; l < lanes; ++l) {
@@ -81,8 +81,8 @@ void NoiseSpectrum::leave_out(const MissingBlocks& missing, NoiseWorkspace& work
   for (std::size_t l = 0; l < lanes; ++l) {
     squares[l] -= work.line[l] * work.line[l] * work.line_precision[l];
     misfit[l] = 0.5 * (squares[l] + of_prior[l] / (missing_sd_rad * missing_sd_rad)) + work.half_log_determinant[l];
-    for (std::size_t i = 0; i < free; ++i)
-      misfit[l] += decid::log(missing_sd_rad * work.free_matrix[diagonal(i) * lanes + l]);
+    for (std::size_t i = 0; i < blocks; ++i)
+      misfit[l] += decid::log(missing_sd_rad * work.missing_matrix[diagonal(i) * lanes + l]);
   }
 }
 
@@ -93,22 +93,23 @@ void NoiseSpectrum::add_gradient(const MissingBlocks& missing, const NoiseLevels
   const auto count = static_cast<std::size_t>(missing.count()), all = static_cast<std::size_t>(rows());
   if (count == 0) return;
   const Kernels& run = kernels(isa);
-  const auto column = [&](std::size_t i) { return work.free_columns.data() + i * all * lanes; };
+  const auto column = [&](std::size_t i) { return work.missing_columns.data() + i * all * lanes; };
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t j = 0; j < i; ++j) {
       std::array<double, lanes> factor;
       for (std::size_t l = 0; l < lanes; ++l)
-        factor[l] = work.free_matrix[(diagonal(i) - i + j) * lanes + l] / work.free_matrix[diagonal(j) * lanes + l];
+        factor[l] =
+            work.missing_matrix[(diagonal(i) - i + j) * lanes + l] / work.missing_matrix[diagonal(j) * lanes + l];
       run.subtract_times(rows(), factor.data(), column(j), column(i));
     }
     for (std::size_t l = 0; l < lanes; ++l) {
-      const double length = work.free_matrix[diagonal(i) * lanes + l];
-      work.free_weight[i * lanes + l] = -0.5 / (length * length);
+      const double length = work.missing_matrix[diagonal(i) * lanes + l];
+      work.missing_weight[i * lanes + l] = -0.5 / (length * length);
     }
   }
   std::array<double, 3 * lanes> sums;
   run.column_powers(constants(), missing.count(), levels.slow.data(), work.slow_fraction.data(),
-                    work.free_columns.data(), work.free_weight.data(), sums.data());
+                    work.missing_columns.data(), work.missing_weight.data(), sums.data());
   for (std::size_t l = 0; l < lanes; ++l) {
     by.white[l] += sums[l];
     by.slow[l] += sums[lanes + l];
@@ -121,9 +122,9 @@ void NoiseSpectrum::begin_whitening(const MissingBlocks& missing, NoiseWorkspace
   const std::size_t all = static_cast<std::size_t>(rows()) * lanes, count = static_cast<std::size_t>(missing.count());
   for (std::size_t i = 0; i < count; ++i) {
     std::ranges::fill(work.unfolded, 0.0);
-    std::ranges::fill(std::span(work.unfolded).subspan(place_of(missing.blocks[i], blocks()), lanes), 1.0);
+    std::ranges::fill(block_of(work.unfolded, missing.blocks[i], blocks()), 1.0);
     whiten(work.unfolded, work, isa);
-    std::copy_n(work.coefficient.begin(), all, work.free_columns.begin() + static_cast<std::ptrdiff_t>(i * all));
+    std::copy_n(work.coefficient.begin(), all, work.missing_columns.begin() + static_cast<std::ptrdiff_t>(i * all));
   }
 }
 
@@ -133,14 +134,14 @@ void NoiseSpectrum::whiten(const MissingBlocks& missing, std::span<const double>
   const int count = missing.count();
   if (count == 0) return;
   const Kernels& run = kernels(isa);
-  run.columns_times(rows(), count, work.free_columns.data(), work.coefficient.data(), work.free_value.data());
-  run.solve_lower(count, work.free_matrix.data(), work.free_value.data());
-  run.solve_transposed(count, work.free_matrix.data(), work.free_value.data());
+  run.columns_times(rows(), count, work.missing_columns.data(), work.coefficient.data(), work.missing_value.data());
+  run.solve_lower(count, work.missing_matrix.data(), work.missing_value.data());
+  run.solve_transposed(count, work.missing_matrix.data(), work.missing_value.data());
   const std::size_t all = static_cast<std::size_t>(rows()) * lanes;
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
-    run.subtract_times(rows(), work.free_value.data() + i * lanes, work.free_columns.data() + i * all,
+    run.subtract_times(rows(), work.missing_value.data() + i * lanes, work.missing_columns.data() + i * all,
                        work.coefficient.data());
-  for (double& value : work.free_value) value /= missing_sd_rad;
+  for (double& value : work.missing_value) value /= missing_sd_rad;
 }
 
 std::vector<double> NoiseSpectrum::explained_by_missing(const MissingBlocks& missing, NoiseWorkspace& work,
@@ -148,13 +149,13 @@ std::vector<double> NoiseSpectrum::explained_by_missing(const MissingBlocks& mis
   const auto count = static_cast<std::size_t>(missing.count()), all = static_cast<std::size_t>(rows());
   std::vector<double> sums(static_cast<std::size_t>(blocks()) * lanes, 0.0);
   for (std::size_t i = 0; i < count; ++i) {
-    double* column = work.free_columns.data() + i * all * lanes;
+    double* column = work.missing_columns.data() + i * all * lanes;
     for (std::size_t j = 0; j <= i; ++j) {
       std::array<double, lanes> factor;
-      const double* row = work.free_matrix.data() + (diagonal(i) - i + j) * lanes;
+      const double* row = work.missing_matrix.data() + (diagonal(i) - i + j) * lanes;
       std::copy_n(row, lanes, factor.begin());
       if (j < i) {
-        kernels(isa).subtract_times(rows(), factor.data(), work.free_columns.data() + j * all * lanes, column);
+        kernels(isa).subtract_times(rows(), factor.data(), work.missing_columns.data() + j * all * lanes, column);
         continue;
       }
       for (std::size_t k = 0; k < all; ++k)

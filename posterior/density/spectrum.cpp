@@ -161,7 +161,8 @@ void NoiseSpectrum::leave_block_out(const MissingBlocks& missing, std::span<doub
         along[l] = std::fma(line_[k], weighed, along[l]);
       }
     }
-    const std::size_t place = (m % 2 == 0 ? m / 2 : count - 1 - m / 2) * lanes;
+    const std::size_t place =
+        static_cast<std::size_t>(unfolded_place(static_cast<std::ptrdiff_t>(m), fft_.length())) * lanes;
     for (std::size_t l = 0; l < lanes; ++l) {
       // A block that nothing else predicts keeps a precision of rounding.
       const double left = std::max(precision[l] - along[l] * along[l] * uncertainty[l] - explained[place + l],

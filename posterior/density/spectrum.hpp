@@ -40,7 +40,7 @@ struct NoiseWorkspace {
   std::array<double, lanes> half_log_determinant;  ///< of the covariance
   // For missing blocks: the inverse covariance times their columns, the factor of A (missing_blocks.cpp), the line's
   // rise in each column, and values per block.
-  AlignedVector<double> free_columns, free_matrix, free_rise, free_value, free_weight;
+  AlignedVector<double> missing_columns, missing_matrix, missing_rise, missing_value, missing_weight;
 };
 
 class NoiseSpectrum {
@@ -84,11 +84,11 @@ class NoiseSpectrum {
   /// Integrates missing blocks out: adds to misfit() what they change. Replaces their residuals in work by their most
   /// probable values, so gradient() is right after it except for the levels. Call it after misfit().
   void leave_out(const MissingBlocks& missing, NoiseWorkspace& work, std::array<double, lanes>& misfit, Isa isa) const;
-  /// Adds to gradient() the part of the levels that missing blocks change. Overwrites work.free_columns.
+  /// Adds to gradient() the part of the levels that missing blocks change. Overwrites work.missing_columns.
   void add_gradient(const MissingBlocks& missing, const NoiseLevels& levels, NoiseWorkspace& work, LevelGradient& by,
                     Isa isa) const;
   /// As begin_whitening() and whiten() with missing blocks: products have missing.count() values more per column, which
-  /// are in work.free_value. Call them after leave_out().
+  /// are in work.missing_value. Call them after leave_out().
   void begin_whitening(const MissingBlocks& missing, NoiseWorkspace& work, Isa isa) const;
   void whiten(const MissingBlocks& missing, std::span<const double> unfolded, NoiseWorkspace& work, Isa isa) const;
 

@@ -92,10 +92,4 @@ PointEstimate fit_log_ratio(const Density& density, const OptimumSettings& setti
   return made;
 }
 
-PointEstimate mode(const Density& density, const OptimumSettings& settings) {
-  const auto evaluate = [&](std::span<const double> x, Local& local) { density.evaluate(x, local); };
-  const Optimum optimum = minimise(density.size(), density.uniform(), evaluate, settings);
-  return estimate_at(density, optimum.x, optimum);
-}
-
 }  // namespace decid::frf

@@ -1,5 +1,5 @@
-// Measurement noise of the blocks by its spectrum: their order, the misfit of the coefficients, whitening, and
-// directions of any value (missing blocks), written once on a vector type V. kernels.hpp documents them.
+// Measurement noise of the blocks by its spectrum: their reordering, the misfit of the coefficients, whitening, and
+// missing blocks, written once on a vector type V. kernels.hpp documents them.
 #pragma once
 
 #include "base/math/doubles.hpp"
@@ -9,11 +9,6 @@
 
 namespace decid::posterior {
 namespace {
-
-/// Returns the place of block m of `count` in the cosine transform's order.
-inline std::ptrdiff_t unfolded_place(std::ptrdiff_t m, std::ptrdiff_t count) {
-  return m % 2 == 0 ? m / 2 : count - 1 - m / 2;
-}
 
 template <class V>
 void unfold(int count, const double* recorded, const double* modelled, const double* factors, double* out) {
@@ -122,10 +117,10 @@ void whiten(const NoiseRows& rows, const double* spectrum, const double* root, c
   }
 }
 
-/// Four directions at a time share the loads of a column.
+/// Four missing blocks at a time share the loads of a column.
 template <class V>
-void free_columns(const FreeDirections& of, const double* precision, const double* line_variance, double* columns,
-                  double* rise, double* matrix) {
+void missing_columns(const MissingBasis& of, const double* precision, const double* line_variance, double* columns,
+                     double* rise, double* matrix) {
   using D = typename V::D;
   const std::ptrdiff_t rows = of.rows, count = of.count;
   for (int v = 0; v < vectors<V>; ++v) {

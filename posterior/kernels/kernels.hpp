@@ -13,6 +13,12 @@ namespace decid::posterior {
 inline constexpr int lanes = sim::fft_lanes;
 inline constexpr int strip_rows = 32;  ///< of add_products
 
+/// Returns the place of block m of `count` among unfolded ones: the even ones, then the odd ones backwards (Makhoul's
+/// cosine transform). Always inline, because the linker may choose the copy of another instruction set.
+[[gnu::always_inline]] constexpr std::ptrdiff_t unfolded_place(std::ptrdiff_t m, std::ptrdiff_t count) {
+  return m % 2 == 0 ? m / 2 : count - 1 - m / 2;
+}
+
 constexpr std::size_t inverse_work(std::size_t size) {
   return size * ((size + 31) / 32 * 32);
 }
@@ -102,12 +108,12 @@ struct NoiseRows {
 struct NoiseVariances {
   const double *white, *slow, *memory;
 };
-/// Directions of the residual that may have any value: see MissingBlocks (posterior/density/spectrum.hpp).
-struct FreeDirections {
+/// The missing blocks, which may have any value: see MissingBlocks (posterior/density/spectrum.hpp).
+struct MissingBasis {
   int rows, count;
-  const double* basis;     ///< their coefficients: rows * count values, row after row
+  const double* basis;     ///< their cosine transforms: rows * count values, row after row
   const double* line;      ///< as in NoiseRows
-  double prior_precision;  ///< of the value along each direction, 1/rad^2
+  double prior_precision;  ///< of each block's value, 1/rad^2
 };
 /// count values per chain each.
 struct NoiseState {
@@ -142,8 +148,8 @@ struct Kernels {
   void (*add_conjugate_product)(int count, const double* in, const double* factors, double* out);
   /// Computes out = in * factors, real; the factors are the same for all chains.
   void (*scale)(int count, const double* in, const double* factors, double* out);
-  /// Reorders blocks for Makhoul's cosine transform: the even ones, then the odd ones backwards. out[place of m] =
-  /// recorded[m] - modelled[m] * factors[m]; recorded: the same for all chains.
+  /// Reorders blocks as unfolded_place() states. out[place of m] = recorded[m] - modelled[m] * factors[m]; recorded:
+  /// the same for all chains.
   void (*unfold)(int count, const double* recorded, const double* modelled, const double* factors, double* out);
   /// Inverts unfold: out[m] = unfolded[place of m] * factors[m].
   void (*fold)(int count, const double* unfolded, const double* factors, double* out);
@@ -159,11 +165,11 @@ struct Kernels {
   /// value per chain.
   void (*whiten)(const NoiseRows&, const double* spectrum, const double* root, const double* line_row,
                  const double* shrinkage, double* out);
-  /// Multiplies the directions C by the inverse covariance Q: columns = Q C, count columns of `rows` values per chain;
-  /// rise: the straight line's rise in each of them; matrix = C^t Q C + the prior's precision, a lower triangle.
-  /// line_variance: of the line's rise, one value per chain.
-  void (*free_columns)(const FreeDirections&, const double* precision, const double* line_variance, double* columns,
-                       double* rise, double* matrix);
+  /// Multiplies the missing blocks' transforms C by the inverse covariance Q: columns = Q C, count columns of `rows`
+  /// values per chain; rise: the straight line's rise in each of them; matrix = C^t Q C + the prior's precision, a
+  /// lower triangle. line_variance: of the line's rise, one value per chain.
+  void (*missing_columns)(const MissingBasis&, const double* precision, const double* line_variance, double* columns,
+                          double* rise, double* matrix);
   /// Computes the product of each of `count` columns of `rows` values with `in`: count values per chain.
   void (*columns_times)(int rows, int count, const double* columns, const double* in, double* out);
   /// Computes the sums of w |column|^2 d over the coefficients, w: weights, one value per column and chain; d: the

@@ -55,7 +55,7 @@ TEST_CASE("sample: progress runs to its end, and stopping keeps the draws") {
   const Observation observation = density.observe(recorded(protocol, some_parameters(), 0.02, 0));
   double done = 0.0;
   bool drawing = false;
-  const Posterior found = sample(density, observation, quick(), {}, [&](const Progress& progress) {
+  const Posterior found = sample(density, observation, quick(), [&](const Progress& progress) {
     CHECK(progress.done >= done);
     CHECK(progress.done <= 1.0);
     done = progress.done;
@@ -66,7 +66,7 @@ TEST_CASE("sample: progress runs to its end, and stopping keeps the draws") {
   CHECK(found.draws_per_chain() == 10);
   CHECK(found.chains() == 8);
   CHECK(found.rhat().size() == sim::Delay + 1 + 3);
-  const Posterior none = sample(density, observation, quick(), {}, [](const Progress&) { return false; });
+  const Posterior none = sample(density, observation, quick(), [](const Progress&) { return false; });
   CHECK(none.draws() == 0);
   CHECK(none.apart());
   CHECK_FALSE(none.agreed());
@@ -94,7 +94,7 @@ TEST_CASE("sample: some draws are kept whole, evenly over chains and time") {
   // Eight chains: 32 points each. 40 draws are too many, so every second one is kept; stopped after 10, all are.
   for (const auto& [stop, kept, apart] : {std::tuple{false, 20, 2}, std::tuple{true, 10, 1}}) {
     const Posterior found = sample(density, density.observe(recorded(protocol, some_parameters(), 0.02, 0)), settings,
-                                   {}, [ends = stop](const Progress& here) { return !ends || here.rhat == 0.0; });
+                                   [ends = stop](const Progress& here) { return !ends || here.rhat == 0.0; });
     REQUIRE(found.points() == kept * found.chains());
     CHECK(found.points() <= Posterior::max_points);
     for (int i = 0; i < found.points(); ++i) {

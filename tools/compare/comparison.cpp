@@ -65,7 +65,7 @@ std::optional<MethodAnswer> Comparison::answer(Method method, int trial, const s
 
 MethodAnswer Comparison::posterior_answer(int trial, const std::function<bool()>& stop) const {
   const posterior::Posterior found =
-      posterior::sample(density_, density_.observe(data_.trial(trial)), settings_.posterior, {},
+      posterior::sample(density_, density_.observe(data_.trial(trial)), settings_.posterior,
                         [&](const posterior::Progress&) { return !stop(); });
   if (stop()) return {};
   MethodAnswer answer{sim::Parameters(table_.size()), {}, static_cast<double>(found.leapfrog_steps())};

@@ -70,7 +70,7 @@ class Result:
     """A model's estimates for a recording. result["Kp"] is a Parameter."""
     parameters: dict[str, Parameter]
     trust: str  #: "usable", "caution" or "not usable"
-    warnings: tuple[Notice, ...]  #: the gravest first
+    warnings: tuple[Notice, ...]  #: the most severe first
     rms_residual_deg: Optional[float]  #: of the noise-free trial of these parameters, against the recording
     variance_accounted_for: Optional[float]
     peak_to_peak_deg: float

@@ -61,21 +61,17 @@ ChainGroup::Place ChainGroup::here() const {
   return x;
 }
 
-/// Sets the chains to the starts, or to draws from the middle of the priors, which all trials share.
-void ChainGroup::place(std::span<const State> starts) {
+/// Sets the chains to draws from the middle of the priors, which all trials share.
+void ChainGroup::place() {
   const Random random(settings_.seed, streams::chains, starting + number_);
   for (std::size_t t = 0; t < trials_.size(); ++t) {
     const std::span<double> x = sampler_.coordinates(t);
     const sim::ParameterTable& table = density(t).ranges();
     for (std::size_t l = 0; l < lanes; ++l) {
       State state;
-      if (!starts.empty()) {
-        state = starts[(static_cast<std::size_t>(number_) * lanes + l) % starts.size()];
-      } else {
-        std::vector<double> unit;
-        for (std::size_t i = 0; i < table.size(); ++i) unit.push_back(random.uniform(l * 64 + i, 0.2, 0.8));
-        state.parameters = table.from_unit(unit);
-      }
+      std::vector<double> unit;
+      for (std::size_t i = 0; i < table.size(); ++i) unit.push_back(random.uniform(l * 64 + i, 0.2, 0.8));
+      state.parameters = table.from_unit(unit);
       state.sensor_noise_deg = noise_deg(t);
       density(t).set(state, x, static_cast<int>(l));
     }
@@ -159,8 +155,8 @@ void ChainGroup::anneal(const Report& report) {
   metric_from_here();
 }
 
-void ChainGroup::warm_up(std::span<const State> starts, const Report& report) {
-  place(starts);
+void ChainGroup::warm_up(const Report& report) {
+  place();
   anneal(report);
   for (int window = 0; window < windows && !stopped_; ++window) {
     learn_in_window(window == 0 ? first_window_leapfrog_steps : std::min(leapfrog_steps_, max_window_leapfrog_steps),

@@ -20,8 +20,8 @@ class ChainGroup {
   ChainGroup(const Target& target, const Settings& settings, int number, const std::atomic<bool>& stopped);
 
   using Report = std::function<void(const char* stage, double done)>;
-  /// Warms up from any start: see posterior.hpp. done: fraction of the warm-up.
-  void warm_up(std::span<const State> starts, const Report& report);
+  /// Warms up: see posterior.hpp. done: fraction of the warm-up.
+  void warm_up(const Report& report);
   /// Drops the draws, and adapts the steps. last: nothing will be learned from the round.
   void begin_round(bool last);
   void draw(int count);
@@ -57,7 +57,7 @@ class ChainGroup {
   double noise_deg(std::size_t trial) const;
   Sampler::Lanes unexplained_deg(std::size_t trial) const;
   double first_noise_deg(std::size_t trial) const;
-  void place(std::span<const State> starts);
+  void place();
   void anneal(const Report& report);
   void metric_from_here();
   void adapt(int moves, int leapfrog_steps);

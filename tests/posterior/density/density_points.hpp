@@ -5,9 +5,11 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <vector>
 
+#include "base/math/cholesky.hpp"
 #include "base/math/random.hpp"
 #include "posterior/density/density.hpp"
 #include "posterior/streams.hpp"
@@ -108,6 +110,51 @@ inline double worst_gradient(const Density& density, const Observation& observat
       const double curvature = std::abs(here.potential[l]);  // second and third derivatives are of the potential's size
       const double allowed = 100.0 * (epsilon * curvature / step + step * step * curvature) + 1e-5 * std::abs(gradient);
       worst = std::max(worst, std::abs(difference - gradient) / allowed);
+    }
+  }
+  return worst;
+}
+
+/// The largest difference of the information between two of the coordinates `some` from the product of the model's
+/// derivatives, whitened by the explicit noise, over the derivatives' norms. Kinks within a step leave some 1e-4. Reads
+/// one of `every` chains.
+inline double worst_information(const Density& density, const Observation& observation, const Values& x,
+                                const std::vector<int>& some, std::size_t every = 1) {
+  Density::Workspace work(density);
+  std::vector<double> information(triangle(static_cast<std::size_t>(density.size())) * lanes);
+  density.information(observation, x, information, work);
+  // The model's offset and line follow its residual, which missing blocks change; the inverse covariance ignores both.
+  Observation all = observation;
+  all.missing = {};
+  const double step = 1e-5;
+  std::vector<Values> columns;
+  for (const int i : some) {
+    Values high = x, low = x;
+    for (std::size_t l = 0; l < lanes; ++l) at(high, i, l) += step, at(low, i, l) -= step;
+    Values change = model(density, all, high).sway;
+    const Values below = model(density, all, low).sway;
+    for (std::size_t m = 0; m < change.size(); ++m) change[m] = (change[m] - below[m]) / (2.0 * step);
+    columns.push_back(change);
+  }
+  const std::size_t kept = coefficients(density);
+  double worst = 0.0;
+  for (std::size_t l = 0; l < lanes; l += every) {
+    DenseNoise noise = noise_of(density, density.state(x, static_cast<int>(l)));
+    noise.missing = observation.missing.blocks;
+    const DenseGaussian gaussian = noise.of_coefficients(kept);
+    std::vector<std::vector<double>> whitened;
+    for (const Values& column : columns)
+      whitened.push_back(gaussian.whitened(noise.transform(kept, of_chain(column, l))));
+    const auto product = [&](std::size_t a, std::size_t b) {
+      return std::inner_product(whitened[a].begin(), whitened[a].end(), whitened[b].begin(), 0.0);
+    };
+    for (std::size_t a = 0; a < some.size(); ++a) {
+      for (std::size_t b = 0; b < a; ++b) {
+        const std::size_t entry = triangle(static_cast<std::size_t>(some[a])) + static_cast<std::size_t>(some[b]);
+        const double error =
+            std::abs(information[entry * lanes + l] - product(a, b)) / std::sqrt(product(a, a) * product(b, b));
+        worst = std::isnan(error) ? std::numeric_limits<double>::infinity() : std::max(worst, error);
+      }
     }
   }
   return worst;

@@ -6,10 +6,8 @@
 #include <limits>
 #include <vector>
 
-#include "base/math/random.hpp"
-#include "posterior/streams.hpp"
 #include "tests/helpers.hpp"
-#include "tests/posterior/density/dense_noise.hpp"
+#include "tests/posterior/density/residuals.hpp"
 
 using namespace decid;
 using namespace decid::posterior;
@@ -18,55 +16,6 @@ using namespace decid::test;
 namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
-constexpr double drift_hz = 0.03;
-
-/// Eight residuals with eight levels of noise.
-struct Residuals {
-  NoiseSpectrum spectrum;
-  double block_s;
-  std::size_t blocks, rows;
-  NoiseLevels levels;
-  AlignedVector<double> unfolded;
-  NoiseWorkspace work;
-
-  Residuals(int count, double block_s_, double highest_hz)
-      : spectrum(count, block_s_, highest_hz, drift_hz),
-        block_s(block_s_),
-        blocks(static_cast<std::size_t>(spectrum.blocks())),
-        rows(static_cast<std::size_t>(spectrum.rows())),
-        unfolded(blocks * lanes),
-        work(spectrum.workspace()) {
-    for (std::size_t l = 0; l < lanes; ++l) {
-      const double white = (0.002 + 0.003 * static_cast<double>(l)) * sim::rad_per_deg;
-      levels.white[l] = white * white;
-      levels.slow[l] = l == 0 ? 0.0 : 20.0 / static_cast<double>(l) * levels.white[l];
-      levels.memory[l] = std::pow(0.5 + static_cast<double>(l), 2);
-      const std::vector<double> values = random(l, std::sqrt(levels.white[l] * 2.0));
-      put(values, l);
-    }
-  }
-  DenseNoise dense(std::size_t l) const {
-    return {blocks, block_s, drift_hz, levels.white[l], levels.slow[l], levels.memory[l]};
-  }
-  /// Noise, an offset and a line.
-  std::vector<double> random(std::uint64_t item, double sd) const {
-    std::vector<double> values(blocks);
-    Random(4, posterior::streams::chains, item).fill_normal(values);
-    for (std::size_t m = 0; m < blocks; ++m) values[m] = sd * (values[m] + 30.0 + 0.7 * static_cast<double>(m));
-    return values;
-  }
-  /// The even blocks, then the odd ones backwards.
-  std::size_t place(std::size_t m) const { return m % 2 == 0 ? m / 2 : blocks - 1 - m / 2; }
-  void put(const std::vector<double>& values, std::size_t l) {
-    for (std::size_t m = 0; m < blocks; ++m) unfolded[place(m) * lanes + l] = values[m];
-  }
-  std::vector<double> count_blocks(const AlignedVector<double>& from, std::size_t l) const {
-    std::vector<double> values(blocks);
-    for (std::size_t m = 0; m < blocks; ++m) values[m] = from[place(m) * lanes + l];
-    return values;
-  }
-  std::array<double, lanes> misfit() { return spectrum.misfit(levels, unfolded, work, chosen_isa()); }
-};
 
 /// Half of the coefficients, a fifth, and two; lengths whose halves are even and odd.
 std::vector<Residuals> cases() {
@@ -103,7 +52,7 @@ TEST_CASE("NoiseSpectrum: the misfit is the Gaussian density of the kept coeffic
     const std::array<double, lanes> misfit = r.misfit();
     for (std::size_t l = 0; l < lanes; ++l) {
       const DenseNoise dense = r.dense(l);
-      const std::vector<double> kept = dense.transform(r.rows, r.count_blocks(r.unfolded, l));
+      const std::vector<double> kept = dense.transform(r.rows, r.folded(r.unfolded, l));
       const DenseGaussian gaussian = dense.of_coefficients(r.rows);
       const double scale = gaussian.product(kept, kept) + std::abs(gaussian.log_determinant());
       CHECK(within(misfit[l], gaussian.misfit(kept), dense.rounding(r.rows) * scale));
@@ -147,8 +96,8 @@ TEST_CASE("NoiseSpectrum: derivatives by the residual are the inverse covariance
     for (std::size_t l = 0; l < lanes; ++l) {
       const DenseNoise dense = r.dense(l);
       const DenseGaussian gaussian = dense.of_coefficients(r.rows);
-      const std::vector<double> derivative = r.count_blocks(by_unfolded, l);
-      const std::vector<double> kept = dense.transform(r.rows, r.count_blocks(r.unfolded, l));
+      const std::vector<double> derivative = r.folded(by_unfolded, l);
+      const std::vector<double> kept = dense.transform(r.rows, r.folded(r.unfolded, l));
       for (std::size_t m = 0; m < r.blocks; ++m) {
         std::vector<double> unit(r.blocks, 0.0);
         unit[m] = 1.0;
@@ -203,7 +152,7 @@ TEST_CASE("NoiseSpectrum: a block given all others has the density of all over t
     for (std::size_t l = 0; l < lanes; ++l) {
       const DenseNoise dense = r.dense(l);
       const std::vector<double> covariance = dense.of_blocks(r.rows, 1e8 * r.levels.white[l]);
-      const std::vector<double> residual = r.count_blocks(r.unfolded, l);
+      const std::vector<double> residual = r.folded(r.unfolded, l);
       const double all = DenseGaussian(covariance).misfit(residual);
       for (std::size_t i = 0; i < r.blocks; ++i) {
         std::vector<double> others, of_others;

@@ -45,7 +45,7 @@ void write_draws(const std::filesystem::path& path, const Report& report, std::s
 /// Returns a line that says whose stiffness and damping the tables show, and a line if the body is assumed, or if the
 /// weight may be in pounds. remedy: for an assumed body.
 std::string body_text(const sim::Body& body, bool assumed, const std::string& remedy = "give --mass and --height");
-/// Returns a line: the trust, with the gravest of the warnings.
+/// Returns a line: the trust, with the most severe of the warnings.
 std::string trust_text(const Warnings& warnings);
 /// Returns a line for each of the other warnings.
 std::string warnings_text(const Warnings& warnings);

@@ -169,7 +169,7 @@ std::string body_text(const sim::Body& body, bool assumed, const std::string& re
 std::string trust_text(const Warnings& warnings) {
   const Trust trust = worst_trust(warnings);
   return "  " + std::string(name(trust)) + ": " +
-         (trust == Trust::usable ? "recording passed all checks" : gravest(warnings)->text) + "\n";
+         (trust == Trust::usable ? "recording passed all checks" : most_severe(warnings)->text) + "\n";
 }
 
 std::string warnings_text(const Warnings& warnings) {
@@ -177,7 +177,7 @@ std::string warnings_text(const Warnings& warnings) {
   for (auto w = warnings.begin(); w != warnings.end(); ++w)
     if (w->severity == Severity::info)
       text += "  note: " + w->text + "\n";
-    else if (w != gravest(warnings))
+    else if (w != most_severe(warnings))
       text += "  warning: " + w->text + "\n";
   return text;
 }
