@@ -18,6 +18,10 @@ namespace {
 // Wider than any sway, so it has no influence; it bounds what the ignored frequencies leave open.
 constexpr double missing_sd_rad = 10.0 * sim::rad_per_deg;
 
+MissingPairs pairs_of(const MissingBlocks& missing) {
+  return {missing.count(), missing.apart.data(), missing.sum.data(), 1.0 / (missing_sd_rad * missing_sd_rad)};
+}
+
 std::size_t diagonal(std::size_t row) {
   return row * (row + 3) / 2;
 }
@@ -30,13 +34,43 @@ std::span<double> block_of(std::span<double> unfolded, int block, int blocks) {
 }  // namespace
 
 MissingBlocks NoiseSpectrum::make_missing(std::vector<int> blocks) const {
-  MissingBlocks missing{std::move(blocks), {}};
+  MissingBlocks missing{std::move(blocks)};
   const long long parts = 4LL * this->blocks();
-  for (int k = 0; k < rows(); ++k) {
-    const double norm = std::sqrt((k == 0 ? 1.0 : 2.0) / this->blocks());
-    for (const int m : missing.blocks)
-      missing.basis.push_back(norm * sincos_of_turn(static_cast<long long>(k) * (2 * m + 1) % parts, parts).cos);
-  }
+  const auto square = [&](int k) { return (k == 0 ? 1.0 : 2.0) / this->blocks(); };
+  const auto entry = [&](int k, int m) {
+    return std::sqrt(square(k)) * sincos_of_turn(static_cast<long long>(k) * (2 * m + 1) % parts, parts).cos;
+  };
+  for (int k = 0; k < rows(); ++k)
+    for (const int m : missing.blocks) missing.basis.push_back(entry(k, m));
+  for (const int m : missing.blocks)
+    for (int k = 0; k < rows(); ++k) missing.basis_columns.push_back(entry(k, m));
+
+  std::vector<int>& distances = missing.distances;
+  const auto for_each_pair = [&](const auto& run) {
+    for (std::size_t i = 0; i < missing.blocks.size(); ++i)
+      for (std::size_t j = 0; j <= i; ++j)
+        run(missing.blocks[i] - missing.blocks[j], missing.blocks[i] + missing.blocks[j] + 1);
+  };
+  for_each_pair([&](int apart, int sum) {
+    distances.push_back(apart);
+    distances.push_back(sum);
+  });
+  std::ranges::sort(distances);
+  distances.erase(std::ranges::unique(distances).begin(), distances.end());
+  const auto place = [&](int distance) {
+    return static_cast<int>(std::ranges::lower_bound(distances, distance) - distances.begin());
+  };
+  for_each_pair([&](int apart, int sum) {
+    missing.apart.push_back(place(apart));
+    missing.sum.push_back(place(sum));
+  });
+  const auto cosine = [&](int k, int distance) {
+    return square(k) * sincos_of_turn(2LL * k * distance % parts, parts).cos;
+  };
+  for (int k = 0; k < rows(); ++k)
+    for (const int distance : distances) missing.cosines.push_back(cosine(k, distance));
+  for (const int distance : distances)
+    for (int k = 0; k < rows(); ++k) missing.cosines_by_distance.push_back(cosine(k, distance));
   return missing;
 }
 
@@ -49,18 +83,33 @@ void NoiseSpectrum::leave_out(const MissingBlocks& missing, NoiseWorkspace& work
   const int count = missing.count();
   if (count == 0) return;
   const Kernels& run = kernels(isa);
-  const auto sized = [](AlignedVector<double>& values, std::size_t size) { values.resize(size * lanes, 0.0); };
   const auto blocks = static_cast<std::size_t>(count), all = static_cast<std::size_t>(rows());
-  sized(work.missing_columns, all * blocks);
-  sized(work.missing_matrix, blocks * (blocks + 1) / 2);
-  for (auto* values : {&work.missing_rise, &work.missing_value, &work.missing_weight}) sized(*values, blocks);
+  const auto distances = static_cast<int>(missing.distances.size());
+  work.missing_distances.assign(missing.distances.size() * lanes, 0.0);
+  work.missing_along.assign(blocks * lanes, 0.0);
+  work.missing_value.assign(blocks * lanes, 0.0);
+  work.missing_rise.resize(blocks * lanes);
+  work.missing_row.resize(all * lanes);
+  work.missing_matrix.resize(blocks * (blocks + 1) / 2 * lanes);
 
-  std::array<double, lanes> line_variance;
-  for (std::size_t l = 0; l < lanes; ++l) line_variance[l] = 1.0 / work.line_precision[l];
-  run.missing_columns({rows(), count, missing.basis.data(), line_.data(), 1.0 / (missing_sd_rad * missing_sd_rad)},
-                      work.precision.data(), line_variance.data(), work.missing_columns.data(),
-                      work.missing_rise.data(), work.missing_matrix.data());
-  run.columns_times(rows(), count, work.missing_columns.data(), work.coefficient.data(), work.missing_value.data());
+  // C^t Q l with the line's coefficients l, without the line's own part of Q.
+  for (std::size_t k = 0; k < all; ++k)
+    for (std::size_t l = 0; l < lanes; ++l) work.missing_row[k * lanes + l] = line_[k] * work.precision[k * lanes + l];
+  run.add_matrix_times(count, rows(), missing.basis_columns.data(), work.missing_row.data(), work.missing_along.data());
+  for (std::size_t i = 0; i < blocks; ++i)
+    for (std::size_t l = 0; l < lanes; ++l)
+      work.missing_rise[i * lanes + l] = work.missing_along[i * lanes + l] / work.line_precision[l];
+  run.add_matrix_times(distances, rows(), missing.cosines_by_distance.data(), work.precision.data(),
+                       work.missing_distances.data());
+  run.missing_matrix(pairs_of(missing), work.missing_distances.data(), work.missing_along.data(),
+                     work.missing_rise.data(), work.missing_matrix.data());
+  // C^t Q r.
+  for (std::size_t k = 0; k < all; ++k)
+    for (std::size_t l = 0; l < lanes; ++l) {
+      const std::size_t at = k * lanes + l;
+      work.missing_row[at] = work.precision[at] * std::fma(-line_[k], work.line[l], work.coefficient[at]);
+    }
+  run.add_matrix_times(count, rows(), missing.basis_columns.data(), work.missing_row.data(), work.missing_value.data());
   run.factorize(count, work.missing_matrix.data());
   run.solve_lower(count, work.missing_matrix.data(), work.missing_value.data());
   run.solve_transposed(count, work.missing_matrix.data(), work.missing_value.data());
@@ -86,30 +135,33 @@ void NoiseSpectrum::leave_out(const MissingBlocks& missing, NoiseWorkspace& work
   }
 }
 
-// The derivative of log det A / 2 by a coefficient's power is - u^2 / 2, u = L^-1 C^t Q with A = L L^t. The columns
-// keep their length L_ii until they are weighed, because kernels subtract multiples of columns.
+// The derivative of log det A / 2 by a coefficient's precision is u^t A^-1 u / 2, where u is the row of C for this
+// coefficient less the line's part. The products of two cosines in C are sums of the cosines of both distances.
 void NoiseSpectrum::add_gradient(const MissingBlocks& missing, const NoiseLevels& levels, NoiseWorkspace& work,
                                  LevelGradient& by, Isa isa) const {
-  const auto count = static_cast<std::size_t>(missing.count()), all = static_cast<std::size_t>(rows());
+  const int count = missing.count();
   if (count == 0) return;
   const Kernels& run = kernels(isa);
-  const auto column = [&](std::size_t i) { return work.missing_columns.data() + i * all * lanes; };
-  for (std::size_t i = 0; i < count; ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      std::array<double, lanes> factor;
-      for (std::size_t l = 0; l < lanes; ++l)
-        factor[l] =
-            work.missing_matrix[(diagonal(i) - i + j) * lanes + l] / work.missing_matrix[diagonal(j) * lanes + l];
-      run.subtract_times(rows(), factor.data(), column(j), column(i));
-    }
-    for (std::size_t l = 0; l < lanes; ++l) {
-      const double length = work.missing_matrix[diagonal(i) * lanes + l];
-      work.missing_weight[i * lanes + l] = -0.5 / (length * length);
-    }
-  }
+  const auto blocks = static_cast<std::size_t>(count), all = static_cast<std::size_t>(rows());
+  work.missing_inverse.resize(work.missing_matrix.size());
+  run.inverse_of_factor(count, work.missing_matrix.data(), work.missing_inverse.data(), work.missing_value.data());
+  std::ranges::fill(work.missing_distances, 0.0);
+  run.add_to_distances(pairs_of(missing), work.missing_inverse.data(), work.missing_distances.data());
+  work.missing_trace.assign(all * lanes, 0.0);
+  run.add_matrix_times(rows(), static_cast<int>(missing.distances.size()), missing.cosines.data(),
+                       work.missing_distances.data(), work.missing_trace.data());
+  // Of the line: A^-1 applied to its rise in the missing blocks.
+  work.missing_value.assign(blocks * lanes, 0.0);
+  run.symmetric_times(count, work.missing_inverse.data(), work.missing_rise.data(), work.missing_value.data());
+  std::array<double, lanes> square{};
+  for (std::size_t i = 0; i < blocks; ++i)
+    for (std::size_t l = 0; l < lanes; ++l)
+      square[l] = std::fma(work.missing_rise[i * lanes + l], work.missing_value[i * lanes + l], square[l]);
+  work.missing_row.assign(all * lanes, 0.0);
+  run.add_matrix_times(rows(), count, missing.basis.data(), work.missing_value.data(), work.missing_row.data());
   std::array<double, 3 * lanes> sums;
-  run.column_powers(constants(), missing.count(), levels.slow.data(), work.slow_fraction.data(),
-                    work.missing_columns.data(), work.missing_weight.data(), sums.data());
+  run.missing_powers(constants(), levels.slow.data(), work.state(), work.missing_trace.data(), work.missing_row.data(),
+                     square.data(), sums.data());
   for (std::size_t l = 0; l < lanes; ++l) {
     by.white[l] += sums[l];
     by.slow[l] += sums[lanes + l];
@@ -120,6 +172,7 @@ void NoiseSpectrum::add_gradient(const MissingBlocks& missing, const NoiseLevels
 void NoiseSpectrum::begin_whitening(const MissingBlocks& missing, NoiseWorkspace& work, Isa isa) const {
   begin_whitening(work);
   const std::size_t all = static_cast<std::size_t>(rows()) * lanes, count = static_cast<std::size_t>(missing.count());
+  work.missing_columns.resize(count * all);
   for (std::size_t i = 0; i < count; ++i) {
     std::ranges::fill(work.unfolded, 0.0);
     std::ranges::fill(block_of(work.unfolded, missing.blocks[i], blocks()), 1.0);
@@ -148,8 +201,14 @@ std::vector<double> NoiseSpectrum::explained_by_missing(const MissingBlocks& mis
                                                         Isa isa) const {
   const auto count = static_cast<std::size_t>(missing.count()), all = static_cast<std::size_t>(rows());
   std::vector<double> sums(static_cast<std::size_t>(blocks()) * lanes, 0.0);
+  work.missing_columns.resize(count * all * lanes);
   for (std::size_t i = 0; i < count; ++i) {
     double* column = work.missing_columns.data() + i * all * lanes;
+    for (std::size_t k = 0; k < all; ++k)  // of Q C
+      for (std::size_t l = 0; l < lanes; ++l) {
+        const double rise = work.missing_rise[i * lanes + l], here = missing.basis_columns[i * all + k];
+        column[k * lanes + l] = work.precision[k * lanes + l] * std::fma(-line_[k], rise, here);
+      }
     for (std::size_t j = 0; j <= i; ++j) {
       std::array<double, lanes> factor;
       const double* row = work.missing_matrix.data() + (diagonal(i) - i + j) * lanes;

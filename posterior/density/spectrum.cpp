@@ -15,10 +15,6 @@ constexpr double offset_sd_rad = 10.0 * sim::rad_per_deg, line_sd_rad = 10.0 * s
 constexpr int max_fast_prime = 13;
 constexpr double rounded_precision = 1e-12;  // of a block given the others, over that with known line and gaps
 
-NoiseState state_of(NoiseWorkspace& work) {
-  return {work.coefficient.data(), work.precision.data(), work.slow_fraction.data()};
-}
-
 }  // namespace
 
 int NoiseSpectrum::fast_blocks(int max_blocks) {
@@ -79,7 +75,7 @@ std::array<double, lanes> NoiseSpectrum::misfit(const NoiseLevels& levels, std::
   fft_.forward_lanes(unfolded, work.spectrum, work.fft_work, isa);
   std::array<double, 4 * lanes> sums;
   kernels(isa).noise_rows(constants(), {levels.white.data(), levels.slow.data(), levels.memory.data()},
-                          work.spectrum.data(), state_of(work), sums.data());
+                          work.spectrum.data(), work.state(), sums.data());
   std::array<double, lanes> misfit;
   for (std::size_t l = 0; l < lanes; ++l) {
     const double along = sums[lanes + l];
@@ -98,7 +94,7 @@ NoiseSpectrum::LevelGradient NoiseSpectrum::gradient(const NoiseLevels& levels, 
   std::array<double, 3 * lanes> sums;
   std::fill(work.spectrum.begin() + 2 * rows() * lanes, work.spectrum.end(), 0.0);
   kernels(isa).noise_rows_gradient(constants(), {levels.white.data(), levels.slow.data(), levels.memory.data()},
-                                   work.line.data(), uncertainty.data(), state_of(work), work.spectrum.data(),
+                                   work.line.data(), uncertainty.data(), work.state(), work.spectrum.data(),
                                    sums.data());
   fft_.inverse_lanes(work.spectrum, by_unfolded, work.fft_work, isa);
   LevelGradient by;
@@ -143,7 +139,7 @@ void NoiseSpectrum::leave_block_out(const MissingBlocks& missing, std::span<doub
   std::array<double, 3 * lanes> sums;
   std::fill(work.spectrum.begin() + 2 * rows() * lanes, work.spectrum.end(), 0.0);
   kernels(isa).noise_rows_gradient(constants(), {nothing.data(), nothing.data(), nothing.data()}, work.line.data(),
-                                   uncertainty.data(), state_of(work), work.spectrum.data(), sums.data());
+                                   uncertainty.data(), work.state(), work.spectrum.data(), sums.data());
   fft_.inverse_lanes(work.spectrum, work.unfolded, work.fft_work, isa);
   const double constant = -0.5 * decid::log(2.0 * sim::pi);
   const auto parts = 4 * static_cast<long long>(count);

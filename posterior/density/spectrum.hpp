@@ -26,21 +26,31 @@ struct NoiseLevels {
 /// Blocks without a recorded value, such as a gap that was bridged by a straight line. Each has any value, with a
 /// normal prior of 10 degrees that is integrated out.
 struct MissingBlocks {
-  std::vector<int> blocks = {};    ///< ascending
-  std::vector<double> basis = {};  ///< rows() * count(): their cosine transforms, row after row
+  std::vector<int> blocks = {};            ///< ascending
+  std::vector<double> basis = {};          ///< rows() * count(): their cosine transforms, row after row
+  std::vector<double> basis_columns = {};  ///< the same, column after column
+  /// The differences m - n and the sums m + n + 1 of all pairs of blocks, each once, ascending.
+  std::vector<int> distances = {};
+  std::vector<int> apart = {}, sum = {};  ///< their places, of each pair, row after row up to the diagonal
+  /// The squares of the transform's factors times cos(pi k d / blocks()) of row k and distance d: row after row, and
+  /// distance after distance.
+  std::vector<double> cosines = {}, cosines_by_distance = {};
   int count() const noexcept { return static_cast<int>(blocks.size()); }
 };
 
 /// Work space for one thread.
 struct NoiseWorkspace {
+  NoiseState state() { return {coefficient.data(), precision.data(), slow_fraction.data()}; }
+
   AlignedVector<double> spectrum, coefficient, precision, slow_fraction, root, line_row, unfolded, fft_work;
   std::array<double, lanes> line;            ///< the straight line's most probable rise from end to end, rad
   std::array<double, lanes> line_precision;  ///< the precision of that rise, with the prior
   std::array<double, lanes> line_shrinkage;
   std::array<double, lanes> half_log_determinant;  ///< of the covariance
-  // For missing blocks: the inverse covariance times their columns, the factor of A (missing_blocks.cpp), the line's
-  // rise in each column, and values per block.
-  AlignedVector<double> missing_columns, missing_matrix, missing_rise, missing_value, missing_weight;
+  // For missing blocks: the factor of A (missing_blocks.cpp) and its inverse; values per block, per distance and per
+  // coefficient; columns of coefficients.
+  AlignedVector<double> missing_matrix, missing_inverse, missing_along, missing_rise, missing_value, missing_distances,
+      missing_trace, missing_row, missing_columns;
 };
 
 class NoiseSpectrum {
@@ -84,7 +94,7 @@ class NoiseSpectrum {
   /// Integrates missing blocks out: adds to misfit() what they change. Replaces their residuals in work by their most
   /// probable values, so gradient() is right after it except for the levels. Call it after misfit().
   void leave_out(const MissingBlocks& missing, NoiseWorkspace& work, std::array<double, lanes>& misfit, Isa isa) const;
-  /// Adds to gradient() the part of the levels that missing blocks change. Overwrites work.missing_columns.
+  /// Adds to gradient() the part of the levels that missing blocks change. Call it after leave_out().
   void add_gradient(const MissingBlocks& missing, const NoiseLevels& levels, NoiseWorkspace& work, LevelGradient& by,
                     Isa isa) const;
   /// As begin_whitening() and whiten() with missing blocks: products have missing.count() values more per column, which

@@ -187,6 +187,31 @@ void solve_transposed(int size, const double* lower, double* x) {
   }
 }
 
+/// Solves for one column of the inverse after another; values above the diagonal are not computed.
+template <class V>
+void inverse_of_factor(int size, const double* lower, double* inverse, double* column) {
+  using D = typename V::D;
+  for (int v = 0; v < vectors<V>; ++v) {
+    const std::ptrdiff_t at = v * V::width;
+    double* x = column + at;
+    const auto row = [&](std::ptrdiff_t i) { return lower + i * (i + 1) / 2 * lanes + at; };
+    for (std::ptrdiff_t m = 0; m < size; ++m) {
+      V::store(x + m * lanes, V::set(1.0) / V::load(row(m) + m * lanes));
+      for (std::ptrdiff_t i = m + 1; i < size; ++i) {
+        D sum = V::set(0.0);
+        for (std::ptrdiff_t j = m; j < i; ++j) sum = V::fma(V::load(row(i) + j * lanes), V::load(x + j * lanes), sum);
+        V::store(x + i * lanes, -sum / V::load(row(i) + i * lanes));
+      }
+      for (std::ptrdiff_t i = size - 1; i >= m; --i) {
+        const D here = V::load(x + i * lanes) / V::load(row(i) + i * lanes);
+        for (std::ptrdiff_t j = m; j < i; ++j)
+          V::store(x + j * lanes, V::fma(-here, V::load(row(i) + j * lanes), V::load(x + j * lanes)));
+        V::store(inverse + (i * (i + 1) / 2 + m) * lanes + at, here);
+      }
+    }
+  }
+}
+
 template <class V>
 void symmetric_times(int size, const double* matrix, const double* in, double* out) {
   using D = typename V::D;

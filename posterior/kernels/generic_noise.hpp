@@ -117,63 +117,59 @@ void whiten(const NoiseRows& rows, const double* spectrum, const double* root, c
   }
 }
 
-/// Four missing blocks at a time share the loads of a column.
 template <class V>
-void missing_columns(const MissingBasis& of, const double* precision, const double* line_variance, double* columns,
-                     double* rise, double* matrix) {
+void missing_matrix(const MissingPairs& of, const double* cosines, const double* along, const double* rise,
+                    double* matrix) {
   using D = typename V::D;
-  const std::ptrdiff_t rows = of.rows, count = of.count;
+  const D half = V::set(0.5);
   for (int v = 0; v < vectors<V>; ++v) {
     const std::ptrdiff_t at = v * V::width;
-    for (std::ptrdiff_t c = 0; c < count; ++c) {
-      D along = V::set(0.0);
-      for (std::ptrdiff_t k = 0; k < rows; ++k)
-        along = V::fma(V::set(of.line[k] * of.basis[k * count + c]), V::load(precision + k * lanes + at), along);
-      const D height = along * V::load(line_variance + at);
-      V::store(rise + c * lanes + at, height);
-      double* column = columns + c * rows * lanes + at;
-      for (std::ptrdiff_t k = 0; k < rows; ++k)
-        V::store(column + k * lanes, V::load(precision + k * lanes + at) *
-                                         V::fma(V::set(-of.line[k]), height, V::set(of.basis[k * count + c])));
-      double* row = matrix + c * (c + 1) / 2 * lanes + at;
-      std::ptrdiff_t j = 0;
-      for (; j + 4 <= c + 1; j += 4) {
-        D sum[4] = {V::set(0.0), V::set(0.0), V::set(0.0), V::set(0.0)};
-        for (std::ptrdiff_t k = 0; k < rows; ++k) {
-          const D here = V::load(column + k * lanes);
-          const double* basis = of.basis + k * count + j;
-#pragma GCC unroll 4
-          for (int n = 0; n < 4; ++n) sum[n] = V::fma(V::set(basis[n]), here, sum[n]);
-        }
-        for (int n = 0; n < 4; ++n) V::store(row + (j + n) * lanes, sum[n]);
+    for (std::ptrdiff_t i = 0, pair = 0; i < of.count; ++i) {
+      const D of_row = -V::load(along + i * lanes + at);
+      for (std::ptrdiff_t j = 0; j <= i; ++j, ++pair) {
+        const D sum = V::load(cosines + of.apart[pair] * std::ptrdiff_t{lanes} + at) +
+                      V::load(cosines + of.sum[pair] * std::ptrdiff_t{lanes} + at);
+        V::store(matrix + pair * lanes + at, V::fma(of_row, V::load(rise + j * lanes + at), half * sum));
       }
-      for (; j <= c; ++j) {
-        D sum = V::set(0.0);
-        for (std::ptrdiff_t k = 0; k < rows; ++k)
-          sum = V::fma(V::set(of.basis[k * count + j]), V::load(column + k * lanes), sum);
-        V::store(row + j * lanes, sum);
-      }
-      V::store(row + c * lanes, V::load(row + c * lanes) + V::set(of.prior_precision));
+      double* diagonal = matrix + (pair - 1) * lanes + at;
+      V::store(diagonal, V::load(diagonal) + V::set(of.prior_precision));
     }
   }
 }
 
 template <class V>
-void column_powers(const NoiseRows& rows, int count, const double* slow, const double* slow_fraction,
-                   const double* columns, const double* weights, double* sums) {
+void add_to_distances(const MissingPairs& of, const double* matrix, double* distances) {
   using D = typename V::D;
-  const D one = V::set(1.0);
+  const D half = V::set(0.5);
   for (int v = 0; v < vectors<V>; ++v) {
     const std::ptrdiff_t at = v * V::width;
-    const D height = V::load(slow + at);
+    for (std::ptrdiff_t i = 0, pair = 0; i < of.count; ++i) {
+      for (std::ptrdiff_t j = 0; j <= i; ++j, ++pair) {
+        const D here = V::load(matrix + pair * lanes + at), both = j < i ? here : half * here;
+        double *apart = distances + of.apart[pair] * std::ptrdiff_t{lanes} + at,
+               *sum = distances + of.sum[pair] * std::ptrdiff_t{lanes} + at;
+        V::store(apart, V::load(apart) + both);
+        V::store(sum, V::load(sum) + both);
+      }
+    }
+  }
+}
+
+template <class V>
+void missing_powers(const NoiseRows& rows, const double* slow, const NoiseState& state, const double* trace,
+                    const double* along, const double* square, double* sums) {
+  using D = typename V::D;
+  const D one = V::set(1.0), minus_half = V::set(-0.5), two = V::set(2.0);
+  for (int v = 0; v < vectors<V>; ++v) {
+    const std::ptrdiff_t at = v * V::width;
+    const D height = V::load(slow + at), of_line = V::load(square + at);
     D by_white = V::set(0.0), by_slow = by_white, by_memory = by_white;
     for (std::ptrdiff_t k = 0; k < rows.count; ++k) {
-      D power = V::set(0.0);
-      for (std::ptrdiff_t c = 0; c < count; ++c) {
-        const D value = V::load(columns + (c * rows.count + k) * lanes + at);
-        power = V::fma(value * value, V::load(weights + c * lanes + at), power);
-      }
-      const D fraction = V::load(slow_fraction + k * lanes + at);
+      const std::ptrdiff_t from = k * lanes + at;
+      const D line = V::set(rows.line[k]), precision = V::load(state.precision + from),
+              fraction = V::load(state.slow_fraction + from);
+      const D all = V::fma(line, V::fma(line, of_line, -(two * V::load(along + from))), V::load(trace + from));
+      const D power = minus_half * (precision * precision) * all;
       by_white = V::fma(power, V::set(rows.white[k]), by_white);
       by_slow = V::fma(power, fraction, by_slow);
       by_memory = V::fma(-power * height, fraction * (one - fraction), by_memory);

@@ -109,10 +109,9 @@ struct NoiseVariances {
   const double *white, *slow, *memory;
 };
 /// The missing blocks, which may have any value: see MissingBlocks (posterior/density/spectrum.hpp).
-struct MissingBasis {
-  int rows, count;
-  const double* basis;     ///< their cosine transforms: rows * count values, row after row
-  const double* line;      ///< as in NoiseRows
+struct MissingPairs {
+  int count;               ///< of blocks
+  const int *apart, *sum;  ///< of each pair, row after row up to the diagonal: places among MissingBlocks::distances
   double prior_precision;  ///< of each block's value, 1/rad^2
 };
 /// count values per chain each.
@@ -165,17 +164,20 @@ struct Kernels {
   /// value per chain.
   void (*whiten)(const NoiseRows&, const double* spectrum, const double* root, const double* line_row,
                  const double* shrinkage, double* out);
-  /// Multiplies the missing blocks' transforms C by the inverse covariance Q: columns = Q C, count columns of `rows`
-  /// values per chain; rise: the straight line's rise in each of them; matrix = C^t Q C + the prior's precision, a
-  /// lower triangle. line_variance: of the line's rise, one value per chain.
-  void (*missing_columns)(const MissingBasis&, const double* precision, const double* line_variance, double* columns,
-                          double* rise, double* matrix);
+  /// Writes the matrix of missing blocks, a lower triangle: half the sum of `cosines` at both distances of a pair, less
+  /// the product of their values in `along` and `rise`, plus the prior's precision in the diagonal.
+  void (*missing_matrix)(const MissingPairs&, const double* cosines, const double* along, const double* rise,
+                         double* matrix);
+  /// Adds a symmetric matrix, row after row up to the diagonal, to the distances of its pairs: half of each entry of
+  /// the whole matrix to both distances.
+  void (*add_to_distances)(const MissingPairs&, const double* matrix, double* distances);
   /// Computes the product of each of `count` columns of `rows` values with `in`: count values per chain.
   void (*columns_times)(int rows, int count, const double* columns, const double* in, double* out);
-  /// Computes the sums of w |column|^2 d over the coefficients, w: weights, one value per column and chain; d: the
-  /// derivatives of a coefficient's power by white, slow and the logarithm of memory. sums: 3 values per chain.
-  void (*column_powers)(const NoiseRows&, int count, const double* slow, const double* slow_fraction,
-                        const double* columns, const double* weights, double* sums);
+  /// Computes the sums over the coefficients of -t d / 2, d: the derivatives of a coefficient's precision by white,
+  /// slow and the logarithm of memory, times -1; t = trace - 2 line along + line^2 square. trace, along: one value per
+  /// coefficient and chain; square: one value per chain. sums: 3 values per chain.
+  void (*missing_powers)(const NoiseRows&, const double* slow, const NoiseState&, const double* trace,
+                         const double* along, const double* square, double* sums);
   /// Computes out = T in for a lower triangular T, row after row: row i has i + 1 values.
   void (*lower_times)(int size, const double* lower, const double* in, double* out);
   /// Computes out = T^t in.
@@ -188,6 +190,9 @@ struct Kernels {
   /// Solves lower x = x, and lower^t x = x, for each chain.
   void (*solve_lower)(int size, const double* lower, double* x);
   void (*solve_transposed)(int size, const double* lower, double* x);
+  /// Computes the inverse of each chain's matrix from its Cholesky factor; both row after row up to the diagonal.
+  /// column: work space of `size` values per chain.
+  void (*inverse_of_factor)(int size, const double* lower, double* inverse, double* column);
   /// Computes out += matrix in for each chain: a symmetric matrix, row after row up to the diagonal.
   void (*symmetric_times)(int size, const double* matrix, const double* in, double* out);
   /// Stretches values: root: 4 q becomes q; cube: q^3; values *= q^4; product: of all q, one value per chain.

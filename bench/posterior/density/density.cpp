@@ -1,7 +1,7 @@
 // Speed of the posterior's density with its gradient, of eight chains at once, on one thread, for each instruction set,
 // beside the machine's peak of fused multiply-adds in double; and of its information matrix. Operations that count are
 // those of the transforms: two of the bins, two of the blocks, two of the noise; and for the information those of the
-// products of its columns.
+// products of its columns. With 2 and 10 s that were not measured, the speed is relative to the same operations.
 #include "posterior/density/density.hpp"
 
 #include <benchmark/benchmark.h>
@@ -28,9 +28,9 @@ struct Recorded {
   AlignedVector<double> x;
   Density::Workspace work;
 
-  explicit Recorded(Isa isa)
+  explicit Recorded(Isa isa, double missing_s = 0.0)
       : density(protocol, {}, isa),
-        observation(density.observe(sway())),
+        observation(density.observe(sway(), gaps(missing_s))),
         x(static_cast<std::size_t>(density.size()) * lanes),
         work(density) {
     Random(1, posterior::streams::chains, 0).fill_normal(x);
@@ -42,10 +42,17 @@ struct Recorded {
                                  sway_rad);
     return {sway_rad.begin(), sway_rad.end()};
   }
+  /// One gap in the middle.
+  std::vector<SampleRange> gaps(double missing_s) const {
+    const auto length = static_cast<std::size_t>(missing_s * protocol.experiment.sample_rate_hz),
+               first = static_cast<std::size_t>(protocol.samples() / 2);
+    if (length == 0) return {};
+    return {{first, first + length}};
+  }
 };
 
-void bench_gradient(benchmark::State& state, Isa isa) {
-  Recorded recorded(isa);
+void bench_gradient_of(benchmark::State& state, Isa isa, double missing_s) {
+  Recorded recorded(isa, missing_s);
   AlignedVector<double> gradient(recorded.x.size());
   std::vector<double> potential(lanes);
   FmaPeak peak(name(isa));
@@ -57,6 +64,16 @@ void bench_gradient(benchmark::State& state, Isa isa) {
   count_double_flops(state, peak,
                      2.0 * lanes * (2.0 * fft_flops(lengths.sway) + lengths.noise_count * fft_flops(lengths.noise)),
                      seconds);
+}
+
+void bench_gradient(benchmark::State& state, Isa isa) {
+  bench_gradient_of(state, isa, 0.0);
+}
+void bench_gradient_2_s(benchmark::State& state, Isa isa) {
+  bench_gradient_of(state, isa, 2.0);
+}
+void bench_gradient_10_s(benchmark::State& state, Isa isa) {
+  bench_gradient_of(state, isa, 10.0);
 }
 
 void bench_information(benchmark::State& state, Isa isa) {
@@ -75,6 +92,8 @@ void bench_information(benchmark::State& state, Isa isa) {
 
 [[maybe_unused]] const bool registered = [] {
   add_for_each_isa("posterior/gradient", bench_gradient);
+  add_for_each_isa("posterior/gradient, 2 s missing", bench_gradient_2_s);
+  add_for_each_isa("posterior/gradient, 10 s missing", bench_gradient_10_s);
   add_for_each_isa("posterior/information", bench_information);
   return true;
 }();
