@@ -1,5 +1,6 @@
-// Familiarity: whitened features against a covariance inverted by hand, what is usual, and networks that have none.
-#include "identify/network/familiarity.hpp"
+// Out-of-distribution detection: whitened features against a covariance inverted by hand, what is usual, and networks
+// that have none.
+#include "identify/network/ood_detector.hpp"
 
 #include <doctest/doctest.h>
 
@@ -81,7 +82,7 @@ std::vector<double> distances(const Model& of, int trials, std::span<const float
   predictor.run(images, outputs, read);
   std::vector<double> all;
   for (std::size_t i = 0; i < read.size(); i += n)
-    all.push_back(of.familiarity.distance(std::span(read).subspan(i, n)));
+    all.push_back(of.ood_detector.distance(std::span(read).subspan(i, n)));
   return all;
 }
 
@@ -113,23 +114,23 @@ Matrix inverse_of(const Matrix& m) {
 
 }  // namespace
 
-TEST_CASE("familiarity: features of another number are refused") {
-  const Familiarity known{{0.0F, 1.0F}, {1.0F, 0.0F, 2.0F}, 1.0};
+TEST_CASE("OodDetector: features of another number are refused") {
+  const OodDetector known{{0.0F, 1.0F}, {1.0F, 0.0F, 2.0F}, 1.0};
   const std::vector<float> values(3, 1.0F);
   CHECK(near(known.distance(std::span(values).first(2)), std::sqrt(0.5), 1e-15));
   check_error([&] { known.distance(std::span(values).first(1)); }, Code::size_mismatch, "1 features");
   CHECK_THROWS_AS(known.distance(values), Error);
-  CHECK_THROWS_AS((Familiarity{{0.0F, 1.0F}, {1.0F, 0.0F}, 1.0}.distance(std::span(values).first(2))), Error);
-  CHECK_THROWS_AS(Familiarity{}.distance({}), Error);
+  CHECK_THROWS_AS((OodDetector{{0.0F, 1.0F}, {1.0F, 0.0F}, 1.0}.distance(std::span(values).first(2))), Error);
+  CHECK_THROWS_AS(OodDetector{}.distance({}), Error);
 }
 
-TEST_CASE("familiarity: the Mahalanobis distance over the number of features, usual for 97 of 100") {
+TEST_CASE("OodDetector: the Mahalanobis distance over the number of features, usual for 97 of 100") {
   constexpr int trials = 200, learned = 120;
   Model known = model();
-  known.familiarity = learn_familiarity(known, Unseen(trials), 5);
-  REQUIRE(known.familiarity.known());
-  REQUIRE(known.familiarity.mean.size() == features);
-  REQUIRE(known.familiarity.whitening.size() == 6);
+  known.ood_detector = learn_ood_detector(known, Unseen(trials), 5);
+  REQUIRE(known.ood_detector.known());
+  REQUIRE(known.ood_detector.mean.size() == features);
+  REQUIRE(known.ood_detector.whitening.size() == 6);
   const std::vector<float> images = images_of(known, trials);
   const std::vector<double> found = distances(known, trials, images);
   REQUIRE(found.size() == trials);
@@ -169,36 +170,36 @@ TEST_CASE("familiarity: the Mahalanobis distance over the number of features, us
   // The border is the 78th of the 80 other distances.
   std::vector<double> others(found.begin() + learned, found.end());
   std::ranges::sort(others);
-  CHECK(known.familiarity.usual == others[77]);
+  CHECK(known.ood_detector.usual == others[77]);
 }
 
-TEST_CASE("familiarity: trials of another kind are farther") {
+TEST_CASE("OodDetector: trials of another kind are farther") {
   Model known = model();
-  known.familiarity = learn_familiarity(known, Unseen(200), 5);
+  known.ood_detector = learn_ood_detector(known, Unseen(200), 5);
   std::vector<float> image = images_of(known, 1), far = image;
   for (float& value : far) value *= 10;
   CHECK(near(distances(known, 1, far).front(), 10 * distances(known, 1, image).front(), 0.5));
-  CHECK(distances(known, 1, far).front() > known.familiarity.usual);
+  CHECK(distances(known, 1, far).front() > known.ood_detector.usual);
 }
 
-TEST_CASE("familiarity: features that are always the same can be divided by") {
+TEST_CASE("OodDetector: features that are always the same can be divided by") {
   Model known = model();
   auto& weight = known.network.parameters()[0]->value;
   std::fill_n(weight.begin() + 8, 8, 0.0F);  // the second feature's
-  known.familiarity = learn_familiarity(known, Unseen(200), 5);
-  REQUIRE(known.familiarity.known());
+  known.ood_detector = learn_ood_detector(known, Unseen(200), 5);
+  REQUIRE(known.ood_detector.known());
   const std::vector<double> found = distances(known, 10, images_of(known, 10));
   for (const double distance : found) CHECK((distance > 0 && distance < 5));
 }
 
-TEST_CASE("familiarity: eight trials for each feature are needed, of three fifths of them") {
+TEST_CASE("OodDetector: eight trials for each feature are needed, of three fifths of them") {
   const Model known = model();
-  CHECK_FALSE(learn_familiarity(known, Unseen(39), 5).known());  // 23 to learn from
-  CHECK(learn_familiarity(known, Unseen(39), 5).whitening.empty());
-  CHECK(learn_familiarity(known, Unseen(40), 5).known());
+  CHECK_FALSE(learn_ood_detector(known, Unseen(39), 5).known());  // 23 to learn from
+  CHECK(learn_ood_detector(known, Unseen(39), 5).whitening.empty());
+  CHECK(learn_ood_detector(known, Unseen(40), 5).known());
 }
 
-TEST_CASE("familiarity: features are the inputs of the last layer, if it is fully connected and has few") {
+TEST_CASE("OodDetector: features are the inputs of the last layer, if it is fully connected and has few") {
   const auto count = [](const std::string& architecture) { return feature_count(model(architecture).network); };
   CHECK(count("fc 3; fc 7") == 3);
   CHECK(count("fc 5; relu; fc 7") == 5);
@@ -207,12 +208,12 @@ TEST_CASE("familiarity: features are the inputs of the last layer, if it is full
   CHECK(count("fc 7; relu") == 0);
   CHECK(count("fc 7") == 0);
   for (const std::string architecture : {"fc 513; fc 7", "fc 7; relu", "fc 7"})
-    CHECK_FALSE(learn_familiarity(model(architecture), Unseen(10'000), 5).known());
+    CHECK_FALSE(learn_ood_detector(model(architecture), Unseen(10'000), 5).known());
 }
 
-TEST_CASE("familiarity: why there is none is one reason") {
+TEST_CASE("OodDetector: why there is none is one reason") {
   const auto why = [](const std::string& architecture, int trials) {
-    return why_no_familiarity(model(architecture), Unseen(trials));
+    return why_no_ood_detector(model(architecture), Unseen(trials));
   };
   CHECK(why("fc 3; fc 7", 40).empty());
   CHECK(why("fc 512; fc 7", 6827).empty());

@@ -1,5 +1,5 @@
-// Familiarity: see familiarity.hpp.
-#include "identify/network/familiarity.hpp"
+// Out-of-distribution detection: see ood_detector.hpp.
+#include "identify/network/ood_detector.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -123,7 +123,7 @@ int feature_count(const nn::Network<float>& network) {
   return count <= max_features ? count : 0;
 }
 
-std::string why_no_familiarity(const Model& model, const dataset::TrialSource& source) {
+std::string why_no_ood_detector(const Model& model, const dataset::TrialSource& source) {
   const auto layers = model.network.layers();
   const int features = feature_count(model.network);
   if (layers.size() < 2) return "the network has one layer, and so no features";
@@ -140,10 +140,10 @@ std::string why_no_familiarity(const Model& model, const dataset::TrialSource& s
   return format("it takes %d trials that the network was not trained on, and there are %d", needed, there);
 }
 
-Familiarity learn_familiarity(const Model& model, const dataset::TrialSource& source, int next_epoch,
-                              Communicator* ranks) {
-  Familiarity familiarity;
-  if (!why_no_familiarity(model, source).empty()) return familiarity;
+OodDetector learn_ood_detector(const Model& model, const dataset::TrialSource& source, int next_epoch,
+                               Communicator* ranks) {
+  OodDetector detector;
+  if (!why_no_ood_detector(model, source).empty()) return detector;
   const auto n = static_cast<std::size_t>(feature_count(model.network));
   const int trials = std::min(source.trials(dataset::Part::unseen), max_learned + max_shown);
   const int learned = learned_of(trials);
@@ -154,19 +154,19 @@ Familiarity learn_familiarity(const Model& model, const dataset::TrialSource& so
   for (std::size_t i = 0; i < rows.size(); ++i)
     mean[i % n] += static_cast<double>(rows[i]) / static_cast<double>(learned);
   const std::vector<double> whitening = whitening_of(rows, mean);
-  familiarity.mean.assign(mean.begin(), mean.end());
-  familiarity.whitening.assign(whitening.begin(), whitening.end());
+  detector.mean.assign(mean.begin(), mean.end());
+  detector.whitening.assign(whitening.begin(), whitening.end());
 
   const std::vector<float> shown =
       features_of_trials(model, predictor, source, next_epoch, learned, trials - learned, ranks);
   std::vector<double> all;
-  for (std::size_t i = 0; i < shown.size(); i += n) all.push_back(familiarity.distance(std::span(shown).subspan(i, n)));
+  for (std::size_t i = 0; i < shown.size(); i += n) all.push_back(detector.distance(std::span(shown).subspan(i, n)));
   std::ranges::sort(all);
-  familiarity.usual = all[static_cast<std::size_t>(usual_part * static_cast<double>(all.size()))];
-  return familiarity;
+  detector.usual = all[static_cast<std::size_t>(usual_part * static_cast<double>(all.size()))];
+  return detector;
 }
 
-double Familiarity::distance(std::span<const float> features) const {
+double OodDetector::distance(std::span<const float> features) const {
   const std::size_t n = mean.size();
   if (n == 0 || features.size() != n || whitening.size() != n * (n + 1) / 2)
     throw Error(Code::size_mismatch, "familiarity",
