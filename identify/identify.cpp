@@ -46,7 +46,7 @@ void warn_of_model(const Model& model, Estimate& estimate) {
 
 /// Returns the upper bound of a condition in the training, 0 if the condition never occurs.
 double largest(const sim::Conditions& conditions, sim::Condition condition) {
-  return conditions[condition].share > 0.0 ? conditions[condition].high : 0.0;
+  return conditions[condition].fraction > 0.0 ? conditions[condition].high : 0.0;
 }
 
 void warn_of_sway(const sim::Conditions& trained, const recording::Trial& trial, Estimate& estimate) {

@@ -46,7 +46,7 @@ CalibratedTrial beside(const sim::Parameters& truth, const Found& found) {
 
 double gaussian_log_score(const sim::Parameters& truth, std::span<const posterior::State> draws,
                           const sim::ParameterTable& ranges) {
-  const auto share = [&](std::size_t p, double value) { return (value - ranges[p].low) / ranges[p].range(); };
+  const auto fraction = [&](std::size_t p, double value) { return (value - ranges[p].low) / ranges[p].range(); };
   std::vector<std::size_t> inferred;
   for (std::size_t p = 0; p < ranges.size() && !draws.empty(); ++p) {
     const auto [low, high] = std::ranges::minmax(draws, {}, [p](const posterior::State& d) { return d.parameters[p]; });
@@ -59,7 +59,7 @@ double gaussian_log_score(const sim::Parameters& truth, std::span<const posterio
   const auto each_draw = [&](const auto& body) {
     for (const posterior::State& draw : draws) {
       for (std::size_t p = 0; p < parameters; ++p)
-        x[p] = mixture_coordinate(share(inferred[p], draw.parameters[inferred[p]]));
+        x[p] = mixture_coordinate(fraction(inferred[p], draw.parameters[inferred[p]]));
       body();
     }
   };
@@ -73,7 +73,7 @@ double gaussian_log_score(const sim::Parameters& truth, std::span<const posterio
   });
   if (!factorize(parameters, covariance)) return CalibratedTrial::unknown_score;
   invert_lower(parameters, covariance);  // A: A (x - centre) is standard normal
-  for (std::size_t p = 0; p < parameters; ++p) x[p] = mixture_coordinate(share(inferred[p], truth[inferred[p]]));
+  for (std::size_t p = 0; p < parameters; ++p) x[p] = mixture_coordinate(fraction(inferred[p], truth[inferred[p]]));
   double sum = 0.0;
   for (std::size_t p = 0; p < parameters; ++p) {
     const double* const row = covariance.data() + triangle(p);

@@ -25,10 +25,10 @@ bool same_range(const sim::ParameterInfo& a, const sim::ParameterInfo& b) {
 }  // namespace
 
 sim::Protocol with_priors(sim::Protocol protocol, const posterior::Priors& priors) {
-  if (priors.start_s > 0.0) protocol.conditions[sim::Condition::start] = {.share = 1.0, .high = priors.start_s};
+  if (priors.start_s > 0.0) protocol.conditions[sim::Condition::start] = {.fraction = 1.0, .high = priors.start_s};
   // A uniform distribution with the prior's standard deviation.
   if (priors.gain > 0.0)
-    protocol.conditions[sim::Condition::gain] = {.share = 1.0, .high = std::sqrt(3.0) * priors.gain};
+    protocol.conditions[sim::Condition::gain] = {.fraction = 1.0, .high = std::sqrt(3.0) * priors.gain};
   return protocol;
 }
 

@@ -51,10 +51,10 @@ std::vector<FitCondition> fit_conditions(const sim::Protocol& protocol) {
   std::vector<FitCondition> rows{{{"none", 0.0, "as simulated"}, none}};
   for (std::size_t c = 0; c < sim::condition_count; ++c) {
     const auto condition = static_cast<sim::Condition>(c);
-    if (protocol.conditions[condition].share == 0.0) continue;
+    if (protocol.conditions[condition].fraction == 0.0) continue;
     sim::Protocol alone = none;
     alone.conditions[condition] = protocol.conditions[condition];
-    alone.conditions[condition].share = 1.0;
+    alone.conditions[condition].fraction = 1.0;
     rows.push_back({{sim::info(condition).key, 0.0, "with this condition"}, alone});
   }
   if (rows.size() > 2) rows.push_back({{"all", 0.0, "with all conditions"}, protocol});

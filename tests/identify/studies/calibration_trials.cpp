@@ -80,12 +80,12 @@ TEST_CASE("CalibrationTrials: a protocol in which every trial falls is refused")
 
 TEST_CASE("with_priors: start and gain of every trial vary with the prior's standard deviation") {
   const sim::Protocol protocol = with_priors(sim::default_protocol(), {.start_s = 0.2, .gain = 0.1});
-  CHECK(protocol.conditions[sim::Condition::start].share == 1.0);
+  CHECK(protocol.conditions[sim::Condition::start].fraction == 1.0);
   CHECK(protocol.conditions[sim::Condition::start].high == 0.2);
   CHECK(protocol.conditions[sim::Condition::gain].high == std::sqrt(3.0) * 0.1);
   const sim::Protocol known = with_priors(sim::default_protocol(), {.start_s = 0.0, .gain = 0.0});
-  CHECK(known.conditions[sim::Condition::start].share == 0.0);
-  CHECK(known.conditions[sim::Condition::gain].share == 0.0);
+  CHECK(known.conditions[sim::Condition::start].fraction == 0.0);
+  CHECK(known.conditions[sim::Condition::gain].fraction == 0.0);
 }
 
 TEST_CASE("calibrate_trial: stops when asked") {

@@ -14,12 +14,12 @@ TEST_CASE("the rows of a protocol's conditions: none, each alone, all together")
   protocol.conditions[sim::Condition::gain] = {0.2, 0.1, 0.2};
   const std::vector<FitCondition> rows = fit_conditions(protocol);
   REQUIRE(rows.size() == 4);
-  CHECK(rows[0].recorded.conditions[sim::Condition::offset].share == 0.0);
+  CHECK(rows[0].recorded.conditions[sim::Condition::offset].fraction == 0.0);
   CHECK(rows[1].fault.name == "gain");
-  CHECK(rows[1].recorded.conditions[sim::Condition::gain].share == 1.0);
-  CHECK(rows[1].recorded.conditions[sim::Condition::offset].share == 0.0);
+  CHECK(rows[1].recorded.conditions[sim::Condition::gain].fraction == 1.0);
+  CHECK(rows[1].recorded.conditions[sim::Condition::offset].fraction == 0.0);
   CHECK(rows[2].fault.name == "offset_deg");
-  CHECK(rows[3].recorded.conditions[sim::Condition::offset].share == 0.5);
+  CHECK(rows[3].recorded.conditions[sim::Condition::offset].fraction == 0.5);
 }
 
 TEST_CASE("the rows of faults: start and gain are drawn as the priors have them, unless they are the fault") {
