@@ -9,7 +9,7 @@
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
 #include "dataset/sets/dataset.hpp"
-#include "identify/studies/calibration.hpp"
+#include "identify/evaluation/calibration.hpp"
 #include "nn/safetensors.hpp"
 #include "tests/helpers.hpp"
 

@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-#include "identify/studies/calibration.hpp"
+#include "identify/evaluation/calibration.hpp"
 #include "sim/parameters.hpp"
 
 namespace decid::tools {
