@@ -23,8 +23,8 @@ struct Estimate {
   /// estimates.
   std::optional<ParameterDistribution> distribution = {};
   std::vector<float> image;  ///< of the trial, before row scaling, channel-major; its shape is the model's
-  /// Distance of the features from the features of simulated trials (familiarity.hpp). NaN if the model has no
-  /// familiarity.
+  /// Distance of the features from the features of simulated trials (network/ood_detector.hpp). NaN if the model has no
+  /// OOD detector.
   double distance = std::numeric_limits<double>::quiet_NaN();
   Warnings warnings;  ///< what looks odd
 };
@@ -50,7 +50,7 @@ struct Explanation {
   double response_ratio_mean = std::numeric_limits<double>::quiet_NaN();
   double response_ratio_sd = std::numeric_limits<double>::quiet_NaN();
   /// Out-of-distribution score of the recording (response_ratio.hpp); above 1 it is flagged. Rate of false alarms:
-  /// docs/reference/accuracy.md. NaN if the model has no familiarity.
+  /// docs/reference/accuracy.md. NaN if the model has no OOD detector.
   double ood_score = std::numeric_limits<double>::quiet_NaN();
   /// The reason why the recording is out of distribution; empty: it is not, or no model has judged it.
   std::string unlike_training;

@@ -309,16 +309,16 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
       {result.estimate.parameters, trial, from_network ? Severity::caution : Severity::info});
   result.explanation.ood_score = network_ood_score;
   figures.check = plan_->own.checker.check(found.states(), trial, settings.seed);
-  Warnings unlike_simulated, unfamiliar;
+  Warnings unlike_simulated, out_of_distribution;
   const std::string odd = figures.check.warning();
   if (!odd.empty()) add_caution(unlike_simulated, "unlike_simulated", odd);
   // A recording unlike the network's training is not usable if the draws are odd too: the network on its own also flags
   // some clean trials (docs/reference/accuracy.md).
   if (!unlike_training.empty())
-    unfamiliar.push_back({!odd.empty() || found.max_rhat() > odd_rhat ? Severity::invalid : Severity::caution,
-                          "out_of_distribution", "by the network, " + unlike_training});
-  result.warnings = most_severe_first({result.warnings, unlike_simulated, result.explanation.warnings, unfamiliar,
-                                       following_warnings(result.explanation),
+    out_of_distribution.push_back({!odd.empty() || found.max_rhat() > odd_rhat ? Severity::invalid : Severity::caution,
+                                   "out_of_distribution", "by the network, " + unlike_training});
+  result.warnings = most_severe_first({result.warnings, unlike_simulated, result.explanation.warnings,
+                                       out_of_distribution, following_warnings(result.explanation),
                                        posterior_warnings(density, observation, found, from_network), contradictions});
   figures.inferred = posterior::infer(density, observation, found, report_.fit->keeps_log_likelihood);
   for (int i = 0; i < found.points(); ++i) figures.stored_draws.push_back(found.draw_of_point(i));

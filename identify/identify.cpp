@@ -46,7 +46,7 @@ void warn_of_model(const Model& model, Estimate& estimate) {
 
 /// Returns the upper bound of a condition in the training, 0 if the condition never occurs.
 double largest(const sim::Conditions& conditions, sim::Condition condition) {
-  return conditions[condition].share > 0.0 ? conditions[condition].high : 0.0;
+  return conditions[condition].fraction > 0.0 ? conditions[condition].high : 0.0;
 }
 
 void warn_of_sway(const sim::Conditions& trained, const recording::Trial& trial, Estimate& estimate) {
@@ -76,12 +76,12 @@ constexpr double against_ratio = -0.5;  // a response ratio of -1 is the other s
 
 /// Adds a warning to recordings that are out of distribution.
 void judge(const Model& model, const Estimate& estimate, Explanation& explanation) {
-  if (!model.familiarity.known()) {
+  if (!model.ood_detector.known()) {
     const Warnings found = following_warnings(explanation);
     explanation.warnings.insert(explanation.warnings.end(), found.begin(), found.end());
     return;
   }
-  explanation.ood_score = ood_score(estimate.distance, model.familiarity.usual, explanation.response_ratio);
+  explanation.ood_score = ood_score(estimate.distance, model.ood_detector.usual, explanation.response_ratio);
   if (explanation.ood_score <= 1.0) return;  // false for NaN
   const bool stands = std::isfinite(explanation.rms_residual_deg);
   const double noise = model.protocol.family().coefficients(estimate.parameters)[sim::Coefficient::nv];
@@ -125,7 +125,7 @@ std::vector<Estimate> Identifier::run(const Trials& trials) {
   const dataset::ImageMaker& maker = model_.images();
   const auto values = static_cast<std::size_t>(maker.shape().size());
   const auto outputs = static_cast<std::size_t>(model_.network.output_shape().size());
-  const auto features = model_.familiarity.known() ? static_cast<std::size_t>(predictor_.feature_count()) : 0;
+  const auto features = model_.ood_detector.known() ? static_cast<std::size_t>(predictor_.feature_count()) : 0;
   for (std::size_t i = 0; i < trials.size(); ++i)
     if (!std::ranges::all_of(trials[i]->sway_rad(), [](float value) { return std::isfinite(value); }))
       throw Error(Code::value_invalid, format("trial %zu", i), "has sway that is not finite",
@@ -149,7 +149,7 @@ std::vector<Estimate> Identifier::run(const Trials& trials) {
       estimate.parameters = body_.from_model(model_, model_.decode(own));
       estimate.distribution = model_.distribution(own, body_.ranges);
       if (features > 0)
-        estimate.distance = model_.familiarity.distance(std::span(feature).subspan(i * features, features));
+        estimate.distance = model_.ood_detector.distance(std::span(feature).subspan(i * features, features));
       warn_of_model(model_, estimate);
       warn_of_ranges(body_.ranges, estimate);
       warn_of_sway(model_.protocol.conditions, *trials[first + i], estimate);

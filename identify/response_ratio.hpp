@@ -55,8 +55,8 @@ class ResponseRatio {
 };
 
 /// Returns the out-of-distribution score of a recording; above 1 its parameters are not reliable. The score combines
-/// the feature distance (familiarity.hpp), over the usual distance, with a low response ratio. Either term on its own
-/// misses every sixth recording with a wrong start. The weights were chosen on 900 trials.
+/// the feature distance (network/ood_detector.hpp), over the usual distance, with a low response ratio. Either term on
+/// its own misses every sixth recording with a wrong start. The weights were chosen on 900 trials.
 double ood_score(double distance, double usual, double following);
 
 }  // namespace decid

@@ -12,7 +12,7 @@
 #include "identify/estimate.hpp"
 #include "identify/groups.hpp"
 #include "identify/predictive_check.hpp"
-#include "identify/sheet/sheet.hpp"
+#include "identify/study/sheet.hpp"
 #include "posterior/density/inferred.hpp"
 #include "posterior/sampling/model_comparison.hpp"
 #include "recording/trial.hpp"

@@ -4,9 +4,9 @@
 #include "base/parallel.hpp"
 #include "base/version.hpp"
 #include "bindings/c/handles.hpp"
+#include "identify/evaluation/calibration.hpp"
 #include "identify/network/for_body.hpp"
 #include "identify/network/prediction.hpp"
-#include "identify/studies/calibration.hpp"
 #include "identify/training/training.hpp"
 
 using namespace decid::c;

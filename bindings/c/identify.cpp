@@ -35,9 +35,9 @@ decid::recording::TrialOptions trial_options(const Options& asked, const char* w
 
 template <class Found>
 void describe(decid_parameter& parameter, const Found& found, int quantity, double mgh) {
-  const auto interval = [&](double share, double(&limits)[2]) {
-    limits[0] = found.quantile(quantity, 0.5 * (1.0 - share));
-    limits[1] = found.quantile(quantity, 1.0 - 0.5 * (1.0 - share));
+  const auto interval = [&](double probability, double(&limits)[2]) {
+    limits[0] = found.quantile(quantity, 0.5 * (1.0 - probability));
+    limits[1] = found.quantile(quantity, 1.0 - 0.5 * (1.0 - probability));
   };
   parameter.sd = found.stddev(quantity);
   interval(0.5, parameter.interval50);

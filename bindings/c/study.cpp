@@ -3,10 +3,10 @@
 #include <numeric>
 
 #include "bindings/c/handles.hpp"
-#include "identify/sheet/find_recordings.hpp"
-#include "identify/sheet/joint_groups.hpp"
-#include "identify/sheet/plan_groups.hpp"
-#include "identify/sheet/study_results.hpp"
+#include "identify/study/find_recordings.hpp"
+#include "identify/study/joint_groups.hpp"
+#include "identify/study/plan_groups.hpp"
+#include "identify/study/study_results.hpp"
 #include "tools/report/json/report_json.hpp"
 
 using namespace decid::c;

@@ -90,7 +90,7 @@ decid::Model train(const decid::dataset::TrialSource& source, const decid_train_
   if (!finished) throw Stopped{"decid_train"};
   if (!best.empty()) state.model = decid::model_from_bytes(best, "the best epoch's model");
   state.model.log = std::move(state.log);
-  state.model.familiarity = decid::learn_familiarity(state.model, source, settings.preset.epochs);
+  state.model.ood_detector = decid::learn_ood_detector(state.model, source, settings.preset.epochs);
   state.model.recalibration = decid::learn_recalibration(state.model, source, settings.preset.epochs);
   return std::move(state.model);
 }

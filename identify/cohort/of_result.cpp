@@ -51,12 +51,15 @@ bool same_ranges(const ParameterDistribution& distribution, const sim::Parameter
   return true;
 }
 
-/// Returns true if fractions of both ranges mean the same: what scales with m g h may have this ratio.
-bool alike(const sim::ParameterTable& ranges, const sim::ParameterTable& other, double mgh_ratio) {
-  return std::ranges::equal(ranges, other, [&](const sim::ParameterInfo& a, const sim::ParameterInfo& b) {
+/// Returns true if fractions of both ranges mean the same: what scales with m g h may have this ratio. Fixed parameters
+/// have no fractions, so the ranges of the inferred ones count.
+bool alike(const sim::ParameterTable& ranges, const sim::ParameterTable& other, std::span<const std::size_t> inferred,
+           double mgh_ratio) {
+  if (!std::ranges::equal(ranges, other, {}, &sim::ParameterInfo::name, &sim::ParameterInfo::name)) return false;
+  return std::ranges::all_of(inferred, [&](std::size_t p) {
+    const sim::ParameterInfo &a = ranges[p], &b = other[p];
     const double ratio = a.per_mgh ? mgh_ratio : 1.0, tolerance = 1e-9 * b.range();
-    return a.name == b.name && std::abs(ratio * a.low - b.low) <= tolerance &&
-           std::abs(ratio * a.high - b.high) <= tolerance;
+    return std::abs(ratio * a.low - b.low) <= tolerance && std::abs(ratio * a.high - b.high) <= tolerance;
   });
 }
 
@@ -131,7 +134,7 @@ Finding find_evidence(const RecordingResult& result, const Report& report) {
   const sim::ParameterTable ranges = report.ranges_for(result);
   const std::vector<std::size_t> inferred = report.inferred_parameters();
   const double mgh_ratio = report.protocol_for(result).experiment.body.mgh() / report.protocol.experiment.body.mgh();
-  if (!alike(report.ranges(), ranges, mgh_ratio)) return {.reason = "other_ranges"};
+  if (!alike(report.ranges(), ranges, inferred, mgh_ratio)) return {.reason = "other_ranges"};
   if (result.fit && result.fit->answer == FitFigures::Answer::posterior)
     return evidence_of_draws(result, report, ranges, inferred);
   const std::optional<ParameterDistribution>& distribution = result.estimate.distribution;

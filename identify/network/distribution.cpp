@@ -33,14 +33,14 @@ double ParameterDistribution::stddev(int quantity) const {
   return range_[p] * mixture_.stddev(p) * recalibration_.factor(p);
 }
 
-double ParameterDistribution::quantile(int quantity, double share) const {
+double ParameterDistribution::quantile(int quantity, double probability) const {
   const auto p = static_cast<std::size_t>(quantity);
-  return low_[p] + range_[p] * mixture_.quantile(p, recalibration_.level(p, share));
+  return low_[p] + range_[p] * mixture_.quantile(p, recalibration_.level(p, probability));
 }
 
 double ParameterDistribution::below(int quantity, double value) const {
   const auto p = static_cast<std::size_t>(quantity);
-  return recalibration_.share(p, mixture_.below(p, share_of(p, value)));
+  return recalibration_.probability(p, mixture_.below(p, fraction_of(p, value)));
 }
 
 double ParameterDistribution::correlation(int a, int b) const {
@@ -49,16 +49,16 @@ double ParameterDistribution::correlation(int a, int b) const {
 
 double ParameterDistribution::log_density(int quantity, double value) const {
   const auto p = static_cast<std::size_t>(quantity);
-  return mixture_.log_density(p, share_of(p, value));
+  return mixture_.log_density(p, fraction_of(p, value));
 }
 
 double ParameterDistribution::log_density(const sim::Parameters& values) const {
   if (values.size() != parameters())
     throw Error(Code::size_mismatch, "distribution",
                 format("%zu values for %zu parameters", values.size(), parameters()), "give one for each");
-  std::vector<double> shares;
-  for (std::size_t p = 0; p < values.size(); ++p) shares.push_back(share_of(p, values[p]));
-  return mixture_.log_density(shares);
+  std::vector<double> fractions;
+  for (std::size_t p = 0; p < values.size(); ++p) fractions.push_back(fraction_of(p, values[p]));
+  return mixture_.log_density(fractions);
 }
 
 }  // namespace decid

@@ -24,8 +24,8 @@ class ParameterDistribution {
   const Recalibration& recalibration() const noexcept { return recalibration_; }
   double mean(int quantity) const;
   double stddev(int quantity) const;
-  /// Returns the quantile of the probability `share`, 0 < share < 1.
-  double quantile(int quantity, double share) const;
+  /// Returns the quantile of this probability, 0 < probability < 1.
+  double quantile(int quantity, double probability) const;
   /// Returns the probability that the parameter is below a value: the inverse of quantile().
   double below(int quantity, double value) const;
   double correlation(int a, int b) const;
@@ -41,7 +41,7 @@ class ParameterDistribution {
   }
 
  private:
-  double share_of(std::size_t p, double value) const { return (value - low_[p]) / range_[p]; }
+  double fraction_of(std::size_t p, double value) const { return (value - low_[p]) / range_[p]; }
 
   Mixture mixture_;
   sim::Parameters low_, range_;

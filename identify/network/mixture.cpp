@@ -15,7 +15,7 @@ namespace decid {
 namespace {
 
 constexpr double log_root_two_pi = 0.91893853320467274178;
-constexpr double min_share = 1e-4;  // of a range, from its ends
+constexpr double min_fraction = 1e-4;  // of a range, from its ends
 
 /// Returns the logarithm of the ratio between the density of a fraction and the density of its coordinate.
 double log_stretch(double x) {
@@ -80,8 +80,8 @@ std::array<Node, nodes> make_nodes() {
 
 }  // namespace
 
-double mixture_coordinate(double share) {
-  return inverse_normal(std::clamp(share, min_share, 1.0 - min_share));
+double mixture_coordinate(double fraction) {
+  return inverse_normal(std::clamp(fraction, min_fraction, 1.0 - min_fraction));
 }
 
 std::size_t mixture_outputs(std::size_t components, std::size_t parameters) {
@@ -94,7 +94,7 @@ double mixture_log_density(std::size_t components, std::span<const double> outpu
   const std::size_t count = x.size(), each = component_outputs(count);
   check(components, count, outputs.size());
   check(components, count, by_output.size());
-  std::vector<double> weights(components), shares(components), off(count), round(count), diagonal(count);
+  std::vector<double> weights(components), responsibilities(components), off(count), round(count), diagonal(count);
   for (std::size_t k = 0; k < components; ++k) {
     const Section part(outputs, k, count);
     weights[k] = part.log_weight();
@@ -107,7 +107,7 @@ double mixture_log_density(std::size_t components, std::span<const double> outpu
       round[p] = sum;
       log_density += part.log_diagonal(p) - 0.5 * sum * sum;
     }
-    shares[k] = weights[k] + log_density;
+    responsibilities[k] = weights[k] + log_density;
     // Derivatives of this component's own logarithm; the factor for its weight in the mixture follows below.
     const std::span<double> by = by_output.subspan(k * each, each);
     for (std::size_t p = 0; p < count; ++p) {
@@ -119,11 +119,11 @@ double mixture_log_density(std::size_t components, std::span<const double> outpu
       for (std::size_t q = 0; q < p; ++q) by[part.below(p, q)] = -rate * round[p] * off[q];
     }
   }
-  const double whole_weight = normalise(weights), whole = normalise(shares);
+  const double whole_weight = normalise(weights), whole = normalise(responsibilities);
   for (std::size_t k = 0; k < components; ++k) {
     const std::span<double> by = by_output.subspan(k * each, each);
-    by[0] = shares[k] - weights[k];
-    for (std::size_t i = 1; i < each; ++i) by[i] *= shares[k];
+    by[0] = responsibilities[k] - weights[k];
+    for (std::size_t i = 1; i < each; ++i) by[i] *= responsibilities[k];
   }
   return whole - whole_weight;
 }
@@ -201,9 +201,9 @@ double Mixture::below_coordinate(std::size_t parameter, double x) const {
   return sum;
 }
 
-double Mixture::below(std::size_t parameter, double share) const {
-  if (share <= 0.0) return 0.0;
-  return share < 1.0 ? below_coordinate(parameter, inverse_normal(share)) : 1.0;
+double Mixture::below(std::size_t parameter, double fraction) const {
+  if (fraction <= 0.0) return 0.0;
+  return fraction < 1.0 ? below_coordinate(parameter, inverse_normal(fraction)) : 1.0;
 }
 
 double Mixture::quantile(std::size_t parameter, double probability) const {
@@ -215,8 +215,8 @@ double Mixture::quantile(std::size_t parameter, double probability) const {
   return normal_distribution(0.5 * (low + high));
 }
 
-double Mixture::log_density(std::size_t parameter, double share) const {
-  const double x = mixture_coordinate(share);
+double Mixture::log_density(std::size_t parameter, double fraction) const {
+  const double x = mixture_coordinate(fraction);
   std::vector<double> logs;
   for (const Component& k : components_) {
     if (k.weight <= 0.0) continue;
@@ -226,11 +226,11 @@ double Mixture::log_density(std::size_t parameter, double share) const {
   return normalise(logs) + log_stretch(x);
 }
 
-double Mixture::log_density(std::span<const double> shares) const {
+double Mixture::log_density(std::span<const double> fractions) const {
   std::vector<double> x, unused(outputs_.size());
   double stretch = 0.0;
-  for (const double share : shares) {
-    x.push_back(mixture_coordinate(share));
+  for (const double fraction : fractions) {
+    x.push_back(mixture_coordinate(fraction));
     stretch += log_stretch(x.back());
   }
   return mixture_log_density(components_.size(), outputs_, x, unused) + stretch;

@@ -36,7 +36,7 @@ double mixture_log_density(std::size_t components, std::span<const double> outpu
 
 /// Returns the coordinate x of a parameter at this fraction of its range. Fractions nearer to an end than 1e-4 count as
 /// 1e-4 from it, because coordinates are infinite at the ends.
-double mixture_coordinate(double share);
+double mixture_coordinate(double fraction);
 
 /// The distribution in such outputs, each parameter as a fraction of its range. Densities refer to these fractions: a
 /// uniform distribution has density 1.
@@ -57,12 +57,12 @@ class Mixture {
   /// Returns the quantile, as a fraction of the range, of this probability, 0 < probability < 1.
   double quantile(std::size_t parameter, double probability) const;
   /// Returns the probability that the parameter is below this fraction: 0 and 1 outside of the range.
-  double below(std::size_t parameter, double share) const;
+  double below(std::size_t parameter, double fraction) const;
   double correlation(std::size_t a, std::size_t b) const;
   /// Returns the marginal log density of one parameter.
-  double log_density(std::size_t parameter, double share) const;
-  /// Returns the joint log density of all parameters. Throws Error for another number of shares than parameters().
-  double log_density(std::span<const double> shares) const;
+  double log_density(std::size_t parameter, double fraction) const;
+  /// Returns the joint log density of all parameters. Throws Error for another number of fractions than parameters().
+  double log_density(std::span<const double> fractions) const;
 
   template <class Archive>
   void archive(Archive& a) {

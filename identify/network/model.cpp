@@ -119,11 +119,11 @@ std::string to_bytes(const Model& model, const Checkpoint* checkpoint) {
     file.tensors.push_back({"image.row_mean", shape, model.rows.mean});
     file.tensors.push_back({"image.row_deviation", shape, model.rows.stddev});
   }
-  if (model.familiarity.known()) {
-    const auto n = static_cast<long long>(model.familiarity.mean.size());
-    file.metadata["familiarity"] = Json{{"usual", model.familiarity.usual}}.dump();
-    file.tensors.push_back({"familiarity.mean", {n}, model.familiarity.mean});
-    file.tensors.push_back({"familiarity.whitening", {n * (n + 1) / 2}, model.familiarity.whitening});
+  if (model.ood_detector.known()) {
+    const auto n = static_cast<long long>(model.ood_detector.mean.size());
+    file.metadata["familiarity"] = Json{{"usual", model.ood_detector.usual}}.dump();
+    file.tensors.push_back({"familiarity.mean", {n}, model.ood_detector.mean});
+    file.tensors.push_back({"familiarity.whitening", {n * (n + 1) / 2}, model.ood_detector.whitening});
   }
   if (model.recalibration.known()) file.metadata["recalibration"] = to_json(model.recalibration);
   nn::save_network(model.network, file, checkpoint != nullptr ? &checkpoint->momentum_buffers : nullptr);
@@ -176,14 +176,14 @@ Model model_from_bytes(std::string_view bytes, const std::string& where, Checkpo
     const auto n = static_cast<std::size_t>(feature_count(model.network));
     if (n == 0)
       throw Error(Code::file_damaged, where, "has a familiarity of features that its network does not have", remedy);
-    model.familiarity.mean = std::move(file.find("familiarity.mean", n, where).values);
-    model.familiarity.whitening = std::move(file.find("familiarity.whitening", n * (n + 1) / 2, where).values);
+    model.ood_detector.mean = std::move(file.find("familiarity.mean", n, where).values);
+    model.ood_detector.whitening = std::move(file.find("familiarity.whitening", n * (n + 1) / 2, where).values);
     try {
-      model.familiarity.usual = parse_json(text("familiarity"), where).at("usual").get<double>();
+      model.ood_detector.usual = parse_json(text("familiarity"), where).at("usual").get<double>();
     } catch (const Json::exception&) {
       throw Error(Code::file_damaged, where, "has a familiarity that cannot be read", remedy);
     }
-    if (!(model.familiarity.usual > 0))
+    if (!(model.ood_detector.usual > 0))
       throw Error(Code::file_damaged, where, "has a familiarity that is not positive", remedy);
   }
   if (file.metadata.contains("recalibration")) {

@@ -12,8 +12,8 @@
 #include "dataset/feed.hpp"
 #include "dataset/sets/dataset.hpp"
 #include "identify/network/distribution.hpp"
-#include "identify/network/familiarity.hpp"
 #include "identify/network/head.hpp"
+#include "identify/network/ood_detector.hpp"
 #include "identify/network/origin.hpp"
 #include "identify/training/log.hpp"
 #include "nn/network.hpp"
@@ -27,7 +27,7 @@ struct Model {
   dataset::TargetScaling targets;
   nn::Network<float> network;
   const Head* head;  ///< what the network's outputs mean; outlives the model
-  Familiarity familiarity;
+  OodDetector ood_detector;
   Recalibration recalibration;  ///< of the head's distributions
   Origin origin;
   std::vector<EpochLog> log;  ///< epochs of its finished training; empty: unknown

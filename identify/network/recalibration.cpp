@@ -15,7 +15,7 @@ namespace decid {
 namespace {
 
 constexpr int max_shown_trials = 10'240, min_shown_trials = 1'000;
-constexpr double share_step = 1.0 / (Recalibration::probabilities + 1);
+constexpr double probability_step = 1.0 / (Recalibration::probabilities + 1);
 /// Levels of a network that is always certain and wrong would be 0 or 1, where quantiles do not exist.
 constexpr double min_level = 1e-9;
 
@@ -36,21 +36,21 @@ double make_quantile(const std::vector<double>& sorted, double probability) {
 
 }  // namespace
 
-double Recalibration::level(std::size_t parameter, double share) const {
-  if (!known()) return share;
+double Recalibration::level(std::size_t parameter, double probability) const {
+  if (!known()) return probability;
   const Levels& all = levels[parameter];
-  const auto part = std::min(static_cast<std::size_t>(share / share_step), probabilities);
+  const auto part = std::min(static_cast<std::size_t>(probability / probability_step), probabilities);
   const double low = corner(all, part), high = corner(all, part + 1);
-  return low + (high - low) * (share / share_step - static_cast<double>(part));
+  return low + (high - low) * (probability / probability_step - static_cast<double>(part));
 }
 
-double Recalibration::share(std::size_t parameter, double level) const {
+double Recalibration::probability(std::size_t parameter, double level) const {
   if (!known()) return level;
   const Levels& all = levels[parameter];
   const auto above = std::ranges::upper_bound(all, level);
   const auto part = static_cast<std::size_t>(above - all.begin());
   const double low = corner(all, part), high = corner(all, part + 1);
-  return share_step * (static_cast<double>(part) + (level - low) / (high - low));
+  return probability_step * (static_cast<double>(part) + (level - low) / (high - low));
 }
 
 // The factor weighs trials by their predicted variance. A few trials near an end of the range, with almost no standard
@@ -73,7 +73,7 @@ Recalibration fit_recalibration(std::size_t parameters, std::span<const Said> sa
     Recalibration::Levels& levels = made.levels.emplace_back();
     for (std::size_t i = 0; i < levels.size(); ++i)
       levels[i] =
-          std::clamp(make_quantile(sorted, share_step * static_cast<double>(i + 1)), min_level, 1.0 - min_level);
+          std::clamp(make_quantile(sorted, probability_step * static_cast<double>(i + 1)), min_level, 1.0 - min_level);
     made.stddev_factor.push_back(std::sqrt(errors / variances));
   }
   return made;

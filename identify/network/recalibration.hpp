@@ -27,11 +27,12 @@ struct Recalibration {
   std::vector<double> stddev_factor;  ///< root of the sum of (truth - mean)^2 over that of deviation^2
 
   bool known() const noexcept { return !levels.empty(); }
-  /// Returns the level at which to evaluate the network's distribution for a probability `share`, 0 <= share <= 1:
-  /// piecewise linear from (0, 0) through the levels to (1, 1). Returns `share` itself if the recalibration is empty.
-  double level(std::size_t parameter, double share) const;
+  /// Returns the level at which to evaluate the network's distribution for a probability, 0 <= probability <= 1:
+  /// piecewise linear from (0, 0) through the levels to (1, 1). Returns the probability itself if the recalibration is
+  /// empty.
+  double level(std::size_t parameter, double probability) const;
   /// Returns the inverse of level(), 0 <= level <= 1.
-  double share(std::size_t parameter, double level) const;
+  double probability(std::size_t parameter, double level) const;
   /// Returns the factor of the standard deviation; 1 if the recalibration is empty.
   double factor(std::size_t parameter) const { return known() ? stddev_factor[parameter] : 1.0; }
 

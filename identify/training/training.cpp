@@ -45,8 +45,8 @@ class SharedLoss {
 
   /// The loss of the whole batch. stop: this rank requests a stop; asked() returns true if any rank does.
   double of(nn::Trainer<float>& trainer, const dataset::Feed::Batch& batch, bool stop) {
-    const nn::BatchPartition& share = partition(batch.trials);
-    own_.assign(share.blocks.size() * width_ + 1, 0.0);
+    const nn::BatchPartition& batch_partition = partition(batch.trials);
+    own_.assign(batch_partition.blocks.size() * width_ + 1, 0.0);
     head_.loss(trainer.output(), batch.targets, batch.trials, parameters_, std::span(own_).subspan(1),
                trainer.output_diff());
     own_.front() = stop ? 1.0 : 0.0;
@@ -54,7 +54,7 @@ class SharedLoss {
     std::size_t count = 0;
     for (int rank = 0; rank < ranks_.size(); ++rank) {
       place.push_back(count + 1);
-      const auto blocks = static_cast<std::size_t>(std::ranges::count(share.owner, rank));
+      const auto blocks = static_cast<std::size_t>(std::ranges::count(batch_partition.owner, rank));
       count += blocks * width_ + 1;
       sizes.push_back((blocks * width_ + 1) * sizeof(double));
     }
@@ -62,7 +62,7 @@ class SharedLoss {
     ranks_.all_gather(std::as_bytes(std::span(own_)), sizes, std::as_writable_bytes(std::span(all_)));
     asked_ = std::ranges::any_of(place, [&](std::size_t first) { return all_[first - 1] != 0.0; });
     parts_.clear();
-    for (const int owner : share.owner) {
+    for (const int owner : batch_partition.owner) {
       std::size_t& first = place[static_cast<std::size_t>(owner)];
       for (std::size_t i = 0; i < width_; ++i) parts_.push_back(all_[first++]);
     }
@@ -72,7 +72,7 @@ class SharedLoss {
 
  private:
   const nn::BatchPartition& partition(int batch) {
-    const auto [found, is_new] = shares_.try_emplace(batch);
+    const auto [found, is_new] = partitions_.try_emplace(batch);
     if (is_new)
       found->second = nn::make_partition(static_cast<int>(nn::TensorView<float>::count_blocks(batch)), ranks_.rank(),
                                          ranks_.size());
@@ -83,7 +83,7 @@ class SharedLoss {
   const Head& head_;
   std::size_t parameters_, width_;
   std::vector<double> own_, all_, parts_;
-  std::map<int, nn::BatchPartition> shares_;
+  std::map<int, nn::BatchPartition> partitions_;
   bool asked_ = false;
 };
 

@@ -9,19 +9,19 @@ namespace {
 template <class V>
 void statistics_pool_forward(Plane<const float> src, float epsilon, float* mean, float* stddev) {
   using Float = typename V::Float;
-  const Float share = V::broadcast(1 / static_cast<float>(src.rows * src.columns));
+  const Float inverse_count = V::broadcast(1 / static_cast<float>(src.rows * src.columns));
   for (int l = 0; l < lanes; l += V::width) {
     Float sum = V::broadcast(0), squares = sum;
     for (int i = 0; i < src.rows; ++i)
       for (int j = 0; j < src.columns; ++j) sum = V::add(sum, V::load(src.data + i * src.row + j * lanes + l));
-    const Float middle = V::mul(sum, share);
+    const Float middle = V::mul(sum, inverse_count);
     for (int i = 0; i < src.rows; ++i)
       for (int j = 0; j < src.columns; ++j) {
         const Float off = V::sub(V::load(src.data + i * src.row + j * lanes + l), middle);
         squares = V::fma(off, off, squares);
       }
     V::store(mean + l, middle);
-    V::store(stddev + l, V::fma(squares, share, V::broadcast(epsilon)));
+    V::store(stddev + l, V::fma(squares, inverse_count, V::broadcast(epsilon)));
   }
   for (int l = 0; l < lanes; ++l) stddev[l] = __builtin_sqrtf(stddev[l]);
 }
@@ -30,11 +30,11 @@ template <class V>
 void statistics_pool_backward(Plane<const float> src, const float* mean, const float* stddev, const float* diff_mean,
                               const float* diff_stddev, Plane<float> diff_src) {
   using Float = typename V::Float;
-  const float share = 1 / static_cast<float>(src.rows * src.columns);
+  const float inverse_count = 1 / static_cast<float>(src.rows * src.columns);
   float slope[lanes], shift[lanes];
   for (int l = 0; l < lanes; ++l) {
-    slope[l] = diff_stddev[l] * share / stddev[l];
-    shift[l] = diff_mean[l] * share;
+    slope[l] = diff_stddev[l] * inverse_count / stddev[l];
+    shift[l] = diff_mean[l] * inverse_count;
   }
   for (int l = 0; l < lanes; l += V::width) {
     const Float middle = V::load(mean + l), a = V::load(shift + l), b = V::load(slope + l);

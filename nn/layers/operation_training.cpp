@@ -42,7 +42,7 @@ class OperationTraining final : public TrainingLayer<T> {
   StepRandom random() const {
     if (!random_) return {};
     AllReduce<T>* const ranks = this->all_reduce();
-    return {&*random_, ranks != nullptr ? std::span<const int>(ranks->share().blocks) : std::span<const int>()};
+    return {&*random_, ranks != nullptr ? std::span<const int>(ranks->partition().blocks) : std::span<const int>()};
   }
   /// Reads the current values, because a program may have changed them.
   std::span<const std::span<const T>> parameters() {

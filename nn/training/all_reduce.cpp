@@ -37,25 +37,26 @@ template <class T>
 void AllReduce<T>::set_batch(int batch) {
   batch_ = batch;
   const int blocks = static_cast<int>(TensorView<T>::count_blocks(batch));
-  const auto [found, is_new] = shares_.try_emplace(blocks);
+  const auto [found, is_new] = partitions_.try_emplace(blocks);
   if (is_new) found->second = make_partition(blocks, ranks_.rank(), ranks_.size());
-  share_ = &found->second;
+  partition_ = &found->second;
 }
 
 template <class T>
 void AllReduce<T>::sum(double* parts, std::size_t size) {
-  add_up(share_->own, parts, size, size);
+  add_up(partition_->own, parts, size, size);
   sent_.clear();
-  for (const int root : share_->roots) {
+  for (const int root : partition_->roots) {
     const double* const values = parts + static_cast<std::size_t>(root) * size;
     sent_.insert(sent_.end(), values, values + size);
   }
-  received_.resize(static_cast<std::size_t>(share_->root_count()) * size);
+  received_.resize(static_cast<std::size_t>(partition_->root_count()) * size);
   std::vector<std::size_t> sizes;
-  for (const int roots : share_->root_counts) sizes.push_back(static_cast<std::size_t>(roots) * size * sizeof(double));
+  for (const int roots : partition_->root_counts)
+    sizes.push_back(static_cast<std::size_t>(roots) * size * sizeof(double));
   ranks_.all_gather(std::as_bytes(std::span(sent_)), sizes, std::as_writable_bytes(std::span(received_)));
-  add_up(share_->all, received_.data(), size, size);
-  std::copy_n(received_.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(share_->total) * size), size,
+  add_up(partition_->all, received_.data(), size, size);
+  std::copy_n(received_.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(partition_->total) * size), size,
               parts);
 }
 
@@ -70,7 +71,7 @@ void AllReduce<T>::pack(Sum& sum) const {
   std::size_t place = 0;
   for (int to = 0; to < ranks_.size(); ++to) {
     const RankRange range = shard(sum, to);
-    for (const int root : share_->roots) {
+    for (const int root : partition_->roots) {
       const auto of_root = [&](const Gradient& g) {
         return g.parts + static_cast<std::size_t>(root) * g.gradient.size();
       };
@@ -91,22 +92,22 @@ void AllReduce<T>::start(std::span<const Gradient> gradients) {
   for (const Gradient& g : gradients) {
     sum.values += g.gradient.size();
     for_each_group(1, static_cast<int>(g.gradient.size()), value_group, [&](int, int first, int last) {
-      add_up(share_->own, g.parts + first, g.gradient.size(), static_cast<std::size_t>(last - first));
+      add_up(partition_->own, g.parts + first, g.gradient.size(), static_cast<std::size_t>(last - first));
     });
   }
   sum.whole = sum.values * sizeof(T) <= small_bytes;
 
-  const auto own_roots = share_->roots.size();
+  const auto own_roots = partition_->roots.size();
   const std::size_t own_values = shard(sum, ranks_.rank()).count();
   std::vector<std::size_t> out, in;
   std::size_t sent = 0;
   for (int rank = 0; rank < ranks_.size(); ++rank) {
     out.push_back(own_roots * shard(sum, rank).count());
     sent += out.back();
-    in.push_back(static_cast<std::size_t>(share_->root_counts[static_cast<std::size_t>(rank)]) * own_values);
+    in.push_back(static_cast<std::size_t>(partition_->root_counts[static_cast<std::size_t>(rank)]) * own_values);
   }
   sum.sent.resize(sent);
-  sum.received.resize(static_cast<std::size_t>(share_->root_count()) * own_values);
+  sum.received.resize(static_cast<std::size_t>(partition_->root_count()) * own_values);
   pack(sum);
   sum.exchange = ranks_.start_exchange(std::as_bytes(std::span(sum.sent)), bytes_of<T>(out),
                                        std::as_writable_bytes(std::span(sum.received)), bytes_of<T>(in));
@@ -116,10 +117,10 @@ template <class T>
 void AllReduce<T>::add_up_shard(Sum& sum) {
   const std::size_t values = shard(sum, ranks_.rank()).count();
   for_each_group(1, static_cast<int>(values), value_group, [&](int, int first, int last) {
-    add_up(share_->all, sum.received.data() + first, values, static_cast<std::size_t>(last - first));
+    add_up(partition_->all, sum.received.data() + first, values, static_cast<std::size_t>(last - first));
   });
   const auto total =
-      sum.received.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(share_->total) * values);
+      sum.received.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(partition_->total) * values);
   sum.own.assign(total, total + static_cast<std::ptrdiff_t>(values));
   if (sum.whole) return unpack(sum, sum.own);
   std::vector<std::size_t> sizes;

@@ -23,13 +23,13 @@ class AllReduce {
   /// Sets the samples of the next step, of all ranks together.
   void set_batch(int batch);
   int batch() const { return batch_; }
-  const BatchPartition& share() const { return *share_; }
+  const BatchPartition& partition() const { return *partition_; }
 
-  /// parts: `size` values for each of share().blocks, and room for one if there is none. The first gets the sum over
-  /// the batch.
+  /// parts: `size` values for each of partition().blocks, and room for one if there is none. The first gets the sum
+  /// over the batch.
   void sum(double* parts, std::size_t size);
 
-  /// A parameter's: parts, gradient.size() values for each of share().blocks, are used up.
+  /// A parameter's: parts, gradient.size() values for each of partition().blocks, are used up.
   struct Gradient {
     T* parts;
     std::span<T> gradient;
@@ -60,8 +60,8 @@ class AllReduce {
 
   Communicator& ranks_;
   int batch_ = 0;
-  const BatchPartition* share_ = nullptr;
-  std::map<int, BatchPartition> shares_;  // by the batch's blocks
+  const BatchPartition* partition_ = nullptr;
+  std::map<int, BatchPartition> partitions_;  // by the batch's blocks
   std::vector<double> sent_, received_;
   std::vector<std::unique_ptr<Sum>> sums_;  // of a step, kept for their memory
   std::size_t begun_ = 0, exchanged_ = 0;   // of them

@@ -45,15 +45,15 @@ int BatchPartition::root_count() const {
 }
 
 BatchPartition make_partition(int blocks, int rank, int ranks) {
-  BatchPartition share;
-  share.root_counts.assign(static_cast<std::size_t>(ranks), 0);
-  if (blocks < 1) return share;
-  share.owner = owners(blocks, ranks);
+  BatchPartition partition;
+  partition.root_counts.assign(static_cast<std::size_t>(ranks), 0);
+  if (blocks < 1) return partition;
+  partition.owner = owners(blocks, ranks);
   std::vector<Node> nodes;
   std::vector<int> had(static_cast<std::size_t>(ranks));
   for (int block = 0; block < blocks; ++block) {
-    const int own = share.owner[static_cast<std::size_t>(block)];
-    if (own == rank) share.blocks.push_back(block);
+    const int own = partition.owner[static_cast<std::size_t>(block)];
+    if (own == rank) partition.blocks.push_back(block);
     nodes.push_back({own, had[static_cast<std::size_t>(own)]++});
   }
   // As tree_sum goes; roots are in the order in which they are found, until they are put in that of the ranks.
@@ -69,12 +69,12 @@ BatchPartition make_partition(int blocks, int rank, int ranks) {
     for (int i = 0; i < half && i + half < blocks; ++i) {
       Node &to = nodes[static_cast<std::size_t>(i)], &from = nodes[static_cast<std::size_t>(i + half)];
       if (to.owner >= 0 && to.owner == from.owner) {
-        if (to.owner == rank) share.own.push_back({to.place, from.place});
+        if (to.owner == rank) partition.own.push_back({to.place, from.place});
         continue;
       }
       make_root(to);
       make_root(from);
-      share.all.push_back({to.place, from.place});
+      partition.all.push_back({to.place, from.place});
     }
   make_root(nodes.front());
 
@@ -84,13 +84,13 @@ BatchPartition make_partition(int blocks, int rank, int ranks) {
   for (std::size_t i = 0; i < order.size(); ++i) {
     const Root& root = roots[static_cast<std::size_t>(order[i])];
     place[static_cast<std::size_t>(order[i])] = static_cast<int>(i);
-    ++share.root_counts[static_cast<std::size_t>(root.owner)];
-    if (root.owner == rank) share.roots.push_back(root.place);
+    ++partition.root_counts[static_cast<std::size_t>(root.owner)];
+    if (root.owner == rank) partition.roots.push_back(root.place);
   }
-  for (BatchPartition::Addition& addition : share.all)
+  for (BatchPartition::Addition& addition : partition.all)
     addition = {place[static_cast<std::size_t>(addition.to)], place[static_cast<std::size_t>(addition.from)]};
-  share.total = place[static_cast<std::size_t>(nodes.front().place)];
-  return share;
+  partition.total = place[static_cast<std::size_t>(nodes.front().place)];
+  return partition;
 }
 
 }  // namespace decid::nn

@@ -54,11 +54,11 @@ DeadBandPrior::DeadBandPrior(const posterior::Quantile& nv, const posterior::Qua
       const double of_nv = (static_cast<double>(i) + 0.5) / side, of_theta = (static_cast<double>(j) + 0.5) / side;
       const double at_i = of_nv * (nodes - 1), at_j = of_theta * (nodes - 1);
       const auto low_i = static_cast<std::size_t>(at_i), low_j = static_cast<std::size_t>(at_j);
-      const double share_i = at_i - static_cast<double>(low_i), share_j = at_j - static_cast<double>(low_j);
+      const double fraction_i = at_i - static_cast<double>(low_i), fraction_j = at_j - static_cast<double>(low_j);
       const double* corner = known.data() + low_i * nodes + low_j;
-      const double left = corner[0] + share_i * (corner[nodes] - corner[0]);
-      const double right = corner[1] + share_i * (corner[nodes + 1] - corner[1]);
-      cells_.push_back({value_at(nv, of_nv), theta_low + theta_range * of_theta, left + share_j * (right - left),
+      const double left = corner[0] + fraction_i * (corner[nodes] - corner[0]);
+      const double right = corner[1] + fraction_i * (corner[nodes + 1] - corner[1]);
+      cells_.push_back({value_at(nv, of_nv), theta_low + theta_range * of_theta, left + fraction_j * (right - left),
                         (right - left) / node_theta});
     }
   }

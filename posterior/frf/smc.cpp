@@ -164,7 +164,7 @@ class Run {
   }
 
   double next_power(double power) const {
-    const auto effective_share = [&](double step) {
+    const auto effective_fraction = [&](double step) {
       double sum = 0.0, squares = 0.0;
       for (const double weight : weights(step)) {
         sum += weight;
@@ -172,11 +172,11 @@ class Run {
       }
       return sum * sum / squares / static_cast<double>(population_.size());
     };
-    if (effective_share(1.0 - power) >= kept_fraction) return 1.0;
+    if (effective_fraction(1.0 - power) >= kept_fraction) return 1.0;
     double low = 0.0, high = 1.0 - power;
     for (int i = 0; i < bisections; ++i) {
       const double middle = 0.5 * (low + high);
-      (effective_share(middle) >= kept_fraction ? low : high) = middle;
+      (effective_fraction(middle) >= kept_fraction ? low : high) = middle;
     }
     return power + high;
   }

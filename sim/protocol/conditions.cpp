@@ -170,10 +170,10 @@ const ConditionInfo& info(Condition condition) {
 
 double drawn(const Conditions& conditions, Condition condition, std::uint64_t seed, std::uint64_t item) {
   const Severity& severity = conditions[condition];
-  if (severity.share == 0.0) return 0.0;
+  if (severity.fraction == 0.0) return 0.0;
   const Random random(seed, streams::recording, item);
   const std::uint64_t n = number(condition);
-  if (random.uniform(of_presence + n) >= severity.share) return 0.0;
+  if (random.uniform(of_presence + n) >= severity.fraction) return 0.0;
   if (severity.low > 0.0) {
     const double size =
         severity.low * decid::exp(random.uniform(of_size + n) * decid::log(severity.high / severity.low));

@@ -28,7 +28,7 @@ inline constexpr std::size_t condition_count = 10;
 
 /// The fraction of trials with a condition, and the condition's size.
 struct Severity {
-  double share = 0.0;            ///< of the trials, 0 to 1; the others do not have the condition
+  double fraction = 0.0;         ///< of the trials, 0 to 1; the others do not have the condition
   double low = 0.0, high = 0.0;  ///< drawn log-uniform between them, uniform if low is 0
 };
 

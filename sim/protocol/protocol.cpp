@@ -77,12 +77,12 @@ void validate_conditions(const Checker& check, const Conditions& conditions) {
     const ConditionInfo& about = info(static_cast<Condition>(c));
     const Severity& severity = conditions.severity[c];
     const std::string key = std::string("recording ") + about.key;
-    check.within(key + " share", severity.share, 0.0, 1.0);
+    check.within(key + " share", severity.fraction, 0.0, 1.0);
     check.within(key + " high", severity.high, 0.0, about.most);
     check.within(key + " low", severity.low, 0.0, severity.high);
   }
   const Severity& low_pass = conditions[Condition::low_pass];
-  if (low_pass.share > 0.0 && low_pass.low == 0.0)
+  if (low_pass.fraction > 0.0 && low_pass.low == 0.0)
     check.fail("recording low_pass_hz low", "is 0", "give a frequency above 0");
 }
 

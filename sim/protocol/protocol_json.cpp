@@ -97,8 +97,8 @@ Json conditions_json(const Conditions& conditions) {
   Json json = Json::object();
   for (std::size_t c = 0; c < condition_count; ++c) {
     const Severity& severity = conditions.severity[c];
-    if (severity.share == 0.0) continue;
-    json[info(static_cast<Condition>(c)).key] = {{"share", severity.share},
+    if (severity.fraction == 0.0) continue;
+    json[info(static_cast<Condition>(c)).key] = {{"share", severity.fraction},
                                                  {"size", range_json(severity.low, severity.high)}};
   }
   return json;
@@ -112,8 +112,8 @@ void read_conditions(const Json& json, const std::string& where, Conditions& con
     if (part == nullptr) continue;
     Severity& severity = conditions.severity[c];
     JsonObject condition(*part, where, std::string("recording.") + key);
-    severity.share = 1.0;
-    condition.read("share", severity.share);
+    severity.fraction = 1.0;
+    condition.read("share", severity.fraction);
     read_range(condition, "size", condition.require("size"), severity.low, severity.high);
     condition.finish();
   }

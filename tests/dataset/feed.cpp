@@ -206,8 +206,8 @@ TEST_CASE("streamed bodies are as tall as the protocol says, and a lighter body'
 
 TEST_CASE("streamed trials are recorded as the protocol says") {
   sim::Protocol protocol = noisy_protocol();
-  protocol.conditions[sim::Condition::gain] = {.share = 0.5, .low = 0.0, .high = 0.3};
-  protocol.conditions[sim::Condition::quantisation] = {.share = 1.0, .low = 0.01, .high = 0.1};
+  protocol.conditions[sim::Condition::gain] = {.fraction = 0.5, .low = 0.0, .high = 0.3};
+  protocol.conditions[sim::Condition::quantisation] = {.fraction = 1.0, .low = 0.01, .high = 0.1};
   const auto source = stream_source(protocol, 3, 10, 4);
   const std::vector<std::uint64_t> numbers{4 + 7};  // the seventh of epoch 0
   simulate_stream(sim::Simulator(protocol), 3, numbers,

@@ -224,7 +224,7 @@ TEST_CASE("identify: sway that is too large for a body is warned of once") {
 TEST_CASE("identify: where the response cannot be measured, the warning says so in words") {
   Identifier identifier(model());
   std::vector<Estimate> estimates = identifier.estimate(trials(1));
-  estimates.front().distance = 10 * model().familiarity.usual;
+  estimates.front().distance = 10 * model().ood_detector.usual;
   const auto unlike = [&] {
     const std::vector<Explanation> explained = identifier.explain(estimates, trials(1));
     for (const Warning& warning : explained.front().warnings) {

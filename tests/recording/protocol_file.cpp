@@ -92,7 +92,7 @@ TEST_CASE("the files in examples/ can be loaded") {
   // All conditions, and bodies on either side of the default one.
   const sim::Protocol laboratory = load_protocol(folder + "laboratory.json");
   CHECK(to_json(laboratory.ideal()) == to_json(sim::default_protocol()));
-  for (const sim::Severity& severity : laboratory.conditions.severity) CHECK(severity.share > 0.0);
+  for (const sim::Severity& severity : laboratory.conditions.severity) CHECK(severity.fraction > 0.0);
   CHECK(laboratory.heights.low < 1.0);
   CHECK(laboratory.heights.high > 1.0);
   sim::Protocol people = load_protocol(folder + "people.json");

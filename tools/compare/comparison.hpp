@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "dataset/sets/dataset.hpp"
+#include "identify/evaluation/comparison.hpp"
 #include "identify/identify.hpp"
-#include "identify/studies/comparison.hpp"
 #include "posterior/posterior.hpp"
 #include "tools/compare/fit.hpp"
 

@@ -10,9 +10,9 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "identify/sheet/plan_groups.hpp"
-#include "identify/sheet/sheet.hpp"
-#include "identify/sheet/spreadsheet.hpp"
+#include "identify/study/plan_groups.hpp"
+#include "identify/study/sheet.hpp"
+#include "identify/study/spreadsheet.hpp"
 #include "recording/table/cells.hpp"
 #include "tools/decid/ranks.hpp"
 

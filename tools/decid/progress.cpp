@@ -33,8 +33,8 @@ std::string curve(std::span<const double> values, std::size_t most) {
   const auto [low, high] = std::ranges::minmax(heights);
   std::string text;
   for (const double height : heights) {
-    const double share = high > low ? (height - low) / (high - low) : 0.0;
-    text += levels.at(static_cast<std::size_t>(std::lround(share * (levels.size() - 1))));
+    const double fraction = high > low ? (height - low) / (high - low) : 0.0;
+    text += levels.at(static_cast<std::size_t>(std::lround(fraction * (levels.size() - 1))));
   }
   return text;
 }

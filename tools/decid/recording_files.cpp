@@ -12,7 +12,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "identify/sheet/find_recordings.hpp"
+#include "identify/study/find_recordings.hpp"
 #include "tools/decid/command.hpp"
 
 namespace decid::tools {

@@ -6,7 +6,7 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
-#include "identify/sheet/reading_option.hpp"
+#include "identify/study/reading_option.hpp"
 #include "sim/segments.hpp"
 #include "tools/decid/ranks.hpp"
 #include "tools/decid/recording_files.hpp"

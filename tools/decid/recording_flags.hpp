@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "identify/sheet/recording_plan.hpp"
+#include "identify/study/recording_plan.hpp"
 #include "tools/decid/command.hpp"
 
 namespace decid::tools {

@@ -312,7 +312,7 @@ FirmwarePlan plan_firmware(const Model& model, const FirmwareOptions& options) {
   if (model.head != &point_head() && !model.gives_distribution())
     throw Error(Code::not_supported, "export", "the model's outputs are of the kind '" + model.head->name() + "'",
                 "export a model whose outputs are the parameters, or a mixture");
-  if (options.familiarity && !model.familiarity.known())
+  if (options.familiarity && !model.ood_detector.known())
     throw Error(Code::not_supported, "--familiarity", "the model does not know what is familiar",
                 "leave it out, or export another model");
   if (options.familiarity && options.int8)

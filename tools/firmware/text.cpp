@@ -217,7 +217,7 @@ std::string result_tables(const Model& model, const ForBody& body, const TestVec
 }
 
 std::string familiarity_tables(const Model& model, const TestVector& test) {
-  const Familiarity& known = model.familiarity;
+  const OodDetector& known = model.ood_detector;
   return define("FEATURES", std::ssize(known.mean)) + define_double("FAMILIARITY_USUAL", known.usual) +
          table("static const float familiarity_mean[FEATURES]", known.mean) +
          table("static const float familiarity_whitening[]", known.whitening) +
@@ -273,7 +273,7 @@ std::vector<float> test_sway(int samples) {
 }
 
 long long familiarity_bytes(const Model& model, const FirmwarePlan& plan) {
-  const auto numbers = model.familiarity.mean.size() + model.familiarity.whitening.size();
+  const auto numbers = model.ood_detector.mean.size() + model.ood_detector.whitening.size();
   return plan.options.familiarity ? static_cast<long long>(numbers * sizeof(float)) : 0;
 }
 

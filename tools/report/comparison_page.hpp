@@ -4,8 +4,8 @@
 #include <string>
 
 #include "base/files/json.hpp"
+#include "identify/evaluation/comparison.hpp"
 #include "identify/result.hpp"
-#include "identify/studies/comparison.hpp"
 
 namespace decid::tools {
 

@@ -138,7 +138,9 @@ Json image_to_json(const RecordingResult& recording, const Report& of) {
 Json density_to_json(const ParameterDistribution& found, int quantity, const sim::ParameterInfo& info) {
   constexpr int coarse = 20, fine = 100;
   constexpr double tail = 5e-4;
-  const auto locate = [&](double share) { return (found.quantile(quantity, share) - info.low) / info.range(); };
+  const auto locate = [&](double probability) {
+    return (found.quantile(quantity, probability) - info.low) / info.range();
+  };
   const double low = locate(tail), high = locate(1.0 - tail);
   std::vector<double> places;
   for (int i = 0; i <= coarse; ++i) places.push_back(static_cast<double>(i) / coarse);

@@ -56,12 +56,12 @@ Json data_json(const sim::ParameterTable& table, const StudyData& data) {
           {"after_enrichment", distribution_json(table, data.all)}};
 }
 
-bool has_papers_controller(const Study& study) {
+bool has_papers_controller(const ModelStudy& study) {
   return study.protocol.experiment.body_model == &sim::single_pendulum();
 }
 
 /// Returns the paper's figures; those of parameters are empty if the model has others.
-Json paper_json(const Study& study) {
+Json paper_json(const ModelStudy& study) {
   const sim::ParameterTable& table = study.protocol.parameters();
   const auto of_parameters = [&](const auto& values) {
     return has_papers_controller(study) ? by_parameter(table, values) : Json::object();
@@ -79,13 +79,13 @@ Json paper_json(const Study& study) {
 
 /// Returns the squared error of a parameter as the paper counts it: over the standard deviation that its table 1
 /// prints; NaN if that has no such parameters.
-double by_paper(const Study& study, const Scores& mse_per_parameter, std::size_t p) {
+double by_paper(const ModelStudy& study, const Scores& mse_per_parameter, std::size_t p) {
   if (!has_papers_controller(study)) return std::nan("");
   const double ratio = study.target_stddev[p] / paper::stddev[p];
   return mse_per_parameter[p] * ratio * ratio;
 }
 
-double mean_by_paper(const Study& study, const Scores& mse_per_parameter) {
+double mean_by_paper(const ModelStudy& study, const Scores& mse_per_parameter) {
   std::vector<double> errors(mse_per_parameter.size());
   for (std::size_t p = 0; p < errors.size(); ++p) errors[p] = by_paper(study, mse_per_parameter, p);
   return mean(errors);
@@ -100,12 +100,12 @@ struct Row {
   std::string what, ours, ours_matlab, ours_by_paper, paper;
 };
 
-Row error_row(const Study& study, const std::string& what, const Evaluation& error, const std::string& paper) {
+Row error_row(const ModelStudy& study, const std::string& what, const Evaluation& error, const std::string& paper) {
   return {what, format("%.4f", error.mse()), format("%.4f", error.matlab_loss()),
           shown(mean_by_paper(study, error.mse_per_parameter)), paper};
 }
 
-std::vector<Row> study_rows(const Study& study) {
+std::vector<Row> study_rows(const ModelStudy& study) {
   std::vector<Row> rows;
   const Evaluation& fresh = study.levels.front().all;
   if (study.data) {
@@ -184,7 +184,7 @@ Json faults_json(const sim::ParameterTable& table, const std::vector<FaultFigure
   return list;
 }
 
-std::string faults_convention(const Study& study) {
+std::string faults_convention(const ModelStudy& study) {
   return format(
       "%d test trials of the protocol's own body with %g degrees of measurement noise and one fault each, the same "
       "trials in every row. With twice the tilt: only trials that stand. Leg and trunk: one body with different noise. "
@@ -193,7 +193,7 @@ std::string faults_convention(const Study& study) {
       study.faults.front().errors.trials, study.faults_noise_deg);
 }
 
-std::string convention(const Study& study) {
+std::string convention(const ModelStudy& study) {
   const std::size_t count = study.protocol.parameters().size();
   std::string text = format(
       "MSE: mean over trials and the %zu z-scored parameters, guessing the mean gives 1. MATLAB's loss: half the sum "
@@ -209,7 +209,7 @@ std::string convention(const Study& study) {
          "the paper z-scores its targets, so this column compares with its losses.";
 }
 
-Json page_data(const Study& study, const std::vector<Figure>& figures) {
+Json page_data(const ModelStudy& study, const std::vector<Figure>& figures) {
   Json data = study_json(study);
   data["protocol"] = protocol_figures(study.protocol);
   data["convention"] = convention(study);
@@ -227,7 +227,7 @@ Json page_data(const Study& study, const std::vector<Figure>& figures) {
 
 }  // namespace
 
-Json study_json(const Study& study) {
+Json study_json(const ModelStudy& study) {
   const sim::ParameterTable& table = study.protocol.parameters();
   Json json{{"model", study.model},
             {"weights_sha256", study.sha256},
@@ -292,7 +292,7 @@ Json study_json(const Study& study) {
   return json;
 }
 
-std::string study_text(const Study& study) {
+std::string study_text(const ModelStudy& study) {
   std::string text = format("%s\n\n%-30s %20s %14s %14s %14s\n", study.model.c_str(), "", "MSE or figure",
                             "MATLAB's loss", "by paper's sd", "the paper");
   for (const Row& row : study_rows(study))
@@ -323,7 +323,7 @@ std::string study_text(const Study& study) {
   return text;
 }
 
-std::string study_html(const Study& study, const std::vector<Figure>& figures, const Call& call) {
+std::string study_html(const ModelStudy& study, const std::vector<Figure>& figures, const Call& call) {
   Json data = page_data(study, figures);
   data["call"] = call_json(call, study.protocol.name);
   const std::string script = std::string(embedded::method_table_js()) + std::string(embedded::study_js());

@@ -26,11 +26,11 @@ inline constexpr sim::Parameters stddev{338.0956, 122.7999, 102.1054, 68.5447, 0
 /// mse_per_parameter, trials, or null), double_pendulum, recording (null without), sample, worth (for each level
 /// sensor_noise_deg, mse, .., by_amplitude_deg and by_nv: low, high, trials, mse, mse_per_parameter, mean_guess_mse),
 /// learning_curve, comparisons (as in comparison_page.hpp), seconds, notes, paper: the numbers it prints.
-Json study_json(const Study& study);
+Json study_json(const ModelStudy& study);
 
 /// Returns this program's numbers beside the paper's.
-std::string study_text(const Study& study);
+std::string study_text(const ModelStudy& study);
 
-std::string study_html(const Study& study, const std::vector<Figure>& figures, const Call& call);
+std::string study_html(const ModelStudy& study, const std::vector<Figure>& figures, const Call& call);
 
 }  // namespace decid::tools

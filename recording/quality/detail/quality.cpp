@@ -20,7 +20,7 @@ namespace decid::recording {
 namespace {
 
 constexpr double shortest_s = 2.0;
-constexpr double stretches_share = 0.02;
+constexpr double stretches_fraction = 0.02;
 constexpr double step_deg = 0.02, coarse_deg = 0.2;
 constexpr double spike_deg = 0.05, spike_medians = 20.0, spike_steps = 3.0;
 constexpr double smooth_deg = 0.0003, noise_rate_hz = 50.0, trained_average_s = 0.25;
@@ -45,7 +45,7 @@ StretchesText describe(const std::vector<SampleRange>& stretches, std::size_t sa
   return {std::to_string(stretches.size()) + (stretches.size() == 1 ? " stretch" : " stretches") + ", the longest " +
               seconds(longest, rate_hz) + ", the first from " + seconds(stretches.front().first, rate_hz, begin_s) +
               " on, " + three_digits(100.0 * fraction) + "% of the recording: ",
-          fraction >= stretches_share};
+          fraction >= stretches_fraction};
 }
 
 void warn_of_frozen(const std::vector<SampleRange>& stretches, std::size_t samples, double rate_hz, double begin_s,

@@ -1,7 +1,7 @@
 // Data sets and evaluation through C: the files and figures of the library.
 
+#include "identify/evaluation/calibration.hpp"
 #include "identify/network/prediction.hpp"
-#include "identify/studies/calibration.hpp"
 #include "identify/training/training.hpp"
 #include "tests/bindings/c/owned.hpp"
 

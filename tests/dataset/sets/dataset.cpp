@@ -231,7 +231,7 @@ TEST_CASE("trials are recorded as the protocol says, each as its own attempt") {
   DatasetReport report;
   const Dataset exact = generate(request(150, 100), &report);
   DatasetRequest asked = request(150, 100);
-  asked.protocol.conditions[sim::Condition::gain] = {.share = 1.0, .low = 0.0, .high = 0.3};
+  asked.protocol.conditions[sim::Condition::gain] = {.fraction = 1.0, .low = 0.0, .high = 0.3};
   const Dataset recorded = generate(asked);
   const auto last_base = static_cast<std::uint64_t>(report.base_attempts - 1);
   const auto last_child = static_cast<std::uint64_t>(report.child_attempts - 1) | std::uint64_t{1} << 63;

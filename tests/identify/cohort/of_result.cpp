@@ -180,6 +180,26 @@ TEST_CASE("cohort: fixed parameters are not compared, by no model and no reliabi
 }
 
 TEST_CASE(
+    "cohort: the range of a fixed parameter may differ between recordings, the range of an inferred one may not") {
+  TwoGroups made(false);
+  Report& report = made.report;
+  decid::sim::BodyModel wider = *report.protocol.experiment.body_model;
+  std::vector<decid::sim::ParameterInfo> table(wider.parameters.begin(), wider.parameters.end());
+  table[decid::sim::Kp].high *= 1.5;
+  wider.parameters = decid::sim::ParameterTable(table);
+  report.other_settings.emplace_back().protocol = report.protocol;
+  report.other_settings.back().protocol.experiment.body_model = &wider;
+  report.fit.emplace().priors.parameters = {{.name = "Kp", .fixed = 839.0}};
+  RecordingResult with_kp_fixed = fitted(report, 0.4);
+  with_kp_fixed.setting = 1;
+  CHECK(decid::cohort::to_measurement(with_kp_fixed, report));
+  report.fit->priors.parameters = {{.name = "Kd", .fixed = 250.0}};
+  RecordingResult with_kd_fixed = fitted(report, 0.4);
+  with_kd_fixed.setting = 1;
+  CHECK_FALSE(decid::cohort::to_measurement(with_kd_fixed, report));
+}
+
+TEST_CASE(
     "cohort: a network's distribution is no evidence beside a fixed parameter; nothing is left if all are fixed") {
   TwoGroups made(false);
   Report& report = made.report;

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/parallel.hpp"
-#include "identify/studies/calibration_trials.hpp"
+#include "identify/evaluation/calibration_trials.hpp"
 #include "posterior/planning/expected_posterior.hpp"
 
 using namespace decid;

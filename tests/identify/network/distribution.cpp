@@ -75,8 +75,8 @@ TEST_CASE("ParameterDistribution: quantiles and deviations are recalibrated, the
     CHECK(found.quantile(quantity, 0.05) < own.quantile(quantity, 0.05));
     CHECK(found.quantile(quantity, 0.95) > own.quantile(quantity, 0.95));
     // 50 halvings of 20 leave 2e-14 of a coordinate; densities of coordinates are below 7 here.
-    for (const double share : {0.01, 0.05, 0.5, 0.62, 0.99})
-      CHECK(within(found.below(quantity, found.quantile(quantity, share)), share, 1e-10));
+    for (const double probability : {0.01, 0.05, 0.5, 0.62, 0.99})
+      CHECK(within(found.below(quantity, found.quantile(quantity, probability)), probability, 1e-10));
   }
 }
 
@@ -84,12 +84,12 @@ TEST_CASE("Mixture: densities are derivatives of the distribution function, also
   for (const std::size_t components : {1U, 2U}) {
     const Mixture mixture = mixture_of(components);
     for (std::size_t p = 0; p < parameters; ++p)
-      for (const double share : {0.03, 0.4, 0.9}) {
+      for (const double fraction : {0.03, 0.4, 0.9}) {
         const double step = 1e-5;
-        const double slope = (mixture.below(p, share + step) - mixture.below(p, share - step)) / (2.0 * step);
+        const double slope = (mixture.below(p, fraction + step) - mixture.below(p, fraction - step)) / (2.0 * step);
         // Rounding 1e-16 / step, and the third derivative: below 1e5 of these densities.
-        CHECK(within(std::exp(mixture.log_density(p, share)), slope, 1e-5 * (1.0 + slope)));
-        CHECK(within(mixture.below(p, mixture.quantile(p, share)), share, 1e-12));
+        CHECK(within(std::exp(mixture.log_density(p, fraction)), slope, 1e-5 * (1.0 + slope)));
+        CHECK(within(mixture.below(p, mixture.quantile(p, fraction)), fraction, 1e-12));
       }
   }
   // Independent parameters: centres and scales, nothing below the diagonal.
@@ -99,16 +99,16 @@ TEST_CASE("Mixture: densities are derivatives of the distribution function, also
     outputs[1 + parameters + p] = 0.2 * static_cast<double>(p);
   }
   const Mixture independent(1, parameters, outputs);
-  std::vector<double> shares;
+  std::vector<double> fractions;
   double sum = 0.0;
   for (std::size_t p = 0; p < parameters; ++p) {
-    shares.push_back(0.2 + 0.1 * static_cast<double>(p));
-    sum += independent.log_density(p, shares.back());
+    fractions.push_back(0.2 + 0.1 * static_cast<double>(p));
+    sum += independent.log_density(p, fractions.back());
   }
-  CHECK(within(independent.log_density(shares), sum, 1e-12));
+  CHECK(within(independent.log_density(fractions), sum, 1e-12));
   // With all outputs 0 every coordinate is standard normal: only the ranges are known.
   const Mixture ignorant(1, parameters, std::vector<double>(mixture_outputs(1, parameters), 0.0));
-  CHECK(within(ignorant.log_density(shares), 0.0, 1e-13));
+  CHECK(within(ignorant.log_density(fractions), 0.0, 1e-13));
   CHECK(within(ignorant.log_density(2, 0.77), 0.0, 1e-14));
   CHECK(within(ignorant.below(2, 0.77), 0.77, 1e-14));
   // Parameters far from their predicted range: no infinity.

@@ -7,8 +7,8 @@
 #include <numeric>
 
 #include "base/math/random.hpp"
+#include "identify/evaluation/comparison.hpp"
 #include "identify/network/prediction.hpp"
-#include "identify/studies/comparison.hpp"
 #include "identify/training/checkpoint.hpp"
 #include "nn/safetensors.hpp"
 #include "sim/simulate.hpp"

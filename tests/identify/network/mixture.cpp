@@ -101,12 +101,12 @@ TEST_CASE("Mixture: means, deviations, correlations and quantiles are those of i
   const Mixture mixture(components, parameters, outputs);
   // x = centre + A^-1 z, solved row by row.
   const std::size_t each = mixture_outputs(1, parameters);
-  const double share = 1.0 / (1.0 + std::exp(outputs[each] - outputs[0]));
+  const double fraction = 1.0 / (1.0 + std::exp(outputs[each] - outputs[0]));
   const Random random(11, Stream::weights, 1);
   constexpr std::size_t draws = 200'000;
   std::vector<std::vector<double>> drawn(parameters);
   for (std::size_t n = 0; n < draws; ++n) {
-    const double* of = outputs.data() + (random.uniform(4 * n) < share ? 0 : each);
+    const double* of = outputs.data() + (random.uniform(4 * n) < fraction ? 0 : each);
     double off[parameters];
     for (std::size_t p = 0; p < parameters; ++p) {
       double left = random.normal(4 * n + 1 + p);
@@ -177,9 +177,9 @@ TEST_CASE(
     }
     sim::Parameters truth(parameters);
     for (std::size_t p = 0; p < parameters; ++p) {
-      const double share = random.uniform(5000 + static_cast<std::uint64_t>(10 * i) + p);
-      truth[p] = table[p].low + share * table[p].range();
-      x.push_back(inverse_normal(share));
+      const double fraction = random.uniform(5000 + static_cast<std::uint64_t>(10 * i) + p);
+      truth[p] = table[p].low + fraction * table[p].range();
+      x.push_back(inverse_normal(fraction));
     }
     const std::vector<float> scaled = scaling.scale(truth);
     targets.insert(targets.end(), scaled.begin(), scaled.end());

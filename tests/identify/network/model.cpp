@@ -136,11 +136,11 @@ TEST_CASE("a scaling of another number of targets than parameters is refused") {
 TEST_CASE("a model file whose parts do not stand is refused, each with its reason") {
   Model whole = example();
   const auto features = static_cast<std::size_t>(feature_count(whole.network));
-  whole.familiarity = {.mean = std::vector<float>(features, 0.5F),
-                       .whitening = std::vector<float>(features * (features + 1) / 2, 1.0F),
-                       .usual = 2.0};
+  whole.ood_detector = {.mean = std::vector<float>(features, 0.5F),
+                        .whitening = std::vector<float>(features * (features + 1) / 2, 1.0F),
+                        .usual = 2.0};
   const std::string bytes = to_bytes(whole);
-  CHECK(model_from_bytes(bytes, "m").familiarity.usual == 2.0);
+  CHECK(model_from_bytes(bytes, "m").ood_detector.usual == 2.0);
   const auto refused = [&](const char* reason, const auto& change, Code code = Code::file_damaged) {
     nn::TensorFile file = nn::from_safetensors(bytes, "m");
     file.metadata.erase(nn::content_hash_key);

@@ -9,7 +9,7 @@
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
 #include "dataset/sets/dataset.hpp"
-#include "identify/studies/calibration.hpp"
+#include "identify/evaluation/calibration.hpp"
 #include "nn/safetensors.hpp"
 #include "tests/helpers.hpp"
 
@@ -70,7 +70,7 @@ TEST_CASE("recalibration: piecewise linear from 0 through the levels to 1, and b
   const Recalibration none;
   CHECK_FALSE(none.known());
   CHECK(none.level(3, 0.3) == 0.3);
-  CHECK(none.share(3, 0.3) == 0.3);
+  CHECK(none.probability(3, 0.3) == 0.3);
   CHECK(none.factor(3) == 1.0);
   Recalibration made;
   Recalibration::Levels& levels = made.levels.emplace_back();
@@ -87,10 +87,10 @@ TEST_CASE("recalibration: piecewise linear from 0 through the levels to 1, and b
   CHECK(near(made.level(0, 0.025), 0.5 * 0.0025, 1e-14));
   CHECK(near(made.level(0, 0.2), 0.04, 1e-12));
   CHECK(near(made.level(0, 0.97), 0.9025 + 0.4 * 0.0975, 1e-12));
-  CHECK(made.share(0, 0.0) == 0.0);
-  CHECK(made.share(0, 1.0) == 1.0);
-  for (const double share : {0.01, 0.05, 0.33, 0.44, 0.7, 0.95, 0.999})
-    CHECK(near(made.share(0, made.level(0, share)), share, 1e-12));
+  CHECK(made.probability(0, 0.0) == 0.0);
+  CHECK(made.probability(0, 1.0) == 1.0);
+  for (const double probability : {0.01, 0.05, 0.33, 0.44, 0.7, 0.95, 0.999})
+    CHECK(near(made.probability(0, made.level(0, probability)), probability, 1e-12));
 }
 
 TEST_CASE(

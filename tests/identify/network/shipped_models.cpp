@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "dataset/source.hpp"
+#include "identify/evaluation/calibration_trials.hpp"
 #include "identify/identify.hpp"
-#include "identify/studies/calibration_trials.hpp"
 #include "sim/protocol/conditions.hpp"
 
 using namespace decid;

@@ -59,7 +59,7 @@ TEST_CASE("AllReduce: sums and gradients of any number of ranks have the bits of
         AllReduce<float> all_reduce(own);
         for (int step = 0; step < 2; ++step) {  // memory of the first step is used again
           all_reduce.set_batch(batch);
-          const std::vector<int>& mine = all_reduce.share().blocks;
+          const std::vector<int>& mine = all_reduce.partition().blocks;
           std::vector<double> sums = parts<double>(mine, 6, 99);
           all_reduce.sum(sums.data(), 6);
           sums.resize(6);

@@ -41,16 +41,16 @@ std::string alone(int blocks) {
 std::string together(int blocks, int ranks) {
   std::vector<Sum> roots;
   for (int rank = 0; rank < ranks; ++rank) {
-    const BatchPartition share = make_partition(blocks, rank, ranks);
-    std::vector<Sum> own = leaves(share.blocks);
-    add_up(share.own, own.data(), 1, 1);
-    CHECK(static_cast<int>(share.roots.size()) == share.root_counts[static_cast<std::size_t>(rank)]);
-    for (const int root : share.roots) roots.push_back(own[static_cast<std::size_t>(root)]);
+    const BatchPartition partition = make_partition(blocks, rank, ranks);
+    std::vector<Sum> own = leaves(partition.blocks);
+    add_up(partition.own, own.data(), 1, 1);
+    CHECK(static_cast<int>(partition.roots.size()) == partition.root_counts[static_cast<std::size_t>(rank)]);
+    for (const int root : partition.roots) roots.push_back(own[static_cast<std::size_t>(root)]);
   }
-  const BatchPartition share = make_partition(blocks, ranks - 1, ranks);
-  CHECK(static_cast<int>(roots.size()) == share.root_count());
-  add_up(share.all, roots.data(), 1, 1);
-  return roots[static_cast<std::size_t>(share.total)].text;
+  const BatchPartition partition = make_partition(blocks, ranks - 1, ranks);
+  CHECK(static_cast<int>(roots.size()) == partition.root_count());
+  add_up(partition.all, roots.data(), 1, 1);
+  return roots[static_cast<std::size_t>(partition.total)].text;
 }
 
 }  // namespace
@@ -72,15 +72,15 @@ TEST_CASE("make_partition: every block has one owner, shares differ by a block, 
       std::vector<int> all;
       int least = blocks, most = 0;
       for (int rank = 0; rank < ranks; ++rank) {
-        const BatchPartition share = make_partition(blocks, rank, ranks);
-        CHECK(std::ranges::is_sorted(share.blocks));
-        for (const int block : share.blocks) CHECK(share.owner[static_cast<std::size_t>(block)] == rank);
-        all.insert(all.end(), share.blocks.begin(), share.blocks.end());
-        least = std::min(least, static_cast<int>(share.blocks.size()));
-        most = std::max(most, static_cast<int>(share.blocks.size()));
+        const BatchPartition partition = make_partition(blocks, rank, ranks);
+        CHECK(std::ranges::is_sorted(partition.blocks));
+        for (const int block : partition.blocks) CHECK(partition.owner[static_cast<std::size_t>(block)] == rank);
+        all.insert(all.end(), partition.blocks.begin(), partition.blocks.end());
+        least = std::min(least, static_cast<int>(partition.blocks.size()));
+        most = std::max(most, static_cast<int>(partition.blocks.size()));
         // Powers of two: one subtree. Otherwise at most two a level.
         const bool powers = (blocks & (blocks - 1)) == 0 && (ranks & (ranks - 1)) == 0;
-        CHECK(share.roots.size() <= (powers ? 1 : 14));
+        CHECK(partition.roots.size() <= (powers ? 1 : 14));
       }
       std::ranges::sort(all);
       CHECK(static_cast<int>(all.size()) == blocks);

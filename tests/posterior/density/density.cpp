@@ -203,8 +203,8 @@ TEST_CASE("Density: an offset and a line that the observation still has are inte
     REQUIRE(within(after.gradient[i], before.gradient[i], 1e-5 * largest));
 }
 
-// The noise is wide, so rounding of the explicit matrices is small. The residual has no offset and line; their priors
-// of 10 degrees add the rest, which is below 0.1 for an offset and a line of 3 degrees each.
+// The noise is wide, so rounding of the explicit matrices is small. The residual has no offset and line. With priors of
+// 10 degrees, an offset of 3 degrees adds 0.045, and a line of 3 degrees at most 0.09.
 TEST_CASE("Density: the potential is the misfit of the explicit noise and of the priors") {
   const sim::Protocol protocol = sines_protocol();
   const Density density(protocol, {});
@@ -222,7 +222,7 @@ TEST_CASE("Density: the potential is the misfit of the explicit noise and of the
     double prior = 0.5 * density.noise_size() * std::log(variance);
     for (int i = 0; i < density.size(); ++i)
       prior += 0.5 * at(x, i, l) * at(x, i, l) / (i < density.noise_size() ? variance : 1.0);
-    CHECK(within(all.potential[l], misfit + prior, 0.1));
+    CHECK(within(all.potential[l], misfit + prior, 0.15));
   }
 }
 

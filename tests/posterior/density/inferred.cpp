@@ -17,7 +17,7 @@ using namespace decid::test;
 
 namespace {
 
-/// The share of times at which a value lies in the band.
+/// Returns the fraction of times at which a value lies in the band.
 template <class ValueAt>
 double covered(const Band& band, const ValueAt& value_at) {
   double inside = 0.0;
@@ -64,9 +64,9 @@ TEST_CASE("infer: the bands hold what a simulated trial had" * doctest::test_sui
   for (std::size_t k = 1; k < tilt.size(); ++k) {
     tilt[k] = tilt[k - 1];
     for (std::size_t j = 0; j < 10; ++j) {
-      const double share = 0.1 * static_cast<double>(j);
+      const double fraction = 0.1 * static_cast<double>(j);
       const double velocity =
-          stimulus.rate_at(static_cast<int>(10 * (k - 1) + j)) + (1.0 - share) * noise[k - 1] + share * noise[k];
+          stimulus.rate_at(static_cast<int>(10 * (k - 1) + j)) + (1.0 - fraction) * noise[k - 1] + fraction * noise[k];
       tilt[k] += sim::integration_step_s * (velocity - std::clamp(velocity, -truth[sim::Theta], truth[sim::Theta]));
     }
   }

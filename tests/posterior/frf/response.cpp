@@ -181,10 +181,10 @@ TEST_CASE("rows of several harmonics are their mean") {
   const auto one = responses_of({protocol, empty_table({0.25, 0.3, 0.35}, 0.1)}, usual);
   const auto two = responses_of({protocol, empty_table({0.29, 0.55, 0.9}, 0.1, 2)}, usual);
   // 0.29 Hz is nearest to 0.25 and 0.35 Hz, of which the lower has more power.
-  const double share = std::real((two[0] - one[2]) / (one[0] - one[2]));
-  CHECK(share > 0.5);
-  CHECK(share < 0.8);
-  CHECK(within(std::abs(two[0] - (share * one[0] + (1.0 - share) * one[2])), 0.0, 1e-9));
+  const double fraction = std::real((two[0] - one[2]) / (one[0] - one[2]));
+  CHECK(fraction > 0.5);
+  CHECK(fraction < 0.8);
+  CHECK(within(std::abs(two[0] - (fraction * one[0] + (1.0 - fraction) * one[2])), 0.0, 1e-9));
 }
 
 TEST_CASE("a loop is stable up to the delay at which it oscillates") {

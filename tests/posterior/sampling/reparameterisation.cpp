@@ -55,23 +55,23 @@ struct Fitted {
     }
     return x;
   }
-  double share(const Values& x, std::size_t q, std::size_t l) const {
+  double fraction(const Values& x, std::size_t q, std::size_t l) const {
     return normal_distribution(x[(noises + q) * lanes + l]);
   }
   /// Quadratic in Kp and theta.
   double shift(const Values& x, std::size_t i, std::size_t l) const {
-    const double a = share(x, 0, l), b = share(x, 5, l), c = 0.01 * static_cast<double>(i);
+    const double a = fraction(x, 0, l), b = fraction(x, 5, l), c = 0.01 * static_cast<double>(i);
     return c + 2.0 * a - b + 3.0 * c * a * b - a * a;
   }
   /// By the coordinates of Kp and theta.
   std::array<double, 2> slopes(const Values& x, std::size_t i, std::size_t l) const {
-    const double a = share(x, 0, l), b = share(x, 5, l), c = 0.01 * static_cast<double>(i);
+    const double a = fraction(x, 0, l), b = fraction(x, 5, l), c = 0.01 * static_cast<double>(i);
     return {(2.0 + 3.0 * c * b - 2.0 * a) * normal_density(x[noises * lanes + l]),
             (-1.0 + 3.0 * c * a) * normal_density(x[(noises + 5) * lanes + l])};
   }
   /// Linear in Kd.
   double log_width(const Values& x, std::size_t i, std::size_t l) const {
-    return -1.0 + 0.002 * static_cast<double>(i) * (share(x, 1, l) - 0.6);
+    return -1.0 + 0.002 * static_cast<double>(i) * (fraction(x, 1, l) - 0.6);
   }
   /// H_ww = exp(-2 log width), H_vw = -slope H_ww.
   std::vector<double> information_at(const Values& x) const {
@@ -134,7 +134,7 @@ TEST_CASE("Reparameterisation: the fit finds shifts and widths that it can expre
 }
 
 // Central differences of a quadratic form: their error is that of rounding, 1e-16 / 1e-5 of the form, and of the third
-// derivative of the shares, 1e-10.
+// derivative of the fractions, 1e-10.
 TEST_CASE("Reparameterisation: the gradient is that of finite differences") {
   Fitted f({.start_s = 0.05, .gain = 0.0});
   const Values x = f.points();

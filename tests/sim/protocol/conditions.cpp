@@ -25,9 +25,9 @@ constexpr double rate_hz = 100.0;
 constexpr std::uint64_t seed = 7;
 
 /// The default protocol with one condition, of every trial.
-Protocol with(Condition condition, double low, double high, double share = 1.0) {
+Protocol with(Condition condition, double low, double high, double fraction = 1.0) {
   Protocol protocol;
-  protocol.conditions[condition] = {share, low, high};
+  protocol.conditions[condition] = {fraction, low, high};
   protocol.validate();
   return protocol;
 }
@@ -251,14 +251,14 @@ TEST_CASE("conditions in protocol files") {
       R"({"recording": {"start_s": {"share": 0.5, "size": [0, 0.1]}, "low_pass_hz": {"size": 5}}})";
   const Protocol protocol = protocol_from_json(text, "my.json");
   const Severity& start = protocol.conditions[Condition::start];
-  CHECK(start.share == 0.5);
+  CHECK(start.fraction == 0.5);
   CHECK(start.low == 0.0);
   CHECK(start.high == 0.1);
   const Severity& low_pass = protocol.conditions[Condition::low_pass];
-  CHECK(low_pass.share == 1.0);
+  CHECK(low_pass.fraction == 1.0);
   CHECK(low_pass.low == 5.0);
   CHECK(low_pass.high == 5.0);
-  CHECK(protocol.conditions[Condition::gain].share == 0.0);
+  CHECK(protocol.conditions[Condition::gain].fraction == 0.0);
   CHECK(to_json(protocol_from_json(to_json(protocol), "again")) == to_json(protocol));
   CHECK_FALSE(contains(to_json(Protocol{}), "recording"));
   std::set<std::string> keys;

@@ -73,7 +73,7 @@ std::vector<std::vector<float>> recordings_of(const sim::Protocol& protocol, int
 }
 
 /// Returns the fraction of the recordings that identify would flag.
-double part_unfamiliar(const Model& model, const std::vector<std::vector<float>>& recordings) {
+double fraction_out_of_distribution(const Model& model, const std::vector<std::vector<float>>& recordings) {
   Identifier identifier(model);
   std::vector<recording::Trial> trials;
   for (const std::vector<float>& sway_rad : recordings) trials.push_back(recording::make_trial(sway_rad));
@@ -87,15 +87,15 @@ double part_unfamiliar(const Model& model, const std::vector<std::vector<float>>
 TEST_CASE("the built-in model knows out-of-distribution recordings" * doctest::test_suite("slow") *
           doctest::skip(sanitized)) {
   Model model = built_in_model();
-  REQUIRE(model.familiarity.known());
+  REQUIRE(model.ood_detector.known());
   constexpr int count = 120;
   const std::vector<std::vector<float>> usual = recordings_of(model.protocol, count);
   const auto changed = [&](const std::function<void(std::vector<float>&)>& change) {
     std::vector<std::vector<float>> all = usual;
     for (std::vector<float>& sway : all) change(sway);
-    return part_unfamiliar(model, all);
+    return fraction_out_of_distribution(model, all);
   };
-  CHECK(part_unfamiliar(model, usual) <= 0.05);
+  CHECK(fraction_out_of_distribution(model, usual) <= 0.05);
   CHECK(changed([](std::vector<float>& sway) {
           for (float& value : sway) value = -value;  // the sign
         }) >= 0.95);
@@ -123,7 +123,7 @@ TEST_CASE("the built-in model knows out-of-distribution recordings" * doctest::t
   // A platform that plays a sine.
   sim::Protocol sine = model.protocol;
   sine.experiment.stimulus = sim::Sines{.components = {{.frequency_hz = 0.25, .amplitude_deg = 0.5}}, .cycle_s = 121.0};
-  CHECK(part_unfamiliar(model, recordings_of(sine, count)) >= 0.78);
+  CHECK(fraction_out_of_distribution(model, recordings_of(sine, count)) >= 0.78);
 }
 
 TEST_CASE("another body: answers times its m g h, trials of it, and heights that the model does not know") {

@@ -64,7 +64,7 @@ std::string with_distances(const Model& model, const ForBody& body, const datase
   for (int i = 0; i < data.trials(); ++i) {
     const std::span<const float> sway = data.trial(i);
     const Estimate found = identifier.estimate({recording::make_trial({sway.begin(), sway.end()})}).front();
-    const double distance = found.distance / model.familiarity.usual;
+    const double distance = found.distance / model.ood_detector.usual;
     all += values.substr(static_cast<std::size_t>(i) * width, width);
     all.append(reinterpret_cast<const char*>(&distance), sizeof distance);
   }

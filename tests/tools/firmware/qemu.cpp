@@ -86,7 +86,7 @@ void check_familiarity(const std::string& cpu, const std::string& name, const Mo
   const std::span<const float> sway = data.trial(0);
   const Estimate found = Identifier(model).estimate({recording::make_trial({sway.begin(), sway.end()})}).front();
   CHECK(cost(costs, "distance_thousandths") ==
-        static_cast<long long>(1000.0 * (found.distance / model.familiarity.usual)));
+        static_cast<long long>(1000.0 * (found.distance / model.ood_detector.usual)));
 }
 
 void check_cpu(const std::string& cpu, const std::string& name, int trials) {

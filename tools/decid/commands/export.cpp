@@ -76,7 +76,7 @@ TestVector test_vector(const Model& model, const ForBody& body, const FirmwarePl
     nn::Predictor predictor(model.network, 1);
     std::vector<float> features(static_cast<std::size_t>(predictor.feature_count()));
     predictor.run(image, test.outputs, features);
-    if (plan.options.familiarity) test.distance = model.familiarity.distance(features) / model.familiarity.usual;
+    if (plan.options.familiarity) test.distance = model.ood_detector.distance(features) / model.ood_detector.usual;
   }
   for (const double value : body.from_model(model, model.decode(test.outputs)))
     test.parameters.push_back(static_cast<float>(value));

@@ -11,7 +11,7 @@
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "identify/result_archive.hpp"
-#include "identify/sheet/joint_groups.hpp"
+#include "identify/study/joint_groups.hpp"
 #include "tools/decid/interrupt.hpp"
 #include "tools/decid/progress.hpp"
 #include "tools/decid/ranks.hpp"

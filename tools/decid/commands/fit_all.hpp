@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "identify/sheet/study_results.hpp"
+#include "identify/study/study_results.hpp"
 #include "tools/decid/commands/fit_journal.hpp"
 
 namespace decid::tools {

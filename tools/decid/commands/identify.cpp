@@ -6,7 +6,7 @@
 
 #include "base/error.hpp"
 #include "identify/result_archive.hpp"
-#include "identify/sheet/study_results.hpp"
+#include "identify/study/study_results.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/group_file.hpp"
 #include "tools/decid/progress.hpp"

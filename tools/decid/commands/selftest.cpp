@@ -11,7 +11,7 @@
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
-#include "identify/studies/self_checks.hpp"
+#include "identify/evaluation/self_checks.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/ranks.hpp"
 

@@ -40,7 +40,7 @@ std::pair<std::string, double> time_from_text(const std::string& text) {
   return {text.substr(0, equals), seconds};
 }
 
-void add_recording(const StudyOptions& options, const Model& model, Study& study) {
+void add_recording(const StudyOptions& options, const Model& model, ModelStudy& study) {
   const ReadOptions reading = options.reading.read_options();
   const std::vector<RecordingSource> sources = make_sources({options.recording}, reading.recording);
   if (sources.size() != 1)
@@ -56,7 +56,7 @@ void add_recording(const StudyOptions& options, const Model& model, Study& study
 }
 
 void run_study(const StudyOptions& options, const Command& command) {
-  Study study;
+  ModelStudy study;
   for (const std::string& text : options.times) study.seconds.push_back(time_from_text(text));
   Model model = model_or_built_in(options.model);
   require_controller(options.controller, model.protocol, model_name(options.model));

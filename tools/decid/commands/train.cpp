@@ -215,7 +215,7 @@ Model finished_model(const TrainOptions& options, const TrainingSettings& settin
     model = std::move(best);
   }
   model.log = std::move(state.log);
-  model.familiarity = learn_familiarity(model, source, settings.preset.epochs, ranks());
+  model.ood_detector = learn_ood_detector(model, source, settings.preset.epochs, ranks());
   model.recalibration = learn_recalibration(model, source, settings.preset.epochs, ranks());
   return model;
 }
@@ -228,7 +228,7 @@ void say_finished(const TrainOptions& options, const dataset::TrialSource& sourc
                     kept.validation_mse));
   bar.line(format("written to %s, log in %s, weights SHA-256 %s", options.output.c_str(),
                   TrainFiles(options.output).log.c_str(), nn::weights_sha256(model.network).c_str()));
-  if (!model.familiarity.known()) bar.line("identify gives no OOD score: " + why_no_familiarity(model, source));
+  if (!model.ood_detector.known()) bar.line("identify gives no OOD score: " + why_no_ood_detector(model, source));
   if (model.gives_distribution() && !model.recalibration.known())
     bar.line("fewer than 1000 trials that it was not trained on: decid did not check the intervals");
 }

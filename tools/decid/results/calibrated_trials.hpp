@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "base/files/json.hpp"
-#include "identify/studies/calibration.hpp"
+#include "identify/evaluation/calibration.hpp"
 
 namespace decid::tools {
 

@@ -4,12 +4,12 @@
 #include <span>
 #include <string>
 
-#include "identify/studies/calibration.hpp"
+#include "identify/evaluation/calibration.hpp"
 #include "sim/parameters.hpp"
 
 namespace decid::tools {
 
-/// SVG: of each parameter the distribution of the shares of the draws below the truth, less the uniform one. A line
+/// SVG: of each parameter the distribution of the fractions of the draws below the truth, less the uniform one. A line
 /// that leaves the band of `band` either side is not chance, at 95 %.
 std::string calibration_figure(const sim::ParameterTable& table, std::span<const CalibratedTrial> trials, double band);
 

@@ -64,7 +64,7 @@ Figure amplitude_histogram(const StudyData& data) {
 
 /// Plots the network input of a time series, one plot per plane. The sway has one plane per cycle: the mean of the
 /// cycles, then the difference of each cycle from those before it.
-Figure input_series(const Study& study) {
+Figure input_series(const ModelStudy& study) {
   const dataset::ImageShape& shape = study.sample.image_shape;
   const auto rows = static_cast<std::size_t>(shape.rows);
   const double block_s = study.image.block / study.protocol.experiment.sample_rate_hz;
@@ -96,7 +96,7 @@ Figure input_series(const Study& study) {
 }
 
 /// Frequency upwards, as far as it is not a mirror image.
-Figure input_image(const Study& study) {
+Figure input_image(const ModelStudy& study) {
   const dataset::ImageShape& shape = study.sample.image_shape;
   const auto channels = static_cast<std::size_t>(shape.channels);
   const auto plane = static_cast<std::size_t>(shape.rows) * static_cast<std::size_t>(shape.columns);
@@ -148,7 +148,7 @@ Figure input_image(const Study& study) {
 }
 
 /// Draws activations of one column, a line of pixels for each filter: tiles would be thousands of lines high.
-Figure activation_lines(const Study& study) {
+Figure activation_lines(const ModelStudy& study) {
   const nn::Shape& shape = study.sample.activation_shape;
   Bitmap map(shape.rows, shape.channels, 1);
   std::vector<std::vector<double>> columns;
@@ -172,7 +172,7 @@ Figure activation_lines(const Study& study) {
       sheet.svg(), csv(header, columns, 5)};
 }
 
-Figure activations(const Study& study) {
+Figure activations(const ModelStudy& study) {
   const nn::Shape& shape = study.sample.activation_shape;
   if (shape.columns == 1) return activation_lines(study);
   const int side = static_cast<int>(std::ceil(std::sqrt(shape.channels))), gap = 3;
@@ -203,7 +203,7 @@ Figure activations(const Study& study) {
       sheet.svg(), csv(header, columns, 5)};
 }
 
-Figure loss(const Study& study) {
+Figure loss(const ModelStudy& study) {
   std::vector<double> epoch, training, validation;
   for (const EpochLog& e : study.log) {
     epoch.push_back(e.epoch);
@@ -272,7 +272,7 @@ std::string sway_csv(const std::vector<std::string>& names, std::vector<std::vec
   return csv(header, sways, 8);
 }
 
-Figure known(const Study& study, const KnownTrial& trial, const std::string& id, const std::string& title,
+Figure known(const ModelStudy& study, const KnownTrial& trial, const std::string& id, const std::string& title,
              const std::string& target, const std::string& sway, const std::string& caption) {
   const std::string simulated = "simulated from the identified parameters, noise-free";
   const auto recorded = in_degrees(trial.sway_rad), fitted = in_degrees(trial.fitted_rad);
@@ -287,7 +287,7 @@ Figure known(const Study& study, const KnownTrial& trial, const std::string& id,
 
 }  // namespace
 
-std::vector<Figure> study_figures(const Study& study) {
+std::vector<Figure> study_figures(const ModelStudy& study) {
   std::vector<Figure> figures;
   if (study.data) figures.push_back(amplitude_histogram(*study.data));
   figures.push_back(study.image.block > 0 ? input_series(study) : input_image(study));

@@ -4,13 +4,13 @@
 
 #include <vector>
 
-#include "identify/studies/study.hpp"
+#include "identify/evaluation/model_study.hpp"
 #include "tools/report/figures/figure.hpp"
 
 namespace decid::tools {
 
 /// Returns the paper's figures in its order, then the figures about accuracy. It omits figures whose data the study
 /// lacks.
-std::vector<Figure> study_figures(const Study& study);
+std::vector<Figure> study_figures(const ModelStudy& study);
 
 }  // namespace decid::tools

@@ -92,7 +92,7 @@ Figure learning_curve(const std::vector<LearningPoint>& points) {
 
 }  // namespace
 
-void add_worth_figures(const Study& study, std::vector<Figure>& figures) {
+void add_worth_figures(const ModelStudy& study, std::vector<Figure>& figures) {
   const std::string trials = format(
       "%d test trials of seed %llu (uniform parameters, no enrichment), the same at each level of measurement noise. "
       "MSE of the z-scored parameters; the dashed line guesses the training set's mean. Bins of fewer than %d "

@@ -11,6 +11,6 @@ namespace decid::tools {
 inline constexpr int fewest_trials_drawn = 10;
 
 /// Error against sway and against noise at each level of measurement noise, and the learning curve if there is one.
-void add_worth_figures(const Study& study, std::vector<Figure>& figures);
+void add_worth_figures(const ModelStudy& study, std::vector<Figure>& figures);
 
 }  // namespace decid::tools

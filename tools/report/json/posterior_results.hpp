@@ -20,8 +20,8 @@ namespace decid::tools {
 
 /// Returns the limits of the central interval with this probability, over a divisor.
 template <class Found>
-Json interval(const Found& found, int quantity, double share, double divisor = 1.0) {
-  const double tail = 0.5 * (1.0 - share);
+Json interval(const Found& found, int quantity, double probability, double divisor = 1.0) {
+  const double tail = 0.5 * (1.0 - probability);
   return {found.quantile(quantity, tail) / divisor, found.quantile(quantity, 1.0 - tail) / divisor};
 }
 

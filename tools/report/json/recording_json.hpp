@@ -32,8 +32,8 @@ Json described_parameters(const RecordingResult& recording, const sim::Protocol&
 /// tools/report/json/posterior_results.hpp.
 template <class Found>
 void add_intervals(Json& json, const Found& found, int quantity) {
-  const auto interval = [&](double share) {
-    const double tail = 0.5 * (1.0 - share);
+  const auto interval = [&](double probability) {
+    const double tail = 0.5 * (1.0 - probability);
     return Json{page_number(found.quantile(quantity, tail)), page_number(found.quantile(quantity, 1.0 - tail))};
   };
   json["mean"] = page_number(found.mean(quantity));

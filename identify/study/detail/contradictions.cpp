@@ -1,0 +1,134 @@
+// Contradictions of a sheet: see contradictions.hpp.
+#include "identify/study/detail/contradictions.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "base/text.hpp"
+#include "identify/study/detail/text_key.hpp"
+
+namespace decid {
+namespace {
+
+/// Numbers that a line gives for a person, and their text for people.
+struct Stated {
+  std::vector<double> numbers;
+  std::string text;
+};
+
+bool differ(const Stated& a, const Stated& b) {
+  // A centimetre is a hundredth of a metre, and an inch 0.0254 m, except for rounding.
+  return !std::ranges::equal(a.numbers, b.numbers, [](double one, double other) {
+    return std::abs(one - other) <= 1e-9 * std::max(std::abs(one), std::abs(other));
+  });
+}
+
+/// The numbers of each recording of a plan, in their order; empty: none.
+using AllStated = std::vector<std::optional<Stated>>;
+
+AllStated stated_by(const RecordingPlan& plan, std::optional<Stated> (*of)(const PlannedRecording& planned)) {
+  AllStated all;
+  for (const PlannedRecording& planned : plan.recordings) all.push_back(of(planned));
+  return all;
+}
+
+std::optional<Stated> body_of(const PlannedRecording& planned) {
+  if (!planned.mass_kg || !planned.height_m) return std::nullopt;
+  return Stated{{*planned.mass_kg, *planned.height_m}, format("%g kg and %g m", *planned.mass_kg, *planned.height_m)};
+}
+
+std::string option_of(const PlannedRecording& planned, const std::string& name) {
+  const auto found = std::ranges::find(planned.options, name, &std::pair<std::string, std::string>::first);
+  return found == planned.options.end() ? std::string() : found->second;
+}
+
+std::optional<Stated> marker_of(const PlannedRecording& planned) {
+  const std::optional<double> height_m = read_number(option_of(planned, "com_height"));
+  if (!height_m) return std::nullopt;
+  return Stated{{*height_m}, format("a com_height of %g m", *height_m)};
+}
+
+/// Returns what the age's column says. age: its place in the sheet.
+AllStated ages_of(const RecordingPlan& plan, std::size_t age) {
+  AllStated all;
+  for (const PlannedRecording& planned : plan.recordings) {
+    const std::string text = age < planned.entry.cells.size() ? planned.entry.cells[age] : std::string();
+    const std::optional<double> number = read_number(text);
+    all.push_back(number ? std::make_optional(Stated{{*number}, text}) : std::nullopt);
+  }
+  return all;
+}
+
+/// Returns for each recording the first other one of its visit that says something else. visits: their recordings.
+template <class Visits>
+std::map<std::size_t, std::size_t> contradicting(const Visits& visits, const AllStated& stated) {
+  std::map<std::size_t, std::size_t> found;
+  for (const auto& [name, recordings] : visits)
+    for (const std::size_t i : recordings) {
+      const auto other = std::ranges::find_if(
+          recordings, [&](std::size_t j) { return stated[i] && stated[j] && differ(*stated[i], *stated[j]); });
+      if (other != recordings.end()) found[i] = *other;
+    }
+  return found;
+}
+
+/// Returns "P1 two bodies in session 2: 70 kg and 1.75 m here, 80 kg and 1.75 m for b.csv".
+std::string sentence(const RecordingPlan& plan, const AllStated& stated, std::size_t i, std::size_t other,
+                     const std::string& what) {
+  const SheetEntry& entry = plan.recordings[i].entry;
+  return "the sheet gives " + entry.participant + " two " + what +
+         (entry.session.empty() ? std::string() : " in session " + entry.session) + ": " + stated[i]->text + " here, " +
+         stated[other]->text + " for " + plan.recordings[other].source.name();
+}
+
+}  // namespace
+
+void refuse_two_groups(const StudySheet& sheet) {
+  std::map<std::string, const SheetLine*> first;  // of each person, with a group
+  for (const SheetLine& line : sheet.lines) {
+    const SheetEntry& entry = line.entry;
+    if (entry.participant.empty() || entry.group.empty()) continue;
+    const SheetLine& before = *first.try_emplace(text_key(entry.participant), &line).first->second;
+    if (text_key(before.entry.group) == text_key(entry.group)) continue;
+    throw Error(
+        Code::value_invalid, format("%s, lines %zu and %zu", sheet.file.string().c_str(), before.number, line.number),
+        "put " + entry.participant + " in the groups \"" + before.entry.group + "\" and \"" + entry.group + "\"",
+        "give different people different names, and a person one group; name what differs between a person's "
+        "recordings as a session or a condition");
+  }
+}
+
+void warn_of_contradictions(RecordingPlan& plan) {
+  using Visit = std::vector<std::string>;  // person and session; of a marker also the column that it is in
+  std::map<Visit, std::vector<std::size_t>> visits, of_column;
+  for (std::size_t i = 0; i < plan.recordings.size(); ++i) {
+    const PlannedRecording& planned = plan.recordings[i];
+    if (planned.entry.participant.empty()) continue;
+    const std::string person = text_key(planned.entry.participant), session = text_key(planned.entry.session);
+    visits[{person, session}].push_back(i);
+    of_column[{person, session, text_key(option_of(planned, "column"))}].push_back(i);
+  }
+  const auto warnings_of = [&](std::size_t i) -> Warnings& { return plan.recordings[i].warnings; };
+  const AllStated bodies = stated_by(plan, body_of), markers = stated_by(plan, marker_of);
+  const std::map<std::size_t, std::size_t> other_body = contradicting(visits, bodies);
+  for (const auto& [i, other] : other_body) {
+    Warnings& warnings = warnings_of(i);
+    add_caution(warnings, "two_bodies", sentence(plan, bodies, i, other, "bodies"));
+  }
+  for (const auto& [i, other] : contradicting(of_column, markers)) {
+    Warnings& warnings = warnings_of(i);
+    if (!other_body.contains(i)) add_caution(warnings, "two_bodies", sentence(plan, markers, i, other, "bodies"));
+  }
+  const std::vector<std::string>& columns = plan.sheet->columns;
+  const auto age = std::ranges::find_if(columns, names_ages);
+  if (age == columns.end()) return;
+  const AllStated ages = ages_of(plan, static_cast<std::size_t>(age - columns.begin()));
+  for (const auto& [i, other] : contradicting(visits, ages)) {
+    Warnings& warnings = warnings_of(i);
+    add_caution(warnings, "two_ages", sentence(plan, ages, i, other, "ages"));
+  }
+}
+
+}  // namespace decid

@@ -1,0 +1,16 @@
+// Contradictions of a study's sheet: lines about a person that cannot be right together. Not installed.
+#pragma once
+
+#include "identify/study/recording_plan.hpp"
+
+namespace decid {
+
+/// Throws Error if two lines put one person in two groups. Letter case does not count.
+void refuse_two_groups(const StudySheet& sheet);
+
+/// Adds warnings to the recordings of persons who have two bodies (`two_bodies`) or two ages (`two_ages`) in one
+/// session, or without sessions. Between sessions both may change. Markers of one column at two heights are two bodies,
+/// too. An empty cell contradicts nothing.
+void warn_of_contradictions(RecordingPlan& plan);
+
+}  // namespace decid

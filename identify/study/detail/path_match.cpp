@@ -1,0 +1,87 @@
+// Paths of recordings compared: see path_match.hpp.
+#include "identify/study/detail/path_match.hpp"
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+#include "identify/study/detail/text_key.hpp"
+
+namespace decid {
+namespace {
+
+std::vector<std::string> parts_of(std::string path) {
+  std::ranges::replace(path, '\\', '/');
+  std::vector<std::string> parts;
+  for (std::size_t begin = 0; begin <= path.size();) {
+    const std::size_t end = std::min(path.find('/', begin), path.size());
+    const std::string part = path.substr(begin, end - begin);
+    if (part == ".." && !parts.empty()) parts.pop_back();
+    if (!part.empty() && part != "." && part != "..") parts.push_back(part);
+    begin = end + 1;
+  }
+  return parts;
+}
+
+/// Returns a file's name without the ending of a recording. A part of a file ("long.csv#2") keeps its number.
+std::string without_ending(const std::string& name) {
+  constexpr std::array<std::string_view, 9> endings{".csv", ".tsv",  ".txt", ".dat", ".mat",
+                                                    ".c3d", ".xlsx", ".trc", ".mot"};
+  const std::size_t hash = std::min(name.rfind('#'), name.size());
+  const std::string file = name.substr(0, hash), number = name.substr(hash);
+  for (const std::string_view ending : endings)
+    if (file.size() > ending.size() && file.ends_with(ending))
+      return file.substr(0, file.size() - ending.size()) + number;
+  return name;
+}
+
+bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+
+/// Letters of other alphabets are bytes above 127.
+bool is_of_a_word(char c) {
+  return is_digit(c) || (c >= 'a' && c <= 'z') || static_cast<unsigned char>(c) >= 0x80;
+}
+
+/// Returns true if `text` has `word` with no letter or digit next to it.
+bool has_word(const std::string& text, const std::string& word) {
+  for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) {
+    const std::size_t end = at + word.size();
+    if ((at == 0 || !is_of_a_word(text[at - 1])) && (end == text.size() || !is_of_a_word(text[end]))) return true;
+  }
+  return false;
+}
+
+bool same_end(const std::vector<std::string>& path, const std::vector<std::string>& end) {
+  return !end.empty() && end.size() <= path.size() && std::equal(end.rbegin(), end.rend(), path.rbegin());
+}
+
+}  // namespace
+
+PathKey::PathKey(const std::string& path) : exact_(parts_of(path)) {
+  for (const std::string& part : exact_) forgiving_.push_back(text_key(part));
+  if (!forgiving_.empty()) stem_ = without_ending(forgiving_.back());
+}
+
+PathKey::Likeness PathKey::ends_with(const PathKey& end) const {
+  if (same_end(exact_, end.exact_)) return Likeness::exact;
+  if (same_end(forgiving_, end.forgiving_)) return Likeness::forgiving;
+  if (end.forgiving_.empty() || stem_ != end.stem_) return Likeness::none;
+  const std::vector<std::string> folders(forgiving_.begin(), forgiving_.end() - 1),
+      end_folders(end.forgiving_.begin(), end.forgiving_.end() - 1);
+  return end_folders.empty() || same_end(folders, end_folders) ? Likeness::without_ending : Likeness::none;
+}
+
+bool PathKey::names(const std::string& wanted, const std::string& prefix) const {
+  const std::string key = text_key(wanted);
+  if (key.empty()) return false;
+  const bool is_number = std::ranges::all_of(key, is_digit);
+  for (std::size_t i = 0; i < forgiving_.size(); ++i) {
+    const std::string& part = i + 1 == forgiving_.size() ? stem_ : forgiving_[i];
+    if (part == key || has_word(part, prefix + key) || (!is_number && has_word(part, key))) return true;
+  }
+  return false;
+}
+
+}  // namespace decid

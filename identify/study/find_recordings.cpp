@@ -1,0 +1,61 @@
+// Files that may be recordings: see find_recordings.hpp.
+#include "identify/study/find_recordings.hpp"
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+namespace decid {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string small_letters(std::string text) {
+  std::ranges::transform(text, text.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c; });
+  return text;
+}
+
+bool is_hidden(const fs::path& path) {
+  return path.filename().string().starts_with('.');
+}
+
+}  // namespace
+
+bool has_ending_of_recordings(const fs::path& path) {
+  constexpr std::array<std::string_view, 9> endings{".csv", ".tsv",  ".txt", ".dat", ".mat",
+                                                    ".c3d", ".xlsx", ".trc", ".mot"};
+  return std::ranges::find(endings, small_letters(path.extension().string())) != endings.end();
+}
+
+bool is_description(const fs::path& path) {
+  constexpr std::array<std::string_view, 6> whole{"license",   "licence",      "changes",
+                                                  "changelog", "participants", "samples"};
+  constexpr std::array<std::string_view, 5> suffixes{"_scans", "_sessions", "_channels", "_electrodes", "_events"};
+  const std::string stem = small_letters(path.stem().string());
+  return stem.starts_with("readme") || std::ranges::find(whole, stem) != whole.end() ||
+         std::ranges::any_of(suffixes, [&](std::string_view suffix) { return stem.ends_with(suffix); });
+}
+
+std::vector<fs::path> recordings_below(const fs::path& folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::recursive_directory_iterator entry(folder.empty() ? "." : folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    std::error_code ignored;
+    const fs::path& path = entry->path();
+    if (entry->is_directory(ignored)) {
+      if (is_hidden(path)) entry.disable_recursion_pending();
+    } else if (entry->is_regular_file(ignored) && !is_hidden(path) && has_ending_of_recordings(path) &&
+               !is_description(path)) {
+      names.push_back(path.string());
+    }
+  }
+  std::ranges::sort(names);
+  std::vector<fs::path> found;
+  for (const std::string& name : names) found.push_back(fs::path(name).lexically_normal());  // no "./"
+  return found;
+}
+
+}  // namespace decid

@@ -1,0 +1,144 @@
+// Groups of a plan: see plan_groups.hpp.
+#include "identify/study/plan_groups.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <sstream>
+
+#include "base/error.hpp"
+#include "base/setting.hpp"
+#include "base/text.hpp"
+#include "identify/study/detail/text_key.hpp"
+#include "recording/table/cells.hpp"
+
+namespace decid {
+namespace {
+
+/// Throws if a few people are in both groups: a comparison in pairs leaves out everyone else.
+void refuse_few_pairs(const std::string& where, const std::string& one, const std::set<std::string>& people_of_one,
+                      const std::string& other, const std::set<std::string>& people_of_other) {
+  std::vector<std::string> both;
+  std::ranges::set_intersection(people_of_one, people_of_other, std::back_inserter(both));
+  if (both.empty() || 2 * both.size() >= std::min(people_of_one.size(), people_of_other.size())) return;
+  const std::size_t all = people_of_one.size() + people_of_other.size() - both.size();
+  throw Error(Code::value_invalid, where,
+              "has " + both.front() + " in both \"" + one + "\" and \"" + other + "\", but " +
+                  format("%zu of %zu people in only one of them", all - both.size(), all),
+              "give different people different names, or all people recordings in both groups");
+}
+
+/// Gives texts that differ in letter case or the form of accents one spelling, the first.
+class Spelling {
+ public:
+  const std::string& operator()(const std::string& text) {
+    return first_.try_emplace(text_key(text), text).first->second;
+  }
+
+ private:
+  std::map<std::string, std::string> first_{};
+};
+
+}  // namespace
+
+std::vector<std::string> split_columns(const std::string& text) {
+  std::vector<std::string> parts;
+  std::istringstream stream(text);
+  for (std::string part; std::getline(stream, part, ',');)
+    if (part = recording::trim(part); !part.empty()) parts.push_back(part);
+  return parts;
+}
+
+GroupTable groups_of_plan(const RecordingPlan& plan, bool by_group) {
+  const auto has_participant = [](const PlannedRecording& it) { return !it.entry.participant.empty(); };
+  GroupTable groups{std::ranges::any_of(plan.recordings, has_participant) ? "participant_id" : "", {}};
+  groups.has_groups = by_group;
+  Spelling of_group, of_person;
+  for (const PlannedRecording& it : plan.recordings)
+    groups.members.push_back({by_group ? of_group(it.entry.group) : cohort::everyone,
+                              has_participant(it) ? of_person(it.entry.participant) : it.source.name()});
+  return groups;
+}
+
+void refuse_groups(const std::vector<GroupMember>& members, const std::string& where, std::size_t least) {
+  std::map<std::string, std::set<std::string>> groups;  // their people
+  for (const GroupMember& member : members)
+    if (!member.group.empty()) groups[member.group].insert(member.person);
+  if (groups.size() < least)
+    throw Error(Code::setting_out_of_range, where,
+                "puts the recordings in " + counted(static_cast<long long>(groups.size()), "group"),
+                least > 1 ? "give two groups or more" : "give one group or more");
+  for (auto one = groups.begin(); one != groups.end(); ++one)
+    for (auto other = std::next(one); other != groups.end(); ++other)
+      refuse_few_pairs(where, one->first, one->second, other->first, other->second);
+}
+
+std::size_t compare_within(const std::string& column, const RecordingPlan& plan, GroupTable& groups) {
+  const std::string where = setting("within") + " " + column;
+  if (!plan.sheet)
+    throw Error(Code::setting_missing, where, "is a column of a sheet, and the call has none",
+                "give the sheet of the study");
+  if (column != "session" && column != "condition")
+    throw Error(Code::setting_unknown, where, "is neither session nor condition",
+                "give session, condition or both, and name the sheet's columns so");
+  const auto from = column == "session" ? &SheetEntry::session : &SheetEntry::condition;
+  const auto to = column == "session" ? &GroupMember::session : &GroupMember::condition;
+  Spelling spelling;
+  std::set<std::string> values;
+  std::size_t left_out = 0;
+  for (std::size_t i = 0; i < groups.members.size(); ++i) {
+    GroupMember& member = groups.members[i];
+    if (member.group.empty()) continue;
+    member.*to = spelling(plan.recordings[i].entry.*from);
+    if ((member.*to).empty()) {
+      member.group.clear();
+      ++left_out;
+    } else {
+      values.insert(member.*to);
+    }
+  }
+  if (values.size() < 2)
+    throw Error(Code::value_missing, where,
+                "the compared recordings have " + counted(static_cast<long long>(values.size()), column),
+                "give two or more in the sheet's column " + column);
+  return left_out;
+}
+
+void add_covariate(const std::string& column, const RecordingPlan& plan, GroupTable& groups) {
+  const std::vector<double> values = read_covariate(plan, column);
+  std::set<double> different;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    groups.members[i].covariates.push_back(values[i]);
+    if (!groups.members[i].group.empty() && !std::isnan(values[i])) different.insert(values[i]);
+  }
+  groups.covariates.push_back(column);
+  if (different.size() < 2)
+    throw Error(Code::value_missing, setting("covariates") + " " + column,
+                "the compared recordings have fewer than two different values", "leave it out");
+}
+
+void refuse_joint_cells(const GroupTable& groups, std::span<const FitGroup> joint) {
+  if (groups.members.empty()) return;
+  for (const FitGroup& group : joint) {
+    std::set<std::string> cells, persons;
+    for (const std::size_t i : group.recordings) {
+      const GroupMember& member = groups.members.at(i);
+      if (member.cell().empty()) continue;
+      cells.insert(member.cell());
+      persons.insert(member.person);
+    }
+    if (persons.size() > 1)
+      throw Error(Code::setting_conflict, setting("joint"),
+                  "fits recordings of \"" + *persons.begin() + "\" and \"" + *std::next(persons.begin()) +
+                      "\" together, who count as two people of a group",
+                  "fit together by a column of the sheet that differs between people, such as participant_id");
+    if (cells.size() > 1)
+      throw Error(Code::setting_conflict, setting("joint"),
+                  "fits recordings of \"" + *cells.begin() + "\" and \"" + *std::next(cells.begin()) +
+                      "\" together, which the call compares",
+                  "fit together by a column of the sheet with another text for each of them");
+  }
+}
+
+}  // namespace decid

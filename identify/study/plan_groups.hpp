@@ -1,0 +1,41 @@
+// Groups, sessions, conditions and covariates of a study's persons, from the sheet of a plan.
+//
+//   GroupTable groups = groups_of_plan(plan, true);
+//   refuse_groups(groups.members, "participants.tsv");
+//   compare_within("session", plan, groups);
+//   report.groups = report_groups(groups, report);      // identify/result.hpp
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "identify/fit_recordings.hpp"
+#include "identify/groups.hpp"
+#include "identify/study/recording_plan.hpp"
+
+namespace decid {
+
+/// Splits "age,weight" into names of columns.
+std::vector<std::string> split_columns(const std::string& text);
+
+/// Returns the group and the person of every recording, by its line of the sheet. Letter case does not count in these
+/// texts. by_group: false puts all recordings in cohort::everyone.
+GroupTable groups_of_plan(const RecordingPlan& plan, bool by_group);
+
+/// Throws Error for fewer groups than `least`, and for two groups that share some people, but fewer than half of the
+/// smaller one's: more likely a name given twice than a comparison in pairs. where: the table, for messages.
+void refuse_groups(const std::vector<GroupMember>& members, const std::string& where, std::size_t least = 2);
+
+/// Compares the sessions or the conditions of the sheet, too. column: "session" or "condition". Leaves out recordings
+/// without one, and returns their number. Throws Error for another column, a plan without a sheet, and fewer than two
+/// values.
+std::size_t compare_within(const std::string& column, const RecordingPlan& plan, GroupTable& groups);
+
+/// Adds a covariate: a column of numbers. Throws Error as read_covariate() does, and for fewer than two values.
+void add_covariate(const std::string& column, const RecordingPlan& plan, GroupTable& groups);
+
+/// Throws Error if recordings that are fitted together are compared with each other.
+void refuse_joint_cells(const GroupTable& groups, std::span<const FitGroup> joint);
+
+}  // namespace decid

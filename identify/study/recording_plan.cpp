@@ -1,0 +1,347 @@
+// The recordings of a call: see recording_plan.hpp.
+#include "identify/study/recording_plan.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <map>
+#include <tuple>
+#include <utility>
+
+#include "base/setting.hpp"
+#include "base/text.hpp"
+#include "identify/study/detail/contradictions.hpp"
+#include "identify/study/detail/path_match.hpp"
+#include "identify/study/reading_option.hpp"
+#include "sim/segments.hpp"
+
+namespace decid {
+namespace {
+
+using Likeness = PathKey::Likeness;
+
+/// Returns the path of a sheet's cell: relative to the sheet's folder, with slashes.
+std::filesystem::path path_beside(const StudySheet& sheet, std::string cell) {
+  std::ranges::replace(cell, '\\', '/');
+  return sheet.file.parent_path() / cell;
+}
+
+class Planner {
+ public:
+  Planner(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice, const ReadOptions& reading)
+      : sources_(sources), choice_(choice), reading_(reading) {
+    plan_.sheet = std::move(sheet);
+    for (const SheetLine& line : lines()) line_keys_.emplace_back(line.file);
+    for (const RecordingSource& source : sources) source_keys_.emplace_back(shown(source));
+    used_.assign(lines().size(), false);
+  }
+
+  RecordingPlan operator()() {
+    if (choice_ == Choice::by_call)
+      plan_call();
+    else
+      plan_sheet();
+    return std::move(plan_);
+  }
+
+ private:
+  const std::vector<SheetLine>& lines() const { return plan_.sheet->lines; }
+
+  /// Returns the path that names of people are searched in: the part below the sheet's folder, if it lies there.
+  std::string shown(const RecordingSource& source) const {
+    const std::filesystem::path
+        folder = std::filesystem::absolute(plan_.sheet->file).parent_path().lexically_normal(),
+        below = std::filesystem::absolute(source.name()).lexically_normal().lexically_relative(folder);
+    return below.empty() || *below.begin() == ".." ? source.name() : below.string();
+  }
+
+  void plan_call() {
+    for (std::size_t i = 0; i < sources_.size(); ++i) plan_source(i);
+    for (std::size_t line = 0; line < lines().size(); ++line) {
+      if (used_[line]) continue;
+      const SheetLine& unused = lines()[line];
+      if (unused.error && unused.file.empty() && unused.entry.participant.empty())
+        plan_.notes.emplace_back(unused.error->what());
+      else if (unused.file.empty() || is_near(line))
+        plan_.notes.push_back(plan_.sheet->locate(unused) + ": no recording of this call is of " +
+                              (unused.file.empty() ? unused.entry.participant : unused.file));
+      else
+        add_missing(unused, "names " + unused.file + ", which does not exist");
+    }
+  }
+
+  /// Returns true if a file below the sheet's folder is the line's.
+  bool is_near(std::size_t line) {
+    namespace fs = std::filesystem;
+    std::error_code error;
+    if (fs::exists(path_beside(*plan_.sheet, lines()[line].file), error)) return true;
+    if (!near_) {
+      near_.emplace();
+      const fs::path folder = plan_.sheet->file.parent_path();
+      fs::recursive_directory_iterator at(folder.empty() ? "." : folder, fs::directory_options::skip_permission_denied,
+                                          error);
+      for (; !error && at != fs::end(at); at.increment(error))
+        if (std::error_code ignored; at->is_regular_file(ignored)) near_->emplace_back(at->path().string());
+    }
+    return std::ranges::any_of(*near_,
+                               [&](const PathKey& path) { return path.ends_with(line_keys_[line]) != Likeness::none; });
+  }
+
+  /// Adds a recording of the call with the lines that are of it.
+  void plan_source(std::size_t i) {
+    std::vector<std::size_t> best;
+    Likeness likeness = Likeness::none;
+    std::size_t parts = 0;
+    for (std::size_t line = 0; line < lines().size(); ++line) {
+      if (lines()[line].file.empty()) continue;
+      const Likeness here = likeness_of(i, line);
+      if (here == Likeness::none) continue;
+      used_[line] = true;
+      const auto rank = std::pair(here, line_keys_[line].parts());
+      if (rank > std::pair(likeness, parts)) best.clear();
+      if (rank < std::pair(likeness, parts)) continue;
+      std::tie(likeness, parts) = rank;
+      best.push_back(line);
+    }
+    if (best.size() > 1)
+      return add(sources_[i], lines()[best[0]],
+                 Error(Code::value_invalid, sources_[i].name(),
+                       "is the file of " + plan_.sheet->locate(lines()[best[0]]) + " and of line " +
+                           std::to_string(lines()[best[1]].number),
+                       "keep one line, or put folders before the names"));
+    if (!best.empty()) return add(sources_[i], with_person(lines()[best[0]]));
+    const std::optional<std::size_t> person = find_person(i);
+    if (person) return add(sources_[i], lines()[*person]);
+    add(sources_[i], SheetLine{},
+        Error(Code::value_missing, sources_[i].name(), "has no line in " + plan_.sheet->file.string(),
+              "add a line with its file or its participant_id"));
+  }
+
+  /// Returns the likeness of a recording and a line's file; "long.csv" is also the file of "long.csv#2".
+  Likeness likeness_of(std::size_t source, std::size_t line) const {
+    const Likeness whole = source_keys_[source].ends_with(line_keys_[line]);
+    if (whole != Likeness::none || sources_[source].trial.empty()) return whole;
+    return PathKey(sources_[source].file.string()).ends_with(line_keys_[line]);
+  }
+
+  /// Returns the person's line of a recording, the line with its session rather than one without.
+  std::optional<std::size_t> find_person(std::size_t source) {
+    std::optional<std::size_t> found;
+    for (std::size_t line = 0; line < lines().size(); ++line) {
+      if (!lines()[line].file.empty() || !is_of(source, lines()[line])) continue;
+      used_[line] = true;
+      if (!found || (lines()[*found].entry.session.empty() && !lines()[line].entry.session.empty())) found = line;
+    }
+    return found;
+  }
+
+  bool is_of(std::size_t source, const SheetLine& person) const {
+    const PathKey& key = source_keys_[source];
+    return key.names_participant(person.entry.participant) &&
+           (person.entry.session.empty() || key.names_session(person.entry.session));
+  }
+
+  /// Fills a recording's line from the line of its person, if the sheet has one.
+  SheetLine with_person(const SheetLine& recording) {
+    SheetLine line = recording;
+    for (std::size_t i = 0; i < lines().size(); ++i) {
+      const SheetLine& person = lines()[i];
+      const bool same_session = person.entry.session.empty() || person.entry.session == recording.entry.session;
+      if (!person.file.empty() || person.entry.participant.empty() || !same_session ||
+          person.entry.participant != recording.entry.participant)
+        continue;
+      used_[i] = true;
+      line = merged(std::move(line), person);
+    }
+    return line;
+  }
+
+  void plan_sheet() {
+    std::vector<bool> taken(sources_.size(), false);
+    for (std::size_t line = 0; line < lines().size(); ++line)
+      if (!lines()[line].file.empty())
+        found_.push_back(find(line));
+      else
+        found_.emplace_back();
+    for (const std::vector<std::size_t>& some : found_)
+      if (some.size() == 1) taken[some[0]] = true;
+    for (std::size_t line = 0; line < lines().size(); ++line) {
+      const SheetLine& here = lines()[line];
+      if (!here.file.empty())
+        plan_line(line);
+      else
+        plan_person(here, taken);
+    }
+  }
+
+  /// Returns the most alike among the files near the sheet.
+  std::vector<std::size_t> find(std::size_t line) const {
+    std::vector<std::size_t> best;
+    Likeness likeness = Likeness::none;
+    const PathKey direct(path_beside(*plan_.sheet, lines()[line].file).string());
+    for (std::size_t i = 0; i < sources_.size(); ++i) {
+      const Likeness here = likeness_of(i, line);
+      const PathKey name(sources_[i].name());
+      if (name.parts() == direct.parts() && name.ends_with(direct) == Likeness::exact) return {i};
+      if (here == Likeness::none || here < likeness) continue;
+      if (here > likeness) best.clear();
+      likeness = here;
+      best.push_back(i);
+    }
+    return best;
+  }
+
+  void plan_line(std::size_t line) {
+    const SheetLine here = with_person(lines()[line]);
+    const std::vector<std::size_t>& best = found_[line];
+    std::error_code ignored;
+    const std::filesystem::path direct = path_beside(*plan_.sheet, here.file);
+    if (best.size() > 1 && sources_[best[0]].trial.empty())
+      return add(
+          direct, here,
+          Error(Code::value_invalid, plan_.sheet->locate(here),
+                "names " + here.file + ", which may be " + sources_[best[0]].name() + " or " + sources_[best[1]].name(),
+                "put the folder before the file's name"));
+    for (const std::size_t i : best) {
+      add(sources_[i], here);
+      std::optional<Error>& error = plan_.recordings.back().error;
+      if (!error) error = repeated(sources_[i], here);
+    }
+    if (!best.empty()) return;
+    if (std::filesystem::is_regular_file(direct, ignored)) return add(direct, here);
+    add_missing(here, "names " + here.file + ", which does not exist");
+  }
+
+  /// Returns an error if a line before names the same recording with the same protocol and options of reading.
+  std::optional<Error> repeated(const RecordingSource& source, const SheetLine& line) {
+    const auto [first, is_new] = named_.try_emplace({source.name(), line.protocol, line.reading}, line.number);
+    if (is_new) return std::nullopt;
+    return Error(Code::value_invalid, plan_.sheet->locate(line),
+                 "names " + source.name() + ", as line " + std::to_string(first->second) + " does",
+                 "delete one of them");
+  }
+
+  void plan_person(const SheetLine& person, std::vector<bool>& taken) {
+    bool has_one = !person.entry.participant.empty() && std::ranges::any_of(lines(), [&](const SheetLine& line) {
+      return !line.file.empty() && line.entry.participant == person.entry.participant;
+    });
+    for (std::size_t i = 0; i < sources_.size(); ++i) {
+      if (taken[i] || !is_of(i, person)) continue;
+      if (person.entry.session.empty() && has_session_line(i, person)) continue;
+      taken[i] = has_one = true;
+      add(sources_[i], person);
+    }
+    if (!has_one || person.error) add_without_recording(person, has_one);
+  }
+
+  bool has_session_line(std::size_t source, const SheetLine& person) const {
+    return std::ranges::any_of(lines(), [&](const SheetLine& line) {
+      return line.file.empty() && !line.entry.session.empty() && line.entry.participant == person.entry.participant &&
+             is_of(source, line);
+    });
+  }
+
+  void add_without_recording(const SheetLine& person, bool has_one) {
+    if (has_one) return;  // its recordings have the error of the line
+    const std::string name = person.entry.participant.empty() ? plan_.sheet->locate(person) : person.entry.participant;
+    add(std::filesystem::path(name), person,
+        person.error
+            ? *person.error
+            : Error(Code::file_missing, plan_.sheet->locate(person),
+                    "no recording below its folder is of " + name +
+                        (person.entry.session.empty() ? "" : " in session " + person.entry.session),
+                    std::string("put the participant_id") + (person.entry.session.empty() ? "" : " and the session") +
+                        " into the names of files or folders, or add a column \"file\""));
+  }
+
+  void add_missing(const SheetLine& line, const std::string& problem) {
+    add(path_beside(*plan_.sheet, line.file), with_person(line),
+        Error(Code::file_missing, plan_.sheet->locate(line), problem, "correct the name, or copy the file there"));
+  }
+
+  void add(const RecordingSource& source, const SheetLine& line, const std::optional<Error>& error = {}) {
+    PlannedRecording planned{source, reading_, 0, line.entry, line.mass_kg, line.height_m};
+    planned.options = line.reading;
+    planned.entry.cells.resize(plan_.sheet->columns.size());
+    planned.error = error ? error : line.error;
+    RecordingSetting setting{reading_.body, {}};
+    try {
+      apply(line, planned.reading, setting);
+    } catch (const Error& wrong) {
+      if (!planned.error)
+        planned.error = Error(wrong.code(), plan_.sheet->locate(line), wrong.problem(), wrong.remedy());
+    }
+    planned.reading.body = setting.body;
+    auto found = std::ranges::find(plan_.settings, setting);
+    if (found == plan_.settings.end()) found = plan_.settings.insert(found, setting);
+    planned.setting = static_cast<std::size_t>(found - plan_.settings.begin());
+    plan_.recordings.push_back(std::move(planned));
+  }
+
+  void apply(const SheetLine& line, ReadOptions& reading, RecordingSetting& setting) const {
+    const std::string where = plan_.sheet->locate(line);
+    for (const auto& [name, value] : line.reading) set_reading_option(reading, name, value, where);
+    if (line.height_m) reading.recording.body_height_m = line.height_m;
+    if (line.mass_kg.has_value() != line.height_m.has_value())
+      throw Error(Code::value_missing, where,
+                  line.mass_kg ? "gives a weight and no height" : "gives a height and no weight",
+                  "give both, or neither for the assumed body");
+    if (line.mass_kg) setting.body = sim::body_of_person({.mass_kg = *line.mass_kg, .height_m = *line.height_m});
+    if (line.protocol.empty()) return;
+    std::error_code ignored;
+    const std::filesystem::path file = path_beside(*plan_.sheet, line.protocol);
+    setting.protocol = std::filesystem::is_regular_file(file, ignored) ? file.string() : line.protocol;
+  }
+
+  const std::vector<RecordingSource>& sources_;
+  Choice choice_;
+  const ReadOptions& reading_;
+  RecordingPlan plan_;
+  std::vector<PathKey> line_keys_, source_keys_;
+  std::optional<std::vector<PathKey>> near_;  // files below the sheet's folder, once they are needed
+  std::vector<bool> used_;                    // lines
+  /// Numbers of the lines that name recordings: of a recording, a protocol and options of reading.
+  std::map<std::tuple<std::string, std::string, std::vector<std::pair<std::string, std::string>>>, std::size_t> named_;
+  std::vector<std::vector<std::size_t>> found_;  // recordings of each line with a file
+};
+
+}  // namespace
+
+RecordingPlan make_plan(const std::vector<RecordingSource>& sources, const ReadOptions& reading) {
+  RecordingPlan plan{{{reading.body, {}}}, {}};
+  for (const RecordingSource& source : sources) plan.recordings.push_back({source, reading});
+  return plan;
+}
+
+RecordingPlan make_plan(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice,
+                        const ReadOptions& reading) {
+  RecordingPlan plan = Planner(std::move(sheet), sources, choice, reading)();
+  warn_of_contradictions(plan);
+  return plan;
+}
+
+std::vector<double> read_covariate(const RecordingPlan& plan, const std::string& column) {
+  if (!plan.sheet)
+    throw Error(Code::setting_missing, setting("covariates") + " " + column,
+                "is a column of a sheet, and the call has none", "give the sheet of the study");
+  const bool of_weight = names_weights(column), of_height = names_heights(column);
+  std::function<std::string(const SheetEntry& entry)> text_of;
+  if (!of_weight && !of_height) text_of = plan.sheet->reader_for(column);
+  std::vector<double> values;
+  for (const PlannedRecording& one : plan.recordings) {
+    std::optional<double> value = of_weight ? one.mass_kg : one.height_m;
+    if (text_of) {
+      const std::string text = text_of(one.entry);
+      value = read_number(text);
+      if (!value && !text.empty())
+        throw Error(Code::value_invalid, plan.sheet->file.string(),
+                    "column " + column + " of " + one.source.name() + " has '" + text + "', which is not a number",
+                    "write numbers, such as 0 and 1 for two kinds, or n/a");
+    }
+    values.push_back(value.value_or(std::numeric_limits<double>::quiet_NaN()));
+  }
+  return values;
+}
+
+}  // namespace decid

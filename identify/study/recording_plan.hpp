@@ -1,0 +1,64 @@
+// The recordings of a call, with the person, the options and the protocol of each: all alike, or by a study's sheet.
+//
+//   const StudySheet sheet = read_sheet("participants.tsv");
+//   const RecordingPlan plan = make_plan(sheet, make_sources(recordings_below("."), {}), Choice::by_sheet, {});
+//   Report report = identify_plan(model, "my model", plan);      // study_results.hpp
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/warning.hpp"
+#include "identify/recordings.hpp"
+#include "identify/study/sheet.hpp"
+
+namespace decid {
+
+/// A body and a protocol that recordings share.
+struct RecordingSetting {
+  std::optional<sim::Body> body;  ///< empty: the protocol's is assumed
+  std::string protocol;           ///< a name or a file; empty: the call's
+  bool operator==(const RecordingSetting&) const = default;
+};
+
+struct PlannedRecording {
+  RecordingSource source;
+  ReadOptions reading;
+  std::size_t setting = 0;  ///< place in RecordingPlan::settings
+  SheetEntry entry = {};
+  std::optional<double> mass_kg = {}, height_m = {};              ///< of the person, by the sheet
+  std::optional<Error> error = {};                                ///< why the recording cannot be used
+  std::vector<std::pair<std::string, std::string>> options = {};  ///< of reading, by the sheet
+  Warnings warnings = {};                                         ///< of the sheet: contradictions.hpp
+};
+
+struct RecordingPlan {
+  std::vector<RecordingSetting> settings;
+  std::vector<PlannedRecording> recordings;
+  std::optional<StudySheet> sheet = {};
+  std::vector<std::string> notes = {};  ///< lines that are of none of the recordings, for people
+};
+
+/// Plans recordings that have the same options and the same body, reading.body.
+RecordingPlan make_plan(const std::vector<RecordingSource>& sources, const ReadOptions& reading);
+
+/// The choice of the recordings: those of the call, or those that the sheet's lines name among the files near it.
+enum class Choice { by_call, by_sheet };
+
+/// Plans the recordings of a sheet. A line with a file is of the recordings whose path ends with it (path_match.hpp); a
+/// line without one is of all recordings whose path names its participant, and its session if it has one. Both lines
+/// count for a recording; its own comes first, then `reading` and reading.body. Paths in the sheet are relative to its
+/// folder. These recordings have an error: a recording of the call without a line; a line whose file is missing; a
+/// person without a recording, by_sheet; a recording with two lines, and a line with two recordings, that are equally
+/// alike; a wrong cell; and one without the other of mass and height. Recordings of a person with two bodies or two
+/// ages in one session have warnings.
+RecordingPlan make_plan(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice,
+                        const ReadOptions& reading);
+
+/// Returns the numbers in a column of the plan's sheet, one per recording; NaN: n/a. Weights are in kg, heights in m.
+/// Throws Error for a plan without a sheet, a column that the sheet does not have, and a text that is not a number.
+std::vector<double> read_covariate(const RecordingPlan& plan, const std::string& column);
+
+}  // namespace decid

@@ -1,0 +1,65 @@
+// A study's sheet: a table with a line per recording, or per person for all of that person's recordings. Column names:
+// BIDS 1.9, participants.tsv and scans.tsv. recording_plan.hpp finds the recordings of its lines.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/error.hpp"
+#include "identify/study/entry.hpp"
+
+namespace decid {
+
+struct SheetLine {
+  std::size_t number = 0;  ///< in the file, from 1
+  std::string file;        ///< empty: the line is of all recordings of the participant, in the session if it has one
+  SheetEntry entry;
+  std::optional<double> mass_kg, height_m;
+  std::string protocol;                                      ///< empty: the call's
+  std::vector<std::pair<std::string, std::string>> reading;  ///< options of reading by name, and their values
+  std::optional<Error> error = {};  ///< what is wrong with a cell; the line's recordings have this error
+};
+
+struct StudySheet {
+  std::filesystem::path file;
+  std::vector<std::string> columns;  ///< of SheetEntry::cells, as the file spells them
+  std::vector<SheetLine> lines;
+
+  /// Returns "participants.tsv, line 3".
+  std::string locate(const SheetLine& line) const;
+  /// Returns the function that reads a column of entries, by any spelling of its name; "" is n/a. Throws Error for a
+  /// column that the sheet or its entries do not have.
+  std::function<std::string(const SheetEntry& entry)> reader_for(const std::string& column) const;
+};
+
+/// Reads a sheet: text between tabs, commas or semicolons (RFC 4180), or the first sheet of a workbook (.xlsx). Letter
+/// case, blanks and underscores of column names do not count:
+/// - participant_id (or participant, subject, person, patient, proband, with or without id, or id), session, group,
+/// condition;
+/// - file (or filename, path, recording): a path from the sheet's folder, or the end of one;
+/// - mass or weight in kg; height in m, or in cm from 30 up;
+/// - protocol: a name or a file; and options of reading (set_reading_option()).
+/// Other columns, age and sex among them, are SheetEntry::cells. Empty cells and n/a have no value. Throws Error for an
+/// unreadable file, a sheet without participant_id and file, two columns of one meaning, a sheet without lines, and a
+/// person in two groups. A line with a wrong cell has an error.
+StudySheet read_sheet(const std::filesystem::path& path);
+
+/// Returns true for the names of a column of persons: participant_id, subject and the like.
+bool names_persons(const std::string& column);
+/// Returns true for the names of a column of weights: weight, mass and the like; and of heights.
+bool names_weights(const std::string& column);
+bool names_heights(const std::string& column);
+/// Returns true for the names of a column of ages in years.
+bool names_ages(const std::string& column);
+/// Reads the number of a cell, with a decimal point or comma; nothing for another text.
+std::optional<double> read_number(std::string cell);
+
+/// Returns the line with the empty cells of a recording's line filled from the person's.
+SheetLine merged(SheetLine recording, const SheetLine& person);
+
+}  // namespace decid

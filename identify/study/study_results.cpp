@@ -1,0 +1,187 @@
+// Recordings of a plan: see study_results.hpp.
+#include "identify/study/study_results.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "base/parallel.hpp"
+#include "recording/protocol_file.hpp"
+#include "sim/body_model.hpp"
+
+namespace decid {
+
+void set_planned(RecordingResult& result, const PlannedRecording& planned) {
+  result.setting = planned.setting;
+  result.entry = planned.entry;
+  result.mass_kg = planned.mass_kg;
+  result.height_m = planned.height_m;
+  Warnings missing;
+  for (const Warning& warning : planned.warnings)
+    if (std::ranges::find(result.warnings, warning) == result.warnings.end()) missing.push_back(warning);
+  if (!missing.empty()) result.warnings = most_severe_first({missing, result.warnings});
+}
+
+namespace {
+
+/// Reads recordings by their places. protocols: of each setting; null: the setting has the error.
+std::vector<RecordingResult> read_places(const RecordingPlan& plan, std::span<const std::size_t> places,
+                                         const std::vector<const sim::Protocol*>& protocols,
+                                         const std::vector<std::optional<Error>>& errors) {
+  std::vector<std::unique_ptr<recording::ProtocolPlan>> plans(protocols.size());
+  for (std::size_t k = 0; k < plans.size(); ++k) {
+    const auto same = std::find(protocols.begin(), protocols.begin() + static_cast<std::ptrdiff_t>(k), protocols[k]);
+    if (protocols[k] != nullptr && same == protocols.begin() + static_cast<std::ptrdiff_t>(k))
+      plans[k] = std::make_unique<recording::ProtocolPlan>(*protocols[k]);
+  }
+  const auto plan_of_setting = [&](std::size_t setting) -> const recording::ProtocolPlan& {
+    return *plans[static_cast<std::size_t>(std::ranges::find(protocols, protocols[setting]) - protocols.begin())];
+  };
+  std::vector<RecordingResult> all(places.size());
+  parallel_for(static_cast<int>(places.size()), [&](int place) {
+    const auto i = static_cast<std::size_t>(place);
+    const PlannedRecording& planned = plan.recordings[places[i]];
+    const std::optional<Error>& error = planned.error ? planned.error : errors[planned.setting];
+    if (error) {
+      all[i].file = planned.source.name();
+      all[i].error = error;
+    } else {
+      all[i] = read_source(plan_of_setting(planned.setting), planned.source, planned.reading);
+    }
+    set_planned(all[i], planned);
+  });
+  return all;
+}
+
+/// Stores an error of a setting, or throws it if the plan has no sheet.
+void keep_or_throw(const RecordingPlan& plan, const Error& error, std::optional<Error>& kept) {
+  if (!plan.sheet) throw error;
+  kept = error;
+}
+
+/// Throws Error unless the model's network covers the experiment of the protocol, except its body.
+void require_protocol_of(const Model& model, const std::string& name, const std::string& protocol) {
+  if (protocol.empty()) return;
+  sim::Experiment asked = recording::load_protocol(protocol).experiment;
+  asked.body = model.protocol.experiment.body;
+  if (asked != model.protocol.experiment)
+    throw Error(Code::protocol_mismatch, "protocol " + protocol, "is not the protocol of " + name,
+                "fit these recordings (decid fit), or give a model of this protocol");
+}
+
+/// Sets the controller of a sheet's protocol to the call's. Throws Error if it names one that the call does not fit.
+void use_controller(sim::Protocol& its_own, const sim::Protocol& protocol, const FitRequest& request) {
+  const sim::BodyModel *const named = its_own.experiment.body_model, *const asked = protocol.experiment.body_model;
+  const bool is_fitted =
+      named == &sim::single_pendulum() || named == asked ||
+      std::ranges::find(request.others, named, &FitRequest::Other::controller) != request.others.end();
+  if (!is_fitted)
+    throw Error(Code::setting_conflict, "protocol " + its_own.name,
+                "names the controller " + named->name + ", and this call fits " + asked->name,
+                "fit recordings of one controller in a call");
+  its_own.experiment.body_model = asked;
+}
+
+}  // namespace
+
+PlanIdentifier::PlanIdentifier(const Model& model, const std::string& name, const RecordingPlan& plan,
+                               std::size_t at_once)
+    : model_(model), plan_(plan), at_once_(at_once), errors_(plan.settings.size()) {
+  for (std::size_t k = 0; k < plan.settings.size(); ++k) {
+    bodies_.push_back(for_body(model, name, {}));
+    try {
+      bodies_[k] = for_body(model, name, plan.settings[k].body);
+      require_protocol_of(model, name, plan.settings[k].protocol);
+    } catch (const Error& error) {
+      keep_or_throw(plan, error, errors_[k]);
+    }
+  }
+  if (bodies_.empty()) bodies_.push_back(for_body(model, name, {}));
+}
+PlanIdentifier::~PlanIdentifier() = default;
+
+Identifier& PlanIdentifier::identifier(std::size_t setting) {
+  if (!identifier_ || setting != current_)
+    identifier_ = std::make_unique<Identifier>(model_, bodies_[setting], at_once_);
+  current_ = setting;
+  return *identifier_;
+}
+
+Report PlanIdentifier::report() {
+  Report report = make_report(identifier(0));
+  for (std::size_t k = 1; k < bodies_.size(); ++k)
+    report.other_settings.push_back({bodies_[k].protocol, bodies_[k].assumed, report.tilt_rad});
+  report.sheet = plan_.sheet;
+  return report;
+}
+
+std::vector<RecordingResult> PlanIdentifier::identify(std::span<const std::size_t> places) {
+  const std::vector<const sim::Protocol*> protocols(plan_.settings.size(), &model_.protocol);
+  std::vector<RecordingResult> all = read_places(plan_, places, protocols, errors_);
+  for (std::size_t first = 0; first < all.size();) {
+    // Neighbours of one setting go through the network together.
+    std::size_t last = first + 1;
+    while (last < all.size() && all[last].setting == all[first].setting) ++last;
+    if (!errors_[all[first].setting])
+      identifier(all[first].setting).identify(std::span(all).subspan(first, last - first));
+    first = last;
+  }
+  return all;
+}
+
+PlanFitter::PlanFitter(const Model* model, const sim::Protocol& protocol, const RecordingPlan& plan,
+                       const FitRequest& request, std::vector<std::string>* files)
+    : plan_(plan), fitters_(plan.settings.size()), errors_(plan.settings.size()) {
+  none_.protocol = protocol;
+  none_.fit = request;
+  for (std::size_t k = 0; k < plan.settings.size(); ++k) {
+    const RecordingSetting& setting = plan.settings[k];
+    try {
+      sim::Protocol its_own = setting.protocol.empty() ? protocol : recording::load_protocol(setting.protocol, files);
+      use_controller(its_own, protocol, request);
+      std::optional<sim::Body> body = setting.body;
+      if (!body && !setting.protocol.empty() && its_own.experiment.body != sim::Body{}) body = its_own.experiment.body;
+      fitters_[k] = std::make_unique<Fitter>(model, std::move(its_own), body, request);
+    } catch (const Error& error) {
+      keep_or_throw(plan, error, errors_[k]);
+    }
+  }
+}
+
+Report PlanFitter::report() const {
+  const auto of_setting = [&](std::size_t k) {
+    return k < fitters_.size() && fitters_[k] ? fitters_[k]->report() : none_;
+  };
+  Report report = of_setting(0);
+  for (std::size_t k = 1; k < fitters_.size(); ++k) {
+    Report other = of_setting(k);
+    report.network_answers = report.network_answers && other.network_answers;
+    report.other_settings.push_back({std::move(other.protocol), other.body_assumed, std::move(other.tilt_rad)});
+  }
+  report.sheet = plan_.sheet;
+  return report;
+}
+
+std::vector<RecordingResult> PlanFitter::read(std::span<const std::size_t> places) const {
+  std::vector<const sim::Protocol*> protocols;
+  for (const std::unique_ptr<Fitter>& fitter : fitters_)
+    protocols.push_back(fitter ? &fitter->report().protocol : nullptr);
+  return read_places(plan_, places, protocols, errors_);
+}
+
+bool PlanFitter::fit(std::span<RecordingResult> read, const FitProgress& progress, const OnFitted& fitted,
+                     std::span<const FitGroup> groups) {
+  return fit_each(
+      read, [&](std::size_t i) -> Fitter& { return *fitters_[read[i].setting]; }, progress, fitted, groups);
+}
+
+Report identify_plan(const Model& model, const std::string& name, const RecordingPlan& plan) {
+  PlanIdentifier identifier(model, name, plan, plan.recordings.size());
+  Report report = identifier.report();
+  std::vector<std::size_t> places(plan.recordings.size());
+  std::iota(places.begin(), places.end(), std::size_t{0});
+  report.recordings = identifier.identify(places);
+  return report;
+}
+
+}  // namespace decid

@@ -1,0 +1,110 @@
+// Trials with a fault: each differs from the same trial without it by what its name says.
+#include "identify/evaluation/fault_trials.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace decid {
+namespace {
+
+constexpr std::uint64_t seed = 5;
+
+sim::Protocol standing_protocol() {
+  sim::Protocol protocol = sim::default_protocol();
+  protocol.standing_s = 10.0;
+  return protocol;
+}
+
+FaultTrials::Trials trials_with(const sim::Protocol& protocol, const Fault& fault, int count) {
+  const sim::Protocol recorded = with_fault(protocol, fault);
+  return FaultTrials(protocol, recorded, fault, seed).take(0, count);
+}
+
+std::vector<float> sway_with(const Fault& fault) {
+  return trials_with(standing_protocol(), fault, 1).sways.front().sway_rad();
+}
+
+/// The sway with the fault less that without, degrees.
+std::vector<double> difference_of(const Fault& fault) {
+  const std::vector<float> with = sway_with(fault), without = sway_with({"none"});
+  REQUIRE(with.size() == without.size());
+  std::vector<double> difference;
+  for (std::size_t i = 0; i < with.size(); ++i)
+    difference.push_back((static_cast<double>(with[i]) - static_cast<double>(without[i])) / sim::rad_per_deg);
+  return difference;
+}
+
+double mean_square(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value * value;
+  return sum / static_cast<double>(values.size());
+}
+
+}  // namespace
+
+TEST_CASE("trials with a fault have the parameters of those without") {
+  const sim::Protocol protocol = standing_protocol();
+  const FaultTrials::Trials plain = trials_with(protocol, {"none"}, 2);
+  REQUIRE(plain.truth.size() == 2);
+  for (const Fault& fault : faults_of_people()) {
+    CAPTURE(fault.name);
+    CHECK(impossible(protocol, fault).empty());
+    if (fault.name == "tilt" || fault.name == "double_pendulum" || fault.name == "none") continue;
+    const FaultTrials::Trials made = trials_with(protocol, fault, 1);
+    CHECK(made.truth == std::vector<sim::Parameters>{plain.truth[0]});
+    CHECK(made.sways[0].sway_rad().size() == plain.sways[0].sway_rad().size());
+    CHECK(made.sways[0].sway_rad() != plain.sways[0].sway_rad());
+  }
+  CHECK(trials_with(protocol, {"double_pendulum"}, 1).truth.empty());
+}
+
+TEST_CASE("a gap is one straight line of its length") {
+  const std::vector<float> with = sway_with({"gap_s", 2.0});
+  const std::vector<double> difference = difference_of({"gap_s", 2.0});
+  const auto differs = [](double value) { return value != 0.0; };
+  const auto first = std::ranges::find_if(difference, differs) - difference.begin();
+  const auto last = std::find_if(difference.rbegin(), difference.rend(), differs).base() - difference.begin();
+  CHECK(last - first <= 200);
+  CHECK(last - first > 190);
+  for (auto i = first; i + 2 < last; ++i) {
+    const auto at = [&](std::ptrdiff_t k) { return static_cast<double>(with[static_cast<std::size_t>(k)]); };
+    CHECK(std::abs(at(i) - 2.0 * at(i + 1) + at(i + 2)) < 1e-8);  // the rounding of floats of some 0.02 rad
+  }
+}
+
+TEST_CASE("coloured noise has its deviation, and forgets within half a second") {
+  const std::vector<double> noise = difference_of({"coloured_noise_deg", 0.05});
+  double together = 0.0;
+  for (std::size_t i = 1; i < noise.size(); ++i) together += noise[i] * noise[i - 1];
+  const double square = mean_square(noise);
+  // Some 120 values are independent: 30% is 3.3 of the square's relative standard error of sqrt(2 / 120) and more.
+  CHECK(std::abs(std::sqrt(square) / 0.05 - 1.0) < 0.3);
+  CHECK(std::abs(together / static_cast<double>(noise.size()) / square - 0.98) < 0.01);
+}
+
+TEST_CASE("a body at rest begins at 0, one that stood before does not") {
+  CHECK(sway_with({"at_rest"}).front() == 0.0F);
+  CHECK(std::abs(sway_with({"none"}).front()) > 1e-5F);
+}
+
+TEST_CASE("half the rate is resampled, and the reader says so") {
+  const sim::Protocol protocol = standing_protocol();
+  const FaultTrials::Trials made = trials_with(protocol, {"rate_hz", 50.0}, 1);
+  REQUIRE(made.warnings.size() == 1);
+  CHECK(std::ranges::any_of(made.warnings[0], [](const Warning& warning) { return warning.code == "resampled"; }));
+  CHECK(mean_square(difference_of({"rate_hz", 50.0})) < 1e-5);
+}
+
+TEST_CASE("artefacts that a protocol cannot have are named") {
+  sim::Protocol slow = standing_protocol();
+  slow.experiment.sample_rate_hz = 50.0;
+  CHECK_FALSE(impossible(slow, {"rate_hz", 50.0}).empty());
+  CHECK_FALSE(impossible(slow, {"average_s", 0.01}).empty());
+  CHECK_FALSE(impossible(slow, {"low_pass_hz", 25.0}).empty());
+  CHECK_FALSE(impossible(slow, {"lost_s", 0.005}).empty());
+  CHECK(impossible(slow, {"offset_deg", 1.0}).empty());
+}
+
+}  // namespace decid
