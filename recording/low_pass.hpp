@@ -28,7 +28,7 @@ inline constexpr double low_pass_hz = 2.5;
 /// Returns the low-pass that smoothed a sway; empty if there is none, or if it changes nothing up to low_pass_hz and
 /// delays nothing. White measurement noise shows it from 2 Hz to 60 Hz: its power falls as the filter's gain, down to
 /// the rounding of the file. Sway and slow noise in front of the filter fall with powers of the frequency. The filter
-/// is found if it explains the spectrum, and no such powers do. Empty for rates below 20 Hz and for signals that are
+/// is found if it explains the spectrum, and no such powers do. Empty for rates below 25 Hz and for signals that are
 /// too short to tell.
 std::optional<LowPass> find_low_pass(std::span<const double> sway_rad, double rate_hz);
 
