@@ -24,6 +24,7 @@ using posterior::Density;
 using posterior::Posterior;
 
 constexpr double odd_rhat = 1.2;                           // of a recording that is unlike the network's training too
+constexpr double start_edge_probability = 0.05;            // of the start's prior, at either end
 constexpr double delay_step_s = 0.005, max_start_s = 1.0;  // of the start's prior behind a low-pass
 
 /// In trials that explain and check a recording the body stands as in the density.
@@ -303,6 +304,10 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
     }
   }
   const bool from_network = figures.answer == FitFigures::Answer::network;
+  // A start well within its prior explains such a recording.
+  if (!from_network && density.infers(Density::start) &&
+      std::ranges::count(at_edge(density, found, start_edge_probability), int{Density::start}) == 0)
+    std::erase_if(result.warnings, [](const Warning& warning) { return warning.code == recording::other_start; });
   // The inferred noise explains the rest of the sway, and the predictive check tests whether such noise is usual. So a
   // noise-free trial that explains little is not a fault of the recording.
   result.explanation = plan_->own.explainer.explain(
