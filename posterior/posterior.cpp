@@ -152,9 +152,6 @@ class Run {
  public:
   Run(Target target, const Settings& settings, const OnProgress& progress)
       : target_(std::move(target)), settings_(for_target(settings, target_)), progress_(progress) {
-    for (std::size_t t = 0; t < target_.trials(); ++t)
-      if (std::ranges::all_of(target_.observation(t).sway, [](double sway) { return sway == 0.0; }))
-        throw Error(Code::value_invalid, "posterior", "the recording is constant", "give a recording of sway");
     for (int group = 0; group < settings.groups; ++group) groups_.emplace_back(target_, settings_, group, stopped_);
   }
 

@@ -132,8 +132,10 @@ class Density {
 
   /// Prepares a recording; sway_rad: the protocol's samples. gaps: ascending ranges of samples that were not measured;
   /// the likelihood ignores the blocks that they touch. Throws Error for another number of samples, for gaps outside of
-  /// them, and as require_few_gaps().
+  /// them, as require_few_gaps(), and if the recording is constant.
   Observation observe(std::span<const float> sway_rad, std::span<const SampleRange> gaps = {}) const;
+  /// Returns the observation of a body that never moves, for what does not depend on the recorded sway.
+  Observation at_rest() const;
 
   /// Returns the quantities of a chain's coordinates; x: size() values per chain.
   State state(std::span<const double> x, int chain) const;
@@ -213,6 +215,7 @@ class Density {
   /// Adds the information about the measurement noise levels; call it after forward().
   void add_noise_information(const Chains& chains, const Workspace& work, std::span<double> matrices) const;
   double noise_of_highest(std::span<const double> sway) const;
+  Observation prepared(std::span<const float> sway_rad, std::span<const SampleRange> gaps) const;
 
   sim::Protocol protocol_;
   Priors priors_;

@@ -55,6 +55,17 @@ void require_few_gaps(std::span<const SampleRange> gaps, double rate_hz) {
 }
 
 Observation Density::observe(std::span<const float> sway_rad, std::span<const SampleRange> gaps) const {
+  Observation observation = prepared(sway_rad, gaps);
+  if (std::ranges::all_of(observation.sway, [](double sway) { return sway == 0.0; }))
+    throw Error(Code::value_invalid, "posterior", "the recording is constant", "give a recording of sway");
+  return observation;
+}
+
+Observation Density::at_rest() const {
+  return prepared(std::vector<float>(static_cast<std::size_t>(protocol_.samples()), 0.0F), {});
+}
+
+Observation Density::prepared(std::span<const float> sway_rad, std::span<const SampleRange> gaps) const {
   if (sway_rad.size() != static_cast<std::size_t>(protocol_.samples())) {
     throw Error(Code::size_mismatch, "recording", "has " + std::to_string(sway_rad.size()) + " samples",
                 "give the protocol's " + std::to_string(protocol_.samples()));

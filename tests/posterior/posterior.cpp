@@ -108,11 +108,6 @@ TEST_CASE("sample: some draws are kept whole, evenly over chains and time") {
   }
 }
 
-TEST_CASE("sample: a constant recording is refused") {
-  const Density density(sines_protocol(), {});
-  check_error([&] { sample(density, density.observe(std::vector<float>(2000, 0.0F)), quick()); }, Code::value_invalid);
-}
-
 TEST_CASE("sample: settings that make no draws are refused") {
   const sim::Protocol protocol = sines_protocol();
   const Density density(protocol, {});

@@ -224,7 +224,7 @@ TEST_CASE("Density: a workspace serves observations of different gaps") {
   CHECK(potential == potential_alone);
 }
 
-TEST_CASE("Density: gaps outside of the recording, and gaps that are too long, are refused") {
+TEST_CASE("Density: gaps outside of the recording, gaps that are too long, and a constant recording are refused") {
   const Density density(sines_protocol(), {});
   const std::vector<float> sway = recorded(density.protocol(), some_parameters(), 0.02, 0);
   const auto observe = [&](SampleRange gap) { return density.observe(sway, std::span(&gap, 1)); };
@@ -233,6 +233,8 @@ TEST_CASE("Density: gaps outside of the recording, and gaps that are too long, a
   CHECK(observe({sway.size() - 1, sway.size()}).missing.count() <= 1);
   const Density of_minutes(sim::default_protocol(), {});
   const std::vector<float> longer(static_cast<std::size_t>(of_minutes.protocol().samples()), 0.0F);
+  check_error([&] { of_minutes.observe(longer); }, Code::value_invalid);
+  CHECK(of_minutes.at_rest().noise_deg == 0.0);
   const std::array<SampleRange, 2> twice{{{100, 1200}, {2000, 3000}}};
   check_error([&] { of_minutes.observe(longer, twice); }, Code::value_missing, "21 s");
 }
