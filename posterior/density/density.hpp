@@ -59,10 +59,9 @@ struct Observation {
   double noise_deg = 0.0;        ///< white noise per sample with the power of the highest frequencies
 };
 
-/// The longest time in which a fitted trial was not measured. The time of a fit grows with its square.
-inline constexpr double max_missing_s = 10.0;
-/// Throws Error for gaps of more than max_missing_s in total.
-void require_few_gaps(std::span<const SampleRange> gaps, double rate_hz);
+/// The longest time in all blocks that gaps touch, and its limit as a fraction of the trial. The time of a fit grows
+/// with its square.
+inline constexpr double max_missing_s = 20.0, max_missing_fraction = 0.5;
 
 /// Returns the protocol. Throws Error if it is invalid, or if its body model is not a member of the family whose
 /// vestibular noise, threshold and delay each are one parameter or a constant.
@@ -130,9 +129,10 @@ class Density {
   int edges() const { return (protocol_.experiment.steps() - first_step_) / bin_steps_ + 1; }
   Isa isa() const noexcept { return isa_; }
 
-  /// Prepares a recording; sway_rad: the protocol's samples. gaps: ascending ranges of samples that were not measured;
-  /// the likelihood ignores the blocks that they touch. Throws Error for another number of samples, for gaps outside of
-  /// them, as require_few_gaps(), and if the recording is constant.
+  /// Prepares a recording; sway_rad: the protocol's samples. gaps: ranges of samples that were not measured, which may
+  /// have any values; the likelihood ignores the blocks that they touch. Throws Error for another number of samples,
+  /// for gaps outside of them or too long (max_missing_s), for other samples that are not finite, and if the recording
+  /// is constant.
   Observation observe(std::span<const float> sway_rad, std::span<const SampleRange> gaps = {}) const;
   /// Returns the observation of a body that never moves, for what does not depend on the recorded sway.
   Observation at_rest() const;
