@@ -185,7 +185,7 @@ class Run {
       in_parallel([&](int group) { at(group).draw(more); });
       draws = settings_.max_draws;
       for (const ChainGroup& group : groups_) draws = std::min(draws, group.draws());
-      if (draws < min_judged_draws) break;
+      if (draws < min_judged_draws) continue;
       judge(draws);
       if (draws >= settings_.min_draws && (enough() || steps() >= max_steps())) break;
       report("drawing", warming_fraction + (1.0 - warming_fraction) * draws / settings_.max_draws);

@@ -121,6 +121,19 @@ TEST_CASE("sample: settings that make no draws are refused") {
   }
 }
 
+TEST_CASE("sample: blocks of fewer draws than are judged do not end the run") {
+  const sim::Protocol protocol = sines_protocol();
+  const Density density(protocol, {});
+  const Observation observation = density.observe(recorded(protocol, some_parameters(), 0.02, 0));
+  Settings settings = quick();
+  settings.max_leapfrog_steps = 8;
+  settings.min_draws = settings.max_draws = 8;
+  for (const int block : {1, 3}) {
+    settings.block = block;
+    CHECK(sample(density, observation, settings).draws_per_chain() == 8);
+  }
+}
+
 TEST_CASE("sample: summaries of the draws") {
   const sim::Protocol protocol = sines_protocol();
   const Density density(protocol, {.start_s = 0.0, .gain = 0.0});
