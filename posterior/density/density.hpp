@@ -63,6 +63,10 @@ struct Observation {
 /// with its square.
 inline constexpr double max_missing_s = 20.0, max_missing_fraction = 0.5;
 
+/// The highest frequency of vestibular noise that the density can have. The transforms of the sway end there; the noise
+/// above would still smooth the dead band.
+inline constexpr double max_noise_hz = 4.4;
+
 /// Returns the protocol. Throws Error if it is invalid, or if its body model is not a member of the family whose
 /// vestibular noise, threshold and delay each are one parameter or a constant.
 const sim::Protocol& of_family(const sim::Protocol& protocol);
@@ -80,8 +84,9 @@ class Density {
   /// further learning widens no interval, and chains mix far more slowly in them than in all others.
   static constexpr int held = 2;
 
-  /// Throws Error if the protocol is invalid, has fewer than 20 blocks of samples, noise of a single frequency or
-  /// a body model that of_family() refuses, and for priors out of their bounds.
+  /// Throws Error if the protocol is invalid, has fewer than 20 blocks of samples, noise of a single frequency,
+  /// above max_noise_hz or below its first harmonic, or a body model that of_family() refuses, and for priors out of
+  /// their bounds.
   Density(const sim::Protocol& protocol, const Priors& priors, Isa isa = chosen_isa());
 
   const sim::Protocol& protocol() const noexcept { return protocol_; }
