@@ -13,6 +13,7 @@
 #include "base/text.hpp"
 #include "identify/study/detail/contradictions.hpp"
 #include "identify/study/detail/path_match.hpp"
+#include "identify/study/detail/same_content.hpp"
 #include "identify/study/reading_option.hpp"
 #include "sim/segments.hpp"
 
@@ -311,6 +312,7 @@ class Planner {
 RecordingPlan make_plan(const std::vector<RecordingSource>& sources, const ReadOptions& reading) {
   RecordingPlan plan{{{reading.body, {}}}, {}};
   for (const RecordingSource& source : sources) plan.recordings.push_back({source, reading});
+  warn_of_copies(plan);
   return plan;
 }
 
@@ -318,7 +320,24 @@ RecordingPlan make_plan(StudySheet sheet, const std::vector<RecordingSource>& so
                         const ReadOptions& reading) {
   RecordingPlan plan = Planner(std::move(sheet), sources, choice, reading)();
   warn_of_contradictions(plan);
+  warn_of_copies(plan);
   return plan;
+}
+
+void refuse_repeated(const RecordingPlan& plan, const std::string& option) {
+  std::map<std::pair<std::filesystem::path, std::string>, std::string> names;
+  for (const PlannedRecording& planned : plan.recordings) {
+    if (planned.error) continue;
+    const RecordingSource& source = planned.source;
+    std::error_code failed;
+    const std::filesystem::path place = std::filesystem::canonical(source.file, failed);
+    const auto [first, is_new] = names.try_emplace({failed ? source.file : place, source.trial}, source.name());
+    if (is_new) continue;
+    const std::string& other = first->second;
+    throw Error(Code::setting_conflict, source.name(),
+                other == source.name() ? "is given twice" : "is the same recording as " + other,
+                "give each recording of " + option + " once");
+  }
 }
 
 std::vector<double> read_covariate(const RecordingPlan& plan, const std::string& column) {
