@@ -16,6 +16,7 @@
 #include "tools/report/dataset_page.hpp"
 #include "tools/report/identify_page.hpp"
 #include "tools/report/json/parameters_json.hpp"
+#include "tools/report/json/posterior_results.hpp"
 
 namespace decid::tools {
 namespace {
@@ -152,8 +153,24 @@ TEST_CASE("fourteen parameters' distributions in a data set") {
   CHECK(distributions.at("gain_14").at("low") == table()[13].low);
 }
 
+TEST_CASE("the line of a fixed parameter has neither a standard deviation nor an interval") {
+  struct Found {
+    double low, high;
+    double quantile(int, double part) const { return part < 0.5 ? low : high; }
+    double stddev(int) const { return 0.3 * (high - low); }
+  };
+  const decid::sim::ParameterTable& parameters = decid::sim::single_pendulum().parameters;
+  const auto line = [&](double low, double high) {
+    return parameter_line(Found{low, high}, 0, parameters, 578.0, 839.0, {});
+  };
+  CHECK(decid::test::contains(line(578.0, 578.0), "fixed"));
+  CHECK_FALSE(decid::test::contains(line(578.0, 578.0), "578 to 578"));
+  CHECK(decid::test::contains(line(500.0, 600.0), "500 to 600"));
+  CHECK_FALSE(decid::test::contains(line(500.0, 600.0), "fixed"));
+}
+
 TEST_CASE("the text of an assumed body has the remedy") {
-  CHECK(decid::test::contains(decid::tools::body_text({}, true, "write it down"), "write it down"));
+  CHECK(decid::test::contains(body_text({}, true, "write it down"), "write it down"));
 }
 
 TEST_CASE("the text of controllers over several recordings: sums, differences, in how many each is best") {

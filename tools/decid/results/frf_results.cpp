@@ -164,7 +164,7 @@ std::string parameters_text(const FrfAnswer& answer, const std::optional<sim::Pa
   for (std::size_t p = 0; p < ranges.size(); ++p)
     text += parameter_line(
         found, p, ranges, mean[p], mgh_of(answer.density), truth,
-        answer.density.is_fixed(p) ? "       fixed" : format(" %11.2f", found.contraction(static_cast<int>(p))));
+        answer.density.is_fixed(p) ? "           -" : format(" %11.2f", found.contraction(static_cast<int>(p))));
   return text +
          "  contraction: fraction of the prior's variance that the table removes; at 0 the draws are the prior's\n";
 }
