@@ -31,7 +31,7 @@ struct PlannedRecording {
   std::optional<double> mass_kg = {}, height_m = {};              ///< of the person, by the sheet
   std::optional<Error> error = {};                                ///< why the recording cannot be used
   std::vector<std::pair<std::string, std::string>> options = {};  ///< of reading, by the sheet
-  Warnings warnings = {};                                         ///< of the sheet: contradictions.hpp
+  Warnings warnings = {};                                         ///< contradictions of the sheet, and copies
 };
 
 struct RecordingPlan {
@@ -41,7 +41,12 @@ struct RecordingPlan {
   std::vector<std::string> notes = {};  ///< lines that are of none of the recordings, for people
 };
 
-/// Plans recordings that have the same options and the same body, reading.body.
+/// Returns a caution (`implausible_body`) for a person with a body mass index that few people have, as a weight in
+/// pounds gives; none for a body that is not a person's. sim::body_of_person() refuses indexes outside 12 to 60 kg/m2.
+Warnings body_warnings(const sim::Body& body);
+
+/// Plans recordings that have the same options and the same body, reading.body. Copies of one file and
+/// implausible bodies have warnings.
 RecordingPlan make_plan(const std::vector<RecordingSource>& sources, const ReadOptions& reading);
 
 /// The choice of the recordings: those of the call, or those that the sheet's lines name among the files near it.
@@ -53,9 +58,14 @@ enum class Choice { by_call, by_sheet };
 /// folder. These recordings have an error: a recording of the call without a line; a line whose file is missing; a
 /// person without a recording, by_sheet; a recording with two lines, and a line with two recordings, that are equally
 /// alike; a wrong cell; and one without the other of mass and height. Recordings of a person with two bodies or two
-/// ages in one session have warnings.
+/// ages in one session have warnings, and so have copies of one file and
+/// implausible bodies.
 RecordingPlan make_plan(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice,
                         const ReadOptions& reading);
+
+/// Throws Error if two of the recordings are one, also through another path or a link. `option`: what reads each
+/// once, for the message. A sheet's lines that name one again have an error already.
+void refuse_repeated(const RecordingPlan& plan, const std::string& option);
 
 /// Returns the numbers in a column of the plan's sheet, one per recording; NaN: n/a. Weights are in kg, heights in m.
 /// Throws Error for a plan without a sheet, a column that the sheet does not have, and a text that is not a number.

@@ -64,7 +64,7 @@ class PlanFitter {
   Report none_;  // of a plan without a setting that can be fitted
 };
 
-/// Sets the parts of a result that the plan says, and adds the sheet's warnings, unless it has them.
+/// Sets the parts of a result that the plan says, and adds the plan's warnings, unless it has them.
 void set_planned(RecordingResult& result, const PlannedRecording& planned);
 
 /// Identifies all recordings of a plan.

@@ -7,6 +7,8 @@
 #include <cctype>
 #include <filesystem>
 #include <iostream>
+#include <set>
+#include <sstream>
 
 #include "base/error.hpp"
 #include "base/number.hpp"
@@ -117,8 +119,23 @@ void add_seed_option(const Command& command, std::uint64_t& seed, const std::str
   command.add_option("--seed", seed, description).show_default().rewritten(to_decimal, "UINT").section("Advanced");
 }
 
+namespace {
+
+std::set<std::string>& added_outputs() {
+  static std::set<std::string> names;
+  return names;
+}
+
+}  // namespace
+
+std::vector<std::string> output_options() {
+  return {added_outputs().begin(), added_outputs().end()};
+}
+
 Option add_output_option(const Command& command, const std::string& names, std::string& output, Written written,
                          const std::string& description) {
+  std::istringstream stream(names);
+  for (std::string name; std::getline(stream, name, ',');) added_outputs().insert(name);
   const auto check = [written](std::string& text) { return what_is_wrong(text, written); };
   return command.add_option(names, output, description).rewritten(check, "").section("Output");
 }

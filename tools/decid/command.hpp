@@ -56,6 +56,9 @@ enum class Written { json, csv, table, npz, draws, html, svg, safetensors, onnx,
 Option add_output_option(const Command& command, const std::string& names, std::string& output, Written written,
                          const std::string& description);
 
+/// Returns the names of all options that add_output_option() added, such as "-o" and "--output".
+std::vector<std::string> output_options();
+
 /// Creates the output folder if it is missing. Throws Error if the path is not a folder or decid cannot create it. The
 /// parent folder must exist, as for a file.
 void make_output_folder(const std::filesystem::path& folder);

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
-#include <map>
 #include <optional>
 #include <set>
 
@@ -120,23 +119,6 @@ void refuse_missing(const std::string& table, const std::vector<std::string>& re
               "add a line for each; an empty group keeps a recording out of the comparison");
 }
 
-/// Throws Error if two of the recordings are one. A sheet's lines that name one again have an error already.
-void refuse_twice(const RecordingPlan& plan) {
-  std::map<std::pair<std::filesystem::path, std::string>, std::string> names;
-  for (const PlannedRecording& planned : plan.recordings) {
-    if (planned.error) continue;
-    const RecordingSource& source = planned.source;
-    std::error_code failed;
-    const std::filesystem::path place = std::filesystem::canonical(source.file, failed);
-    const auto [first, is_new] = names.try_emplace({failed ? source.file : place, source.trial}, source.name());
-    if (is_new) continue;
-    const std::string& other = first->second;
-    throw Error(Code::setting_conflict, source.name(),
-                other == source.name() ? "is given twice" : "is the same recording as " + other,
-                "give each recording of --group once");
-  }
-}
-
 }  // namespace
 
 GroupTable read_group_table(const std::string& table_name, const std::vector<std::string>& recordings,
@@ -171,7 +153,7 @@ GroupTable read_group_table(const std::string& table_name, const std::vector<std
 GroupTable read_groups(const GroupFlags& flags, const RecordingFlags& recordings, const RecordingPlan& plan,
                        bool quiet) {
   if (!flags.given()) return {};
-  refuse_twice(plan);
+  refuse_repeated(plan, "--group");
   const std::size_t least = flags.within.empty() && flags.covariates.empty() ? 2 : 1;
   const std::string& table = flags.table;
   std::error_code ignored;

@@ -77,9 +77,6 @@ struct Ending {
 };
 
 Ending run(int argc, char** argv, const decid::tools::Session& session) {
-  session.require_alike();
-  if (!session.takes_part()) return {0, {}};
-  refuse_empty(argc, argv);
   const decid::tools::Program program(
       "decid", "Estimate balance-control parameters from recordings of sway on a tilting platform",
       std::string("decid ") + decid::version);
@@ -108,6 +105,9 @@ Ending run(int argc, char** argv, const decid::tools::Session& session) {
   decid::tools::add_export(top);
   decid::tools::add_selftest(top);
 #endif
+  session.require_alike(decid::tools::output_options());
+  if (!session.takes_part()) return {0, {}};
+  refuse_empty(argc, argv);
   try {
     program.parse(argc, argv);
   } catch (const decid::tools::UsageError& error) {

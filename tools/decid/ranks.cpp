@@ -35,8 +35,6 @@ namespace {
 /// Commands that all ranks work on.
 constexpr const char* shared_commands[] = {"train", "dataset",   "evaluate", "identify",
                                            "fit",   "calibrate", "compare",  "selftest"};
-/// Options that name the output files, which rank 0 writes.
-constexpr const char* output_options[] = {"-o", "--output", "--report", "--table", "--draws", "--figure"};
 
 #ifdef DECID_MPI
 std::unique_ptr<mpi::World> world;
@@ -154,7 +152,7 @@ Session::~Session() {
 #endif
 }
 
-void Session::require_alike() const {
+void Session::require_alike(const std::vector<std::string>& outputs) const {
   if (ranks() == nullptr) {
     if (launched_processes() > 1 && !has_mpi())
       throw Error(Code::not_supported, "decid",
@@ -171,7 +169,7 @@ void Session::require_alike() const {
   for (const std::string& argument : arguments) {
     if (!written && !argument.starts_with("-"))
       require_same(argument, digest(argument), "give all hosts the same file");
-    written = std::ranges::count(output_options, argument) > 0;
+    written = std::ranges::count(outputs, argument) > 0;
   }
   const std::vector<std::string> isas = gather_texts(ranks(), name(chosen_isa()));
   const auto other = std::ranges::find_if(isas, [&](const std::string& each) { return each != isas.front(); });

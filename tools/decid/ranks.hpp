@@ -38,9 +38,9 @@ class Session {
   Session& operator=(const Session&) = delete;
 
   /// Checks that all ranks were started alike, as require_same() does: this decid, these arguments, and the files that
-  /// the arguments name for reading. Prints a message if instruction sets differ, unless --quiet is among the
-  /// arguments.
-  void require_alike() const;
+  /// the arguments name for reading. outputs: the options that name files to write, which only rank 0 has. Prints a
+  /// message if instruction sets differ, unless --quiet is among the arguments.
+  void require_alike(const std::vector<std::string>& outputs) const;
   /// Returns false if rank 0 does all the work, because the ranks do not share this command.
   bool takes_part() const;
   /// Returns the common exit code of all ranks. Prints the error text of a failed rank once.

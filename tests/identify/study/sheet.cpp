@@ -28,12 +28,12 @@ Likeness likeness(const std::string& path, const std::string& end) {
   return PathKey(path).ends_with(PathKey(end));
 }
 
-/// The sources of files, with an empty file at each place that exists.
+/// The sources of files, each with another content.
 std::vector<RecordingSource> sources(const TemporaryFolder& folder, const std::vector<std::string>& names) {
   std::vector<RecordingSource> all;
   for (const std::string& name : names) {
     std::filesystem::create_directories((folder / name).parent_path());
-    all.emplace_back(write_text(folder / name, "x"));
+    all.emplace_back(write_text(folder / name, name));
   }
   return all;
 }

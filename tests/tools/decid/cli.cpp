@@ -6,6 +6,7 @@
 #include "base/text.hpp"
 #include "sim/protocol/protocol.hpp"
 #include "tests/tools/decid/run.hpp"
+#include "tools/decid/command.hpp"
 
 using namespace decid::test;
 using Json = nlohmann::json;
@@ -30,6 +31,17 @@ TEST_CASE("every command's help has options under headings and three examples or
 }
 
 #ifndef DECID_MPI
+TEST_CASE("output_options: every option that names an output, which need not be alike on all hosts") {
+  const decid::tools::Program program("decid", "", "");
+  decid::tools::add_fit(program.top());
+  const std::vector<std::string> outputs = decid::tools::output_options();
+  for (const char* name : {"-o", "--output", "--report", "--table", "--long", "--draws", "--figures"}) {
+    CAPTURE(name);
+    CHECK(std::ranges::count(outputs, name) == 1);
+  }
+  CHECK(std::ranges::count(outputs, "--group") == 0);
+}
+
 TEST_CASE("several processes are refused by a program that is built without MPI") {
   const auto started = run_decid("info", "OMPI_COMM_WORLD_SIZE=2 ");
   CHECK(started.code == 2);

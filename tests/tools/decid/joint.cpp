@@ -85,6 +85,7 @@ TEST_CASE_FIXTURE(People, "fit --joint: what does not fit together is refused") 
   };
   const std::string files = folder / "a1.csv" + " " + folder / "a2.csv", study = "--study " + sheet;
   refused("--joint participant_id " + files, "participant_id");
+  refused("--joint all " + files + " " + folder / "a1.csv", "is given twice");
   refused(study + " --joint shoe", "shoe");
   refused(study + " --joint participant_id --free theta:shoe", "shoe");
   refused(study + " --joint participant_id --free W:eyes", "'W'");

@@ -16,6 +16,7 @@
 #include "tools/report/dataset_page.hpp"
 #include "tools/report/identify_page.hpp"
 #include "tools/report/json/parameters_json.hpp"
+#include "tools/report/json/posterior_results.hpp"
 
 namespace decid::tools {
 namespace {
@@ -152,15 +153,24 @@ TEST_CASE("fourteen parameters' distributions in a data set") {
   CHECK(distributions.at("gain_14").at("low") == table()[13].low);
 }
 
-TEST_CASE("the text of a body asks for the unit of a weight where the body mass index is rare") {
-  using decid::test::contains;
-  const auto text = [](double mass_kg, double height_m) {
-    return decid::tools::body_text(decid::sim::body_of_person({.mass_kg = mass_kg, .height_m = height_m}), false);
+TEST_CASE("the line of a fixed parameter has neither a standard deviation nor an interval") {
+  struct Found {
+    double low, high;
+    double quantile(int, double part) const { return part < 0.5 ? low : high; }
+    double stddev(int) const { return 0.3 * (high - low); }
   };
-  CHECK_FALSE(contains(text(70.0, 1.75), "index"));
-  CHECK_FALSE(contains(text(130.0, 1.75), "index"));
-  CHECK(contains(text(154.0, 1.75), "index of 50"));  // pounds
-  CHECK(contains(decid::tools::body_text({}, true, "write it down"), "write it down"));
+  const decid::sim::ParameterTable& parameters = decid::sim::single_pendulum().parameters;
+  const auto line = [&](double low, double high) {
+    return parameter_line(Found{low, high}, 0, parameters, 578.0, 839.0, {});
+  };
+  CHECK(decid::test::contains(line(578.0, 578.0), "fixed"));
+  CHECK_FALSE(decid::test::contains(line(578.0, 578.0), "578 to 578"));
+  CHECK(decid::test::contains(line(500.0, 600.0), "500 to 600"));
+  CHECK_FALSE(decid::test::contains(line(500.0, 600.0), "fixed"));
+}
+
+TEST_CASE("the text of an assumed body has the remedy") {
+  CHECK(decid::test::contains(body_text({}, true, "write it down"), "write it down"));
 }
 
 TEST_CASE("the text of controllers over several recordings: sums, differences, in how many each is best") {

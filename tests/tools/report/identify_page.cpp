@@ -62,6 +62,12 @@ json data_of(const Report& all) {
 
 }  // namespace
 
+TEST_CASE("overlapping intervals are no equality: the page names the comparisons that tell") {
+  const std::string page = identify_page(recording());
+  CHECK(page.find("do not differ") == std::string::npos);
+  CHECK(page.find("(--group, --within)") != std::string::npos);
+}
+
 TEST_CASE("the page is whole, self-contained and small") {
   const std::string page = identify_page(recording());
   CHECK(page.starts_with("<!doctype html>"));

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The pages of decid fit in headless Chromium: the comparison of controllers and the page of a frequency response show angles in degrees and times in ms.
+# The pages of decid fit in headless Chromium: the comparison of controllers and the page of a frequency response show angles in degrees and times in ms; a fixed parameter is shown as fixed.
 #   units_chromium.sh CHROMIUM REPORT_SAMPLE DECID TABLE
 set -euo pipefail
 scratch=$(mktemp -d)
@@ -10,6 +10,11 @@ shown() {
   timeout 120 "$1" --headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-dev-shm-usage \
     --user-data-dir="$scratch/profile" --virtual-time-budget=10000 --dump-dom "file://$2" </dev/null 2>"$scratch/log"
 }
+# Of a fixed parameter the page has the value, and neither a standard deviation nor an interval.
+"$3" simulate --quiet --protocol short -o "$scratch/trial.csv"
+"$3" fit --quiet --protocol short --max-draws 8 --fix Kp=578 --report "$scratch/fixed.html" "$scratch/trial.csv" >/dev/null
+fixed=$(shown "$1" "$scratch/fixed.html")
+[[ $fixed == *"578, fixed"* && $fixed != *578.0* ]] || { echo "a fixed parameter is not shown as fixed" >&2; exit 1; }
 check() {
   for unit in 'theta, °/s' 'delay, ms' 'Kp, N m/rad'; do
     [[ $2 == *"$unit"* ]] || { echo "$1: no parameter is shown as '$unit'" >&2; exit 1; }

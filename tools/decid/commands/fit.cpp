@@ -311,7 +311,10 @@ void run_fit(FitOptions options, const Command& command) {
   inputs.insert(inputs.end(), {recordings.study, options.model, options.groups.table});
   options.outputs.check(inputs);
   const GroupTable groups = read_groups(options.groups, recordings, plan, options.common.quiet);
-  if (!options.joint.empty()) refuse_joint_cells(groups, joint_groups(plan, options.joint, freed.conditions));
+  if (!options.joint.empty()) {
+    refuse_repeated(plan, "--joint");
+    refuse_joint_cells(groups, joint_groups(plan, options.joint, freed.conditions));
+  }
 
   Json names = Json::array();
   for (const sim::BodyModel* controller : controllers) names.push_back(controller->name);

@@ -44,10 +44,10 @@ class FitProgressBar {
   ProgressBar bar_;
 };
 
-/// Returns a recording's own settings by the sheet, for the journal; empty without a sheet.
+/// Returns a recording's own settings and warnings by the plan, for the journal; empty if there are none.
 std::string own_settings(const RecordingPlan& plan, std::size_t i) {
   const PlannedRecording& planned = plan.recordings[i];
-  if (!plan.sheet) return {};
+  if (!plan.sheet && planned.warnings.empty()) return {};
   std::string text = plan.settings[planned.setting].protocol;
   if (std::error_code ignored; std::filesystem::is_regular_file(text, ignored)) text += sha256(read_file(text));
   for (const std::optional<double>& value : {planned.mass_kg, planned.height_m})

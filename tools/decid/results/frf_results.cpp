@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "dataset/npz/arrays.hpp"
+#include "identify/study/recording_plan.hpp"
 #include "tools/decid/results/results.hpp"
 #include "tools/report/json/posterior_results.hpp"
 
@@ -74,8 +75,12 @@ sim::Parameters means(const FrfAnswer& answer) {
   return made;
 }
 
+const sim::Body& body_of(const frf::Density& density) {
+  return density.model().protocol().experiment.body;
+}
+
 double mgh_of(const frf::Density& density) {
-  return density.model().protocol().experiment.body.mgh();
+  return body_of(density).mgh();
 }
 
 Json prior_json(const frf::Density& density, const std::string& name) {
@@ -102,6 +107,10 @@ Json parameters_of(const FrfAnswer& answer, const std::optional<sim::Parameters>
   return parameters;
 }
 
+Warnings warnings_of(const FrfAnswer& answer) {
+  return most_severe_first({answer.found.warnings(), body_warnings(body_of(answer.density))});
+}
+
 /// Returns the keys of one controller's answer.
 Json answer_json(const FrfAnswer& answer, const std::optional<sim::Parameters>& truth) {
   const frf::Fit& found = answer.found;
@@ -117,8 +126,8 @@ Json answer_json(const FrfAnswer& answer, const std::optional<sim::Parameters>& 
           {"correlations", correlations_json(found, answer.density.ranges().size())},
           {"frf", table_json(answer)},
           {"diagnostics", diagnostics_json(found, answer.density.ranges())},
-          {"trust", name(worst_trust(found.warnings()))},
-          {"warnings", warnings_json(found.warnings())}};
+          {"trust", name(worst_trust(warnings_of(answer)))},
+          {"warnings", warnings_json(warnings_of(answer))}};
 }
 
 Json compared_json(const FrfAnswer& answer) {
@@ -155,7 +164,7 @@ std::string parameters_text(const FrfAnswer& answer, const std::optional<sim::Pa
   for (std::size_t p = 0; p < ranges.size(); ++p)
     text += parameter_line(
         found, p, ranges, mean[p], mgh_of(answer.density), truth,
-        answer.density.is_fixed(p) ? "       fixed" : format(" %11.2f", found.contraction(static_cast<int>(p))));
+        answer.density.is_fixed(p) ? "           -" : format(" %11.2f", found.contraction(static_cast<int>(p))));
   return text +
          "  contraction: fraction of the prior's variance that the table removes; at 0 the draws are the prior's\n";
 }
@@ -177,7 +186,7 @@ std::string rows_text(const FrfAnswer& answer) {
 
 std::string answer_text(const FrfAnswer& answer, const std::optional<sim::Parameters>& truth, double seconds) {
   const frf::Fit& found = answer.found;
-  std::string text = trust_text(found.warnings()) + parameters_text(answer, truth);
+  std::string text = trust_text(warnings_of(answer)) + parameters_text(answer, truth);
   if (found.stddev(found.gain()) > 0.0)
     text += format("  scale of the table's gain %.3g +- %.2g (1 = correct)\n", found.mean(found.gain()),
                    found.stddev(found.gain()));
@@ -191,7 +200,7 @@ std::string answer_text(const FrfAnswer& answer, const std::optional<sim::Parame
       format("  calculation converged: %s (%d chains, %d draws, at least %.0f effective, R-hat at most %.3f; %.1f s)\n",
              found.agreed() ? "yes" : "no", found.chains(), found.draws(),
              *std::ranges::min_element(found.effective_draws()), *std::ranges::max_element(found.rhat()), seconds);
-  return text + warnings_text(found.warnings());
+  return text + warnings_text(warnings_of(answer));
 }
 
 std::string comparison_text(const std::vector<FrfAnswer>& answers) {
@@ -240,7 +249,7 @@ std::string frf_fit_text(const FrfReport& report) {
     if (several) text += "\n" + answer.controller().name + ", " + answer.controller().description;
     text += misfit_text(answer) + answer_text(answer, report.truth, report.seconds);
   }
-  return text + body_text(first.density.model().protocol().experiment.body, report.body_assumed);
+  return text + body_text(body_of(first.density), report.body_assumed);
 }
 
 void write_frf_draws(const std::filesystem::path& path, const FrfReport& report) {
@@ -339,7 +348,8 @@ Json log_ratio_object(const LogRatioReport& report) {
             {"body", body_json(protocol.experiment.body, report.body_assumed)},
             {"file", first.density.table().file},
             {"protocol", protocol.name},
-            {"fit", {{"answer", "log-ratio"}, {"seconds", report.seconds}}}};
+            {"fit", {{"answer", "log-ratio"}, {"seconds", report.seconds}}},
+            {"warnings", warnings_json(body_warnings(protocol.experiment.body))}};
   add(json, answer_json(first, report.truth));
   if (report.answers.size() > 1) {
     Json& list = json["controllers"] = Json::array();
@@ -356,7 +366,8 @@ std::string log_ratio_text(const LogRatioReport& report) {
     if (report.answers.size() > 1) text += "\n" + controller.name + ", " + controller.description + "\n";
     text += answer_text(answer, report.truth);
   }
-  return text + body_text(first.density.model().protocol().experiment.body, report.body_assumed);
+  for (const Warning& warning : body_warnings(body_of(first.density))) text += "  warning: " + warning.text + "\n";
+  return text + body_text(body_of(first.density), report.body_assumed);
 }
 
 }  // namespace decid::tools

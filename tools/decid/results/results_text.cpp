@@ -147,15 +147,6 @@ std::string person_text(const sim::Body& body) {
   return person ? format("a person of %.1f kg and %.2f m, ", person->mass_kg, person->height_m) : "";
 }
 
-/// Asks for the unit of a weight whose body mass index few people have, as pounds often give; empty for others.
-std::string unusual_text(const sim::Body& body) {
-  constexpr double high_kg_m2 = 45.0;  // body_of_person() refuses above 60
-  const std::optional<sim::Subject> person = find_person(body);
-  const double index = person ? person->mass_kg / (person->height_m * person->height_m) : 0.0;
-  if (index <= high_kg_m2) return {};
-  return format("A body mass index of %.0f kg/m2 is rare: is the weight in kg (154 lb are 70 kg)?\n", index);
-}
-
 }  // namespace
 
 std::string body_text(const sim::Body& body, bool assumed, const std::string& remedy) {
@@ -163,7 +154,7 @@ std::string body_text(const sim::Body& body, bool assumed, const std::string& re
                            format("%.1f kg above the ankles, centre of mass at %.3f m, m g h %.0f N m/rad.\n",
                                   body.mass_kg, body.com_height_m, body.mgh());
   if (assumed) return text + "Values in N m/rad and N m s/rad are not this person's: " + remedy + ".\n";
-  return text + unusual_text(body);
+  return text;
 }
 
 std::string trust_text(const Warnings& warnings) {

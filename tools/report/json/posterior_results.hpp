@@ -96,17 +96,20 @@ inline std::string table_heading(int width, const char* value, bool truth, const
                 truth ? "       true" : "", note.c_str(), "model's limits");
 }
 
-/// Returns a table's line of one parameter, up to its limits; `value` is the parameter's value, `note` comes before the
-/// limits.
+/// Returns a table's line of one parameter, which has neither sd nor interval if it is fixed, up to its limits; `value`
+/// is the parameter's value, `note` comes before the limits.
 template <class Found>
 std::string parameter_line(const Found& found, std::size_t p, const sim::ParameterTable& table, double value,
                            double mgh, const std::optional<sim::Parameters>& truth, const std::string& note = {}) {
   const sim::ParameterInfo& info = table[p];
   const int quantity = static_cast<int>(p);
-  const std::string between = format("%.5g to %.5g", found.quantile(quantity, 0.05), found.quantile(quantity, 0.95));
-  std::string text = format("  %-*s %10.5g %10.3g %24s %-10s %14s", name_width(table), shown_name(info).c_str(), value,
-                            found.stddev(quantity), between.c_str(), info.shown_unit().c_str(),
-                            in_other_unit(info, value, mgh).c_str());
+  const double low = found.quantile(quantity, 0.05), high = found.quantile(quantity, 0.95);
+  const bool fixed = !(low < high);
+  const std::string spread = fixed ? "fixed" : format("%.3g", found.stddev(quantity)),
+                    between = fixed ? "-" : format("%.5g to %.5g", low, high);
+  std::string text =
+      format("  %-*s %10.5g %10s %24s %-10s %14s", name_width(table), shown_name(info).c_str(), value, spread.c_str(),
+             between.c_str(), info.shown_unit().c_str(), in_other_unit(info, value, mgh).c_str());
   if (truth) text += format(" %10.5g", (*truth)[p]);
   return text + note + format("  %g to %g\n", info.low, info.high);
 }

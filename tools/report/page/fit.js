@@ -255,7 +255,7 @@ function footer() {
 const shownDraws = 800;
 
 if (report.recordings.length === 1) document.title = `${report.recordings[0].file} \u2013 detailed analysis of balance control`;
-contents(parameter => `${fixed(parameter.mean, finestOf(parameter))} \u00b1 ${fixed(parameter.sd, finestOf(parameter))}`,
+contents(parameter => valueOf(parameter, parameter.mean),
   ["R\u2011hat", recording => fixed(recording.diagnostics.rhat, 2)]);
 failures("Not analysed");
 sections(fill);

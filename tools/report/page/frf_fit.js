@@ -56,8 +56,8 @@ function parameterTable({ controller, parameters }) {
   const rows = parameters.map(each => {
     Object.assign(each, { low: each.range[0], high: each.range[1] });
     const relative = absent(each.normalized) ? "\u2013" : fixed(each.normalized, 3) + normalizedUnit(each);
-    return element("tr", {}, nameCell(each), number(each.fixed ? `${compact(each.value)}, fixed` : valueOf(each)),
-      number(each.fixed ? "\u2013" : between(each.interval90, finestOf(each))), number(relative), number(each.fixed ? "\u2013" : fixed(each.contraction, 2)),
+    return element("tr", {}, nameCell(each), number(valueOf(each)),
+      number(intervalOf(each)), number(relative), number(each.fixed ? "\u2013" : fixed(each.contraction, 2)),
       number(each.range.map(compact).join(" to ")));
   });
   return table(`Parameters of ${controller}. Contraction: the fraction of the prior\u2019s variance that the table removes; at 0 the table does not determine the parameter.`,

@@ -22,21 +22,27 @@ const cell = (heading, text) => element("td", { class: text === "\u2013" ? "numb
 const nameCell = parameter => element("th", { scope: "row" }, parameter.description, element("span", { class: "description" }, symbolAndUnit(parameter)));
 
 const between = ([low, high], decimals) => `${fixed(low, decimals)} to ${fixed(high, decimals)}`;
+// --fix, or a controller by convention, gives these parameters one value.
+const isFixed = parameter => parameter.fixed === true || parameter.sd === 0;
+const digitsOf = parameter => Math.min(12, decimalsOf(parameter));
 // Returns decimals that resolve the limits and, if it is known, the standard deviation.
-const finestOf = parameter => "sd" in parameter ? Math.min(12, Math.max(decimalsOf(parameter), Math.floor(1.5 - Math.log10(parameter.sd)))) : decimalsOf(parameter);
-const valueOf = (parameter, value = parameter.value) => fixed(value, finestOf(parameter)) +
-  ("sd" in parameter ? ` \u00b1 ${fixed(parameter.sd, finestOf(parameter))}` : "");
+const finestOf = parameter => "sd" in parameter && !isFixed(parameter) ? Math.min(12, Math.max(decimalsOf(parameter), Math.floor(1.5 - Math.log10(parameter.sd)))) : digitsOf(parameter);
+const valueOf = (parameter, value = parameter.value) => isFixed(parameter) ? `${compactFixed(value)}, fixed`
+  : fixed(value, finestOf(parameter)) + ("sd" in parameter ? ` \u00b1 ${fixed(parameter.sd, finestOf(parameter))}` : "");
+// Returns a value as a user gave it: up to six digits, without zeros at its end.
+const compactFixed = value => absent(value) ? "n/a" : minus(String(Number(value.toPrecision(6))));
+const intervalOf = parameter => isFixed(parameter) ? "\u2013" : between(parameter.interval90, finestOf(parameter));
 
 // Returns a bar from the lower to the upper limit, with the value, its 90% interval and the true value.
 function rangeCell(parameter, value) {
   const place = value => Math.min(100, Math.max(0, 100 * (value - parameter.low) / (parameter.high - parameter.low)));
-  const bar = element("div", { class: "bar", "aria-hidden": "true" }), decimals = decimalsOf(parameter);
+  const bar = element("div", { class: "bar", "aria-hidden": "true" }), decimals = digitsOf(parameter);
   const add = (kind, from, width) => {
     const made = element("span", { class: kind });
     Object.assign(made.style, { left: from + "%" }, width === undefined ? {} : { width: width + "%" });
     bar.append(made);
   };
-  if ("interval90" in parameter) {
+  if ("interval90" in parameter && !isFixed(parameter)) {
     const [from, to] = parameter.interval90.map(place);
     add("interval", from, to - from);
   }

@@ -10,10 +10,10 @@ function parameterTable({ parameters, protocol, body_assumed: assumed }, network
   const rows = parameters.map(parameter => {
     const decimals = finestOf(parameter), value = network ? parameter.mean : parameter.value, overGravity = value => fixed(value / protocol.mgh, 3);
     const relative = absent(parameter.normalized) || absent(value) ? cell("Gravity", "\u2013") : cell("Gravity", overGravity(value) + normalizedUnit(parameter));
-    if (sure && !absent(parameter.normalized)) relative.append(element("small", {}, parameter.interval90.map(overGravity).join(" to ")));
+    if (sure && !isFixed(parameter) && !absent(parameter.normalized)) relative.append(element("small", {}, parameter.interval90.map(overGravity).join(" to ")));
     return element("tr", {}, nameCell(parameter), element("td", { class: "number value" }, valueOf(parameter, value)),
       network ? cell("Network", fixed(parameter.value, decimals)) : null,
-      sure ? cell("90%", between(parameter.interval90, decimals)) : null,
+      sure ? cell("90%", intervalOf(parameter)) : null,
       known ? cell("True", fixed(parameter.true, decimals)) : null, relative, rangeCell(parameter, value));
   });
   return element("div", { class: "scroll" }, element("table", { class: "answer" },
@@ -61,7 +61,7 @@ function nextSteps({ trust }) {
   const items = trust === "not usable" ? ["Correct the recording or its settings as described above, then analyse it again."]
     : [...(trust === "caution" ? ["Follow the advice of each warning above, then analyse the recording again."] : []),
       "Compare people by the values relative to gravity, from recordings of the same protocol.",
-      "Two recordings whose 90% intervals overlap widely do not differ."];
+      "Two recordings whose 90% intervals overlap cannot be told apart from these recordings alone. An interval of the difference tells (--group, --within)."];
   return element("div", {}, element("h3", {}, "Next steps"),
     element("ul", { class: "plain" }, ...items.map(text => element("li", {}, text)), trust === "not usable" ? null : other));
 }
