@@ -9,6 +9,7 @@
 #include "base/setting.hpp"
 #include "recording/detail/tilt_before.hpp"
 #include "recording/detail/tilt_match.hpp"
+#include "recording/detail/tilt_rest.hpp"
 #include "recording/quality/detail/gaps.hpp"
 #include "recording/quality/detail/quality.hpp"
 #include "recording/quality/detail/response_check.hpp"
@@ -22,6 +23,7 @@ namespace {
 /// The fraction of a trial that may be missing at either end.
 constexpr double missing_limit = 0.01;
 constexpr double min_correlation = 0.5, good_correlation = 0.95, good_gain = 0.1;
+constexpr double min_rest_fraction = 0.49;  ///< of the protocol: half, less some samples
 /// Networks err more on slower recordings: docs/reference/accuracy.md has the measurement.
 constexpr double slowest_hz = 5.0, slow_hz = 25.0, slow_margin = 0.02;
 /// The number of samples by which rounding alone may change lengths.
@@ -177,6 +179,29 @@ void refuse_comtest(const Signal<double>& tilt, const std::vector<double>& measu
              "give comtest.json of decid's examples as " + setting("protocol") + " to a fit, or give a model for it"));
 }
 
+/// Throws OtherStimulus for a platform that stood still in the first or last part of a recording, for half of the
+/// protocol or more. `measured`: its tilt at the protocol's rate.
+void refuse_rest(const Signal<double>& tilt, const std::vector<double>& measured, const sim::Protocol& protocol,
+                 const Recording& recording) {
+  const double rate = protocol.experiment.sample_rate_hz, needed_s = protocol.duration_s();
+  const SampleRange moving = moving_samples(measured);
+  if (moving.size() == 0) return;
+  const double begin_s = static_cast<double>(moving.first) / rate, end_s = static_cast<double>(moving.end) / rate;
+  const double after_s = static_cast<double>(measured.size() - moving.end) / rate;
+  if (std::max(begin_s, after_s) < min_rest_fraction * needed_s) return;
+  const std::string rest = after_s >= begin_s
+                               ? "the platform stopped after " + three_digits(end_s) + " s of the recording"
+                               : "the platform stood still for the first " + three_digits(begin_s) + " s";
+  throw OtherStimulus(
+      Code::protocol_mismatch, where(recording),
+      rest + " by its tilt " + tilt.column + ", so it did not play the protocol '" + protocol.name + "' of " +
+          six_digits(needed_s) + " s",
+      either(recording, "give a recording of the whole protocol, or a model for the protocol that was played",
+             "give a recording of the whole protocol, or fit the part that was played: " + to_write(protocol) +
+                 ", set its cycles to those that were played and its name to a new one, and give it as " +
+                 setting("protocol") + " to decid fit"));
+}
+
 /// Finds the protocol's tilt in the recording's. Throws OtherStimulus if it is missing.
 TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, double from_hz, Recording& recording) {
   const sim::Protocol& protocol = plan.protocol();
@@ -188,7 +213,10 @@ TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, doubl
   TiltMatch result{match.delay_samples / rate, match.correlation, match.gain};
   if (match.correlation < min_correlation) refuse_comtest(tilt, measured, protocol, match.correlation, recording);
   const std::string figures = "correlation " + six_digits(std::round(1e4 * match.correlation) / 1e4);
-  if (std::abs(match.correlation) < min_correlation) {
+  if (match.correlation < good_correlation && match.correlation > -good_correlation)
+    refuse_rest(tilt, measured, protocol, recording);
+  // Other movements reach -0.7: half of the protocol, say. The other sign is as certain as a good match.
+  if (match.correlation < min_correlation && match.correlation > -good_correlation) {
     throw OtherStimulus(
         Code::protocol_mismatch, where(recording),
         "the tilt " + tilt.column + " does not follow the protocol '" + protocol.name + "' (" + figures + " at best)",

@@ -273,6 +273,27 @@ TEST_CASE("a noisy, too large, inverted or different tilt is recognised") {
   check_error([&] { bring_to_protocol(large, protocol, {.start_s = 1.0}); }, Code::setting_conflict);
 }
 
+TEST_CASE("a platform that stopped, or began late, is named; it is not a tilt of the other sign") {
+  sim::Protocol one = sim::default_protocol();
+  one.sequence().cycles = 1;
+  const sim::Protocol protocol = sim::default_protocol();
+  const double cycle_s = protocol.experiment.cycle_s();
+  for (const double noise_rad : {0.0, 1e-4}) {
+    Recording stopped = with_tilt(one, 0.0, 2.0 * cycle_s, 100.0, 1.0, noise_rad);
+    check_error([&] { bring_to_protocol(stopped, protocol); }, Code::protocol_mismatch, "stopped after 58.");
+    Recording late = with_tilt(one, cycle_s, 2.0 * cycle_s, 100.0, 1.0, noise_rad);
+    check_error([&] { bring_to_protocol(late, protocol); }, Code::protocol_mismatch, "for the first 61.");
+  }
+  Recording reversed = with_tilt(protocol, 0.0, 2.0 * cycle_s, 100.0, -1.0);
+  check_error([&] { bring_to_protocol(reversed, protocol); }, Code::protocol_mismatch, "other sign");
+  // Half of the noisy tilt's variance is noise: its correlation is -0.7.
+  Recording unsure = with_tilt(protocol, 0.0, 2.0 * cycle_s, 100.0, -1.0, 0.003);
+  check_error([&] { bring_to_protocol(unsure, protocol); }, Code::protocol_mismatch, "does not follow");
+  // A rest after the whole protocol is not used.
+  Recording longer = with_tilt(protocol, 0.0, 4.0 * cycle_s, 100.0);
+  CHECK(within(bring_to_protocol(longer, protocol).tilt->delay_s, 0.0, 1e-9));
+}
+
 TEST_CASE("errors and warnings about samples in memory name no files, columns or options") {
   const sim::Protocol protocol = two_cycles();
   const auto check_plain = [](const std::string& text) {
