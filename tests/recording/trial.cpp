@@ -86,6 +86,11 @@ TEST_CASE("a longer recording is cut from the option's start, and the cut is rep
                 "12.5 s");
   }
   check_error([&] { bring_to_protocol(recording, protocol, {.start_s = 4.0}); }, Code::recording_too_short, "8.5 s");
+  // One cycle and the rest before it take 5 s.
+  Recording shorter = ramp(850);
+  check_error([&] { bring_to_protocol(shorter, protocol); }, Code::recording_too_short, "the other 3.5 s");
+  Recording one = ramp(500);
+  CHECK_FALSE(contains(error_of([&] { bring_to_protocol(one, protocol); }).what(), "the other"));
   // At another rate the start need not be a sample's time. Away from the ends, which are held.
   Recording slow = ramp(1000, 80.0);
   const std::vector<float> moved = bring_to_protocol(slow, protocol, {.start_s = 1.003}).sway_rad();
