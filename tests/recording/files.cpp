@@ -141,6 +141,8 @@ TEST_CASE("columns whose names exclude sway are refused, even a single one; part
                                        {"CoP_AP", "a centre of pressure"},
                                        {"COPx (mm)", "a centre of pressure"}})
     check_error(reading("time," + std::string(name) + "\n0,1\n0.01,2\n"), Code::column_unsuitable, quantity);
+  const RecordingOptions as_mass{.column = "C7_mm", .com_height_m = 0.9};
+  CHECK(warning(read("time,C7_mm\n0,1\n0.01,2\n", as_mass).warnings, "sway_of_a_part") != nullptr);
   check_error(reading("time,COPx_mm\n0,1\n0.01,2\n", {.column = "COPx_mm", .com_height_m = 0.9}),
               Code::column_unsuitable, "COPx_mm");
   for (const char* name : {"head_deg", "trunk_angle_deg", "foot_deg"})
@@ -398,11 +400,13 @@ TEST_CASE("names of joints and parts are known between capitals and behind the l
                            "Sprunggelenkwinkel_Grad"})
     check_error(reading(text(name)), Code::column_unsuitable, name);
   for (const char* name : {"RKneeAngles", "RPelvisAngles", "LThoraxAngles", "HeadAngles", "SpineAngles_deg",
-                           "LHipAngles_deg", "rknee_deg"}) {
+                           "LHipAngles_deg", "rknee_deg", "C7_x", "C7 X", "C7.AP", "swayC7_deg", "RSHO_x",
+                           "LShoulder X", "ACROMION_x", "Sternum_deg", "STRN_x", "CLAV_x", "chest_deg", "T10_x"}) {
     CAPTURE(std::string(name));
     CHECK(warning(read(text(name)).warnings, "sway_of_a_part") != nullptr);
   }
-  for (const char* name : {"CoMAngle", "CoMAnkleAngle_deg", "comAngle", "BodySway", "hip_sway_deg"}) {
+  for (const char* name : {"CoMAngle", "CoMAnkleAngle_deg", "comAngle", "BodySway", "hip_sway_deg", "SC7_deg",
+                           "C70_deg", "shown_deg", "AT10_deg", "sacrum_x", "L3_x"}) {
     CAPTURE(std::string(name));
     CHECK(warning(read(text(name)).warnings, "sway_of_a_part") == nullptr);
   }
