@@ -4,14 +4,19 @@
 
 #include <omp.h>
 
+#include <algorithm>
 #include <atomic>
 #include <exception>
 
 namespace decid {
 
-/// Returns the number of threads of parallel_for: OMP_NUM_THREADS, or the value of omp_set_num_threads.
+/// The number of threads at most: OpenMP's runtime ends the process where the system has none left.
+inline constexpr int max_threads = 1024;
+
+/// Returns the number of threads of parallel_for: OMP_NUM_THREADS, or the value of omp_set_num_threads, but at most
+/// max_threads.
 inline int thread_count() {
-  return omp_get_max_threads();
+  return std::min(omp_get_max_threads(), max_threads);
 }
 
 namespace detail {
@@ -38,7 +43,7 @@ void parallel_for(int count, const Body& body) {
   };
   const auto call = [](const void* item_body, int i) { (*static_cast<const decltype(guarded)*>(item_body))(i); };
   if (count < 2 || !detail::run_in_team(count, &guarded, call)) {
-#pragma omp parallel for schedule(dynamic, 1) if (count > 1)
+#pragma omp parallel for schedule(dynamic, 1) num_threads(thread_count()) if (count > 1)
     for (int i = 0; i < count; ++i) guarded(i);
   }
   if (failure) std::rethrow_exception(failure);
@@ -49,7 +54,7 @@ template <class Body>
 void in_each_thread(const Body& body) {
   std::exception_ptr failure;
   std::atomic<bool> failed{false};
-#pragma omp parallel
+#pragma omp parallel num_threads(thread_count())
   {
     try {
       body();

@@ -10,6 +10,7 @@
 
 #include "base/batches.hpp"
 #include "base/error.hpp"
+#include "base/files/sha256.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "nn/predictor.hpp"
@@ -120,6 +121,15 @@ std::vector<int> all_of(const Samples& samples) {
   return places;
 }
 
+/// Returns the SHA-256 of samples in memory. Those of a function have none.
+std::string content_of(const Samples& samples) {
+  if (samples.inputs.empty()) return "a function";
+  Sha256 hash;
+  hash.update(samples.inputs.data(), samples.inputs.size_bytes());
+  hash.update(samples.targets.data(), samples.targets.size_bytes());
+  return hash.hex();
+}
+
 class Fit final : public TrainingLoop {
  public:
   Fit(Network<float>& network, const Samples& samples, const FitOptions& options, std::vector<int> training,
@@ -135,6 +145,10 @@ class Fit final : public TrainingLoop {
         trainer_(network, batches_.size(0)),
         width_(static_cast<std::size_t>(options.loss->targets(network.output_shape().size()))),
         state{begin(*options.optimiser, network), {}, {}, std::nullopt, std::nullopt, 0} {
+    if (!options.checkpoint.empty()) {
+      content_ = content_of(samples);
+      if (options.validation_samples) content_ += " and " + content_of(*options.validation_samples);
+    }
     trainer_.set_batch(batches_.smallest());  // throws before the first step, not at the epoch's end
     if (options.average > 0) state.average = network;
     std::size_t line = 0, k = 0;
@@ -218,7 +232,7 @@ class Fit final : public TrainingLoop {
       load_checkpoint(network_, state, description(), options_.checkpoint);
   }
 
-  /// Describes everything that determines the bits, except samples and callbacks.
+  /// Describes everything that determines the bits, except samples of a function and callbacks.
   std::string description() const {
     const FitOptions& o = options_;
     return format("epochs %d, batch %d, learning rate %.17g, schedule %s, warm-up %.17g, loss %s, optimiser %s, ",
@@ -226,7 +240,8 @@ class Fit final : public TrainingLoop {
                   o.optimiser->text().c_str()) +
            format("clip norm %.17g, average %.17g, frozen lines %d, patience %d, seed %llu, samples %zu and %zu",
                   o.clip_norm, o.average, o.frozen_lines, o.patience, static_cast<unsigned long long>(o.seed),
-                  training_.size(), validation_.size());
+                  training_.size(), validation_.size()) +
+           " of " + content_;
   }
 
   /// Gives the network its final weights.
@@ -252,6 +267,7 @@ class Fit final : public TrainingLoop {
   Trainer<float> trainer_;
   std::size_t width_;
   std::vector<std::span<float>> gradients_;  // empty: frozen
+  std::string content_;                      // of the samples, for checkpoints
   std::vector<int> order_;
   Loaded loaded_;
   double rate_ = 0, last_loss_ = 0;
@@ -267,13 +283,14 @@ Samples::Samples(int count_, Load load_) : count(count_), load(std::move(load_))
     throw Error(Code::setting_out_of_range, "samples", "are none", "give 1 or more, and a function that writes them");
 }
 
-Samples::Samples(std::span<const float> inputs, std::span<const float> targets, int count_) : count(count_) {
+Samples::Samples(std::span<const float> inputs_, std::span<const float> targets_, int count_)
+    : count(count_), inputs(inputs_), targets(targets_) {
   const auto n = static_cast<std::size_t>(std::max(count, 1));
   if (count < 1 || inputs.empty() || inputs.size() % n != 0 || targets.size() % n != 0)
     throw Error(Code::size_mismatch, "samples",
                 format("are %d where inputs have %zu values and targets %zu", count, inputs.size(), targets.size()),
                 "give as many values for each sample");
-  load = [inputs, targets, n](int sample, const Random*, std::span<float> input, std::span<float> target) {
+  load = [inputs_, targets_, n](int sample, const Random*, std::span<float> input, std::span<float> target) {
     const auto copy = [&](std::span<const float> from, std::span<float> to, const char* name) {
       const std::size_t width = from.size() / n;
       if (to.size() != width)
@@ -282,8 +299,8 @@ Samples::Samples(std::span<const float> inputs, std::span<const float> targets, 
                     "give those of the network and its loss");
       std::ranges::copy(from.subspan(static_cast<std::size_t>(sample) * width, width), to.begin());
     };
-    copy(inputs, input, "inputs");
-    copy(targets, target, "targets");
+    copy(inputs_, input, "inputs");
+    copy(targets_, target, "targets");
   };
 }
 

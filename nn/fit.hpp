@@ -41,6 +41,7 @@ struct Samples {
 
   int count;
   Load load;
+  std::span<const float> inputs = {}, targets = {};  ///< samples in memory, by which fit() compares a checkpoint
 };
 
 struct FitEpoch {
@@ -74,16 +75,17 @@ struct FitOptions {
   std::optional<Samples> validation_samples = std::nullopt;  ///< validation uses these instead
   int patience = 0;        ///< maximum number of epochs without a lower validation loss; 0: never stop
   std::uint64_t seed = 1;  ///< of weights, order, augmentation and dropout
-  /// A file, written after each epoch and at a stop; if it is there, fit() continues from it.
+  /// A file, written after each epoch and at a stop; if it is there, fit() continues from it. It has the SHA-256 of
+  /// samples in memory. It cannot have one of a function's samples, so give the same function again.
   std::string checkpoint = {};
   std::function<bool(int epoch, int batch, double loss)> after_batch = {};  ///< false stops; loss: the batch's mean
   std::function<void(const FitEpoch&)> after_epoch = {};
 };
 
 /// Trains `network`. A network with the values of its constructor is initialised from the seed first. With a checkpoint
-/// the result has the bits of a training that was never stopped; it must be of the same network, samples and options,
-/// callbacks apart. Throws Error for options that do not fit, a loss or weight that is no longer finite, a checkpoint
-/// of another training, and what the callbacks throw.
+/// the result has the bits of a training that was never stopped. Throws Error for options that do not fit, a loss or
+/// weight that is no longer finite, a checkpoint of another network or other samples in memory or options (callbacks
+/// are not compared), and what the callbacks throw.
 FitLog fit(Network<float>& network, const Samples& samples, const FitOptions& options = {});
 
 /// Returns the outputs of samples that lie one after the other: output_shape().size() values each. For calls that

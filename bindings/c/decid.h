@@ -67,8 +67,8 @@ DECID_API const char* decid_error_remedy(void);
 DECID_API int decid_abi(void);
 DECID_API const char* decid_version(void); /* "0.2.0" */
 
-/* Sets the number of threads for this thread's calls, 1 or more; the default is OMP_NUM_THREADS, or all cores. The call
-   starts none. */
+/* Sets the number of threads for this thread's calls, 1 to 1024; the default is OMP_NUM_THREADS, of which decid uses
+   1024 at most, or all cores. The call starts none. */
 DECID_API decid_status decid_set_threads(int threads);
 
 /* Called during long work with the fraction done, 0 to 1, and the name of the stage. A return value other than 0 stops

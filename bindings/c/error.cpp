@@ -6,7 +6,9 @@
 #include <exception>
 #include <new>
 
+#include "base/parallel.hpp"
 #include "base/per_thread.hpp"
+#include "base/setting.hpp"
 #include "base/version.hpp"
 #include "bindings/c/handles.hpp"
 
@@ -117,9 +119,9 @@ const char* decid_version(void) {
 decid_status decid_set_threads(int threads) {
   return caught([&] {
     refuse_fork();
-    if (threads < 1)
-      throw decid::Error(decid::Code::setting_out_of_range, "decid_set_threads", decid::format("%d threads", threads),
-                         "give 1 or more");
+    if (threads < 1 || threads > decid::max_threads)
+      throw decid::Error(decid::Code::setting_out_of_range, decid::setting("threads"), decid::format("is %d", threads),
+                         decid::format("give 1 to %d", decid::max_threads));
     omp_set_num_threads(threads);
     record_threads();  // not before: with one thread the process can still be forked
   });

@@ -53,7 +53,7 @@ def controllers() -> dict[str, str]:
 
 
 def set_threads(threads: int) -> None:
-    """Sets the number of threads for calls from this thread; default: all cores. No result depends on it.
+    """Sets the number of threads for calls from this thread, 1 to 1024; default: all cores. No result depends on it.
 
     A process whose first call of decid is set_threads(1) can be forked: its children compute too."""
     _decid.set_threads(threads)

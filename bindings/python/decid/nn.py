@@ -78,8 +78,10 @@ class Network:
             seed: int = 1, checkpoint: Union[str, PathLike] = "",
             callback: Optional[Callable[[Epoch], None]] = None) -> Log:
         """Trains the network. loss: "squared-error", "cross-entropy", "huber" or "huber DELTA". optimiser: "adamw", "sgd"
-        or "nesterov", then settings: "adamw weight_decay 0.05 beta2 0.99", "sgd momentum 0.8". validation: a fraction of the samples, or a pair (inputs, targets). callback: after each
-        epoch; what it raises stops the training. nn/fit.hpp explains each option."""
+        or "nesterov", then settings: "adamw weight_decay 0.05 beta2 0.99", "sgd momentum 0.8". validation: a fraction of
+        the samples, or a pair (inputs, targets). checkpoint: a file from which a stopped fit continues; one of another
+        network, other arrays or options raises decid.Error, and callbacks are not compared. callback: called after each
+        epoch; an exception in it stops the training. nn/fit.hpp explains each option."""
         fraction, samples = (0.0, tuple(validation)) if isinstance(validation, (tuple, list)) else (validation, None)
         rows, kept = self._network.fit(
             inputs, targets, loss, optimiser, epochs, batch, learning_rate, schedule, warmup_epochs, clip_norm, average,

@@ -53,7 +53,8 @@ TEST_CASE("bad input gives where, what and a remedy, and no handle") {
   refused(decid_recording_of(sway, 2, 100.0, 9, &recording), Code::setting_unknown, "there is no unit 9");
   refused(decid_recording_of(nullptr, 2, 100.0, DECID_RADIANS, &recording), Code::setting_missing);
   CHECK(recording == nullptr);
-  refused(decid_set_threads(0), Code::setting_out_of_range, "decid_set_threads");
+  for (const int threads : {0, -1, 1025, 100000})
+    refused(decid_set_threads(threads), Code::setting_out_of_range, "threads: is " + std::to_string(threads));
 }
 
 TEST_CASE("a part of a file is refused unless it is plain which") {

@@ -524,6 +524,7 @@ class Refusals(WithFolder):
         self.refused("setting_unknown", decid.train, "default", preset="no")
         self.refused("setting_unknown", decid.train, "default", image={"no": 1})
         self.refused("setting_out_of_range", decid.set_threads, 0)
+        self.refused("setting_out_of_range", decid.set_threads, 100000)
         self.refused("data_reused", decid.evaluate, None, decid.Dataset.make(4, seed=1))
         with self.assertRaisesRegex(ValueError, "one dimension"):
             decid.identify(np.zeros((2, 3)), 100, "rad")

@@ -202,6 +202,24 @@ TEST_CASE("fit: a checkpoint of another input is refused") {
   std::filesystem::remove(o.checkpoint);
 }
 
+TEST_CASE("fit: a checkpoint of other samples in memory is refused") {
+  FitOptions o = options();
+  o.epochs = 1;
+  o.checkpoint = scratch("samples");
+  const Data others = made(1.0F);
+  std::vector<float> relabelled = data().targets;
+  std::swap(relabelled[0], relabelled[1]);
+  o.validation_samples = Samples(std::span(data().inputs).first(720), std::span(data().targets).first(20), 20);
+  const std::string sha256 = fitted(o).sha256;
+  CHECK(fitted(o).sha256 == sha256);
+  check_error([&] { fitted(o, {others.inputs, data().targets, count}); }, decid::Code::file_differs, "samples");
+  check_error([&] { fitted(o, {data().inputs, relabelled, count}); }, decid::Code::file_differs);
+  check_error([&] { fitted(o, {count, samples().load}); }, decid::Code::file_differs, "a function");
+  o.validation_samples = Samples(std::span(data().inputs).last(720), std::span(data().targets).last(20), 20);
+  check_error([&] { fitted(o); }, decid::Code::file_differs);
+  std::filesystem::remove(o.checkpoint);
+}
+
 TEST_CASE("fit: a stop leaves the weights that the log names") {
   FitOptions o = options();
   o.average = 0.9;
