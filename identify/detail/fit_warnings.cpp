@@ -123,7 +123,7 @@ std::vector<int> at_edge(const Density& density, const Posterior& found, double 
     if (density.is_held(place) || !density.infers(quantity)) continue;
     std::size_t below = 0, above = 0;
     for (const posterior::State& state : found.states()) {
-      const double x = density.prior_coordinate(quantity, Posterior::value(state, quantity));
+      const double x = density.prior_coordinate(quantity, state);
       below += x < low ? 1 : 0;
       above += x > -low ? 1 : 0;
     }
