@@ -94,7 +94,7 @@ void compare(std::span<const std::vector<double>> pointwise, const std::string& 
   warnings = most_severe_first({better, warnings});
 }
 
-/// Returns the trial as it was before a low-pass; warns if that cannot be told.
+/// Returns the trial as it was before a low-pass; warns if it is unknown.
 recording::Trial without_low_pass(const recording::Trial& trial, double rate_hz, Warnings& warnings) {
   recording::Trial before = trial;
   if (!trial.low_pass) return before;

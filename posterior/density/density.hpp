@@ -147,9 +147,9 @@ class Density {
   /// Sets a chain's coordinates except the noise's. Values outside of their ranges, or within a hundredth of the ends,
   /// move to that hundredth.
   void set(const State& state, std::span<double> x, int chain) const;
-  /// Returns the standard normal coordinate of a quantity's value; for a parameter outside of its range, that of the
-  /// range's hundredth.
-  double prior_coordinate(int quantity, double value) const;
+  /// Returns the standard normal coordinate of a quantity of a state; for a value outside of its range, the coordinate
+  /// of the range's hundredth. The slow noise's coordinate depends on the white noise.
+  double prior_coordinate(int quantity, const State& state) const;
   /// Sets a chain's coordinates of the measurement noise levels.
   void set_noise(double sensor_noise_deg, double slow_noise_deg, std::span<double> x, int chain) const;
 
