@@ -91,6 +91,18 @@ std::string csv_cell(const std::string& text) {
   return quoted + '"';
 }
 
+std::string shell_quoted(const std::string& text) {
+  constexpr std::string_view plain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_./=,:+-";
+  if (!text.empty() && text.find_first_not_of(plain) == std::string::npos) return text;
+  std::string quoted = "'";
+  for (const char c : text)
+    if (c == '\'')
+      quoted += "'\\''";
+    else
+      quoted += c;
+  return quoted + "'";
+}
+
 std::string csv(const std::vector<std::string>& header, const std::vector<std::vector<double>>& columns, int digits) {
   std::string text;
   for (std::size_t c = 0; c < header.size(); ++c) text += (c > 0 ? "," : "") + header[c];

@@ -29,6 +29,10 @@ std::string valid_utf8(std::string_view text);
 /// spreadsheet would read as a formula.
 std::string csv_cell(const std::string& text);
 
+/// Returns text as one word of a POSIX shell: plain if all of it is letters, digits and _./=,:+-, else in single
+/// quotes.
+std::string shell_quoted(const std::string& text);
+
 /// Returns a CSV file: a header and rows of numbers with `digits` significant digits.
 std::string csv(const std::vector<std::string>& header, const std::vector<std::vector<double>>& columns, int digits);
 

@@ -83,6 +83,12 @@ struct ParameterInfo {
   std::string shown_unit() const { return unit == "1" ? "" : unit; }
   /// Returns " N m/rad", to follow a number; empty for a plain number.
   std::string unit_after() const { return unit == "1" ? "" : " " + unit; }
+  /// Returns " (delay is in s: 20 ms is 0.02)" for units that users take for milliseconds or degrees per second; empty
+  /// for others.
+  std::string unit_hint() const {
+    if (unit == "s") return " (" + name + " is in s: 20 ms is 0.02)";
+    return unit == "rad/s" ? " (" + name + " is in rad/s: 1 deg/s is 0.01745)" : "";
+  }
 };
 
 class ParameterTable {

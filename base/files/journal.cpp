@@ -12,6 +12,12 @@ namespace decid {
 Journal::Journal(const std::filesystem::path& path, std::string_view name)
     : file_(path, DiskFile::Access::write), name_(std::string(name) + '\n') {}
 
+bool Journal::is_foreign() const {
+  std::string found(name_.size(), '\0');
+  found.resize(file_.read(0, std::as_writable_bytes(std::span(found))));
+  return !name_.starts_with(found);
+}
+
 std::optional<std::string> Journal::request() {
   std::string found(name_.size(), '\0');
   if (file_.read(0, std::as_writable_bytes(std::span(found))) != found.size() || found != name_) return std::nullopt;

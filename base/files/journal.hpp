@@ -21,6 +21,9 @@ class Journal {
   /// Returns false if another process has locked it.
   bool try_lock() { return file_.try_lock(); }
 
+  /// Returns true if the file begins neither with the journal's name nor, truncated, as the name does: start() would
+  /// destroy another file.
+  bool is_foreign() const;
   /// Returns the text given to start(), or nothing if it is incomplete. Leaves the position at the first entry.
   std::optional<std::string> request();
   /// Empties the journal and begins it; afterwards the text is on the disk.

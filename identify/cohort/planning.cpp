@@ -28,8 +28,10 @@ void check_groups(const sim::ParameterTable& table, const PlannedGroups& groups,
   for (std::size_t p = 0; p < table.size(); ++p)
     for (const double mean : {groups.at[p], groups.at[p] + groups.difference[p]})
       if (!(mean > table[p].low && mean < table[p].high))
-        throw Error(Code::setting_out_of_range, "power", format("the mean of %s is %g", table[p].name.c_str(), mean),
-                    format("give one between %g and %g", table[p].low, table[p].high));
+        throw Error(Code::setting_out_of_range, "power",
+                    format("the mean of %s is %g", table[p].name.c_str(), mean) + table[p].unit_after(),
+                    format("give one between %g and %g", table[p].low, table[p].high) + table[p].unit_after() +
+                        table[p].unit_hint());
 }
 
 /// The estimates of a person's recordings: two of the first group, two of the second.

@@ -90,18 +90,23 @@ sim::ParameterTable ranges_for(const Priors& priors, const sim::ParameterTable& 
         throw Error(Code::setting_conflict, "prior of " + prior.name,
                     "fixes the parameter and also gives it a range or a normal prior", "give one of them");
       if (!(*prior.fixed >= info->least && *prior.fixed <= info->most && std::isfinite(*prior.fixed)))
-        throw Error(Code::setting_out_of_range, "prior of " + prior.name, format("fixes it at %g", *prior.fixed),
-                    format("give %g to %g", info->least, std::min(info->most, max_range_factor * info->high)));
+        throw Error(Code::setting_out_of_range, "prior of " + prior.name,
+                    format("fixes it at %g", *prior.fixed) + info->unit_after(),
+                    format("give %g to %g", info->least, std::min(info->most, max_range_factor * info->high)) +
+                        info->unit_after() + info->unit_hint());
     }
     if (prior.range) {
       const auto [low, high] = *prior.range;
       if (!(low >= 0.0 && high > low && std::isfinite(high)))
-        throw Error(Code::setting_out_of_range, "range of " + prior.name, format("is %g to %g", low, high),
+        throw Error(Code::setting_out_of_range, "range of " + prior.name,
+                    format("is %g to %g", low, high) + info->unit_after(),
                     "give a low end of 0 or more and a high end above it");
       if (high > max_range_factor * info->high)
-        throw Error(Code::setting_out_of_range, "range of " + prior.name, format("ends at %g", high),
-                    format("give a high end of %g or less, %g times the model's", max_range_factor * info->high,
-                           max_range_factor));
+        throw Error(Code::setting_out_of_range, "range of " + prior.name,
+                    format("ends at %g", high) + info->unit_after(),
+                    format("give a high end of %g%s or less, %g times the model's", max_range_factor * info->high,
+                           info->unit_after().c_str(), max_range_factor) +
+                        info->unit_hint());
       info->low = low;
       info->high = high;
     }
@@ -112,9 +117,9 @@ sim::ParameterTable ranges_for(const Priors& priors, const sim::ParameterTable& 
                     format("has mean %g and standard deviation %g", mean, sd), "give a standard deviation above 0");
       if (make_quantile(priors, prior.name, info->low, info->range()).probability_range < tiny_probability)
         throw Error(Code::setting_out_of_range, "prior of " + prior.name,
-                    format("with mean %g and standard deviation %g lies outside of the range %g to %g", mean, sd,
-                           info->low, info->high),
-                    "give a mean within the range, or a wider range");
+                    format("with mean %g and standard deviation %g lies outside of the range %g to %g%s", mean, sd,
+                           info->low, info->high, info->unit_after().c_str()),
+                    "give a mean within the range, or a wider range" + info->unit_hint());
     }
   }
   return sim::ParameterTable(std::move(all));

@@ -39,8 +39,10 @@ void check_plan(const Density& density, const PlannedRecordings& planned) {
     if (!density.infers(static_cast<int>(p))) continue;
     some = true;
     if (planned.at && !((*planned.at)[p] > table[p].low && (*planned.at)[p] < table[p].high))
-      throw Error(Code::setting_out_of_range, "design, " + table[p].name, format("is %g", (*planned.at)[p]),
-                  format("give a value between %g and %g", table[p].low, table[p].high));
+      throw Error(Code::setting_out_of_range, "design, " + table[p].name,
+                  format("is %g", (*planned.at)[p]) + table[p].unit_after(),
+                  format("give a value between %g and %g", table[p].low, table[p].high) + table[p].unit_after() +
+                      table[p].unit_hint());
   }
   if (!some)
     throw Error(Code::setting_conflict, "design", "the priors fix every parameter", "leave one to be inferred");

@@ -33,3 +33,12 @@ TEST_CASE("csv_cell: quoted where RFC 4180 asks for it") {
   CHECK(csv_cell("-1.csv") == "'-1.csv");
   CHECK(csv_cell("a=b") == "a=b");
 }
+
+TEST_CASE("shell_quoted: a shell reads the word as it is") {
+  CHECK(shell_quoted("data/sub-01_a.csv") == "data/sub-01_a.csv");
+  CHECK(shell_quoted("--range=delay=0.05,0.2") == "--range=delay=0.05,0.2");
+  CHECK(shell_quoted("").size() == 2);
+  CHECK(shell_quoted("it's.csv") == "'it'\\''s.csv'");
+  for (const char* text : {"a b", "`id`", "~/a.csv", "!a", "#a", "{a,b}", "$HOME", "a\\b", "m\xC3\xBCller.csv"})
+    CHECK(shell_quoted(text) == "'" + std::string(text) + "'");
+}

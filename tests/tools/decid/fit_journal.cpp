@@ -106,6 +106,18 @@ TEST_CASE("journal: without resume it begins empty, of other settings it is refu
   CHECK_FALSE(FitJournal(path, settings, true).find("k"));
 }
 
+TEST_CASE("journal: another file of its name is refused and stays as it is") {
+  const Folder folder;
+  const std::string path = folder / "o.journal";
+  for (const char* content : {"my notes", "decid fit journal 2\n", "x"})
+    for (const bool resume : {false, true}) {
+      write_text(path, content);
+      CHECK(error_of([&] { const FitJournal journal(path, settings, resume); }).code() ==
+            decid::Code::file_unsupported);
+      CHECK(read_text(path) == content);
+    }
+}
+
 TEST_CASE("archive: bytes of another value are refused") {
   const std::string bytes = to_bytes(result);
   CHECK_THROWS_AS(decid::from_bytes<RecordingResult>(bytes.substr(0, bytes.size() - 1)), decid::Error);

@@ -1,5 +1,6 @@
 // Groups of recordings: the table that names them, and what is reported of them.
 
+#include <limits>
 #include <tuple>
 
 #include "base/error.hpp"
@@ -9,6 +10,7 @@
 #include "tools/decid/group_file.hpp"
 #include "tools/decid/results/group_results.hpp"
 #include "tools/decid/results/results.hpp"
+#include "tools/report/json/group_verdicts.hpp"
 #include "tools/report/json/groups_json.hpp"
 
 using decid::GroupTable;
@@ -334,6 +336,51 @@ TEST_CASE("a group of one has no interval, and three groups have three compariso
   const std::string text = groups_text(report);
   CHECK(contains(text, "each recording counts as a person"));
   CHECK(contains(text, "in 3 pairs of groups"));
+  CHECK(contains(text, "one person: no"));
+  CHECK(contains(text, "a group of one person: no interval"));
+}
+
+TEST_CASE("values that are the same for all people have no interval, and the text says so") {
+  Report report;
+  GroupTable table{"subject", {}};
+  for (const auto& [group, person] : {std::tuple("a", "s1"), {"a", "s2"}, {"b", "s3"}, {"b", "s4"}})
+    add(report, table, group, person, recording("f", 700.0));
+  compared(report, table);
+  CHECK(contains(groups_text(report), "identical values"));
+  CHECK(contains(groups_text(report), "no interval of: Kp"));
+}
+
+TEST_CASE("group_verdicts: the parameters whose deciding interval leaves out 0, in people's units") {
+  Report report;
+  decid::GroupComparison& comparison = report.groups.emplace().comparison;
+  comparison.groups.resize(2);
+  comparison.groups[0].name = "patients";
+  comparison.groups[1].name = "controls";
+  decid::GroupPair pair;
+  pair.second = 1;
+  decid::GroupEffect effect;
+  effect.difference = 1.0;
+  effect.adjusted_interval95 = {-1.0, 3.0};
+  pair.parameters.assign(7, effect);
+  effect.difference = -90.0;
+  effect.adjusted_interval95 = {-160.0, -20.0};
+  pair.parameters[0] = effect;
+  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  effect.difference = 1.0;
+  effect.adjusted_interval95 = {unknown, unknown};
+  pair.parameters[4] = effect;
+  effect.difference = 0.021;
+  effect.adjusted_interval95 = {0.005, 0.037};
+  pair.parameters[6] = effect;
+  comparison.pairs = {pair};
+  const decid::tools::GroupVerdicts found = decid::tools::group_verdicts(report);
+  REQUIRE(found.sentences.size() == 1);
+  CAPTURE(found.sentences[0]);
+  for (const char* fact : {"Kp: controls higher, 90 N m/rad [20, 160]", "delay: patients longer, 21 ms [5, 37]",
+                           "no difference shown in: Kd, Kp_pass, Kd_pass, theta", "no interval of: Nv"})
+    CHECK(contains(found.sentences[0], fact));
+  CHECK(contains(found.intervals, "adjusted"));
+  CHECK(decid::tools::group_verdicts({}).sentences.empty());
 }
 
 TEST_CASE("groups of recordings with distributions also have a hierarchical model") {
@@ -373,6 +420,9 @@ TEST_CASE("groups of recordings with distributions also have a hierarchical mode
   const std::string text = groups_text(report);
   CAPTURE(text);
   CHECK(contains(text, "hierarchical model"));
+  CHECK(contains(text, "    delay, s "));  // rows have units
+  CHECK(text.find("Do the groups differ?") == 0);
+  CHECK(decid::tools::page_groups(report)["verdicts"]["sentences"].size() == 1);
   CHECK(contains(text, "a less b, 3 people in both"));
   CHECK(decid::tools::page_groups(report)["hierarchical"]["draws"] == 4000);
 }

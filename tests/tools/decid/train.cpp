@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "tests/tools/decid/run.hpp"
+#include "tools/decid/commands/train_files.hpp"
 #include "tools/decid/progress.hpp"
 
 using namespace decid::test;
@@ -148,6 +149,21 @@ TEST_CASE("train: divergence is an error, and leaves nothing") {
   CHECK(read_text(model) == bytes);
   CHECK(read_text(model + ".log.csv") == log);
   CHECK(folder.files() == files);
+}
+
+TEST_CASE("train: a divergence puts back all files that an epoch changed, also a checkpoint within an epoch") {
+  const Folder folder;
+  const decid::tools::TrainFiles files(folder / "m.safetensors");
+  write_text(files.stopped, "stopped");
+  write_text(files.checkpoint, "checkpoint");
+  const decid::tools::Before before(files.of_epochs());
+  std::filesystem::remove(files.stopped);
+  for (const std::string& path : {files.checkpoint, files.log, files.best}) write_text(path, "new");
+  before.put_back();
+  CHECK(read_text(files.stopped) == "stopped");
+  CHECK(read_text(files.checkpoint) == "checkpoint");
+  CHECK_FALSE(std::filesystem::exists(files.log));
+  CHECK_FALSE(std::filesystem::exists(files.best));
 }
 
 TEST_CASE("train: fine tuning begins with another model's weights") {

@@ -26,6 +26,9 @@ FitJournal::FitJournal(const std::filesystem::path& path, const std::string& set
     : journal_(path, "decid fit journal 3") {
   if (!journal_.try_lock())
     throw Error(Code::file_in_use, path.string(), "is being written by another process", "wait until that has ended");
+  if (journal_.is_foreign())
+    throw Error(Code::file_unsupported, path.string(), "is not a journal of this decid's fits",
+                "delete it, or give another --output");
   if (resume && read(settings)) return;
   journal_.start(settings);
 }

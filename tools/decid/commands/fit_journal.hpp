@@ -14,8 +14,8 @@ namespace decid::tools {
 class FitJournal {
  public:
   /// Opens the journal. settings: the settings that its results must share with this call. resume: keeps the existing
-  /// results; otherwise the journal begins empty. Throws Error if another process writes it, or if it has other
-  /// settings.
+  /// results; otherwise the journal begins empty. Throws Error if another process writes it, if it is another
+  /// file, or if it has other settings.
   FitJournal(const std::filesystem::path& path, const std::string& settings, bool resume);
 
   /// Returns a hash of the recording's name, its file's content and its own settings; empty if the file cannot be read.

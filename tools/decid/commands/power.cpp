@@ -52,6 +52,18 @@ cohort::ValueSpread spread_of(const PowerOptions& options, const Model& model, c
                                 options.seed);
 }
 
+/// Throws Error for a difference or a standard deviation beyond a parameter's range, which no person has: milliseconds
+/// for seconds, for example.
+void refuse_beyond_range(const std::string& option, const std::vector<bool>& given, const sim::Parameters& values,
+                         const sim::ParameterTable& table) {
+  for (std::size_t p = 0; p < table.size(); ++p)
+    if (given[p] && std::abs(values[p]) > table[p].range())
+      throw Error(Code::setting_out_of_range, option,
+                  table[p].name + format(" is %g", values[p]) + table[p].unit_after() +
+                      format(", more than its whole range of %g", table[p].range()) + table[p].unit_after(),
+                  "give less" + table[p].unit_hint());
+}
+
 void run_power(const PowerOptions& options) {
   if (options.by == "network" && !options.protocol.empty())
     throw Error(Code::setting_conflict, "--protocol", "is for --by fit: a network reads its own protocol",
@@ -66,11 +78,17 @@ void run_power(const PowerOptions& options) {
     person[p] = table[p].range() / 8.0;
     visit[p] = table[p].range() / 24.0;
   }
-  read_named_values("--person-sd", options.person_sd, table, at, person);
-  read_named_values("--visit-sd", options.visit_sd, table, at, visit);
-  read_named_values("--trial-sd", options.trial_sd, table, at, trial);
+  const auto read_sd = [&](const char* option, const std::vector<std::string>& texts, sim::Parameters& values) {
+    std::vector<bool> given = read_named_values(option, texts, table, at, values);
+    refuse_beyond_range(option, given, values, table);
+    return given;
+  };
+  refuse_beyond_range("--difference", wanted, difference, table);
+  read_sd("--person-sd", options.person_sd, person);
+  read_sd("--visit-sd", options.visit_sd, visit);
+  read_sd("--trial-sd", options.trial_sd, trial);
   sim::Parameters measured(table.size()), of_values = person;
-  const std::vector<bool> known = read_named_values("--measurement-sd", options.measurement_sd, table, at, measured);
+  const std::vector<bool> known = read_sd("--measurement-sd", options.measurement_sd, measured);
   if (!std::ranges::equal(wanted, known, [](bool is_wanted, bool is_known) { return is_known || !is_wanted; })) {
     const cohort::ValueSpread spread = spread_of(options, model, {at, difference, person});
     for (std::size_t p = 0; p < table.size(); ++p) {

@@ -146,8 +146,9 @@ bool train_epochs(const TrainOptions& options, const TrainingSettings& settings,
                   TrainingState& state, ProgressBar& bar) {
   const TrainFiles files(options.output);
   const int trials = source.trials(dataset::Part::training);
-  const Before before(is_root() ? std::vector{files.checkpoint, files.log, files.best, options.report}
-                                : std::vector<std::string>());
+  std::vector<std::string> written = files.of_epochs();
+  written.push_back(options.report);
+  const Before before(is_root() ? written : std::vector<std::string>());
   if (is_root() && settings.patience > 0 && !state.log.empty() && state.part.trials == 0 &&
       !std::filesystem::exists(files.best))
     write_file(files.best, to_bytes(trained_model(state)));  // a finished model is its best one: continue from it

@@ -29,6 +29,8 @@ struct TrainFiles {
   std::string stopped;  ///< a checkpoint in the middle of an epoch
   std::string lock;
 
+  /// The files that the end of an epoch writes or removes.
+  std::vector<std::string> of_epochs() const { return {checkpoint, log, best, stopped}; }
   std::array<std::string, 6> all() const { return {model, checkpoint, log, best, stopped, lock}; }
 };
 

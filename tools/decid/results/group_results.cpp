@@ -1,9 +1,11 @@
 // Groups compared as text: see group_results.hpp.
 #include "tools/decid/results/group_results.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/text.hpp"
+#include "tools/report/json/group_verdicts.hpp"
 
 namespace decid::tools {
 namespace {
@@ -32,23 +34,56 @@ std::string group_text(const Group& group, const sim::ParameterTable& table) {
         format("    %-8s %12s +- %s%s\n", table[p].name.c_str(), number_text(group.parameters[p].mean, "%.5g").c_str(),
                number_text(group.parameters[p].sd, "%.3g").c_str(), unit.empty() ? "" : (" " + unit).c_str());
   }
-  return text;
+  return group.people == 1 ? text + "    one person: no standard deviation; record more people\n" : text;
 }
 
-std::string pair_text(const GroupPair& pair, const std::vector<Group>& groups, const std::vector<std::string>& names) {
+/// Returns the labels of a table's rows, "Kp, N m/rad", all of one width. per: what follows the unit, such as " per
+/// kg".
+std::vector<std::string> row_labels(const sim::ParameterTable& table, const std::string& per = {}) {
+  std::vector<std::string> labels;
+  std::size_t width = 0;
+  for (const sim::ParameterInfo& info : table) {
+    const std::string unit = info.shown_unit() + per;
+    labels.push_back(info.name + (unit.empty() ? "" : "," + std::string(unit.starts_with(' ') ? "" : " ") + unit));
+    width = std::max(width, labels.back().size());
+  }
+  for (std::string& label : labels) label.resize(width, ' ');
+  return labels;
+}
+
+/// Returns a line of headings above row_labels().
+std::string headings(const std::vector<std::string>& labels, const std::string& columns) {
+  return "    " + std::string(labels.empty() ? 0 : labels.front().size(), ' ') + columns + "\n";
+}
+
+/// Returns why intervals are missing; empty if none is.
+std::string missing_intervals_text(const GroupPair& pair, const sim::ParameterTable& table) {
+  std::string without;
+  for (std::size_t p = 0; p < table.size(); ++p)
+    if (!std::isfinite(pair.parameters[p].interval95[0])) without += (without.empty() ? "" : ", ") + table[p].name;
+  if (without.empty()) return {};
+  if (std::min(pair.people[0], pair.people[1]) < 2)
+    return pair.paired ? "    one person in both groups: no interval; record more people\n"
+                       : "    a group of one person: no interval; record more people\n";
+  return "    identical values of all people: no interval of " + without + "\n";
+}
+
+std::string pair_text(const GroupPair& pair, const std::vector<Group>& groups, const sim::ParameterTable& table) {
   std::string text = "  " + one_line(groups[pair.first].name) + " less " + one_line(groups[pair.second].name);
   text += pair.paired ? ", paired: " + people_text(pair.people[0]) + " in both groups\n"
                       : ": " + people_text(pair.people[0]) + " and " + people_text(pair.people[1]) + "\n";
   if (pair.unpaired_people != 0)
     text += "    without " + people_text(pair.unpaired_people) + " in only one of the two groups\n";
-  text += format("    %-8s %12s %24s %24s %10s\n", "", "difference", "95% interval", "adjusted interval", "Hedges' g");
-  for (std::size_t p = 0; p < names.size(); ++p) {
+  const std::vector<std::string> labels = row_labels(table);
+  text +=
+      headings(labels, format(" %12s %24s %24s %10s", "difference", "95% interval", "adjusted interval", "Hedges' g"));
+  for (std::size_t p = 0; p < table.size(); ++p) {
     const GroupEffect& effect = pair.parameters[p];
-    text += format("    %-8s %12s %24s %24s %10s\n", names[p].c_str(), number_text(effect.difference, "%.4g").c_str(),
+    text += format("    %s %12s %24s %24s %10s\n", labels[p].c_str(), number_text(effect.difference, "%.4g").c_str(),
                    interval_text(effect.interval95).c_str(), interval_text(effect.adjusted_interval95).c_str(),
                    number_text(effect.hedges_g, "%.2f").c_str());
   }
-  return text;
+  return text + missing_intervals_text(pair, table);
 }
 
 std::string left_out_text(const Report& report) {
@@ -106,54 +141,74 @@ std::string difference_name(const cohort::Result& found, const cohort::Compariso
   return one_line(found.cells[comparison.first].name()) + " less " + one_line(found.cells[comparison.second].name());
 }
 
-std::string effects_text(const std::vector<cohort::Effect>& effects, const std::vector<std::string>& names) {
-  std::string text = format("    %-8s %12s %24s %24s %24s %9s\n", "", "difference", "95% interval",
-                            "simultaneous interval", "over the person sd", "direction");
-  for (std::size_t p = 0; p < names.size(); ++p) {
+std::string effects_text(const std::vector<cohort::Effect>& effects, const sim::ParameterTable& table) {
+  const std::vector<std::string> labels = row_labels(table);
+  std::string text = headings(labels, format(" %12s %24s %24s %24s %9s", "difference", "95% interval",
+                                             "simultaneous interval", "over the person sd", "direction"));
+  for (std::size_t p = 0; p < table.size(); ++p) {
     const cohort::Effect& effect = effects[p];
-    text += format("    %-8s %12.4g %24s %24s %24s %8.1f%%\n", names[p].c_str(), effect.difference.mean,
+    text += format("    %s %12.4g %24s %24s %24s %8.1f%%\n", labels[p].c_str(), effect.difference.mean,
                    interval_text(effect.difference.interval95).c_str(), interval_text(effect.simultaneous95).c_str(),
                    interval_text(effect.standardised.interval95).c_str(), 100.0 * effect.direction);
   }
   return text;
 }
 
-std::string covariate_text(const cohort::Covariate& covariate, const std::vector<std::string>& names) {
+/// Returns the unit of a sheet's column of numbers; empty if it has none that decid knows.
+std::string covariate_unit(const std::string& column) {
+  if (names_weights(column)) return "kg";
+  return names_heights(column) ? "m" : "";
+}
+
+std::string covariate_text(const cohort::Covariate& covariate, const sim::ParameterTable& table) {
+  const std::string unit = covariate_unit(covariate.name);
   std::string text =
-      "  Change per unit of " + one_line(covariate.name) + format("; means are at %.4g", covariate.mean) +
+      "  Change per " + (unit.empty() ? "unit" : unit) + " of " + one_line(covariate.name) +
+      format("; means are at %.4g%s", covariate.mean, unit.empty() ? "" : (" " + unit).c_str()) +
       (covariate.unknown == 0 ? ""
                               : "; " + counted(static_cast<long long>(covariate.unknown), "recording") +
                                     " without a value: the person's in another one, else the group's mean") +
-      "\n" + format("    %-8s %12s %24s %9s\n", "", "slope", "95% interval", "direction");
-  for (std::size_t p = 0; p < names.size(); ++p) {
+      "\n";
+  const std::vector<std::string> labels = row_labels(table, unit.empty() ? "" : " per " + unit);
+  text += headings(labels, format(" %12s %24s %9s", "slope", "95% interval", "direction"));
+  for (std::size_t p = 0; p < table.size(); ++p) {
     const cohort::Slope& slope = covariate.slopes[p];
-    text += format("    %-8s %12.4g %24s %8.1f%%\n", names[p].c_str(), slope.mean,
+    text += format("    %s %12.4g %24s %8.1f%%\n", labels[p].c_str(), slope.mean,
                    interval_text(slope.interval95).c_str(), 100.0 * slope.direction);
   }
   return text;
 }
 
-std::string cohort_text(const cohort::Result& found, const std::vector<std::string>& names) {
+std::string cohort_text(const cohort::Result& found, const sim::ParameterTable& table) {
+  const std::vector<std::string> labels = row_labels(table);
   std::string text = "Groups, hierarchical model: every recording with its whole uncertainty\n";
   for (const cohort::Cell& cell : found.cells) {
     text += "  " + one_line(cell.name()) + ": " + people_text(cell.persons) + "\n";
-    text += format("    %-8s %12s %24s %12s\n", "", "mean", "95% interval", "person sd");
-    for (std::size_t p = 0; p < names.size(); ++p)
-      text += format("    %-8s %12.5g %24s %12.3g\n", names[p].c_str(), cell.mean[p].mean,
+    text += headings(labels, format(" %12s %24s %12s", "mean", "95% interval", "person sd"));
+    for (std::size_t p = 0; p < table.size(); ++p)
+      text += format("    %s %12.5g %24s %12.3g\n", labels[p].c_str(), cell.mean[p].mean,
                      interval_text(cell.mean[p].interval95).c_str(), cell.between_sd[p].mean);
   }
   for (const cohort::Comparison& comparison : found.comparisons) {
     text += "  " + difference_name(found, comparison);
     text += comparison.persons_in_both > 0 ? ", " + people_text(comparison.persons_in_both) + " in both\n" : "\n";
-    text += effects_text(comparison.effects, names);
+    text += effects_text(comparison.effects, table);
   }
   for (const cohort::Interaction& interaction : found.interactions)
     text += "  (" + difference_name(found, found.comparisons[interaction.first]) + ") less (" +
             difference_name(found, found.comparisons[interaction.second]) + ")\n" +
-            effects_text(interaction.effects, names);
-  for (const cohort::Covariate& covariate : found.covariates) text += covariate_text(covariate, names);
+            effects_text(interaction.effects, table);
+  for (const cohort::Covariate& covariate : found.covariates) text += covariate_text(covariate, table);
   text += format("  %d draws, R-hat at most %.3f. All simultaneous intervals hold together with 95%%.\n", found.draws,
                  found.max_rhat);
+  return text;
+}
+
+std::string verdicts_text(const Report& report) {
+  const GroupVerdicts verdicts = group_verdicts(report);
+  if (verdicts.sentences.empty()) return {};
+  std::string text = "Do the groups differ? By " + verdicts.intervals + ":\n";
+  for (const std::string& sentence : verdicts.sentences) text += "  " + sentence + "\n";
   return text;
 }
 
@@ -164,22 +219,21 @@ std::string groups_text(const Report& report) {
   const GroupComparison& found = report.groups->comparison;
   const std::string& person_column = report.groups->table.person_column;
   const sim::ParameterTable parameters = report.compared_parameters();
-  const std::vector<std::string> names = parameters.names();
-  std::string text = "Groups: mean +- standard deviation of people\n";
+  std::string text = verdicts_text(report) + "Groups: mean +- standard deviation of people\n";
   text +=
       person_column.empty()
           ? "  No column names the person (subject or participant_id): each recording counts as a person.\n"
           : "  Recordings with the same " + one_line(person_column) + " are one person's; their mean counts once.\n";
   text += fixed_text(report) + bodies_text(*report.groups);
   for (const Group& group : found.groups) text += group_text(group, parameters);
-  for (const GroupPair& pair : found.pairs) text += pair_text(pair, found.groups, names);
+  for (const GroupPair& pair : found.pairs) text += pair_text(pair, found.groups, parameters);
   const std::string pairs = found.pairs.size() == 1 ? "" : format(" in %zu pairs of groups", found.pairs.size());
   if (!found.pairs.empty())
     text += format(
         "  %zu parameters were compared%s: %zu adjusted intervals (Bonferroni), with a joint coverage of at least "
         "95%%.\n",
-        names.size(), pairs.c_str(), found.intervals);
-  if (report.groups->hierarchical) text += cohort_text(*report.groups->hierarchical, names);
+        parameters.size(), pairs.c_str(), found.intervals);
+  if (report.groups->hierarchical) text += cohort_text(*report.groups->hierarchical, parameters);
   return text + without_distribution_text(report) + left_out_text(report);
 }
 

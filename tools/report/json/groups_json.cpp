@@ -3,6 +3,7 @@
 
 #include "base/files/json_object.hpp"
 #include "tools/report/json/cohort_json.hpp"
+#include "tools/report/json/group_verdicts.hpp"
 #include "tools/report/json/parameters_json.hpp"
 
 namespace decid::tools {
@@ -84,6 +85,8 @@ Json groups_json(const Report& report) {
 Json page_groups(const Report& report) {
   Json page = groups_json(report);
   if (page.is_null()) return page;
+  const GroupVerdicts verdicts = group_verdicts(report);
+  page["verdicts"] = {{"intervals", verdicts.intervals}, {"sentences", verdicts.sentences}};
   page["members"] = Json::array();
   for (std::size_t i = 0; i < report.recordings.size(); ++i)
     if (!report.recordings[i].error)

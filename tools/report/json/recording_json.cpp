@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/files/json_object.hpp"
+#include "base/text.hpp"
 #include "base/version.hpp"
 #include "tools/report/json/parameters_json.hpp"
 
@@ -39,10 +40,7 @@ void add_call(Json& json, const Call& call) {
 
 Json call_json(const Call& call, const std::string& protocol) {
   std::string text = "decid " + call.command;
-  for (const std::string& argument : call.arguments) {
-    const bool plain = argument.find_first_of(" '\"$;&|<>()*?[]\\") == std::string::npos;
-    text += plain ? " " + argument : " '" + argument + "'";
-  }
+  for (const std::string& argument : call.arguments) text += " " + shell_quoted(argument);
   return {{"command", text}, {"protocol", protocol}, {"inputs", inputs_json(call)}};
 }
 

@@ -129,7 +129,7 @@ function summaryTable() {
     element("caption", {}, `${members.length} recordings, without those that are not usable. SD: standard deviation between recordings; it does not contain the uncertainty of each value. ` +
       "Dots: one per recording, within the model\u2019s limits (not a normal range). Bar: middle 50%. Vertical line: median." +
       (report.groups ? " A group\u2019s row shows the recordings that its comparison includes." : "") +
-      (report.groups && report.groups.group_comparison.bodies_differ ? " Stiffness and damping are those of each person\u2019s own body here; the comparison below scales them to one body." : "")),
+      (report.groups && report.groups.group_comparison.bodies_differ ? " Stiffness and damping are those of each person\u2019s own body here; the comparison above scales them to one body." : "")),
     element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), number("Mean \u00b1 SD"), number("Median"), number("Middle 50%"),
       element("th", { scope: "col" }, "Within the model\u2019s limits"))),
     element("tbody", {}, ...rows))));
@@ -137,6 +137,12 @@ function summaryTable() {
 
 // Returns a compared parameter as its recordings show it. Groups leave out fixed ones.
 const shownAs = ({ name }) => report.recordings[0].parameters.find(parameter => parameter.name === name);
+
+// Says what the comparisons of groups show.
+function verdictsBox({ intervals, sentences }) {
+  return element("div", { class: "verdict", role: "note", "aria-label": "Do the groups differ?" },
+    element("strong", {}, `Do the groups differ? By ${intervals}:`), element("ul", {}, ...sentences.map(text => element("li", {}, text))));
+}
 
 // Describes how the people of two groups are compared.
 function pairedText({ paired, people, unpaired_people: unpaired }, [a, b]) {
@@ -286,11 +292,12 @@ function contents(valueCell, last) {
   const unread = report.failed.length, failed = unread > 0 ? `; ${unread} file${unread === 1 ? "" : "s"} could not be read` : "";
   const nav = document.getElementById("contents");
   nav.append(element("h2", {}, `${recordings.length} recordings`), element("p", { class: "about" }, counts.join(", ") + failed + "."));
-  if (sound().length > 2) nav.append(summaryTable());
+  if (report.groups?.verdicts.sentences.length > 0) nav.append(verdictsBox(report.groups.verdicts));
   if (report.groups) nav.append(groupNotes(), ...report.groups.comparisons.map(comparisonTable),
     ...(report.groups.hierarchical?.comparisons ?? []).map(cohortTable),
     ...(report.groups.hierarchical?.interactions ?? []).map(interactionTable),
     ...(report.groups.hierarchical?.covariates ?? []).map(covariateTable));
+  if (sound().length > 2) nav.append(summaryTable());
   nav.append(recordingTable(valueCell, last));
   nav.hidden = false;
 }

@@ -1,0 +1,102 @@
+// Comparisons in sentences: see group_verdicts.hpp.
+#include "tools/report/json/group_verdicts.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "base/text.hpp"
+
+namespace decid::tools {
+namespace {
+
+/// A difference of one parameter, in SI units, and the interval that decides.
+struct Decided {
+  double difference;
+  std::array<double, 2> interval;
+};
+
+/// The unit in which people read a parameter, and its number per SI unit.
+struct PeoplesUnit {
+  std::string name;
+  double factor;
+};
+PeoplesUnit peoples_unit(const sim::ParameterInfo& info) {
+  if (info.unit == "s") return {" ms", 1e3};
+  if (info.unit == "rad/s") return {" deg/s", 1.0 / sim::rad_per_deg};
+  return {info.unit_after(), 1.0};
+}
+
+/// Returns "delay: patients longer, 21 ms [5, 37]".
+std::string shown_difference(const sim::ParameterInfo& info, const Decided& found, const std::string& first,
+                             const std::string& second) {
+  const PeoplesUnit unit = peoples_unit(info);
+  const bool first_is_higher = found.difference > 0.0;
+  const double sign = first_is_higher ? unit.factor : -unit.factor;
+  double low = sign * found.interval[0], high = sign * found.interval[1];
+  if (low > high) std::swap(low, high);
+  return info.name + ": " + (first_is_higher ? first : second) + (info.unit == "s" ? " longer, " : " higher, ") +
+         format("%.3g%s [%.3g, %.3g]", sign * found.difference, unit.name.c_str(), low, high);
+}
+
+std::string sentence(const std::string& first, const std::string& second, const sim::ParameterTable& parameters,
+                     const std::vector<Decided>& all) {
+  std::string shown, same, unknown;
+  const auto add = [](std::string& list, const char* between, const std::string& text) {
+    list += (list.empty() ? "" : between) + text;
+  };
+  for (std::size_t p = 0; p < parameters.size(); ++p) {
+    const auto& [low, high] = all[p].interval;
+    if (!std::isfinite(low) || !std::isfinite(high))
+      add(unknown, ", ", parameters[p].name);
+    else if (low > 0.0 || high < 0.0)
+      add(shown, "; ", shown_difference(parameters[p], all[p], first, second));
+    else
+      add(same, ", ", parameters[p].name);
+  }
+  if (!same.empty()) add(shown, "; ", "no difference shown in: " + same);
+  if (!unknown.empty()) add(shown, "; ", "no interval of: " + unknown);
+  return first + " and " + second + ": " + shown;
+}
+
+std::vector<Decided> decided(const std::vector<cohort::Effect>& effects) {
+  std::vector<Decided> all;
+  for (const cohort::Effect& effect : effects) all.push_back({effect.difference.mean, effect.simultaneous95});
+  return all;
+}
+
+/// Returns the sentences of the hierarchical model.
+std::vector<std::string> sentences_of(const cohort::Result& found, const sim::ParameterTable& parameters) {
+  std::vector<std::string> sentences;
+  const auto name = [&](std::size_t cell) { return one_line(found.cells[cell].name()); };
+  for (const cohort::Comparison& one : found.comparisons)
+    sentences.push_back(sentence(name(one.first), name(one.second), parameters, decided(one.effects)));
+  const auto change = [&](std::size_t comparison) {
+    const cohort::Comparison& one = found.comparisons[comparison];
+    return "(" + name(one.first) + " less " + name(one.second) + ")";
+  };
+  for (const cohort::Interaction& one : found.interactions)
+    sentences.push_back(sentence(change(one.first), change(one.second), parameters, decided(one.effects)));
+  return sentences;
+}
+
+}  // namespace
+
+GroupVerdicts group_verdicts(const Report& report) {
+  if (!report.groups) return {};
+  const sim::ParameterTable parameters = report.compared_parameters();
+  if (report.groups->hierarchical)
+    return {"the simultaneous intervals of the hierarchical model",
+            sentences_of(*report.groups->hierarchical, parameters)};
+  GroupVerdicts verdicts{"the adjusted intervals", {}};
+  const GroupComparison& found = report.groups->comparison;
+  for (const GroupPair& pair : found.pairs) {
+    std::vector<Decided> all;
+    for (const GroupEffect& effect : pair.parameters) all.push_back({effect.difference, effect.adjusted_interval95});
+    verdicts.sentences.push_back(
+        sentence(one_line(found.groups[pair.first].name), one_line(found.groups[pair.second].name), parameters, all));
+  }
+  return verdicts;
+}
+
+}  // namespace decid::tools

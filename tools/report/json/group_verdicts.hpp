@@ -1,0 +1,21 @@
+// What a comparison of groups shows, in sentences: by the intervals that hold together.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "identify/result.hpp"
+
+namespace decid::tools {
+
+struct GroupVerdicts {
+  std::string intervals;               ///< the intervals that decide, for people
+  std::vector<std::string> sentences;  ///< one per pair of groups, and per difference of differences
+};
+
+/// Returns one sentence per comparison, such as "patients and controls: delay: patients longer, 21 ms [5, 37]; no
+/// difference shown in: Kp, Kd". The hierarchical model's simultaneous intervals decide, or without it the adjusted
+/// ones. Empty without groups.
+GroupVerdicts group_verdicts(const Report& report);
+
+}  // namespace decid::tools
