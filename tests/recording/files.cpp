@@ -168,7 +168,14 @@ TEST_CASE("a unit that is not the name's is used, and warned of") {
   REQUIRE(found != nullptr);
   CHECK(found->severity == Severity::caution);
   CHECK(found->text.starts_with("sway_deg has a unit in its name"));
-  CHECK(warning(read("time,sway (V)\n0,.1\n0.01,.2\n", {.unit = Unit::radian}).warnings, "unit_differs") != nullptr);
+  for (const auto& [name, quantity] : {std::pair{"COP_x", "a centre of pressure"},
+                                       {"sway (V)", "a voltage"},
+                                       {"sway_mm", "a length"},
+                                       {"sway [counts]", "in counts"}}) {
+    const Recording other = read("time," + std::string(name) + "\n0,.1\n0.01,.2\n", {.unit = Unit::radian});
+    REQUIRE(warning(other.warnings, "unit_differs") != nullptr);
+    CHECK(contains(warning(other.warnings, "unit_differs")->text, quantity));
+  }
   CHECK(warning(read("time,sway_deg\n0,.1\n0.01,.2\n", {.unit = Unit::degree}).warnings, "unit_differs") == nullptr);
 }
 
