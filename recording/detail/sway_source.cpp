@@ -374,9 +374,13 @@ SwaySource find_sway_source(const Table& table, int time, const RecordingOptions
   if (!options.ankle_column.empty() && !markers && !options.com_height_m)
     throw Error(Code::setting_missing, setting("ankle"), "no positions refer to it",
                 "give " + setting("com_height") + ", or " + setting("hip") + " and " + setting("shoulder"));
-  if (options.com_height_m && !(*options.com_height_m > 0.0))
+  if (options.com_height_m && !(*options.com_height_m > 0.0 && std::isfinite(*options.com_height_m)))
     throw Error(Code::setting_out_of_range, setting("com_height"), "is " + three_digits(*options.com_height_m) + " m",
                 "give metres above the ankles");
+  // Without hip and shoulder the height is the person's, which programs give for every recording.
+  if (options.body_height_m && !(*options.body_height_m > 0.0 && std::isfinite(*options.body_height_m)))
+    throw Error(Code::setting_out_of_range, setting("height"), "is " + three_digits(*options.body_height_m) + " m",
+                "give the person's height in metres");
   SwaySource source;
   const auto add = [&](const std::string& column, const std::string& setting_name) {
     source.columns.push_back(named_column(table, column, where, setting_name));

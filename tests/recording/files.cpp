@@ -168,7 +168,14 @@ TEST_CASE("a unit that is not the name's is used, and warned of") {
   REQUIRE(found != nullptr);
   CHECK(found->severity == Severity::caution);
   CHECK(found->text.starts_with("sway_deg has a unit in its name"));
-  CHECK(warning(read("time,sway (V)\n0,.1\n0.01,.2\n", {.unit = Unit::radian}).warnings, "unit_differs") != nullptr);
+  for (const auto& [name, quantity] : {std::pair{"COP_x", "a centre of pressure"},
+                                       {"sway (V)", "a voltage"},
+                                       {"sway_mm", "a length"},
+                                       {"sway [counts]", "in counts"}}) {
+    const Recording other = read("time," + std::string(name) + "\n0,.1\n0.01,.2\n", {.unit = Unit::radian});
+    REQUIRE(warning(other.warnings, "unit_differs") != nullptr);
+    CHECK(contains(warning(other.warnings, "unit_differs")->text, quantity));
+  }
   CHECK(warning(read("time,sway_deg\n0,.1\n0.01,.2\n", {.unit = Unit::degree}).warnings, "unit_differs") == nullptr);
 }
 
@@ -295,7 +302,10 @@ TEST_CASE("positions are sway at their height above the ankles") {
   check_error(reading("time,x_m\n0,1\n0.01,4\n", {.com_height_m = 1.0}), Code::value_invalid);
   check_error(reading("time,sway_deg\n0,1\n0.01,4\n", {.ankle_column = "time"}), Code::setting_missing, "com_height");
   check_error(reading("time,sway\n0,1\n0.01,4\n", {.metres_per_unit = 1.0}), Code::setting_missing, "com_height");
-  check_error(reading(text, {.com_height_m = -1.0}), Code::setting_out_of_range, "com_height");
+  for (const double wrong : {-1.0, 0.0, std::nan(""), static_cast<double>(INFINITY)}) {
+    check_error(reading(text, {.com_height_m = wrong}), Code::setting_out_of_range, "com_height");
+    check_error(reading(text, {.body_height_m = wrong}), Code::setting_out_of_range, "height");
+  }
 }
 
 TEST_CASE("leg and trunk, or hip and shoulder, make the sway of the centre of mass") {
