@@ -10,6 +10,10 @@
 //
 // Equal arguments give equal bits, for any number of threads, instruction set and compiler. For a loop of your own:
 // nn/training/trainer.hpp.
+//
+// Several threads may fit different networks at once, and call predict(), mean_loss() and accuracy() with one network.
+// No other call may use a network while fit() changes it, except that fit()'s callbacks may read it. After fork() a
+// child must not call these functions, unless its parent only used one thread: see base/parallel.hpp.
 #pragma once
 
 #include <cstdint>
@@ -20,6 +24,7 @@
 #include <string>
 #include <vector>
 
+#include "base/error.hpp"
 #include "base/math/random.hpp"
 #include "nn/network.hpp"
 #include "nn/training/loss.hpp"
