@@ -52,6 +52,9 @@ TEST_CASE("bad input gives where, what and a remedy, and no handle") {
   refused(decid_recording_of(sway, 2, 100.0, DECID_BY_NAME, &recording), Code::unit_unknown);
   refused(decid_recording_of(sway, 2, 100.0, 9, &recording), Code::setting_unknown, "there is no unit 9");
   refused(decid_recording_of(nullptr, 2, 100.0, DECID_RADIANS, &recording), Code::setting_missing);
+  for (const std::size_t samples : {SIZE_MAX, SIZE_MAX / 8})
+    refused(decid_recording_of(sway, samples, 100.0, DECID_RADIANS, &recording), Code::setting_out_of_range,
+            std::to_string(samples) + " samples");
   CHECK(recording == nullptr);
   for (const int threads : {0, -1, 1025, 100000})
     refused(decid_set_threads(threads), Code::setting_out_of_range, "threads: is " + std::to_string(threads));
@@ -179,7 +182,8 @@ TEST_CASE("identification refuses the library's invalid input") {
   decid_identify_options options;
   decid_identify_defaults(&options, sizeof options);
   options.mass_kg = 70.0;
-  refused(decid_identify(built_in(), recording.get(), &options, &result), Code::setting_missing);
+  refused(decid_identify(built_in(), recording.get(), &options, &result), Code::setting_missing,
+          "mass_kg is given without height_m");
   options.height_m = 0.9;
   refused(decid_identify(built_in(), recording.get(), &options, &result), Code::setting_out_of_range, "86.4");
   options.mass_kg = 20.0;
