@@ -30,6 +30,29 @@ TEST_CASE("the version is the header's") {
   CHECK(std::string(decid_version()) == DECID_VERSION);
 }
 
+// decid.h names these in brackets.
+TEST_CASE("defaults are those of the header's comments") {
+  decid_fit_options fit;
+  decid_fit_defaults(&fit, sizeof fit);
+  CHECK(fit.prior_start_s == 0.1);
+  CHECK(fit.prior_gain == 0.06);
+  CHECK(fit.prior_noise_deg == 0.02);
+  CHECK(fit.max_draws == 160);
+  CHECK(fit.seed == 1);
+  CHECK(std::isnan(fit.begin_s));
+  decid_study_options study;
+  decid_study_defaults(&study, sizeof study);
+  CHECK(study.max_draws == 160);
+  CHECK(study.seed == 1);
+  decid_train_options train;
+  decid_train_defaults(&train, sizeof train);
+  CHECK(train.stream_trials == 25600);
+  CHECK(train.validation_trials == 1000);
+  CHECK(train.seed == 1);
+  CHECK(std::string(train.preset) == "best");
+  CHECK(train.momentum == -1.0);
+}
+
 TEST_CASE("bad input gives where, what and a remedy, and no handle") {
   decid_model* model = reinterpret_cast<decid_model*>(1);
   refused(decid_model_load("no/such.safetensors", &model), Code::file_missing, "no/such.safetensors");
