@@ -152,7 +152,7 @@ std::vector<int> all_of(const Samples& samples) {
   return places;
 }
 
-/// Returns the SHA-256 of samples in memory. Those of a function have none.
+/// Returns the SHA-256 of samples in memory. Samples of a function have none.
 std::string content_of(const Samples& samples) {
   if (samples.inputs.empty()) return "a function";
   Sha256 hash;
