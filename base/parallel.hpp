@@ -1,5 +1,9 @@
 // Parallel loops whose results do not depend on the number of threads: each index is computed separately, and nothing
 // is reduced here.
+//
+// A child after fork() has none of its parent's OpenMP threads, but the runtime still counts on them, so a loop of
+// several threads waits forever. A child may use these functions only if its parent has had one thread so far
+// (OMP_NUM_THREADS=1, or omp_set_num_threads(1) before the first loop of each thread). Otherwise start a new program.
 #pragma once
 
 #include <omp.h>

@@ -71,10 +71,11 @@ decid_status remember_failure() noexcept {
 void refuse_fork() {
   const pid_t first = threaded.load();
   if (first != 0 && first != getpid())
-    throw Error(Code::not_supported, "decid",
-                "this process was forked from one whose calls had several threads, and has none of these threads",
-                "start new processes (in Python with the method 'spawn'), run with OMP_NUM_THREADS=1, or make "
-                "set_threads(1) the first call of each thread");
+    throw Error(
+        Code::not_supported, "decid",
+        "this process was forked from one whose calls had several threads, and has none of these threads",
+        "start a new process instead of a fork, run with OMP_NUM_THREADS=1, or make set_threads(1) the first call "
+        "of each thread");
 }
 
 void record_threads() {
