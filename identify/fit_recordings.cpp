@@ -352,7 +352,7 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
   // A start well within its prior explains such a recording.
   if (!from_network && density.infers(Density::start) &&
       std::ranges::count(at_edge(density, found, start_edge_probability), int{Density::start}) == 0)
-    std::erase_if(result.warnings, [](const Warning& warning) { return warning.code == recording::other_start; });
+    std::erase_if(result.warnings, [](const Warning& warning) { return warning.code == "other_start"; });
   // The inferred noise explains the rest of the sway, and the predictive check tests whether such noise is usual. So a
   // noise-free trial that explains little is not a fault of the recording.
   result.explanation = plan_->own.explainer.explain(

@@ -32,7 +32,7 @@ inline constexpr double low_pass_hz = 2.5;
 /// too short to tell.
 std::optional<LowPass> find_low_pass(std::span<const double> sway_rad, double rate_hz);
 
-/// Whether a fit can undo a low-pass: its gain at low_pass_hz is known within 0.05 and at least 0.1.
+/// Returns true if a fit can undo a low-pass: its gain at low_pass_hz is known within 0.05 and at least 0.1.
 bool can_undo(const LowPass& filter);
 /// Returns the sway before the low-pass: divided by its gain in the frequency domain. Gains below 0.05 count as 0.05,
 /// because there is nothing but rounding. Phases stay, so a filter that ran forwards only still delays the sway.

@@ -24,9 +24,6 @@ struct TrialOptions {
   Detrend detrend = Detrend::none;
 };
 
-/// The code of the caution for a sway that follows the tilt with another start than the trial's.
-inline constexpr const char* other_start = "other_start";
-
 /// The relation of the measured tilt to the protocol's.
 struct TiltMatch {
   double delay_s = 0.0;      ///< from the recording's first sample to the protocol's start

@@ -255,6 +255,7 @@ TEST_CASE("a stop marks the fits that it cut, and the fit of a recording that th
   CHECK(read[2].error->code() == Code::stopped);
 
   // A stop after the last draws takes nothing away.
+  read = of_one_person();
   fitter.fit(std::span(read).last(1), [](std::size_t, const posterior::Progress& here) { return here.done < 1.0; });
   REQUIRE(read[3].fit);
   CHECK(read[3].fit->posterior.draws_per_chain() == quick().max_draws);

@@ -11,7 +11,6 @@
 #include "base/setting.hpp"
 #include "recording/quality/detail/block_means.hpp"
 #include "recording/table/columns.hpp"
-#include "recording/trial.hpp"
 #include "sim/protocol/protocol.hpp"
 
 namespace decid::recording {
@@ -302,7 +301,7 @@ void look_for_changes(const ResponseCheck& check, std::span<const double> sway_r
   if (found.slip_gain <= slip_gain) return;
   if (found.shift_gain > found.slip_gain) {
     const bool late = found.shift_s > 0.0;
-    add_caution(warnings, other_start,
+    add_caution(warnings, "other_start",
                 "the sway follows the tilt as if the recording started " + three_digits(std::abs(found.shift_s)) +
                     " s " + (late ? "after" : "before") + " the protocol: " +
                     (late ? "give a recording from the protocol's start on"

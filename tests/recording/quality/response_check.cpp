@@ -65,7 +65,7 @@ int warned(const std::string& code, const Change& change, std::uint64_t end, std
     for (const Warning& warning : recording.warnings)
       if (warning.code == code ||
           (code.empty() && (warning.code == "jumps" || warning.code == "stretch_off" || warning.code == "time_slips" ||
-                            warning.code == other_start || warning.code == "no_response"))) {
+                            warning.code == "other_start" || warning.code == "no_response"))) {
         ++count;
         break;
       }
