@@ -231,12 +231,12 @@ Sheet read_xlsx(std::string_view bytes, const std::string& where) {
     const std::string xml = members.read(part_name);
     return SheetReader(xml, shared, where).read();
   };
-  Sheet sheet{read(part->second), {}};
-  for (const auto& [name, id] : sheets) sheet.sheets.push_back(name);
-  if (find_sections(sheet.text).empty()) refuse_without_table(sheets, parts, read, where);
-  if (sheet.text.find_first_not_of('\n') == sheet.text.npos)
+  Sheet first{read(part->second), {}};
+  for (const auto& [name, id] : sheets) first.sheets.push_back(name);
+  if (find_sections(first.text).empty()) refuse_without_table(sheets, parts, read, where);
+  if (first.text.find_first_not_of('\n') == first.text.npos)
     throw Error(Code::file_empty, where, "has a first sheet without cells", "move the recording to the first sheet");
-  return sheet;
+  return first;
 }
 
 }  // namespace decid::recording

