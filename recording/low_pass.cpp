@@ -21,9 +21,9 @@ constexpr double lowest_hz = 2.0, highest_hz = 60.0, min_highest_hz = 11.9, max_
 constexpr double thinned_hz = 400.0;
 constexpr int all_bands = 48, min_bands = 24;
 constexpr double min_bins = 2.0, bins_per_independent = 1.5;  // of a band, under Hann's window
-constexpr int max_order = 4, cutoffs = 24, finer_cutoffs = 17;
-constexpr double lowest_cutoff_hz = 1.8, min_cutoff_hz = 2.2, max_cutoff_fraction = 0.3, finer_factor = 0.08;
-constexpr int coarse_updates = 60, finer_updates = 200;
+constexpr int max_order = 4, cutoffs = 14, finer_cutoffs = 13, finer_candidates = 3;
+constexpr double lowest_cutoff_hz = 1.8, min_cutoff_hz = 2.2, max_cutoff_fraction = 0.3, finer_factor = 0.15;
+constexpr int coarse_updates = 25, finer_updates = 100;
 /// A filter has to lower the deviance by this. Unfiltered sway in white and slow noise gives up to 100.
 constexpr double min_gain_of_deviance = 200.0;
 constexpr double max_deviance_of_band = 3.0;  // 1 for the true model
@@ -131,21 +131,35 @@ struct Candidate {
   double deviance = std::numeric_limits<double>::infinity();
 };
 
-/// Returns the likeliest filter of an order and number of passes.
-Candidate likeliest(Candidate of, const Spectra& spectra, const Bands& bands) {
-  const auto take_better = [&](double cutoff_hz, int updates) {
-    LowPass filter = of.filter;
-    filter.cutoff_hz = cutoff_hz;
-    const double deviance = deviance_of(filtered(spectra, filter, bands), bands, updates);
-    if (deviance < of.deviance) of = {filter, deviance};
-  };
-  const double width = decid::log(max_cutoff_fraction * of.filter.rate_hz / lowest_cutoff_hz);
-  for (int i = 0; i < cutoffs; ++i)
-    take_better(lowest_cutoff_hz * decid::exp(width * i / (cutoffs - 1)), coarse_updates);
-  const double middle_hz = of.filter.cutoff_hz;
-  for (int i = 0; i < finer_cutoffs; ++i)
-    take_better(middle_hz * decid::exp(finer_factor * (2.0 * i / (finer_cutoffs - 1) - 1.0)), finer_updates);
-  return of;
+/// Returns the likelier of a candidate and its filter with another cutoff.
+Candidate likelier(const Candidate& known, double cutoff_hz, int updates, const Spectra& spectra, const Bands& bands) {
+  LowPass filter = known.filter;
+  filter.cutoff_hz = cutoff_hz;
+  const double deviance = deviance_of(filtered(spectra, filter, bands), bands, updates);
+  return deviance < known.deviance ? Candidate{filter, deviance} : known;
+}
+
+/// Returns the likeliest filter of each order and number of passes, the likeliest of all first.
+std::vector<Candidate> likeliest(double rate_hz, const Spectra& spectra, const Bands& bands) {
+  std::vector<Candidate> candidates;
+  const double width = decid::log(max_cutoff_fraction * rate_hz / lowest_cutoff_hz);
+  for (int order = 1; order <= max_order; ++order)
+    for (const bool both_ways : {false, true}) {
+      Candidate& candidate = candidates.emplace_back(Candidate{{order, both_ways, 0.0, rate_hz}});
+      for (int i = 0; i < cutoffs; ++i)
+        candidate = likelier(candidate, lowest_cutoff_hz * decid::exp(width * i / (cutoffs - 1)), coarse_updates,
+                             spectra, bands);
+    }
+  std::ranges::stable_sort(candidates, {}, &Candidate::deviance);
+  if (candidates.front().filter.cutoff_hz < min_cutoff_hz) return candidates;
+  for (Candidate& candidate : std::span(candidates).first(finer_candidates)) {
+    const double middle_hz = candidate.filter.cutoff_hz;
+    for (int i = 0; i < finer_cutoffs; ++i)
+      candidate = likelier(candidate, middle_hz * decid::exp(finer_factor * (2.0 * i / (finer_cutoffs - 1) - 1.0)),
+                           finer_updates, spectra, bands);
+  }
+  std::ranges::stable_sort(candidates, {}, &Candidate::deviance);
+  return candidates;
 }
 
 }  // namespace
@@ -173,11 +187,8 @@ std::optional<LowPass> find_low_pass(std::span<const double> sway_rad, double ra
   const Spectra spectra = unfiltered(bands);
   const double without = deviance_of(spectra, bands, coarse_updates);
   if (without < min_gain_of_deviance) return {};
-  std::vector<Candidate> candidates;
-  for (int order = 1; order <= max_order; ++order)
-    for (const bool both_ways : {false, true})
-      candidates.push_back(likeliest({{order, both_ways, 0.0, rate_hz}}, spectra, bands));
-  const Candidate& best = *std::ranges::min_element(candidates, {}, &Candidate::deviance);
+  const std::vector<Candidate> candidates = likeliest(rate_hz, spectra, bands);
+  const Candidate& best = candidates.front();
   const double of_band = best.deviance / static_cast<double>(bands.hz.size());
   if (of_band > max_deviance_of_band || without - best.deviance < min_gain_of_deviance) return {};
   if (best.filter.cutoff_hz < min_cutoff_hz) return {};  // only its slope is in the spectrum, which sway has too
