@@ -150,9 +150,9 @@ std::string person_text(const sim::Body& body) {
 }  // namespace
 
 std::string body_text(const sim::Body& body, bool assumed, const std::string& remedy) {
-  const std::string text = std::string(assumed ? "Body (assumed): " : "Body: ") + person_text(body) +
-                           format("%.1f kg above the ankles, centre of mass at %.3f m, m g h %.0f N m/rad.\n",
-                                  body.mass_kg, body.com_height_m, body.mgh());
+  std::string text = std::string(assumed ? "Body (assumed): " : "Body: ") + person_text(body) +
+                     format("%.1f kg above the ankles, centre of mass at %.3f m, m g h %.0f N m/rad.\n", body.mass_kg,
+                            body.com_height_m, body.mgh());
   if (assumed) return text + "Values in N m/rad and N m s/rad are not this person's: " + remedy + ".\n";
   return text;
 }
