@@ -56,7 +56,7 @@ MissingBlocks NoiseSpectrum::make_missing(std::vector<int> blocks) const {
     distances.push_back(sum);
   });
   std::ranges::sort(distances);
-  distances.erase(std::ranges::unique(distances).begin(), distances.end());
+  distances.erase(std::unique(distances.begin(), distances.end()), distances.end());
   const auto place = [&](int distance) {
     return static_cast<int>(std::ranges::lower_bound(distances, distance) - distances.begin());
   };
