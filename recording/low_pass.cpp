@@ -13,6 +13,7 @@
 #include "recording/quality/detail/block_means.hpp"
 #include "recording/quality/detail/hann_spectrum.hpp"
 #include "sim/fft.hpp"
+#include "sim/protocol/experiment.hpp"
 
 namespace decid::recording {
 namespace {
