@@ -12,7 +12,6 @@
 #include "base/setting.hpp"
 #include "recording/detail/clock.hpp"
 #include "recording/detail/sway_source.hpp"
-#include "recording/quality/detail/gaps.hpp"
 #include "recording/table/columns.hpp"
 #include "recording/table/detail/trials.hpp"
 #include "recording/table/table.hpp"
@@ -299,7 +298,7 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   std::vector<SampleRange> gaps;
   const auto numbers = [&](int column) { return read_column(table, column, clock, options, recording, gaps); };
   Signal<double>& signal = recording.signals.add(read_sway(table, source, options, numbers, recording));
-  recording.gaps = joined(std::move(gaps));
+  recording.gaps = joined_ranges(std::move(gaps));
   const bool guessed = source.kind == SwaySource::Kind::angle && !options.unit && !unit_in(name) && !table.unit();
   check_size(signal, guessed, options.mean_is_upright, recording);
   if (options.invert_sway) {

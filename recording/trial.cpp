@@ -10,7 +10,6 @@
 #include "recording/detail/tilt_before.hpp"
 #include "recording/detail/tilt_match.hpp"
 #include "recording/detail/tilt_rest.hpp"
-#include "recording/quality/detail/gaps.hpp"
 #include "recording/quality/detail/quality.hpp"
 #include "recording/quality/detail/response_check.hpp"
 #include "recording/resample.hpp"
@@ -334,7 +333,7 @@ FoundInSway look_for_faults_within(Recording& recording, double from_hz, const T
   FoundInSway found = look_for_faults(used, from_hz, recording.warnings, static_cast<double>(begin) / from_hz,
                                       sequence != nullptr ? sequence->state_s : 0.0, known);
   for (const SampleRange& stretch : found.unmeasured) gaps.push_back({begin + stretch.first, begin + stretch.end});
-  found.unmeasured = joined(std::move(gaps));
+  found.unmeasured = joined_ranges(std::move(gaps));
   return found;
 }
 
@@ -358,7 +357,7 @@ std::vector<SampleRange> gaps_in_trial(const std::vector<SampleRange>& gaps, dou
   std::erase_if(all, [&](const SampleRange& gap) {
     return gap.first >= gap.end || static_cast<double>(gap.size()) < min_gap_s * rate_hz;
   });
-  return joined(std::move(all));
+  return joined_ranges(std::move(all));
 }
 
 /// Warns of ignored samples of a longer recording and of invented samples of a shorter one.

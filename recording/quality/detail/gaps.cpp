@@ -144,20 +144,8 @@ Stretches find_stretches(std::span<const double> sway, double rate_hz) {
   found.unmeasured = found.straight;
   if (!found.frozen.empty() && !stands_still_by_digits(sway, sizes.smallest_change, found.frozen))
     for (const SampleRange& still : found.frozen) found.unmeasured.push_back({still.first + 1, still.end});
-  found.unmeasured = joined(std::move(found.unmeasured));
+  found.unmeasured = joined_ranges(std::move(found.unmeasured));
   return found;
-}
-
-std::vector<SampleRange> joined(std::vector<SampleRange> ranges) {
-  std::ranges::sort(ranges, {}, &SampleRange::first);
-  std::vector<SampleRange> all;
-  for (const SampleRange& range : ranges) {
-    if (!all.empty() && range.first <= all.back().end)
-      all.back().end = std::max(all.back().end, range.end);
-    else
-      all.push_back(range);
-  }
-  return all;
 }
 
 }  // namespace decid::recording

@@ -27,7 +27,4 @@ struct Stretches {
 /// Returns the stretches of a sway in any unit; none of a sway of fewer than three samples.
 Stretches find_stretches(std::span<const double> sway, double rate_hz);
 
-/// Returns the ranges in ascending order, joined where they touch or overlap.
-std::vector<SampleRange> joined(std::vector<SampleRange> ranges);
-
 }  // namespace decid::recording

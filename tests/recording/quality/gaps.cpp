@@ -117,11 +117,6 @@ TEST_CASE("a stretch of more than half of a recording is found, frozen or bridge
   CHECK(find_stretches(coarse, rate_hz).straight.empty());
 }
 
-TEST_CASE("joined ranges are ascending and apart") {
-  CHECK(joined({{8, 9}, {1, 3}, {3, 4}, {2, 3}}) == std::vector<SampleRange>{{1, 4}, {8, 9}});
-  CHECK(joined({}).empty());
-}
-
 TEST_CASE("a trial knows its gaps: filled on reading, bridged, frozen, and lacking at an end") {
   const sim::Protocol protocol = sim::default_protocol();
   const auto samples = static_cast<std::size_t>(protocol.samples());
