@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <span>
 #include <vector>
 
 namespace decid {
@@ -29,6 +30,17 @@ inline std::vector<SampleRange> joined_ranges(std::vector<SampleRange> ranges) {
       all.push_back(range);
   }
   return all;
+}
+
+/// Replaces the values of a range by the straight line between their neighbours, at an end by the nearest value, and if
+/// the range is all values by 0. The range lies within the values.
+inline void bridge(std::span<float> values, const SampleRange& range) {
+  const bool begins = range.first == 0, ends = range.end == values.size();
+  const float after = ends ? (begins ? 0.0F : values[range.first - 1]) : values[range.end];
+  const float before = begins ? after : values[range.first - 1];
+  const float rise = (after - before) / static_cast<float>(range.size() + 1);
+  for (std::size_t k = range.first; k < range.end; ++k)
+    values[k] = before + rise * static_cast<float>(k - range.first + 1);
 }
 
 }  // namespace decid

@@ -19,16 +19,9 @@ constexpr int fewest_standing = 100;
 constexpr double band_edges_hz[] = {0.05, 0.2, 0.5, 1.0, 2.5};
 constexpr std::uint64_t of_sensor = std::uint64_t{1} << 63;
 
-/// Replaces gaps by straight lines, or at an end by the nearest sample, in the recorded and the simulated trials alike.
+/// Replaces gaps by straight lines, in the recorded and the simulated trials alike.
 std::vector<float> bridged(std::vector<float> sway_rad, std::span<const SampleRange> gaps) {
-  for (const SampleRange& gap : gaps) {
-    if (gap.size() == sway_rad.size()) continue;
-    const float after = gap.end < sway_rad.size() ? sway_rad[gap.end] : sway_rad[gap.first - 1],
-                before = gap.first > 0 ? sway_rad[gap.first - 1] : after;
-    const float rise = (after - before) / static_cast<float>(gap.size() + 1);
-    for (std::size_t k = gap.first; k < gap.end; ++k)
-      sway_rad[k] = before + rise * static_cast<float>(k - gap.first + 1);
-  }
+  for (const SampleRange& gap : gaps) bridge(sway_rad, gap);
   return sway_rad;
 }
 

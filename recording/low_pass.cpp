@@ -194,7 +194,7 @@ std::optional<LowPass> find_low_pass(std::span<const double> sway_rad, double ra
   if (of_band > max_deviance_of_band || without - best.deviance < min_gain_of_deviance) return {};
   if (best.filter.cutoff_hz < min_cutoff_hz) return {};  // only its slope is in the spectrum, which sway has too
   LowPass found = best.filter;
-  found.gain = found.gain_low = found.gain_high = found.gain_at(low_pass_hz);
+  found.gain_low = found.gain_high = found.gain_at(low_pass_hz);
   for (const Candidate& other : candidates) {
     if (other.deviance > best.deviance + as_likely_deviance * std::max(1.0, of_band)) continue;
     found.gain_low = std::min(found.gain_low, other.filter.gain_at(low_pass_hz));

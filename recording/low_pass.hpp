@@ -9,12 +9,11 @@ namespace decid::recording {
 
 /// A Butterworth low-pass, digital by the bilinear transform.
 struct LowPass {
-  int order = 0;           ///< of one pass, 1 to 4
-  bool both_ways = false;  ///< it ran forwards and backwards, so it delays nothing
-  double cutoff_hz = 0.0;  ///< of one pass, -3 dB
-  double rate_hz = 0.0;    ///< of the samples that it filtered
-  /// The gain at low_pass_hz by the likeliest filter, and the range over all filters that explain the spectrum.
-  double gain = 1.0, gain_low = 1.0, gain_high = 1.0;
+  int order = 0;                           ///< of one pass, 1 to 4
+  bool both_ways = false;                  ///< it ran forwards and backwards, so it delays nothing
+  double cutoff_hz = 0.0;                  ///< of one pass, -3 dB
+  double rate_hz = 0.0;                    ///< of the samples that it filtered
+  double gain_low = 1.0, gain_high = 1.0;  ///< at low_pass_hz: the range over all filters that are as likely
 
   /// Returns the gain at a frequency in Hz, below half of rate_hz.
   double gain_at(double hz) const;

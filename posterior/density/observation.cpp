@@ -52,15 +52,8 @@ std::vector<SampleRange> checked_gaps(std::span<const SampleRange> gaps, std::si
 /// through all blocks, and the torque, use the gaps' values too.
 void bridge_not_finite(std::vector<float>& sway_rad, std::span<const SampleRange> gaps) {
   const auto is_finite = [](float value) { return std::isfinite(value); };
-  for (const SampleRange& gap : gaps) {
-    const auto inside = std::span(sway_rad).subspan(gap.first, gap.size());
-    if (std::ranges::all_of(inside, is_finite)) continue;
-    const bool begins = gap.first == 0, ends = gap.end == sway_rad.size();
-    const float after = ends ? (begins ? 0.0F : sway_rad[gap.first - 1]) : sway_rad[gap.end];
-    const float before = begins ? after : sway_rad[gap.first - 1];
-    const float rise = (after - before) / static_cast<float>(gap.size() + 1);
-    for (std::size_t i = 0; i < inside.size(); ++i) inside[i] = before + rise * static_cast<float>(i + 1);
-  }
+  for (const SampleRange& gap : gaps)
+    if (!std::ranges::all_of(std::span(sway_rad).subspan(gap.first, gap.size()), is_finite)) bridge(sway_rad, gap);
   if (const auto found = std::ranges::find_if_not(sway_rad, is_finite); found != sway_rad.end())
     throw Error(Code::value_invalid, "recording",
                 format("sample %zu is not finite", static_cast<std::size_t>(found - sway_rad.begin())),

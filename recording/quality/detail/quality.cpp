@@ -162,7 +162,8 @@ std::string describe(const LowPass& filter) {
   std::string text = "a low-pass of about " + three_digits(filter.cutoff_hz) +
                      " Hz smoothed the sway (like Butterworth's of order " + std::to_string(filter.order) +
                      (filter.both_ways ? ", forwards and backwards" : "") + "): ";
-  text += "at " + three_digits(low_pass_hz) + " Hz it keeps " + three_digits(100.0 * filter.gain) + "% of the sway";
+  text += "at " + three_digits(low_pass_hz) + " Hz it keeps " + three_digits(100.0 * filter.gain_at(low_pass_hz)) +
+          "% of the sway";
   if (!filter.both_ways)
     text += ", and if it ran forwards only, it delays the sway by " + three_digits(filter.delay_s()) + " s";
   return text + "; give unfiltered recordings";

@@ -194,7 +194,7 @@ Json recording_json(const RecordingResult& id, const Report& report) {
     recording["low_pass"] = {{"cutoff_hz", filter->cutoff_hz},
                              {"order", filter->order},
                              {"both_ways", filter->both_ways},
-                             {"gain_at_2.5_hz", filter->gain}};
+                             {"gain_at_2.5_hz", filter->gain_at(recording::low_pass_hz)}};
   recording["frf"] = explanation.frf ? frf_to_json(*explanation.frf) : Json(nullptr);
   recording["trust"] = name(id.trust());
   recording["warnings"] = warnings_json(id.warnings);
