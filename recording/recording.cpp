@@ -11,6 +11,7 @@
 #include "base/math/statistics.hpp"
 #include "base/setting.hpp"
 #include "recording/detail/clock.hpp"
+#include "recording/detail/recording_name.hpp"
 #include "recording/detail/sway_source.hpp"
 #include "recording/table/columns.hpp"
 #include "recording/table/detail/trials.hpp"
@@ -171,32 +172,30 @@ std::vector<double> read_column(const Table& table, int column, const Clock& clo
 /// Throws Error if the sway is too large for a standing body, and warns of suspicious sizes. `guessed`: its unit was
 /// guessed. `mean_is_upright`: sizes count from the mean instead of 0.
 void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, Recording& recording) {
-  const bool in_memory = recording.file.empty();
-  const std::string where = in_memory ? "recording" : recording.file;
-  const std::string other = in_memory ? "give radians"
-                                      : "if the unit is wrong, give " + setting("unit") +
-                                            "; if these are positions, give " + setting("com_height");
+  const std::string other = either(
+      recording, "give radians",
+      "if the unit is wrong, give " + setting("unit") + "; if these are positions, give " + setting("com_height"));
   const auto [least, most] = std::minmax_element(sway.rad.begin(), sway.rad.end());
   const double middle = mean(sway.rad), upright = mean_is_upright ? middle : 0.0;
   const double peak_deg = std::max(upright - *least, *most - upright) / sim::rad_per_deg;
   const double peak_to_peak_deg = (*most - *least) / sim::rad_per_deg;
   if (*least == *most) {
-    throw Error(Code::value_invalid, where,
+    throw Error(Code::value_invalid, where(recording),
                 sway.column + " is constant, " + three_digits(*most / sim::rad_per_deg) + " degrees",
-                in_memory ? "give samples of sway" : "name the sway column with " + setting("column"));
+                either(recording, "give samples of sway", "name the sway column with " + setting("column")));
   }
   if (peak_deg > max_deg) {
     const auto at = (upright - *least > *most - upright ? least : most) - sway.rad.begin();
-    if (!in_memory && peak_to_peak_deg < 2.0 * max_plausible_deg)
-      throw Error(Code::value_invalid, where,
+    if (!in_memory(recording) && peak_to_peak_deg < 2.0 * max_plausible_deg)
+      throw Error(Code::value_invalid, where(recording),
                   sway.column + " is about " + three_digits(middle / sim::rad_per_deg) + " degrees, beyond lying flat",
                   "if that is upright, give " + setting("detrend") + " offset; " + other);
-    throw Error(Code::value_invalid, where,
+    throw Error(Code::value_invalid, where(recording),
                 sway.column + " reaches " + three_digits(peak_deg) + " degrees, beyond lying flat, at sample " +
                     std::to_string(at + 1),
-                in_memory ? other
-                          : other + std::string("; if it stands for a missing value, give " + setting("missing") +
-                                                " NUMBER and " + setting("fill_gaps")));
+                in_memory(recording) ? other
+                                     : other + std::string("; if it stands for a missing value, give " +
+                                                           setting("missing") + " NUMBER and " + setting("fill_gaps")));
   }
   if (peak_deg > max_plausible_deg) {
     recording.is_large = true;
@@ -205,7 +204,7 @@ void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, 
   }
   const double if_radians_deg = peak_to_peak_deg / sim::rad_per_deg;
   if (guessed && peak_to_peak_deg < min_plausible_deg && if_radians_deg > min_plausible_deg)
-    throw Error(Code::unit_unknown, where,
+    throw Error(Code::unit_unknown, where(recording),
                 sway.column + " has no unit, and is " + three_digits(peak_to_peak_deg) +
                     " degrees peak to peak if it is in degrees, " + three_digits(if_radians_deg) + " if in radians",
                 "give " + setting("unit") + " rad or " + setting("unit") + " deg; if these are positions, give " +

@@ -29,11 +29,11 @@ std::string shown(std::string_view cell) {
 }
 
 /// Far longer than a line of 1000 columns.
-constexpr std::size_t max_bytes = std::size_t{1} << 17;
+constexpr std::size_t max_line_bytes = std::size_t{1} << 17;
 
 bool has_long_line(std::string_view text) {
-  for (std::size_t begin = 0; text.size() - begin > max_bytes;) {
-    const std::size_t end = text.find_last_of("\r\n", begin + max_bytes);
+  for (std::size_t begin = 0; text.size() - begin > max_line_bytes;) {
+    const std::size_t end = text.find_last_of("\r\n", begin + max_line_bytes);
     if (end == text.npos || end < begin) return true;
     begin = end + 1;
   }
@@ -44,7 +44,7 @@ bool has_long_line(std::string_view text) {
 std::string with_short_lines(std::string text, const std::string& where) {
   if (!has_long_line(text)) return text;
   for_each_line(text, [&](std::string_view line, std::size_t line_number) {
-    if (line.size() > max_bytes)
+    if (line.size() > max_line_bytes)
       throw Error(Code::file_too_large, where, "line " + std::to_string(line_number) + " has more than 131,072 bytes",
                   "give a text file of at most 1000 columns");
     return true;

@@ -1,0 +1,150 @@
+// The part of a recording that is a trial of a protocol: see placement.hpp.
+#include "recording/detail/placement.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/setting.hpp"
+#include "base/text.hpp"
+#include "recording/detail/recording_name.hpp"
+#include "recording/resample.hpp"
+#include "recording/table/columns.hpp"
+
+namespace decid::recording {
+namespace {
+
+constexpr double min_gap_s = 0.05;  ///< a straight line through a shorter gap misses the sway by less than its noise
+
+std::string count_at(std::size_t samples, double rate_hz) {
+  return std::to_string(samples) + " samples at " + six_digits(rate_hz) + " Hz (" +
+         six_digits(static_cast<double>(samples) / rate_hz) + " s)";
+}
+
+/// Returns seconds as text, to the millisecond.
+std::string milliseconds(double seconds) {
+  return six_digits(std::floor(seconds * 1e3 + 0.5) / 1e3);
+}
+
+}  // namespace
+
+std::vector<double> cut(const std::vector<double>& signal, double from_hz, double to_hz, const TrialPlacement& place,
+                        std::size_t samples) {
+  const auto count = static_cast<std::size_t>(place.last - place.first + 1);
+  std::vector<double> inside;
+  if (from_hz == to_hz) {
+    const auto begin = signal.begin() + static_cast<std::ptrdiff_t>(std::llround(place.start_s * to_hz) + place.first);
+    inside.assign(begin, begin + static_cast<std::ptrdiff_t>(count));
+  } else {
+    const double start_s = place.start_s + static_cast<double>(place.first) / to_hz;
+    inside = resample(signal, from_hz, to_hz, start_s, count);
+  }
+  std::vector<double> result(samples);
+  for (std::size_t k = 0; k < samples; ++k) {
+    const auto at = static_cast<long long>(k) - place.first;
+    const auto end = static_cast<long long>(count) - 1;
+    const long long mirrored = at < 0 ? -at : at > end ? 2 * end - at : at;
+    result[k] = inside[static_cast<std::size_t>(mirrored)];
+  }
+  return result;
+}
+
+std::vector<SampleRange> gaps_in_trial(const std::vector<SampleRange>& gaps, double from_hz, double rate_hz,
+                                       const TrialPlacement& place, std::size_t samples) {
+  const double margin = from_hz == rate_hz ? 0.0 : std::max(1.0, rate_hz / from_hz);
+  const auto inside = [&](double sample) {
+    return static_cast<std::size_t>(std::clamp(sample, 0.0, static_cast<double>(samples)));
+  };
+  const auto sample_of = [&](std::size_t at) { return (static_cast<double>(at) / from_hz - place.start_s) * rate_hz; };
+  std::vector<SampleRange> all;
+  for (const SampleRange& gap : gaps) {
+    if (static_cast<double>(gap.size()) < min_gap_s * from_hz) continue;
+    all.push_back({inside(std::floor(sample_of(gap.first) + length_rounding - margin)),
+                   inside(std::ceil(sample_of(gap.end) - length_rounding + margin))});
+  }
+  all.push_back({0, static_cast<std::size_t>(place.first)});
+  all.push_back({static_cast<std::size_t>(place.last + 1), samples});
+  std::erase_if(all, [&](const SampleRange& gap) {
+    return gap.first >= gap.end || static_cast<double>(gap.size()) < min_gap_s * rate_hz;
+  });
+  return joined_ranges(std::move(all));
+}
+
+bool plays(const sim::Protocol& protocol, const sim::Protocol& known) {
+  sim::Experiment same_body = known.experiment;
+  same_body.body = protocol.experiment.body;
+  return same_body == protocol.experiment;
+}
+
+std::string to_write(const sim::Protocol& protocol) {
+  if (plays(protocol, sim::default_protocol()))
+    return "write its protocol (decid stimulus " + setting("write_protocol") + " mine.json)";
+  if (plays(protocol, sim::short_protocol()))
+    return "write its protocol (decid stimulus " + setting("protocol") + " short " + setting("write_protocol") +
+           " mine.json)";
+  return "copy its protocol's file";
+}
+
+void refuse_length(const Recording& recording, const sim::Protocol& protocol, double start_s) {
+  const auto needed = static_cast<std::size_t>(protocol.samples());
+  const double left_s = static_cast<double>(recording.signals.samples()) / recording.rate_hz - std::max(start_s, 0.0);
+  const int cycles = protocol.experiment.cycles();
+  const int whole = std::min(
+      cycles, static_cast<int>((left_s - protocol.experiment.lead_in_s()) / protocol.experiment.cycle_s() + 1e-9));
+  std::string problem = "recording has " + count_at(recording.signals.samples(), recording.rate_hz);
+  if (start_s < 0.0) problem += ", which begin " + six_digits(-start_s) + " s after the protocol";
+  if (start_s > 0.0) problem += ", " + six_digits(left_s) + " s of them after the start";
+  problem +=
+      "; the model's protocol '" + protocol.name + "' needs " + count_at(needed, protocol.experiment.sample_rate_hz);
+  std::string remedy = "give whole trials of the protocol, or use your own model";
+  if (in_memory(recording)) throw Error(Code::recording_too_short, where(recording), problem, remedy);
+  if (whole >= 1 && whole < cycles) {
+    problem += ", and has only " + std::to_string(whole) + " of its " + std::to_string(cycles) + " whole cycles";
+    const double unused_s = left_s - protocol.duration_s() + (cycles - whole) * protocol.experiment.cycle_s();
+    if (unused_s > 1.0 / recording.rate_hz) problem += "; the other " + six_digits(unused_s) + " s would not be used";
+    remedy = to_write(protocol) + ", set its cycles to " + std::to_string(whole) +
+             " and its name to a new one, and give it as " + setting("protocol") + " to a fit, or to a training with " +
+             setting("stream") + " for a model";
+  } else {
+    remedy = "fit it with its own " + setting("protocol") + ", or train a model for that protocol (" +
+             setting("stream") + ") and give it as " + setting("model") + "; or give " + setting("rate") +
+             " if the time column is wrong";
+  }
+  throw Error(Code::recording_too_short, where(recording), problem, remedy);
+}
+
+void warn_of_length(Recording& recording, const sim::Protocol& protocol, const TrialPlacement& place,
+                    bool start_was_given) {
+  const double recorded_s = static_cast<double>(recording.signals.samples()) / recording.rate_hz;
+  const double rate = protocol.experiment.sample_rate_hz, before_s = std::max(place.start_s, 0.0);
+  const double after_s = recorded_s - place.start_s - protocol.duration_s();
+  const double sample_s = 1.0 / std::min(rate, recording.rate_hz);
+  if (before_s > 0.5 * sample_s || after_s > 0.5 * sample_s) {
+    std::string text = "the recording lasts " + six_digits(recorded_s) + " s, the protocol '" + protocol.name + "' " +
+                       six_digits(protocol.duration_s()) + " s: ";
+    if (before_s > 0.5 * sample_s) {
+      text += "the first " + milliseconds(before_s) + " s" + (after_s > 0.5 * sample_s ? " and " : " are not used");
+    }
+    if (after_s > 0.5 * sample_s) text += "the last " + milliseconds(after_s) + " s are not used";
+    if (start_was_given) {
+      add_info(recording.warnings, "part_not_used", text);
+    } else {
+      text += either(recording, "; another start selects other samples",
+                     "; " + setting("begin") + " SECONDS selects other samples") +
+              ". Check that the platform played this protocol.";
+      add_caution(recording.warnings, "part_not_used", text);
+    }
+  }
+  const long long lacking = place.first + (protocol.samples() - 1 - place.last);
+  if (lacking > 0) {
+    add_caution(recording.warnings, "samples_lacking",
+                "the recording lacks " + std::to_string(lacking) + (lacking == 1 ? " sample" : " samples") +
+                    " of the protocol's " + std::to_string(protocol.samples()) + " at its " +
+                    (place.first == 0                       ? "end"
+                     : place.last == protocol.samples() - 1 ? "start"
+                                                            : "ends") +
+                    "; the mirror image of their neighbours replaces them");
+  }
+}
+
+}  // namespace decid::recording

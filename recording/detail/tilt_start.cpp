@@ -1,0 +1,196 @@
+// The protocol's start by the measured tilt of the platform: see tilt_start.hpp.
+#include "recording/detail/tilt_start.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/setting.hpp"
+#include "base/text.hpp"
+#include "recording/detail/placement.hpp"
+#include "recording/detail/recording_name.hpp"
+#include "recording/detail/tilt_before.hpp"
+#include "recording/detail/tilt_match.hpp"
+#include "recording/detail/tilt_rest.hpp"
+#include "recording/resample.hpp"
+#include "recording/table/columns.hpp"
+
+namespace decid::recording {
+namespace {
+
+constexpr double min_correlation = 0.5, good_correlation = 0.95, good_gain = 0.1;
+constexpr double min_rest_fraction = 0.49;  ///< of the protocol: half, less some samples
+
+/// Thrown if the platform played another stimulus.
+class OtherStimulus : public Error {
+  using Error::Error;
+};
+
+/// The place of `short`'s sequence in the published COMTEST stimulus, examples/comtest.json.
+constexpr double comtest_offset_s = 9.12;
+
+/// Throws OtherStimulus for a tilt that follows COMTEST's stimulus better than the protocol `short`, whose sequence is
+/// the same from another place: `short` inverted and 0.88 s later is nearly COMTEST's (correlation 0.9988).
+void refuse_comtest(const Signal<double>& tilt, const std::vector<double>& measured, const sim::Protocol& protocol,
+                    double correlation, const Recording& recording) {
+  if (!plays(protocol, sim::short_protocol())) return;
+  sim::Protocol comtest = protocol;
+  comtest.sequence().offset_s = comtest_offset_s;
+  const std::vector<double> expected = prescribed_tilt(comtest);
+  const Match match = TiltMatcher(expected, static_cast<int>(overhang_of(expected.size()))).match(measured);
+  if (match.correlation < good_correlation || match.correlation < std::abs(correlation)) return;
+  throw OtherStimulus(
+      Code::protocol_mismatch, where(recording),
+      "the tilt " + tilt.column + " follows the published COMTEST stimulus (correlation " +
+          six_digits(std::round(1e4 * match.correlation) / 1e4) + " from " +
+          three_digits(match.delay_samples / protocol.experiment.sample_rate_hz) + " s), not the protocol '" +
+          protocol.name + "', which begins elsewhere in the same sequence",
+      either(recording, "use a model for examples/comtest.json",
+             "give comtest.json of decid's examples as " + setting("protocol") + " to a fit, or give a model for it"));
+}
+
+/// Throws OtherStimulus for a platform that stood still in the first or last part of a recording, for half of the
+/// protocol or more. `measured`: its tilt at the protocol's rate.
+void refuse_rest(const Signal<double>& tilt, const std::vector<double>& measured, const sim::Protocol& protocol,
+                 const Recording& recording) {
+  const double rate = protocol.experiment.sample_rate_hz, needed_s = protocol.duration_s();
+  const SampleRange moving = moving_samples(measured);
+  if (moving.size() == 0) return;
+  const double begin_s = static_cast<double>(moving.first) / rate, end_s = static_cast<double>(moving.end) / rate;
+  const double after_s = static_cast<double>(measured.size() - moving.end) / rate;
+  if (std::max(begin_s, after_s) < min_rest_fraction * needed_s) return;
+  const std::string rest = after_s >= begin_s
+                               ? "the platform stopped after " + three_digits(end_s) + " s of the recording"
+                               : "the platform stood still for the first " + three_digits(begin_s) + " s";
+  throw OtherStimulus(
+      Code::protocol_mismatch, where(recording),
+      rest + " by its tilt " + tilt.column + ", so it did not play the protocol '" + protocol.name + "' of " +
+          six_digits(needed_s) + " s",
+      either(recording, "give a recording of the whole protocol, or a model for the protocol that was played",
+             "give a recording of the whole protocol, or fit the part that was played: " + to_write(protocol) +
+                 ", set its cycles to those that were played and its name to a new one, and give it as " +
+                 setting("protocol") + " to decid fit"));
+}
+
+}  // namespace
+
+std::vector<double> prescribed_tilt(const sim::Protocol& protocol) {
+  const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
+  const int samples = protocol.samples(), steps_per_sample = protocol.experiment.steps_per_sample();
+  std::vector<double> tilt;
+  tilt.reserve(static_cast<std::size_t>(samples));
+  for (int k = 0; k < samples; ++k) tilt.push_back(stimulus.tilt_at(k * steps_per_sample));
+  return tilt;
+}
+
+std::size_t overhang_of(std::size_t samples) {
+  return samples / 4;
+}
+
+TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, double from_hz, Recording& recording) {
+  const sim::Protocol& protocol = plan.protocol();
+  const double rate = protocol.experiment.sample_rate_hz;
+  const auto needed = static_cast<std::size_t>(protocol.samples());
+  const std::vector<double> measured = from_hz == rate ? tilt.rad : resample(tilt.rad, from_hz, rate);
+  if (measured.size() + 2 * overhang_of(needed) < needed) refuse_length(recording, protocol, 0.0);
+  const Match match = plan.tilt().match(measured);
+  TiltMatch result{match.delay_samples / rate, match.correlation, match.gain};
+  if (match.correlation < min_correlation) refuse_comtest(tilt, measured, protocol, match.correlation, recording);
+  const std::string figures = "correlation " + six_digits(std::round(1e4 * match.correlation) / 1e4);
+  if (match.correlation < good_correlation && match.correlation > -good_correlation)
+    refuse_rest(tilt, measured, protocol, recording);
+  // Other movements reach -0.7: half of the protocol, say. The other sign is as certain as a good match.
+  if (match.correlation < min_correlation && match.correlation > -good_correlation) {
+    throw OtherStimulus(
+        Code::protocol_mismatch, where(recording),
+        "the tilt " + tilt.column + " does not follow the protocol '" + protocol.name + "' (" + figures + " at best)",
+        either(recording, "give another tilt, or a model for the protocol that was played",
+               "name another " + setting("tilt_column") + ", or a model for the protocol that was played"));
+  }
+  if (match.correlation < 0.0) {
+    throw OtherStimulus(
+        Code::protocol_mismatch, where(recording),
+        "the tilt " + tilt.column + " follows the protocol with the other sign (" + figures + ")",
+        either(recording, "invert it if only its sensor is mounted in reverse, else invert the sway too",
+               "give " + setting("invert") + " tilt if only its sensor is mounted in reverse, or " + setting("invert") +
+                   " both if the "
+                   "sway is positive in that direction too"));
+  }
+  if (match.correlation < good_correlation) {
+    add_caution(recording.warnings, "tilt_follows_roughly",
+                "the tilt " + tilt.column + " follows the protocol only roughly (" + figures +
+                    "): its delay may be wrong, or the platform played another stimulus");
+  }
+  if (std::abs(match.gain - 1.0) > good_gain) {
+    result.is_other_size = true;
+    add_caution(
+        recording.warnings, "tilt_of_other_size",
+        "the platform tilted " + six_digits(std::round(1e3 * match.gain) / 1e3) +
+            " times as far as the protocol prescribes, so these values are biased: analyse with your own protocol (" +
+            either(recording, "a fit with a protocol of your amplitude", "decid fit with " + setting("protocol")) +
+            "), or check " + either(recording, "the tilt's unit", setting("tilt_unit")) +
+            (std::abs(match.gain / sim::rad_per_deg - 1.0) < good_gain ? ", because these may be radians" : ""));
+  }
+  const std::vector<double> expected = prescribed_tilt(protocol);
+  const TiltBefore before = tilt_before(measured, match.delay_samples, expected, match.gain, rate);
+  if (before == TiltBefore::at_rest || before == TiltBefore::cycle_end)
+    result.moved_before = before == TiltBefore::cycle_end;
+  if (before == TiltBefore::another_tilt)
+    add_caution(
+        recording.warnings, "moved_before",
+        "before the protocol's start the platform moved differently from the end of a cycle: the first seconds contain "
+        "the response to that movement");
+  return result;
+}
+
+void look_for_tilt_slips(const std::vector<double>& tilt, const ProtocolPlan& plan, Warnings& warnings) {
+  constexpr int parts = 8;
+  constexpr double max_slip_s = 0.1, shortest_part_s = 5.0;
+  const double rate = plan.protocol().experiment.sample_rate_hz;
+  const std::vector<double> expected = prescribed_tilt(plan.protocol());
+  const std::size_t length = tilt.size() / parts, around = std::min(length / 4, static_cast<std::size_t>(3.0 * rate));
+  if (static_cast<double>(length) < shortest_part_s * rate) return;
+  for (std::size_t part = 0; part < parts; ++part) {
+    // The part of the recording around this part of the prescribed tilt.
+    const std::size_t begin = part * length, from = begin > around ? begin - around : 0;
+    const std::size_t to = std::min(begin + length + around, expected.size());
+    const std::vector<double> played(tilt.begin() + static_cast<std::ptrdiff_t>(begin),
+                                     tilt.begin() + static_cast<std::ptrdiff_t>(begin + length));
+    const std::vector<double> about(expected.begin() + static_cast<std::ptrdiff_t>(from),
+                                    expected.begin() + static_cast<std::ptrdiff_t>(to));
+    const Match match = TiltMatcher(played, 0).match(about);
+    const double slip_s = (match.delay_samples + static_cast<double>(from) - static_cast<double>(begin)) / rate;
+    if (match.correlation < good_correlation || std::abs(slip_s) <= max_slip_s) continue;
+    add_caution(
+        warnings, "time_slips",
+        "after " + three_digits(static_cast<double>(begin) / rate) + " s of the protocol the measured tilt is " +
+            three_digits(std::abs(slip_s)) + " s " +
+            (slip_s > 0.0 ? "early: a stretch of the recording is missing" : "late: a stretch was recorded twice"));
+    return;
+  }
+}
+
+std::optional<TiltMatch> try_start(const ProtocolPlan& plan, double from_hz, Recording& recording) {
+  const Signal<double>& tilt = *recording.signals.find(platform_tilt);
+  try {
+    const TiltMatch match = find_start(tilt, plan, from_hz, recording);
+    add_info(recording.warnings, "tilt_found",
+             "the column " + tilt.column + " is assumed to be the platform's tilt and gives the protocol's start");
+    return match;
+  } catch (const OtherStimulus& error) {
+    add_invalid(recording.warnings, "tilt_not_used",
+                "the platform played another stimulus, if this column is its tilt: " + error.problem() + "; " +
+                    error.remedy() +
+                    either(recording, ", or leave it out",
+                           ", or give " + setting("tilt_column") + " none if it is not the tilt"));
+    recording.signals.remove(platform_tilt);
+    return {};
+  } catch (const Error& error) {
+    add_caution(recording.warnings, "tilt_not_used",
+                "decid ignores a column that may be the platform's tilt: " + error.problem() + "; " + error.remedy());
+    recording.signals.remove(platform_tilt);
+    return {};
+  }
+}
+
+}  // namespace decid::recording

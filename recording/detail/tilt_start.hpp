@@ -1,0 +1,32 @@
+// The protocol's start by the measured tilt of the platform. Not installed.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "recording/recording.hpp"
+#include "recording/trial.hpp"
+
+namespace decid::recording {
+
+/// Returns the protocol's tilt in rad, one value per sample.
+std::vector<double> prescribed_tilt(const sim::Protocol& protocol);
+
+/// Returns the number of a protocol's samples that may lie beyond the ends of a measured tilt. It exceeds the allowed
+/// number, so that missing samples are reported instead of overlooked.
+std::size_t overhang_of(std::size_t samples);
+
+/// Finds the protocol's tilt in the recording's. Throws Error if the platform played another stimulus, and for too few
+/// samples; adds warnings of what differs.
+TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, double from_hz, Recording& recording);
+
+/// Tries a tilt that was found by its name only. If it does not follow the protocol, nothing else is known about the
+/// stimulus: removes it, with a warning.
+std::optional<TiltMatch> try_start(const ProtocolPlan& plan, double from_hz, Recording& recording);
+
+/// Warns if a measured tilt follows the protocol with different delays in consecutive parts, as after a missing
+/// stretch. `tilt`: at the protocol's samples.
+void look_for_tilt_slips(const std::vector<double>& tilt, const ProtocolPlan& plan, Warnings& warnings);
+
+}  // namespace decid::recording
