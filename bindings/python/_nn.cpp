@@ -46,47 +46,39 @@ void require_changeable(const Network& network) {
     refuse_use("is used by another thread's call", "wait until that call returns, or change a copy");
 }
 
-/// A call that reads the network without the interpreter's lock.
-class Reading {
+/// Runs an action at the end of its scope.
+template <class Action>
+class AtExit {
  public:
-  explicit Reading(Network& network) : network_(network) {
-    require_readable(network);
-    ++network_.readers;
-  }
-  ~Reading() { --network_.readers; }
-  Reading(const Reading&) = delete;
-  Reading& operator=(const Reading&) = delete;
+  explicit AtExit(Action action) : action_(action) {}
+  ~AtExit() { action_(); }
+  AtExit(const AtExit&) = delete;
+  AtExit& operator=(const AtExit&) = delete;
 
  private:
-  Network& network_;
+  Action action_;
 };
 
-/// A fit of the network.
-class Fitting {
- public:
-  explicit Fitting(Network& network) : network_(network) {
-    require_changeable(network);
-    network_.in_fit = true;
-  }
-  ~Fitting() { network_.in_fit = false; }
-  Fitting(const Fitting&) = delete;
-  Fitting& operator=(const Fitting&) = delete;
+/// Begins a call that reads the network without the interpreter's lock, until the result is destroyed.
+auto reading(Network& network) {
+  require_readable(network);
+  ++network.readers;
+  return AtExit([&network] { --network.readers; });
+}
 
- private:
-  Network& network_;
-};
+/// Begins a fit of the network.
+auto fitting(Network& network) {
+  require_changeable(network);
+  network.in_fit = true;
+  return AtExit([&network] { network.in_fit = false; });
+}
 
-/// The time of a fit's callback.
-class InCallback {
- public:
-  explicit InCallback(Network& network) : network_(network) { network_.in_callback = std::this_thread::get_id(); }
-  ~InCallback() { network_.in_callback.reset(); }
-  InCallback(const InCallback&) = delete;
-  InCallback& operator=(const InCallback&) = delete;
+/// Begins a fit's callback.
+auto in_callback(Network& network) {
+  network.in_callback = std::this_thread::get_id();
+  return AtExit([&network] { network.in_callback.reset(); });
+}
 
- private:
-  Network& network_;
-};
 using FloatsIn = py::array_t<float, py::array::c_style | py::array::forcecast>;
 
 std::span<const float> values_of(const FloatsIn& array) {
@@ -142,7 +134,7 @@ nn::Samples samples_of(const FloatsIn& inputs, const FloatsIn& targets, const Ne
 
 py::array predict(Network& network, const FloatsIn& inputs) {
   refuse_fork();
-  const Reading reading(network);
+  const auto scope = reading(network);
   const auto count = static_cast<py::ssize_t>(samples_in(inputs, network));
   const nn::Shape out = network.output_shape();
   std::vector<py::ssize_t> shape{count, out.channels};
@@ -181,7 +173,7 @@ py::tuple fit(Network& network, const FloatsIn& inputs, const FloatsIn& targets,
               const std::string& loss, const std::string& optimiser, const Validation& validation,
               const py::object& callback) {
   refuse_fork();
-  const Fitting fitting(network);
+  const auto scope = fitting(network);
   const nn::Samples samples = samples_of(inputs, targets, network);
   options.loss = nn::loss_named(loss);
   options.optimiser = nn::optimiser_named(optimiser);
@@ -193,7 +185,7 @@ py::tuple fit(Network& network, const FloatsIn& inputs, const FloatsIn& targets,
   };
   options.after_epoch = [&](const nn::FitEpoch& e) {
     const py::gil_scoped_acquire locked;
-    const InCallback in_callback(network);
+    const auto callback_scope = in_callback(network);
     if (!callback.is_none()) callback(e.epoch, e.training_loss, e.validation_loss, e.learning_rate);
   };
   nn::FitLog log;
@@ -256,7 +248,7 @@ PYBIND11_MODULE(_nn, module) {
       .def("accuracy",
            [](Network& n, const FloatsIn& inputs, const FloatsIn& targets) {
              refuse_fork();
-             const Reading reading(n);
+             const auto scope = reading(n);
              const nn::Samples samples = samples_of(inputs, targets, n);
              const py::gil_scoped_release unlocked;
              return nn::accuracy(n, samples);

@@ -37,9 +37,7 @@ bool knows_body(const Model& model, const sim::Body& body) {
 }
 
 bool knows_experiment(const Model& model, const sim::Experiment& experiment) {
-  sim::Experiment same_body = experiment;
-  same_body.body = model.protocol.experiment.body;
-  return knows_body(model, experiment.body) && same_body == model.protocol.experiment;
+  return knows_body(model, experiment.body) && experiment.is_same_but_body(model.protocol.experiment);
 }
 
 ForBody for_trials(const Model& model, const std::string& name, const sim::Protocol& trials, const std::string& file) {

@@ -70,16 +70,10 @@ std::vector<SampleRange> gaps_in_trial(const std::vector<SampleRange>& gaps, dou
   return joined_ranges(std::move(all));
 }
 
-bool plays(const sim::Protocol& protocol, const sim::Protocol& known) {
-  sim::Experiment same_body = known.experiment;
-  same_body.body = protocol.experiment.body;
-  return same_body == protocol.experiment;
-}
-
 std::string to_write(const sim::Protocol& protocol) {
-  if (plays(protocol, sim::default_protocol()))
+  if (protocol.experiment.is_same_but_body(sim::default_protocol().experiment))
     return "write its protocol (decid stimulus " + setting("write_protocol") + " mine.json)";
-  if (plays(protocol, sim::short_protocol()))
+  if (protocol.experiment.is_same_but_body(sim::short_protocol().experiment))
     return "write its protocol (decid stimulus " + setting("protocol") + " short " + setting("write_protocol") +
            " mine.json)";
   return "copy its protocol's file";

@@ -30,8 +30,6 @@ std::vector<double> cut(const std::vector<double>& signal, double from_hz, doubl
 std::vector<SampleRange> gaps_in_trial(const std::vector<SampleRange>& gaps, double from_hz, double rate_hz,
                                        const TrialPlacement& place, std::size_t samples);
 
-/// Returns true if the protocols differ at most in the body.
-bool plays(const sim::Protocol& protocol, const sim::Protocol& known);
 /// Returns the advice for writing a protocol like this one with other settings.
 std::string to_write(const sim::Protocol& protocol);
 

@@ -65,6 +65,10 @@ struct Experiment {
   double duration_s() const;
 
   friend bool operator==(const Experiment&, const Experiment&) = default;
+  /// Returns true if the experiments differ at most in the body.
+  bool is_same_but_body(const Experiment& other) const {
+    return stimulus == other.stimulus && sample_rate_hz == other.sample_rate_hz && body_model == other.body_model;
+  }
 };
 
 /// Returns the tilt of a valid experiment. A ternary sequence's tilt is a whole number of states times one factor, so

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "tests/helpers.hpp"
 #include "tests/posterior/sampling/quick.hpp"
@@ -260,4 +261,64 @@ TEST_CASE("a stop marks the fits that it cut, and the fit of a recording that th
   REQUIRE(read[3].fit);
   CHECK(read[3].fit->posterior.draws_per_chain() == quick().max_draws);
   CHECK_FALSE(read[3].fit->stopped);
+}
+
+namespace {
+
+/// Runs a Butterworth low-pass of first order forwards and backwards.
+std::vector<float> first_order(std::vector<float> sway, double cutoff_hz, double rate_hz) {
+  const double warped = std::tan(sim::pi * cutoff_hz / rate_hz);
+  for (int pass = 0; pass < 2; ++pass) {
+    double in = double{sway[0]}, out = in;
+    for (float& value : sway) {
+      out = (warped * (double{value} + in) + (1.0 - warped) * out) / (1.0 + warped);
+      in = double{std::exchange(value, static_cast<float>(out))};
+    }
+    std::ranges::reverse(sway);
+  }
+  return sway;
+}
+
+}  // namespace
+
+TEST_CASE("a low-pass is undone before a fit; one that may delay leaves the start open; one that is unclear warns") {
+  const double rate_hz = sines_protocol().experiment.sample_rate_hz;
+  std::vector<RecordingResult> read(6);
+  for (RecordingResult& one : read) {
+    one.file = "trial.csv";
+    one.trial = recording::make_trial(recorded(sines_protocol(), some_parameters(), 0.02, 0));
+  }
+  // As recorded; filtered and unknown; filtered and known; unclear; with a measured tilt, and a filter that may delay.
+  for (const std::size_t i : {1U, 2U}) read[i].trial.sway_rad() = first_order(read[i].trial.sway_rad(), 3.0, rate_hz);
+  const recording::LowPass filter{1, true, 3.0, rate_hz, 0.6, 0.6};
+  read[2].trial.low_pass = filter;
+  read[3].trial.low_pass = filter;
+  read[3].trial.low_pass->gain_high = 0.9;
+  for (const std::size_t i : {4U, 5U}) read[i].trial.tilt.emplace();
+  read[5].trial.low_pass = {2, false, 4.0, rate_hz, 0.95, 0.95};
+  Fitter fitter(nullptr, sines_protocol(), {}, quick_request());
+  REQUIRE(fitter.fit(read));
+  for (const RecordingResult& one : read) REQUIRE(one.fit);
+
+  const double as_recorded = read[0].fit->samples_noise_deg;
+  CHECK(read[1].fit->samples_noise_deg < 0.9 * as_recorded);
+  CHECK(near(read[2].fit->samples_noise_deg, as_recorded, 0.05));
+  const auto warned = [&](std::size_t i) { return std::ranges::count(read[i].warnings, "smooth", &Warning::code); };
+  CHECK(warned(2) == 0);
+  CHECK(warned(3) == 1);
+  CHECK(read[3].fit->samples_noise_deg == as_recorded);
+  CHECK(read[4].fit->posterior.stddev(posterior::Density::start) == 0.0);
+  CHECK(read[5].fit->posterior.stddev(posterior::Density::start) > 0.0);
+}
+
+TEST_CASE("other_start: dropped by a fit that infers the start, kept where the start is given") {
+  for (const double prior_start_s : {0.1, 0.0}) {
+    std::vector<RecordingResult> read = of_one_person();
+    add_caution(read[0].warnings, "other_start", "starts later");
+    FitRequest request = quick_request();
+    request.priors.start_s = prior_start_s;
+    Fitter fitter(nullptr, sines_protocol(), {}, request);
+    REQUIRE(fitter.fit(std::span(read).first(1)));
+    CHECK(std::ranges::count(read[0].warnings, "other_start", &Warning::code) == (prior_start_s > 0.0 ? 0 : 1));
+  }
 }

@@ -41,14 +41,20 @@ struct StateSetter {
   void set(std::vector<posterior::State>& states) { std::ranges::fill(states, state); }
 };
 
+/// A recording of sines and its posterior.
+struct Fitted {
+  posterior::Density density{test::sines_protocol(), {}};
+  posterior::Observation observation =
+      density.observe(test::recorded(density.protocol(), test::some_parameters(), 0.02, 0));
+  posterior::Posterior found = posterior::sample(density, observation, test::quick());
+};
+
 }  // namespace
 
 TEST_CASE("chains: warned of by the parameters' R-hats, with another severity for the network's answer") {
-  const sim::Protocol protocol = test::sines_protocol();
-  const posterior::Density density(protocol, {});
-  const posterior::Observation observation =
-      density.observe(test::recorded(protocol, test::some_parameters(), 0.02, 0));
-  posterior::Posterior found = posterior::sample(density, observation, test::quick());
+  Fitted fitted;
+  const posterior::Density& density = fitted.density;
+  posterior::Posterior& found = fitted.found;
   const auto warned = [&](double of_parameter, double of_gain, bool from_network) {
     std::vector<double> rhat(found.rhat().size(), 1.0);
     rhat[sim::Kd] = of_parameter;
@@ -56,7 +62,7 @@ TEST_CASE("chains: warned of by the parameters' R-hats, with another severity fo
     RhatSetter set{rhat};
     found.archive(set);
     Warnings chains;
-    for (const Warning& one : posterior_warnings(density, observation, found, from_network))
+    for (const Warning& one : posterior_warnings(density, fitted.observation, found, from_network))
       if (one.code == "chains_disagree" || one.code == "few_draws") chains.push_back(one);
     REQUIRE(chains.size() == 1);  // 20 draws a chain are too few for agreement
     return chains.front();
@@ -94,11 +100,9 @@ TEST_CASE("at_edge: of the quantities that are inferred, at either end") {
 }
 
 TEST_CASE("at_edge: the remedy is the setting of the quantity, and a start at its limit is a caution") {
-  const sim::Protocol protocol = test::sines_protocol();
-  const posterior::Density density(protocol, {});
-  const posterior::Observation observation =
-      density.observe(test::recorded(protocol, test::some_parameters(), 0.02, 0));
-  posterior::Posterior found = posterior::sample(density, observation, test::quick());
+  Fitted fitted;
+  const posterior::Density& density = fitted.density;
+  posterior::Posterior& found = fitted.found;
   const AlignedVector<double> middle(static_cast<std::size_t>(density.size()) * posterior::lanes, 0.0);
   const auto warned = [&](const auto& change, bool from_network) {
     posterior::State state = density.state(middle, 0);
@@ -106,7 +110,7 @@ TEST_CASE("at_edge: the remedy is the setting of the quantity, and a start at it
     StateSetter set{state};
     found.archive(set);
     Warnings edges;
-    for (const Warning& one : posterior_warnings(density, observation, found, from_network))
+    for (const Warning& one : posterior_warnings(density, fitted.observation, found, from_network))
       if (one.code == "at_edge") edges.push_back(one);
     REQUIRE(edges.size() == 1);
     return edges.front();
