@@ -44,12 +44,13 @@ def touched_kernels(paths):
 
 
 def build(source, folder, suites=(*SUITES, "bench_scaling")):
-    """A release build of some benchmark programs of `source`, as many of them as it has; the log is beside the folder."""
+    """A release build of some benchmark programs of `source`, as many of them as it has; the log is beside the folder.
+    Warnings are no errors: at -O3 g++ 12 warns wrongly of copies of std::variant (-Wmaybe-uninitialized)."""
     folder.mkdir(parents=True, exist_ok=True)
     log = folder.with_name(folder.name + ".log")
     try:
         log_text = run(["cmake", "-S", source, "-B", folder, "-DCMAKE_BUILD_TYPE=Release", "-DDECID_BENCHMARKS=ON",
-                        "-DDECID_TESTS=OFF"])
+                        "-DDECID_TESTS=OFF", "-DDECID_WARNINGS_AS_ERRORS=OFF"])
         known = set(re.findall(r"\w+", run(["cmake", "--build", folder, "--target", "help"])))
         programs = [name for name in suites if name in known]
         log_text += run(["cmake", "--build", folder, "-j", os.cpu_count(), "--target", *programs])
