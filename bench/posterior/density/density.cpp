@@ -92,8 +92,8 @@ void bench_information(benchmark::State& state, Isa isa) {
 
 [[maybe_unused]] const bool registered = [] {
   add_for_each_isa("posterior/gradient", bench_gradient);
-  add_for_each_isa("posterior/gradient, 2 s missing", bench_gradient_2_s);
-  add_for_each_isa("posterior/gradient, 10 s missing", bench_gradient_10_s);
+  add_for_each_isa("posterior/gradient_2_s_missing", bench_gradient_2_s);
+  add_for_each_isa("posterior/gradient_10_s_missing", bench_gradient_10_s);
   add_for_each_isa("posterior/information", bench_information);
   return true;
 }();
