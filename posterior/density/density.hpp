@@ -69,7 +69,7 @@ inline constexpr double max_noise_hz = 4.4;
 
 /// Returns the protocol. Throws Error if it is invalid, or if its body model is not a member of the family whose
 /// vestibular noise, threshold and delay each are one parameter or a constant.
-const sim::Protocol& of_family(const sim::Protocol& protocol);
+const sim::Protocol& require_family(const sim::Protocol& protocol);
 
 /// The density. Immutable: all threads may share it, each with its own Workspace.
 class Density {
@@ -85,8 +85,8 @@ class Density {
   static constexpr int held = 2;
 
   /// Throws Error if the protocol is invalid, has fewer than 20 blocks of samples, noise of a single frequency,
-  /// above max_noise_hz or below its first harmonic, or a body model that of_family() refuses, and for priors out of
-  /// their bounds.
+  /// above max_noise_hz or below its first harmonic, or a body model that require_family() refuses, and for priors out
+  /// of their bounds.
   Density(const sim::Protocol& protocol, const Priors& priors, Isa isa = chosen_isa());
 
   const sim::Protocol& protocol() const noexcept { return protocol_; }
@@ -162,7 +162,7 @@ class Density {
     AlignedVector<double> velocity, fine, by_fine, halves, by_halves, passed, by_low, by_high, by_theta, by_passed,
         by_velocity;
     AlignedVector<double> bins_spectrum, sway_spectrum, delayed, inverse, sway, observe, loop_spectrum, modelled,
-        residual, unfolded, blocks_spectrum;
+        residual, unfolded;
     NoiseWorkspace noise;
     AlignedVector<double> fft_work, noise_work, columns, products, noise_column, fine_column, response;
   };
