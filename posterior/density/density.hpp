@@ -41,12 +41,12 @@ namespace decid::posterior {
 
 /// A point as physical quantities.
 struct State {
-  sim::Parameters parameters;
-  double sensor_noise_deg = 0.0;
-  double start_s = 0.0;
-  double gain = 1.0;
-  double slow_noise_deg = 0.0;
-  double slow_memory_s = 1.0;
+  sim::Parameters parameters;     ///< SI units, in the table's order
+  double sensor_noise_deg = 0.0;  ///< standard deviation of the white noise of a sample
+  double start_s = 0.0;           ///< the protocol's time at the first sample: above 0 if the recording begins late
+  double gain = 1.0;              ///< recorded over true sway
+  double slow_noise_deg = 0.0;    ///< standard deviation of the slow noise
+  double slow_memory_s = 1.0;     ///< its correlation falls to 1/e in this time
 };
 
 /// A recorded trial in the density's form.

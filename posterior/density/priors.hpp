@@ -9,7 +9,7 @@
 
 namespace decid::posterior {
 
-/// Replaces the uniform prior of a parameter in its table's range.
+/// Replaces the uniform prior of a parameter in its table's range. All values are in the table's unit, an SI unit.
 struct ParameterPrior {
   struct Range {
     double low, high;
