@@ -340,7 +340,7 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
     unlike_training = std::move(explanation.unlike_training);
     figures.network = answer.parameters;
     const bool same_priors = priors.parameters.empty();  // as the network was trained with
-    if (same_priors && found.apart()) {
+    if (same_priors && found.chains_disagree()) {
       figures.answer = FitFigures::Answer::network;
       result.estimate.parameters = answer.parameters;
       result.estimate.distribution = std::move(answer.distribution);
@@ -418,7 +418,7 @@ void Fitter::fit_others(RecordingResult& result, const Prepared& prepared, const
   compare(pointwise, plan_->own.name(), figures, result.warnings);
 }
 
-std::vector<FitGroup> with_lone(std::vector<FitGroup> groups, std::size_t recordings) {
+std::vector<FitGroup> with_singletons(std::vector<FitGroup> groups, std::size_t recordings) {
   std::vector<bool> taken(recordings, false);
   std::erase_if(groups, [](const FitGroup& group) { return group.recordings.empty(); });
   for (const FitGroup& group : groups)
@@ -435,7 +435,7 @@ bool Fitter::fit(std::span<RecordingResult> read, const FitProgress& progress, c
 
 bool fit_each(std::span<RecordingResult> read, const std::function<Fitter&(std::size_t recording)>& fitter_of,
               const FitProgress& progress, const OnFitted& fitted, std::span<const FitGroup> groups) {
-  const std::vector<FitGroup> units = with_lone({groups.begin(), groups.end()}, read.size());
+  const std::vector<FitGroup> units = with_singletons({groups.begin(), groups.end()}, read.size());
   std::mutex reporting;
   std::atomic<bool> stopped{false};
   std::atomic<std::size_t> begun{0};

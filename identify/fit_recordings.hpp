@@ -33,7 +33,7 @@ struct FitGroup {
 };
 
 /// Returns the groups, and recordings of no group as groups of one, in the order of their first recordings.
-std::vector<FitGroup> with_lone(std::vector<FitGroup> groups, std::size_t recordings);
+std::vector<FitGroup> with_singletons(std::vector<FitGroup> groups, std::size_t recordings);
 
 /// Fits recordings of one protocol: has the plans that the fits share. The model must outlive it.
 class Fitter {

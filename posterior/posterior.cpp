@@ -144,7 +144,7 @@ double Posterior::max_rhat() const {
   return *std::ranges::max_element(std::span(rhat_).first(parameters()));
 }
 
-bool Posterior::apart() const {
+bool Posterior::chains_disagree() const {
   return !(max_rhat() <= apart_rhat);
 }
 

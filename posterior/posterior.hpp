@@ -115,10 +115,12 @@ class Posterior {
   double tail_effective_draws(int quantity) const;
   /// Returns the Monte Carlo standard error of mean(): stddev() over the root of the mean's effective draws.
   double monte_carlo_error(int quantity) const;
+  /// Returns the least energy fraction of the chains (diagnostics.hpp).
   double energy_fraction() const noexcept { return energy_fraction_; }
   int divergences() const noexcept { return divergences_; }
   int restarts() const noexcept { return restarts_; }                    ///< of chains that were stuck in a window
   long long leapfrog_steps() const noexcept { return leapfrog_steps_; }  ///< of all chains
+  /// Returns the mean acceptance probability of the draws' transitions.
   double acceptance() const noexcept { return acceptance_; }
   /// Returns true if every R-hat is at most 1.05 and each quantity has 100 effective draws.
   bool agreed() const;
@@ -126,7 +128,7 @@ class Posterior {
   double max_rhat() const;
   /// Returns true if max_rhat() is above 1.5. Below it, the draws of all chains together contain the chains'
   /// differences.
-  bool apart() const;
+  bool chains_disagree() const;
 
   template <class Archive>
   void archive(Archive& a) {

@@ -8,7 +8,7 @@
 
 #include "base/error.hpp"
 #include "base/math/statistics.hpp"
-#include "identify/result.hpp"
+#include "identify/cohort/detail/to_measurement.hpp"
 
 namespace decid::cohort {
 namespace {

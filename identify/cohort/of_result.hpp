@@ -13,14 +13,9 @@ struct Report;
 
 namespace decid::cohort {
 
-/// Returns the evidence of a recording of the report: the draws of its posterior, with normal priors divided out, or
-/// the network's distribution. It is about the parameters that were inferred (Report::inferred_parameters()); those
-/// that scale with m g h count relative to the recording's own body. Empty for the reasons of WithoutEvidence.
-std::optional<Measurement> to_measurement(const RecordingResult& result, const Report& report);
-
 struct Analysis {
   std::optional<Result> result;
-  std::vector<WithoutEvidence> without_evidence;  ///< members with a group for which to_measurement() is empty
+  std::vector<WithoutEvidence> without_evidence;  ///< members with a group and without evidence
 };
 
 /// Analyses the inferred parameters of the groups of a report, and of their sessions and conditions. members: one per

@@ -87,7 +87,7 @@ void warn_of_chains(const Density& density, const Posterior& found, bool from_ne
   const auto name_at = [&](auto place) {
     return quantity_name(density, density.quantity(static_cast<std::size_t>(place - rhat.begin())));
   };
-  if (found.apart()) {
+  if (found.chains_disagree()) {
     const std::string apart = format(
         "the chains do not agree (R-hat %.2f for %s): the recording may fit more than one "
         "controller; these are ",

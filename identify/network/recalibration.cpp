@@ -55,19 +55,19 @@ double Recalibration::probability(std::size_t parameter, double level) const {
 
 // The factor weighs trials by their predicted variance. A few trials near an end of the range, with almost no standard
 // deviation, would dominate the mean of (error / deviation)^2.
-Recalibration fit_recalibration(std::size_t parameters, std::span<const Said> said) {
-  if (parameters == 0 || said.empty() || said.size() % parameters != 0)
+Recalibration fit_recalibration(std::size_t parameters, std::span<const PredictedParameter> predicted) {
+  if (parameters == 0 || predicted.empty() || predicted.size() % parameters != 0)
     throw Error(Code::size_mismatch, "recalibration",
-                format("%zu values for trials of %zu parameters", said.size(), parameters),
+                format("%zu values for trials of %zu parameters", predicted.size(), parameters),
                 "give one for each trial and parameter");
   Recalibration made;
   for (std::size_t p = 0; p < parameters; ++p) {
     std::vector<double> sorted;
     double errors = 0.0, variances = 0.0;
-    for (std::size_t i = p; i < said.size(); i += parameters) {
-      sorted.push_back(said[i].below);
-      errors += said[i].error * said[i].error;
-      variances += said[i].stddev * said[i].stddev;
+    for (std::size_t i = p; i < predicted.size(); i += parameters) {
+      sorted.push_back(predicted[i].below);
+      errors += predicted[i].error * predicted[i].error;
+      variances += predicted[i].stddev * predicted[i].stddev;
     }
     std::ranges::sort(sorted);
     Recalibration::Levels& levels = made.levels.emplace_back();
@@ -86,7 +86,7 @@ Recalibration learn_recalibration(const Model& model, const dataset::TrialSource
   const sim::ParameterTable& table = model.parameters();
   const OutputsOf shown = compute_outputs(model, source, dataset::Part::unseen, next_epoch, trials, ranks);
   const std::size_t width = model.head->outputs(table.size());
-  std::vector<Said> said(shown.truth.size() * table.size());
+  std::vector<PredictedParameter> predicted(shown.truth.size() * table.size());
   parallel_for(trials, [&](int index) {
     const auto i = static_cast<std::size_t>(index);
     const auto own = std::span<const float>(shown.outputs).subspan(i * width, width);
@@ -94,10 +94,11 @@ Recalibration learn_recalibration(const Model& model, const dataset::TrialSource
     for (std::size_t p = 0; p < table.size(); ++p) {
       const int quantity = static_cast<int>(p);
       const double truth = shown.truth[i][p];
-      said[i * table.size() + p] = {found.below(quantity, truth), truth - found.mean(quantity), found.stddev(quantity)};
+      predicted[i * table.size() + p] = {found.below(quantity, truth), truth - found.mean(quantity),
+                                         found.stddev(quantity)};
     }
   });
-  return fit_recalibration(table.size(), said);
+  return fit_recalibration(table.size(), predicted);
 }
 
 std::string to_json(const Recalibration& recalibration) {

@@ -40,13 +40,13 @@ struct Recalibration {
 };
 
 /// A network's distribution at a parameter of known truth.
-struct Said {
+struct PredictedParameter {
   double below;          ///< the network's probability that the parameter is below the truth
   double error, stddev;  ///< truth - mean, and the predicted standard deviation, both in the same unit
 };
-/// Computes the recalibration from trials of known parameters: said[trial * parameters + parameter]. Throws Error
-/// unless `said` holds whole trials, at least one.
-Recalibration fit_recalibration(std::size_t parameters, std::span<const Said> said);
+/// Computes the recalibration from trials of known parameters: predicted[trial * parameters + parameter]. Throws Error
+/// unless `predicted` holds whole trials, at least one.
+Recalibration fit_recalibration(std::size_t parameters, std::span<const PredictedParameter> predicted);
 
 /// Learns the recalibration from 10,240 trials outside of the training, or all that there are: the next epoch of a
 /// stream, or the validation half of a data set. The coverages of 50% and 90% intervals then have standard errors of

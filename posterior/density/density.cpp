@@ -63,7 +63,7 @@ double frequency_weight(double hz) {
 
 }  // namespace
 
-const sim::Protocol& of_family(const sim::Protocol& protocol) {
+const sim::Protocol& require_family(const sim::Protocol& protocol) {
   protocol.validate();
   const sim::Family& family = protocol.family();
   if (family.terms.empty())
@@ -85,8 +85,8 @@ const sim::Protocol& of_family(const sim::Protocol& protocol) {
 }
 
 Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
-    : protocol_(of_family(protocol)),
-      priors_(checked(priors)),
+    : protocol_(require_family(protocol)),
+      priors_(require_valid(priors)),
       ranges_(ranges_for(priors, protocol.ranges())),
       isa_(isa),
       unit_gains_(protocol.family().has_unit_gains()),

@@ -41,12 +41,12 @@ namespace decid::posterior {
 
 /// A point as physical quantities.
 struct State {
-  sim::Parameters parameters;
-  double sensor_noise_deg = 0.0;
-  double start_s = 0.0;
-  double gain = 1.0;
-  double slow_noise_deg = 0.0;
-  double slow_memory_s = 1.0;
+  sim::Parameters parameters;     ///< SI units, in the table's order
+  double sensor_noise_deg = 0.0;  ///< standard deviation of the white noise of a sample
+  double start_s = 0.0;           ///< the protocol's time at the first sample: above 0 if the recording begins late
+  double gain = 1.0;              ///< recorded over true sway
+  double slow_noise_deg = 0.0;    ///< standard deviation of the slow noise
+  double slow_memory_s = 1.0;     ///< its correlation falls to 1/e in this time
 };
 
 /// A recorded trial in the density's form.
@@ -69,7 +69,7 @@ inline constexpr double max_noise_hz = 4.4;
 
 /// Returns the protocol. Throws Error if it is invalid, or if its body model is not a member of the family whose
 /// vestibular noise, threshold and delay each are one parameter or a constant.
-const sim::Protocol& of_family(const sim::Protocol& protocol);
+const sim::Protocol& require_family(const sim::Protocol& protocol);
 
 /// The density. Immutable: all threads may share it, each with its own Workspace.
 class Density {
@@ -85,8 +85,8 @@ class Density {
   static constexpr int held = 2;
 
   /// Throws Error if the protocol is invalid, has fewer than 20 blocks of samples, noise of a single frequency,
-  /// above max_noise_hz or below its first harmonic, or a body model that of_family() refuses, and for priors out of
-  /// their bounds.
+  /// above max_noise_hz or below its first harmonic, or a body model that require_family() refuses, and for priors out
+  /// of their bounds.
   Density(const sim::Protocol& protocol, const Priors& priors, Isa isa = chosen_isa());
 
   const sim::Protocol& protocol() const noexcept { return protocol_; }
@@ -162,7 +162,7 @@ class Density {
     AlignedVector<double> velocity, fine, by_fine, halves, by_halves, passed, by_low, by_high, by_theta, by_passed,
         by_velocity;
     AlignedVector<double> bins_spectrum, sway_spectrum, delayed, inverse, sway, observe, loop_spectrum, modelled,
-        residual, unfolded, blocks_spectrum;
+        residual, unfolded;
     NoiseWorkspace noise;
     AlignedVector<double> fft_work, noise_work, columns, products, noise_column, fine_column, response;
   };

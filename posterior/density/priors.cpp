@@ -17,13 +17,25 @@ constexpr double longest_standing_s = 60.0;
 constexpr double edge = 0.01, tiny_probability = 1e-6;
 constexpr double max_range_factor = 100.0;  // of a range's upper end, relative to the table's
 
+/// Returns the probability of the normal distribution below the quantile.
+double probability_in(const Quantile& prior, double probability) {
+  return std::clamp(prior.probability_low + prior.probability_range * probability, 1e-300, 1.0 - 0x1p-53);
+}
+
 }  // namespace
 
 double Quantile::value(double x) const {
-  const double probability = normal_distribution(x);
+  return value_at(normal_distribution(x));
+}
+
+double Quantile::value_at(double probability) const {
   if (sd == 0.0) return low + range * probability;
-  const double within = std::clamp(probability_low + probability_range * probability, 1e-300, 1.0 - 0x1p-53);
-  return std::clamp(mean + sd * inverse_normal(within), low, low + range);
+  return std::clamp(mean + sd * inverse_normal(probability_in(*this, probability)), low, low + range);
+}
+
+double Quantile::slope_at(double probability) const {
+  if (sd == 0.0) return range;
+  return sd * probability_range / normal_density(inverse_normal(probability_in(*this, probability)));
 }
 
 double Quantile::slope(double x) const {
@@ -49,7 +61,7 @@ Priors with_conventions(Priors priors, const sim::ParameterTable& table) {
   return priors;
 }
 
-const Priors& checked(const Priors& priors) {
+const Priors& require_valid(const Priors& priors) {
   const auto check = [](bool right, const char* setting, double value, const char* remedy) {
     if (!right)
       throw Error(Code::setting_out_of_range, std::string("priors, ") + setting, format("is %g", value), remedy);

@@ -9,7 +9,7 @@
 
 namespace decid::posterior {
 
-/// Replaces the uniform prior of a parameter in its table's range.
+/// Replaces the uniform prior of a parameter in its table's range. All values are in the table's unit, an SI unit.
 struct ParameterPrior {
   struct Range {
     double low, high;
@@ -51,6 +51,9 @@ struct Quantile {
   double value(double x) const;
   /// Returns the derivative of value().
   double slope(double x) const;
+  /// Returns the quantile of the prior at a probability, and its derivative.
+  double value_at(double probability) const;
+  double slope_at(double probability) const;
   /// Returns the coordinate of a value. Values outside of the range, or within a hundredth of probability of its ends,
   /// have the hundredth's coordinate.
   double coordinate(double value) const;
@@ -59,7 +62,7 @@ struct Quantile {
 /// Returns the priors with parameters that have a convention (sim::ParameterInfo) fixed, unless the priors name them.
 Priors with_conventions(Priors priors, const sim::ParameterTable& table);
 /// Returns the priors. Throws Error for priors out of their bounds.
-const Priors& checked(const Priors& priors);
+const Priors& require_valid(const Priors& priors);
 /// Returns the table with the priors' ranges. Throws Error for an unknown or repeated name, and for a range that is
 /// empty, negative, not finite or ends above 100 times the table's end. Throws Error for a normal prior with less than
 /// a millionth of its probability in the range, and for a fixed value that cannot be simulated or stands beside a range

@@ -4,9 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/math/math.hpp"
-#include "base/math/random.hpp"
-
 namespace decid::frf {
 namespace {
 
@@ -18,26 +15,10 @@ constexpr double cut = 1e-3;
 /// nodes.
 double value_of(const posterior::Quantile& prior, std::size_t node) {
   const double place = static_cast<double>(node) / (nodes - 1);
-  return value_at(prior, prior.sd == 0.0 ? place : std::clamp(place, cut, 1.0 - cut));
-}
-
-/// Returns the probability below the normal quantile.
-double within(const posterior::Quantile& prior, double probability) {
-  return std::clamp(prior.probability_low + prior.probability_range * probability, 1e-300, 1.0 - 0x1p-53);
+  return prior.value_at(prior.sd == 0.0 ? place : std::clamp(place, cut, 1.0 - cut));
 }
 
 }  // namespace
-
-double value_at(const posterior::Quantile& prior, double probability) {
-  if (prior.sd == 0.0) return prior.low + prior.range * probability;
-  const double normal = inverse_normal(within(prior, probability));
-  return std::clamp(prior.mean + prior.sd * normal, prior.low, prior.low + prior.range);
-}
-
-double slope_at(const posterior::Quantile& prior, double probability) {
-  if (prior.sd == 0.0) return prior.range;
-  return prior.sd * prior.probability_range / normal_density(inverse_normal(within(prior, probability)));
-}
 
 DeadBandPrior::DeadBandPrior(const posterior::Quantile& nv, const posterior::Quantile& theta,
                              const std::function<double(double nv, double theta)>& passes)
@@ -58,7 +39,7 @@ DeadBandPrior::DeadBandPrior(const posterior::Quantile& nv, const posterior::Qua
       const double* corner = known.data() + low_i * nodes + low_j;
       const double left = corner[0] + fraction_i * (corner[nodes] - corner[0]);
       const double right = corner[1] + fraction_i * (corner[nodes + 1] - corner[1]);
-      cells_.push_back({value_at(nv, of_nv), theta_low + theta_range * of_theta, left + fraction_j * (right - left),
+      cells_.push_back({nv.value_at(of_nv), theta_low + theta_range * of_theta, left + fraction_j * (right - left),
                         (right - left) / node_theta});
     }
   }
@@ -91,7 +72,7 @@ DeadBandPrior::Point DeadBandPrior::at(double passing_rank, double nv_rank) cons
   const double shift = cell.by_theta < 0.0 ? (passing - cell.passing) / cell.by_theta : 0.0;
   const double theta = cell.theta + std::clamp(shift, -max_shift, max_shift);
   const double limited = std::clamp(theta, min_theta_, max_theta_);
-  return {cell.nv, theta_.sd == 0.0 ? limited : value_at(theta_, limited), rise * side};
+  return {cell.nv, theta_.sd == 0.0 ? limited : theta_.value_at(limited), rise * side};
 }
 
 }  // namespace decid::frf

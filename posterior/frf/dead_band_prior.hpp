@@ -11,11 +11,6 @@
 
 namespace decid::frf {
 
-/// Returns the quantile of a prior at a probability.
-double value_at(const posterior::Quantile& prior, double probability);
-/// Returns the derivative of value_at().
-double slope_at(const posterior::Quantile& prior, double probability);
-
 class DeadBandPrior {
  public:
   struct Point {

@@ -58,7 +58,7 @@ Density::Density(const sim::Protocol& protocol, Table table, const Priors& prior
     free_.push_back(p);
   }
   const sim::Family& family = protocol.family();
-  // Noise and threshold are parameters of their own or constants (posterior::of_family).
+  // Noise and threshold are parameters of their own or constants (posterior::require_family).
   const std::optional<std::size_t> nv = family.find_parameter(sim::Coefficient::nv);
   const std::optional<std::size_t> theta = family.find_parameter(sim::Coefficient::theta);
   if (!nv || !theta || !place_of_[*nv] || !place_of_[*theta]) return;
@@ -75,7 +75,7 @@ State Density::state(std::span<const double> x) const {
   State state;
   state.parameters = sim::Parameters(ranges_.size());
   for (std::size_t p = 0; p < ranges_.size(); ++p)
-    state.parameters[p] = place_of_[p] ? value_at(quantiles_[p], x[*place_of_[p]]) : quantiles_[p].low;
+    state.parameters[p] = place_of_[p] ? quantiles_[p].value_at(x[*place_of_[p]]) : quantiles_[p].low;
   if (dead_band_) {
     const std::size_t nv = dead_band_->nv, theta = dead_band_->theta;
     const DeadBandPrior::Point point = dead_band_->prior.at(x[*place_of_[nv]], x[*place_of_[theta]]);
@@ -90,7 +90,7 @@ State Density::state(std::span<const double> x) const {
 void Density::add_factors(std::size_t coordinate, std::span<const double> x, const State& here,
                           std::vector<Factor>& factors) const {
   const std::size_t parameter = free_[coordinate];
-  const double slope = slope_at(quantiles_[parameter], x[coordinate]);
+  const double slope = quantiles_[parameter].slope_at(x[coordinate]);
   const sim::Family& family = model_.protocol().family();
   if (dead_band_ && parameter == dead_band_->theta) return;
   if (dead_band_ && parameter == dead_band_->nv)

@@ -35,7 +35,8 @@ std::vector<double> prior_stddevs(const Density& density, std::uint64_t seed) {
     for (std::size_t k = 0; k < x.size(); ++k)
       x[k] = k < density.uniform() ? random.uniform(i * x.size() + k) : random.normal(i * x.size() + k);
     const State state = density.state(x);
-    for (int q = 0; q < density.quantities() && density.is_stable(state); ++q)
+    if (!density.is_stable(state)) continue;
+    for (int q = 0; q < density.quantities(); ++q)
       values[static_cast<std::size_t>(q)].push_back(density.value(state, q));
   }
   std::vector<double> stddevs;

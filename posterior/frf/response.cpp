@@ -185,7 +185,7 @@ ResponseModel::Line ResponseModel::line_at(double frequency_hz, double weight) c
 }
 
 ResponseModel::ResponseModel(const sim::Protocol& protocol, const Table& table)
-    : protocol_(posterior::of_family(protocol)), noise_rad_s_(sim::noise_velocity_stddev(protocol)) {
+    : protocol_(posterior::require_family(protocol)), noise_rad_s_(sim::noise_velocity_stddev(protocol)) {
   const Cycle cycle(protocol.experiment);
   const std::vector<double> levels = cycle.levels_rad_s();
   const std::vector<double> fractions = cycle.fractions(levels);

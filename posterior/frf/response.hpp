@@ -36,16 +36,16 @@ class ResponseModel {
   const sim::Protocol& protocol() const noexcept { return protocol_; }
   std::size_t rows() const noexcept { return bands_.size(); }
 
-  /// The derivatives of a response: by each sim::Coefficient in its place, except nv and theta, which act through the
-  /// passing gain g; then by g.
+  /// The derivatives of a response in rad/rad: by each sim::Coefficient in its place, except nv and theta, which act
+  /// through the passing gain g; then by g.
   static constexpr std::size_t by_passed = sim::Coefficients::count, derivatives = by_passed + 1;
 
-  /// Computes the response at each row, rows() values, and its derivatives, `derivatives` per row, if the span is not
-  /// empty. They are meaningful only if the loop is stable.
+  /// Computes the response at each row, sway over tilt in rad/rad, rows() values, and its derivatives, `derivatives`
+  /// per row, if the span is not empty. They are meaningful only if the loop is stable.
   void respond(const sim::Parameters& parameters, std::span<sim::Complex> responses,
                std::span<sim::Complex> derived = {}) const;
   /// Returns the mean gain of the dead band for the platform's velocity over the cycle, by least squares; the g of a
-  /// ternary sequence.
+  /// ternary sequence. It has no unit; nv: without unit, theta: rad/s.
   double passing_gain(double nv, double theta) const;
   struct PassingSlopes {
     double by_nv, by_theta;

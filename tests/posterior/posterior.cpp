@@ -68,7 +68,7 @@ TEST_CASE("sample: progress runs to its end, and stopping keeps the draws") {
   CHECK(found.rhat().size() == sim::Delay + 1 + 3);
   const Posterior none = sample(density, observation, quick(), [](const Progress&) { return false; });
   CHECK(none.draws() == 0);
-  CHECK(none.apart());
+  CHECK(none.chains_disagree());
   CHECK_FALSE(none.agreed());
 }
 
@@ -81,8 +81,8 @@ TEST_CASE("sample: chains agree by all R-hats and effective draws, and are apart
   const double worst = *std::ranges::max_element(found.rhat());
   CHECK(found.agreed() == (worst <= 1.05 && *std::ranges::min_element(found.effective_draws()) >= 100.0));
   CHECK(found.max_rhat() == *std::ranges::max_element(std::span(found.rhat()).first(7)));
-  CHECK(found.apart() == (found.max_rhat() > 1.5));
-  CHECK_FALSE((found.agreed() && found.apart()));
+  CHECK(found.chains_disagree() == (found.max_rhat() > 1.5));
+  CHECK_FALSE((found.agreed() && found.chains_disagree()));
 }
 
 TEST_CASE("sample: some draws are kept whole, evenly over chains and time") {
@@ -184,7 +184,7 @@ TEST_CASE("sample: the truth lies in the intervals, and the errors match their p
     ++trials;
     const Posterior found = sample(density, density.observe(recorded(protocol, truth, 0.02, item)),
                                    {.seed = 1, .groups = 1, .min_draws = 25, .max_draws = 75});
-    together += found.apart() ? 0 : 1;
+    together += found.chains_disagree() ? 0 : 1;
     for (int quantity = 0; quantity < 7; ++quantity) {
       const auto q = static_cast<std::size_t>(quantity);
       covered += found.quantile(quantity, 0.05) <= truth[q] && truth[q] <= found.quantile(quantity, 0.95) ? 1 : 0;

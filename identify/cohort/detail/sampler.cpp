@@ -53,7 +53,7 @@ Sampler::Sampler(const Design& design, std::span<const Recording> recordings, st
   for (std::size_t l = 0; l < levels_.size(); ++l) {
     levels_[l].log_sd.assign(size_, log(0.25));
     levels_[l].log_factor.assign(design.groups * size_, 0.0);
-    levels_[l].stddevs.assign(counts[l] * size_, 0.0);
+    levels_[l].effects.assign(counts[l] * size_, 0.0);
     levels_[l].group.assign(counts[l], 0);
     levels_[l].entity.resize(recordings.size());
   }
@@ -136,7 +136,7 @@ double Sampler::slice(double at, double low, double high, const std::function<do
 void Sampler::scale_centred(Level& level, std::size_t parameter) {
   std::vector<double> squares(design_.groups, 0.0), counts(design_.groups, 0.0);
   for (std::size_t i = 0; i < level.group.size(); ++i) {
-    squares[level.group[i]] += squared(level.stddevs[i * size_ + parameter]);
+    squares[level.group[i]] += squared(level.effects[i * size_ + parameter]);
     counts[level.group[i]] += 1.0;
   }
   double& log_sd = level.log_sd[parameter];
@@ -166,14 +166,14 @@ void Sampler::rescale(Level& level, std::size_t parameter, double factor, std::s
   for (std::size_t r = 0; r < recordings_.size(); ++r) {
     const std::size_t entity = level.entity[r];
     if (group != everybody && level.group[entity] != group) continue;
-    const double step = (factor - 1.0) * level.stddevs[entity * size_ + parameter];
+    const double step = (factor - 1.0) * level.effects[entity * size_ + parameter];
     x_[r * size_ + parameter] += step;
     const std::span<const double> precision = of_recording_[r].precision;
     for (std::size_t q = 0; q < size_; ++q)
       residual_[r * size_ + q] -= step * precision[triangle(std::max(q, parameter)) + std::min(q, parameter)];
   }
   for (std::size_t i = 0; i < level.group.size(); ++i)
-    if (group == everybody || level.group[i] == group) level.stddevs[i * size_ + parameter] *= factor;
+    if (group == everybody || level.group[i] == group) level.effects[i * size_ + parameter] *= factor;
 }
 
 /// Given the deviations over their standard deviations: a factor moves all recordings.
@@ -183,7 +183,7 @@ void Sampler::scale_noncentred(Level& level, std::size_t parameter) {
     for (std::size_t r = 0; r < recordings_.size(); ++r) {
       const std::size_t entity = level.entity[r];
       if (group != everybody && level.group[entity] != group) continue;
-      const double d = level.stddevs[entity * size_ + parameter];
+      const double d = level.effects[entity * size_ + parameter];
       by_factor += residual_[r * size_ + parameter] * d;
       curvature += of_recording_[r].precision[triangle(parameter) + parameter] * d * d;
     }
@@ -215,8 +215,8 @@ Draw Sampler::draw() const {
   }
   for (std::size_t v = 0; v < design_.visits.size(); ++v)
     for (std::size_t p = 0; p < size_; ++p) {
-      double value = base_[v * size_ + p] + levels_[persons].stddevs[design_.visits[v].person * size_ + p];
-      if (levels_[visits].active) value += levels_[visits].stddevs[v * size_ + p];
+      double value = base_[v * size_ + p] + levels_[persons].effects[design_.visits[v].person * size_ + p];
+      if (levels_[visits].active) value += levels_[visits].effects[v * size_ + p];
       draw.visits.push_back(value);
     }
   return draw;

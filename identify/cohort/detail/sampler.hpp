@@ -37,7 +37,7 @@ class Sampler {
   struct Level {
     std::vector<double> log_sd;              ///< per parameter
     std::vector<double> log_factor;          ///< group by group, of persons; 0 elsewhere
-    std::vector<double> stddevs;             ///< entity by entity
+    std::vector<double> effects;             ///< entity by entity
     std::vector<std::size_t> entity, group;  ///< of each recording; of each entity
     bool active = false;
   };
@@ -55,7 +55,7 @@ class Sampler {
   void draw_locations();
   void absorb_person(std::size_t person);
   void draw_coefficients();
-  void draw_stddevs();
+  void draw_effects();
   void set_residuals();
   void scale_centred(Level& level, std::size_t parameter);
   void scale_noncentred(Level& level, std::size_t parameter);

@@ -20,8 +20,8 @@ void Sampler::set_location_above(std::size_t recording) {
   const std::size_t visit = levels_[visits].entity[recording], person = levels_[persons].entity[recording];
   for (std::size_t p = 0; p < size_; ++p) {
     location_[p] = base_[visit * size_ + p];
-    if (levels_[trials].active || levels_[visits].active) location_[p] += levels_[persons].stddevs[person * size_ + p];
-    if (levels_[trials].active && levels_[visits].active) location_[p] += levels_[visits].stddevs[visit * size_ + p];
+    if (levels_[trials].active || levels_[visits].active) location_[p] += levels_[persons].effects[person * size_ + p];
+    if (levels_[trials].active && levels_[visits].active) location_[p] += levels_[visits].effects[visit * size_ + p];
   }
   if (levels_[trials].active || levels_[visits].active)
     set_sd(levels_[levels_[trials].active ? trials : visits], 0);
@@ -101,7 +101,7 @@ void Sampler::draw_locations() {
   }
   for (std::size_t i = 0; i < design_.persons.size(); ++i) absorb_person(i);
   draw_coefficients();
-  draw_stddevs();
+  draw_effects();
 }
 
 /// Adds a person's evidence about the means: of all visits together, with the person's deviation integrated out.
@@ -172,18 +172,18 @@ void Sampler::draw_coefficients() {
 }
 
 /// Draws persons, then visits, then recordings, each given its location.
-void Sampler::draw_stddevs() {
+void Sampler::draw_effects() {
   for (std::size_t i = 0; i < design_.persons.size(); ++i) {
     std::ranges::fill(work_, 0.0);
     for (const std::size_t v : design_.persons[i].visits)
       for (std::size_t p = 0; p < size_; ++p)
         work_[p] += about_base_[v].shift[p] - row_times(about_base_[v].precision, p, of(base_, v));
-    person_node_[i].draw(work_, normals(), of(levels_[persons].stddevs, i));
+    person_node_[i].draw(work_, normals(), of(levels_[persons].effects, i));
   }
   for (std::size_t v = 0; v < design_.visits.size(); ++v) {
-    const std::span<double> own = of(levels_[visits].stddevs, v);
+    const std::span<double> own = of(levels_[visits].effects, v);
     for (std::size_t p = 0; p < size_; ++p)
-      location_[p] = base_[v * size_ + p] + levels_[persons].stddevs[design_.visits[v].person * size_ + p];
+      location_[p] = base_[v * size_ + p] + levels_[persons].effects[design_.visits[v].person * size_ + p];
     if (levels_[visits].active) {
       for (std::size_t p = 0; p < size_; ++p)
         work_[p] = of_visit_[v].shift[p] - row_times(of_visit_[v].precision, p, location_);
@@ -191,13 +191,13 @@ void Sampler::draw_stddevs() {
       for (std::size_t p = 0; p < size_; ++p) location_[p] += own[p];
     }
     for (const std::size_t r : design_.visits[v].recordings) {
-      const std::span<double> x = of(x_, r), stddev = of(levels_[trials].stddevs, r);
+      const std::span<double> x = of(x_, r), effect = of(levels_[trials].effects, r);
       if (levels_[trials].active) {
         for (std::size_t p = 0; p < size_; ++p)
           work_[p] = of_recording_[r].shift[p] - row_times(of_recording_[r].precision, p, location_);
-        recording_node_[r].draw(work_, normals(), stddev);
+        recording_node_[r].draw(work_, normals(), effect);
       }
-      for (std::size_t p = 0; p < size_; ++p) x[p] = location_[p] + stddev[p];
+      for (std::size_t p = 0; p < size_; ++p) x[p] = location_[p] + effect[p];
     }
   }
 }

@@ -8,6 +8,7 @@
 
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
+#include "identify/cohort/detail/to_measurement.hpp"
 #include "identify/result.hpp"
 #include "sim/body_model.hpp"
 #include "tests/helpers.hpp"

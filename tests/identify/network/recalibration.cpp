@@ -96,13 +96,13 @@ TEST_CASE("recalibration: piecewise linear from 0 through the levels to 1, and b
 TEST_CASE(
     "recalibration: levels are quantiles of the predicted ones, the factor is the ratio of predicted to actual error") {
   // 99 trials in another order than their size: k of 100 are below with k %.
-  std::vector<Said> said;
+  std::vector<PredictedParameter> predicted;
   for (int i = 0; i < 99; ++i) {
     const double place = (i * 37) % 99 + 1;
-    said.push_back({place / 200.0, 3.0, 1.0});
-    said.push_back({1.0, i == 0 ? 30.0 : 1.0, i == 0 ? 1e-6 : 1.0});
+    predicted.push_back({place / 200.0, 3.0, 1.0});
+    predicted.push_back({1.0, i == 0 ? 30.0 : 1.0, i == 0 ? 1e-6 : 1.0});
   }
-  const Recalibration made = fit_recalibration(2, said);
+  const Recalibration made = fit_recalibration(2, predicted);
   for (std::size_t i = 0; i < Recalibration::probabilities; ++i) {
     CHECK(near(made.levels[0][i], 0.025 * static_cast<double>(i + 1), 1e-12));
     CHECK((made.levels[1][i] < 1.0 && made.levels[1][i] > 0.99));  // there is something to ask for
@@ -110,9 +110,9 @@ TEST_CASE(
   CHECK(near(made.stddev_factor[0], 3.0, 1e-14));
   // One trial that was sure and wrong does not decide for all.
   CHECK(near(made.stddev_factor[1], std::sqrt((900.0 + 98.0) / 98.0), 1e-12));
-  check_error([&] { fit_recalibration(2, std::span(said).first(7)); }, Code::size_mismatch, "7 values");
+  check_error([&] { fit_recalibration(2, std::span(predicted).first(7)); }, Code::size_mismatch, "7 values");
   check_error([&] { fit_recalibration(2, {}); }, Code::size_mismatch, "0 values");
-  check_error([&] { fit_recalibration(0, said); }, Code::size_mismatch, "0 parameters");
+  check_error([&] { fit_recalibration(0, predicted); }, Code::size_mismatch, "0 parameters");
 }
 
 TEST_CASE("recalibration: an overconfident network has the stated coverage on test trials") {

@@ -165,7 +165,7 @@ TEST_CASE("ranges_of: priors of no parameter, or of none that can be, are refuse
   CHECK_THROWS_AS(ranges({{.name = "delay", .range = Range{0.0, 1e3}}}), Error);
 }
 
-TEST_CASE("checked: priors out of their bounds are refused, those at their bounds are not") {
+TEST_CASE("require_valid: priors out of their bounds are refused, those at their bounds are not") {
   struct Setting {
     double Priors::*value;
     const char* name;
@@ -184,12 +184,12 @@ TEST_CASE("checked: priors out of their bounds are refused, those at their bound
     for (const double value : setting.wrong) {
       Priors priors;
       priors.*setting.value = value;
-      check_error([&] { checked(priors); }, Code::setting_out_of_range, setting.name);
+      check_error([&] { require_valid(priors); }, Code::setting_out_of_range, setting.name);
     }
     for (const double value : setting.right) {
       Priors priors;
       priors.*setting.value = value;
-      CHECK(&checked(priors) == &priors);
+      CHECK(&require_valid(priors) == &priors);
     }
   }
 }

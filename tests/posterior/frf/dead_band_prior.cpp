@@ -92,14 +92,13 @@ TEST_CASE("ranks at their ends stay in the ranges") {
 
 TEST_CASE("a prior's values and slopes at probabilities") {
   const posterior::Quantile flat{.low = 2.0, .range = 3.0};
-  CHECK(frf::value_at(flat, 0.25) == 2.75);
-  CHECK(frf::slope_at(flat, 0.25) == 3.0);
+  CHECK(flat.value_at(0.25) == 2.75);
+  CHECK(flat.slope_at(0.25) == 3.0);
   const posterior::Quantile normal = posterior::make_quantile(
       {.parameters = {{"Kp", {}, posterior::ParameterPrior::Normal{900.0, 50.0}, {}}}}, "Kp", 500.0, 800.0);
-  CHECK(near(frf::value_at(normal, 0.5), 900.0, 1e-9));
-  CHECK(near(frf::value_at(normal, 0.8413447460685429), 950.0, 1e-9));
-  CHECK(
-      near(frf::slope_at(normal, 0.8), (frf::value_at(normal, 0.8001) - frf::value_at(normal, 0.7999)) / 0.0002, 1e-5));
-  CHECK(frf::value_at(normal, 0.0) >= 500.0);
-  CHECK(frf::value_at(normal, 1.0) <= 1300.0);
+  CHECK(near(normal.value_at(0.5), 900.0, 1e-9));
+  CHECK(near(normal.value_at(0.8413447460685429), 950.0, 1e-9));
+  CHECK(near(normal.slope_at(0.8), (normal.value_at(0.8001) - normal.value_at(0.7999)) / 0.0002, 1e-5));
+  CHECK(normal.value_at(0.0) >= 500.0);
+  CHECK(normal.value_at(1.0) <= 1300.0);
 }

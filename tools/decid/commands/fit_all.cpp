@@ -78,7 +78,7 @@ std::vector<std::string> journal_keys(const FitGroup& group, const std::vector<R
 FitResults fit_all(const FitCall& call, PlanFitter& fitter, const RecordingPlan& plan, FitJournal* journal) {
   require_same("the list of recordings", call.files, "give all hosts the same files");
   FitResults results(call.sources.size());
-  const std::vector<FitGroup> groups = with_lone(
+  const std::vector<FitGroup> groups = with_singletons(
       call.joint.empty() ? std::vector<FitGroup>() : joint_groups(plan, call.joint, call.conditions), results.size());
   std::vector<std::string> keys(call.sources.size());
   std::vector<std::size_t> left;
