@@ -66,7 +66,8 @@ void warn_of_copies(RecordingPlan& plan) {
   for (const auto& [content, copies] : same)
     for (std::size_t k = 0; copies.size() > 1 && k < copies.size(); ++k) {
       const std::string other = plan.recordings[copies[k == 0 ? 1 : 0]].source.name();
-      add_caution(plan.recordings[copies[k]].warnings, "same_content",
+      Warnings& warnings = plan.recordings[copies[k]].warnings;
+      add_caution(warnings, "same_content",
                   "holds the same bytes as " + other +
                       ": a copy is neither another person nor another trial; leave one of them out");
     }

@@ -1,4 +1,4 @@
-// What a comparison of groups shows, in sentences: by the intervals that hold together.
+// Sentences on the differences that a comparison of groups shows, by the intervals that hold together.
 #pragma once
 
 #include <string>
