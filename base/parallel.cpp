@@ -148,9 +148,10 @@ bool run_in_team(int count, const void* body, CallItem call) {
 
 void run_with_team(const void* body, void (*call)(const void* body)) {
   if (thread_count() < 2 || own_team != nullptr || omp_in_parallel() != 0) return call(body);
-  Team team(thread_count());
+  const int threads = thread_count();
+  Team team(threads);
   std::exception_ptr failure;
-#pragma omp parallel
+#pragma omp parallel num_threads(threads)
   {
     if (omp_get_thread_num() == 0) {
       own_team = &team;

@@ -1,17 +1,26 @@
 // Parallel loops whose results do not depend on the number of threads: each index is computed separately, and nothing
 // is reduced here.
+//
+// A child after fork() has none of its parent's OpenMP threads, but the runtime still counts on them, so a loop of
+// several threads waits forever. A child may use these functions only if its parent has had one thread so far
+// (OMP_NUM_THREADS=1, or omp_set_num_threads(1) before the first loop of each thread). Otherwise start a new program.
 #pragma once
 
 #include <omp.h>
 
+#include <algorithm>
 #include <atomic>
 #include <exception>
 
 namespace decid {
 
-/// Returns the number of threads of parallel_for: OMP_NUM_THREADS, or the value of omp_set_num_threads.
+/// The number of threads at most: OpenMP's runtime ends the process where the system has none left.
+inline constexpr int max_threads = 1024;
+
+/// Returns the number of threads of parallel_for: OMP_NUM_THREADS, or the value of omp_set_num_threads, but at most
+/// max_threads.
 inline int thread_count() {
-  return omp_get_max_threads();
+  return std::min(omp_get_max_threads(), max_threads);
 }
 
 namespace detail {
@@ -38,7 +47,7 @@ void parallel_for(int count, const Body& body) {
   };
   const auto call = [](const void* item_body, int i) { (*static_cast<const decltype(guarded)*>(item_body))(i); };
   if (count < 2 || !detail::run_in_team(count, &guarded, call)) {
-#pragma omp parallel for schedule(dynamic, 1) if (count > 1)
+#pragma omp parallel for schedule(dynamic, 1) num_threads(thread_count()) if (count > 1)
     for (int i = 0; i < count; ++i) guarded(i);
   }
   if (failure) std::rethrow_exception(failure);
@@ -49,7 +58,7 @@ template <class Body>
 void in_each_thread(const Body& body) {
   std::exception_ptr failure;
   std::atomic<bool> failed{false};
-#pragma omp parallel
+#pragma omp parallel num_threads(thread_count())
   {
     try {
       body();

@@ -1,7 +1,9 @@
-// A range of samples of a signal.
+// Ranges of samples of a signal.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <vector>
 
 namespace decid {
 
@@ -15,5 +17,18 @@ struct SampleRange {
     a(first, end);
   }
 };
+
+/// Returns the ranges in ascending order, joined where they touch or overlap.
+inline std::vector<SampleRange> joined_ranges(std::vector<SampleRange> ranges) {
+  std::ranges::sort(ranges, {}, &SampleRange::first);
+  std::vector<SampleRange> all;
+  for (const SampleRange& range : ranges) {
+    if (!all.empty() && range.first <= all.back().end)
+      all.back().end = std::max(all.back().end, range.end);
+    else
+      all.push_back(range);
+  }
+  return all;
+}
 
 }  // namespace decid

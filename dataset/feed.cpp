@@ -108,6 +108,9 @@ void encode_all(const Encoding& encoding, const std::function<void(const SwaySin
 }
 
 Scaling measure_scaling(const TrialSource& source, const ImageMaker& images, int trials) {
+  if (trials < 1)
+    throw Error(Code::setting_out_of_range, "scaling", "is measured on " + std::to_string(trials) + " trials",
+                "give one trial or more");
   const ImageShape shape = images.shape();
   const bool standardize = images.settings().standardize_rows;
   const auto values = static_cast<std::size_t>(shape.size());

@@ -44,7 +44,7 @@ Residual residual_of(std::span<const float> sway, std::span<const float> fitted)
 /// The samples before the body fell.
 std::span<const double> standing(const sim::Outcome& outcome, std::span<const double> sway_rad, double rate_hz) {
   if (outcome.valid) return sway_rad;
-  return sway_rad.first(std::min(static_cast<std::size_t>(outcome.end_s * rate_hz), sway_rad.size()));
+  return sway_rad.first(std::min(outcome.samples(rate_hz), sway_rad.size()));
 }
 
 /// Warns if the residual is larger than noise explains.

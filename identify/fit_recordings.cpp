@@ -24,6 +24,7 @@ using posterior::Density;
 using posterior::Posterior;
 
 constexpr double odd_rhat = 1.2;                           // of a recording that is unlike the network's training too
+constexpr double start_edge_probability = 0.05;            // of the start's prior, at either end
 constexpr double delay_step_s = 0.005, max_start_s = 1.0;  // of the start's prior behind a low-pass
 
 /// In trials that explain and check a recording the body stands as in the density.
@@ -52,6 +53,29 @@ Error in_file(const Error& error, const std::string& file) {
   return Error(error.code(), file + ", " + error.where(), error.problem(), error.remedy());
 }
 
+/// Runs a task of a recording, which gets the task's error.
+template <class Task>
+void attempt(RecordingResult& result, const Task& task) {
+  try {
+    task();
+  } catch (const Error& error) {
+    result.error = in_file(error, result.file);
+  }
+}
+
+/// Returns the progress of a run; sets `cut` when it stops the run.
+posterior::OnProgress noting_stop(posterior::OnProgress progress, bool& cut) {
+  return [progress = std::move(progress), &cut](const posterior::Progress& here) {
+    cut = cut || (progress && !progress(here));
+    return !cut;
+  };
+}
+
+/// Returns true for a run that was stopped with draws left: a stop after the last draws takes nothing away.
+bool is_incomplete(const Posterior& drawn, bool cut, const posterior::Settings& settings) {
+  return cut && drawn.draws_per_chain() < settings.max_draws;
+}
+
 /// Compares the controllers of a recording; warns if another one than the protocol's predicts it far better.
 void compare(std::span<const std::vector<double>> pointwise, const std::string& own, FitFigures& figures,
              Warnings& warnings) {
@@ -70,7 +94,7 @@ void compare(std::span<const std::vector<double>> pointwise, const std::string& 
   warnings = most_severe_first({better, warnings});
 }
 
-/// Returns the trial as it was before a low-pass; warns if that cannot be told.
+/// Returns the trial as it was before a low-pass; warns if it is unknown.
 recording::Trial without_low_pass(const recording::Trial& trial, double rate_hz, Warnings& warnings) {
   recording::Trial before = trial;
   if (!trial.low_pass) return before;
@@ -181,12 +205,18 @@ Fitter::Prepared Fitter::prepare(RecordingResult& result) {
 }
 
 void Fitter::fit(RecordingResult& result, const posterior::OnProgress& progress) {
+  fit(result, prepare(result), progress);
+}
+
+void Fitter::fit(RecordingResult& result, const Prepared& prepared, const posterior::OnProgress& progress) {
   const auto begin = std::chrono::steady_clock::now();
-  const Prepared prepared = prepare(result);
-  conclude(
-      result, prepared,
-      posterior::sample(*prepared.density, prepared.observation, report_.fit->settings, part_progress(progress, 0)));
+  const posterior::Settings& settings = report_.fit->settings;
+  bool cut = false;
+  conclude(result, prepared,
+           posterior::sample(*prepared.density, prepared.observation, settings,
+                             noting_stop(part_progress(progress, 0), cut)));
   if (result.error) return;
+  result.fit->stopped = is_incomplete(result.fit->posterior, cut, settings);
   fit_others(result, prepared, progress);
   result.fit->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
@@ -216,55 +246,71 @@ std::vector<std::vector<std::size_t>> common_unknowns(const std::vector<std::str
 
 }  // namespace
 
+struct Fitter::Member {
+  Fitter* fitter;
+  RecordingResult* result;
+  std::string condition;
+  Prepared prepared;
+};
+
 void Fitter::fit_together(std::span<RecordingResult> read, const FitterOf& fitter_of, const FitGroup& group,
                           const posterior::OnProgress& progress) {
-  const auto begin = std::chrono::steady_clock::now();
-  std::vector<std::size_t> usable;
-  std::vector<std::string> conditions;
+  std::deque<Member> members;
   for (std::size_t i = 0; i < group.recordings.size(); ++i) {
-    RecordingResult& one = read[group.recordings[i]];
+    const std::size_t place = group.recordings[i];
+    RecordingResult& one = read[place];
     if (one.error) continue;
-    try {
-      posterior::require_few_gaps(one.trial.gaps,
-                                  fitter_of(group.recordings[i]).report_.protocol.experiment.sample_rate_hz);
-    } catch (const Error& error) {  // the others are fitted without this recording
-      one.error = in_file(error, one.file);
-      continue;
-    }
-    if (!reason_to_leave_out(one).empty()) {  // it would bias what the others tell
-      fitter_of(group.recordings[i]).fit(read[group.recordings[i]], {});
-      continue;
-    }
-    usable.push_back(group.recordings[i]);
-    conditions.push_back(group.conditions.empty() ? std::string() : group.conditions[i]);
+    attempt(one, [&] {  // the others are fitted without a recording that has an error
+      Fitter& fitter = fitter_of(place);
+      if (!reason_to_leave_out(one).empty()) return fitter.fit(one, progress);  // it would bias what the others tell
+      members.push_back(
+          {&fitter, &one, group.conditions.empty() ? std::string() : group.conditions[i], fitter.prepare(one)});
+    });
   }
-  if (usable.empty()) return;
-  if (usable.size() == 1) return fitter_of(usable.front()).fit(read[usable.front()], progress);
-  std::deque<Prepared> prepared;
-  for (const std::size_t i : usable) prepared.push_back(fitter_of(i).prepare(read[i]));
-  const FitRequest& request = *fitter_of(usable.front()).report_.fit;
+  if (members.empty()) return;
+  if (members.size() == 1) {
+    const Member& only = members.front();
+    return attempt(*only.result, [&] { only.fitter->fit(*only.result, only.prepared, progress); });
+  }
+  try {
+    fit_jointly(members, progress);
+  } catch (const Error& error) {
+    for (const Member& member : members)
+      if (!member.result->error) member.result->error = in_file(error, member.result->file);
+  }
+}
+
+void Fitter::fit_jointly(std::deque<Member>& members, const posterior::OnProgress& progress) {
+  const auto begin = std::chrono::steady_clock::now();
+  const FitRequest& request = *members.front().fitter->report_.fit;
   if (!request.others.empty())
     throw Error(Code::setting_conflict, "joint posterior", "is for one controller, not for a comparison of several",
                 "fit the controllers in calls of their own");
-  const sim::ParameterTable& table = prepared.front().density->ranges();
+  const sim::ParameterTable& table = members.front().prepared.density->ranges();
   for (const std::string& name : request.freed)
     if (std::ranges::find(table, name, &sim::ParameterInfo::name) == table.end())
       throw Error(Code::setting_unknown, "joint posterior", "parameter '" + name + "' is not one of the controller's",
                   "name another");
+  JointFit joint{{}, request.freed, {}};
+  std::vector<std::string> conditions;
+  for (const Member& member : members) {
+    joint.files.push_back(member.result->file);
+    conditions.push_back(member.condition);
+  }
   const std::vector<std::vector<std::size_t>> common = common_unknowns(table.names(), request.freed, conditions);
   std::vector<posterior::TargetTrial> trials;
-  for (std::size_t i = 0; i < usable.size(); ++i)
-    trials.push_back({prepared[i].density, &prepared[i].observation, common[i]});
+  for (std::size_t i = 0; i < members.size(); ++i)
+    trials.push_back({members[i].prepared.density, &members[i].prepared.observation, common[i]});
+  bool cut = false;
   std::vector<Posterior> found =
-      posterior::sample_joint(posterior::Target(std::move(trials)), request.settings, progress);
-  JointFit joint{{}, request.freed, {}};
-  for (const std::size_t i : usable) joint.files.push_back(read[i].file);
-  for (std::size_t i = 0; i < usable.size(); ++i) {
-    RecordingResult& result = read[usable[i]];
-    fitter_of(usable[i]).conclude(result, prepared[i], std::move(found[i]));
+      posterior::sample_joint(posterior::Target(std::move(trials)), request.settings, noting_stop(progress, cut));
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    RecordingResult& result = *members[i].result;
+    members[i].fitter->conclude(result, members[i].prepared, std::move(found[i]));
     if (result.error) continue;
-    joint.condition = conditions[i];
+    joint.condition = members[i].condition;
     result.fit->joint = joint;
+    result.fit->stopped = is_incomplete(result.fit->posterior, cut, request.settings);
     result.fit->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   }
 }
@@ -303,6 +349,10 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
     }
   }
   const bool from_network = figures.answer == FitFigures::Answer::network;
+  // A start well within its prior explains such a recording.
+  if (!from_network && density.infers(Density::start) &&
+      std::ranges::count(at_edge(density, found, start_edge_probability), int{Density::start}) == 0)
+    std::erase_if(result.warnings, [](const Warning& warning) { return warning.code == "other_start"; });
   // The inferred noise explains the rest of the sway, and the predictive check tests whether such noise is usual. So a
   // noise-free trial that explains little is not a fault of the recording.
   result.explanation = plan_->own.explainer.explain(
@@ -341,19 +391,19 @@ void Fitter::fit_others(RecordingResult& result, const Prepared& prepared, const
   FitFigures& figures = *result.fit;
   std::vector<ControllerFit> fits;
   std::vector<std::vector<double>> pointwise{figures.inferred.left_out.pointwise};
-  bool stopped = false;
   for (Plan::Controller& other : plan_->others) {
     const recording::Trial& trial = prepared.trial;
     const Density& density = other.density_for(trial, prepared.moved);
     const posterior::Observation observation = density.observe(trial.sway_rad(), trial.gaps);
     ControllerFit& fit = fits.emplace_back();
     fit.controller = other.name();
-    const posterior::OnProgress part = part_progress(progress, fits.size());
-    fit.posterior = posterior::sample(density, observation, settings, [&](const posterior::Progress& here) {
-      stopped = part && !part(here);
-      return !stopped;
-    });
-    if (stopped) return;  // fits of different lengths are not compared
+    bool cut = false;
+    fit.posterior =
+        posterior::sample(density, observation, settings, noting_stop(part_progress(progress, fits.size()), cut));
+    if (is_incomplete(fit.posterior, cut, settings)) {  // fits of different lengths are not compared
+      figures.stopped = true;
+      return;
+    }
     posterior::Inferred inferred = posterior::infer(density, observation, fit.posterior);
     fit.posterior.drop_points();
     fit.check = other.checker.check(fit.posterior.states(), trial, settings.seed);
@@ -392,27 +442,19 @@ bool fit_each(std::span<RecordingResult> read, const std::function<Fitter&(std::
   parallel_for(static_cast<int>(units.size()), [&](int) {
     if (stopped) return;
     const FitGroup& unit = units[begun++];
-    bool cut = false;
     const auto report = [&](const posterior::Progress& here) {
       const std::lock_guard lock(reporting);
       for (const std::size_t i : unit.recordings)
         if (progress && !stopped && !progress(i, here)) stopped = true;
-      cut = stopped;
-      return !cut;
+      return !stopped;
     };
-    try {
-      if (unit.recordings.size() > 1)
-        Fitter::fit_together(read, fitter_of, unit, report);
-      else if (RecordingResult& result = read[unit.recordings.front()]; !result.error)
-        fitter_of(unit.recordings.front()).fit(result, report);
-    } catch (const Error& error) {
-      for (const std::size_t i : unit.recordings)
-        if (!read[i].error) read[i].error = in_file(error, read[i].file);
-    }
+    if (unit.recordings.size() > 1)
+      Fitter::fit_together(read, fitter_of, unit, report);
+    else if (RecordingResult& result = read[unit.recordings.front()]; !result.error)
+      attempt(result, [&] { fitter_of(unit.recordings.front()).fit(result, report); });
     const std::lock_guard lock(reporting);
     for (const std::size_t i : unit.recordings) {
       if (read[i].error) read[i].fit.reset();
-      if (read[i].fit) read[i].fit->stopped = cut;
       if (fitted) fitted(i);
     }
   });

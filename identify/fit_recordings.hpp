@@ -7,6 +7,7 @@
 //   fitter.fit(report.recordings);
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -58,12 +59,16 @@ class Fitter {
                        const FitProgress& progress, const OnFitted& fitted, std::span<const FitGroup> groups);
   class Plan;
   struct Prepared;
+  struct Member;
   using FitterOf = std::function<Fitter&(std::size_t recording)>;
   void fit(RecordingResult& result, const posterior::OnProgress& progress);
+  void fit(RecordingResult& result, const Prepared& prepared, const posterior::OnProgress& progress);
   /// Fits the recordings of a group that have no error. One that reading has found not usable, or whose platform tilted
-  /// by another size, is fitted alone.
+  /// by another size, is fitted alone. An error of one does not affect the others.
   static void fit_together(std::span<RecordingResult> read, const FitterOf& fitter_of, const FitGroup& group,
                            const posterior::OnProgress& progress);
+  /// Throws Error if the recordings cannot be fitted together.
+  static void fit_jointly(std::deque<Member>& members, const posterior::OnProgress& progress);
   Prepared prepare(RecordingResult& result);
   /// Explains and checks a recording by its posterior.
   void conclude(RecordingResult& result, const Prepared& prepared, posterior::Posterior found);

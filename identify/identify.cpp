@@ -60,8 +60,9 @@ void warn_of_sway(const sim::Conditions& trained, const recording::Trial& trial,
   if (std::abs(mean_deg) > max_mean_deg)
     add_caution(estimate.warnings, "sway_off_upright",
                 format("the sway's mean is %.2f degrees, where 0 should be upright: an offset of the sensor "
-                       "shifts the result, detrend by offset to subtract it",
-                       mean_deg));
+                       "shifts the result; ",
+                       mean_deg) +
+                    setting("detrend") + " offset subtracts it");
   const auto [low, high] = std::ranges::minmax(sway_rad);
   const double reach = std::max(std::abs(static_cast<double>(low)), std::abs(static_cast<double>(high)));
   const double trained_rad =

@@ -8,13 +8,11 @@
 #include "base/math/math.hpp"
 #include "base/math/statistics.hpp"
 #include "base/text.hpp"
+#include "identify/detail/streams.hpp"
 #include "identify/explanation.hpp"
 
 namespace decid {
 namespace {
-
-// Random numbers; item: trial simulated from a draw (its measurement noise: with bit 63 set).
-constexpr Stream predictive_stream{12};
 
 constexpr int fewest_standing = 100;
 /// Drift is slower than the first; above the last there is little except measurement noise.
@@ -244,11 +242,11 @@ PredictiveCheck PredictiveChecker::check(std::span<const posterior::State> draws
       PredictiveCheck::trials,
       [&](int i) {
         return sim::TrialInput{table.simulable(draw_of(i).parameters),
-                               Random(seed, predictive_stream, static_cast<std::uint64_t>(i))};
+                               Random(seed, streams::predictive, static_cast<std::uint64_t>(i))};
       },
       [&](int i, const sim::Outcome& outcome, std::span<double> sway_rad) {
         if (!outcome.valid) return;
-        const Random noise(seed, predictive_stream, of_sensor | static_cast<std::uint64_t>(i));
+        const Random noise(seed, streams::predictive, of_sensor | static_cast<std::uint64_t>(i));
         all[static_cast<std::size_t>(i)] = show(bridged(record(sway_rad, draw_of(i), noise), trial.gaps), tilt_rad_);
       });
   PredictiveCheck check;

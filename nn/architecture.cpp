@@ -1,8 +1,11 @@
 // From an architecture's text to its layers: see architecture.hpp.
 #include "nn/architecture.hpp"
 
+#include <algorithm>
+#include <array>
 #include <map>
 #include <mutex>
+#include <string_view>
 #include <tuple>
 
 #include "base/error.hpp"
@@ -94,6 +97,19 @@ LayerKind finish_pool(const Pool& pool, Words& words) {
   return Extension{padded_pool(pool, pad_rows, pad_columns)};
 }
 
+/// The words that parse_layers() reads itself, before it asks the registry.
+constexpr std::array<std::string_view, 12> built_in_words{"conv",      "fc",      "relu",    "statspool",
+                                                          "batchnorm", "maxpool", "avgpool", "globalavgpool",
+                                                          "residual",  "concat",  "{",       "}"};
+
+/// Returns true for a word as lines begin with it: without the characters at which an architecture's text ends words
+/// and lines.
+bool is_one_word(const std::string& word) {
+  return !word.empty() && std::ranges::none_of(word, [](char c) {
+    return static_cast<unsigned char>(c) <= ' ' || std::string_view("#;{}").find(c) != std::string_view::npos;
+  });
+}
+
 struct Registry {
   std::mutex mutex;
   std::map<std::string, OperationParser> parsers{{"leakyrelu", parse_leaky_relu}, {"tanh", parse_tanh},
@@ -111,6 +127,22 @@ OperationParser parser_of(const std::string& word) {
   return found == registry().parsers.end() ? nullptr : found->second;
 }
 
+/// Makes the layer of a registered parser. Throws Error, naming the line, for an operation that an architecture cannot
+/// use.
+Extension parse_registered(OperationParser parse, Shape src, Words& words, const std::string& line) {
+  const auto fail = [&](const char* problem, const char* remedy) {
+    throw Error(Code::setting_malformed, "layer '" + line + "'", problem, remedy);
+  };
+  OperationPointer made = parse(src, words);
+  if (made == nullptr) fail("has a registered parser that returned no operation", "return one, or throw with Words");
+  if (made->src() != src)
+    fail("has an operation for another input shape than its parser was given", "pass the given shape to Operation");
+  const Shape& dst = made->dst();
+  if (dst.channels < 1 || dst.rows < 1 || dst.columns < 1)
+    fail("has an operation without an output", "give an output of at least 1 channel, 1 row and 1 column");
+  return Extension{std::move(made)};
+}
+
 /// Makes the end of a residual or concat, whose beginning is `branch`.
 Join join_of(const Branch& branch, Shape src, const Words& words) {
   const Shape& skipped = branch.shape;
@@ -124,10 +156,16 @@ Join join_of(const Branch& branch, Shape src, const Words& words) {
 }  // namespace
 
 void register_layer(const std::string& word, OperationParser parser) {
+  const auto fail = [&](Code code, const char* problem, const char* remedy) {
+    throw Error(code, "layer '" + word + "'", problem, remedy);
+  };
+  if (parser == nullptr) fail(Code::setting_missing, "is registered without a parser", "give one");
+  if (std::ranges::find(built_in_words, word) != built_in_words.end())
+    fail(Code::setting_conflict, "is one of decid's own", "choose another name");
+  if (!is_one_word(word)) fail(Code::setting_malformed, "is not one word", "give a word without spaces, #, ;, { and }");
   const std::lock_guard lock(registry().mutex);
   const auto [place, is_new] = registry().parsers.emplace(word, parser);
-  if (!is_new && place->second != parser)
-    throw Error(Code::setting_conflict, "layer '" + word + "'", "is registered already", "choose another name");
+  if (!is_new && place->second != parser) fail(Code::setting_conflict, "is registered already", "choose another name");
 }
 
 std::vector<LayerKind> parse_layers(Shape src, const std::vector<std::string>& lines) {
@@ -166,7 +204,7 @@ std::vector<LayerKind> parse_layers(Shape src, const std::vector<std::string>& l
         open.push_back({src, word == "concat"});
         layers.emplace_back(open.back());
       } else if (const OperationParser parse = parser_of(word)) {
-        layers.emplace_back(Extension{parse(src, words)});
+        layers.emplace_back(parse_registered(parse, src, words, lines[i - 1]));
       } else {
         words.fail("is not a layer this program knows");
       }

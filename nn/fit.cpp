@@ -10,6 +10,7 @@
 
 #include "base/batches.hpp"
 #include "base/error.hpp"
+#include "base/files/sha256.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "nn/predictor.hpp"
@@ -23,17 +24,25 @@ namespace decid::nn {
 namespace {
 
 constexpr int validated_at_once = 256;
+constexpr double max_rate = 1e6;           // Schedule's
+constexpr double max_warmup_epochs = 1e6;  // so that their steps are a long long
 
-void check(const FitOptions& o) {
-  const auto refuse = [](const std::string& setting, double value, const char* allowed) {
-    throw Error(Code::setting_out_of_range, "fit", "has a " + setting + format(" of %g", value),
-                std::string("give ") + allowed);
+/// Throws Error for settings out of their ranges. lines: how many the network's architecture has.
+void check(const FitOptions& o, std::size_t lines) {
+  const auto refuse = [](const char* name, double value, const std::string& allowed) {
+    throw Error(Code::setting_out_of_range, "fit", format("has the setting %s = %g", name, value), "give " + allowed);
   };
-  if (o.epochs < 1) refuse("number of epochs", o.epochs, "1 or more");
+  if (o.epochs < 1) refuse("epochs", o.epochs, "1 or more");
   if (o.batch < 1) refuse("batch", o.batch, "1 or more samples");
-  if (!(o.warmup_epochs >= 0)) refuse("warm-up", o.warmup_epochs, "0 or more epochs");
+  if (!(o.learning_rate > 0 && o.learning_rate < max_rate))
+    refuse("learning_rate", o.learning_rate, format("a number above 0 and below %g", max_rate));
+  if (!(o.warmup_epochs >= 0 && o.warmup_epochs <= max_warmup_epochs))
+    refuse("warmup_epochs", o.warmup_epochs, format("0 to %g epochs", max_warmup_epochs));
   if (!(o.clip_norm >= 0)) refuse("clip_norm", o.clip_norm, "0 for none, or a norm");
-  if (!(o.average >= 0 && o.average < 1)) refuse("decay of the average", o.average, "0 for none, or a number below 1");
+  if (!(o.average >= 0 && o.average < 1)) refuse("average", o.average, "0 for none, or a decay below 1");
+  if (o.frozen_lines < 0 || static_cast<std::size_t>(o.frozen_lines) > lines)
+    refuse("frozen_lines", o.frozen_lines,
+           "0 to the " + counted(static_cast<long long>(lines), "line") + " of the network's architecture");
   if (!(o.validation >= 0 && o.validation < 1)) refuse("validation", o.validation, "a fraction from 0 to below 1");
   if (o.patience < 0) refuse("patience", o.patience, "0 for never, or a number of epochs");
   if (o.loss == nullptr || o.optimiser == nullptr)
@@ -97,6 +106,29 @@ bool is_finite(std::span<const float> values) {
   return std::ranges::all_of(values, [](float value) { return std::isfinite(value); });
 }
 
+/// Throws Error if a value of a sample is not finite. sample: its number, from 0.
+void require_finite(std::span<const float> values, const char* name, int sample) {
+  const auto bad = std::ranges::find_if_not(values, [](float value) { return std::isfinite(value); });
+  if (bad != values.end())
+    throw Error(Code::value_invalid, "samples",
+                format("have %g as value %td of the %s of sample %d, counted from 0", static_cast<double>(*bad),
+                       bad - values.begin(), name, sample),
+                "leave the sample out, or replace the value by a finite one");
+}
+
+/// Throws Error, naming the first one, if a sample in memory is not finite.
+void require_finite(const Samples& samples) {
+  if (is_finite(samples.inputs) && is_finite(samples.targets)) return;
+  const auto width = [&](std::span<const float> all) { return all.size() / static_cast<std::size_t>(samples.count); };
+  for (int i = 0; i < samples.count; ++i) {
+    const auto of = [&](std::span<const float> all) {
+      return all.subspan(static_cast<std::size_t>(i) * width(all), width(all));
+    };
+    require_finite(of(samples.inputs), "inputs", i);
+    require_finite(of(samples.targets), "targets", i);
+  }
+}
+
 bool is_finite(const Network<float>& network) {
   return std::ranges::all_of(network.layers(), [](const Layer<float>& layer) {
     const auto finite = [](const auto& tensor) { return is_finite(tensor.value); };
@@ -120,6 +152,15 @@ std::vector<int> all_of(const Samples& samples) {
   return places;
 }
 
+/// Returns the SHA-256 of samples in memory. Samples of a function have none.
+std::string content_of(const Samples& samples) {
+  if (samples.inputs.empty()) return "a function";
+  Sha256 hash;
+  hash.update(samples.inputs.data(), samples.inputs.size_bytes());
+  hash.update(samples.targets.data(), samples.targets.size_bytes());
+  return hash.hex();
+}
+
 class Fit final : public TrainingLoop {
  public:
   Fit(Network<float>& network, const Samples& samples, const FitOptions& options, std::vector<int> training,
@@ -135,6 +176,10 @@ class Fit final : public TrainingLoop {
         trainer_(network, batches_.size(0)),
         width_(static_cast<std::size_t>(options.loss->targets(network.output_shape().size()))),
         state{begin(*options.optimiser, network), {}, {}, std::nullopt, std::nullopt, 0} {
+    if (!options.checkpoint.empty()) {
+      content_ = content_of(samples);
+      if (options.validation_samples) content_ += " and " + content_of(*options.validation_samples);
+    }
     trainer_.set_batch(batches_.smallest());  // throws before the first step, not at the epoch's end
     if (options.average > 0) state.average = network;
     std::size_t line = 0, k = 0;
@@ -162,6 +207,7 @@ class Fit final : public TrainingLoop {
       return Random(options_.seed, Stream::augmentation, epoch << 32U | number);
     };
     load(samples_, places, values, width_, random, loaded_);
+    if (samples_.inputs.empty()) require_finite_batch(places, values);
     trainer_.set_batch(static_cast<int>(places.size()));
     parallel_for(static_cast<int>(places.size()), [&](int i) {
       trainer_.input().load(
@@ -195,9 +241,8 @@ class Fit final : public TrainingLoop {
                                            validation_, *options_.loss);
     if (!validation_.empty() && !std::isfinite(epoch.validation_loss)) diverge(at, "the validation loss is not finite");
     if (!is_finite(network_) || !is_finite(now)) diverge(at, "a weight is not finite");
-    const auto judged = [this](const FitEpoch& e) { return validation_.empty() ? e.training_loss : e.validation_loss; };
     const auto best = static_cast<std::size_t>(state.best_epoch);
-    if (options_.patience > 0 && (best == 0 || judged(epoch) < judged(state.log[best - 1]))) {
+    if (options_.patience > 0 && (best == 0 || epoch.validation_loss < state.log[best - 1].validation_loss)) {
       state.best_epoch = epoch.epoch;
       state.best = now;
     }
@@ -218,7 +263,7 @@ class Fit final : public TrainingLoop {
       load_checkpoint(network_, state, description(), options_.checkpoint);
   }
 
-  /// Describes everything that determines the bits, except samples and callbacks.
+  /// Describes everything that determines the bits, except samples of a function and callbacks.
   std::string description() const {
     const FitOptions& o = options_;
     return format("epochs %d, batch %d, learning rate %.17g, schedule %s, warm-up %.17g, loss %s, optimiser %s, ",
@@ -226,7 +271,8 @@ class Fit final : public TrainingLoop {
                   o.optimiser->text().c_str()) +
            format("clip norm %.17g, average %.17g, frozen lines %d, patience %d, seed %llu, samples %zu and %zu",
                   o.clip_norm, o.average, o.frozen_lines, o.patience, static_cast<unsigned long long>(o.seed),
-                  training_.size(), validation_.size());
+                  training_.size(), validation_.size()) +
+           " of " + content_;
   }
 
   /// Gives the network its final weights.
@@ -238,6 +284,15 @@ class Fit final : public TrainingLoop {
   }
 
  private:
+  /// Checks samples of a function. A relu may hide a NaN from the loss.
+  void require_finite_batch(std::span<const int> places, std::size_t values) const {
+    if (is_finite(loaded_.inputs) && is_finite(loaded_.targets)) return;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      require_finite(std::span(loaded_.inputs).subspan(i * values, values), "inputs", places[i]);
+      require_finite(std::span(loaded_.targets).subspan(i * width_, width_), "targets", places[i]);
+    }
+  }
+
   [[noreturn]] void diverge(const LoopPosition& at, const char* problem) const {
     throw Error(Code::diverged, "fit", format("diverged in epoch %d: %s", at.epoch + 1, problem),
                 format("lower the learning rate of %g, or clip gradients", options_.learning_rate));
@@ -252,6 +307,7 @@ class Fit final : public TrainingLoop {
   Trainer<float> trainer_;
   std::size_t width_;
   std::vector<std::span<float>> gradients_;  // empty: frozen
+  std::string content_;                      // of the samples, for checkpoints
   std::vector<int> order_;
   Loaded loaded_;
   double rate_ = 0, last_loss_ = 0;
@@ -267,13 +323,14 @@ Samples::Samples(int count_, Load load_) : count(count_), load(std::move(load_))
     throw Error(Code::setting_out_of_range, "samples", "are none", "give 1 or more, and a function that writes them");
 }
 
-Samples::Samples(std::span<const float> inputs, std::span<const float> targets, int count_) : count(count_) {
+Samples::Samples(std::span<const float> inputs_, std::span<const float> targets_, int count_)
+    : count(count_), inputs(inputs_), targets(targets_) {
   const auto n = static_cast<std::size_t>(std::max(count, 1));
   if (count < 1 || inputs.empty() || inputs.size() % n != 0 || targets.size() % n != 0)
     throw Error(Code::size_mismatch, "samples",
                 format("are %d where inputs have %zu values and targets %zu", count, inputs.size(), targets.size()),
                 "give as many values for each sample");
-  load = [inputs, targets, n](int sample, const Random*, std::span<float> input, std::span<float> target) {
+  load = [inputs_, targets_, n](int sample, const Random*, std::span<float> input, std::span<float> target) {
     const auto copy = [&](std::span<const float> from, std::span<float> to, const char* name) {
       const std::size_t width = from.size() / n;
       if (to.size() != width)
@@ -282,13 +339,17 @@ Samples::Samples(std::span<const float> inputs, std::span<const float> targets, 
                     "give those of the network and its loss");
       std::ranges::copy(from.subspan(static_cast<std::size_t>(sample) * width, width), to.begin());
     };
-    copy(inputs, input, "inputs");
-    copy(targets, target, "targets");
+    copy(inputs_, input, "inputs");
+    copy(targets_, target, "targets");
   };
 }
 
 FitLog fit(Network<float>& network, const Samples& samples, const FitOptions& options) {
-  check(options);
+  std::size_t lines = 0;
+  for (const Layer<float>& layer : std::as_const(network).layers()) lines += layer.lines();
+  check(options, lines);
+  require_finite(samples);
+  if (options.validation_samples) require_finite(*options.validation_samples);
   if (is_new(network)) network.initialise(options.seed);
   // A random part, the same at every call: it uses the order of an epoch that never runs.
   std::vector<int> training = shuffled(samples.count, options.seed, -1), validation;
@@ -299,6 +360,10 @@ FitLog fit(Network<float>& network, const Samples& samples, const FitOptions& op
     validation.assign(training.begin(), training.begin() + count);
     training.erase(training.begin(), training.begin() + count);
   }
+  if (options.patience > 0 && validation.empty())
+    throw Error(Code::setting_conflict, "fit",
+                format("has a patience of %d, but validates none of %d samples", options.patience, samples.count),
+                "raise validation, give validation_samples, or leave patience at 0");
   if (training.empty()) throw Error(Code::trials_missing, "fit", "has no sample to train on", "validate fewer of them");
   std::ranges::sort(training);
   std::ranges::sort(validation);
@@ -330,8 +395,14 @@ double accuracy(const Network<float>& network, const Samples& samples) {
   int right = 0;
   for_each_output(network, samples, all_of(samples), 1,
                   [&](std::span<const float> output, std::span<const float> target) {
+                    const float wanted = target.front();
+                    if (!(wanted >= 0 && wanted < static_cast<float>(output.size())) || wanted != std::floor(wanted))
+                      throw Error(Code::setting_out_of_range, "accuracy",
+                                  format("has class %g as a target where the network has %zu outputs",
+                                         static_cast<double>(wanted), output.size()),
+                                  format("number classes from 0 to %zu", output.size() - 1));
                     const auto place = std::ranges::max_element(output) - output.begin();
-                    right += is_finite(output) && static_cast<float>(place) == target.front();
+                    right += is_finite(output) && static_cast<float>(place) == wanted;
                   });
   return right / static_cast<double>(samples.count);
 }

@@ -10,6 +10,10 @@
 //
 // Equal arguments give equal bits, for any number of threads, instruction set and compiler. For a loop of your own:
 // nn/training/trainer.hpp.
+//
+// Several threads may fit different networks at once, and call predict(), mean_loss() and accuracy() with one network.
+// No other call may use a network while fit() changes it, except that fit()'s callbacks may read it. After fork() a
+// child must not call these functions, unless its parent only used one thread: see base/parallel.hpp.
 #pragma once
 
 #include <cstdint>
@@ -20,6 +24,7 @@
 #include <string>
 #include <vector>
 
+#include "base/error.hpp"
 #include "base/math/random.hpp"
 #include "nn/network.hpp"
 #include "nn/training/loss.hpp"
@@ -41,6 +46,7 @@ struct Samples {
 
   int count;
   Load load;
+  std::span<const float> inputs = {}, targets = {};  ///< samples in memory, by which fit() compares a checkpoint
 };
 
 struct FitEpoch {
@@ -69,21 +75,23 @@ struct FitOptions {
   double clip_norm = 0;     ///< gradients are scaled to this norm at most; 0: never
   double average = 0;       ///< decay of an exponential moving average of weights and statistics, which the network has
                             ///< in the end: 0.999; 0: none
-  int frozen_lines = 0;     ///< the first lines of the architecture whose parameters stay as they are
-  double validation = 0.1;  ///< fraction of the samples that is drawn for validation and not trained on
+  int frozen_lines = 0;     ///< the first lines of the architecture whose parameters stay as they are; at most all
+  double validation = 0.1;  ///< fraction of the samples that is drawn for validation and not trained on, rounded to
+                            ///< whole samples: 0.1 of 4 samples validates none
   std::optional<Samples> validation_samples = std::nullopt;  ///< validation uses these instead
-  int patience = 0;        ///< maximum number of epochs without a lower validation loss; 0: never stop
+  int patience = 0;  ///< maximum number of epochs without a lower validation loss, which needs a sample; 0: never stop
   std::uint64_t seed = 1;  ///< of weights, order, augmentation and dropout
-  /// A file, written after each epoch and at a stop; if it is there, fit() continues from it.
+  /// A file, written after each epoch and at a stop; if it is there, fit() continues from it. It has the SHA-256 of
+  /// samples in memory. It cannot have one of a function's samples, so give the same function again.
   std::string checkpoint = {};
   std::function<bool(int epoch, int batch, double loss)> after_batch = {};  ///< false stops; loss: the batch's mean
   std::function<void(const FitEpoch&)> after_epoch = {};
 };
 
 /// Trains `network`. A network with the values of its constructor is initialised from the seed first. With a checkpoint
-/// the result has the bits of a training that was never stopped; it must be of the same network, samples and options,
-/// callbacks apart. Throws Error for options that do not fit, a loss or weight that is no longer finite, a checkpoint
-/// of another training, and what the callbacks throw.
+/// the result has the bits of a training that was never stopped. Throws Error for options that do not fit, a loss or
+/// weight that is no longer finite, a checkpoint of another network or other samples in memory or options (callbacks
+/// are not compared), and what the callbacks throw.
 FitLog fit(Network<float>& network, const Samples& samples, const FitOptions& options = {});
 
 /// Returns the outputs of samples that lie one after the other: output_shape().size() values each. For calls that
@@ -93,7 +101,7 @@ std::vector<float> predict(const Network<float>& network, std::span<const float>
 /// Returns the mean loss of samples.
 double mean_loss(const Network<float>& network, const Samples& samples, const Loss& loss);
 /// Returns the fraction of samples whose largest output is that of the target, a class from 0. A sample with an output
-/// that is not finite counts as wrong.
+/// that is not finite counts as wrong. Throws Error for a target that is no class of the network.
 double accuracy(const Network<float>& network, const Samples& samples);
 
 }  // namespace decid::nn

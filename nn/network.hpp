@@ -12,7 +12,8 @@
 
 namespace decid::nn {
 
-/// A network with value semantics: copies have their own weights, and a const Network cannot change.
+/// A network with value semantics: copies have their own weights, and a const Network cannot change. Many threads may
+/// read one network at once. While one thread changes it, no other may use it.
 template <class T = float>
 class Network {
  public:

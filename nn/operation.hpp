@@ -122,10 +122,11 @@ class OperationOf : public Operation {
 };
 
 using OperationPointer = std::shared_ptr<const Operation>;
-/// Makes the operation of a line whose first word was taken, for inputs of shape src. Words throws for arguments that
-/// do not fit.
+/// Makes the operation of a line whose first word was taken, for inputs of shape src, which the operation's src() must
+/// be. Words throws for arguments that do not fit.
 using OperationParser = OperationPointer (*)(Shape src, Words& words);
-/// Registers `parser` for lines that begin with `word`. Throws Error if another parser has that word.
+/// Registers `parser` for lines that begin with `word`. Throws Error if another parser or decid itself has that word,
+/// if it is not one word, or for no parser.
 void register_layer(const std::string& word, OperationParser parser);
 
 /// Calls body(place in a, place in b, ...) for every value of tensors of one shape, planes among threads.

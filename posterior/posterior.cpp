@@ -152,9 +152,6 @@ class Run {
  public:
   Run(Target target, const Settings& settings, const OnProgress& progress)
       : target_(std::move(target)), settings_(for_target(settings, target_)), progress_(progress) {
-    for (std::size_t t = 0; t < target_.trials(); ++t)
-      if (std::ranges::all_of(target_.observation(t).sway, [](double sway) { return sway == 0.0; }))
-        throw Error(Code::value_invalid, "posterior", "the recording is constant", "give a recording of sway");
     for (int group = 0; group < settings.groups; ++group) groups_.emplace_back(target_, settings_, group, stopped_);
   }
 
@@ -188,7 +185,7 @@ class Run {
       in_parallel([&](int group) { at(group).draw(more); });
       draws = settings_.max_draws;
       for (const ChainGroup& group : groups_) draws = std::min(draws, group.draws());
-      if (draws < min_judged_draws) break;
+      if (draws < min_judged_draws) continue;
       judge(draws);
       if (draws >= settings_.min_draws && (enough() || steps() >= max_steps())) break;
       report("drawing", warming_fraction + (1.0 - warming_fraction) * draws / settings_.max_draws);

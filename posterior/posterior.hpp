@@ -154,7 +154,7 @@ class Posterior {
 };
 
 /// Draws from the posterior. The result depends only on the settings, not on threads or instruction set. Throws Error
-/// if the recording is constant, and for settings below 1, six window_transitions or trial_draws, or four max_draws.
+/// for settings below 1, six window_transitions or trial_draws, or four max_draws.
 Posterior sample(const Density& density, const Observation& observation, const Settings& settings,
                  const OnProgress& progress = {});
 

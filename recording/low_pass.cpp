@@ -17,12 +17,12 @@
 namespace decid::recording {
 namespace {
 
-constexpr double lowest_hz = 2.0, highest_hz = 60.0, min_highest_hz = 9.0, max_rate_fraction = 0.48;
+constexpr double lowest_hz = 2.0, highest_hz = 60.0, min_highest_hz = 11.9, max_rate_fraction = 0.48;
 constexpr double thinned_hz = 400.0;
 constexpr int all_bands = 48, min_bands = 24;
 constexpr double min_bins = 2.0, bins_per_independent = 1.5;  // of a band, under Hann's window
 constexpr int max_order = 4, cutoffs = 24, finer_cutoffs = 17;
-constexpr double lowest_cutoff_hz = 1.5, max_cutoff_fraction = 0.3, finer_factor = 0.08;
+constexpr double lowest_cutoff_hz = 1.8, min_cutoff_hz = 2.2, max_cutoff_fraction = 0.3, finer_factor = 0.08;
 constexpr int coarse_updates = 60, finer_updates = 200;
 /// A filter has to lower the deviance by this. Unfiltered sway in white and slow noise gives up to 100.
 constexpr double min_gain_of_deviance = 200.0;
@@ -140,7 +140,8 @@ Candidate likeliest(Candidate of, const Spectra& spectra, const Bands& bands) {
     if (deviance < of.deviance) of = {filter, deviance};
   };
   const double width = decid::log(max_cutoff_fraction * of.filter.rate_hz / lowest_cutoff_hz);
-  for (int i = 0; i < cutoffs; ++i) take_better(lowest_cutoff_hz * decid::exp(width * i / (cutoffs - 1)), coarse_updates);
+  for (int i = 0; i < cutoffs; ++i)
+    take_better(lowest_cutoff_hz * decid::exp(width * i / (cutoffs - 1)), coarse_updates);
   const double middle_hz = of.filter.cutoff_hz;
   for (int i = 0; i < finer_cutoffs; ++i)
     take_better(middle_hz * decid::exp(finer_factor * (2.0 * i / (finer_cutoffs - 1) - 1.0)), finer_updates);
@@ -179,6 +180,7 @@ std::optional<LowPass> find_low_pass(std::span<const double> sway_rad, double ra
   const Candidate& best = *std::ranges::min_element(candidates, {}, &Candidate::deviance);
   const double of_band = best.deviance / static_cast<double>(bands.hz.size());
   if (of_band > max_deviance_of_band || without - best.deviance < min_gain_of_deviance) return {};
+  if (best.filter.cutoff_hz < min_cutoff_hz) return {};  // only its slope is in the spectrum, which sway has too
   LowPass found = best.filter;
   found.gain = found.gain_low = found.gain_high = found.gain_at(low_pass_hz);
   for (const Candidate& other : candidates) {

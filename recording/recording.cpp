@@ -147,15 +147,24 @@ void mark_missing(std::vector<double>& values, std::optional<double> given) {
 /// Returns a column on the clock's even grid, with its gaps filled if allowed and added to `gaps`.
 std::vector<double> read_column(const Table& table, int column, const Clock& clock, const RecordingOptions& options,
                                 Recording& recording, std::vector<SampleRange>& gaps) {
-  const double fill_gaps_s = options.fill_gaps_s;
-  const Missing missing = fill_gaps_s > 0.0 ? Missing::kept : Missing::fillable;
-  std::vector<double> raw = table.numbers(column, missing);
+  std::vector<double> raw = table.numbers(column, Missing::kept);
   if (const std::string change = table.change_at(column); !change.empty())
     add_info(recording.warnings, "resampled", change);
   mark_missing(raw, options.missing_value);
   std::vector<double> values = place_evenly(raw, clock);
-  const std::string filled = fill_gaps(values, clock.rate_hz, fill_gaps_s,
-                                       table.names()[static_cast<std::size_t>(column)], recording.file, gaps);
+  // A gap has a place in the file if its first sample is a cell instead of a lost row.
+  const auto place_of = [&](std::size_t sample) -> std::string {
+    const auto at = static_cast<double>(sample);
+    for (std::size_t row = 0; row < raw.size(); ++row) {
+      if (!std::isnan(raw[row])) continue;
+      const double place = clock.place.empty() ? static_cast<double>(row) : clock.place[row];
+      if (std::abs(place - at) <= 1.0) return table.locate(row) + ", ";
+      if (place > at) break;
+    }
+    return {};
+  };
+  const std::string filled = fill_gaps(values, clock.rate_hz, options.fill_gaps_s,
+                                       table.names()[static_cast<std::size_t>(column)], recording.file, place_of, gaps);
   if (!filled.empty()) add_caution(recording.warnings, "gaps_filled", filled);
   return values;
 }

@@ -9,6 +9,7 @@
 #include "base/setting.hpp"
 #include "recording/detail/tilt_before.hpp"
 #include "recording/detail/tilt_match.hpp"
+#include "recording/detail/tilt_rest.hpp"
 #include "recording/quality/detail/gaps.hpp"
 #include "recording/quality/detail/quality.hpp"
 #include "recording/quality/detail/response_check.hpp"
@@ -22,6 +23,7 @@ namespace {
 /// The fraction of a trial that may be missing at either end.
 constexpr double missing_limit = 0.01;
 constexpr double min_correlation = 0.5, good_correlation = 0.95, good_gain = 0.1;
+constexpr double min_rest_fraction = 0.49;  ///< of the protocol: half, less some samples
 /// Networks err more on slower recordings: docs/reference/accuracy.md has the measurement.
 constexpr double slowest_hz = 5.0, slow_hz = 25.0, slow_margin = 0.02;
 /// The number of samples by which rounding alone may change lengths.
@@ -34,12 +36,12 @@ std::string count_at(std::size_t samples, double rate_hz) {
 }
 
 /// The trial's samples that a recording covers, k = first .. last, and the trial's start in the recording.
-struct Place {
+struct TrialPlacement {
   double start_s = 0.0;
   long long first = 0, last = -1;
 };
 
-std::vector<double> cut(const std::vector<double>& signal, double from_hz, double to_hz, const Place& place,
+std::vector<double> cut(const std::vector<double>& signal, double from_hz, double to_hz, const TrialPlacement& place,
                         std::size_t samples) {
   const auto count = static_cast<std::size_t>(place.last - place.first + 1);
   std::vector<double> inside;
@@ -110,8 +112,11 @@ std::string to_write(const sim::Protocol& protocol) {
   if (in_memory(recording)) throw Error(Code::recording_too_short, where(recording), problem, remedy);
   if (whole >= 1 && whole < cycles) {
     problem += ", and has only " + std::to_string(whole) + " of its " + std::to_string(cycles) + " whole cycles";
-    remedy = to_write(protocol) + ", set its cycles to " + std::to_string(whole) + ", and give it as " +
-             setting("protocol") + " to a fit, or to a training with " + setting("stream") + " for a model";
+    const double unused_s = left_s - protocol.duration_s() + (cycles - whole) * protocol.experiment.cycle_s();
+    if (unused_s > 1.0 / recording.rate_hz) problem += "; the other " + six_digits(unused_s) + " s would not be used";
+    remedy = to_write(protocol) + ", set its cycles to " + std::to_string(whole) +
+             " and its name to a new one, and give it as " + setting("protocol") + " to a fit, or to a training with " +
+             setting("stream") + " for a model";
   } else {
     remedy = "fit it with its own " + setting("protocol") + ", or train a model for that protocol (" +
              setting("stream") + ") and give it as " + setting("model") + "; or give " + setting("rate") +
@@ -177,6 +182,29 @@ void refuse_comtest(const Signal<double>& tilt, const std::vector<double>& measu
              "give comtest.json of decid's examples as " + setting("protocol") + " to a fit, or give a model for it"));
 }
 
+/// Throws OtherStimulus for a platform that stood still in the first or last part of a recording, for half of the
+/// protocol or more. `measured`: its tilt at the protocol's rate.
+void refuse_rest(const Signal<double>& tilt, const std::vector<double>& measured, const sim::Protocol& protocol,
+                 const Recording& recording) {
+  const double rate = protocol.experiment.sample_rate_hz, needed_s = protocol.duration_s();
+  const SampleRange moving = moving_samples(measured);
+  if (moving.size() == 0) return;
+  const double begin_s = static_cast<double>(moving.first) / rate, end_s = static_cast<double>(moving.end) / rate;
+  const double after_s = static_cast<double>(measured.size() - moving.end) / rate;
+  if (std::max(begin_s, after_s) < min_rest_fraction * needed_s) return;
+  const std::string rest = after_s >= begin_s
+                               ? "the platform stopped after " + three_digits(end_s) + " s of the recording"
+                               : "the platform stood still for the first " + three_digits(begin_s) + " s";
+  throw OtherStimulus(
+      Code::protocol_mismatch, where(recording),
+      rest + " by its tilt " + tilt.column + ", so it did not play the protocol '" + protocol.name + "' of " +
+          six_digits(needed_s) + " s",
+      either(recording, "give a recording of the whole protocol, or a model for the protocol that was played",
+             "give a recording of the whole protocol, or fit the part that was played: " + to_write(protocol) +
+                 ", set its cycles to those that were played and its name to a new one, and give it as " +
+                 setting("protocol") + " to decid fit"));
+}
+
 /// Finds the protocol's tilt in the recording's. Throws OtherStimulus if it is missing.
 TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, double from_hz, Recording& recording) {
   const sim::Protocol& protocol = plan.protocol();
@@ -188,7 +216,10 @@ TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, doubl
   TiltMatch result{match.delay_samples / rate, match.correlation, match.gain};
   if (match.correlation < min_correlation) refuse_comtest(tilt, measured, protocol, match.correlation, recording);
   const std::string figures = "correlation " + six_digits(std::round(1e4 * match.correlation) / 1e4);
-  if (std::abs(match.correlation) < min_correlation) {
+  if (match.correlation < good_correlation && match.correlation > -good_correlation)
+    refuse_rest(tilt, measured, protocol, recording);
+  // Other movements reach -0.7: half of the protocol, say. The other sign is as certain as a good match.
+  if (match.correlation < min_correlation && match.correlation > -good_correlation) {
     throw OtherStimulus(
         Code::protocol_mismatch, where(recording),
         "the tilt " + tilt.column + " does not follow the protocol '" + protocol.name + "' (" + figures + " at best)",
@@ -286,7 +317,7 @@ std::optional<TiltMatch> try_start(const ProtocolPlan& plan, double from_hz, Rec
 }
 
 /// Looks for faults in the samples that form the trial; the ranges of what it finds are those of the recording.
-FoundInSway look_for_faults_within(Recording& recording, double from_hz, const Place& place,
+FoundInSway look_for_faults_within(Recording& recording, double from_hz, const TrialPlacement& place,
                                    const sim::Protocol& protocol) {
   const std::vector<double>& sway = recording.signals.at(com_sway).rad;
   const auto sample_at = [&](long long k) {
@@ -310,7 +341,7 @@ FoundInSway look_for_faults_within(Recording& recording, double from_hz, const P
 /// Returns the gaps among the trial's samples, without short ones. A resampled gap is a sample of the lower rate longer
 /// at either end. The samples that the recording lacks are gaps too.
 std::vector<SampleRange> gaps_in_trial(const std::vector<SampleRange>& gaps, double from_hz, double rate_hz,
-                                       const Place& place, std::size_t samples) {
+                                       const TrialPlacement& place, std::size_t samples) {
   const double margin = from_hz == rate_hz ? 0.0 : std::max(1.0, rate_hz / from_hz);
   const auto inside = [&](double sample) {
     return static_cast<std::size_t>(std::clamp(sample, 0.0, static_cast<double>(samples)));
@@ -331,7 +362,8 @@ std::vector<SampleRange> gaps_in_trial(const std::vector<SampleRange>& gaps, dou
 }
 
 /// Warns of ignored samples of a longer recording and of invented samples of a shorter one.
-void warn_of_length(Recording& recording, const sim::Protocol& protocol, const Place& place, bool start_was_given) {
+void warn_of_length(Recording& recording, const sim::Protocol& protocol, const TrialPlacement& place,
+                    bool start_was_given) {
   const double recorded_s = static_cast<double>(recording.signals.samples()) / recording.rate_hz;
   const double rate = protocol.experiment.sample_rate_hz, before_s = std::max(place.start_s, 0.0);
   const double after_s = recorded_s - place.start_s - protocol.duration_s();
@@ -458,7 +490,7 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   }
   Trial trial;
   trial.is_large = recording.is_large;
-  Place place{options.start_s.value_or(0.0), 0, needed - 1};
+  TrialPlacement place{options.start_s.value_or(0.0), 0, needed - 1};
   if (tilt) {
     trial.tilt =
         recording.tilt_was_found ? try_start(plan, from_hz, recording) : find_start(*tilt, plan, from_hz, recording);

@@ -84,11 +84,12 @@ class ProtocolPlan {
 /// - At equal rates a start is rounded to a sample: filtering would change the noise that a model has learned.
 /// Throws Error if more is missing, with both lengths and rates, the number of whole cycles and a way to a model for
 /// them. decid invents no cycles, because the noise is estimated from changes between cycles. Throws Error if start_s
-/// lies outside of the recording, or if a tilt does not follow the protocol (correlation below 0.5) or follows it with
-/// the other sign. A tilt found by its name only is then ignored with a warning, as it is if start_s is given.
-/// Warns of cut, invented or resampled samples, of a correlation below 0.95, of a gain that is off by more than 10%,
-/// and of faults in the used samples: frozen stretches, coarse steps, single wrong samples, smoothing (quality.hpp).
-/// Appends these warnings to the recording's.
+/// lies outside of the recording, or if a tilt does not follow the protocol (correlation below 0.5), follows it with
+/// the other sign (correlation of -0.95 or below), or shows that the platform stood still for half of it. A tilt found
+/// by its name only is then ignored with a warning, as it is if start_s is given. Warns of cut, invented or resampled
+/// samples, of a correlation below 0.95, of a gain that is off by more than 10%, and of faults in the used samples:
+/// frozen stretches, coarse steps, single wrong samples, smoothing (quality.hpp). Appends these warnings to the
+/// recording's.
 Trial bring_to_protocol(Recording& recording, const sim::Protocol& protocol, const TrialOptions& options = {});
 Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const TrialOptions& options = {});
 

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "base/error.hpp"
+#include "base/math/math.hpp"
 #include "sim/simulate.hpp"
 
 namespace decid::sim {
@@ -21,7 +22,7 @@ constexpr int lines_a_side = 3, farthest_line = 8;
 
 /// Returns the 95% quantile of F(2, nu), whose distribution function is 1 - (1 + 2 x / nu)^(-nu / 2).
 double quantile_95(double nu) {
-  return 0.5 * nu * (std::pow(0.05, -2.0 / nu) - 1.0);
+  return 0.5 * nu * (decid::exp(-2.0 / nu * decid::log(0.05)) - 1.0);
 }
 
 int whole_samples(const Experiment& experiment, int cycles) {
@@ -60,14 +61,14 @@ FrequencyResponse::FrequencyResponse(const Experiment& experiment, int skipped_c
 
   const std::vector<Complex> x = transform(tilt);
   const int lines = static_cast<int>(highest_frequency * fft_.length());
+  const auto amplitude = [&](int line) { return std::sqrt(std::norm(x[static_cast<std::size_t>(line)])); };
   double largest = 0.0;
-  for (int line = 1; line <= lines; ++line) largest = std::max(largest, std::abs(x[static_cast<std::size_t>(line)]));
-  const auto amplitude = [&](int line) { return std::abs(x[static_cast<std::size_t>(line)]); };
+  for (int line = 1; line <= lines; ++line) largest = std::max(largest, amplitude(line));
   // Between harmonics, rounding to float leaves the only power.
   const auto is_noise = [&](int line) {
     return line >= 1 && line <= lines && (line % cycles_ != 0 || amplitude(line) <= max_amplitude * largest);
   };
-  const double ratio = std::pow(10.0, 1.0 / bands_per_decade);
+  const double ratio = decid::exp(decid::log(10.0) / bands_per_decade);
   double band_start_hz = 0.0;
   for (int line = cycles_; line <= lines; line += cycles_) {
     if (largest == 0.0 || amplitude(line) < min_amplitude * largest) continue;

@@ -91,4 +91,10 @@ Parameters ParameterTable::from_text(const std::string& text, const std::string&
   return parameters;
 }
 
+Parameters with_conventions(Parameters values, const ParameterTable& table) {
+  for (std::size_t p = 0; p < table.size(); ++p)
+    if (table[p].convention) values[p] = *table[p].convention;
+  return values;
+}
+
 }  // namespace decid::sim

@@ -119,4 +119,7 @@ class ParameterTable {
   std::vector<ParameterInfo> all_;
 };
 
+/// Returns the values with each parameter that has a convention at its convention.
+Parameters with_conventions(Parameters values, const ParameterTable& table);
+
 }  // namespace decid::sim

@@ -19,6 +19,10 @@
 
 namespace decid::sim {
 
+std::size_t Outcome::samples(double rate_hz) const {
+  return static_cast<std::size_t>(std::floor(end_s * rate_hz + 0.5));
+}
+
 /// Lanes kept for the next call: their memory is large, and allocating it takes longer than a trial.
 struct Simulator::Core {
   Core(Protocol of_trial, Isa isa)
@@ -35,7 +39,7 @@ struct Simulator::Core {
   Finished after_standing(const Finished& finished) const {
     return [this, &finished](int index, Outcome outcome, std::span<double> sway_rad) {
       const double rate_hz = protocol.experiment.sample_rate_hz;
-      const int done = static_cast<int>(std::floor(outcome.end_s * rate_hz + 0.5));
+      const int done = static_cast<int>(outcome.samples(rate_hz));
       outcome.end_s = std::max(0, done - standing) / rate_hz;
       finished(index, outcome, sway_rad.last(static_cast<std::size_t>(samples)));
     };
@@ -97,8 +101,7 @@ Outcome Simulator::run(const Parameters& parameters, const Random& noise, std::s
       },
       [&](int, const Outcome& outcome, std::span<double> sway) {
         result = outcome;
-        const double written = std::floor(outcome.end_s * protocol().experiment.sample_rate_hz + 0.5);
-        std::copy_n(sway.begin(), static_cast<std::ptrdiff_t>(written), sway_rad.begin());
+        std::copy_n(sway.begin(), result.samples(protocol().experiment.sample_rate_hz), sway_rad.begin());
       });
   return result;
 }

@@ -30,6 +30,8 @@ struct Outcome {
   double max_sway_rad;  ///< max |a| over these steps, standing included; infinite if not finite
   double end_s;  ///< its length, or the end of the sample period (DoubleSimulator: of the step) in which the body left
                  ///< the bound; 0 if it fell while it stood before the trial
+  /// Returns the number of samples until then.
+  std::size_t samples(double rate_hz) const;
 };
 
 /// The inputs of a trial in addition to the protocol. `noise` gives the vestibular noise's normals.

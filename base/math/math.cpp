@@ -147,6 +147,7 @@ double normal_density(double x) noexcept {
 
 double normal_distribution(double x) noexcept {
   constexpr double sqrt_half = 0.70710678118654752, one_over_sqrt_pi = 0.56418958354775629;
+  if (std::isnan(x)) return x;
   const double y = std::abs(x) * sqrt_half;
   if (y <= 0.46875) {
     constexpr double p[] = {1.85777706184603153e-1, 3.16112374387056560e0, 1.13864154151050156e2, 3.77485237685302021e2,

@@ -23,7 +23,7 @@ double log(double x) noexcept;
 double exp(double x) noexcept;
 
 /// Returns the standard normal distribution function; relative error below 2e-14 for x >= -8 and 3e-13 for x >= -37, 0
-/// below.
+/// below, NaN for NaN.
 double normal_distribution(double x) noexcept;
 /// Returns its derivative.
 double normal_density(double x) noexcept;

@@ -1,4 +1,5 @@
 // Data sets and evaluation in C.
+#include <cstddef>
 #include <limits>
 
 #include "base/parallel.hpp"
@@ -157,9 +158,12 @@ decid_status decid_evaluate(const decid_model* model, const decid_dataset* datas
                             decid_evaluation* evaluation, size_t size) {
   return guarded([&] {
     constexpr const char* where = "decid_evaluate";
-    if (size > sizeof(decid_evaluation))
-      throw decid::Error(decid::Code::size_mismatch, where, "its evaluation is of a newer header",
-                         "run with that header's library");
+    constexpr std::size_t first = offsetof(decid_evaluation, log_score) + sizeof(double);  // of the first header
+    if (size < first || size > sizeof(decid_evaluation))
+      throw decid::Error(
+          decid::Code::size_mismatch, where,
+          decid::format("its evaluation has a size of %zu, this library's has %zu", size, sizeof(decid_evaluation)),
+          "give sizeof(decid_evaluation), and run with the library of that header or a newer one");
     const decid_model& of = given(model, where, "model");
     decid_evaluation& result = given(evaluation, where, "evaluation");
     const decid_evaluation found = evaluate(of.model, of.name, given(dataset, where, "dataset").data, split);

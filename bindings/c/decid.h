@@ -29,7 +29,8 @@
    make decid_set_threads(1) the first call of each thread, or set OMP_NUM_THREADS=1.
 
    Options. Set a structure of options with its decid_.._defaults(&options, sizeof options), then change it; NULL
-   means all defaults. Structures that the library returns may grow at their ends, so it returns pointers to them.
+   means all defaults. A comment names a default in brackets; others are 0 or NULL. Structures that the library returns
+   may grow at their ends, so it returns pointers to them.
 
    Versions. DECID_ABI and the library's SONAME change when a function is removed or changes its meaning, not when
    one is added. decid_abi() returns the DECID_ABI of the running library. */
@@ -67,8 +68,8 @@ DECID_API const char* decid_error_remedy(void);
 DECID_API int decid_abi(void);
 DECID_API const char* decid_version(void); /* "0.2.0" */
 
-/* Sets the number of threads for this thread's calls, 1 or more; the default is OMP_NUM_THREADS, or all cores. The call
-   starts none. */
+/* Sets the number of threads for this thread's calls, 1 to 1024; the default is OMP_NUM_THREADS, of which decid uses
+   1024 at most, or all cores. The call starts none. */
 DECID_API decid_status decid_set_threads(int threads);
 
 /* Called during long work with the fraction done, 0 to 1, and the name of the stage. A return value other than 0 stops
@@ -179,7 +180,7 @@ typedef struct decid_read_options {
   const char* tilt_column;      /* of the platform's measured tilt; NULL: found by name; "none": not read */
   int tilt_unit;                /* a decid_unit of angles, or DECID_BY_NAME */
   int invert_sway, invert_tilt; /* 1: positive against the protocol's direction */
-  int skip_lines;               /* of a text file, above its table; -1: found */
+  int skip_lines;               /* of a text file, above its table; -1: found [-1] */
   /* The sway's sources where there is no column of it (docs/guide/recordings.md, markers or segments); 0 and NULL:
    * none. */
   double com_height_m;                      /* `column` is a position at this height above the ankles */
@@ -246,8 +247,8 @@ typedef enum decid_detrend { DECID_DETREND_NONE = 0, DECID_DETREND_OFFSET = 1, D
 typedef struct decid_identify_options {
   size_t size;
   double mass_kg, height_m; /* of the subject, both or none; 0: the protocol's body */
-  double begin_s;           /* where in the recording the protocol starts; NaN: at its first sample, or by its tilt */
-  int detrend;              /* a decid_detrend: subtract the mean of the whole cycles, or also a line */
+  double begin_s; /* where in the recording the protocol starts; NaN: at its first sample, or by its tilt [NaN] */
+  int detrend;    /* a decid_detrend: subtract the mean of the whole cycles, or also a line [NONE] */
 } decid_identify_options;
 DECID_API void decid_identify_defaults(decid_identify_options* options, size_t size);
 
@@ -267,13 +268,13 @@ typedef struct decid_fit_options {
   double mass_kg, height_m, begin_s; /* these and detrend: as in decid_identify_options */
   int detrend;
   const decid_protocol* protocol; /* the protocol played; NULL: the model's */
-  double prior_start_s;           /* the recording starts within +- this of the protocol; 0: at it */
-  double prior_gain;              /* standard deviation of the logarithm of recorded over true sway; 0: known */
-  double prior_noise_deg;         /* measurement noise, to a factor of 20 */
-  int max_draws;                  /* of each chain, 8 or more; fewer if they are enough */
-  uint64_t seed;
-  decid_progress progress;                       /* NULL: none */
-  void* user;                                    /* for progress */
+  double prior_start_s;           /* the recording starts within +- this of the protocol; 0: at it [0.1] */
+  double prior_gain;              /* standard deviation of the logarithm of recorded over true sway; 0: known [0.06] */
+  double prior_noise_deg;         /* measurement noise, to a factor of 20 [0.02] */
+  int max_draws;                  /* of each chain, 8 or more; fewer if they are enough [160] */
+  uint64_t seed;                  /* [1] */
+  decid_progress progress;        /* NULL: none */
+  void* user;                     /* for progress */
   const decid_parameter_prior* parameter_priors; /* NULL: uniform in the ranges */
   size_t parameter_prior_count;
   int moved_before; /* 1: the platform played the cycle's end before the recording; 0: it rested, or the tilt decides */
@@ -350,8 +351,8 @@ typedef struct decid_study_options {
   int fit;                /* 1: sample posteriors, as `decid fit`; 0: as `decid identify` */
   const char* joint;      /* of fits: fit recordings together that have the same text in this column; NULL: none */
   const char* free;       /* with joint: parameters that differ between the texts of a column, "theta,Nv:condition" */
-  int max_draws;          /* of fits, as in decid_fit_options; these four */
-  uint64_t seed;
+  int max_draws;          /* of fits, as in decid_fit_options; these four [160] */
+  uint64_t seed;          /* [1] */
   decid_progress progress;
   void* user;
 } decid_study_options;
@@ -372,9 +373,9 @@ typedef struct decid_dataset decid_dataset;
 
 typedef struct decid_dataset_options {
   size_t size;
-  int count; /* valid trials in all */
-  int base;  /* number of trials drawn from the ranges; the rest are children of large sways. 0: all */
-  uint64_t seed;
+  int count;        /* valid trials in all */
+  int base;         /* number of trials drawn from the ranges; the rest are children of large sways. 0: all */
+  uint64_t seed;    /* [1] */
   const char* path; /* NULL: in memory; else an .npz file, made as `decid dataset` does and not read into memory */
   decid_progress progress;
   void* user;
@@ -432,17 +433,17 @@ typedef int (*decid_training_progress)(void* user, const decid_training* trainin
 /* NULL, 0 and -1 mean the preset's value, unless a comment gives another meaning. */
 typedef struct decid_train_options {
   size_t size;
-  const char* preset;                   /* "best"; docs/guide/models.md lists them */
+  const char* preset;                   /* docs/guide/models.md lists them ["best"] */
   const char* architecture;             /* layers, one per line */
   const char* head;                     /* "point", "mixture 2" */
   const char* image;                    /* JSON of image settings */
   const char* schedule;                 /* "constant", "cosine", "step:EPOCHS:FACTOR" */
-  int epochs, batch;                    /* 0 */
-  double learning_rate;                 /* 0 */
-  double momentum, weight_decay;        /* -1 */
-  uint64_t seed;                        /* of weights, shuffling and a protocol's trials */
+  int epochs, batch;                    /* [0] */
+  double learning_rate;                 /* [0] */
+  double momentum, weight_decay;        /* [-1] */
+  uint64_t seed;                        /* of weights, shuffling and a protocol's trials [1] */
   int patience;                         /* epochs without improvement before it stops and keeps the best; 0: never */
-  int stream_trials, validation_trials; /* with a protocol: trials per epoch */
+  int stream_trials, validation_trials; /* with a protocol: trials per epoch [25600], for validation [1000] */
   decid_training_progress progress;
   void* user;
 } decid_train_options;

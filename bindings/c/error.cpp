@@ -6,7 +6,9 @@
 #include <exception>
 #include <new>
 
+#include "base/parallel.hpp"
 #include "base/per_thread.hpp"
+#include "base/setting.hpp"
 #include "base/version.hpp"
 #include "bindings/c/handles.hpp"
 
@@ -69,10 +71,11 @@ decid_status remember_failure() noexcept {
 void refuse_fork() {
   const pid_t first = threaded.load();
   if (first != 0 && first != getpid())
-    throw Error(Code::not_supported, "decid",
-                "this process was forked from one whose calls had several threads, and has none of these threads",
-                "start new processes (in Python with the method 'spawn'), run with OMP_NUM_THREADS=1, or make "
-                "set_threads(1) the first call of each thread");
+    throw Error(
+        Code::not_supported, "decid",
+        "this process was forked from one whose calls had several threads, and has none of these threads",
+        "start a new process instead of a fork, run with OMP_NUM_THREADS=1, or make set_threads(1) the first call "
+        "of each thread");
 }
 
 void record_threads() {
@@ -117,9 +120,9 @@ const char* decid_version(void) {
 decid_status decid_set_threads(int threads) {
   return caught([&] {
     refuse_fork();
-    if (threads < 1)
-      throw decid::Error(decid::Code::setting_out_of_range, "decid_set_threads", decid::format("%d threads", threads),
-                         "give 1 or more");
+    if (threads < 1 || threads > decid::max_threads)
+      throw decid::Error(decid::Code::setting_out_of_range, decid::setting("threads"), decid::format("is %d", threads),
+                         decid::format("give 1 to %d", decid::max_threads));
     omp_set_num_threads(threads);
     record_threads();  // not before: with one thread the process can still be forked
   });

@@ -128,7 +128,8 @@ namespace decid::c {
 
 std::optional<sim::Body> make_body(double mass_kg, double height_m, const char* where) {
   if ((mass_kg == 0.0) != (height_m == 0.0))
-    throw Error(Code::setting_missing, where, "mass or height is given without the other",
+    throw Error(Code::setting_missing, where,
+                mass_kg == 0.0 ? "height_m is given without mass_kg" : "mass_kg is given without height_m",
                 "give both, or neither for the protocol's body");
   if (mass_kg == 0.0) return {};
   return sim::body_of_person({.mass_kg = mass_kg, .height_m = height_m});

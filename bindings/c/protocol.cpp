@@ -49,8 +49,7 @@ void simulate(const decid_protocol& given_protocol, const double* parameters, st
           return;
         }
         end_s[trial] = outcome.end_s;
-        const auto standing =
-            std::min(samples, static_cast<std::size_t>(outcome.end_s * simulator.protocol().experiment.sample_rate_hz));
+        const std::size_t standing = std::min(samples, outcome.samples(simulator.protocol().experiment.sample_rate_hz));
         std::copy_n(sway.begin(), standing, row);
         std::fill(row + standing, row + samples, std::numeric_limits<double>::quiet_NaN());
       });

@@ -1,5 +1,7 @@
 // Recordings in C.
 #include <cmath>
+#include <cstddef>
+#include <limits>
 
 #include "bindings/c/handles.hpp"
 #include "recording/table/columns.hpp"
@@ -131,6 +133,10 @@ std::unique_ptr<decid_recording> recording_of(const double* sway, std::size_t sa
                                               const decid_samples_options& asked, const char* where) {
   using namespace decid::recording;
   const Unit unit = sway_unit_of(asked.unit, where);
+  constexpr std::size_t max_samples = std::numeric_limits<std::ptrdiff_t>::max() / sizeof(double);  // of an array
+  if (samples > max_samples)
+    throw decid::Error(decid::Code::setting_out_of_range, where, decid::format("has %zu samples", samples),
+                       decid::format("give the number of values in sway, at most %zu", max_samples));
   if (asked.tilt == nullptr && (asked.tilt_unit != DECID_BY_NAME || asked.invert_tilt != 0))
     throw decid::Error(decid::Code::setting_missing, where, "tilt_unit or invert_tilt is given without a tilt",
                        "give the tilt, or neither");

@@ -4,6 +4,10 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <memory>
+#include <optional>
+#include <thread>
+
 #include "base/error.hpp"
 #include "base/parallel.hpp"
 #include "nn/fit.hpp"
@@ -13,7 +17,76 @@ namespace decid::python {
 namespace {
 
 namespace py = pybind11;
-using Network = nn::Network<float>;
+
+/// A network and who uses it. Read and changed only with the interpreter's lock.
+struct Network : nn::Network<float> {
+  using nn::Network<float>::Network;
+  explicit Network(nn::Network<float>&& of) : nn::Network<float>(std::move(of)) {}
+
+  int readers = 0;  // calls that read it without the lock
+  bool in_fit = false;
+  std::optional<std::thread::id> in_callback = {};  // the thread of a fit's callback
+};
+
+[[noreturn]] void refuse_use(const char* problem, const char* remedy) {
+  throw Error(Code::not_supported, "network", problem, remedy);
+}
+
+/// Raises decid.Error if a fit changes the network. A fit's callback may read it.
+void require_readable(const Network& network) {
+  if (network.in_fit && network.in_callback != std::this_thread::get_id())
+    refuse_use("is in fit(), which changes it", "wait until fit() returns, or use the network in its callback");
+}
+
+/// Raises decid.Error if other calls use the network.
+void require_changeable(const Network& network) {
+  if (network.in_fit)
+    refuse_use("is in fit(), which changes it", "wait until fit() returns, or change another network");
+  if (network.readers > 0)
+    refuse_use("is used by another thread's call", "wait until that call returns, or change a copy");
+}
+
+/// A call that reads the network without the interpreter's lock.
+class Reading {
+ public:
+  explicit Reading(Network& network) : network_(network) {
+    require_readable(network);
+    ++network_.readers;
+  }
+  ~Reading() { --network_.readers; }
+  Reading(const Reading&) = delete;
+  Reading& operator=(const Reading&) = delete;
+
+ private:
+  Network& network_;
+};
+
+/// A fit of the network.
+class Fitting {
+ public:
+  explicit Fitting(Network& network) : network_(network) {
+    require_changeable(network);
+    network_.in_fit = true;
+  }
+  ~Fitting() { network_.in_fit = false; }
+  Fitting(const Fitting&) = delete;
+  Fitting& operator=(const Fitting&) = delete;
+
+ private:
+  Network& network_;
+};
+
+/// The time of a fit's callback.
+class InCallback {
+ public:
+  explicit InCallback(Network& network) : network_(network) { network_.in_callback = std::this_thread::get_id(); }
+  ~InCallback() { network_.in_callback.reset(); }
+  InCallback(const InCallback&) = delete;
+  InCallback& operator=(const InCallback&) = delete;
+
+ private:
+  Network& network_;
+};
 using FloatsIn = py::array_t<float, py::array::c_style | py::array::forcecast>;
 
 std::span<const float> values_of(const FloatsIn& array) {
@@ -67,8 +140,9 @@ nn::Samples samples_of(const FloatsIn& inputs, const FloatsIn& targets, const Ne
   return {values_of(inputs), values_of(targets), count};
 }
 
-py::array predict(const Network& network, const FloatsIn& inputs) {
+py::array predict(Network& network, const FloatsIn& inputs) {
   refuse_fork();
+  const Reading reading(network);
   const auto count = static_cast<py::ssize_t>(samples_in(inputs, network));
   const nn::Shape out = network.output_shape();
   std::vector<py::ssize_t> shape{count, out.channels};
@@ -107,6 +181,7 @@ py::tuple fit(Network& network, const FloatsIn& inputs, const FloatsIn& targets,
               const std::string& loss, const std::string& optimiser, const Validation& validation,
               const py::object& callback) {
   refuse_fork();
+  const Fitting fitting(network);
   const nn::Samples samples = samples_of(inputs, targets, network);
   options.loss = nn::loss_named(loss);
   options.optimiser = nn::optimiser_named(optimiser);
@@ -118,6 +193,7 @@ py::tuple fit(Network& network, const FloatsIn& inputs, const FloatsIn& targets,
   };
   options.after_epoch = [&](const nn::FitEpoch& e) {
     const py::gil_scoped_acquire locked;
+    const InCallback in_callback(network);
     if (!callback.is_none()) callback(e.epoch, e.training_loss, e.validation_loss, e.learning_rate);
   };
   nn::FitLog log;
@@ -159,24 +235,42 @@ PYBIND11_MODULE(_nn, module) {
   });
   py::class_<Network>(module, "Network")
       .def(py::init([](const std::array<int, 3>& shape, const std::string& architecture) {
-        return Network({shape[0], shape[1], shape[2]}, architecture);
+        return std::make_unique<Network>(nn::Shape{shape[0], shape[1], shape[2]}, architecture);
       }))
       .def_property_readonly("input_shape", [](const Network& n) { return tuple_of(n.input_shape()); })
       .def_property_readonly("output_shape", [](const Network& n) { return tuple_of(n.output_shape()); })
-      .def_property_readonly("architecture", &Network::architecture)
-      .def_property_readonly("parameter_count", &Network::parameter_count)
-      .def_property_readonly("weights_sha256", [](const Network& n) { return nn::weights_sha256(n); })
+      .def_property_readonly("architecture", [](const Network& n) { return n.architecture(); })
+      .def_property_readonly("parameter_count", [](const Network& n) { return n.parameter_count(); })
+      .def_property_readonly("weights_sha256",
+                             [](const Network& n) {
+                               require_readable(n);
+                               return nn::weights_sha256(n);
+                             })
       .def_property_readonly("tensors", tensors)
-      .def("initialise", &Network::initialise)
+      .def("initialise",
+           [](Network& n, std::uint64_t seed) {
+             require_changeable(n);
+             n.initialise(seed);
+           })
       .def("predict", predict)
       .def("accuracy",
-           [](const Network& n, const FloatsIn& inputs, const FloatsIn& targets) {
+           [](Network& n, const FloatsIn& inputs, const FloatsIn& targets) {
              refuse_fork();
+             const Reading reading(n);
              const nn::Samples samples = samples_of(inputs, targets, n);
              const py::gil_scoped_release unlocked;
              return nn::accuracy(n, samples);
            })
-      .def("save", [](const Network& n, const std::string& path) { nn::write_network(n, path); })
+      .def("save",
+           [](const Network& n, const std::string& path) {
+             require_readable(n);
+             nn::write_network(n, path);
+           })
+      .def("to_bytes",
+           [](const Network& n) {
+             require_readable(n);
+             return py::bytes(nn::to_safetensors(nn::to_tensors(n)));
+           })
       .def("fit", [](Network& network, const FloatsIn& inputs, const FloatsIn& targets, const std::string& loss,
                      const std::string& optimiser, int epochs, int batch, double learning_rate,
                      const std::string& schedule, double warmup_epochs, double clip_norm, double average,
@@ -197,5 +291,10 @@ PYBIND11_MODULE(_nn, module) {
                     .checkpoint = checkpoint},
                    loss, optimiser, validation_samples, callback);
       });
-  module.def("load", [](const std::string& path) { return nn::read_network(path); });
+  module.def("load", [](const std::string& path) { return std::make_unique<Network>(nn::read_network(path)); });
+  module.def("of_bytes", [](const py::bytes& content) {
+    const std::string bytes = content;
+    return std::make_unique<Network>(
+        nn::from_tensors(nn::from_safetensors(bytes, "pickled network"), "pickled network"));
+  });
 }

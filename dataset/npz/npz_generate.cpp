@@ -349,6 +349,10 @@ DatasetReport generate_npz(const fs::path& path, const DatasetRequest& request, 
   if (is_writer) run.take_up();
   const int there = std::stoi(broadcast_text(ranks, std::to_string(generator.trials())));
   if (!is_writer) run.take_up(there);
+  if (generator.trials() != there)
+    throw Error(Code::system_failed, npz_partial(path).journal.string(),
+                "shows " + std::to_string(generator.trials()) + " trials, and rank 0 reads " + std::to_string(there),
+                "name a folder of which all hosts see the same content, and run the same command again");
   static_cast<void>(gather_texts(ranks, {}));  // the journal has been read
   if (resumed && generator.trials() > 0) resumed(generator.trials());
   run.make_the_rest();

@@ -39,19 +39,37 @@ std::string quantity_name(const Density& density, int quantity) {
                                            : "the gain";
 }
 
+/// Returns the names of the settings that widen the priors of quantities.
+std::string settings_of(const std::vector<int>& quantities) {
+  std::vector<std::string> names;
+  for (const int quantity : quantities) {
+    const std::string name = setting(quantity == Density::sensor_noise ? "prior_noise"
+                                     : quantity == Density::start      ? "prior_start"
+                                     : quantity == Density::gain       ? "prior_gain"
+                                                                       : "ranges");
+    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+  }
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
 void warn_of_edges(const Density& density, const Posterior& found, bool from_network, Warnings& warnings) {
   const std::vector<int> edges = at_edge(density, found, outer);
   if (edges.empty()) return;
   std::string names;
   for (const int quantity : edges) names += (names.empty() ? "" : ", ") + quantity_name(density, quantity);
-  const bool leans = !from_network && at_edge(density, found, outermost).size() >= outermost_of_caution;
-  const Severity severity = edges.size() >= edges_of_invalid ? Severity::invalid
-                            : leans                          ? Severity::caution
-                                                             : Severity::info;
+  const std::vector<int> last = from_network ? std::vector<int>() : at_edge(density, found, outermost);
+  const bool is_refused = edges.size() >= edges_of_invalid, leans = last.size() >= outermost_of_caution;
+  // A start beyond the prior biases the delay.
+  const bool starts_elsewhere = std::ranges::find(last, int{Density::start}) != last.end();
+  const Severity severity = is_refused                  ? Severity::invalid
+                            : leans || starts_elsewhere ? Severity::caution
+                                                        : Severity::info;
   warnings.push_back({severity, "at_edge",
                       "at the end of the prior: " + names +
-                          (severity == Severity::info ? "; the true value may lie beyond it (" + setting("ranges") + ")"
-                                                      : "; the recording may not be of this model")});
+                          (is_refused || leans ? "; the recording may not be of this model"
+                                               : "; the true value may lie beyond it (" + settings_of(edges) + ")")});
 }
 
 /// Returns the fewest effective draws of the 5% and 95% quantiles of the inferred parameters.
@@ -123,7 +141,7 @@ std::vector<int> at_edge(const Density& density, const Posterior& found, double 
     if (density.is_held(place) || !density.infers(quantity)) continue;
     std::size_t below = 0, above = 0;
     for (const posterior::State& state : found.states()) {
-      const double x = density.prior_coordinate(quantity, Posterior::value(state, quantity));
+      const double x = density.prior_coordinate(quantity, state);
       below += x < low ? 1 : 0;
       above += x > -low ? 1 : 0;
     }

@@ -7,6 +7,7 @@
 
 #include "base/error.hpp"
 #include "base/math/cholesky.hpp"
+#include "base/math/math.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 
@@ -79,7 +80,7 @@ double gaussian_log_score(const sim::Parameters& truth, std::span<const posterio
     const double* const row = covariance.data() + triangle(p);
     double y = 0.0;
     for (std::size_t q = 0; q <= p; ++q) y += row[q] * (x[q] - centre[q]);
-    sum += std::log(row[p]) + 0.5 * (x[p] * x[p] - y * y);  // over the density of x beforehand, standard normal
+    sum += decid::log(row[p]) + 0.5 * (x[p] * x[p] - y * y);  // over the density of x beforehand, standard normal
   }
   return sum / static_cast<double>(parameters);
 }

@@ -58,9 +58,8 @@ CalibrationTrials::Trial CalibrationTrials::next() {
   constexpr int repetition_bit = 40;  // of attempts: later recordings of a person have noise of their own
   for (int tried = 0; tried < 10'000; ++tried) {
     const std::uint64_t attempt = next_++;
-    sim::Parameters parameters = dataset::base_trial(ranges_, seed_, attempt).parameters;
-    for (std::size_t p = 0; p < ranges_.size(); ++p)
-      if (ranges_[p].convention) parameters[p] = *ranges_[p].convention;
+    const sim::Parameters parameters =
+        sim::with_conventions(dataset::base_trial(ranges_, seed_, attempt).parameters, ranges_);
     Trial trial{attempt, parameters, {}};
     bool valid = true;
     for (std::uint64_t k = 0; k < simulators_.size() && valid; ++k) {

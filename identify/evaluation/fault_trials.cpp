@@ -3,13 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
-#include "dataset/source.hpp"
+#include "dataset/sets/dataset.hpp"
 #include "sim/streams.hpp"
 
 namespace decid {
@@ -165,11 +164,21 @@ FaultTrials::Trials FaultTrials::take(int first, int count) const {
 FaultTrials::Trials FaultTrials::take_single(int first, int count) const {
   const auto size = static_cast<std::size_t>(count);
   Trials made{std::vector<recording::Trial>(size), std::vector<Warnings>(size), std::vector<sim::Parameters>(size)};
-  std::vector<std::uint64_t> numbers(size);
-  std::iota(numbers.begin(), numbers.end(), static_cast<std::uint64_t>(first));
-  dataset::simulate_stream(
-      *single_, seed_, numbers, [&](std::size_t place, const sim::TrialInput& trial, std::span<double> sway) {
-        const std::uint64_t number = numbers[place];
+  const sim::ParameterTable ranges = single_->protocol().ranges();
+  const auto number_of = [first](int i) { return static_cast<std::uint64_t>(first + i); };
+  // The attempts are those of dataset::simulate_stream(), with conventions.
+  constexpr int attempts = 1024;
+  single_->run_until_valid(
+      count, attempts,
+      [&](int i, int attempt) {
+        sim::TrialInput trial = dataset::base_trial(
+            ranges, seed_, number_of(i) * attempts + static_cast<std::uint64_t>(attempt), single_->protocol().heights);
+        trial.parameters = sim::with_conventions(trial.parameters, ranges);
+        return trial;
+      },
+      [&](int i, const sim::TrialInput& trial, std::span<double> sway) {
+        const auto place = static_cast<std::size_t>(i);
+        const std::uint64_t number = number_of(i);
         sim::record(recorded_, seed_, number, sway);
         made.truth[place] = trial.parameters;
         made.sways[place] = read(fault_, protocol_, {sway.begin(), sway.end()},

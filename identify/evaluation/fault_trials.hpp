@@ -50,7 +50,8 @@ class FaultTrials {
   /// Throws Error for a tilt that is too large and for a body without segments.
   FaultTrials(const sim::Protocol& protocol, const sim::Protocol& recorded, const Fault& fault, std::uint64_t seed);
 
-  /// Returns trials first, first + 1, ... of the seed: valid base trials of a stream, or `count` trials of leg and
+  /// Returns trials first, first + 1, ... of the seed: valid base trials of a stream, in which
+  /// parameters that have a convention (sim::ParameterInfo) have its value, or `count` trials of leg and
   /// trunk in which the body stands.
   Trials take(int first, int count) const;
 

@@ -14,10 +14,12 @@ namespace {
 
 constexpr double far_off_sd = 5.0;
 
+/// Returns the largest error of an inferred parameter, in standard deviations.
 double furthest(const CalibratedTrial& answer) {
   double largest = 0.0;
   for (std::size_t p = 0; p < answer.truth.size(); ++p)
-    largest = std::max(largest, std::abs(answer.mean[p] - answer.truth[p]) / answer.stddev[p]);
+    if (answer.stddev[p] > 0.0)
+      largest = std::max(largest, std::abs(answer.mean[p] - answer.truth[p]) / answer.stddev[p]);
   return largest;
 }
 

@@ -57,8 +57,10 @@ int typical(const Model& model, const std::vector<float>& scores, const std::vec
     const auto target = model.targets.scale(truth[i]);
     const std::span<const float> found = scores_at(model, scores, i);
     double sum = 0;
-    for (std::size_t p = 0; p < target.size(); ++p)
-      sum += std::pow(static_cast<double>(found[p]) - static_cast<double>(target[p]), 2);
+    for (std::size_t p = 0; p < target.size(); ++p) {
+      const double error = static_cast<double>(found[p]) - static_cast<double>(target[p]);
+      sum += error * error;
+    }
     errors.emplace_back(sum, static_cast<int>(i));
   }
   const auto middle = errors.begin() + static_cast<std::ptrdiff_t>((errors.size() - 1) / 2);

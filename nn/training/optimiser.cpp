@@ -1,6 +1,7 @@
 // Optimisers: see optimiser.hpp.
 #include "nn/training/optimiser.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -77,10 +78,10 @@ class AdamW final : public Optimiser {
 };
 
 /// Throws Error unless low <= value < high.
-void check(const char* optimiser, const char* setting, double value, double high) {
-  if (!(value >= 0 && value < high))
-    throw Error(Code::setting_out_of_range, optimiser, format("has a %s of %g", setting, value),
-                format("give a number from 0 to below %g", high));
+void check(const char* optimiser, const char* setting, double value, double high, double low = 0) {
+  if (!(value >= low && value < high))
+    throw Error(Code::setting_out_of_range, optimiser, format("has the setting %s = %g", setting, value),
+                format("give a number from %g to below %g", low, high));
 }
 
 }  // namespace
@@ -94,7 +95,7 @@ std::shared_ptr<const Optimiser> sgd(const SgdOptions& options) {
 std::shared_ptr<const Optimiser> adamw(const AdamWOptions& options) {
   check("adamw", "beta1", options.beta1, 1);
   check("adamw", "beta2", options.beta2, 1);
-  check("adamw", "epsilon", options.epsilon, 1e6);
+  check("adamw", "epsilon", options.epsilon, 1e6, 1e-30);  // 0 would divide 0 by 0 where a gradient is 0
   check("adamw", "weight_decay", options.weight_decay, 1e6);
   return std::make_shared<AdamW>(options);
 }
@@ -116,14 +117,18 @@ std::shared_ptr<const Optimiser> optimiser_named(const std::string& text) {
   else
     throw Error(Code::setting_unknown, "optimiser '" + text + "'", "is not known", "give sgd, nesterov or adamw");
   std::string key, number;
+  std::vector<std::string> given;
   while (words >> key) {
     const auto found = settings.find(key);
+    if (std::ranges::find(given, key) != given.end())
+      throw Error(Code::setting_malformed, "optimiser '" + text + "'", "has " + key + " twice", "give it once");
     const std::optional<double> value = words >> number ? number_from<double>(number) : std::nullopt;
     if (found == settings.end() || !value)
       throw Error(Code::setting_malformed, "optimiser '" + text + "'", "has '" + key + "' without a number, or unknown",
                   "give settings and numbers: momentum and weight_decay of sgd and nesterov; beta1, beta2, epsilon and "
                   "weight_decay of adamw");
     *found->second = *value;
+    given.push_back(key);
   }
   return name == "adamw" ? adamw(adam) : sgd(descent);
 }

@@ -56,26 +56,27 @@ void Density::set(const State& state, std::span<double> x, int chain) const {
   for (std::size_t i = 0; i < quantiles_.size(); ++i)
     at(static_cast<int>(i)) = quantiles_[i].coordinate(state.parameters[i]);
   set_noise(state.sensor_noise_deg, state.slow_noise_deg, x, chain);
-  at(start) = prior_coordinate(start, state.start_s);
-  at(gain) = prior_coordinate(gain, state.gain);
-  at(slow_memory) = prior_coordinate(slow_memory, state.slow_memory_s);
+  for (const int quantity : {start, gain, slow_memory}) at(quantity) = prior_coordinate(quantity, state);
 }
 
-double Density::prior_coordinate(int quantity, double value) const {
+double Density::prior_coordinate(int quantity, const State& state) const {
   const auto probit = [](double probability) { return inverse_normal(std::clamp(probability, 0.01, 0.99)); };
   switch (quantity) {
     case sensor_noise:
-      return decid::log(value / priors_.sensor_noise_deg) / decid::log(priors_.sensor_noise_factor);
+      return decid::log(state.sensor_noise_deg / priors_.sensor_noise_deg) / decid::log(priors_.sensor_noise_factor);
     case start:
-      return priors_.start_s > 0.0 ? probit(0.5 * (1.0 + value / priors_.start_s)) : 0.0;
+      return priors_.start_s > 0.0 ? probit(0.5 * (1.0 + state.start_s / priors_.start_s)) : 0.0;
     case gain:
-      return priors_.gain > 0.0 ? decid::log(value) / priors_.gain : 0.0;
+      return priors_.gain > 0.0 ? decid::log(state.gain) / priors_.gain : 0.0;
     case slow_noise:
-      return decid::log(value / priors_.slow_ratio) / decid::log(priors_.slow_ratio_factor);
+      return decid::log(std::max(state.slow_noise_deg / state.sensor_noise_deg, min_slow_ratio * priors_.slow_ratio) /
+                        priors_.slow_ratio) /
+             decid::log(priors_.slow_ratio_factor);
     case slow_memory:
-      return probit(decid::log(value / shortest_memory_s) / log_memory_range);
+      return probit(decid::log(state.slow_memory_s / shortest_memory_s) / log_memory_range);
     default:
-      return quantiles_[static_cast<std::size_t>(quantity)].coordinate(value);
+      return quantiles_[static_cast<std::size_t>(quantity)].coordinate(
+          state.parameters[static_cast<std::size_t>(quantity)]);
   }
 }
 
@@ -83,9 +84,10 @@ void Density::set_noise(double sensor_noise_deg, double slow_noise_deg, std::spa
   const auto at = [&](int quantity) -> double& {
     return x[(static_cast<std::size_t>(noise_.size()) + place(quantity)) * lanes + static_cast<std::size_t>(chain)];
   };
-  at(sensor_noise) = prior_coordinate(sensor_noise, sensor_noise_deg);
-  at(slow_noise) =
-      prior_coordinate(slow_noise, std::max(slow_noise_deg / sensor_noise_deg, min_slow_ratio * priors_.slow_ratio));
+  State levels;
+  levels.sensor_noise_deg = sensor_noise_deg;
+  levels.slow_noise_deg = slow_noise_deg;
+  for (const int quantity : {sensor_noise, slow_noise}) at(quantity) = prior_coordinate(quantity, levels);
 }
 
 Density::Chains Density::chains(std::span<const double> x, std::optional<double> fixed_noise_deg) const {

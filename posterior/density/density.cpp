@@ -21,7 +21,7 @@ namespace {
 using sim::Complex;
 
 constexpr double evidence_hz = 2.5;  // of the coefficients that the likelihood uses
-constexpr double full_hz = 2.6, top_hz = 4.4, block_ms = 100.0;
+constexpr double full_hz = 2.6, top_hz = max_noise_hz, block_ms = 100.0;
 constexpr double whole_damping = 10.0;  // c times the transforms' length: wrapped values decay by e^-10
 constexpr int spare_blocks = 40;        // of the transforms, in addition to the trial: more than the latest start
 constexpr int fewest_blocks = 20;
@@ -112,9 +112,17 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
     throw Error(Code::setting_out_of_range, "protocol " + protocol.name, format("lasts %g s", protocol.duration_s()),
                 "give a protocol of at least 2 s");
   }
-  if (noise_.size() == 0 && protocol.noise.vestibular.scale_deg > 0.0) {
-    throw Error(Code::setting_out_of_range, "protocol " + protocol.name + ", vestibular_noise",
-                "has a single frequency", "give low_hz below high_hz; the posterior models the noise as a band");
+  if (const sim::VestibularNoise& noise = protocol.noise.vestibular; noise.scale_deg > 0.0) {
+    const std::string where = "protocol " + protocol.name + ", vestibular_noise";
+    if (noise.high_hz > max_noise_hz)
+      throw Error(Code::not_supported, where, format("has frequencies up to %g Hz", noise.high_hz),
+                  format("give high_hz of %g or less; the posterior has no faster noise", max_noise_hz));
+    if (noise.low_hz == noise.high_hz)
+      throw Error(Code::setting_out_of_range, where, "has a single frequency",
+                  "give low_hz below high_hz; the posterior models the noise as a band");
+    if (noise_.size() == 0)
+      throw Error(Code::setting_out_of_range, where, format("ends at %g Hz", noise.high_hz),
+                  format("give high_hz of %.2g or more", 0.5 / noise_.period_s()));
   }
   const sim::Experiment& experiment = protocol.experiment;
   const int block_steps = block_samples_ * experiment.steps_per_sample();

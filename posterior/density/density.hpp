@@ -59,10 +59,13 @@ struct Observation {
   double noise_deg = 0.0;        ///< white noise per sample with the power of the highest frequencies
 };
 
-/// The longest time in which a fitted trial was not measured. The time of a fit grows with its square.
-inline constexpr double max_missing_s = 10.0;
-/// Throws Error for gaps of more than max_missing_s in total.
-void require_few_gaps(std::span<const SampleRange> gaps, double rate_hz);
+/// The longest time in all blocks that gaps touch, and its limit as a fraction of the trial. The time of a fit grows
+/// with its square.
+inline constexpr double max_missing_s = 20.0, max_missing_fraction = 0.5;
+
+/// The highest frequency of vestibular noise that the density can have. The transforms of the sway end there; the noise
+/// above would still smooth the dead band.
+inline constexpr double max_noise_hz = 4.4;
 
 /// Returns the protocol. Throws Error if it is invalid, or if its body model is not a member of the family whose
 /// vestibular noise, threshold and delay each are one parameter or a constant.
@@ -81,8 +84,9 @@ class Density {
   /// further learning widens no interval, and chains mix far more slowly in them than in all others.
   static constexpr int held = 2;
 
-  /// Throws Error if the protocol is invalid, has fewer than 20 blocks of samples, noise of a single frequency or
-  /// a body model that of_family() refuses, and for priors out of their bounds.
+  /// Throws Error if the protocol is invalid, has fewer than 20 blocks of samples, noise of a single frequency,
+  /// above max_noise_hz or below its first harmonic, or a body model that of_family() refuses, and for priors out of
+  /// their bounds.
   Density(const sim::Protocol& protocol, const Priors& priors, Isa isa = chosen_isa());
 
   const sim::Protocol& protocol() const noexcept { return protocol_; }
@@ -130,19 +134,22 @@ class Density {
   int edges() const { return (protocol_.experiment.steps() - first_step_) / bin_steps_ + 1; }
   Isa isa() const noexcept { return isa_; }
 
-  /// Prepares a recording; sway_rad: the protocol's samples. gaps: ascending ranges of samples that were not measured;
-  /// the likelihood ignores the blocks that they touch. Throws Error for another number of samples, for gaps outside of
-  /// them, and as require_few_gaps().
+  /// Prepares a recording; sway_rad: the protocol's samples. gaps: ranges of samples that were not measured, which may
+  /// have any values; the likelihood ignores the blocks that they touch. Throws Error for another number of samples,
+  /// for gaps outside of them or too long (max_missing_s), for other samples that are not finite, and if the recording
+  /// is constant.
   Observation observe(std::span<const float> sway_rad, std::span<const SampleRange> gaps = {}) const;
+  /// Returns the observation of a body that never moves, for what does not depend on the recorded sway.
+  Observation at_rest() const;
 
   /// Returns the quantities of a chain's coordinates; x: size() values per chain.
   State state(std::span<const double> x, int chain) const;
   /// Sets a chain's coordinates except the noise's. Values outside of their ranges, or within a hundredth of the ends,
   /// move to that hundredth.
   void set(const State& state, std::span<double> x, int chain) const;
-  /// Returns the standard normal coordinate of a quantity's value; for a parameter outside of its range, that of the
-  /// range's hundredth.
-  double prior_coordinate(int quantity, double value) const;
+  /// Returns the standard normal coordinate of a quantity of a state; for a value outside of its range, the coordinate
+  /// of the range's hundredth. The slow noise's coordinate depends on the white noise.
+  double prior_coordinate(int quantity, const State& state) const;
   /// Sets a chain's coordinates of the measurement noise levels.
   void set_noise(double sensor_noise_deg, double slow_noise_deg, std::span<double> x, int chain) const;
 
@@ -213,6 +220,7 @@ class Density {
   /// Adds the information about the measurement noise levels; call it after forward().
   void add_noise_information(const Chains& chains, const Workspace& work, std::span<double> matrices) const;
   double noise_of_highest(std::span<const double> sway) const;
+  Observation prepared(std::span<const float> sway_rad, std::span<const SampleRange> gaps) const;
 
   sim::Protocol protocol_;
   Priors priors_;

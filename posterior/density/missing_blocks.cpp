@@ -150,7 +150,7 @@ void NoiseSpectrum::add_gradient(const MissingBlocks& missing, const NoiseLevels
   work.missing_trace.assign(all * lanes, 0.0);
   run.add_matrix_times(rows(), static_cast<int>(missing.distances.size()), missing.cosines.data(),
                        work.missing_distances.data(), work.missing_trace.data());
-  // Of the line: A^-1 applied to its rise in the missing blocks.
+  // A^-1 applied to the rise of the line in the missing blocks.
   work.missing_value.assign(blocks * lanes, 0.0);
   run.symmetric_times(count, work.missing_inverse.data(), work.missing_rise.data(), work.missing_value.data());
   std::array<double, lanes> square{};

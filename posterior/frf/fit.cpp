@@ -45,6 +45,17 @@ std::vector<double> prior_stddevs(const Density& density, std::uint64_t seed) {
 
 }  // namespace
 
+void warn_of_no_controller(const Density& density, double left, double p_value, Warnings& warnings) {
+  if (!(left > max_left) || p_value >= impossible) return;
+  std::string text = format(
+      "no controller of this model explains the table: the best ones leave %.0f%% of the response unexplained (root "
+      "mean square of the relative error), so do not use their parameters",
+      100.0 * left);
+  if (!density.table().has_confidence())
+    text += "; the table may also be noisy: add a column sd or ci95, or coherence and cycles, which shows it";
+  add_invalid(warnings, "no_controller", text);
+}
+
 double chi_square_beyond(double chi_square, int degrees_of_freedom) {
   if (!(chi_square > 0.0)) return 1.0;
   // In logarithms: exp(-chi_square / 2) is 0 for a table of 710 rows that is fitted perfectly.
@@ -133,18 +144,12 @@ bool Fit::explained() const {
 }
 
 void Fit::warn(const Density& density) {
-  if (left_ > max_left && !(misfit_.p_value >= impossible))
-    add_invalid(
-        warnings_, "no_controller",
-        format("no controller of this model explains the table: the best ones leave %.0f%% of the response unexplained "
-               "(root mean square of the relative error), so do not use their parameters",
-               100.0 * left_));
+  warn_of_no_controller(density, left_, misfit_.p_value, warnings_);
   if (!agreed()) {
     const auto worst = std::ranges::max_element(rhat_);
     add_caution(warnings_, "chains_disagree",
                 format("the chains do not agree (R-hat %.3f): the table may fit more than one controller", *worst));
   }
-  const double percent = 100.0 * mean(error());
   const Priors& priors = density.priors();
   if (misfit_.p_value < unlikely) {
     add_caution(
@@ -153,16 +158,17 @@ void Fit::warn(const Density& density) {
             "the model does not explain the table: chi-square is %.3g at %d degrees of freedom by its %s (p = %.2g)%s",
             misfit_.chi_square, misfit_.degrees_of_freedom, density.table().confidence.c_str(), misfit_.p_value,
             *priors.error > 0.0
-                ? format("; the intervals attribute the rest, %.2g%% of the response, to errors of the table", percent)
+                ? format("; the intervals attribute the rest, %.0f%% of the response, to errors of the table",
+                         100.0 * left_)
                       .c_str()
                 : "; the intervals are too narrow"));
   }
   if (!density.table().has_confidence() && quantile(error(), 0.05) > *priors.error * priors.error_factor) {
     add_caution(
         warnings_, "response_unexplained",
-        format("the model leaves %.2g%% of the response unexplained, far more than the %.2g%% expected: the intervals "
+        format("the model leaves %.0f%% of the response unexplained, far more than the %.2g%% expected: the intervals "
                "attribute it to errors of the table",
-               percent, 100.0 * *priors.error));
+               100.0 * left_, 100.0 * *priors.error));
   }
 }
 

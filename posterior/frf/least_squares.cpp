@@ -8,6 +8,7 @@
 #include "base/math/cholesky.hpp"
 #include "base/math/math.hpp"
 #include "posterior/density/elementary.hpp"
+#include "posterior/frf/fit.hpp"
 
 namespace decid::frf {
 namespace {
@@ -89,6 +90,10 @@ PointEstimate fit_log_ratio(const Density& density, const OptimumSettings& setti
   const Optimum optimum = minimise(parameters, parameters, evaluate, settings);
   PointEstimate made = estimate_at(density, whole(optimum.x), optimum);
   made.state.error = 0.0;
+  const double p_value = density.table().has_confidence()
+                             ? chi_square_beyond(density.chi_square(made.state, 0.0), 2 * static_cast<int>(rows.size()))
+                             : std::numeric_limits<double>::quiet_NaN();
+  warn_of_no_controller(density, made.left, p_value, made.warnings);
   return made;
 }
 

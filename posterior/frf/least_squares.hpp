@@ -8,6 +8,7 @@
 // uniform.
 #pragma once
 
+#include "base/warning.hpp"
 #include "posterior/frf/density.hpp"
 #include "posterior/frf/optimum.hpp"
 
@@ -21,6 +22,7 @@ struct PointEstimate {
   double left = 0.0;                    ///< root mean square of the relative error
   std::vector<bool> at_end;             ///< of the parameters: at an end of its range
   int agreeing = 0;                     ///< starts with the same misfit
+  Warnings warnings = {};               ///< `no_controller`, by the rule of the posterior's
 };
 
 /// Returns the weights of the rows; their sum is the number of rows.

@@ -111,7 +111,8 @@ Column read_gains(Reader& reader) {
     throw Error(Code::unit_unknown, reader.file(), decibels->name + " is in decibels",
                 "give sway over tilt, 10^(decibels / 20), as gain");
   Column column = reader.need({"gain", "gains", "magnitude", "modulus"});
-  reader.check(column, is_positive, "is not above 0", "give sway over tilt");
+  reader.check(column, is_positive, "is not above 0",
+               "give sway over tilt; if these are decibels, 20 log10(gain), give 10^(decibels / 20)");
   return column;
 }
 
@@ -142,15 +143,25 @@ void read_harmonics(Reader& reader, Table& table) {
   for (std::size_t i = 0; i < table.rows.size(); ++i) table.rows[i].harmonics = static_cast<int>(column->values[i]);
 }
 
+/// Returns half a unit of the last decimal place that a coherence has: a coherence of 0 or 1 was rounded to it.
+double half_unit(const std::vector<double>& coherences) {
+  constexpr int max_places = 6;
+  double unit = 0.1;
+  const auto is_whole = [&](double value) { return std::abs(value / unit - std::round(value / unit)) < 1e-6; };
+  for (int places = 1; places < max_places && !std::ranges::all_of(coherences, is_whole); ++places) unit /= 10.0;
+  return 0.5 * unit;
+}
+
 void take_coherence(const Reader& reader, const Column& coherence, const Column& cycles, const Column& gains,
                     Table& table) {
   reader.check(
-      coherence, [](double value) { return value > 0.0 && value < 1.0; }, "is not between 0 and 1",
+      coherence, [](double value) { return value >= 0.0 && value <= 1.0; }, "is not between 0 and 1",
       "give the squared coherence");
   reader.check(cycles, is_count, "is not a number of cycles", "give the number of averaged cycles");
+  const double least = half_unit(coherence.values);
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const double averages = cycles.values[i] * std::max(1, table.rows[i].harmonics);
-    const double squared = coherence.values[i];
+    const double squared = std::clamp(coherence.values[i], least, 1.0 - least);
     table.rows[i].coherence = squared;
     table.rows[i].stddev = gains.values[i] * std::sqrt((1.0 - squared) / (2.0 * squared * averages));
   }

@@ -39,7 +39,8 @@ inline constexpr int fewest_rows = 3;
 ///   ci95 (gain_ci95)       half the width of the gain's 95 % interval, 1.96 s
 ///   radius95 (radius)      radius of the 95 % circle in the complex plane, 2.448 s
 ///   coherence, cycles      s = gain sqrt((1 - coherence) / (2 coherence cycles harmonics)); the coherence of single
-///                          cycles, squared as usual (Bendat and Piersol, Random Data, 4th ed. 2010, ch. 9)
+///                          cycles, squared as usual (Bendat and Piersol, Random Data, 4th ed. 2010, ch. 9). 0 and 1
+///                          count as rounded: half a unit of the table's last decimal place from there
 ///   harmonics              optional: the number of neighbouring harmonics of the stimulus that a row averages
 ///
 /// Throws Error for:

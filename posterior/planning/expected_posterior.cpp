@@ -130,7 +130,7 @@ class Planner {
       : density_(density),
         planned_(planned),
         persons_(persons_of(density, planned)),
-        observation_(density.observe(std::vector<float>(static_cast<std::size_t>(density.protocol().samples()), 0.0F))),
+        observation_(density.at_rest()),
         size_(static_cast<std::size_t>(density.size())),
         noises_(static_cast<std::size_t>(density.noise_size())) {
     for (std::size_t p = 0; p < static_cast<std::size_t>(density.parameters()); ++p) {

@@ -266,11 +266,14 @@ std::vector<double> place_evenly(const std::vector<double>& values, const Clock&
 }
 
 std::string fill_gaps(std::vector<double>& values, double rate_hz, double longest_s, const std::string& name,
-                      const std::string& where, std::vector<SampleRange>& gaps) {
-  std::size_t count = 0, filled = 0, longest = 0, all = 0;
+                      const std::string& where, const std::function<std::string(std::size_t first)>& place_of,
+                      std::vector<SampleRange>& gaps) {
+  std::size_t count = 0, filled = 0, longest = 0, all = 0, all_gaps = 0, all_missing = 0;
   for (std::size_t k = 0, length = 0; k < values.size(); ++k) {
     length = std::isnan(values[k]) ? length + 1 : 0;
     all = std::max(all, length);
+    all_gaps += length == 1 ? 1 : 0;
+    all_missing += length > 0 ? 1 : 0;
   }
   const double all_s = static_cast<double>(all) / rate_hz;
   for (std::size_t begin = 0; begin < values.size(); ++begin) {
@@ -282,15 +285,20 @@ std::string fill_gaps(std::vector<double>& values, double rate_hz, double longes
     if (length == values.size())
       throw Error(Code::value_missing, where, "all values of " + name + " are missing", "name another column");
     if (length_s > longest_s * (1.0 + 1e-9)) {
-      throw Error(Code::value_missing, where,
-                  name + " lacks " + std::to_string(length) + (length == 1 ? " sample (" : " samples (") +
-                      six_digits(length_s) + " s) from " + six_digits(static_cast<double>(begin) / rate_hz) +
-                      " s after the first one" +
-                      (longest_s > 0.0 ? ", more than " + setting("fill_gaps") + " " + six_digits(longest_s) : ""),
-                  all_s > longest_gap_s ? "its longest gap, " + six_digits(all_s) +
-                                              " s, is too long to interpolate: give the part before or after it"
-                                        : setting("fill_gaps") + " " + six_digits(std::ceil(all_s * 1e4) / 1e4) +
-                                              " interpolates all its gaps");
+      throw Error(
+          Code::value_missing, where,
+          place_of(begin) + name + " lacks " + std::to_string(length) + (length == 1 ? " sample (" : " samples (") +
+              six_digits(length_s) + " s) from " + six_digits(static_cast<double>(begin) / rate_hz) +
+              " s after the first one" +
+              (longest_s > 0.0 ? ", more than " + setting("fill_gaps") + " " + six_digits(longest_s) : "") +
+              (all_gaps > 1 ? "; it has " + std::to_string(all_gaps) + " gaps of " + std::to_string(all_missing) +
+                                  " samples in all, the longest " + std::to_string(all) +
+                                  (all == 1 ? " sample (" : " samples (") + six_digits(all_s) + " s)"
+                            : ""),
+          all_s > longest_gap_s
+              ? "its longest gap, " + six_digits(all_s) +
+                    " s, is too long to interpolate: give the part before or after it"
+              : setting("fill_gaps") + " " + six_digits(std::ceil(all_s * 1e4) / 1e4) + " interpolates all its gaps");
     }
     for (std::size_t k = begin; k < end; ++k) {
       if (begin == 0) {

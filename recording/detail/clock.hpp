@@ -2,6 +2,7 @@
 // Not installed.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -42,10 +43,11 @@ std::vector<std::size_t> restarts(const Table& table, int column);
 std::vector<double> place_evenly(const std::vector<double>& values, const Clock& clock);
 
 /// Fills runs of NaN up to `longest_s`: linearly between their neighbours, at an end with the nearest value. A curve
-/// through neighbours would swing with the measurement noise. Throws Error for a longer run, with its start and `name`,
-/// and if all values are missing. Adds the filled samples to `gaps`. Returns the text of a warning, empty if nothing
-/// was filled.
+/// through neighbours would swing with the measurement noise. Throws Error for a longer run, with `place_of(first)`,
+/// its start, `name`, the number of runs and the longest, and if all values are missing. Adds the filled samples to
+/// `gaps`. Returns the text of a warning, empty if nothing was filled.
 std::string fill_gaps(std::vector<double>& values, double rate_hz, double longest_s, const std::string& name,
-                      const std::string& where, std::vector<SampleRange>& gaps);
+                      const std::string& where, const std::function<std::string(std::size_t first)>& place_of,
+                      std::vector<SampleRange>& gaps);
 
 }  // namespace decid::recording

@@ -52,16 +52,35 @@ void refuse_ankle(const std::string& name, const std::string& where) {
               "add the platform's tilt, and name the sum sway");
 }
 
+/// Words of names and labels of markers (Plug-in Gait's among them), with the part of the body. Vertebrae between T10
+/// and the sacrum are missing: they are near the centre of mass.
+struct PartWord {
+  std::string_view word;
+  const char* part;
+};
+constexpr PartWord part_words[] = {
+    {"head", "head"},         {"kopf", "head"},       {"fhd", "head"},          {"bhd", "head"},
+    {"neck", "neck"},         {"nacken", "neck"},     {"c7", "neck"},           {"shoulder", "shoulder"},
+    {"schulter", "shoulder"}, {"sho", "shoulder"},    {"acromion", "shoulder"}, {"akromion", "shoulder"},
+    {"acr", "shoulder"},      {"trunk", "trunk"},     {"rumpf", "trunk"},       {"thorax", "trunk"},
+    {"chest", "trunk"},       {"brust", "trunk"},     {"sternum", "trunk"},     {"strn", "trunk"},
+    {"clavicle", "trunk"},    {"clavicula", "trunk"}, {"clav", "trunk"},        {"scapula", "trunk"},
+    {"spine", "spine"},       {"t8", "spine"},        {"t10", "spine"},         {"th10", "spine"},
+    {"foot", "foot"},         {"fuss", "foot"},       {"fu\xC3\x9F", "foot"},   {"knee", "knee"},
+    {"knie", "knee"},         {"thigh", "thigh"},     {"pelvis", "pelvis"},     {"hip", "hip"},
+};
+
 /// Warns of a name of a body part or another direction: the model sways as a whole, about the ankles, in one direction.
 void warn_of_part(const std::string& name, Recording& recording) {
-  for (const char* part : {"head", "kopf", "neck", "trunk", "rumpf", "thorax", "spine", "foot", "fuss", "fu\xC3\x9F",
-                           "knee", "knie", "thigh", "pelvis", "hip"}) {
+  std::string_view warned;
+  for (const auto& [word, part] : part_words) {
     // A hip marker may stand for the centre of mass, a hip joint's angle may not.
-    if (!has_word(name, {part}) || (part == std::string_view("hip") && !has_word(name, {"angle", "angles", "flexion"})))
+    if (part == warned || !has_word(name, {word}) || (word == "hip" && !has_word(name, {"angle", "angles", "flexion"})))
       continue;
     add_caution(
         recording.warnings, "sway_of_a_part",
         name + " belongs to the " + part + " by its name; the model needs the sway of the body's centre of mass");
+    warned = part;
   }
   for (const char* other : {"ml", "lateral", "mediolateral", "yaw", "heading", "gaze", "eye", "target", "setpoint"})
     if (has_word(name, {other}))
@@ -355,9 +374,13 @@ SwaySource find_sway_source(const Table& table, int time, const RecordingOptions
   if (!options.ankle_column.empty() && !markers && !options.com_height_m)
     throw Error(Code::setting_missing, setting("ankle"), "no positions refer to it",
                 "give " + setting("com_height") + ", or " + setting("hip") + " and " + setting("shoulder"));
-  if (options.com_height_m && !(*options.com_height_m > 0.0))
+  if (options.com_height_m && !(*options.com_height_m > 0.0 && std::isfinite(*options.com_height_m)))
     throw Error(Code::setting_out_of_range, setting("com_height"), "is " + three_digits(*options.com_height_m) + " m",
                 "give metres above the ankles");
+  // Without hip and shoulder the height is the person's, which programs give for every recording.
+  if (options.body_height_m && !(*options.body_height_m > 0.0 && std::isfinite(*options.body_height_m)))
+    throw Error(Code::setting_out_of_range, setting("height"), "is " + three_digits(*options.body_height_m) + " m",
+                "give the person's height in metres");
   SwaySource source;
   const auto add = [&](const std::string& column, const std::string& setting_name) {
     source.columns.push_back(named_column(table, column, where, setting_name));

@@ -268,7 +268,7 @@ double CsvTable::finite(const Parsed& parsed, std::string_view cell, int column,
   if (missing == Missing::kept && is_missing(cell)) return std::numeric_limits<double>::quiet_NaN();
   throw Error(is_missing(cell) ? Code::value_missing : Code::value_invalid, where_,
               locate(row) + ", " + names_[static_cast<std::size_t>(column)] + ": " + shown(cell),
-              is_missing(cell) ? remedy_for(missing) : "correct the cell, or put # before lines that are not data");
+              is_missing(cell) ? remedy_for_missing : "correct the cell, or put # before lines that are not data");
 }
 
 /// Returns true if another column has decimal points in its first rows.

@@ -233,7 +233,11 @@ Unit angle_unit(const Table& table, int column, std::optional<Unit> given, const
   const std::string& name = table.names()[static_cast<std::size_t>(column)];
   const std::optional<Unit> named = unit_in(name);
   const char* const quantity = other_quantity(name);
-  if (given && (quantity != nullptr || (named && *named != *given)))
+  if (given && quantity != nullptr)
+    add_caution(recording.warnings, "unit_differs",
+                name + " is " + quantity + " by its name, not an angle; decid reads it as an angle in " + setting_name +
+                    (quantity == centre_of_pressure ? ": the model needs the sway of the body's centre of mass" : ""));
+  else if (given && named && *named != *given)
     add_caution(recording.warnings, "unit_differs",
                 name + " has a unit in its name that differs from " + setting_name + "; decid uses " + setting_name);
   if (const std::optional<Unit> unit = find_unit(name, given, recording.file, setting_name)) return *unit;

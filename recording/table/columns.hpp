@@ -50,7 +50,7 @@ inline constexpr char centre_of_pressure[] = "a centre of pressure";
 std::optional<Unit> find_unit(const std::string& name, std::optional<Unit> given, const std::string& where,
                               const std::string& setting_name);
 /// Returns the unit of a table's column: the given one, else the name's, else the file's own, else degrees with a note.
-/// Warns if a given unit differs from the name's. Throws Error as find_unit().
+/// Warns if a given unit differs from the name's, or if the name excludes an angle. Throws Error as find_unit().
 Unit angle_unit(const Table& table, int column, std::optional<Unit> given, const std::string& setting_name,
                 Recording& recording);
 /// Returns the metres of the unit of length at the end of a name, if any.

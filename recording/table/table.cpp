@@ -65,12 +65,6 @@ std::unique_ptr<Table> read_sheet(const std::string& bytes, const std::string& w
 
 }  // namespace
 
-std::string remedy_for(Missing missing) {
-  return missing == Missing::fillable
-             ? "give a value, or interpolate short gaps of a recording with " + setting("fill_gaps") + " SECONDS"
-             : "give a value";
-}
-
 const std::vector<TableArray>& Table::arrays() const {
   static const std::vector<TableArray> none;
   return none;

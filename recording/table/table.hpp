@@ -18,11 +18,10 @@ namespace decid::recording {
 /// Limits of a file, so that a wrong file causes an Error instead of filling the memory.
 inline constexpr std::size_t max_rows = 10'000'000, max_columns = 1000;
 
-/// The treatment of cells that mark a missing value: empty, nan, NA, null, -. `fillable` refuses them too, and names
-/// the setting that fills them.
-enum class Missing { refused, fillable, kept };
-/// Returns the remedy for a refused cell.
-std::string remedy_for(Missing missing);
+/// The treatment of cells that mark a missing value: empty, nan, NA, null, -.
+enum class Missing { refused, kept };
+/// The remedy for a refused cell.
+inline constexpr char remedy_for_missing[] = "write a number there";
 
 /// The values of a column that distinguishes recordings, and the index into `values` of each row. An empty value
 /// belongs to no recording.

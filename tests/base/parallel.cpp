@@ -45,6 +45,11 @@ TEST_CASE("parallel_for: each index once, for any number of threads, with a team
   }
 }
 
+TEST_CASE("thread_count: at most max_threads, whatever OMP_NUM_THREADS is") {
+  const Threads set(100000);
+  CHECK(thread_count() == max_threads);
+}
+
 TEST_CASE("in_each_thread: once in each thread, and exceptions reach the caller") {
   for (const int threads : {1, 3}) {
     const Threads set(threads);

@@ -244,6 +244,8 @@ TEST_CASE("a feed gives every trial of an epoch once, the same for any number of
   constexpr int trials = 23, batch = 5, epochs = 3;                 // batches of 5, 5, 5, 4, 4
   const auto source = std::make_unique<InSmallBlocks>(trials, 12);  // two batches a block
   const ImageMaker images = two_columns(source->protocol().samples(), true);
+  for (const int wrong : {0, -1})
+    check_error([&] { measure_scaling(*source, images, wrong); }, Code::setting_out_of_range, std::to_string(wrong));
   const Scaling scaling = measure_scaling(*source, images, trials);
   const Encoding encoding{images, scaling.rows};
   const auto values = static_cast<std::size_t>(images.shape().size());

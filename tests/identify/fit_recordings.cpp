@@ -204,3 +204,60 @@ TEST_CASE("a recording with too many gaps is an error of its own, also among sev
   REQUIRE(read[1].error);
   CHECK(read[1].error->code() == Code::value_missing);
 }
+
+TEST_CASE("a constant recording is an error of its own, also among several of a person") {
+  std::vector<RecordingResult> read = of_one_person(), alone = of_one_person();
+  for (const std::size_t constant : {std::size_t{2}, std::size_t{3}})
+    read[constant].trial = recording::make_trial(std::vector<float>(2000, 0.0F));
+  read[3].trial.tilt.emplace().is_other_size = true;  // the group leaves it out
+  Fitter fitter(nullptr, sines_protocol(), {}, quick_request());
+  const FitGroup group{{0, 2, 3}, {}};
+  CHECK(fit_each(
+      read, [&](std::size_t) -> Fitter& { return fitter; }, {}, {}, std::span(&group, 1)));
+  for (const std::size_t constant : {std::size_t{2}, std::size_t{3}}) {
+    REQUIRE(read[constant].error);
+    CHECK(read[constant].error->code() == Code::value_invalid);
+    CHECK(contains(read[constant].error->where(), read[constant].file));
+    CHECK_FALSE(read[constant].fit);
+  }
+  // The group's only other recording has the bits and the warnings of a fit of its own.
+  REQUIRE(!read[0].error);
+  CHECK(fitter.fit(std::span(alone).first(1)));
+  CHECK(read[0].fit->posterior.mean(sim::Kp) == alone[0].fit->posterior.mean(sim::Kp));
+  CHECK(read[0].warnings.size() == alone[0].warnings.size());
+}
+
+TEST_CASE("a stop marks the fits that it cut, and the fit of a recording that the group leaves out can be stopped") {
+  std::vector<RecordingResult> read = of_one_person();
+  read[2].trial.tilt.emplace().is_other_size = true;
+  Fitter fitter(nullptr, sines_protocol(), {}, quick_request());
+  const FitGroup group{{2, 0, 3}, {}};
+  const auto run = [&](const FitProgress& progress) {
+    return fit_each(
+        read, [&](std::size_t) -> Fitter& { return fitter; }, progress, {}, std::span(&group, 1));
+  };
+  // The first run that draws is that of the recording that is left out, the second the others'.
+  int runs = 0;
+  CHECK_FALSE(run([&](std::size_t recording, const posterior::Progress& here) {
+    const bool begins = recording == 2 && std::string(here.stage) == "drawing" && here.done < 0.75;
+    return !begins || ++runs < 2;
+  }));
+  REQUIRE(read[2].fit);
+  CHECK_FALSE(read[2].fit->stopped);
+  REQUIRE(read[0].fit);
+  CHECK(read[0].fit->stopped);
+  CHECK(read[0].fit->posterior.draws_per_chain() < quick().max_draws);
+
+  read = of_one_person();
+  read[2].trial.tilt.emplace().is_other_size = true;
+  CHECK_FALSE(run([](std::size_t, const posterior::Progress&) { return false; }));
+  REQUIRE(read[2].error);
+  CHECK(read[2].error->code() == Code::stopped);
+
+  // A stop after the last draws takes nothing away.
+  read = of_one_person();
+  fitter.fit(std::span(read).last(1), [](std::size_t, const posterior::Progress& here) { return here.done < 1.0; });
+  REQUIRE(read[3].fit);
+  CHECK(read[3].fit->posterior.draws_per_chain() == quick().max_draws);
+  CHECK_FALSE(read[3].fit->stopped);
+}

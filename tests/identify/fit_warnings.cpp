@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <numeric>
 
 #include "tests/helpers.hpp"
@@ -26,6 +27,18 @@ struct RhatSetter {
     if (!done) field = rhat;
     done = true;
   }
+};
+
+/// Replaces the states of a posterior.
+struct StateSetter {
+  const posterior::State& state;
+  template <class... Fields>
+  void operator()(Fields&... fields) {
+    (set(fields), ...);
+  }
+  template <class Field>
+  void set(Field&) {}
+  void set(std::vector<posterior::State>& states) { std::ranges::fill(states, state); }
 };
 
 }  // namespace
@@ -78,6 +91,39 @@ TEST_CASE("at_edge: of the quantities that are inferred, at either end") {
   std::erase(but_known, int{posterior::Density::gain});
   CHECK(edges({.start_s = 0.0, .gain = 0.0}, 0.5) == but_known);
   CHECK(edges({}, 1e-9).empty());
+}
+
+TEST_CASE("at_edge: the remedy is the setting of the quantity, and a start at its limit is a caution") {
+  const sim::Protocol protocol = test::sines_protocol();
+  const posterior::Density density(protocol, {});
+  const posterior::Observation observation =
+      density.observe(test::recorded(protocol, test::some_parameters(), 0.02, 0));
+  posterior::Posterior found = posterior::sample(density, observation, test::quick());
+  const AlignedVector<double> middle(static_cast<std::size_t>(density.size()) * posterior::lanes, 0.0);
+  const auto warned = [&](const auto& change, bool from_network) {
+    posterior::State state = density.state(middle, 0);
+    change(state);
+    StateSetter set{state};
+    found.archive(set);
+    Warnings edges;
+    for (const Warning& one : posterior_warnings(density, observation, found, from_network))
+      if (one.code == "at_edge") edges.push_back(one);
+    REQUIRE(edges.size() == 1);
+    return edges.front();
+  };
+  const auto starts_late = [](posterior::State& state) { state.start_s = 0.0999; };
+  const Warning start = warned(starts_late, false);
+  CHECK(start.severity == Severity::caution);
+  CHECK(test::contains(start.text, "prior_start"));
+  CHECK_FALSE(test::contains(start.text, "ranges"));
+  CHECK(warned(starts_late, true).severity == Severity::info);
+  const Warning gain = warned([](posterior::State& state) { state.gain = 1.2; }, false);
+  CHECK(gain.severity == Severity::info);
+  CHECK(test::contains(gain.text, "prior_gain"));
+  const auto stiffest = [&](posterior::State& state) { state.parameters[sim::Kp] = density.ranges()[sim::Kp].high; };
+  const Warning parameter = warned(stiffest, false);
+  CHECK(parameter.severity == Severity::info);
+  CHECK(test::contains(parameter.text, "ranges"));
 }
 
 }  // namespace decid

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Fails on a comment or a message of a source that has a word or an opening which CONTRIBUTING.md avoids.
+"""Fails on a comment or a message of a source that has a word or an opening which CONTRIBUTING.md avoids, and on an
+elementary function of the system's library in a folder whose results have the same bits on every machine.
 
     tests/layout/source_words.py [ROOT]
 
@@ -16,6 +17,9 @@ COMMENT = re.compile(r"^(?P<code>.*?)(?<![:\"])//[/<]*(?P<text>.*)$")
 BLOCKS = {".c": ("/*", "*/"), ".h": ("/*", "*/"), ".py": ('"""', '"""')}  # of comments over several lines
 LINES = {".py": "#", ".sh": "#", ".m": "%"}
 OWN = ("tests/docs/words.py", "tests/docs/test_check_docs.py", "tests/layout/test_source_words.py")  # have the words
+LIBRARY_FUNCTION = re.compile(r"std::(pow|exp|log|sin|cos|atan2|hypot|arg)\(")  # base/math/math.hpp has decid's own
+SAME_BITS = ("base", "sim", "nn", "dataset", "posterior", "identify", "recording")
+SYSTEM_BITS = ()  # files of these folders that may call the system's, each with the reason
 MESSAGE = re.compile(r'"((?:[^"\\]|\\.)*)"')
 
 
@@ -55,11 +59,22 @@ def passages(text):
                 yield number, re.sub(r"\\[nrt]", " ", literal)
 
 
+def library_functions(path, text):
+    """Yields the line number and the complaint of each elementary function of the system's library."""
+    if Path(path).parts[0] not in SAME_BITS or path in SYSTEM_BITS:
+        return
+    for number, line in enumerate(text.splitlines(), 1):
+        for name in LIBRARY_FUNCTION.findall(COMMENT.sub(r"\g<code>", line)):
+            yield number, f"std::{name} has other bits on other machines: use decid::{name} or sqrt (base/math/math.hpp)"
+
+
 def main(root):
     kinds = ["*.cpp", "*.hpp", "*.c", "*.h", "*.js", "*.py", "*.sh", "*.m"]
     files = subprocess.run(["git", "ls-files", *kinds], cwd=root, check=True, capture_output=True, text=True).stdout.split()
     found = [f"{path}:{number}: {complaint}" for path in files if (root / path).exists() and path not in OWN
              for number, passage in passages(with_slashes((root / path).read_text(), Path(path).suffix)) for complaint in complaints(passage)]
+    found += [f"{path}:{number}: {complaint}" for path in files if (root / path).exists() and Path(path).suffix in (".cpp", ".hpp")
+              for number, complaint in library_functions(path, (root / path).read_text())]
     for complaint in found:
         print(complaint, file=sys.stderr)
     print(f"words: {len(found)} complaints")

@@ -29,6 +29,12 @@ class Words(unittest.TestCase):
             self.assertEqual(len(found(words.with_slashes(form % BANNED, suffix))), 1, form)
         self.assertEqual(found(words.with_slashes(BANNED + " = 1", ".py")), [])
 
+    def test_elementary_functions_of_the_system_are_found_where_bits_must_be_the_same(self):
+        call = "return std::pow(10.0, x) + std::exp(y);"
+        self.assertEqual([number for number, _ in words.library_functions("sim/frf.cpp", "\n" + call)], [2, 2])
+        self.assertEqual(list(words.library_functions("tests/sim/frf.cpp", call)), [])
+        self.assertEqual(list(words.library_functions("sim/frf.cpp", "decid::exp(x); std::sqrt(x); std::log2(x);  // std::exp(x)")), [])
+
     def test_an_address_is_no_comment(self):
         self.assertEqual(found('f("https://example.org/anew");'), [])
 

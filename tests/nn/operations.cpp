@@ -383,3 +383,22 @@ TEST_CASE("architecture: comments, blocks, and what does not fit") {
       },
       decid::Code::setting_conflict);
 }
+
+TEST_CASE("register_layer: words of decid's own, no word, and no parser are refused") {
+  for (const char* word : {"conv", "fc", "relu", "statspool", "batchnorm", "maxpool", "avgpool", "globalavgpool",
+                           "residual", "concat", "{", "}", "tanh", "dropout"})
+    check_error([&] { register_layer(word, parse_cube); }, decid::Code::setting_conflict, word);
+  for (const char* word : {"", " ", " x y", "x y", "x\n", "#", "x#", "x;y", "x{"})
+    check_error([&] { register_layer(word, parse_cube); }, decid::Code::setting_malformed);
+  check_error([] { register_layer("nothing", nullptr); }, decid::Code::setting_missing, "nothing");
+}
+
+TEST_CASE("registered layers: an operation that an architecture cannot use is an error of its line") {
+  register_layer("null_layer", [](Shape, Words&) -> OperationPointer { return nullptr; });
+  register_layer("turned_layer", [](Shape src, Words&) -> OperationPointer {
+    return std::make_shared<Cube>(Shape{src.rows, src.channels, src.columns});
+  });
+  for (const std::string line : {"null_layer", "turned_layer"})
+    check_error([&] { Network({2, 6, 5}, "tanh; " + line); }, decid::Code::setting_malformed, line);
+  CHECK_NOTHROW(Network({2, 2, 5}, "tanh; turned_layer"));
+}

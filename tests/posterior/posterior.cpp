@@ -108,11 +108,6 @@ TEST_CASE("sample: some draws are kept whole, evenly over chains and time") {
   }
 }
 
-TEST_CASE("sample: a constant recording is refused") {
-  const Density density(sines_protocol(), {});
-  check_error([&] { sample(density, density.observe(std::vector<float>(2000, 0.0F)), quick()); }, Code::value_invalid);
-}
-
 TEST_CASE("sample: settings that make no draws are refused") {
   const sim::Protocol protocol = sines_protocol();
   const Density density(protocol, {});
@@ -123,6 +118,19 @@ TEST_CASE("sample: settings that make no draws are refused") {
     Settings settings = quick();
     settings.*setting = 0;
     check_error([&] { sample(density, observation, settings); }, Code::setting_out_of_range, "is 0");
+  }
+}
+
+TEST_CASE("sample: blocks of fewer draws than are judged do not end the run") {
+  const sim::Protocol protocol = sines_protocol();
+  const Density density(protocol, {});
+  const Observation observation = density.observe(recorded(protocol, some_parameters(), 0.02, 0));
+  Settings settings = quick();
+  settings.max_leapfrog_steps = 8;
+  settings.min_draws = settings.max_draws = 8;
+  for (const int block : {1, 3}) {
+    settings.block = block;
+    CHECK(sample(density, observation, settings).draws_per_chain() == 8);
   }
 }
 

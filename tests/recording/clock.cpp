@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "base/math/random.hpp"
+#include "base/setting.hpp"
 #include "recording/recording.hpp"
 #include "sim/protocol/protocol.hpp"
 #include "sim/streams.hpp"
@@ -112,6 +113,17 @@ TEST_CASE("missing cells are gaps, in the middle and at the ends") {
   };
   check_error([&] { read(text("0", "", "4")); }, Code::value_missing, "line 4, sway_deg");
   check_error([&] { read(text("0", "NaN", "4")); }, Code::value_missing, "line 4");
+  // The error counts the gaps and gives the number that fills them all.
+  const std::string gaps = "time,sway_deg\n0,0\n0.01,\n0.02,2\n0.03,\n0.04,nan\n0.05,\n0.06,6\n0.07,7\n0.09,8\n0.1,9\n";
+  const Error refused = error_of([&] { read(gaps); });
+  CHECK(refused.code() == Code::value_missing);
+  for (const char* fact : {"line 3, sway_deg", " 1 sample (0.01 s)", "3 gaps of 5 samples", "3 samples (0.03 s)"})
+    CHECK(contains(refused.problem(), fact));
+  CHECK(contains(refused.remedy(), setting("fill_gaps") + " 0.03 "));
+  CHECK_NOTHROW(read(gaps, {.fill_gaps_s = 0.03}));
+  // A lost row has no place in the file.
+  check_error([&] { read("time,sway_deg\n0,0\n0.01,1\n0.03,3\n0.04,4\n0.05,\n0.06,6\n"); }, Code::value_missing,
+              "2 gaps of 2 samples");
   check_error([&] { read(text("0", "inf", "4"), {.fill_gaps_s = 1.0}); }, Code::value_invalid, "line 4");
   const Recording recording = read(text("", "n/a", "nan"), {.fill_gaps_s = 0.01});
   const double expected[] = {1.0, 1.0, 2.0, 3.0, 3.0};

@@ -141,6 +141,8 @@ TEST_CASE("columns whose names exclude sway are refused, even a single one; part
                                        {"CoP_AP", "a centre of pressure"},
                                        {"COPx (mm)", "a centre of pressure"}})
     check_error(reading("time," + std::string(name) + "\n0,1\n0.01,2\n"), Code::column_unsuitable, quantity);
+  const RecordingOptions as_mass{.column = "C7_mm", .com_height_m = 0.9};
+  CHECK(warning(read("time,C7_mm\n0,1\n0.01,2\n", as_mass).warnings, "sway_of_a_part") != nullptr);
   check_error(reading("time,COPx_mm\n0,1\n0.01,2\n", {.column = "COPx_mm", .com_height_m = 0.9}),
               Code::column_unsuitable, "COPx_mm");
   for (const char* name : {"head_deg", "trunk_angle_deg", "foot_deg"})
@@ -166,7 +168,14 @@ TEST_CASE("a unit that is not the name's is used, and warned of") {
   REQUIRE(found != nullptr);
   CHECK(found->severity == Severity::caution);
   CHECK(found->text.starts_with("sway_deg has a unit in its name"));
-  CHECK(warning(read("time,sway (V)\n0,.1\n0.01,.2\n", {.unit = Unit::radian}).warnings, "unit_differs") != nullptr);
+  for (const auto& [name, quantity] : {std::pair{"COP_x", "a centre of pressure"},
+                                       {"sway (V)", "a voltage"},
+                                       {"sway_mm", "a length"},
+                                       {"sway [counts]", "in counts"}}) {
+    const Recording other = read("time," + std::string(name) + "\n0,.1\n0.01,.2\n", {.unit = Unit::radian});
+    REQUIRE(warning(other.warnings, "unit_differs") != nullptr);
+    CHECK(contains(warning(other.warnings, "unit_differs")->text, quantity));
+  }
   CHECK(warning(read("time,sway_deg\n0,.1\n0.01,.2\n", {.unit = Unit::degree}).warnings, "unit_differs") == nullptr);
 }
 
@@ -293,7 +302,10 @@ TEST_CASE("positions are sway at their height above the ankles") {
   check_error(reading("time,x_m\n0,1\n0.01,4\n", {.com_height_m = 1.0}), Code::value_invalid);
   check_error(reading("time,sway_deg\n0,1\n0.01,4\n", {.ankle_column = "time"}), Code::setting_missing, "com_height");
   check_error(reading("time,sway\n0,1\n0.01,4\n", {.metres_per_unit = 1.0}), Code::setting_missing, "com_height");
-  check_error(reading(text, {.com_height_m = -1.0}), Code::setting_out_of_range, "com_height");
+  for (const double wrong : {-1.0, 0.0, std::nan(""), static_cast<double>(INFINITY)}) {
+    check_error(reading(text, {.com_height_m = wrong}), Code::setting_out_of_range, "com_height");
+    check_error(reading(text, {.body_height_m = wrong}), Code::setting_out_of_range, "height");
+  }
 }
 
 TEST_CASE("leg and trunk, or hip and shoulder, make the sway of the centre of mass") {
@@ -398,11 +410,13 @@ TEST_CASE("names of joints and parts are known between capitals and behind the l
                            "Sprunggelenkwinkel_Grad"})
     check_error(reading(text(name)), Code::column_unsuitable, name);
   for (const char* name : {"RKneeAngles", "RPelvisAngles", "LThoraxAngles", "HeadAngles", "SpineAngles_deg",
-                           "LHipAngles_deg", "rknee_deg"}) {
+                           "LHipAngles_deg", "rknee_deg", "C7_x", "C7 X", "C7.AP", "swayC7_deg", "RSHO_x",
+                           "LShoulder X", "ACROMION_x", "Sternum_deg", "STRN_x", "CLAV_x", "chest_deg", "T10_x"}) {
     CAPTURE(std::string(name));
     CHECK(warning(read(text(name)).warnings, "sway_of_a_part") != nullptr);
   }
-  for (const char* name : {"CoMAngle", "CoMAnkleAngle_deg", "comAngle", "BodySway", "hip_sway_deg"}) {
+  for (const char* name : {"CoMAngle", "CoMAnkleAngle_deg", "comAngle", "BodySway", "hip_sway_deg", "SC7_deg",
+                           "C70_deg", "shown_deg", "AT10_deg", "sacrum_x", "L3_x"}) {
     CAPTURE(std::string(name));
     CHECK(warning(read(text(name)).warnings, "sway_of_a_part") == nullptr);
   }

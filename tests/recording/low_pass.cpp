@@ -128,7 +128,7 @@ TEST_CASE("sway without a low-pass has none: noise, slow noise, rounding, steps,
           noise = kept * noise + fresh * random.normal(k);
           slow[k] += 0.05 * sim::rad_per_deg * noise;
         }
-        // Noise of 0.05 s with nothing else is a first-order filter's, which cannot be told from one.
+        // Noise of 0.05 s with nothing else is that of a first-order filter.
         if (memory_s > 0.1 || noise_deg > 0.01) CHECK(!find_low_pass(slow, rate_hz));
       }
       std::vector<double> bridged = sway;

@@ -86,6 +86,11 @@ TEST_CASE("a longer recording is cut from the option's start, and the cut is rep
                 "12.5 s");
   }
   check_error([&] { bring_to_protocol(recording, protocol, {.start_s = 4.0}); }, Code::recording_too_short, "8.5 s");
+  // One cycle and the rest before it take 5 s.
+  Recording shorter = ramp(850);
+  check_error([&] { bring_to_protocol(shorter, protocol); }, Code::recording_too_short, "the other 3.5 s");
+  Recording one = ramp(500);
+  CHECK_FALSE(contains(error_of([&] { bring_to_protocol(one, protocol); }).what(), "the other"));
   // At another rate the start need not be a sample's time. Away from the ends, which are held.
   Recording slow = ramp(1000, 80.0);
   const std::vector<float> moved = bring_to_protocol(slow, protocol, {.start_s = 1.003}).sway_rad();
@@ -271,6 +276,27 @@ TEST_CASE("a noisy, too large, inverted or different tilt is recognised") {
   Recording still = with_tilt(protocol, 1.0, 12.0, 100.0, 0.0);
   check_error([&] { bring_to_protocol(still, protocol); }, Code::protocol_mismatch);
   check_error([&] { bring_to_protocol(large, protocol, {.start_s = 1.0}); }, Code::setting_conflict);
+}
+
+TEST_CASE("a platform that stopped, or began late, is named; it is not a tilt of the other sign") {
+  sim::Protocol one = sim::default_protocol();
+  one.sequence().cycles = 1;
+  const sim::Protocol protocol = sim::default_protocol();
+  const double cycle_s = protocol.experiment.cycle_s();
+  for (const double noise_rad : {0.0, 1e-4}) {
+    Recording stopped = with_tilt(one, 0.0, 2.0 * cycle_s, 100.0, 1.0, noise_rad);
+    check_error([&] { bring_to_protocol(stopped, protocol); }, Code::protocol_mismatch, "stopped after 58.");
+    Recording late = with_tilt(one, cycle_s, 2.0 * cycle_s, 100.0, 1.0, noise_rad);
+    check_error([&] { bring_to_protocol(late, protocol); }, Code::protocol_mismatch, "for the first 61.");
+  }
+  Recording reversed = with_tilt(protocol, 0.0, 2.0 * cycle_s, 100.0, -1.0);
+  check_error([&] { bring_to_protocol(reversed, protocol); }, Code::protocol_mismatch, "other sign");
+  // Half of the noisy tilt's variance is noise: its correlation is -0.7.
+  Recording unsure = with_tilt(protocol, 0.0, 2.0 * cycle_s, 100.0, -1.0, 0.003);
+  check_error([&] { bring_to_protocol(unsure, protocol); }, Code::protocol_mismatch, "does not follow");
+  // A rest after the whole protocol is not used.
+  Recording longer = with_tilt(protocol, 0.0, 4.0 * cycle_s, 100.0);
+  CHECK(within(bring_to_protocol(longer, protocol).tilt->delay_s, 0.0, 1e-6));
 }
 
 TEST_CASE("errors and warnings about samples in memory name no files, columns or options") {

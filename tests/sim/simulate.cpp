@@ -89,6 +89,12 @@ int first_difference(const Run& a, const Run& b) {
 
 }  // namespace
 
+TEST_CASE("Outcome: as many samples as end before it, without rounding one away") {
+  for (int k = 0; k <= 20'000; ++k)
+    REQUIRE(Outcome{.valid = false, .max_sway_rad = 0.1, .end_s = k / 100.0}.samples(100.0) ==
+            static_cast<std::size_t>(k));
+}
+
 TEST_CASE("dead_band_of: its definition") {
   for (const double theta : {0.0, 0.0026, 0.0052}) {
     for (int i = -100; i <= 100; ++i) {

@@ -8,11 +8,9 @@
 #include <span>
 #include <vector>
 
-#include "base/math/random.hpp"
+#include "tools/compare/streams.hpp"
 
 namespace decid::iterative {
-
-inline constexpr Stream search_stream{8};  ///< random numbers; item: search
 
 /// One search, a generation at a time by ask() and tell(), so that several searches can be evaluated together.
 /// Its results depend only on its arguments; the eigenvectors are Eigen's, so other machines may give other last bits.

@@ -9,10 +9,9 @@
 
 #include "sim/fft.hpp"
 #include "sim/simulate.hpp"
+#include "tools/compare/streams.hpp"
 
 namespace decid::iterative {
-
-inline constexpr Stream noise_stream{9};  ///< random numbers; item: realisation of the vestibular noise
 
 /// The frequencies of a trial that the fit uses. Blocks of samples are averaged to about 10 Hz; bin k is Y_k = 1/n sum
 /// of y exp(-2 pi i k j / n) of the n blocks, frequency k / T, k = 1 .. bins(), up to 4 Hz. The mean is subtracted, as

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _decid
+from ._checks import body_of, error as _error, number, number_or, numbers_of, pairs_of, positive_or_0, seed_of, whole
 from ._network import Model, Protocol, as_model, as_protocol
 from ._results import Evaluation, Fit, Notice, Result, Study, result_of
 
@@ -19,12 +20,6 @@ Path = Union[str, "os.PathLike[str]"]
 _UNITS = {None: 0, "deg": 1, "rad": 2, "mrad": 3, "mm": 4, "cm": 5, "m": 6}
 _DETREND = {"none": 0, "offset": 1, "linear": 2}
 _SPLITS = {"all": 0, "training": 1, "validation": 2}
-
-
-def _error(code: str, where: str, problem: str, remedy: str) -> _decid.Error:
-    error = _decid.Error(f"{where}: {problem}; {remedy}")
-    error.code, error.where, error.problem, error.remedy = code, where, problem, remedy
-    return error
 
 
 def _number_of(choices: dict[Any, int], value: Any, where: str) -> int:
@@ -38,13 +33,15 @@ def _text_of(name: Union[str, int, None]) -> Optional[str]:
     return None if name is None else str(name)
 
 
+def _angle_of(unit: Optional[str], name: str) -> int:
+    """The number of a unit of angles; None is 0."""
+    if unit in ("mm", "cm", "m"):
+        raise _error("unit_unknown", name, f"is {unit!r}, a unit of positions", 'give a unit of angles: "deg", "rad" or "mrad"')
+    return _number_of(_UNITS, unit, name)
+
+
 def _samples_of(values: ArrayLike, name: str = "sway") -> np.ndarray:
-    hidden = int(np.count_nonzero(np.ma.getmaskarray(values))) if np.ma.isMaskedArray(values) else 0
-    if hidden:
-        raise _error("value_missing", name, f"has {hidden} masked samples", "fill them, with numpy.interp say, or give a file and fill_gaps")
-    if np.iscomplexobj(values):
-        raise _error("value_invalid", name, "is complex", "give real numbers")
-    return np.asarray(values, dtype=np.float64)
+    return numbers_of(values, name)
 
 
 def controllers() -> dict[str, str]:
@@ -53,10 +50,10 @@ def controllers() -> dict[str, str]:
 
 
 def set_threads(threads: int) -> None:
-    """Sets the number of threads for calls from this thread; default: all cores. No result depends on it.
+    """Sets the number of threads for calls from this thread, 1 to 1024; default: all cores. No result depends on it.
 
     A process whose first call of decid is set_threads(1) can be forked: its children compute too."""
-    _decid.set_threads(threads)
+    _decid.set_threads(whole(threads, "threads"))
 
 
 class Recording:
@@ -72,11 +69,13 @@ class Recording:
         if unit is None:
             raise _error("setting_missing", "unit", "is not given", 'give "deg", "rad" or "mrad"')
         samples = _samples_of(sway)
+        if samples.ndim != 1:
+            raise _error("size_mismatch", "sway", f"has the shape {samples.shape}", "give an array of one dimension, a value per sample")
         beside = None if tilt is None else _samples_of(tilt, "tilt")
         if beside is not None and beside.shape != samples.shape:
             raise _error("size_mismatch", "tilt", f"has the shape {beside.shape}, the sway {samples.shape}", "give signals that were sampled together")
-        self._handle = _decid.recording_of(samples, rate, _number_of(_UNITS, unit, "unit"), beside,
-                                           _number_of(_UNITS, tilt_unit, "tilt_unit"), invert_sway, invert_tilt)
+        self._handle = _decid.recording_of(samples, positive_or_0(rate, "rate", "Hz"), _angle_of(unit, "unit"), beside,
+                                           _angle_of(tilt_unit, "tilt_unit"), invert_sway, invert_tilt)
 
     @property
     def sway(self) -> np.ndarray:
@@ -134,14 +133,16 @@ def read(path: Path, column: Union[str, int, None] = None, unit: Optional[str] =
     rate: Hz, instead of the column of time. fill_gaps: longest gap in seconds to interpolate.
     missing: a number that marks a missing value, in addition to the usual ones.
     invert_sway, invert_tilt: positive against the protocol's direction."""
+    longest = number(fill_gaps, "fill_gaps")
+    if not 0.0 <= longest <= 60.0:
+        raise _error("setting_out_of_range", "fill_gaps", f"is {longest:g} s", "give 0 to 60 s")
     recording = Recording.__new__(Recording)
     recording._handle = _decid.read_recording(
-        os.fspath(path), _text_of(column), _number_of(_UNITS, unit, "unit"), 0.0 if rate is None else rate, fill_gaps,
-        _text_of(tilt_column),
-        _number_of(_UNITS, tilt_unit, "tilt_unit"), invert_sway, invert_tilt, -1 if skip_lines is None else skip_lines,
-        com_height or 0.0, height or 0.0, tuple(map(_text_of, (leg, trunk, hip, shoulder, ankle))), _text_of(section),
-        _text_of(trial_column),
-        _text_of(trial), missing)
+        os.fspath(path), _text_of(column), _number_of(_UNITS, unit, "unit"), positive_or_0(rate, "rate", "Hz"),
+        longest, _text_of(tilt_column), _angle_of(tilt_unit, "tilt_unit"), invert_sway, invert_tilt,
+        -1 if skip_lines is None else whole(skip_lines, "skip_lines"), positive_or_0(com_height, "com_height", "m"),
+        positive_or_0(height, "height", "m"), tuple(map(_text_of, (leg, trunk, hip, shoulder, ankle))), _text_of(section),
+        _text_of(trial_column), _text_of(trial), None if missing is None else number(missing, "missing"))
     return recording
 
 
@@ -151,7 +152,8 @@ def trial_names(path: Path, trial_column: str, *, skip_lines: Optional[int] = No
 
         for name in decid.trial_names("long.csv", "subject,trial"):
             decid.identify(decid.read("long.csv", trial_column="subject,trial", trial=name))"""
-    return _decid.trial_names(os.fspath(path), trial_column, -1 if skip_lines is None else skip_lines, _text_of(section))
+    return _decid.trial_names(os.fspath(path), trial_column, -1 if skip_lines is None else whole(skip_lines, "skip_lines"),
+                              _text_of(section))
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,12 +187,17 @@ def simulate(protocol: Union[Protocol, Path] = "default", seed: int = 1, allow_f
     if unknown:
         raise _error("setting_unknown", "simulate", f"there is no parameter {sorted(unknown)[0]!r}",
                      "give " + ", ".join(info.name for info in infos))
-    values = np.broadcast_arrays(*(np.asarray(parameters.get(info.name, 0.5 * (info.low + info.high)), dtype=np.float64)
-                                   for info in infos))
+    given = [numbers_of(parameters.get(info.name, 0.5 * (info.low + info.high)), info.name) for info in infos]
+    try:
+        values = np.broadcast_arrays(*given)
+    except ValueError:
+        shapes = ", ".join(f"{info.name} {array.shape}" for info, array in zip(infos, given) if array.ndim)
+        raise _error("size_mismatch", "simulate", f"the parameters have other shapes: {shapes}",
+                     "give numbers, or arrays of one length") from None
     if values[0].ndim > 1:
         raise _error("size_mismatch", "simulate", "the parameters have two dimensions or more", "give numbers, or arrays of one dimension")
     table = np.stack([np.atleast_1d(value) for value in values], axis=1)
-    sway, stood = _decid.simulate(played._handle, table, seed)
+    sway, stood = _decid.simulate(played._handle, table, seed_of(seed))
     stood = stood.astype(bool)
     if not allow_falls and not stood.all():
         raise _error("body_falls", "simulate", f"the body of trial {int(np.argmin(stood))} falls",
@@ -235,16 +242,17 @@ def identify(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optiona
     detrend: "none", "offset" or "linear": what is subtracted. model: None is the built-in one. reading: of a file, other
     arguments of read(), such as fill_gaps=0.4; of samples, those of Recording(), such as tilt=platform."""
     of = as_model(model)
-    raw = _decid.identify(of._handle, _recording_of(recording, rate, unit, reading)._handle, mass or 0.0, height or 0.0,
-                          math.nan if begin is None else begin, _number_of(_DETREND, detrend, "detrend"))
+    raw = _decid.identify(of._handle, _recording_of(recording, rate, unit, reading)._handle, *body_of(mass, height),
+                          number_or(begin, "begin", math.nan), _number_of(_DETREND, detrend, "detrend"))
     return result_of(raw, len(of.protocol.parameters))
 
 
-def _priors_of(ranges: Mapping[str, Tuple[float, float]],
-               priors: Mapping[str, Tuple[float, float]]) -> List[Tuple[str, float, float, float, float]]:
+def _priors_of(ranges: Optional[Mapping[str, Tuple[float, float]]],
+               priors: Optional[Mapping[str, Tuple[float, float]]]) -> List[Tuple[str, float, float, float, float]]:
     """Name, low, high, mean and sd of each parameter of either; NaN: none."""
-    return [(name, *map(float, ranges.get(name, (math.nan, math.nan))), *map(float, priors.get(name, (math.nan, math.nan))))
-            for name in dict.fromkeys([*ranges, *priors])]
+    limits, normal = pairs_of(ranges, "ranges", "low and high"), pairs_of(priors, "priors", "mean and standard deviation")
+    none = (math.nan, math.nan)
+    return [(name, *limits.get(name, none), *normal.get(name, none)) for name in dict.fromkeys([*limits, *normal])]
 
 
 def fit(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[float] = None, unit: Optional[str] = None, *,
@@ -264,10 +272,11 @@ def fit(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[flo
     raises ends the fit."""
     of = as_model(model)
     played = None if protocol is None else as_protocol(protocol)
-    raw = _decid.fit(of._handle, _recording_of(recording, rate, unit, reading)._handle, mass or 0.0, height or 0.0,
-                     math.nan if begin is None else begin, _number_of(_DETREND, detrend, "detrend"),
-                     None if played is None else played._handle, prior_start, prior_gain, prior_noise, max_draws, seed,
-                     moved_before, _priors_of(ranges or {}, priors or {}), progress)
+    raw = _decid.fit(of._handle, _recording_of(recording, rate, unit, reading)._handle, *body_of(mass, height),
+                     number_or(begin, "begin", math.nan), _number_of(_DETREND, detrend, "detrend"),
+                     None if played is None else played._handle, number(prior_start, "prior_start"),
+                     number(prior_gain, "prior_gain"), number(prior_noise, "prior_noise"), whole(max_draws, "max_draws", 8),
+                     seed_of(seed), moved_before, _priors_of(ranges, priors), progress)
     found = result_of(raw, len(of.protocol.parameters))
     assert isinstance(found, Fit)
     return found
@@ -291,7 +300,7 @@ def study(sheet: Path, *, group: bool = False, within: Union[str, Sequence[str]]
     together, such as "participant_id". free: parameters that then differ between the texts of another column, such as
     "theta,Nv:condition". max_draws, seed, progress: as in fit()."""
     text = _decid.study(as_model(model)._handle, os.fspath(sheet), group, _columns(within),
-                        _columns(covariates), fit, joint, free, max_draws, seed, progress)
+                        _columns(covariates), fit, joint, free, whole(max_draws, "max_draws", 8), seed_of(seed), progress)
     return Study(text)
 
 
@@ -306,7 +315,7 @@ class Dataset:
              path: Optional[Path] = None, progress: Optional[Callable[[float, str], object]] = None) -> Dataset:
         """Simulates valid trials, as `decid dataset` does. base: number of trials drawn from the ranges; the rest are
         children of large sways; 0: all. path: an .npz file that it is made in, for more than memory holds."""
-        return cls(_decid.make_dataset(as_protocol(protocol)._handle, count, base, seed,
+        return cls(_decid.make_dataset(as_protocol(protocol)._handle, whole(count, "count"), whole(base, "base"), seed_of(seed),
                                        None if path is None else os.fspath(path), progress))
 
     @classmethod
@@ -397,6 +406,7 @@ def train(data: Union[Dataset, Protocol, str], *, preset: str = "best", architec
     def or_presets(value: Any, presets: Any, least: float, name: str) -> Any:
         if value is None:
             return presets
+        value = whole(value, name) if isinstance(presets, int) else number(value, name)
         if value < least:  # 0 and -1 mean the preset's in C
             raise _error("setting_out_of_range", name, f"is {value}", f"give {least} or more")
         return value
@@ -407,4 +417,5 @@ def train(data: Union[Dataset, Protocol, str], *, preset: str = "best", architec
         dataset, protocol, preset, architecture, head, None if image is None else json.dumps(image), schedule,
         or_presets(epochs, 0, 1, "epochs"), or_presets(batch, 0, 1, "batch"),
         or_presets(learning_rate, 0.0, 1e-12, "learning_rate"), or_presets(momentum, -1.0, 0.0, "momentum"),
-        or_presets(weight_decay, -1.0, 0.0, "weight_decay"), seed, patience, stream_trials, validation_trials, progress))
+        or_presets(weight_decay, -1.0, 0.0, "weight_decay"), seed_of(seed), whole(patience, "patience"),
+        whole(stream_trials, "stream_trials"), whole(validation_trials, "validation_trials"), progress))

@@ -3,8 +3,10 @@ from __future__ import annotations
 
 import json
 import os
+import tempfile
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 from typing import Any, Optional, Union
 
 import numpy as np
@@ -65,8 +67,18 @@ class Protocol:
         """All of it, as docs/reference/protocols.md describes the JSON."""
         return json.loads(self._handle.json)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _protocol_of_json, (self._handle.json,)
+
     def __repr__(self) -> str:
         return f"Protocol({self.settings['name']!r}: {self.samples} samples at {self.rate:g} Hz)"
+
+
+def _protocol_of_json(text: str) -> Protocol:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "pickled.json"
+        path.write_text(text, encoding="utf-8")
+        return Protocol(path)
 
 
 def as_protocol(protocol: Union[Protocol, str, os.PathLike[str]]) -> Protocol:
@@ -87,6 +99,9 @@ class Network:
 
     def __init__(self, handle: _decid.Model) -> None:
         self._handle = handle
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _network_of, (Model._of(self._handle),)
 
     @property
     def layers(self) -> tuple[Layer, ...]:
@@ -145,8 +160,25 @@ class Model:
         """Writes the model file, whole or not at all."""
         self._handle.save(os.fspath(path))
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "pickled.safetensors"
+            self.save(path)
+            return _model_of_file, (path.read_bytes(),)
+
     def __repr__(self) -> str:
         return f"Model({self.head}, protocol {self.protocol.settings['name']!r}, SHA-256 {self.sha256[:12]}...)"
+
+
+def _network_of(model: Model) -> Network:
+    return model.network
+
+
+def _model_of_file(content: bytes) -> Model:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "pickled.safetensors"
+        path.write_bytes(content)
+        return Model(path)
 
 
 @lru_cache(maxsize=1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 import html
 import json
 from dataclasses import asdict, dataclass
-from typing import Any, Optional
+from typing import Any, Iterator, Optional
 
 import numpy as np
 
@@ -67,7 +67,7 @@ class Body:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
-    """A model's estimates for a recording. result["Kp"] is a Parameter."""
+    """A model's estimates for a recording. result["Kp"] is a Parameter; iteration and `in` are over parameters' names."""
     parameters: dict[str, Parameter]
     trust: str  #: "usable", "caution" or "not usable"
     warnings: tuple[Notice, ...]  #: the most severe first
@@ -83,7 +83,18 @@ class Result:
     fitted: np.ndarray  #: the noise-free trial, rad; shorter if the body falls
 
     def __getitem__(self, name: str) -> Parameter:
+        if name not in self.parameters:
+            raise KeyError(f"there is no parameter {name!r}: give {', '.join(self.parameters)}")
         return self.parameters[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.parameters
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.parameters)
+
+    def __len__(self) -> int:
+        return len(self.parameters)
 
     def rows(self) -> list[dict[str, Any]]:
         """A dict a parameter, with an interval's ends as numbers of their own: for csv, json, pandas."""

@@ -100,12 +100,13 @@ void load_checkpoint(Network<float>& network, FitState& state, const std::string
   if (text(content_hash_key) != content_sha256(file))
     throw Error(Code::file_damaged, path, "is not a checkpoint of a fit, or is damaged",
                 "delete it to train from the beginning");
-  const std::string remedy = "give the network and options it was begun with, or delete it to train from the beginning";
+  const std::string remedy =
+      "give the network, samples and options it was begun with, or delete it to train from the beginning";
   for (const auto& [key, value] : network_metadata(network))
     if (text(key) != value) throw Error(Code::file_differs, path, "is of another network", remedy);
   if (text(settings_key) != description)
     throw Error(Code::file_differs, path,
-                "is of a fit with other options: " + text(settings_key) + "; here " + description, remedy);
+                "is of a fit with other samples or options: " + text(settings_key) + "; here " + description, remedy);
   FitState loaded = state;
   read_progress(text(progress_key), path, loaded);
   for (std::size_t kept = 0; kept < loaded.optimiser.memory.size(); ++kept)

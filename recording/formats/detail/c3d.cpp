@@ -293,7 +293,7 @@ std::vector<double> C3dTable::numbers(int column, Missing missing) const {
     throw Error(std::isnan(values[k]) ? Code::value_missing : Code::value_invalid, where_,
                 locate(faster ? k / samples_ : k) + ", " + names_[index] +
                     (std::isnan(values[k]) ? " is missing" : " is infinite"),
-                remedy_for(std::isnan(values[k]) && !faster ? missing : Missing::refused));
+                remedy_for_missing);
   }
   return faster ? resample(values, static_cast<double>(samples_), 1.0, 0.0, frames_) : values;
 }

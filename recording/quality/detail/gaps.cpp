@@ -11,6 +11,9 @@ namespace {
 constexpr double min_stretch_s = 0.1, usual_runs = 12.0;
 constexpr double min_median_bend = 10.0, min_median_change = 10.0;  // of the rounding, of the smallest change
 constexpr std::size_t min_stretch_samples = 5;
+/// No sway of fewer than 5 samples per second is read: interpolated throughout, it bends more often than once a second.
+constexpr double min_surely_bridged_s = 1.0;
+constexpr double min_judged_fraction = 0.05;
 
 double min_length(double rate_hz) {
   return std::max(static_cast<double>(min_stretch_samples), min_stretch_s * rate_hz);
@@ -31,16 +34,30 @@ Sizes sizes_of(std::span<const double> sway) {
   return sizes;
 }
 
-/// Whether the median of value(0) to value(count - 1) is below a limit.
+/// Returns whether the median of value(0) to value(count - 1) is below a limit, without the values in `ignored`:
+/// ascending ranges that are apart.
 template <class Value>
-bool is_median_below(double limit, std::size_t count, const Value& value) {
-  std::size_t below = 0;
-  for (std::size_t k = 0; k < count; ++k) below += value(k) < limit ? 1 : 0;
-  return 2 * below > count;
+bool is_median_below(double limit, std::size_t count, const Value& value, std::span<const SampleRange> ignored) {
+  std::size_t below = 0, judged = 0, k = 0;
+  const auto judge_until = [&](std::size_t end) {
+    for (; k < end; ++k, ++judged) below += value(k) < limit ? 1 : 0;
+  };
+  for (const SampleRange& range : ignored) {
+    judge_until(range.first);
+    k = range.end;
+  }
+  judge_until(count);
+  return 2 * below > judged;
 }
 
-/// Returns the runs of two samples and more in which neighbours agree: is_same(k): sample k belongs to the run of sample
-/// k - 1.
+std::size_t samples_in(std::span<const SampleRange> ranges) {
+  std::size_t samples = 0;
+  for (const SampleRange& range : ranges) samples += range.size();
+  return samples;
+}
+
+/// Returns the runs of two samples and more in which neighbours agree: is_same(k): sample k belongs to the run of
+/// sample k - 1.
 template <class IsSame>
 std::vector<SampleRange> runs_of(std::size_t samples, const IsSame& is_same) {
   std::vector<SampleRange> runs;
@@ -70,9 +87,6 @@ double min_run(const std::vector<SampleRange>& runs, std::size_t samples, double
   return std::max(min_length(rate_hz), usual_runs * static_cast<double>(usual - 1));
 }
 
-/// Returns the runs of one value for 0.1 s and at least 5 samples that are twelve times as long as the median run,
-/// weighted by samples (runs of a coarse sensor are long). Zeros at the start do not count, because simulated bodies
-/// start at rest.
 std::vector<SampleRange> frozen_stretches(std::span<const double> sway, double rate_hz) {
   std::vector<SampleRange> runs = runs_of(sway.size(), [&](std::size_t k) { return sway[k] == sway[k - 1]; });
   const double shortest = min_run(runs, sway.size(), rate_hz);
@@ -82,9 +96,6 @@ std::vector<SampleRange> frozen_stretches(std::span<const double> sway, double r
   return runs;
 }
 
-/// Returns the samples between measured ones that lie on a straight line with a slope for 0.1 s and at least 5 samples.
-/// A line rounded to the digits of a file counts. Lines at either end do not: no sample was measured behind them. Empty
-/// for a sway whose samples are often straight: of a coarse sensor, smooth, or interpolated throughout.
 std::vector<SampleRange> straight_stretches(std::span<const double> sway, const Sizes& sizes, double rate_hz) {
   // Rounding bends a line by up to two steps of the file, or by the precision of floats.
   const double allowed = std::max(2.0 * (1.0 + 1e-6) * sizes.smallest_change,
@@ -92,9 +103,17 @@ std::vector<SampleRange> straight_stretches(std::span<const double> sway, const 
   // bend k: of sample k + 1 between its neighbours.
   const std::size_t bends = sway.size() - 2;
   const auto bend = [&](std::size_t k) { return std::abs(sway[k] - 2.0 * sway[k + 1] + sway[k + 2]); };
-  if (is_median_below(min_median_bend * allowed, bends, bend)) return {};
   const auto is_straight = [&](std::size_t k) { return bend(k) <= allowed; };
-  std::vector<SampleRange> runs = runs_of(bends, [&](std::size_t k) { return is_straight(k) && is_straight(k - 1); });
+  const std::vector<SampleRange> runs =
+      runs_of(bends, [&](std::size_t k) { return is_straight(k) && is_straight(k - 1); });
+  // Long lines do not decide whether the rest is often straight, unless they leave too few bends to judge.
+  std::vector<SampleRange> ignored = runs;
+  std::erase_if(ignored, [&](const SampleRange& run) {
+    return static_cast<double>(run.size()) < min_surely_bridged_s * rate_hz;
+  });
+  const double judged = static_cast<double>(bends - samples_in(ignored));
+  if (judged < min_judged_fraction * static_cast<double>(bends)) ignored.clear();
+  if (is_median_below(min_median_bend * allowed, bends, bend, ignored)) return {};
   const double shortest = min_length(rate_hz);
   std::vector<SampleRange> stretches;
   for (const SampleRange& run : runs) {
@@ -106,11 +125,14 @@ std::vector<SampleRange> straight_stretches(std::span<const double> sway, const 
   return stretches;
 }
 
-/// Whether a sway usually changes by less than ten of its smallest changes. At a turn it then stays within a step of the
-/// sensor, or of the file's digits, for as long as a frozen sensor stands still.
-bool stands_still_by_digits(std::span<const double> sway, double smallest_change) {
-  return is_median_below(min_median_change * smallest_change, sway.size() - 1,
-                         [&](std::size_t k) { return std::abs(sway[k + 1] - sway[k]); });
+/// Returns whether a sway usually changes by less than ten of its smallest changes outside of its frozen stretches. At
+/// a turn it then stays within a step of the sensor, or of the file's digits, for as long as a frozen sensor stands
+/// still.
+bool stands_still_by_digits(std::span<const double> sway, double smallest_change, std::vector<SampleRange> frozen) {
+  for (SampleRange& stretch : frozen) --stretch.end;  // change k: from sample k to sample k + 1
+  return is_median_below(
+      min_median_change * smallest_change, sway.size() - 1,
+      [&](std::size_t k) { return std::abs(sway[k + 1] - sway[k]); }, frozen);
 }
 
 }  // namespace
@@ -120,7 +142,7 @@ Stretches find_stretches(std::span<const double> sway, double rate_hz) {
   const Sizes sizes = sizes_of(sway);
   Stretches found{frozen_stretches(sway, rate_hz), straight_stretches(sway, sizes, rate_hz), {}};
   found.unmeasured = found.straight;
-  if (!found.frozen.empty() && !stands_still_by_digits(sway, sizes.smallest_change))
+  if (!found.frozen.empty() && !stands_still_by_digits(sway, sizes.smallest_change, found.frozen))
     for (const SampleRange& still : found.frozen) found.unmeasured.push_back({still.first + 1, still.end});
   found.unmeasured = joined(std::move(found.unmeasured));
   return found;

@@ -15,12 +15,12 @@ struct Stretches {
   /// of a coarse sensor are long). Zeros at the start do not count, because simulated bodies start at rest.
   std::vector<SampleRange> frozen;
   /// Samples between measured ones on a straight line with a slope for 0.1 s and at least 5 samples. A line rounded to
-  /// the digits of a file counts. Lines at either end do not: no sample was measured behind them. Empty for a sway whose
-  /// samples are often straight: of a coarse sensor, smooth, or interpolated throughout.
+  /// the digits of a file counts. Lines at either end do not: no sample was measured behind them. Empty for a sway
+  /// whose samples are often straight outside of lines of 1 s: of a coarse sensor, smooth, or interpolated throughout.
   std::vector<SampleRange> straight;
-  /// Both, joined; a frozen stretch without its first sample, which was measured. Frozen ones do not count if the sway
-  /// usually changes by less than ten of its smallest changes: at a turn it stays within a step of the sensor, or of
-  /// the file's digits, for as long.
+  /// Both, joined; a frozen stretch without its first sample, which was measured. Frozen ones do not count if
+  /// elsewhere the sway usually changes by less than ten of its smallest changes: at a turn it stays within a step of
+  /// the sensor, or of the file's digits, for as long.
   std::vector<SampleRange> unmeasured;
 };
 

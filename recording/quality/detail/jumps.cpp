@@ -79,6 +79,28 @@ void take_out_frozen(std::span<const double> sway, double rate_hz, std::size_t b
   }
 }
 
+/// Returns the length of the longest run of two zeros or more behind another sample; 0 without one.
+std::size_t longest_zeros(std::span<const double> sway) {
+  std::size_t longest = 0, run = 0;
+  bool has_begun = false;
+  for (const double value : sway) {
+    has_begun = has_begun || value != 0.0;
+    run = has_begun && value == 0.0 ? run + 1 : 0;
+    longest = std::max(longest, run);
+  }
+  return longest > 1 ? longest : 0;
+}
+
+/// Returns the remedy for jumps.
+std::string remedy_for_jumps(std::span<const double> sway, double rate_hz) {
+  const std::size_t zeros = longest_zeros(sway);
+  if (zeros == 0) return "leave wrong stretches empty and give " + setting("fill_gaps") + ", or cut the recording";
+  const double longest_s = std::ceil(1e4 * static_cast<double>(zeros) / rate_hz - 1e-6) / 1e4;
+  return "if its zeros stand for missing samples (occluded markers), give " + setting("missing") + " 0 and " +
+         setting("fill_gaps") + " " + six_digits(longest_s) +
+         "; else leave wrong stretches empty, or cut the recording";
+}
+
 }  // namespace
 
 void look_for_jumps(std::span<const double> sway_rad, double rate_hz, double step_rad, double begin_s,
@@ -108,9 +130,7 @@ void look_for_jumps(std::span<const double> sway_rad, double rate_hz, double ste
               "the sway jumps in " + std::to_string(count) + (count == 1 ? " place" : " places") + ", by up to " +
                   three_digits(largest / sim::rad_per_deg) + " degrees, the first after " +
                   three_digits(begin_s + static_cast<double>(first * block) / rate_hz) +
-                  " s, which a body cannot do: leave wrong stretches empty (occluded markers are often written as 0) "
-                  "and give " +
-                  setting("fill_gaps") + ", or cut the recording");
+                  " s, which a body cannot do: " + remedy_for_jumps(sway_rad, rate_hz));
 }
 
 }  // namespace decid::recording

@@ -11,7 +11,7 @@
 
 namespace decid::recording {
 
-/// What the samples of a sway show.
+/// Findings in the samples of a sway.
 struct FoundInSway {
   std::vector<SampleRange> unmeasured;  ///< see Stretches
   std::optional<LowPass> low_pass;      ///< see find_low_pass()

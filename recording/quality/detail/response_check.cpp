@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/math/statistics.hpp"
+#include "base/setting.hpp"
 #include "recording/quality/detail/block_means.hpp"
 #include "recording/table/columns.hpp"
 #include "sim/protocol/protocol.hpp"
@@ -22,7 +23,7 @@ constexpr std::size_t unknowns = taps + 1;   ///< with c
 constexpr std::size_t longest_slip = 30, slip_step = 2, margin = 100, place_step = 50;
 constexpr std::size_t rest = longest_slip + taps + order;
 constexpr int rounds = 3;
-constexpr double off_deg = 0.3, off_medians = 14.0, slip_gain = 50.0;
+constexpr double off_deg = 0.3, off_medians = 14.0, slip_gain = 50.0, rest_gain = 26.0;
 
 using Row = std::array<double, unknowns>;
 using Square = std::array<Row, unknowns>;  // lower triangle
@@ -154,6 +155,35 @@ class Slips {
 
   double without() const { return residual(y_.size(), rest, {}); }
 
+  /// Returns the residual if the tilt is read later from the first block on.
+  double shifted(std::size_t shifted) const {
+    Row all{};
+    for (std::size_t k = order; k < y_.size(); ++k) add_products(row_of(u_, constant_, k + shifted), y_[k], all);
+    return residual(order, shifted, all);
+  }
+
+  /// Calls visit(block, is_before, residual) for each place: the response is missing before the block, or from it on.
+  template <class Visit>
+  void visit_missing(const Visit& visit) const {
+    const std::size_t end = y_.size();
+    for (std::size_t k = margin; k + margin <= end; k += place_step) {
+      const Square &here = squares_[k + rest], &all = squares_[end + rest], &first = squares_[order + rest];
+      for (const bool is_before : {true, false}) {
+        const Square &from = is_before ? here : first, &to = is_before ? all : here;
+        Square left;
+        Row right;
+        for (std::size_t i = 0; i < unknowns; ++i) {
+          for (std::size_t j = 0; j <= i; ++j) left[i][j] = to[i][j] - from[i][j];
+          right[i] = is_before ? before_[end][i] - before_[k][i] : before_[k][i];
+        }
+        // The constant holds without a response too.
+        left[taps][taps] = all[taps][taps] - first[taps][taps];
+        right[taps] = before_[end][taps];
+        visit(k, is_before, size_ - eliminate(left, right));
+      }
+    }
+  }
+
   /// Calls visit(block, residual) for each place, from last to first. `shifted`: `rest` plus the blocks by which the
   /// tilt is read later.
   template <class Visit>
@@ -226,7 +256,28 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad) cons
       found.slip_at_s = static_cast<double>(place) * step_s_;
     });
   }
-  if (best > 0.0) found.slip_gain = static_cast<double>(blocks_) * (plain / best - 1.0);
+  const auto gain = [&](double worse, double better) {
+    return better > 0.0 ? static_cast<double>(blocks_) * (worse / better - 1.0) : 0.0;
+  };
+  found.slip_gain = gain(plain, best);
+
+  double best_shifted = plain;
+  for (std::size_t shifted = rest - longest_slip; shifted <= rest + longest_slip; shifted += slip_step) {
+    const double residual = slips.shifted(shifted);
+    if (!(residual < best_shifted)) continue;
+    best_shifted = residual;
+    found.shift_s = (static_cast<double>(shifted) - static_cast<double>(rest)) * step_s_;
+  }
+  found.shift_gain = gain(plain, best_shifted);
+
+  double best_missing = plain;
+  slips.visit_missing([&](std::size_t place, bool is_before, double residual) {
+    if (!(residual < best_missing)) return;
+    best_missing = residual;
+    found.rest_begin_s = is_before ? 0.0 : static_cast<double>(place) * step_s_;
+    found.rest_end_s = static_cast<double>(is_before ? place : blocks_) * step_s_;
+  });
+  found.rest_gain = gain(plain, best_missing);
   return found;
 }
 
@@ -240,13 +291,30 @@ void look_for_changes(const ResponseCheck& check, std::span<const double> sway_r
                 three_digits(found.innovation_at_s) + " s after the protocol's start the sway moves by " +
                     three_digits(found.innovation_rad / sim::rad_per_deg) + " degrees within 0.1 s, " +
                     three_digits(found.medians) + " times as far as it usually does: check the sensor there");
-  if (found.slip_gain > slip_gain)
-    add_caution(warnings, "time_slips",
-                "after " + three_digits(found.slip_at_s) + " s of the protocol the sway follows the tilt " +
-                    three_digits(std::abs(found.slip_s)) + " s " + (found.slip_s > 0.0 ? "earlier" : "later") +
-                    " than before: " +
-                    (found.slip_s > 0.0 ? "a stretch of the recording is probably missing"
-                                        : "a stretch was probably recorded twice"));
+  if (found.rest_gain > rest_gain && found.rest_gain > std::max(found.shift_gain, found.slip_gain)) {
+    add_caution(warnings, "no_response",
+                "from " + three_digits(found.rest_begin_s) + " to " + three_digits(found.rest_end_s) +
+                    " s of the protocol the sway does not follow the tilt, and otherwise it does: the platform stood "
+                    "still there, or the sensor failed; give the part with the tilt and its protocol");
+    return;
+  }
+  if (found.slip_gain <= slip_gain) return;
+  if (found.shift_gain > found.slip_gain) {
+    const bool late = found.shift_s > 0.0;
+    add_caution(warnings, "other_start",
+                "the sway follows the tilt as if the recording started " + three_digits(std::abs(found.shift_s)) +
+                    " s " + (late ? "after" : "before") + " the protocol: " +
+                    (late ? "give a recording from the protocol's start on"
+                          : "give the protocol's start as " + setting("begin")) +
+                    ", or let a fit infer it (" + setting("prior_start") + ")");
+    return;
+  }
+  add_caution(warnings, "time_slips",
+              "after " + three_digits(found.slip_at_s) + " s of the protocol the sway follows the tilt " +
+                  three_digits(std::abs(found.slip_s)) + " s " + (found.slip_s > 0.0 ? "earlier" : "later") +
+                  " than before: " +
+                  (found.slip_s > 0.0 ? "a stretch of the recording is probably missing"
+                                      : "a stretch was probably recorded twice"));
 }
 
 }  // namespace decid::recording

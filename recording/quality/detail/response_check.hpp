@@ -23,6 +23,10 @@ class ResponseCheck {
     /// The improvement if the sway from slip_at_s is slip_s earlier than before (positive: a stretch is missing).
     /// slip_gain is the number of samples times the relative decrease of the residual, or 0.
     double slip_gain = 0.0, slip_s = 0.0, slip_at_s = 0.0;
+    double shift_gain = 0.0, shift_s = 0.0;  ///< the same improvement if the whole sway is shift_s earlier
+    /// The same improvement without any response from rest_begin_s to rest_end_s, one of which is an end of the trial.
+    /// Below 0, thus 0, for a sway that follows the tilt throughout.
+    double rest_gain = 0.0, rest_begin_s = 0.0, rest_end_s = 0.0;
   };
   /// Checks a sway that has the tilt's number of samples. Returns zeros for trials under 40 s.
   Found check(std::span<const double> sway_rad) const;
@@ -34,8 +38,9 @@ class ResponseCheck {
   std::size_t blocks_;        // of the trial
 };
 
-/// Adds the cautions `stretch_off` (an unexplained movement of 0.3 degrees and 14 medians) and `time_slips`. Skips
-/// `stretch_off` if the warnings already contain jumps, spikes or a frozen sensor.
+/// Adds the cautions `stretch_off` (an unexplained movement of 0.3 degrees and 14 medians), and one of `no_response`
+/// (in one part, as from a platform that stopped), `other_start` and `time_slips`. Skips `stretch_off` if the warnings
+/// already contain jumps, spikes or a frozen sensor.
 void look_for_changes(const ResponseCheck& check, std::span<const double> sway_rad, Warnings& warnings);
 
 }  // namespace decid::recording

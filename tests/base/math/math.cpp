@@ -189,6 +189,7 @@ TEST_CASE("normal_distribution: within its bound") {
   CHECK(decid::normal_distribution(40.0) == 1.0);
   CHECK(decid::normal_distribution(-40.0) == 0.0);
   CHECK(decid::normal_distribution(-1e300) == 0.0);
+  CHECK(std::isnan(decid::normal_distribution(std::nan(""))));
 }
 
 TEST_CASE("atan2: within its bound") {

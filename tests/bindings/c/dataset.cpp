@@ -118,6 +118,9 @@ TEST_CASE("a model is not measured on trials of its training's seed, nor on anot
   refused(decid_evaluate(built_in(), data.get(), 3, &found, sizeof found), Code::setting_unknown,
           "there is no split 3");
   refused(decid_evaluate(built_in(), data.get(), DECID_ALL, nullptr, sizeof found), Code::setting_missing);
+  for (const std::size_t size : {std::size_t{0}, std::size_t{3}, sizeof found - 1, sizeof found + 8})
+    refused(decid_evaluate(built_in(), data.get(), DECID_ALL, &found, size), Code::size_mismatch,
+            "a size of " + std::to_string(size));
 }
 
 }  // namespace decid

@@ -30,6 +30,29 @@ TEST_CASE("the version is the header's") {
   CHECK(std::string(decid_version()) == DECID_VERSION);
 }
 
+// decid.h names these in brackets.
+TEST_CASE("defaults are those of the header's comments") {
+  decid_fit_options fit;
+  decid_fit_defaults(&fit, sizeof fit);
+  CHECK(fit.prior_start_s == 0.1);
+  CHECK(fit.prior_gain == 0.06);
+  CHECK(fit.prior_noise_deg == 0.02);
+  CHECK(fit.max_draws == 160);
+  CHECK(fit.seed == 1);
+  CHECK(std::isnan(fit.begin_s));
+  decid_study_options study;
+  decid_study_defaults(&study, sizeof study);
+  CHECK(study.max_draws == 160);
+  CHECK(study.seed == 1);
+  decid_train_options train;
+  decid_train_defaults(&train, sizeof train);
+  CHECK(train.stream_trials == 25600);
+  CHECK(train.validation_trials == 1000);
+  CHECK(train.seed == 1);
+  CHECK(std::string(train.preset) == "best");
+  CHECK(train.momentum == -1.0);
+}
+
 TEST_CASE("bad input gives where, what and a remedy, and no handle") {
   decid_model* model = reinterpret_cast<decid_model*>(1);
   refused(decid_model_load("no/such.safetensors", &model), Code::file_missing, "no/such.safetensors");
@@ -52,8 +75,12 @@ TEST_CASE("bad input gives where, what and a remedy, and no handle") {
   refused(decid_recording_of(sway, 2, 100.0, DECID_BY_NAME, &recording), Code::unit_unknown);
   refused(decid_recording_of(sway, 2, 100.0, 9, &recording), Code::setting_unknown, "there is no unit 9");
   refused(decid_recording_of(nullptr, 2, 100.0, DECID_RADIANS, &recording), Code::setting_missing);
+  for (const std::size_t samples : {SIZE_MAX, SIZE_MAX / 8})
+    refused(decid_recording_of(sway, samples, 100.0, DECID_RADIANS, &recording), Code::setting_out_of_range,
+            std::to_string(samples) + " samples");
   CHECK(recording == nullptr);
-  refused(decid_set_threads(0), Code::setting_out_of_range, "decid_set_threads");
+  for (const int threads : {0, -1, 1025, 100000})
+    refused(decid_set_threads(threads), Code::setting_out_of_range, "threads: is " + std::to_string(threads));
 }
 
 TEST_CASE("a part of a file is refused unless it is plain which") {
@@ -178,7 +205,8 @@ TEST_CASE("identification refuses the library's invalid input") {
   decid_identify_options options;
   decid_identify_defaults(&options, sizeof options);
   options.mass_kg = 70.0;
-  refused(decid_identify(built_in(), recording.get(), &options, &result), Code::setting_missing);
+  refused(decid_identify(built_in(), recording.get(), &options, &result), Code::setting_missing,
+          "mass_kg is given without height_m");
   options.height_m = 0.9;
   refused(decid_identify(built_in(), recording.get(), &options, &result), Code::setting_out_of_range, "86.4");
   options.mass_kg = 20.0;

@@ -1,9 +1,12 @@
 """decid.nn: trains, predicts, saves; the same bits for any threads; what it refuses."""
+import copy
 import multiprocessing
 import os
+import pickle
 import subprocess
 import sys
 import tempfile
+import threading
 import unittest
 from pathlib import Path
 
@@ -130,6 +133,86 @@ class Networks(unittest.TestCase):
                         checkpoint=Path(folder) / "checkpoint")
         for name, tensor in net.tensors.items():
             self.assertTrue(np.shares_memory(views[name], tensor), name)
+
+    def test_a_network_in_fit_is_not_used_elsewhere(self):
+        images, labels = data(60)
+        net, errors, scores = nn.Network((1, 6, 6), TEXT), [], []
+        calls = (lambda: net.predict(images), lambda: net.accuracy(images, labels), lambda: net.weights_sha256,
+                 lambda: pickle.dumps(net), lambda: net.initialise(1), lambda: net.fit(images, labels, loss="cross-entropy"))
+
+        def collect(those):
+            for call in those:
+                try:
+                    call()
+                except decid.Error as error:
+                    errors.append((error.code, error.where))
+
+        def callback(epoch):
+            thread = threading.Thread(target=collect, args=(calls,))
+            thread.start()
+            thread.join()
+            collect(calls[4:])
+            scores.append(net.predict(images))  # it may read
+
+        net.fit(images, labels, loss="cross-entropy", epochs=1, batch=20, callback=callback)
+        self.assertEqual(errors, [("not_supported", "network")] * 8)
+        np.testing.assert_array_equal(scores[0], net.predict(images))
+        net.initialise(2)
+        other = nn.Network((1, 6, 6), TEXT)
+        other.fit(images, labels, loss="cross-entropy", epochs=1, batch=20)
+        again = nn.Network((1, 6, 6), TEXT)
+        again.fit(images, labels, loss="cross-entropy", epochs=1, batch=20, callback=lambda _: other.initialise(1))
+
+    def test_pickle_and_copies(self):
+        net = nn.Network((2, 5, 4), "conv 3 3x3; batchnorm; relu; fc 2")
+        net.initialise(3)
+        for copied in (pickle.loads(pickle.dumps(net)), copy.copy(net), copy.deepcopy(net)):
+            self.assertEqual(copied.weights_sha256, net.weights_sha256)
+            self.assertEqual(copied.input_shape, net.input_shape)
+            copied.initialise(4)
+            self.assertNotEqual(copied.weights_sha256, net.weights_sha256)
+
+    def test_tensors_take_values_and_no_arrays(self):
+        net = nn.Network((2, 5, 4), "fc 2")
+        with self.assertRaises(TypeError):
+            net.tensors["layers.0.bias"] = np.ones(2, np.float32)
+        net.tensors["layers.0.bias"][:] = [1, 2]
+        np.testing.assert_array_equal(net.tensors["layers.0.bias"], [1, 2])
+        with self.assertRaises(ValueError):
+            net.tensors["layers.0.bias"][:] = [1, 2, 3]
+
+    def test_values_that_would_be_lost_or_are_no_numbers(self):
+        images, labels = data(30)
+        net = nn.Network((1, 6, 6), TEXT)
+        masked = np.ma.masked_array(images, mask=images > 2)
+        for code, name, call in (
+                ("value_missing", "inputs", lambda: net.predict(masked)),
+                ("value_missing", "labels", lambda: net.accuracy(images, np.ma.masked_equal(labels, 1))),
+                ("value_missing", "targets", lambda: net.fit(images, np.ma.masked_equal(labels, 1), loss="cross-entropy")),
+                ("value_missing", "validation inputs", lambda: net.fit(images, labels, loss="cross-entropy", validation=(masked, labels))),
+                ("value_invalid", "inputs", lambda: net.predict(images + 1j)),
+                ("value_invalid", "inputs", lambda: net.predict([["a"]])),
+                ("setting_malformed", "validation", lambda: net.fit(images, labels, loss="cross-entropy", validation=(images,))),
+                ("setting_malformed", "epochs", lambda: net.fit(images, labels, loss="cross-entropy", epochs=1.5)),
+                ("setting_out_of_range", "seed", lambda: net.fit(images, labels, loss="cross-entropy", seed=-1)),
+                ("setting_out_of_range", "seed", lambda: net.initialise(-1)),
+                ("setting_out_of_range", "fit", lambda: net.fit(images, labels, loss="cross-entropy", learning_rate=0)),
+                ("setting_out_of_range", "fit", lambda: net.fit(images, labels, loss="cross-entropy", frozen_lines=6)),
+                ("value_invalid", "samples", lambda: net.fit(np.where(images > 2, np.nan, images), labels, loss="cross-entropy"))):
+            with self.subTest(name=name), self.assertRaises(decid.Error) as raised:
+                call()
+            self.assertEqual((raised.exception.code, raised.exception.where), (code, name))
+
+    def test_a_checkpoint_of_other_arrays_is_refused(self):
+        images, labels = data(60)
+        with tempfile.TemporaryDirectory() as folder:
+            def fit(inputs):
+                nn.Network((1, 6, 6), TEXT).fit(inputs, labels, loss="cross-entropy", epochs=1, checkpoint=Path(folder) / "checkpoint")
+            fit(images)
+            fit(images)
+            with self.assertRaises(decid.Error) as raised:
+                fit(images + 1)
+        self.assertEqual(raised.exception.code, "file_differs")
 
     def test_axes(self):
         net = nn.Network((2, 3, 1), "fc 3")

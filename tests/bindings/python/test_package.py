@@ -1,9 +1,11 @@
 """The package against the program, to the bit; what it refuses; arrays without copies; callbacks; threads."""
 import ast
+import copy
 import gc
 import json
 import multiprocessing
 import os
+import pickle
 import re
 import signal
 import subprocess
@@ -221,6 +223,15 @@ class Identification(WithFolder):
         frame = result.to_frame()
         self.assertEqual(frame.loc["delay", "interval90_high"], high)
         self.assertEqual(list(frame.index), list(result.parameters))
+
+    def test_a_result_is_a_mapping_of_its_parameters(self):
+        result = decid.identify(decid.simulate(seed=7))
+        self.assertEqual(list(result), list(result.parameters))
+        self.assertEqual(len(result), len(result.parameters))
+        self.assertIn("Kp", result)
+        self.assertNotIn("gain", result)
+        with self.assertRaisesRegex(KeyError, "there is no parameter 'kp': give Kp, "):
+            result["kp"]
 
     def test_html_is_escaped(self):
         notice = decid.Notice("caution", "c", "<b>&")
@@ -485,6 +496,19 @@ class Networks(unittest.TestCase):
         gc.collect()
         np.testing.assert_array_equal(sway, kept)
 
+    def test_models_and_protocols_are_pickled_and_copied(self):
+        for copied in (lambda value: pickle.loads(pickle.dumps(value)), copy.copy, copy.deepcopy):
+            for protocol in (decid.Protocol("short"), decid.Protocol("default", "dec2015"), decid.Model().protocol):
+                again = copied(protocol)
+                self.assertEqual(again.settings, protocol.settings)
+                np.testing.assert_array_equal(again.tilt, protocol.tilt)
+            model = copied(decid.Model())
+            self.assertEqual(model.sha256, decid.Model().sha256)
+            self.assertEqual(copied(model.network).layers, model.network.layers)
+            self.assertEqual(decid.identify(decid.simulate(seed=7), model=model)["Kp"], decid.identify(decid.simulate(seed=7))["Kp"])
+        result = decid.identify(decid.simulate(seed=7))
+        self.assertEqual(pickle.loads(pickle.dumps(result)).parameters, result.parameters)
+
     def test_protocols(self):
         default, short = decid.Protocol(), decid.Protocol("short")
         self.assertEqual((default.samples, default.rate, short.samples), (12100, 100.0, 6370))
@@ -524,6 +548,7 @@ class Refusals(WithFolder):
         self.refused("setting_unknown", decid.train, "default", preset="no")
         self.refused("setting_unknown", decid.train, "default", image={"no": 1})
         self.refused("setting_out_of_range", decid.set_threads, 0)
+        self.refused("setting_out_of_range", decid.set_threads, 100000)
         self.refused("data_reused", decid.evaluate, None, decid.Dataset.make(4, seed=1))
         with self.assertRaisesRegex(ValueError, "one dimension"):
             decid.identify(np.zeros((2, 3)), 100, "rad")
@@ -533,6 +558,45 @@ class Refusals(WithFolder):
         self.refused("value_missing", decid.identify, np.ma.masked_array(values, mask=np.arange(12000) < 3), 100, "deg")
         self.assertEqual(len(decid.Recording(np.ma.masked_array(values), 100, "deg").sway), 12000)
         self.refused("value_invalid", decid.Recording, values + 1j, 100, "deg")
+
+    def test_values_of_other_types_and_shapes(self):
+        sway = decid.simulate(seed=7).sway
+        short = sway[:2000]
+        for name, code, call in (
+                ("sway", "size_mismatch", lambda: decid.identify(sway[None], 100, "rad")),
+                ("sway", "value_invalid", lambda: decid.identify(["a"], 100, "rad")),
+                ("unit", "unit_unknown", lambda: decid.Recording(sway, 100, "cm")),
+                ("rate", "setting_out_of_range", lambda: decid.Recording(sway, np.nan, "rad")),
+                ("rate", "setting_out_of_range", lambda: decid.Recording(sway, 0, "rad")),
+                ("rate", "setting_malformed", lambda: decid.Recording(sway, "fast", "rad")),
+                ("height", "setting_missing", lambda: decid.identify(sway, 100, "rad", mass=70)),
+                ("mass", "setting_out_of_range", lambda: decid.identify(sway, 100, "rad", mass=0, height=1.7)),
+                ("begin", "setting_malformed", lambda: decid.identify(sway, 100, "rad", begin="now")),
+                ("begin", "setting_out_of_range", lambda: decid.identify(sway, 100, "rad", begin=np.nan)),
+                ("com_height", "setting_out_of_range", lambda: decid.read("no.csv", com_height=0)),
+                ("fill_gaps", "setting_out_of_range", lambda: decid.read("no.csv", fill_gaps=61)),
+                ("threads", "setting_out_of_range", lambda: decid.set_threads(0)),
+                ("threads", "setting_malformed", lambda: decid.set_threads(1.5)),
+                ("seed", "setting_out_of_range", lambda: decid.simulate(seed=-1)),
+                ("seed", "setting_out_of_range", lambda: decid.simulate(seed=2**64)),
+                ("seed", "setting_malformed", lambda: decid.simulate(seed=1.5)),
+                ("seed", "setting_malformed", lambda: decid.fit(short, 100, "rad", seed=1.0)),
+                ("seed", "setting_out_of_range", lambda: decid.Dataset.make(4, seed=-1)),
+                ("count", "setting_malformed", lambda: decid.Dataset.make(4.0)),
+                ("epochs", "setting_malformed", lambda: decid.train("default", epochs=1.5)),
+                ("max_draws", "setting_malformed", lambda: decid.fit(short, 100, "rad", max_draws=8.5)),
+                ("max_draws", "setting_out_of_range", lambda: decid.fit(short, 100, "rad", max_draws=7)),
+                ("priors", "setting_malformed", lambda: decid.fit(short, 100, "rad", priors={"delay": 0.1})),
+                ("priors", "setting_malformed", lambda: decid.fit(short, 100, "rad", priors={"delay": ("a", 1)})),
+                ("ranges", "setting_malformed", lambda: decid.fit(short, 100, "rad", ranges=[("delay", 0, 1)])),
+                ("simulate", "size_mismatch", lambda: decid.simulate(Kp=[800, 900], delay=[0.1, 0.11, 0.12])),
+                ("Kp", "value_invalid", lambda: decid.simulate(Kp="much")),
+                ("Kp", "value_invalid", lambda: decid.simulate(Kp=900 + 1j)),
+                ("Kp", "value_missing", lambda: decid.simulate(Kp=np.ma.masked_less([800.0, 900.0], 850)))):
+            with self.subTest(name=name):
+                self.refused(code, call)
+                with self.assertRaisesRegex(decid.Error, f"^{name}: "):
+                    call()
 
     def test_a_tilt_in_memory(self):
         trial = decid.simulate(seed=7)

@@ -2,11 +2,14 @@
 // the unfinished file is cut or damaged; and what belongs to another request is left alone.
 #include <omp.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstring>
 #include <map>
 
+#include "base/communicator.hpp"
 #include "base/files/disk_file.hpp"
 #include "base/files/sha256.hpp"
 #include "dataset/npz/detail/journal.hpp"
@@ -95,6 +98,44 @@ int go_on(const fs::path& path) {
   return resumed;
 }
 
+/// Rank 1 of 2, whose rank 0 broadcasts these texts and gathers empty ones, as often as two gather_texts() do.
+class SecondRank final : public Communicator {
+ public:
+  explicit SecondRank(const std::vector<std::string>& texts) {
+    for (const std::string& text : texts) {
+      const std::uint64_t size = text.size();
+      bytes_.append(reinterpret_cast<const char*>(&size), sizeof size);
+      bytes_ += text;
+    }
+  }
+  int rank() const override { return 1; }
+  int size() const override { return 2; }
+  void broadcast(std::span<std::byte> bytes) override {
+    REQUIRE(at_ + bytes.size() <= bytes_.size());
+    std::memcpy(bytes.data(), bytes_.data() + at_, bytes.size());
+    at_ += bytes.size();
+  }
+  void all_gather(std::span<const std::byte>, std::span<const std::size_t>, std::span<std::byte> all) override {
+    if (++gathered_ > 4) throw Error(Code::stopped, "gather", "was called again", "stop");
+    std::ranges::fill(all, std::byte{});
+  }
+  std::unique_ptr<Transfer> start_exchange(std::span<const std::byte>, std::span<const std::size_t>,
+                                           std::span<std::byte>, std::span<const std::size_t>) override {
+    return nullptr;
+  }
+  std::unique_ptr<Transfer> start_all_gather(std::span<const std::byte>, std::span<const std::size_t>,
+                                             std::span<std::byte>) override {
+    return nullptr;
+  }
+  void send(int, const std::string&) override {}
+  std::optional<Message> poll() override { return std::nullopt; }
+
+ private:
+  std::string bytes_;
+  std::size_t at_ = 0;
+  int gathered_ = 0;
+};
+
 }  // namespace
 
 TEST_CASE("a data set made into its file is the one made in memory, for any number of threads") {
@@ -182,6 +223,19 @@ TEST_CASE("an unfinished file that is cut off anywhere goes on from its last sou
   CHECK(seen.size() == 4);
   CHECK(seen.contains(0));
   CHECK(seen.contains(stopped.trials));
+}
+
+TEST_CASE("a process that sees a shorter journal than rank 0 stops") {
+  const Stopped stopped(1);
+  struct stat status {};
+  REQUIRE(::stat(stopped.partial.file.c_str(), &status) == 0);
+  const std::string identity = std::to_string(status.st_ino) + " " + std::to_string(status.st_size);
+  const auto with_trials_of_rank_0 = [&](int trials) {
+    SecondRank rank({identity, std::to_string(trials)});
+    generate_npz(stopped.path, request(), program, {}, {}, &rank);
+  };
+  check_error([&] { with_trials_of_rank_0(1300); }, Code::system_failed, "1300");
+  check_error([&] { with_trials_of_rank_0(stopped.trials); }, Code::stopped);  // goes on
 }
 
 TEST_CASE("damaged bytes of an unfinished file are made again") {

@@ -60,6 +60,19 @@ TEST_CASE("trials with a fault have the parameters of those without") {
   CHECK(trials_with(protocol, {"double_pendulum"}, 1).truth.empty());
 }
 
+TEST_CASE("trials of a controller with a convention have its value, and all others their draws") {
+  sim::Protocol protocol = standing_protocol();
+  protocol.experiment.body_model = &sim::dec2015();
+  const sim::ParameterTable ranges = protocol.ranges();
+  REQUIRE(std::ranges::any_of(ranges, [](const sim::ParameterInfo& info) { return info.convention.has_value(); }));
+  const FaultTrials::Trials made = trials_with(protocol, {"none"}, 2);
+  REQUIRE(made.truth.size() == 2);
+  for (std::size_t p = 0; p < ranges.size(); ++p) {
+    if (ranges[p].convention) CHECK(made.truth[0][p] == *ranges[p].convention);
+    CHECK((made.truth[0][p] == made.truth[1][p]) == ranges[p].convention.has_value());
+  }
+}
+
 TEST_CASE("a gap is one straight line of its length") {
   const std::vector<float> with = sway_with({"gap_s", 2.0});
   const std::vector<double> difference = difference_of({"gap_s", 2.0});

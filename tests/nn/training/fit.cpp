@@ -202,6 +202,24 @@ TEST_CASE("fit: a checkpoint of another input is refused") {
   std::filesystem::remove(o.checkpoint);
 }
 
+TEST_CASE("fit: a checkpoint of other samples in memory is refused") {
+  FitOptions o = options();
+  o.epochs = 1;
+  o.checkpoint = scratch("samples");
+  const Data others = made(1.0F);
+  std::vector<float> relabelled = data().targets;
+  std::swap(relabelled[0], relabelled[1]);
+  o.validation_samples = Samples(std::span(data().inputs).first(720), std::span(data().targets).first(20), 20);
+  const std::string sha256 = fitted(o).sha256;
+  CHECK(fitted(o).sha256 == sha256);
+  check_error([&] { fitted(o, {others.inputs, data().targets, count}); }, decid::Code::file_differs, "samples");
+  check_error([&] { fitted(o, {data().inputs, relabelled, count}); }, decid::Code::file_differs);
+  check_error([&] { fitted(o, {count, samples().load}); }, decid::Code::file_differs, "a function");
+  o.validation_samples = Samples(std::span(data().inputs).last(720), std::span(data().targets).last(20), 20);
+  check_error([&] { fitted(o); }, decid::Code::file_differs);
+  std::filesystem::remove(o.checkpoint);
+}
+
 TEST_CASE("fit: a stop leaves the weights that the log names") {
   FitOptions o = options();
   o.average = 0.9;
@@ -320,9 +338,75 @@ TEST_CASE("fit: settings that do not fit are refused") {
   FitOptions diverges = options();
   diverges.optimiser = sgd();
   diverges.learning_rate = 1e5;
-  diverges.loss = huber();
-  std::vector<float> huge(count * 3, std::numeric_limits<float>::infinity());
+  diverges.loss = squared_error();
+  const std::vector<float> huge(count * 3, std::numeric_limits<float>::max());
   check_error([&] { fitted(diverges, Samples(data().inputs, huge, count)); }, decid::Code::diverged, "1");
+}
+
+TEST_CASE("fit: a number out of its range is named") {
+  const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+  const auto refused = [](const char* name, const std::function<void(FitOptions&)>& change) {
+    FitOptions o = options();
+    change(o);
+    check_error([&] { fitted(o); }, decid::Code::setting_out_of_range, name);
+  };
+  for (const double rate : {-1.0, 0.0, nan, inf})
+    refused("learning_rate", [&](FitOptions& o) { o.learning_rate = rate; });
+  for (const double epochs : {-1.0, 1e30, nan, inf})
+    refused("warmup_epochs", [&](FitOptions& o) { o.warmup_epochs = epochs; });
+  for (const int lines : {-1, 6}) refused("frozen_lines", [&](FitOptions& o) { o.frozen_lines = lines; });
+  FitOptions all = options();
+  all.epochs = 1;
+  all.frozen_lines = 5;
+  CHECK_NOTHROW(fitted(all));
+}
+
+TEST_CASE("fit: patience without a validated sample is refused") {
+  FitOptions o = options();
+  o.patience = 2;
+  for (const double fraction : {0.0, 0.002}) {
+    o.validation = fraction;
+    check_error([&] { fitted(o); }, decid::Code::setting_conflict, "patience");
+  }
+  o.patience = 0;
+  o.epochs = 1;
+  CHECK(std::isnan(fitted(o).log.epochs[0].validation_loss));
+}
+
+TEST_CASE("fit: the first sample that is not finite is named, and no step is done") {
+  for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    Data d = data();
+    d.inputs[7 * 36 + 3] = d.inputs[9 * 36] = bad;
+    const Samples memory(d.inputs, d.targets, count);
+    Network<float> network(shape, text);
+    network.initialise(3);
+    const std::string before = weights_sha256(network);
+    check_error([&] { fit(network, memory, options()); }, decid::Code::value_invalid,
+                "value 3 of the inputs of sample 7,");
+    CHECK(weights_sha256(network) == before);
+    d.targets[5] = bad;
+    check_error([&] { fit(network, memory, options()); }, decid::Code::value_invalid, "targets of sample 5,");
+    FitOptions o = options();
+    o.validation_samples = memory;
+    check_error([&] { fitted(o); }, decid::Code::value_invalid);
+  }
+  const Samples of_function(count,
+                            [](int sample, const decid::Random*, std::span<float> input, std::span<float> target) {
+                              samples().load(sample, nullptr, input, target);
+                              if (sample == 11) input[2] = std::numeric_limits<float>::quiet_NaN();
+                            });
+  FitOptions o = options();
+  o.validation_samples = samples();
+  check_error([&] { fitted(o, of_function); }, decid::Code::value_invalid, "value 2 of the inputs of sample 11,");
+}
+
+TEST_CASE("accuracy: a target that is no class is refused") {
+  Network<float> network({1, 1, 1}, "fc 3");
+  const std::vector<float> input{1};
+  for (const float wrong : {-1.0F, 0.5F, 3.0F, std::numeric_limits<float>::quiet_NaN()}) {
+    const std::vector<float> target{wrong};
+    check_error([&] { accuracy(network, {input, target, 1}); }, decid::Code::setting_out_of_range, "accuracy");
+  }
 }
 
 // Figures of PyTorch 1.13 in double, SGD(nesterov=True) and AdamW, for gradients 0.5, -1.25 and 2,
@@ -353,9 +437,11 @@ TEST_CASE("optimisers: by a text with settings") {
         adamw({.beta1 = 0.25, .beta2 = 0.75, .epsilon = 1e-3, .weight_decay = 0.5})->text());
   CHECK(optimiser_named("nesterov momentum 0.5")->text() == sgd({.momentum = 0.5, .nesterov = true})->text());
   CHECK(optimiser_named("sgd weight_decay 0.125")->text() == sgd({.weight_decay = 0.125})->text());
-  for (const char* wrong : {"sgd beta1 0.5", "adamw momentum 0.9", "sgd momentum", "sgd momentum x", "adamw 0.9"})
+  for (const char* wrong : {"sgd beta1 0.5", "adamw momentum 0.9", "sgd momentum", "sgd momentum x", "adamw 0.9",
+                            "sgd momentum 0.8 momentum 0.1"})
     check_error([&] { optimiser_named(wrong); }, decid::Code::setting_malformed);
-  check_error([] { optimiser_named("sgd momentum 2"); }, decid::Code::setting_out_of_range);
+  for (const char* wrong : {"sgd momentum 2", "adamw epsilon 0"})
+    check_error([&] { optimiser_named(wrong); }, decid::Code::setting_out_of_range);
   for (const char* wrong : {"lion", ""}) check_error([&] { optimiser_named(wrong); }, decid::Code::setting_unknown);
 }
 

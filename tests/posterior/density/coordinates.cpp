@@ -27,6 +27,11 @@ TEST_CASE("Density: states are set and read, those outside of the ranges at thei
   CHECK(near(back.gain, 0.95, 1e-12));
   CHECK(near(back.slow_noise_deg, 0.03, 1e-12));
   CHECK(near(back.slow_memory_s, 2.0, 1e-12));
+  for (std::size_t place = 0; place < static_cast<std::size_t>(density.globals()); ++place) {
+    CAPTURE(place);
+    CHECK(density.prior_coordinate(density.quantity(place), state) ==
+          x[(static_cast<std::size_t>(density.noise_size()) + place) * lanes + 2]);
+  }
   density.set_noise(0.01, 0.002, x, 2);
   CHECK(near(density.state(x, 2).sensor_noise_deg, 0.01, 1e-12));
   CHECK(near(density.state(x, 2).slow_noise_deg, 0.002, 1e-12));

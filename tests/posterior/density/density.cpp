@@ -320,7 +320,15 @@ TEST_CASE("Density: errors") {
   check_error([&] { Density short_one(protocol, {}); }, Code::setting_out_of_range, "1.9 s");
   protocol = sines_protocol();
   protocol.noise.vestibular.low_hz = protocol.noise.vestibular.high_hz = 0.1;
-  check_error([&] { Density one_line(protocol, {}); }, Code::setting_out_of_range, "vestibular_noise");
+  check_error([&] { Density one_line(protocol, {}); }, Code::setting_out_of_range, "single frequency");
+  protocol.noise.vestibular = {.low_hz = 0.005, .high_hz = 0.006, .period_s = 2000.0};
+  check_error([&] { Density too_slow(protocol, {}); }, Code::setting_out_of_range, "0.006 Hz");
+  protocol.noise.vestibular = {.high_hz = max_noise_hz};
+  CHECK(Density(protocol, {}).noise_size() > 0);
+  protocol.noise.vestibular.high_hz = 5.0;
+  check_error([&] { Density too_fast(protocol, {}); }, Code::not_supported, "5 Hz");
+  protocol.noise.vestibular.scale_deg = 0.0;
+  CHECK(Density(protocol, {}).noise_size() == 0);
   for (const Priors& wrong :
        {Priors{.sensor_noise_deg = 0.0}, Priors{.sensor_noise_factor = 1.0}, Priors{.start_s = -0.1},
         Priors{.start_s = 1.1}, Priors{.gain = 1.0}, Priors{.gain = std::nan("")}, Priors{.drift_hz = -1.0},

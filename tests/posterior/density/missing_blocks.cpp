@@ -224,7 +224,7 @@ TEST_CASE("Density: a workspace serves observations of different gaps") {
   CHECK(potential == potential_alone);
 }
 
-TEST_CASE("Density: gaps outside of the recording, and gaps that are too long, are refused") {
+TEST_CASE("Density: gaps outside of the recording, gaps that are too long, and a constant recording are refused") {
   const Density density(sines_protocol(), {});
   const std::vector<float> sway = recorded(density.protocol(), some_parameters(), 0.02, 0);
   const auto observe = [&](SampleRange gap) { return density.observe(sway, std::span(&gap, 1)); };
@@ -233,6 +233,39 @@ TEST_CASE("Density: gaps outside of the recording, and gaps that are too long, a
   CHECK(observe({sway.size() - 1, sway.size()}).missing.count() <= 1);
   const Density of_minutes(sim::default_protocol(), {});
   const std::vector<float> longer(static_cast<std::size_t>(of_minutes.protocol().samples()), 0.0F);
+  check_error([&] { of_minutes.observe(longer); }, Code::value_invalid);
+  CHECK(of_minutes.at_rest().noise_deg == 0.0);
   const std::array<SampleRange, 2> twice{{{100, 1200}, {2000, 3000}}};
   check_error([&] { of_minutes.observe(longer, twice); }, Code::value_missing, "21 s");
+  // Half of a short trial; and many short gaps, each of which touches one block of 0.1 s.
+  CHECK(observe({0, 1000}).missing.count() == 100);
+  check_error([&] { observe({0, 1001}); }, Code::value_missing, "10.1 s");
+  std::vector<SampleRange> samples;
+  for (std::size_t i = 0; i < 201; ++i) samples.push_back({10 * i, 10 * i + 1});
+  check_error([&] { of_minutes.observe(longer, samples); }, Code::value_missing, "20.1 s");
+}
+
+TEST_CASE("Density: gaps in any order, which may overlap, are those of their union") {
+  const Density density(sines_protocol(), {});
+  const std::vector<float> sway = recorded(density.protocol(), some_parameters(), 0.02, 0);
+  const std::vector<SampleRange> shuffled{{700, 703}, {400, 440}, {305, 420}, {310, 320}};
+  CHECK(density.observe(sway, shuffled).missing.blocks == density.observe(sway, gaps).missing.blocks);
+}
+
+TEST_CASE("Density: samples in gaps need not be finite, others must be") {
+  const Density density(sines_protocol(), {});
+  std::vector<float> sway = recorded(density.protocol(), some_parameters(), 0.02, 0);
+  const std::size_t last = sway.size() - 1;
+  const std::array<SampleRange, 3> ranges{{{0, 5}, {300, 340}, {last, last + 1}}};
+  std::vector<float> lines = sway;
+  for (std::size_t i = 0; i < 5; ++i) lines[i] = sway[5];
+  for (std::size_t i = 0; i < 40; ++i)
+    lines[300 + i] = sway[299] + (sway[340] - sway[299]) / 41.0F * static_cast<float>(i + 1);
+  lines[last] = sway[last - 1];
+  sway[2] = sway[310] = std::numeric_limits<float>::quiet_NaN();
+  sway[last] = std::numeric_limits<float>::infinity();
+  const Observation bridged = density.observe(sway, ranges), expected = density.observe(lines, ranges);
+  CHECK(bridged.sway == expected.sway);
+  CHECK(bridged.torque == expected.torque);
+  check_error([&] { density.observe(sway, std::span(ranges).first(2)); }, Code::value_invalid, "1999");
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/files/sha256.hpp"
+#include "base/text.hpp"
 #include "sim/body_model.hpp"
 #include "sim/streams.hpp"
 #include "tests/helpers.hpp"
@@ -130,6 +131,10 @@ TEST_CASE("without confidence the table's errors are inferred, and large ones gi
   REQUIRE(bad.warnings().size() == 2);
   CHECK(bad.warnings()[0].code == "no_controller");
   CHECK(bad.warnings()[1].code == "response_unexplained");
+  // Both state the same part, and the first names the columns that tell noise from another controller.
+  const std::string left = format("%.0f%% of the response", 100.0 * bad.left());
+  for (const Warning& warning : bad.warnings()) CHECK(contains(warning.text, left));
+  for (const char* column : {"sd", "ci95", "coherence", "cycles"}) CHECK(contains(bad.warnings()[0].text, column));
 }
 
 TEST_CASE("the draws have the same bits everywhere" * doctest::test_suite("golden")) {

@@ -117,6 +117,22 @@ TEST_CASE("no draw has more density than the mode") {
     CHECK(0.5 * density.chi_square(found.state(draw), 0.0) > least - 1e-3);
 }
 
+TEST_CASE("a table that no controller explains is a warning of the least squares too") {
+  frf::Table table = made(sim::short_protocol(), Random(12, sim::streams::base_parameters, 3));
+  const auto warnings_of = [&] {
+    return frf::fit_log_ratio(frf::Density(sim::short_protocol(), table, {}), {}).warnings;
+  };
+  CHECK(warnings_of().empty());
+  for (std::size_t row = 0; row < table.rows.size(); ++row) table.rows[row].response *= row % 2 == 0 ? 1.5 : 0.6;
+  REQUIRE(warnings_of().size() == 1);
+  CHECK(warnings_of()[0].code == "no_controller");
+  CHECK(warnings_of()[0].severity == Severity::invalid);
+  // A table whose confidence allows for the distance is explained.
+  table.confidence = "sd";
+  for (frf::Row& row : table.rows) row.stddev = 1.0;
+  CHECK(warnings_of().empty());
+}
+
 TEST_CASE("parameters at an end of their range are reported") {
   const frf::Table table = made(sim::short_protocol(), Random(12, sim::streams::base_parameters, 3));
   const frf::Priors priors{.parameters = {{.name = "delay", .range = posterior::ParameterPrior::Range{0.2, 0.24}},

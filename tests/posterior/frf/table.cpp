@@ -63,6 +63,14 @@ TEST_CASE("kinds of confidence are one deviation") {
   CHECK(near(with("coherence,cycles", "0.5,8").rows[1].stddev, 1.8 * 0.25, 1e-12));
   CHECK(with("coherence,cycles", "0.5,8").rows[1].coherence == 0.5);
   CHECK(with("SD", "0.1").rows[1].coherence == 0.0);
+  // Rounded to 0 and 1: half a unit of the last decimal place is left.
+  CHECK(near(with("coherence,cycles", "0.00,8").rows[1].coherence, 0.05, 1e-12));
+  const frf::Table rounded =
+      read("frequency,gain,phase,coherence,cycles\n0.05,0.9,20,1.00,8\n0.4,1.8,-60,0.37,8\n1.1,0.8,-150,0.00,8\n");
+  CHECK(near(rounded.rows[0].coherence, 0.995, 1e-12));
+  CHECK(rounded.rows[1].coherence == 0.37);
+  CHECK(near(rounded.rows[2].coherence, 0.005, 1e-12));
+  CHECK(rounded.rows[2].stddev > 0.0);
   const frf::Table several = with("coherence,cycles,harmonics", "0.5,8,4");
   CHECK(near(several.rows[1].stddev, 1.8 * 0.125, 1e-12));
   CHECK(several.rows[1].harmonics == 4);
@@ -80,6 +88,7 @@ TEST_CASE("tables that cannot be used are errors") {
   check_refused("frequency,gain,phase\n0.4,1.8,-60\n0.05,0.9,20\n1.1,0.8,-150\n", Code::value_invalid, "line 3");
   check_refused("frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n0.4,1.7,-61\n", Code::value_invalid, "line 4");
   check_refused("frequency,gain,phase\n0.05,-0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n", Code::value_invalid, "line 2");
+  check_refused("frequency,gain,phase\n0.05,-3.1,20\n0.4,5.2,-60\n1.1,-8,-150\n", Code::value_invalid, "20 log10");
   check_refused("frequency,gain,phase\n0.05,,20\n0.4,1.8,-60\n1.1,0.8,-150\n", Code::value_missing, "line 2");
   check_refused("frequency,gain,phase\n0.05,0.9,x\n0.4,1.8,-60\n1.1,0.8,-150\n", Code::value_invalid, "line 2");
   check_refused("frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n", Code::setting_out_of_range, "2 rows");
@@ -93,6 +102,7 @@ TEST_CASE("tables that cannot be used are errors") {
   check_refused(with("sd,ci95", "0.1,0.2"), Code::column_ambiguous, "95");
   check_refused(with("coherence", "0.5"), Code::column_missing);
   check_refused(with("coherence,cycles", "1.5,8"), Code::value_invalid, "1.5 is");
+  check_refused(with("coherence,cycles", "-0.1,8"), Code::value_invalid, "-0.1 is");
   check_refused(with("coherence,cycles", "0.5,0.5"), Code::value_invalid, "0.5 is");
   check_refused(with("harmonics", "1.5"), Code::value_invalid, "1.5 is");
   check_error([] { frf::read_table("/no/such/table.csv"); }, Code::file_missing, "/no/such/table.csv");

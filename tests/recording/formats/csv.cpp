@@ -147,8 +147,8 @@ TEST_CASE("csv: missing cells are refused or kept as gaps; invalid cells are alw
     CHECK(kept[0] == 2);
     CHECK(std::isnan(kept[1]));
     CHECK(kept[2] == 6);
-    check_error(taking(text, 1, Missing::fillable), Code::value_missing, "line 3, b");
-    CHECK(error_of([&] { CsvTable(text, "t.csv").numbers(1); }).remedy() == "give a value");
+    check_error(taking(text, 1, Missing::refused), Code::value_missing, "line 3, b");
+    CHECK(error_of([&] { CsvTable(text, "t.csv").numbers(1); }).remedy() == remedy_for_missing);
     CHECK(CsvTable(text, "t.csv").numbers(0) == std::vector<double>{1, 3, 5});  // of no concern to another column
   }
   for (const std::string cell : {"inf", "-inf", "1e999", "x"}) {

@@ -89,6 +89,34 @@ TEST_CASE("sway that was measured has no straight lines: fine, coarse, smooth, i
   for (const double step : {1e-4, 1e-3, 1e-2}) CHECK(find_stretches(sway(0.0, step), rate_hz).unmeasured.empty());
 }
 
+TEST_CASE("a stretch of more than half of a recording is found, frozen or bridged, in one piece or several") {
+  for (const double fraction : {0.49, 0.6}) {
+    for (const double step : {0.0, 1e-4}) {
+      CAPTURE(fraction);
+      CAPTURE(step);
+      std::vector<double> frozen = sway(0.02, step), bridged = frozen, pieces = frozen;
+      const SampleRange made{1000, 1000 + static_cast<std::size_t>(fraction * static_cast<double>(frozen.size()))};
+      std::fill(frozen.begin() + 1000, frozen.begin() + static_cast<std::ptrdiff_t>(made.end), frozen[1000]);
+      const std::vector<SampleRange> still = find_stretches(frozen, rate_hz).unmeasured;
+      REQUIRE(still.size() == 1);
+      CHECK(is_about(still[0], made));
+      bridge(bridged, made, step);
+      const std::vector<SampleRange> line = find_stretches(bridged, rate_hz).unmeasured;
+      REQUIRE(line.size() == 1);
+      CHECK(is_about(line[0], made));
+      for (std::size_t piece = 0; piece < 10; ++piece) {
+        const std::size_t begin = 100 + 1200 * piece;
+        bridge(pieces, {begin, begin + made.size() / 10}, step);
+      }
+      CHECK(find_stretches(pieces, rate_hz).unmeasured.size() == 10);
+    }
+  }
+  // Few wrong samples at both ends of a coarse, quiet sway do not make a line of it.
+  std::vector<double> coarse = sway(0.02, 0.2);
+  for (const std::size_t at : {std::size_t{5}, coarse.size() - 5}) coarse[at] += 20.0;
+  CHECK(find_stretches(coarse, rate_hz).straight.empty());
+}
+
 TEST_CASE("joined ranges are ascending and apart") {
   CHECK(joined({{8, 9}, {1, 3}, {3, 4}, {2, 3}}) == std::vector<SampleRange>{{1, 4}, {8, 9}});
   CHECK(joined({}).empty());

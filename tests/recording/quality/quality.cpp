@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/math/random.hpp"
+#include "base/setting.hpp"
 #include "sim/protocol/protocol.hpp"
 #include "sim/streams.hpp"
 #include "tests/helpers.hpp"
@@ -109,6 +110,10 @@ TEST_CASE("jumps to another level are found, at any rate; single samples and fro
   REQUIRE(warnings.size() == 2);
   CHECK(warnings[0].code == "frozen");
   CHECK(warnings[1].code == "jumps");
+  CHECK(contains(warnings[1].text, "empty"));
+  for (double& value : occluded) value = value == -7.0 ? 0.0 : value + 4.0;
+  REQUIRE(found(occluded).size() == 2);
+  CHECK(contains(found(occluded)[1].text, setting("missing") + " 0 and " + setting("fill_gaps") + " 0.3;"));
   std::vector<double> frozen = sway(0.02);
   for (std::size_t k = 1000; k < 1050; ++k) frozen[k] = frozen[1000];  // it goes on half a degree away
   for (const Warning& warning : found(frozen)) CHECK(warning.code != "jumps");

@@ -63,8 +63,9 @@ int warned(const std::string& code, const Change& change, std::uint64_t end, std
     Recording recording = make_recording(values, rate_hz);
     static_cast<void>(bring_to_protocol(recording, plan));
     for (const Warning& warning : recording.warnings)
-      if (warning.code == code || (code.empty() && (warning.code == "jumps" || warning.code == "stretch_off" ||
-                                                    warning.code == "time_slips"))) {
+      if (warning.code == code ||
+          (code.empty() && (warning.code == "jumps" || warning.code == "stretch_off" || warning.code == "time_slips" ||
+                            warning.code == "other_start" || warning.code == "no_response"))) {
         ++count;
         break;
       }
@@ -140,4 +141,38 @@ TEST_CASE("a measured tilt says where a stretch is missing") {
   };
   CHECK_FALSE(slips(false));
   CHECK(slips(true));
+}
+
+TEST_CASE("a platform that played half of the protocol is noticed") {
+  // Only the second half, or only the first half, follows the tilt: the other one is of a body on a platform at rest.
+  sim::Protocol resting = sim::default_protocol();
+  resting.sequence().amplitude_deg = 1e-6;
+  const sim::Simulator at_rest(resting);
+  for (const bool first : {true, false}) {
+    std::uint64_t i = 0;
+    const auto half = [&](std::vector<double>& values) {
+      std::vector<double> standing(values.size());
+      at_rest.run(resting.parameters().middle(), Random(3, sim::streams::vestibular_noise, i++), standing);
+      const auto middle = static_cast<std::ptrdiff_t>(values.size() / 2);
+      if (first)
+        std::copy(standing.begin() + middle, standing.end(), values.begin() + middle);
+      else
+        std::copy_n(standing.begin(), middle, values.begin());
+    };
+    CHECK(warned("no_response", half, 60, 1) >= 29);  // the response of the others is small
+  }
+}
+
+TEST_CASE("a recording that starts late or early throughout is no slip") {
+  for (const int shift : {-150, 100, 200}) {
+    CAPTURE(shift);
+    const auto moved = [&](std::vector<double>& values) {
+      std::vector<double> was = values;
+      const auto size = static_cast<int>(was.size());
+      for (int k = 0; k < size; ++k)
+        values[static_cast<std::size_t>(k)] = was[static_cast<std::size_t>((k + shift + size) % size)];
+    };
+    CHECK(warned("time_slips", moved, 60, 3) <= 1);
+    CHECK(warned("other_start", moved, 60, 3) >= 17);
+  }
 }

@@ -260,6 +260,6 @@ TEST_CASE("an offset of the sensor is noticed") {
     shifted += std::to_string(row[0]) + "," + std::to_string(row[1] + 3.5) + "\n";
   write_text(folder / "b.csv", shifted);
   CHECK_FALSE(contains(run_decid("identify " + folder / "a.csv").out, "offset"));
-  CHECK(contains(run_decid("identify " + folder / "b.csv").out, "detrend by offset"));
+  CHECK(contains(run_decid("identify " + folder / "b.csv").out, "--detrend offset subtracts it"));
   CHECK_FALSE(contains(run_decid("identify --detrend offset " + folder / "b.csv").out, "the sway's mean"));
 }

@@ -10,7 +10,7 @@ shown() {
   timeout 120 "$1" --headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-dev-shm-usage \
     --user-data-dir="$scratch/profile" --virtual-time-budget=10000 --dump-dom "file://$2" </dev/null 2>"$scratch/log"
 }
-# The page shows a fixed parameter without a standard deviation and an interval.
+# The page has the value of a fixed parameter, and neither a standard deviation nor an interval.
 "$3" simulate --quiet --protocol short -o "$scratch/trial.csv"
 "$3" fit --quiet --protocol short --max-draws 8 --fix Kp=578 --report "$scratch/fixed.html" "$scratch/trial.csv" >/dev/null
 fixed=$(shown "$1" "$scratch/fixed.html")

@@ -310,7 +310,9 @@ Json answer_json(const LogRatioReport::Answer& answer, const std::optional<sim::
           {"passing_gain", answer.found.passing_gain},
           {"misfit", {{"log_ratio", answer.found.misfit}, {"relative_error", answer.found.left}}},
           {"frf", std::move(frf)},
-          {"diagnostics", {{"agreeing_starts", answer.found.agreeing}}}};
+          {"diagnostics", {{"agreeing_starts", answer.found.agreeing}}},
+          {"trust", name(worst_trust(answer.found.warnings))},
+          {"warnings", warnings_json(answer.found.warnings)}};
 }
 
 std::string answer_text(const LogRatioReport::Answer& answer, const std::optional<sim::Parameters>& truth) {
@@ -335,8 +337,9 @@ std::string answer_text(const LogRatioReport::Answer& answer, const std::optiona
   for (std::size_t i = 0; i < rows.size(); ++i)
     text += format("  %8.4g %9.4g %9.4g %9.1f %9.1f\n", answer.density.table().rows[i].frequency_hz, rows[i].table.gain,
                    rows[i].model.gain, rows[i].table.phase_deg, rows[i].model.phase_deg);
-  return text + format("  it leaves %.1f%% (root mean square of the relative error); %d starts agree\n",
-                       100.0 * answer.found.left, answer.found.agreeing);
+  text += format("  it leaves %.1f%% (root mean square of the relative error); %d starts agree\n",
+                 100.0 * answer.found.left, answer.found.agreeing);
+  return text + warnings_text(answer.found.warnings);
 }
 
 }  // namespace

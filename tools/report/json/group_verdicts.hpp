@@ -1,4 +1,4 @@
-// Sentences on the differences that a comparison of groups shows, by the intervals that hold together.
+// Verdicts of a comparison of groups, in sentences: by the intervals that hold together.
 #pragma once
 
 #include <string>

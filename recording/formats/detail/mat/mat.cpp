@@ -136,7 +136,7 @@ std::vector<double> MatTable::numbers(int column, Missing missing) const {
     throw Error(std::isnan(values[k]) ? Code::value_missing : Code::value_invalid, where_,
                 locate(k) + ", " + names_[static_cast<std::size_t>(column)] + ": " +
                     (std::isnan(values[k]) ? "NaN" : "an infinite value") + " is not a finite number",
-                recording::remedy_for(std::isnan(values[k]) ? missing : Missing::refused));
+                recording::remedy_for_missing);
   }
   return values;
 }
