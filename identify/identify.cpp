@@ -91,9 +91,9 @@ void judge(const Model& model, const Estimate& estimate, Explanation& explanatio
                                          std::string(stands && noise <= 0.0 ? "has no noise" : "falls")
                                    : format("stimulus response ratio %.2f", explanation.response_ratio);
   explanation.unlike_training = format(
-      "this recording does not resemble the test (OOD score %.2f, limit 1; %s); common causes: wrong sign, late start, "
-      "other platform movement, wrong unit or rate",
-      explanation.ood_score, response.c_str());
+      "this recording does not resemble the test (OOD score %.4g, limit 1; %s); common causes: wrong sign, late start, "
+      "other platform movement, wrong unit or rate, smoothing",
+      std::ceil(1e3 * explanation.ood_score) / 1e3, response.c_str());  // rounded up: never the limit itself
   if (explanation.response_ratio < against_ratio)
     explanation.unlike_training +=
         "; the sway goes against the platform: if its sensor is reversed, give " + setting("invert") + " sway";

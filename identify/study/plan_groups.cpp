@@ -29,6 +29,14 @@ void refuse_few_pairs(const std::string& where, const std::string& one, const st
               "give different people different names, or all people recordings in both groups");
 }
 
+void refuse_without_groups(const StudySheet& sheet) {
+  if (sheet.names.empty() || std::ranges::any_of(sheet.names, names_groups)) return;
+  std::string names;
+  for (const std::string& name : sheet.names) names += (names.empty() ? "" : ", ") + one_line(name);
+  throw Error(Code::column_missing, sheet.file.string(), "has no column \"group\"; its columns are " + names,
+              "name the column of the groups so");
+}
+
 /// Gives texts that differ in letter case or the form of accents one spelling, the first.
 class Spelling {
  public:
@@ -51,6 +59,7 @@ std::vector<std::string> split_columns(const std::string& text) {
 }
 
 GroupTable groups_of_plan(const RecordingPlan& plan, bool by_group) {
+  if (by_group && plan.sheet) refuse_without_groups(*plan.sheet);
   const auto has_participant = [](const PlannedRecording& it) { return !it.entry.participant.empty(); };
   GroupTable groups{std::ranges::any_of(plan.recordings, has_participant) ? "participant_id" : "", {}};
   groups.has_groups = by_group;
@@ -61,10 +70,14 @@ GroupTable groups_of_plan(const RecordingPlan& plan, bool by_group) {
   return groups;
 }
 
-void refuse_groups(const std::vector<GroupMember>& members, const std::string& where, std::size_t least) {
+void refuse_groups(const std::vector<GroupMember>& members, const std::string& where, std::size_t least,
+                   const RecordingPlan* plan) {
   std::map<std::string, std::set<std::string>> groups;  // their people
   for (const GroupMember& member : members)
     if (!member.group.empty()) groups[member.group].insert(member.person);
+  if (groups.size() < least && plan != nullptr)
+    for (const PlannedRecording& planned : plan->recordings)
+      if (planned.error) throw Error(*planned.error);
   if (groups.size() < least)
     throw Error(Code::setting_out_of_range, where,
                 "puts the recordings in " + counted(static_cast<long long>(groups.size()), "group"),

@@ -20,12 +20,15 @@ namespace decid {
 std::vector<std::string> split_columns(const std::string& text);
 
 /// Returns the group and the person of every recording, by its line of the sheet. Letter case does not count in these
-/// texts. by_group: false puts all recordings in cohort::everyone.
+/// texts. by_group: false puts all recordings in cohort::everyone. Throws Error if by_group and the sheet has no column
+/// "group".
 GroupTable groups_of_plan(const RecordingPlan& plan, bool by_group);
 
 /// Throws Error for fewer groups than `least`, and for two groups that share some people, but fewer than half of the
 /// smaller one's: more likely a name given twice than a comparison in pairs. where: the table, for messages.
-void refuse_groups(const std::vector<GroupMember>& members, const std::string& where, std::size_t least = 2);
+/// plan: instead of too few groups, throws the error of its first recording that has one, such as a wrong cell.
+void refuse_groups(const std::vector<GroupMember>& members, const std::string& where, std::size_t least = 2,
+                   const RecordingPlan* plan = nullptr);
 
 /// Compares the sessions or the conditions of the sheet, too. column: "session" or "condition". Leaves out recordings
 /// without one, and returns their number. Throws Error for another column, a plan without a sheet, and fewer than two

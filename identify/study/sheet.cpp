@@ -256,6 +256,10 @@ bool names_persons(const std::string& column) {
   return column_of(column).role == Role::participant;
 }
 
+bool names_groups(const std::string& column) {
+  return column_of(column).role == Role::group;
+}
+
 bool names_weights(const std::string& column) {
   return column_of(column).role == Role::mass;
 }
@@ -284,7 +288,7 @@ StudySheet read_sheet(const std::filesystem::path& path) {
   std::vector<std::string>& names = rows.front();
   while (!names.empty() && names.back().empty()) names.pop_back();
   const std::vector<Column> columns = read_columns(names, path.string() + ", line 1");
-  StudySheet sheet{path, {}, {}};
+  StudySheet sheet{path, {}, {}, names};
   for (std::size_t i = 0; i < columns.size(); ++i)
     if (columns[i].role == Role::carried) sheet.columns.push_back(names[i]);
   for (std::size_t row = 1; row < rows.size(); ++row) {

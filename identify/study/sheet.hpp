@@ -29,6 +29,7 @@ struct StudySheet {
   std::filesystem::path file;
   std::vector<std::string> columns;  ///< of SheetEntry::cells, as the file spells them
   std::vector<SheetLine> lines;
+  std::vector<std::string> names = {};  ///< of all columns, as the file spells them
 
   /// Returns "participants.tsv, line 3".
   std::string locate(const SheetLine& line) const;
@@ -52,6 +53,8 @@ StudySheet read_sheet(const std::filesystem::path& path);
 /// Returns true for the names of a column of persons: participant_id, subject and the like.
 bool names_persons(const std::string& column);
 /// Returns true for the names of a column of weights: weight, mass and the like; and of heights.
+/// Returns true for "group".
+bool names_groups(const std::string& column);
 bool names_weights(const std::string& column);
 bool names_heights(const std::string& column);
 /// Returns true for the names of a column of ages in years.

@@ -160,7 +160,7 @@ GroupTable read_groups(const GroupFlags& flags, const RecordingFlags& recordings
   GroupTable groups;
   if (table.empty() || (plan.sheet && std::filesystem::equivalent(table, plan.sheet->file, ignored))) {
     groups = groups_of_plan(plan, !table.empty());
-    refuse_groups(groups.members, table.empty() ? recordings.study : table, least);
+    refuse_groups(groups.members, table.empty() ? recordings.study : table, least, &plan);
   } else {
     groups = read_group_table(table, recordings.files, least);
   }

@@ -45,6 +45,15 @@ Json parameters_of(const RecordingResult& recording, const FitFigures& fitted, c
   return list;
 }
 
+/// Changes the sign of a quantity.
+void negate(Json& quantity_json) {
+  quantity_json["mean"] = -quantity_json["mean"].get<double>();
+  for (const char* key : {"interval50", "interval90"}) {
+    Json& interval = quantity_json[key];
+    interval = {-interval[1].get<double>(), -interval[0].get<double>()};
+  }
+}
+
 /// Measurement noise, start and gain, where they were not known.
 Json others_of(const Posterior& found) {
   Json list = Json::array();
@@ -54,7 +63,10 @@ Json others_of(const Posterior& found) {
     add_figures(json, found, quantity);
   };
   add(Density::sensor_noise, "Measurement noise", "deg");
-  add(Density::start, "Start of the recording after the protocol", "s");
+  const bool is_before = found.mean(Density::start) < 0.0;
+  add(Density::start,
+      is_before ? "Start of the recording before the protocol" : "Start of the recording after the protocol", "s");
+  if (is_before && found.stddev(Density::start) > 0.0) negate(list.back());
   add(Density::gain, "Scale of the sway sensor (1 = correct)", "1");
   return list;
 }

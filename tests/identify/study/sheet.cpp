@@ -414,6 +414,21 @@ TEST_CASE("recordings_below: files that may be recordings, by name, not what des
   CHECK(recordings_below(folder / "none").empty());
 }
 
+TEST_CASE("groups of a plan: a sheet without groups, and a wrong cell, are named instead of a number of groups") {
+  const TemporaryFolder folder;
+  const auto plan = [&](const std::string& sheet) {
+    return plan_of_text(folder, sheet, {"a.csv", "b.csv"}, Choice::by_sheet);
+  };
+  const RecordingPlan without = plan("ID\tfile\tdiagnosis\nA\ta.csv\tx\nB\tb.csv\ty\n");
+  check_error([&] { groups_of_plan(without, true); }, Code::column_missing, "ID, file, diagnosis");
+  CHECK(groups_of_plan(without, false).members.size() == 2);
+  const RecordingPlan wrong = plan("ID\tfile\tGroup\tweight\theight\nA\ta.csv\tx\t70\t17\nB\tb.csv\tx\t70\t175\n");
+  const GroupTable groups = groups_of_plan(wrong, true);
+  check_error([&] { refuse_groups(groups.members, "here", 2, &wrong); }, Code::value_invalid, "'17'");
+  check_error([&] { refuse_groups(groups.members, "here", 2); }, Code::setting_out_of_range, "1 group");
+  refuse_groups(groups.members, "here", 1, &wrong);
+}
+
 TEST_CASE("groups of a plan: sessions, conditions and covariates of its sheet") {
   const TemporaryFolder folder;
   const std::vector<std::string> files{"a.csv", "b.csv", "c.csv", "d.csv"};

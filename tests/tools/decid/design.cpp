@@ -51,6 +51,20 @@ TEST_CASE("decid/design: seven sines of the same height halve the variance of th
   CHECK(sines["predicted_variance"].get<double>() < 0.6 * found["protocols"][0]["predicted_variance"].get<double>());
 }
 
+TEST_CASE("decid/design: tilts beyond 8 degrees are marked, and recommended only where all are") {
+  const Folder folder;
+  const std::string call =
+      "design --protocol " + write_text(folder / "tiny.json", brief_protocol).string() + " --draws 8 --quiet ";
+  const std::string both = run_ok(call + "--amplitude 1 40").out;
+  CHECK(contains(both, "'tiny, 1 deg' leaves the least variance"));
+  CHECK(contains(both, "'tiny, 40 deg' tilts by 40 degrees"));
+  CHECK(contains(run_ok(call + "--amplitude 40").out, "'tiny, 40 deg' leaves the least variance"));
+  CHECK_FALSE(contains(run_ok(call + "--amplitude 8").out, "tilts by"));
+  const Json found = run_json(call + "--json --amplitude 1 40");
+  CHECK(found["protocols"][0]["large_tilt"] == false);
+  CHECK(found["protocols"][1]["large_tilt"] == true);
+}
+
 TEST_CASE("decid/design: plans that cannot be are refused") {
   check_refused("design --at delay=0.5", "0.24");
   check_refused("design --at height=2", "--at");

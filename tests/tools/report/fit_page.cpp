@@ -93,6 +93,10 @@ TEST_CASE("fit page") {
     }
     REQUIRE(shown["others"].size() == 3);
     CHECK(shown["others"][0]["name"] == "Measurement noise");
+    const double start_s = found.mean(posterior::Density::start);
+    CHECK(near(shown["others"][1]["mean"].get<double>(), std::abs(start_s), six_digits));
+    CHECK((shown["others"][1]["name"].get<std::string>().find("before") != std::string::npos) == (start_s < 0.0));
+    CHECK(shown["others"][1]["interval90"][0] < shown["others"][1]["interval90"][1]);
     CHECK(shown["diagnostics"]["draws"] == found.draws());
     REQUIRE(shown["check"]["figures"].size() == fit.check.figures.size());
     CHECK(shown["check"]["figures"].size() == 8);

@@ -23,4 +23,7 @@ check() {
 # Behind the first table of parameters, which has other code.
 fit=$(shown "$1" "$scratch/fit.html")
 check "the comparison of controllers" "${fit#*class=\"controllers\"}"
-check "the page of a frequency response" "$(shown "$1" "$scratch/frf.html")"
+frf=$(shown "$1" "$scratch/frf.html") main='<main'
+check "the page of a frequency response" "$frf"
+frf=${frf#*"$main"}
+[[ ${frf%%<svg*} == *'Can it be used?'* ]] || { echo "the page of a frequency response does not begin with its verdict" >&2; exit 1; }

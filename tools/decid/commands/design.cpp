@@ -19,6 +19,9 @@
 namespace decid::tools {
 namespace {
 
+/// A larger tilt, from peak to peak, is beyond the usual experiments with standing people.
+constexpr double usual_tilt_deg = 8.0;
+
 struct DesignOptions {
   CommonOptions common;
   BodyFlags body;
@@ -35,6 +38,8 @@ struct Planned {
   sim::Protocol protocol;
   double peak_to_peak_deg = 0.0;
   posterior::ExpectedPosterior found = {};
+
+  bool is_large() const { return peak_to_peak_deg > usual_tilt_deg * (1.0 + 1e-9); }
 };
 
 std::string shown(double number) {
@@ -96,6 +101,7 @@ Json design_json(const DesignOptions& options, const std::vector<Planned>& all, 
     list.push_back({{"name", one.name},
                     {"duration_s", one.protocol.duration_s()},
                     {"peak_to_peak_deg", one.peak_to_peak_deg},
+                    {"large_tilt", one.is_large()},
                     {"predicted_variance", one.found.figure_of_merit},
                     {"predicted_variance_error", one.found.figure_error},
                     {"parameters", std::move(of_parameters)}});
@@ -129,6 +135,23 @@ std::string design_text(const std::vector<Planned>& all, const sim::ParameterTab
   return text;
 }
 
+/// Returns the recommendation: among the protocols without a large tilt, if there is one.
+std::string recommendation(const std::vector<Planned>& all) {
+  const bool all_large = std::ranges::all_of(all, &Planned::is_large);
+  const Planned* best = nullptr;
+  for (const Planned& one : all)
+    if ((all_large || !one.is_large()) && (best == nullptr || one.found.figure_of_merit < best->found.figure_of_merit))
+      best = &one;
+  const bool some_large = std::ranges::any_of(all, &Planned::is_large);
+  std::string text = "'" + best->name + "' leaves the least variance" +
+                     (some_large && !all_large ? format(" of the tilts up to %g degrees", usual_tilt_deg) : "") + ".\n";
+  for (const Planned& one : all)
+    if (one.is_large())
+      text += format("'%s' tilts by %.3g degrees: check that a person can stand it.\n", one.name.c_str(),
+                     one.peak_to_peak_deg);
+  return text;
+}
+
 void run_design(DesignOptions options) {
   std::vector<Planned> all = planned_protocols(options);
   require_same_controller(all);
@@ -152,13 +175,10 @@ void run_design(DesignOptions options) {
     std::cout << print_json(design_json(options, all, table)) << '\n';
     return;
   }
-  const Planned& best =
-      *std::ranges::min_element(all, {}, [](const Planned& one) { return one.found.figure_of_merit; });
   std::cout << design_text(all, table)
-            << format(
-                   "Expected standard deviations of decid fit; variance: predicted over the prior's, mean of the "
-                   "parameters.\n'%s' leaves the least variance.\n",
-                   best.name.c_str());
+            << "Expected standard deviations of decid fit; variance: predicted over the prior's, mean of the "
+               "parameters.\n"
+            << recommendation(all);
 }
 
 }  // namespace

@@ -71,6 +71,13 @@ std::string controllers_text(const FitFigures& fitted, const std::string& own) {
   return text;
 }
 
+/// Returns the line of an inferred start; empty if it was known.
+std::string start_text(double mean_s, double sd_s) {
+  if (!(sd_s > 0.0)) return {};
+  return format("  the recording starts %.2g s %s the protocol (sd %.2g s)\n", std::abs(mean_s),
+                mean_s < 0.0 ? "before" : "after", sd_s);
+}
+
 /// Returns the lines of a fit below its parameters.
 std::string fit_text(const FitFigures& fitted) {
   const posterior::Posterior& found = fitted.posterior;
@@ -82,7 +89,7 @@ std::string fit_text(const FitFigures& fitted) {
   line("measurement noise", Density::sensor_noise, " degrees");
   text += format("  slow noise %.3g degrees, correlation time %.2g s\n", found.mean(Density::slow_noise),
                  found.mean(Density::slow_memory));
-  line("the recording starts", Density::start, " s after the protocol");
+  text += start_text(found.mean(Density::start), found.stddev(Density::start));
   line("scale of the sway sensor", Density::gain, " (1 = correct)");
   if (fitted.joint) {
     text +=

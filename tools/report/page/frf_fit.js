@@ -67,12 +67,13 @@ function parameterTable({ controller, parameters }) {
 
 document.title = `${report.file} \u2013 frequency response`;
 main.append(element("section", { "aria-label": report.file }, element("h2", {}, report.file),
+  ...answers.map(answer => trustBox(answer, "table", answers.length > 1 ? `${answer.controller}: ` : "")),
   element("p", { class: "about" }, `${report.frf.frequency_hz.length} frequencies, protocol \u201c${report.protocol}\u201d.`),
   report.controllers ? comparison() : null, responses()));
 for (const answer of answers) {
   const explained = answer.warnings.every(({ code }) => code !== "no_controller");
   main.append(element("section", { "aria-label": answer.controller }, element("h2", {}, `Controller ${answer.controller}: ${answer.trust}`),
-    ...answer.warnings.map(({ text }) => element("p", { class: "warning" }, text)),
+    ...answer.warnings.filter(({ severity }) => severity === "info").map(({ text }) => element("p", { class: "about" }, "Note: " + text)),
     explained ? parameterTable(answer) : element("p", {}, "No parameters are shown, as no controller of this model has this response.")));
 }
 document.getElementById("footer").append(element("p", {}, "decid ", report.decid, "."), ...callTexts(report.call));

@@ -1,4 +1,4 @@
-// Functions for tables of parameters, which the pages of decid identify, fit and fit --frf share, after common.js.
+// Functions for verdicts and tables of parameters, which the pages of decid identify, fit and fit --frf share, after common.js.
 
 // Pages show these units instead of SI: [unit, its number per SI unit].
 const shownUnits = { "rad/s": ["\u00b0/s", 180 / Math.PI], s: ["ms", 1000] };
@@ -9,6 +9,19 @@ function inShownUnit(parameter) {
   for (const key of ["value", "true", "mean", "sd", "low", "high"].filter(key => key in parameter)) parameter[key] = converted(parameter[key]);
   for (const key of ["interval50", "interval90", "range"].filter(key => key in parameter)) parameter[key] = parameter[key].map(converted);
   return Object.assign(parameter, { unit, factor });
+}
+
+const verdicts = {
+  usable: what => `Usable: ${what} passed all checks`, caution: () => "Caution: read these warnings before you use the values",
+  "not usable": () => "Not usable: do not use these values",
+};
+
+// Shows if the answer can be used, and the warnings, the most serious first. what: the input, "recording".
+function trustBox({ trust, warnings }, what = "recording", label = "") {
+  const serious = warnings.filter(({ severity }) => severity !== "info");
+  return element("div", { class: trust === "usable" ? "verdict" : "warning", role: "note", "aria-label": label + "Can it be used?" },
+    element("strong", {}, label + verdicts[trust](what)),
+    serious.length === 0 ? null : element("ul", {}, ...serious.map(({ text }) => element("li", {}, text))));
 }
 
 const symbolAndUnit = parameter => parameter.name + (unitOf(parameter) ? ", " + unitOf(parameter) : "");

@@ -30,19 +30,6 @@ function parameterTable({ parameters, protocol, body_assumed: assumed }, network
 
 // ---- the answer ----------------------------------------------------------------------------------------------------
 
-const verdicts = {
-  usable: "Usable: recording passed all checks", caution: "Caution: read these warnings before you use the values",
-  "not usable": "Not usable: do not use these values",
-};
-
-// Shows if the answer can be used, and the warnings, the most serious first.
-function trustBox({ trust, warnings }) {
-  const serious = warnings.filter(({ severity }) => severity !== "info");
-  return element("div", { class: trust === "usable" ? "verdict" : "warning", role: "note", "aria-label": "Can it be used?" },
-    element("strong", {}, verdicts[trust]),
-    serious.length === 0 ? null : element("ul", {}, ...serious.map(({ text }) => element("li", {}, text))));
-}
-
 const describeTilt = tilt => absent(tilt) ? "" : ` Platform movement found at ${fixed(tilt.delay_s, 3)} s ` +
   `(column \u201c${tilt.column}\u201d, correlation ${fixed(tilt.correlation, 3)}, gain ${fixed(tilt.gain, 3)}).`;
 
