@@ -98,6 +98,7 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
       lead_steps_(lead_blocks_ * block_samples_ * protocol.experiment.steps_per_sample()),
       first_step_(0),
       bins_(0),
+      edges_(0),
       padded_blocks_(sim::smooth_length(lead_blocks_ + protocol.samples() / block_samples_ + spare_blocks)),
       frequencies_(0),
       damping_(0.0),
@@ -137,6 +138,7 @@ Density::Density(const sim::Protocol& protocol, const Priors& priors, Isa isa)
   const int steps = lead_steps_ + experiment.steps();
   first_step_ = first_step_of(stimulus, bin_steps_);
   bins_ = (steps - first_step_ + bin_steps_ - 1) / bin_steps_ + 5;
+  edges_ = (experiment.steps() - first_step_) / bin_steps_ + 1;
   const int last_step = experiment.steps() - 1,
             cycle = static_cast<int>(std::floor(experiment.cycle_s() * sim::steps_per_second + 0.5));
   const bool moved = priors.moved_before && experiment.lead_in_s() == 0.0;

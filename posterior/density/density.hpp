@@ -131,7 +131,7 @@ class Density {
   /// Returns the white noise in the mean of a block: measurement noise plus the model's own error.
   double block_noise_rad(double sensor_noise_deg) const;
   /// Returns the number of bin edges within the trial: edge i is at first_bin_s() + i * bin_s().
-  int edges() const { return (protocol_.experiment.steps() - first_step_) / bin_steps_ + 1; }
+  int edges() const noexcept { return edges_; }
   Isa isa() const noexcept { return isa_; }
 
   /// Prepares a recording; sway_rad: the protocol's samples. gaps: ranges of samples that were not measured, which may
@@ -230,7 +230,7 @@ class Density {
   bool unit_gains_;                         // Family::has_unit_gains
   int block_samples_, bin_steps_, blocks_;  // a bin is as long as a block
   int lead_blocks_, lead_steps_;            // before the trial
-  int first_step_, bins_, padded_blocks_, frequencies_;
+  int first_step_, bins_, edges_, padded_blocks_, frequencies_;
   double damping_;  // c, 1/s
   NoiseBasis noise_;
   sim::RealFft fft_;

@@ -141,28 +141,42 @@ void NoiseSpectrum::leave_block_out(const MissingBlocks& missing, std::span<doub
   kernels(isa).noise_rows_gradient(constants(), {nothing.data(), nothing.data(), nothing.data()}, work.line.data(),
                                    uncertainty.data(), work.state(), work.spectrum.data(), sums.data());
   fft_.inverse_lanes(work.spectrum, work.unfolded, work.fft_work, isa);
-  const double constant = -0.5 * decid::log(2.0 * sim::pi);
-  const auto parts = 4 * static_cast<long long>(count);
-  std::vector<double> cosines(static_cast<std::size_t>(parts));
-  for (long long i = 0; i < parts; ++i) cosines[static_cast<std::size_t>(i)] = sincos_of_turn(i, parts).cos;
-  for (std::size_t m = 0; m < count; ++m) {
-    std::array<double, lanes> precision{}, along{};
-    const std::size_t odd = 2 * m + 1;
+  // The line's part of a block, sum of entry * line * precision, is its inverse cosine transform, unfolded.
+  AlignedVector<double> along(work.unfolded.size()), precision(work.unfolded.size());
+  const auto transform = [&](const auto& coefficient, AlignedVector<double>& out) {
+    std::ranges::fill(work.spectrum, 0.0);
     for (std::size_t k = 0; k < kept; ++k) {
-      const double cosine = cosines[k * odd % cosines.size()];
-      const double entry = cosine * std::sqrt((k == 0 ? 1.0 : 2.0) / static_cast<double>(count));
+      const sim::Complex factor = coefficient(k);
       for (std::size_t l = 0; l < lanes; ++l) {
-        const double weighed = entry * work.precision[k * lanes + l];
-        precision[l] = std::fma(entry, weighed, precision[l]);
-        along[l] = std::fma(line_[k], weighed, along[l]);
+        const double value = work.precision[k * lanes + l];
+        work.spectrum[2 * k * lanes + l] = factor.real() * value;
+        work.spectrum[(2 * k + 1) * lanes + l] = factor.imag() * value;
       }
     }
+    fft_.inverse_lanes(work.spectrum, out, work.fft_work, isa);
+  };
+  transform([&](std::size_t k) { return line_[k] * sim::Complex(back_[2 * k], back_[2 * k + 1]); }, along);
+  // Q_ii without the line: the squares of the entries, (1 + cos(pi k (2 m + 1) / blocks)) / blocks and half of it for
+  // k = 0, are another transform plus the sum over all coefficients. Block after block.
+  transform(
+      [&](std::size_t k) {
+        const auto [sin, cos] = sincos_of_turn(static_cast<long long>(k), 2LL * blocks());
+        return k == 0 ? sim::Complex(0.5) : 0.5 * sim::Complex(cos, sin);
+      },
+      precision);
+  std::array<double, lanes> sum{};
+  for (std::size_t k = 0; k < kept; ++k)
+    for (std::size_t l = 0; l < lanes; ++l)
+      sum[l] += work.precision[k * lanes + l] * ((k == 0 ? 0.5 : 1.0) / static_cast<double>(count));
+  const double constant = -0.5 * decid::log(2.0 * sim::pi);
+  for (std::size_t m = 0; m < count; ++m) {
     const std::size_t place =
         static_cast<std::size_t>(unfolded_place(static_cast<std::ptrdiff_t>(m), fft_.length())) * lanes;
     for (std::size_t l = 0; l < lanes; ++l) {
+      const double all = sum[l] + precision[m * lanes + l], of_line = along[place + l];
       // A block that nothing else predicts keeps a precision of rounding.
-      const double left = std::max(precision[l] - along[l] * along[l] * uncertainty[l] - explained[place + l],
-                                   rounded_precision * precision[l]);
+      const double left =
+          std::max(all - of_line * of_line * uncertainty[l] - explained[place + l], rounded_precision * all);
       const double weighed = work.unfolded[place + l];
       log_density[m * lanes + l] = constant + 0.5 * decid::log(left) - 0.5 * weighed * weighed / left;
     }

@@ -107,10 +107,10 @@ void ChainGroup::metric_from_here() {
   std::vector<std::vector<double>> means;
   for (std::size_t t = 0; t < trials_.size(); ++t) {
     const std::size_t size = triangle(static_cast<std::size_t>(density(t).size()));
-    std::vector<double> matrices(size * lanes);
-    sampler_.information(sampler_.coordinates(t), matrices, t);
+    information_.resize(size * lanes);
+    sampler_.information(sampler_.coordinates(t), information_, t);
     std::vector<double> mean(size, 0.0);
-    add_mean(matrices, mean);
+    add_mean(information_, mean);
     target().parameters_last(t, mean, 1);
     means.push_back(std::move(mean));
   }
