@@ -68,6 +68,7 @@ class Identification(WithFolder):
     def test_a_file_has_the_bits_of_the_program(self):
         path = self.trial()
         for options, keywords in (([], {}), (["--mass", 70, "--height", 1.75], {"mass": 70, "height": 1.75}),
+                                  (["--mass", 154, "--height", 1.75], {"mass": 154, "height": 1.75}),  # in pounds: a warning
                                   (["--detrend", "linear"], {"detrend": "linear"})):
             expected = json.loads(program("identify", path, "--json", *options))
             result = decid.identify(path, **keywords)
