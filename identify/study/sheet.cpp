@@ -122,8 +122,7 @@ double mass_of(const std::string& cell, double kg_per_unit, const std::string& w
   const std::optional<double> given = read_number(cell);
   const double kg = given.value_or(0.0) * kg_per_unit;
   if (kg < 1.0 || kg > 250.0)
-    throw Error(Code::value_invalid, where, "the weight '" + cell + "' is not from 1 to 250 kg",
-                "give it in kg, or n/a");
+    throw Error(Code::value_invalid, where, "'" + cell + "' is not a weight from 1 to 250 kg", "give it in kg, or n/a");
   return kg;
 }
 
@@ -131,13 +130,14 @@ double height_of(const std::string& cell, double metres_per_unit, const std::str
   const double given = read_number(cell).value_or(0.0);
   const double metres = metres_per_unit != 1.0 ? given * metres_per_unit : given >= 30.0 ? given / 100.0 : given;
   if (metres < 0.3 || metres > 3.0)
-    throw Error(Code::value_invalid, where,
-                "the height '" + cell + "' is neither from 0.3 to 3 m nor from 30 to 300 cm",
+    throw Error(Code::value_invalid, where, "'" + cell + "' is neither a height from 0.3 to 3 m nor from 30 to 300 cm",
                 "give it in m or cm, or n/a");
   return metres;
 }
 
-void read_cell(const Column& column, const std::string& cell, const std::string& where, SheetLine& line) {
+/// where: the line; name: the column's.
+void read_cell(const Column& column, const std::string& name, const std::string& cell, const std::string& where,
+               SheetLine& line) {
   switch (column.role) {
     case Role::carried:
       line.entry.cells.push_back(has_no_value(cell) ? std::string() : cell);
@@ -163,10 +163,10 @@ void read_cell(const Column& column, const std::string& cell, const std::string&
       line.file = cell;
       break;
     case Role::mass:
-      line.mass_kg = mass_of(cell, column.per_unit, where);
+      line.mass_kg = mass_of(cell, column.per_unit, where + ", " + name);
       break;
     case Role::height:
-      line.height_m = height_of(cell, column.per_unit, where);
+      line.height_m = height_of(cell, column.per_unit, where + ", " + name);
       break;
     case Role::protocol:
       line.protocol = cell;
@@ -179,13 +179,13 @@ void read_cell(const Column& column, const std::string& cell, const std::string&
   }
 }
 
-SheetLine read_line(const std::vector<Column>& columns, const std::vector<std::string>& cells, std::size_t number,
-                    const std::string& where) {
+SheetLine read_line(const std::vector<Column>& columns, const std::vector<std::string>& names,
+                    const std::vector<std::string>& cells, std::size_t number, const std::string& where) {
   SheetLine line;
   line.number = number;
   for (std::size_t i = 0; i < columns.size(); ++i) {
     try {
-      read_cell(columns[i], i < cells.size() ? cells[i] : std::string(), where, line);
+      read_cell(columns[i], names[i], i < cells.size() ? cells[i] : std::string(), where, line);
     } catch (const Error& error) {
       if (!line.error) line.error = error;
     }
@@ -294,7 +294,7 @@ StudySheet read_sheet(const std::filesystem::path& path) {
   for (std::size_t row = 1; row < rows.size(); ++row) {
     if (std::ranges::all_of(rows[row], [](const std::string& cell) { return cell.empty(); })) continue;
     const std::string where = format("%s, line %zu", path.string().c_str(), row + 1);
-    sheet.lines.push_back(read_line(columns, rows[row], row + 1, where));
+    sheet.lines.push_back(read_line(columns, names, rows[row], row + 1, where));
   }
   if (sheet.lines.empty())
     throw Error(Code::file_empty, path.string(), "has no line below its names", "add a line per recording or person");

@@ -117,8 +117,8 @@ TEST_CASE("read_sheet: columns by BIDS' names, units, decimal commas, missing va
                             "participant_id\theight\tweight\tunit\nA\t17\t70\tdeg\nB\t1.7\tx\tdeg\n"
                             "C\t1.7\t70\tfeet\nD\t1.7\t70\tmm\n\t1.7\t70\tdeg\n"));
   REQUIRE(wrong.lines.size() == 5);
-  check_has(wrong.lines[0].error, Code::value_invalid, "'17'");
-  check_has(wrong.lines[1].error, Code::value_invalid, "'x'");
+  check_has(wrong.lines[0].error, Code::value_invalid, "line 2, height: '17'");
+  check_has(wrong.lines[1].error, Code::value_invalid, "line 3, weight: 'x'");
   check_has(wrong.lines[2].error, Code::value_invalid, "feet");
   CHECK_FALSE(wrong.lines[3].error);
   check_has(wrong.lines[4].error, Code::value_missing, "line 6");
