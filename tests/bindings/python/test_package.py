@@ -599,6 +599,11 @@ class Refusals(WithFolder):
                 with self.assertRaisesRegex(decid.Error, f"^{name}: "):
                     call()
 
+    def test_messages_name_the_arguments_of_python(self):
+        with self.assertRaises(decid.Error) as caught:
+            decid.identify(self.trial(), tilt_column="none", begin=500)
+        self.assertIn(" begin ", caught.exception.remedy)
+
     def test_a_tilt_in_memory(self):
         trial = decid.simulate(seed=7)
         self.refused("size_mismatch", decid.identify, trial.sway, 100, "rad", tilt=trial.tilt[:-1])
