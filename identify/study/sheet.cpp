@@ -12,6 +12,7 @@
 #include "identify/study/detail/contradictions.hpp"
 #include "identify/study/detail/text_key.hpp"
 #include "identify/study/reading_option.hpp"
+#include "identify/study/sidecar.hpp"
 #include "identify/study/spreadsheet.hpp"
 
 namespace decid {
@@ -24,6 +25,7 @@ struct Column {
   Role role;
   double per_unit = 1.0;    ///< kg of a weight, or metres of a height, in one unit; a height in "1" is in m or cm
   std::string option = {};  ///< of reading
+  bool has_unit = false;    ///< a weight or a height with a unit in its name
 };
 
 struct KnownName {
@@ -84,21 +86,45 @@ struct KnownUnit {
 };
 
 /// A column in a unit that is not read is an error: carried along as any other column it would leave the body assumed.
+/// "lbav" and "ini" are UCUM's [lb_av] and [in_i].
 constexpr auto known_units = std::to_array<KnownUnit>({
     {Role::mass, "kg", 1.0},
+    {Role::mass, "kgs", 1.0},
+    {Role::mass, "kilogram", 1.0},
+    {Role::mass, "kilograms", 1.0},
     {Role::mass, "lb", 0.45359237},
     {Role::mass, "lbs", 0.45359237},
+    {Role::mass, "lbav", 0.45359237},
+    {Role::mass, "pound", 0.45359237},
+    {Role::mass, "pounds", 0.45359237},
+    {Role::mass, "pfund", 0.0},
     {Role::mass, "g", 0.0},
+    {Role::mass, "grams", 0.0},
     {Role::mass, "n", 0.0},
+    {Role::mass, "newton", 0.0},
     {Role::mass, "st", 0.0},
     {Role::mass, "stone", 0.0},
+    {Role::mass, "oz", 0.0},
     {Role::height, "m", 1.0},
+    {Role::height, "metre", 1.0},
+    {Role::height, "metres", 1.0},
+    {Role::height, "meter", 1.0},
+    {Role::height, "meters", 1.0},
     {Role::height, "cm", 1.0},
+    {Role::height, "centimetre", 1.0},
+    {Role::height, "centimetres", 1.0},
+    {Role::height, "centimeter", 1.0},
+    {Role::height, "centimeters", 1.0},
     {Role::height, "mm", 0.001},
     {Role::height, "in", 0.0254},
+    {Role::height, "inch", 0.0254},
     {Role::height, "inches", 0.0254},
+    {Role::height, "ini", 0.0254},
+    {Role::height, "zoll", 0.0254},
     {Role::height, "ft", 0.0},
+    {Role::height, "foot", 0.0},
     {Role::height, "feet", 0.0},
+    {Role::height, "ftin", 0.0},
 });
 
 Column column_of(const std::string& name) {
@@ -107,10 +133,21 @@ Column column_of(const std::string& name) {
     const std::string begin = column_key(known.name);
     if (key == begin) return {known.role};
     for (const KnownUnit& unit : known_units)
-      if (unit.role == known.role && key == begin + std::string(unit.unit)) return {known.role, unit.size};
+      if (unit.role == known.role &&
+          (key == begin + std::string(unit.unit) || key == begin + "in" + std::string(unit.unit)))
+        return {known.role, unit.size, {}, true};
   }
   std::string option = find_reading_option(name);
   return option.empty() ? Column{Role::carried} : Column{Role::reading, 1.0, std::move(option)};
+}
+
+/// Gives a weight or a height without a unit in its name the unit of the sheet's sidecar.
+void set_sidecar_unit(const std::string& unit, Column& column) {
+  if (column.has_unit || (column.role != Role::mass && column.role != Role::height)) return;
+  const std::string key = column_key(unit);
+  const auto found = std::ranges::find_if(
+      known_units, [&](const KnownUnit& known) { return known.role == column.role && known.unit == key; });
+  column.per_unit = found == known_units.end() ? 0.0 : found->size;
 }
 
 bool has_no_value(const std::string& cell) {
@@ -131,7 +168,8 @@ double height_of(const std::string& cell, double metres_per_unit, const std::str
   const double metres = metres_per_unit != 1.0 ? given * metres_per_unit : given >= 30.0 ? given / 100.0 : given;
   if (metres < 0.3 || metres > 3.0)
     throw Error(Code::value_invalid, where, "'" + cell + "' is neither a height from 0.3 to 3 m nor from 30 to 300 cm",
-                "give it in m or cm, or n/a");
+                metres_per_unit == 1.0 ? "give it in m or cm, or n/a; name a column of inches height_in"
+                                       : "give it in the column's unit, or n/a");
   return metres;
 }
 
@@ -201,14 +239,19 @@ SheetLine read_line(const std::vector<Column>& columns, const std::vector<std::s
   return line;
 }
 
-/// Throws Error if two columns mean the same.
-std::vector<Column> read_columns(const std::vector<std::string>& names, const std::string& where) {
+/// Throws Error if two columns mean the same. units: of columns, by the sidecar.
+std::vector<Column> read_columns(const std::vector<std::string>& names, const std::map<std::string, std::string>& units,
+                                 const std::string& where) {
   std::vector<Column> columns;
   std::map<std::pair<Role, std::string>, std::string> seen;
   for (const std::string& name : names) {
-    const Column& column = columns.emplace_back(column_of(name));
+    Column& column = columns.emplace_back(column_of(name));
+    const auto unit = units.find(name);
+    if (unit != units.end()) set_sidecar_unit(unit->second, column);
     if (column.per_unit == 0.0)
-      throw Error(Code::unit_unknown, where, "\"" + name + "\" is a weight or a height in another unit",
+      throw Error(Code::unit_unknown, where,
+                  "\"" + name + "\" is a weight or a height in another unit" +
+                      (column.has_unit ? "" : ", \"" + unit->second + "\" by the sidecar"),
                   "give weight in kg or lb, height in m, cm, mm or inches: weight_kg, weight_lb, height_m, height_in");
     const std::string carried_as = column.role == Role::carried ? text_key(name) : column.option;
     const auto [first, is_new] = seen.try_emplace({column.role, carried_as}, name);
@@ -287,7 +330,7 @@ StudySheet read_sheet(const std::filesystem::path& path) {
   std::vector<std::vector<std::string>> rows = read_spreadsheet(path);
   std::vector<std::string>& names = rows.front();
   while (!names.empty() && names.back().empty()) names.pop_back();
-  const std::vector<Column> columns = read_columns(names, path.string() + ", line 1");
+  const std::vector<Column> columns = read_columns(names, sidecar_units(path), path.string() + ", line 1");
   StudySheet sheet{path, {}, {}, names};
   for (std::size_t i = 0; i < columns.size(); ++i)
     if (columns[i].role == Role::carried) sheet.columns.push_back(names[i]);
