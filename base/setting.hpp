@@ -1,4 +1,5 @@
-// Names of settings in messages. C, Python and Octave use "fill_gaps"; a program uses its own option's name.
+// Names of settings in messages. Python and Octave use "fill_gaps"; a program uses its own option's name, and C its
+// field's (bindings/c/error.cpp).
 #pragma once
 
 #include <string>

@@ -6,16 +6,19 @@
 
 #include "base/parallel.hpp"
 #include "base/setting.hpp"
+#include "identify/body_warnings.hpp"
 
 namespace decid {
+
 RecordingResult bring(recording::Recording recording, const recording::ProtocolPlan& plan,
-                      const recording::TrialOptions& options) {
+                      const recording::TrialOptions& options, const std::optional<sim::Body>& body) {
   RecordingResult result;
   result.file = recording.file.empty() ? "recording" : recording.file;
   result.trial = recording::bring_to_protocol(recording, plan, options);
   result.column = recording.signals.at(recording::com_sway).column;
   if (const auto* tilt = recording.signals.find(recording::platform_tilt)) result.tilt_column = tilt->column;
-  result.warnings = std::move(recording.warnings);
+  if (body) result.warnings = body_warnings(*body);
+  std::ranges::move(recording.warnings, std::back_inserter(result.warnings));
   return result;
 }
 
@@ -52,7 +55,7 @@ RecordingResult read_source(const recording::ProtocolPlan& plan, const Recording
     reading.trial = source.trial;
     // Throws what make_sources() met.
     if (!reading.trial_column.empty() && reading.trial.empty()) recording::list_trials(source.file, reading);
-    result = bring(recording::read_recording(source.file, reading), plan, options.trial);
+    result = bring(recording::read_recording(source.file, reading), plan, options.trial, options.body);
   } catch (const Error& error) {
     const bool is_file = error.where() == source.file.string();
     result.error = is_file ? Error(error.code(), file, error.problem(), error.remedy()) : error;

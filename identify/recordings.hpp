@@ -41,10 +41,10 @@ struct ReadOptions {
   std::optional<sim::Body> body = {};    ///< of the subject; empty: the protocol's is assumed
 };
 
-/// Returns a recording as a trial of the protocol, with warnings for all assumptions. Throws Error if it cannot be
-/// used.
+/// Returns a recording as a trial of the protocol, with warnings for all assumptions, and of an implausible body. body:
+/// the subject's, if it is known. Throws Error if the recording cannot be used.
 RecordingResult bring(recording::Recording recording, const recording::ProtocolPlan& plan,
-                      const recording::TrialOptions& options);
+                      const recording::TrialOptions& options, const std::optional<sim::Body>& body = {});
 
 /// Reads a source and brings it to the plan's protocol. A source that cannot be used has an error.
 RecordingResult read_source(const recording::ProtocolPlan& plan, const RecordingSource& source,

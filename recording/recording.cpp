@@ -24,6 +24,8 @@ namespace {
 
 /// A sway below min_plausible_deg is more likely in radians: quiet stance alone sways more.
 constexpr double max_plausible_deg = 20.0, min_plausible_deg = 0.1, max_deg = 90.0;
+/// Bounds of a sway whose unit is assumed: beyond them it is more likely in cm, mm or volts.
+constexpr double max_assumed_deg = 20.0, max_assumed_sd_deg = 5.0;
 
 /// Returns the advice for a time column that would mean this rate in seconds.
 std::string time_hint(const std::string& name, double rate_hz) {
@@ -169,6 +171,18 @@ std::vector<double> read_column(const Table& table, int column, const Clock& clo
   return values;
 }
 
+/// Warns of a sway that is too large for the degrees in which it was read without a unit.
+void check_assumed_unit(const Signal<double>& sway, double peak_to_peak_deg, const std::string& remedy,
+                        Recording& recording) {
+  const double sd_deg = stddev(sway.rad) / sim::rad_per_deg;
+  if (peak_to_peak_deg <= max_assumed_deg && sd_deg <= max_assumed_sd_deg) return;
+  recording.is_large = true;
+  add_caution(recording.warnings, "large_sway",
+              "the name of " + sway.column + " has no unit, and in degrees its standard deviation is " +
+                  three_digits(sd_deg) + " and its peak to peak " + three_digits(peak_to_peak_deg) +
+                  ", more than a standing body sways; " + remedy);
+}
+
 /// Throws Error if the sway is too large for a standing body, and warns of suspicious sizes. `guessed`: its unit was
 /// guessed. `mean_is_upright`: sizes count from the mean instead of 0.
 void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, Recording& recording) {
@@ -201,6 +215,8 @@ void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, 
     recording.is_large = true;
     add_caution(recording.warnings, "large_sway",
                 "the sway reaches " + three_digits(peak_deg) + " degrees, too far for a standing body; " + other);
+  } else if (guessed) {
+    check_assumed_unit(sway, peak_to_peak_deg, other, recording);
   }
   const double if_radians_deg = peak_to_peak_deg / sim::rad_per_deg;
   if (guessed && peak_to_peak_deg < min_plausible_deg && if_radians_deg > min_plausible_deg)

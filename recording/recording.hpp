@@ -88,8 +88,9 @@ struct Recording {
 /// - a gap that must not be filled, times that go back or jump without a given rate, and a rate outside of 1 to 100,000
 /// Hz;
 /// - fewer than 2 samples, more than 10 million, more than 1000 columns, a constant signal, and sway beyond 90 degrees.
-/// Warns if the unit is assumed or looks wrong (peak beyond 20 degrees, or peak to peak under 0.001 degrees), and if a
-/// given rate contradicts the time.
+/// Warns if the unit is assumed or looks wrong (peak beyond 20 degrees, or peak to peak under 0.1 degrees; without a
+/// unit also peak to peak beyond 20 degrees, or a standard deviation beyond 5), and if a given rate contradicts the
+/// time.
 Recording read_recording(const std::filesystem::path& path, const RecordingOptions& options);
 
 /// Returns the names of a file's recordings by options.trial_column, in the order in which they begin: the values of

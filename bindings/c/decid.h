@@ -72,6 +72,13 @@ DECID_API const char* decid_version(void); /* "0.2.0" */
    1024 at most, or all cores. The call starts none. */
 DECID_API decid_status decid_set_threads(int threads);
 
+typedef enum decid_setting_names { DECID_FIELD_NAMES = 0, DECID_PLAIN_NAMES = 1 } decid_setting_names;
+
+/* Sets how messages of the whole process name settings: by the fields of these structures, such as begin_s and
+   leg_column [DECID_FIELD_NAMES], or as begin and leg, for bindings to languages whose arguments have these names. Call
+   it before other functions; names: a decid_setting_names. */
+DECID_API decid_status decid_name_settings(int names);
+
 /* Called during long work with the fraction done, 0 to 1, and the name of the stage. A return value other than 0 stops
    the work, which then returns DECID_STOPPED. One thread at a time calls it, perhaps not the caller's; it must return,
    without longjmp. */

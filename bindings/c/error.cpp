@@ -2,9 +2,12 @@
 #include <omp.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <exception>
+#include <iterator>
 #include <new>
+#include <string_view>
 
 #include "base/parallel.hpp"
 #include "base/per_thread.hpp"
@@ -36,6 +39,38 @@ const char* to_text(std::string LastError::*part) {
 void remember(const Error& error) {
   per_thread<LastError>() = {error.what(), name(error.code()), error.where(), error.problem(), error.remedy()};
 }
+
+/// A setting of the library, and the field of decid.h that sets it; a setting that is not listed has the field's name.
+struct Field {
+  std::string_view setting, name;
+};
+constexpr Field fields[] = {{"ankle", "ankle_column"},
+                            {"begin", "begin_s"},
+                            {"com_height", "com_height_m"},
+                            {"fill_gaps", "fill_gaps_s"},
+                            {"height", "body_height_m"},
+                            {"hip", "hip_column"},
+                            {"leg", "leg_column"},
+                            {"mass", "mass_kg"},
+                            {"missing", "missing_value"},
+                            {"prior_noise", "prior_noise_deg"},
+                            {"prior_start", "prior_start_s"},
+                            {"ranges", "parameter_priors"},
+                            {"rate", "rate_hz"},
+                            {"shoulder", "shoulder_column"},
+                            {"stream", "stream_trials"},
+                            {"trunk", "trunk_column"}};
+
+std::string field_of(std::string_view setting) {
+  const auto* const found = std::ranges::find(fields, setting, &Field::setting);
+  return std::string(found == std::end(fields) ? setting : found->name);
+}
+
+/// Bindings to other languages call decid_name_settings() later.
+[[maybe_unused]] const bool names_fields = [] {
+  name_settings(field_of);
+  return true;
+}();
 
 std::atomic<pid_t> threaded{0};  // the first process in which a call could have several threads; a fork inherits it
 
@@ -115,6 +150,15 @@ int decid_abi(void) {
 }
 const char* decid_version(void) {
   return decid::version;
+}
+
+decid_status decid_name_settings(int names) {
+  return caught([&] {
+    if (names != DECID_FIELD_NAMES && names != DECID_PLAIN_NAMES)
+      throw decid::Error(decid::Code::setting_unknown, "decid_name_settings",
+                         decid::format("there are no names %d", names), "give a value of decid_setting_names");
+    decid::name_settings(names == DECID_FIELD_NAMES ? field_of : nullptr);
+  });
 }
 
 decid_status decid_set_threads(int threads) {

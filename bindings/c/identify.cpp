@@ -159,8 +159,9 @@ namespace {
 
 template <class Options>
 decid::RecordingResult brought(const decid_recording& recording, const decid::sim::Protocol& protocol,
-                               const Options& asked, const char* where) {
-  return decid::bring(recording.recording, decid::recording::ProtocolPlan(protocol), trial_options(asked, where));
+                               const std::optional<decid::sim::Body>& person, const Options& asked, const char* where) {
+  return decid::bring(recording.recording, decid::recording::ProtocolPlan(protocol), trial_options(asked, where),
+                      person);
 }
 
 std::unique_ptr<decid_result> identify(const decid_model& model, const decid_recording& recording,
@@ -169,7 +170,7 @@ std::unique_ptr<decid_result> identify(const decid_model& model, const decid_rec
   const std::optional<decid::sim::Body> body = make_body(asked.mass_kg, asked.height_m, where);
   decid::Identifier identifier =
       body ? decid::Identifier(model.model, decid::for_body(model.model, model.name, body)) : *model.identifier;
-  decid::RecordingResult result = brought(recording, model.model.protocol, asked, where);
+  decid::RecordingResult result = brought(recording, model.model.protocol, body, asked, where);
   identifier.identify(std::span(&result, 1));
   return std::make_unique<decid_result>(std::move(result), make_report(identifier));
 }
@@ -191,7 +192,8 @@ std::unique_ptr<decid_result> fit(const decid_model& model, const decid_recordin
                                   const decid_fit_options& asked) {
   constexpr const char* where = "decid_fit";
   decid::sim::Protocol protocol = asked.protocol != nullptr ? asked.protocol->protocol() : model.model.protocol;
-  std::optional<decid::sim::Body> body = make_body(asked.mass_kg, asked.height_m, where);
+  const std::optional<decid::sim::Body> person = make_body(asked.mass_kg, asked.height_m, where);
+  std::optional<decid::sim::Body> body = person;
   // A protocol of one's own may describe it.
   if (!body && asked.protocol != nullptr && protocol.experiment.body != decid::sim::Body{})
     body = protocol.experiment.body;
@@ -203,7 +205,7 @@ std::unique_ptr<decid_result> fit(const decid_model& model, const decid_recordin
   request.priors.moved_before = asked.moved_before != 0;
   request.priors.parameters = parameter_priors(asked, where);
   set_sampler(request.settings, asked.seed, asked.max_draws, where);
-  decid::RecordingResult result = brought(recording, protocol, asked, where);
+  decid::RecordingResult result = brought(recording, protocol, person, asked, where);
   decid::Fitter fitter(&model.model, protocol, body, request);
   bool stopped = false;
   fitter.fit(std::span(&result, 1), [&](std::size_t, const decid::posterior::Progress& progress) {

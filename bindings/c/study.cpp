@@ -50,7 +50,7 @@ struct AskedStudy {
 decid::GroupTable make_groups(const AskedStudy& asked, const decid::RecordingPlan& plan, const std::string& sheet) {
   if (!asked.compares()) return {};
   decid::GroupTable groups = decid::groups_of_plan(plan, asked.by_group);
-  decid::refuse_groups(groups.members, sheet, asked.within.empty() && asked.covariates.empty() ? 2 : 1);
+  decid::refuse_groups(groups.members, sheet, asked.within.empty() && asked.covariates.empty() ? 2 : 1, &plan);
   for (const std::string& column : asked.within) decid::compare_within(column, plan, groups);
   for (const std::string& column : asked.covariates) decid::add_covariate(column, plan, groups);
   return groups;

@@ -491,6 +491,7 @@ void mexFunction(int outputs, mxArray** left, int inputs, const mxArray** right)
   char command[16] = "";
   mexAtExit(forget_model);
   forget_call(); /* of a call that ran out of memory */
+  require(decid_name_settings(DECID_PLAIN_NAMES));
   if (outputs > 1 || inputs != 3 || mxGetString(right[0], command, sizeof command) != 0 || !mxIsStruct(right[2]) ||
       mxGetNumberOfElements(right[2]) != 1)
     fail("decid:setting_malformed", "decid_mex", "is called in another way than its functions do",

@@ -399,6 +399,7 @@ PYBIND11_MODULE(_decid, module) {
       "Bad input: an argument, a file or a recording. str() reads 'where: problem; remedy', the parts of which are the "
       "attributes where, problem and remedy; the attribute code names its cause ('file_missing').",
       PyExc_ValueError, nullptr));
+  run([] { return decid_name_settings(DECID_PLAIN_NAMES); });
   module.attr("__version__") = decid_version();
   module.def("set_threads", [](int threads) { run([&] { return decid_set_threads(threads); }); });
 

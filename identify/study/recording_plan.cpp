@@ -307,39 +307,11 @@ class Planner {
   std::vector<std::vector<std::size_t>> found_;  // recordings of each line with a file
 };
 
-/// Adds the warnings of the bodies that the plan gives.
-void warn_of_bodies(RecordingPlan& plan) {
-  for (PlannedRecording& planned : plan.recordings) {
-    const std::optional<sim::Body>& body = plan.settings[planned.setting].body;
-    if (!body || planned.error) continue;
-    const Warnings warnings = body_warnings(*body);
-    planned.warnings.insert(planned.warnings.end(), warnings.begin(), warnings.end());
-  }
-}
-
 }  // namespace
-
-Warnings body_warnings(const sim::Body& body) {
-  constexpr double low_kg_m2 = 13.0, high_kg_m2 = 45.0;
-  Warnings warnings;
-  try {
-    const sim::Subject person = sim::make_subject(body);
-    const double index = person.mass_kg / (person.height_m * person.height_m);
-    if (index < low_kg_m2 || index > high_kg_m2)
-      add_caution(warnings, "implausible_body",
-                  format("a body of %.1f kg and %.2f m has a body mass index of %.0f kg/m2, which is rare: check that "
-                         "the weight is in kg (154 lb are 70 kg) and the height is the person's",
-                         person.mass_kg, person.height_m, index));
-  } catch (const Error&) {  // not a person's body
-    warnings.clear();
-  }
-  return warnings;
-}
 
 RecordingPlan make_plan(const std::vector<RecordingSource>& sources, const ReadOptions& reading) {
   RecordingPlan plan{{{reading.body, {}}}, {}};
   for (const RecordingSource& source : sources) plan.recordings.push_back({source, reading});
-  warn_of_bodies(plan);
   warn_of_copies(plan);
   return plan;
 }
@@ -347,7 +319,6 @@ RecordingPlan make_plan(const std::vector<RecordingSource>& sources, const ReadO
 RecordingPlan make_plan(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice,
                         const ReadOptions& reading) {
   RecordingPlan plan = Planner(std::move(sheet), sources, choice, reading)();
-  warn_of_bodies(plan);
   warn_of_contradictions(plan);
   warn_of_copies(plan);
   return plan;

@@ -41,12 +41,7 @@ struct RecordingPlan {
   std::vector<std::string> notes = {};  ///< lines that are of none of the recordings, for people
 };
 
-/// Returns a caution (`implausible_body`) for a person with a body mass index that few people have, as a weight in
-/// pounds gives; none for a body that is not a person's. sim::body_of_person() refuses indexes outside 12 to 60 kg/m2.
-Warnings body_warnings(const sim::Body& body);
-
-/// Plans recordings that have the same options and the same body, reading.body. Copies of one file and
-/// implausible bodies have warnings.
+/// Plans recordings that have the same options and the same body, reading.body. Copies of one file have warnings.
 RecordingPlan make_plan(const std::vector<RecordingSource>& sources, const ReadOptions& reading);
 
 /// The choice of the recordings: those of the call, or those that the sheet's lines name among the files near it.
@@ -58,8 +53,7 @@ enum class Choice { by_call, by_sheet };
 /// folder. These recordings have an error: a recording of the call without a line; a line whose file is missing; a
 /// person without a recording, by_sheet; a recording with two lines, and a line with two recordings, that are equally
 /// alike; a wrong cell; and one without the other of mass and height. Recordings of a person with two bodies or two
-/// ages in one session have warnings, and so have copies of one file and
-/// implausible bodies.
+/// ages in one session have warnings, and so have copies of one file.
 RecordingPlan make_plan(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice,
                         const ReadOptions& reading);
 

@@ -12,6 +12,7 @@
 #include "identify/study/detail/contradictions.hpp"
 #include "identify/study/detail/text_key.hpp"
 #include "identify/study/reading_option.hpp"
+#include "identify/study/sidecar.hpp"
 #include "identify/study/spreadsheet.hpp"
 
 namespace decid {
@@ -24,6 +25,7 @@ struct Column {
   Role role;
   double per_unit = 1.0;    ///< kg of a weight, or metres of a height, in one unit; a height in "1" is in m or cm
   std::string option = {};  ///< of reading
+  bool has_unit = false;    ///< a weight or a height with a unit in its name
 };
 
 struct KnownName {
@@ -84,21 +86,45 @@ struct KnownUnit {
 };
 
 /// A column in a unit that is not read is an error: carried along as any other column it would leave the body assumed.
+/// "lbav" and "ini" are UCUM's [lb_av] and [in_i].
 constexpr auto known_units = std::to_array<KnownUnit>({
     {Role::mass, "kg", 1.0},
+    {Role::mass, "kgs", 1.0},
+    {Role::mass, "kilogram", 1.0},
+    {Role::mass, "kilograms", 1.0},
     {Role::mass, "lb", 0.45359237},
     {Role::mass, "lbs", 0.45359237},
+    {Role::mass, "lbav", 0.45359237},
+    {Role::mass, "pound", 0.45359237},
+    {Role::mass, "pounds", 0.45359237},
+    {Role::mass, "pfund", 0.0},
     {Role::mass, "g", 0.0},
+    {Role::mass, "grams", 0.0},
     {Role::mass, "n", 0.0},
+    {Role::mass, "newton", 0.0},
     {Role::mass, "st", 0.0},
     {Role::mass, "stone", 0.0},
+    {Role::mass, "oz", 0.0},
     {Role::height, "m", 1.0},
+    {Role::height, "metre", 1.0},
+    {Role::height, "metres", 1.0},
+    {Role::height, "meter", 1.0},
+    {Role::height, "meters", 1.0},
     {Role::height, "cm", 1.0},
+    {Role::height, "centimetre", 1.0},
+    {Role::height, "centimetres", 1.0},
+    {Role::height, "centimeter", 1.0},
+    {Role::height, "centimeters", 1.0},
     {Role::height, "mm", 0.001},
     {Role::height, "in", 0.0254},
+    {Role::height, "inch", 0.0254},
     {Role::height, "inches", 0.0254},
+    {Role::height, "ini", 0.0254},
+    {Role::height, "zoll", 0.0254},
     {Role::height, "ft", 0.0},
+    {Role::height, "foot", 0.0},
     {Role::height, "feet", 0.0},
+    {Role::height, "ftin", 0.0},
 });
 
 Column column_of(const std::string& name) {
@@ -107,10 +133,21 @@ Column column_of(const std::string& name) {
     const std::string begin = column_key(known.name);
     if (key == begin) return {known.role};
     for (const KnownUnit& unit : known_units)
-      if (unit.role == known.role && key == begin + std::string(unit.unit)) return {known.role, unit.size};
+      if (unit.role == known.role &&
+          (key == begin + std::string(unit.unit) || key == begin + "in" + std::string(unit.unit)))
+        return {known.role, unit.size, {}, true};
   }
   std::string option = find_reading_option(name);
   return option.empty() ? Column{Role::carried} : Column{Role::reading, 1.0, std::move(option)};
+}
+
+/// Gives a weight or a height without a unit in its name the unit of the sheet's sidecar.
+void set_sidecar_unit(const std::string& unit, Column& column) {
+  if (column.has_unit || (column.role != Role::mass && column.role != Role::height)) return;
+  const std::string key = column_key(unit);
+  const auto found = std::ranges::find_if(
+      known_units, [&](const KnownUnit& known) { return known.role == column.role && known.unit == key; });
+  column.per_unit = found == known_units.end() ? 0.0 : found->size;
 }
 
 bool has_no_value(const std::string& cell) {
@@ -122,8 +159,7 @@ double mass_of(const std::string& cell, double kg_per_unit, const std::string& w
   const std::optional<double> given = read_number(cell);
   const double kg = given.value_or(0.0) * kg_per_unit;
   if (kg < 1.0 || kg > 250.0)
-    throw Error(Code::value_invalid, where, "the weight '" + cell + "' is not from 1 to 250 kg",
-                "give it in kg, or n/a");
+    throw Error(Code::value_invalid, where, "'" + cell + "' is not a weight from 1 to 250 kg", "give it in kg, or n/a");
   return kg;
 }
 
@@ -131,13 +167,15 @@ double height_of(const std::string& cell, double metres_per_unit, const std::str
   const double given = read_number(cell).value_or(0.0);
   const double metres = metres_per_unit != 1.0 ? given * metres_per_unit : given >= 30.0 ? given / 100.0 : given;
   if (metres < 0.3 || metres > 3.0)
-    throw Error(Code::value_invalid, where,
-                "the height '" + cell + "' is neither from 0.3 to 3 m nor from 30 to 300 cm",
-                "give it in m or cm, or n/a");
+    throw Error(Code::value_invalid, where, "'" + cell + "' is neither a height from 0.3 to 3 m nor from 30 to 300 cm",
+                metres_per_unit == 1.0 ? "give it in m or cm, or n/a; name a column of inches height_in"
+                                       : "give it in the column's unit, or n/a");
   return metres;
 }
 
-void read_cell(const Column& column, const std::string& cell, const std::string& where, SheetLine& line) {
+/// where: the line; name: the column's.
+void read_cell(const Column& column, const std::string& name, const std::string& cell, const std::string& where,
+               SheetLine& line) {
   switch (column.role) {
     case Role::carried:
       line.entry.cells.push_back(has_no_value(cell) ? std::string() : cell);
@@ -163,10 +201,10 @@ void read_cell(const Column& column, const std::string& cell, const std::string&
       line.file = cell;
       break;
     case Role::mass:
-      line.mass_kg = mass_of(cell, column.per_unit, where);
+      line.mass_kg = mass_of(cell, column.per_unit, where + ", " + name);
       break;
     case Role::height:
-      line.height_m = height_of(cell, column.per_unit, where);
+      line.height_m = height_of(cell, column.per_unit, where + ", " + name);
       break;
     case Role::protocol:
       line.protocol = cell;
@@ -179,13 +217,13 @@ void read_cell(const Column& column, const std::string& cell, const std::string&
   }
 }
 
-SheetLine read_line(const std::vector<Column>& columns, const std::vector<std::string>& cells, std::size_t number,
-                    const std::string& where) {
+SheetLine read_line(const std::vector<Column>& columns, const std::vector<std::string>& names,
+                    const std::vector<std::string>& cells, std::size_t number, const std::string& where) {
   SheetLine line;
   line.number = number;
   for (std::size_t i = 0; i < columns.size(); ++i) {
     try {
-      read_cell(columns[i], i < cells.size() ? cells[i] : std::string(), where, line);
+      read_cell(columns[i], names[i], i < cells.size() ? cells[i] : std::string(), where, line);
     } catch (const Error& error) {
       if (!line.error) line.error = error;
     }
@@ -201,14 +239,19 @@ SheetLine read_line(const std::vector<Column>& columns, const std::vector<std::s
   return line;
 }
 
-/// Throws Error if two columns mean the same.
-std::vector<Column> read_columns(const std::vector<std::string>& names, const std::string& where) {
+/// Throws Error if two columns mean the same. units: of columns, by the sidecar.
+std::vector<Column> read_columns(const std::vector<std::string>& names, const std::map<std::string, std::string>& units,
+                                 const std::string& where) {
   std::vector<Column> columns;
   std::map<std::pair<Role, std::string>, std::string> seen;
   for (const std::string& name : names) {
-    const Column& column = columns.emplace_back(column_of(name));
+    Column& column = columns.emplace_back(column_of(name));
+    const auto unit = units.find(name);
+    if (unit != units.end()) set_sidecar_unit(unit->second, column);
     if (column.per_unit == 0.0)
-      throw Error(Code::unit_unknown, where, "\"" + name + "\" is a weight or a height in another unit",
+      throw Error(Code::unit_unknown, where,
+                  "\"" + name + "\" is a weight or a height in another unit" +
+                      (column.has_unit ? "" : ", \"" + unit->second + "\" by the sidecar"),
                   "give weight in kg or lb, height in m, cm, mm or inches: weight_kg, weight_lb, height_m, height_in");
     const std::string carried_as = column.role == Role::carried ? text_key(name) : column.option;
     const auto [first, is_new] = seen.try_emplace({column.role, carried_as}, name);
@@ -287,14 +330,14 @@ StudySheet read_sheet(const std::filesystem::path& path) {
   std::vector<std::vector<std::string>> rows = read_spreadsheet(path);
   std::vector<std::string>& names = rows.front();
   while (!names.empty() && names.back().empty()) names.pop_back();
-  const std::vector<Column> columns = read_columns(names, path.string() + ", line 1");
+  const std::vector<Column> columns = read_columns(names, sidecar_units(path), path.string() + ", line 1");
   StudySheet sheet{path, {}, {}, names};
   for (std::size_t i = 0; i < columns.size(); ++i)
     if (columns[i].role == Role::carried) sheet.columns.push_back(names[i]);
   for (std::size_t row = 1; row < rows.size(); ++row) {
     if (std::ranges::all_of(rows[row], [](const std::string& cell) { return cell.empty(); })) continue;
     const std::string where = format("%s, line %zu", path.string().c_str(), row + 1);
-    sheet.lines.push_back(read_line(columns, rows[row], row + 1, where));
+    sheet.lines.push_back(read_line(columns, names, rows[row], row + 1, where));
   }
   if (sheet.lines.empty())
     throw Error(Code::file_empty, path.string(), "has no line below its names", "add a line per recording or person");

@@ -43,11 +43,12 @@ struct StudySheet {
 /// - participant_id (or participant, subject, person, patient, proband, with or without id, or id), session, group,
 /// condition;
 /// - file (or filename, path, recording): a path from the sheet's folder, or the end of one;
-/// - mass or weight in kg; height in m, or in cm from 30 up;
+/// - mass or weight in kg; height in m, or in cm from 30 up; other units by the name (weight_lb, height_in) or, of BIDS'
+/// sheets, by the sidecar (sidecar.hpp);
 /// - protocol: a name or a file; and options of reading (set_reading_option()).
 /// Other columns, age and sex among them, are SheetEntry::cells. Empty cells and n/a have no value. Throws Error for an
-/// unreadable file, a sheet without participant_id and file, two columns of one meaning, a sheet without lines, and a
-/// person in two groups. A line with a wrong cell has an error.
+/// unreadable file, a sheet without participant_id and file, two columns of one meaning, a weight or height in a unit
+/// that is not read, a sheet without lines, and a person in two groups. A line with a wrong cell has an error.
 StudySheet read_sheet(const std::filesystem::path& path);
 
 /// Returns true for the names of a column of persons: participant_id, subject and the like.

@@ -57,10 +57,11 @@ void add_stated_unit(std::string_view line, std::vector<StatedUnit>& units) {
   const std::vector<std::string_view> fields = fields_of(line);
   for (std::size_t i = 0; i + 1 < fields.size(); ++i) {
     const std::string phrase = joined_words(fields[i]);
-    const bool is_length = one_of(phrase, {"lengthunit", "lengthunits", "unitsoflength", "positionunit",
-                                           "positionunits", "l\u00e4ngeneinheit", "laengeneinheit"});
-    if (!is_length &&
-        !one_of(phrase, {"unit", "units", "einheit", "einheiten", "unit\u00e9", "unit\u00e9s", "unidad", "unidades"}))
+    const bool is_length =
+        one_of(phrase, {"lengthunit", "lengthunits", "unitsoflength", "positionunit", "positionunits", "distanceunit",
+                        "distanceunits", "coordinateunit", "coordinateunits", "l\u00e4ngeneinheit", "laengeneinheit"});
+    if (!is_length && !one_of(phrase, {"unit", "units", "einheit", "einheiten", "unit\u00e9", "unit\u00e9s", "unidad",
+                                       "unidades", "dataunit", "dataunits"}))
       continue;
     if (!is_unit(fields[i + 1]) || (i + 2 < fields.size() && is_unit(fields[i + 2]))) continue;
     units.push_back({std::string(fields[i + 1]), is_length});
@@ -71,7 +72,8 @@ void add_units(const std::vector<StatedUnit>& units, std::vector<std::string>& n
   const std::string of_all = only_unit(units, false), of_lengths = only_unit(units, true);
   if (of_all.empty() && of_lengths.empty()) return;
   for (std::string& name : names) {
-    if (is_time_name(name) || counts_samples(name) || has_unit(name)) continue;
+    const bool counts = counts_samples(name) && !is_coordinate(name);  // NDI's "Marker_1 x" is a position
+    if (is_time_name(name) || counts || has_unit(name)) continue;
     name = with_unit(name, of_lengths.empty() || !is_coordinate(name) ? of_all : of_lengths);
   }
 }

@@ -88,13 +88,14 @@ void warn_of_part(const std::string& name, Recording& recording) {
                   name + " is '" + other + "' by its name; the model needs the forward sway");
 }
 
-/// Returns true for "COM_x", "C7 X", "com_position", "COM displacement", and false for "sway_x" and "Trunk Angle X".
+/// Returns true for "COM_x", "C7 X", "Tx", "com_position", "COM displacement", and false for "sway_x" and "Trunk Angle
+/// X".
 bool is_position_name(const std::string& name) {
   if (has_word(name, {"angle", "angles", "angular", "winkel", "rotation", "rot", "orientation", "euler", "pitch",
                       "roll", "yaw", "tilt", "lean", "inclination", "neigung", "flexion"}))
     return false;
   if (has_word(name, {"displacement", "displacements", "position", "positions", "pos", "trajectory", "comx", "comy",
-                      "comz", "cogx", "cogy", "cogz"}))
+                      "comz", "cogx", "cogy", "cogz", "tx", "ty", "tz"}))  // NDI's tools
     return true;
   const std::vector<std::string> parts = words(name);
   if (parts.front() == "sway" || parts.front() == "body") return false;

@@ -380,7 +380,7 @@ TEST_CASE("a hip that moves is warned of, two sensors of one segment are not") {
 TEST_CASE("positions without a unit are read as degrees with a caution, angles without one") {
   const auto text = [](const std::string& name) { return "time," + name + "\n0,1\n0.01,2\n"; };
   for (const std::string name : {"COM_x", "CoM X", "COMx", "COG_y", "COM_AP", "COM displacement", "com_position",
-                                 "com_pos", "HIP_x", "C7 X", "LASI:Z", "Trunk Position X"}) {
+                                 "com_pos", "HIP_x", "C7 X", "Tx", "LASI:Z", "Trunk Position X"}) {
     CAPTURE(name);
     const Recording recording = read(text(name));
     REQUIRE(warning(recording.warnings, "perhaps_a_length") != nullptr);

@@ -198,6 +198,23 @@ TEST_CASE("odd sizes of sway are remarked on") {
   CHECK(read("sway_deg\n1\n1.002\n19\n", at_100).warnings.empty());
 }
 
+TEST_CASE("a sway without a unit that is too large for degrees is a caution, with a unit it is not") {
+  const auto large = [](const std::string& text, std::optional<Unit> unit = {}) {
+    const Recording recording = read(text, {.unit = unit, .rate_hz = 100.0});
+    const bool warned = has(recording.warnings, "large_sway");
+    CHECK(recording.is_large == warned);
+    CHECK(worst_trust(recording.warnings) == (warned ? Trust::caution : Trust::usable));
+    return warned;
+  };
+  const std::string wide = "\n-10.5\n0\n1\n0\n-1\n0\n1\n0\n0\n0\n0\n10.5\n", swinging = "\n-5.5\n5.5\n-5.5\n5.5\n";
+  for (const std::string& samples : {wide, swinging}) {  // 21 degrees peak to peak; a standard deviation of 5.5
+    CHECK(large("sway" + samples));
+    CHECK_FALSE(large("sway" + samples, Unit::degree));
+    CHECK_FALSE(large("sway_deg" + samples));
+  }
+  CHECK_FALSE(large("sway\n-4.9\n4.9\n-4.9\n4.9\n"));
+}
+
 TEST_CASE("samples in memory: errors and warnings name neither columns nor options") {
   const auto plain = [](const std::string& text) {
     INFO(text);

@@ -49,6 +49,18 @@ TEST_CASE("a unit of lengths is that of coordinates") {
       Names{"Frame", "Time (Seconds)", "COM Position X (Centimeters)", "Z (Centimeters)", "Trunk Rotation X", "sway"});
 }
 
+TEST_CASE("NDI's markers are positions, its counts are not") {
+  for (const char* line : {"Units:\tmm", "Data units: mm", "Distance units: mm"})
+    CHECK(with_units(line, {"Frame", "Item", "Marker", "Marker_1 x", "Marker_1 z"}) ==
+          Names{"Frame", "Item", "Marker", "Marker_1 x (mm)", "Marker_1 z (mm)"});
+  const std::string file =
+      "Number of Frames:\t4\nFrequency (Hz):\t100\nUnits:\tmm\n\nFrame\tMarker_1 x\tMarker_1 y\n"
+      "1\t0\t900\n2\t100\t900\n3\t-100\t900\n4\t0\t900\n";
+  check_error(reading(file, {.column = "Marker_1 x"}), Code::column_unsuitable, "mm");
+  const Recording recording = read(file, {.column = "Marker_1 x", .com_height_m = 1.0});
+  CHECK(near(recording.signals.at(com_sway).rad[1], std::asin(0.1), 1e-12));
+}
+
 TEST_CASE("stated units decide how a file is read") {
   const std::string rows = "0,0.01\n0.01,0.02\n0.02,0.03\n";
   CHECK(near(read("Units: rad\ntime,sway\n" + rows).signals.at(com_sway).rad[1], 0.02, 1e-12));

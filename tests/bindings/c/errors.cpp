@@ -199,6 +199,33 @@ TEST_CASE("a tilt in memory has finite angles and a sway, and no begin beside it
   CHECK(result == nullptr);
 }
 
+TEST_CASE("messages name the caller's fields, or plain names for bindings to other languages") {
+  const TemporaryFolder folder;
+  std::string text = "time,sway_deg,leg\n";
+  for (int k = 0; k < 60; ++k) text += format("%.2f,%.3f,%.3f\n", 0.01 * k, std::sin(0.3 * k), std::cos(0.3 * k));
+  const auto path = write_text(folder / "short.csv", text);
+  const OwnedRecording recording =
+      make<OwnedRecording>([&](decid_recording** place) { return decid_recording_read(path.c_str(), nullptr, place); });
+  decid_identify_options options;
+  decid_identify_defaults(&options, sizeof options);
+  options.begin_s = 130.0;
+  decid_read_options reading;
+  decid_read_defaults(&reading, sizeof reading);
+  reading.leg_column = "leg";
+  decid_result* result = nullptr;
+  decid_recording* none = nullptr;
+  refused(decid_identify(built_in(), recording.get(), &options, &result), Code::setting_out_of_range, " begin_s ");
+  refused(decid_recording_read(path.c_str(), &reading, &none), Code::setting_missing, "leg_column, trunk_column");
+  REQUIRE(decid_name_settings(DECID_PLAIN_NAMES) == DECID_OK);
+  refused(decid_identify(built_in(), recording.get(), &options, &result), Code::setting_out_of_range, " begin ");
+  refused(decid_recording_read(path.c_str(), &reading, &none), Code::setting_missing, "leg, trunk");
+  REQUIRE(decid_name_settings(DECID_FIELD_NAMES) == DECID_OK);
+  refused(decid_identify(built_in(), recording.get(), &options, &result), Code::setting_out_of_range, " begin_s ");
+  refused(decid_name_settings(2), Code::setting_unknown, "names 2");
+  CHECK(result == nullptr);
+  CHECK(none == nullptr);
+}
+
 TEST_CASE("identification refuses the library's invalid input") {
   decid_result* result = nullptr;
   const OwnedRecording recording = make_recording(simulated(7));

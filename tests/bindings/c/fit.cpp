@@ -5,6 +5,7 @@
 
 #include "identify/fit_recordings.hpp"
 #include "sim/simulate.hpp"
+#include "sim/streams.hpp"
 #include "tests/bindings/c/owned.hpp"
 
 namespace decid {
@@ -87,6 +88,32 @@ TEST_CASE("a fit has the draws of the library's") {
   CHECK(std::isnan(decid_result_parameter(result.get(), 9)->normalized));
   CHECK(decid_result_correlation(result.get(), 0, 9) == found.correlation(0, found.quantity(9)));
   CHECK(decid_result_correlation(result.get(), 0, 1) == estimate.distribution->correlation(0, 1));
+}
+
+TEST_CASE("a fit warns of a body that few people have") {
+  const char* file = DECID_SOURCE_DIR "/tests/golden/0.2.0/net.safetensors";
+  const OwnedModel model = make<OwnedModel>([&](decid_model** place) { return decid_model_load(file, place); });
+  const decid_protocol* protocol = decid_model_protocol(model.get());
+  std::vector<double> parameters, sway_rad(decid_protocol_samples(protocol));
+  for (std::size_t p = 0; p < decid_protocol_parameters(protocol); ++p) {
+    const decid_parameter_info& info = *decid_protocol_parameter(protocol, p);
+    parameters.push_back(0.5 * (info.low + info.high));
+  }
+  REQUIRE(decid_simulate(protocol, parameters.data(), 1, 7, sway_rad.data(), nullptr) == DECID_OK);
+  const OwnedRecording recording = make<OwnedRecording>([&](decid_recording** place) {
+    return decid_recording_of(sway_rad.data(), sway_rad.size(), decid_protocol_rate_hz(protocol), DECID_RADIANS, place);
+  });
+  decid_fit_options options = brief();
+  options.height_m = 1.75;
+  for (const double mass_kg : {70.0, 154.0}) {  // kg, and pounds
+    options.mass_kg = mass_kg;
+    const OwnedResult result = make<OwnedResult>(
+        [&](decid_result** place) { return decid_fit(model.get(), recording.get(), &options, place); });
+    bool warned = false;
+    for (std::size_t i = 0; i < decid_result_warnings(result.get()); ++i)
+      warned = warned || std::string(decid_result_warning(result.get(), i)->code) == "implausible_body";
+    CHECK(warned == (mass_kg > 100.0));
+  }
 }
 
 TEST_CASE("a callback stops a fit") {

@@ -260,6 +260,19 @@ bool has_code(const decid_result* result, const std::string& code) {
 
 }  // namespace
 
+TEST_CASE("a body that few people have is warned of, as by the program") {
+  const OwnedRecording recording = make_recording(simulated(7));
+  decid_identify_options options;
+  decid_identify_defaults(&options, sizeof options);
+  options.height_m = 1.75;
+  options.mass_kg = 70.0;
+  CHECK_FALSE(has_code(identify(recording.get(), &options).get(), "implausible_body"));
+  options.mass_kg = 154.0;  // pounds
+  const OwnedResult result = identify(recording.get(), &options);
+  CHECK(has_code(result.get(), "implausible_body"));
+  CHECK(decid_result_trust(result.get()) != DECID_USABLE);
+}
+
 TEST_CASE("samples with a tilt give the result of a file: the tilt determines the start, and its sign and size count") {
   constexpr std::size_t before = 250;  // samples at rest, until the protocol starts
   const std::vector<double> trial = simulated(7);

@@ -198,6 +198,13 @@ refused ('setting_malformed', @() decid_simulate ('seed', 1.5));
 refused ('setting_out_of_range', @() decid_simulate ('seed', -1));
 refused ('setting_malformed', @() decid_fit (file, 'ranges', struct ('delay', sparse ([0, 0.2]))));
 refused ('setting_missing', @() decid_identify (file, 'mass', 70));
+try
+  decid_identify (file, 'tilt_column', 'none', 'begin', 500);
+  message = '';
+catch failure
+  message = failure.message;
+end
+assert (! isempty (strfind (message, ' begin ')));  % Octave's name, and not C's field
 refused ('body_falls', @() decid_simulate ('Kp', 0, 'Kp_pass', 0));
 same (decid_identify (file), jsondecode (program (decid, 'identify --json', file)));  % none of these did harm
 disp ('octave: all the same');

@@ -68,6 +68,7 @@ class Identification(WithFolder):
     def test_a_file_has_the_bits_of_the_program(self):
         path = self.trial()
         for options, keywords in (([], {}), (["--mass", 70, "--height", 1.75], {"mass": 70, "height": 1.75}),
+                                  (["--mass", 154, "--height", 1.75], {"mass": 154, "height": 1.75}),  # in pounds: a warning
                                   (["--detrend", "linear"], {"detrend": "linear"})):
             expected = json.loads(program("identify", path, "--json", *options))
             result = decid.identify(path, **keywords)
@@ -597,6 +598,11 @@ class Refusals(WithFolder):
                 self.refused(code, call)
                 with self.assertRaisesRegex(decid.Error, f"^{name}: "):
                     call()
+
+    def test_messages_name_the_arguments_of_python(self):
+        with self.assertRaises(decid.Error) as caught:
+            decid.identify(self.trial(), tilt_column="none", begin=500)
+        self.assertIn(" begin ", caught.exception.remedy)
 
     def test_a_tilt_in_memory(self):
         trial = decid.simulate(seed=7)

@@ -12,6 +12,7 @@
 #include "identify/study/plan_groups.hpp"
 #include "identify/study/reading_option.hpp"
 #include "identify/study/recording_plan.hpp"
+#include "identify/study/sidecar.hpp"
 #include "identify/study/spreadsheet.hpp"
 #include "identify/study/study_results.hpp"
 #include "sim/segments.hpp"
@@ -117,8 +118,8 @@ TEST_CASE("read_sheet: columns by BIDS' names, units, decimal commas, missing va
                             "participant_id\theight\tweight\tunit\nA\t17\t70\tdeg\nB\t1.7\tx\tdeg\n"
                             "C\t1.7\t70\tfeet\nD\t1.7\t70\tmm\n\t1.7\t70\tdeg\n"));
   REQUIRE(wrong.lines.size() == 5);
-  check_has(wrong.lines[0].error, Code::value_invalid, "'17'");
-  check_has(wrong.lines[1].error, Code::value_invalid, "'x'");
+  check_has(wrong.lines[0].error, Code::value_invalid, "line 2, height: '17'");
+  check_has(wrong.lines[1].error, Code::value_invalid, "line 3, weight: 'x'");
   check_has(wrong.lines[2].error, Code::value_invalid, "feet");
   CHECK_FALSE(wrong.lines[3].error);
   check_has(wrong.lines[4].error, Code::value_missing, "line 6");
@@ -131,13 +132,17 @@ TEST_CASE("read_sheet: columns by BIDS' names, units, decimal commas, missing va
   refused("participant_id\tsubject\nA\tB\n", Code::column_ambiguous);
   refused("participant_id\tage\tAGE\nA\t3\t3\n", Code::column_ambiguous);
   refused("participant_id\tage\n", Code::file_empty);
-  for (const char* column : {"weight_st", "Height (ft)", "body_mass_g"})
+  for (const char* column : {"weight_st", "Height (ft)", "body_mass_g", "Weight in stone", "Gewicht (Pfund)"})
     refused(std::string("participant_id\t") + column + "\nA\t6\n", Code::unit_unknown);
 
   const SheetLine in_pounds =
       read_sheet(write_text(folder / "lb.tsv", "ID\tweight_lb\tHeight (in)\nA\t154\t70\n")).lines.at(0);
   CHECK(near(in_pounds.mass_kg.value(), 154 * 0.45359237, 1e-15));
   CHECK(near(in_pounds.height_m.value(), 70 * 0.0254, 1e-15));
+  const SheetLine in_words =
+      read_sheet(write_text(folder / "in.csv", "ID,Body weight (pounds),Height in inches\nA,154,70\n")).lines.at(0);
+  CHECK(in_words.mass_kg == in_pounds.mass_kg);
+  CHECK(in_words.height_m == in_pounds.height_m);
   const SheetLine german =
       read_sheet(write_text(folder / "de.csv",
                             "Proband;Gruppe;Bedingung;Sitzung;Gr\u00f6\u00dfe (cm);Gewicht [kg];Datei\n"
@@ -147,6 +152,31 @@ TEST_CASE("read_sheet: columns by BIDS' names, units, decimal commas, missing va
   CHECK(german.height_m == 1.7);
   CHECK(german.mass_kg == 70.5);
   CHECK(german.file == "a.csv");
+}
+
+TEST_CASE("read_sheet: a sidecar of BIDS gives the units of weights and heights whose names have none") {
+  const TemporaryFolder folder;
+  const auto path = write_text(folder / "participants.tsv", "participant_id\tweight\theight\tage\nA\t154\t70\t60\n");
+  const auto with = [&](const std::string& sidecar) {
+    write_text(folder / "participants.json", sidecar);
+    return read_sheet(path).lines.at(0);
+  };
+  CHECK(sidecar_of(path) == std::nullopt);
+  const SheetLine found =
+      with(R"({"weight": {"Units": "lb"}, "height": {"Description": "h", "Units": "[in_i]"}, "age": {"Units": "x"}})");
+  CHECK(near(found.mass_kg.value(), 154 * 0.45359237, 1e-15));
+  CHECK(near(found.height_m.value(), 70 * 0.0254, 1e-15));
+  CHECK(sidecar_of(path) == folder / "participants.json");
+  CHECK(with(R"({"weight": {"Units": "kg"}, "height": 5})").mass_kg == 154.0);
+  check_error([&] { with(R"({"weight": {"Units": "stone"}})"); }, Code::unit_unknown, "\"stone\"");
+  check_error([&] { with("{"); }, Code::setting_malformed, "participants.json");
+  // A unit in the name counts, and so does only the sidecar of a sheet that BIDS names.
+  write_text(folder / "participants.json", R"({"weight_kg": {"Units": "stone"}})");
+  write_text(path, "participant_id\tweight_kg\nA\t70\n");
+  CHECK(read_sheet(path).lines.at(0).mass_kg == 70.0);
+  write_text(folder / "people.json", R"({"weight": {"Units": "stone"}})");
+  CHECK(read_sheet(write_text(folder / "people.tsv", "ID\tweight\nA\t70\n")).lines.at(0).mass_kg == 70.0);
+  CHECK(sidecar_of(folder / "people.tsv") == std::nullopt);
 }
 
 TEST_CASE("set_reading_option: every option, and values it does not have") {

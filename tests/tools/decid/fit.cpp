@@ -160,6 +160,7 @@ TEST_CASE("fit: controllers are summed over recordings, and a journal of other c
   const auto result = run_ok(fit + "--controller dec,ic -o " + folder / "o.json");
   const Json all = read_json(folder / "o.json"), sums = all["controller_comparison"];
   CHECK(contains(result.out, "Controllers over 2 recordings"));
+  CHECK(result.out.find("Best controller over 2 recordings: ") < result.out.find("1.csv ("));
   CHECK(sums["recordings"] == 2);
   REQUIRE(sums["controllers"].size() == 2);
   std::size_t best_in = 0;

@@ -21,6 +21,8 @@ using decid::Severity;
 using namespace decid::test;
 using decid::tools::groups_text;
 using decid::tools::read_group_table;
+using decid::tools::report_text;
+using decid::tools::verdicts_text;
 using Names = std::vector<std::string>;
 
 namespace {
@@ -245,6 +247,9 @@ TEST_CASE("people are compared by the recordings that can be used, the others ar
   CHECK(contains(text, "Left out: 3 recordings"));
   CHECK(contains(text, "twice.csv (a): tilt_of_other_size"));
   CHECK(groups_text({}).empty());
+  CHECK(decid::tools::summary_text(report).starts_with(
+      "23 recordings: 5 usable, 16 caution, 1 not usable, 1 not analysed\nDo the groups differ?"));
+  CHECK(decid::tools::summary_text({}).empty());
 
   const Json page = decid::tools::page_groups(report);
   REQUIRE(page["members"].size() == 22);
@@ -421,7 +426,11 @@ TEST_CASE("groups of recordings with distributions also have a hierarchical mode
   CAPTURE(text);
   CHECK(contains(text, "hierarchical model"));
   CHECK(contains(text, "    delay, s "));  // rows have units
-  CHECK(text.find("Do the groups differ?") == 0);
+  CHECK_FALSE(contains(text, "Do the groups differ?"));
+  CHECK(verdicts_text(report).find("Do the groups differ?") == 0);
+  const std::string whole = report_text(report);  // the verdicts stand above the recordings
+  CHECK(whole.starts_with("6 recordings: 6 usable\nDo the groups differ?"));
+  CHECK(whole.find("Groups: mean") > whole.find("f ()"));
   CHECK(decid::tools::page_groups(report)["verdicts"]["sentences"].size() == 1);
   CHECK(contains(text, "a less b, 3 people in both"));
   CHECK(decid::tools::page_groups(report)["hierarchical"]["draws"] == 4000);

@@ -57,6 +57,8 @@ TEST_CASE_FIXTURE(People, "fit --joint all: the recordings of a call, whose jour
   CHECK_FALSE(json["recordings"][0]["joint"].contains("condition"));
   const std::string text = run_ok("fit --quiet --max-draws 8 --seed 3" + protocol + " --joint all " + files).out;
   CHECK(contains(text, "fitted together with 1 other recording"));
+  CHECK(text.starts_with("2 recordings: "));
+  CHECK(contains(text, "Fitted together: 2 recordings in 1 group\n"));
   // A missing recording leaves the others' results in the journal, but these depend on all: nothing is taken from it.
   const Result failed = run_decid(call + " " + folder / "none.csv");
   CHECK(failed.code != 0);

@@ -200,7 +200,9 @@ TEST_CASE("fit: going on after a stop makes the bytes of a call that was never s
   std::filesystem::remove(folder / "in/s0.csv");
   const Result corrected = run_ok(command + " --resume" + outputs("marked"));
   REQUIRE(contains(corrected.out, "R-hat "));
-  CHECK(contains(whole.out, corrected.out));
+  CHECK(whole.out.starts_with("4 recordings: "));
+  CHECK(corrected.out.starts_with("3 recordings: "));
+  CHECK(contains(whole.out, corrected.out.substr(corrected.out.find('\n') + 1)));
   CHECK(corrected.err.empty());
   CHECK_FALSE(std::filesystem::exists(folder / "marked.json.journal"));
   CHECK(read_json(folder / "marked.json")["recordings"].size() == 3);

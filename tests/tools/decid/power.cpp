@@ -40,6 +40,12 @@ TEST_CASE("decid/power: recordings are simulated where their standard deviation 
   const Result text = run_ok("power --difference delay=0.02 --recordings 20 --sensor-noise 0.02");
   CHECK(contains(text.out, "delay"));
   CHECK(contains(text.out, "12 persons per group, 1 trial each"));
+  const std::string units =
+      run_ok(
+          "power --difference Kp=-15% --difference Nv=0.1 --difference delay=0.02 --measurement-sd Kp=50 "
+          "--measurement-sd Nv=0.1 --measurement-sd delay=0.01")
+          .out;
+  for (const char* line : {"\nKp, N m/rad ", "\nNv ", "\ndelay, s "}) CHECK(contains(units, line));
 }
 
 TEST_CASE("decid/power: values that cannot be are refused") {

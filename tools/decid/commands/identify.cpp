@@ -112,7 +112,7 @@ void add_identify(const Command& program) {
       "Examples:\n"
       "  decid identify recording.csv --mass 70 --height 1.75 -o result.json --report report.html\n"
       "  decid identify trial.mat --column COM_x --unit rad --detrend offset\n"
-      "  decid identify trial.c3d --hip HIP_x --shoulder C7_x --ankle ANK_x --mass 70 --height 1.75\n"
+      "  decid identify trial.c3d --hip HIP_x --shoulder ACROMION_x --ankle ANK_x --mass 70 --height 1.75\n"
       "  decid identify lab.csv --tilt-column platform_deg --fill-gaps 0.1\n"
       "  decid identify subjects --table results.csv --group groups.csv\n"
       "  decid identify long.csv --trial subject,trial --table results.csv\n"

@@ -64,6 +64,11 @@ void refuse_beyond_range(const std::string& option, const std::vector<bool>& giv
                   "give less" + table[p].unit_hint());
 }
 
+/// Returns "Kp, N m/rad", the unit of all numbers of a line but power and persons; "Nv" for a plain number.
+std::string name_and_unit(const sim::ParameterInfo& info) {
+  return info.name + (info.shown_unit().empty() ? "" : ", " + info.shown_unit());
+}
+
 void run_power(const PowerOptions& options) {
   if (options.by == "network" && !options.protocol.empty())
     throw Error(Code::setting_conflict, "--protocol", "is for --by fit: a network reads its own protocol",
@@ -100,8 +105,8 @@ void run_power(const PowerOptions& options) {
 
   const double significance = 0.05 / options.intervals;  // Bonferroni
   Json list = Json::array();
-  std::string text = format("%-22s %12s %12s %12s %12s %10s %8s\n", "", "mean", "difference", "person sd", "recording",
-                            "power", "persons");
+  std::string text = format("%-22s %12s %12s %12s %12s %10s %8s\n", "parameter, unit", "mean", "difference",
+                            "person sd", "recording sd", "power", "persons");
   for (std::size_t p = 0; p < table.size(); ++p) {
     if (!wanted[p]) continue;
     cohort::PowerDesign design = options.design;
@@ -113,9 +118,9 @@ void run_power(const PowerOptions& options) {
     design.measurement_sd = measured[p];
     const double power = cohort::power_of(design, difference[p], significance);
     const std::size_t needed = cohort::persons_for(design, difference[p], options.power, significance);
-    text += format("%-22s %12.5g %12.4g %12.4g %12.4g %9.1f%% %8s\n", (table[p].name + table[p].unit_after()).c_str(),
-                   at[p], difference[p], person[p], measured[p], 100.0 * power,
-                   needed > 0 ? std::to_string(needed).c_str() : "-");
+    text +=
+        format("%-22s %12.5g %12.4g %12.4g %12.4g %9.1f%% %8s\n", name_and_unit(table[p]).c_str(), at[p], difference[p],
+               person[p], measured[p], 100.0 * power, needed > 0 ? std::to_string(needed).c_str() : "-");
     list.push_back({{"name", table[p].name},
                     {"unit", table[p].unit},
                     {"mean", at[p]},
@@ -140,12 +145,15 @@ void run_power(const PowerOptions& options) {
     return;
   }
   std::cout << text
-            << format("Power of %s: %d persons%s, %s each. Persons: for a power of %g%%.\n",
-                      options.intervals == 1
-                          ? "a 95% interval"
-                          : format("one of %d 95%% intervals that hold together", options.intervals).c_str(),
-                      options.persons, options.design.paired ? " in pairs" : " per group",
-                      counted(options.trials, "trial").c_str(), 100.0 * options.power);
+            << format(
+                   "Power of %s: %d persons%s, %s each. Persons: the number%s for a power of %g%%.\n"
+                   "Means, differences and standard deviations (sd) are in the parameter's unit.\n",
+                   options.intervals == 1
+                       ? "a 95% interval"
+                       : format("one of %d 95%% intervals that hold together", options.intervals).c_str(),
+                   options.persons, options.design.paired ? " in pairs" : " per group",
+                   counted(options.trials, "trial").c_str(), options.design.paired ? " of pairs" : " per group",
+                   100.0 * options.power);
 }
 
 }  // namespace

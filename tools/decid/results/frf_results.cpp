@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "dataset/npz/arrays.hpp"
-#include "identify/study/recording_plan.hpp"
+#include "identify/body_warnings.hpp"
 #include "tools/decid/results/results.hpp"
 #include "tools/report/json/posterior_results.hpp"
 

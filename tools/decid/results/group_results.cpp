@@ -204,6 +204,8 @@ std::string cohort_text(const cohort::Result& found, const sim::ParameterTable& 
   return text;
 }
 
+}  // namespace
+
 std::string verdicts_text(const Report& report) {
   const GroupVerdicts verdicts = group_verdicts(report);
   if (verdicts.sentences.empty()) return {};
@@ -212,14 +214,12 @@ std::string verdicts_text(const Report& report) {
   return text;
 }
 
-}  // namespace
-
 std::string groups_text(const Report& report) {
   if (!report.groups) return {};
   const GroupComparison& found = report.groups->comparison;
   const std::string& person_column = report.groups->table.person_column;
   const sim::ParameterTable parameters = report.compared_parameters();
-  std::string text = verdicts_text(report) + "Groups: mean +- standard deviation of people\n";
+  std::string text = "Groups: mean +- standard deviation of people\n";
   text +=
       person_column.empty()
           ? "  No column names the person (subject or participant_id): each recording counts as a person.\n"

@@ -29,8 +29,12 @@ inline const std::vector<std::string> not_repeated{"recordings", "--output",    
 Call record_call(const Command& command, const std::vector<std::string>& inputs,
                  const std::vector<std::string>& named = {});
 
-/// Returns a table for each recording, whose body they are of, the groups, and the controllers over all recordings.
+/// Returns the summary, a table for each recording, whose body they are of, the groups, and the controllers over all
+/// recordings.
 std::string report_text(const Report& report);
+/// Returns how many of several recordings are usable, how many were fitted together, whether the groups differ, and the
+/// best controller. Empty for one recording without groups.
+std::string summary_text(const Report& report);
 /// Writes every draw of each fit. An .npz file has float64 arrays of chains x draws, each under its name: the
 /// parameters in SI units, sensor_noise_deg, slow_noise_deg, start_s, gain, lp, acceptance_rate, diverging, energy; if
 /// kept, log_likelihood of chains x stored draws x blocks, with log_likelihood_draw, the places of these draws in their

@@ -192,7 +192,7 @@ std::string controller_sums_text(const ControllerSums& sums) {
 }
 
 std::string report_text(const Report& report) {
-  std::string text;
+  std::string text = summary_text(report);
   for (const RecordingResult& id : report.recordings) text += recording_text(id, report);
   const std::string body =
       report.sheet ? std::string() : body_text(report.protocol.experiment.body, report.body_assumed);

@@ -10,6 +10,7 @@
 #include "base/files/json_object.hpp"
 #include "base/files/sha256.hpp"
 #include "identify/compared_controllers.hpp"
+#include "identify/study/sidecar.hpp"
 #include "recording/formats/motion_bids.hpp"
 #include "sim/protocol/protocol_object.hpp"
 #include "sim/segments.hpp"
@@ -247,6 +248,7 @@ std::vector<InputFile> hash_inputs(const std::vector<std::string>& files) {
   for (const std::string& file : files) {
     add(file);
     for (const std::filesystem::path& beside : recording::files_beside(file)) add(beside.string());
+    if (const std::optional<std::filesystem::path> sidecar = sidecar_of(file)) add(sidecar->string());
   }
   return inputs;
 }

@@ -23,8 +23,8 @@ Json body_json(const sim::Body& body, bool assumed);
 /// Returns the weight and height of a person with this body, or nothing if no person has it.
 std::optional<sim::Subject> find_person(const sim::Body& body);
 
-/// Returns files and the files beside them that belong to them, each once, with their SHA-256. Empty names do not
-/// count.
+/// Returns files and the files beside them that belong to them, such as the sidecars of BIDS, each once, with their
+/// SHA-256. Empty names do not count.
 std::vector<InputFile> hash_inputs(const std::vector<std::string>& files);
 
 }  // namespace decid::tools
