@@ -23,7 +23,7 @@
 namespace decid::nn {
 namespace {
 
-constexpr int validated_at_once = 256;
+constexpr int evaluated_at_once = 256;
 constexpr double max_rate = 1e6;           // Schedule's
 constexpr double max_warmup_epochs = 1e6;  // so that their steps are a long long
 
@@ -74,11 +74,11 @@ void for_each_output(const Network<float>& network, const Samples& samples, std:
                      std::size_t width, const Body& body) {
   const auto values = static_cast<std::size_t>(network.input_shape().size());
   const auto outputs = static_cast<std::size_t>(network.output_shape().size());
-  Predictor predictor(network, validated_at_once);
+  Predictor predictor(network, evaluated_at_once);
   std::vector<float> all;
   Loaded loaded;
-  for (std::size_t first = 0; first < places.size(); first += validated_at_once) {
-    const std::size_t count = std::min<std::size_t>(validated_at_once, places.size() - first);
+  for (std::size_t first = 0; first < places.size(); first += evaluated_at_once) {
+    const std::size_t count = std::min<std::size_t>(evaluated_at_once, places.size() - first);
     load(samples, places.subspan(first, count), values, width, {}, loaded);
     all.resize(count * outputs);
     predictor.run(loaded.inputs, all);
@@ -383,8 +383,40 @@ std::vector<float> predict(const Network<float>& network, std::span<const float>
   const auto values = static_cast<std::size_t>(network.input_shape().size());
   const std::size_t count = inputs.size() / values;
   std::vector<float> outputs(count * static_cast<std::size_t>(network.output_shape().size()));
-  Predictor(network, static_cast<int>(std::clamp<std::size_t>(count, 1, validated_at_once))).run(inputs, outputs);
+  Predictor(network, static_cast<int>(std::clamp<std::size_t>(count, 1, evaluated_at_once))).run(inputs, outputs);
   return outputs;
+}
+
+std::vector<float> input_gradient(const Network<float>& network, std::span<const float> inputs,
+                                  std::span<const float> by_output) {
+  const auto values = static_cast<std::size_t>(network.input_shape().size());
+  const auto outputs = static_cast<std::size_t>(network.output_shape().size());
+  const std::size_t count = inputs.size() / values;
+  if (inputs.size() != count * values || by_output.size() != count * outputs)
+    throw Error(Code::size_mismatch, "input gradient",
+                format("has %zu inputs and %zu derivatives by outputs where a sample has %zu and %zu", inputs.size(),
+                       by_output.size(), values, outputs),
+                "give whole samples, and a derivative for each of their outputs");
+  Network<float> copy = network;  // a Trainer can change its network, and others may read this one now
+  // For 2 samples at least, as the constructor does not know yet that BatchNorm's statistics are frozen.
+  Trainer<float> trainer(copy, static_cast<int>(std::clamp<std::size_t>(count, 2, evaluated_at_once)), nullptr, true);
+  trainer.freeze_statistics();
+  std::vector<float> gradient(inputs.size());
+  for (std::size_t first = 0; first < count; first += evaluated_at_once) {
+    const auto here = static_cast<int>(std::min<std::size_t>(evaluated_at_once, count - first));
+    const auto sample_of = [&](auto all, std::size_t width, int i) {
+      return all.subspan((first + static_cast<std::size_t>(i)) * width, width);
+    };
+    trainer.set_batch(here);
+    with_team([&] {
+      parallel_for(here, [&](int i) { trainer.input().load(i, sample_of(inputs, values, i)); });
+      trainer.forward();
+      parallel_for(here, [&](int i) { trainer.output_diff().load(i, sample_of(by_output, outputs, i)); });
+      trainer.backward();
+      parallel_for(here, [&](int i) { trainer.input_diff().store(i, sample_of(std::span(gradient), values, i)); });
+    });
+  }
+  return gradient;
 }
 
 double mean_loss(const Network<float>& network, const Samples& samples, const Loss& loss) {

@@ -98,6 +98,13 @@ FitLog fit(Network<float>& network, const Samples& samples, const FitOptions& op
 /// follow each other quickly, keep a Predictor (nn/predictor.hpp). Throws Error unless `inputs` are whole samples.
 std::vector<float> predict(const Network<float>& network, std::span<const float> inputs);
 
+/// Returns the derivatives of sum(by_output * output) by the inputs, of the outputs that predict() gives: BatchNorm has
+/// its running statistics, nothing is dropped. by_output: output_shape().size() values a sample, such as a loss's
+/// derivatives. A sample's derivatives have the same bits among any other samples. Throws Error for spans that do not
+/// fit together.
+std::vector<float> input_gradient(const Network<float>& network, std::span<const float> inputs,
+                                  std::span<const float> by_output);
+
 /// Returns the mean loss of samples.
 double mean_loss(const Network<float>& network, const Samples& samples, const Loss& loss);
 /// Returns the fraction of samples whose largest output is that of the target, a class from 0. A sample with an output
