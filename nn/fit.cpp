@@ -56,22 +56,27 @@ struct Loaded {
 };
 
 /// Loads samples into `loaded`, whose memory stays from call to call: a step's would go back to the system each time.
-void load(const Samples& samples, std::span<const int> places, std::size_t values, std::size_t width,
-          const std::function<std::optional<Random>(int)>& random, Loaded& loaded) {
+void load(const Samples& samples, std::span<const int> places, std::size_t values, std::size_t width, int epoch,
+          const std::function<Random(int)>& random, Loaded& loaded) {
   loaded.inputs.resize(places.size() * values);
   loaded.targets.resize(places.size() * width);
+  if (samples.load_batch) {
+    std::vector<Random> numbers;
+    for (std::size_t i = 0; random && i < places.size(); ++i) numbers.push_back(random(places[i]));
+    return samples.load_batch({places, epoch, numbers, loaded.inputs, loaded.targets});
+  }
   parallel_for(static_cast<int>(places.size()), [&](int i) {
     const auto k = static_cast<std::size_t>(i);
-    const std::optional<Random> own = random ? random(places[k]) : std::nullopt;
+    const std::optional<Random> own = random ? std::optional(random(places[k])) : std::nullopt;
     samples.load(places[k], own ? &*own : nullptr, std::span(loaded.inputs).subspan(k * values, values),
                  std::span(loaded.targets).subspan(k * width, width));
   });
 }
 
-/// Calls body(output, target) with each of the samples at `places`, in their order.
+/// Calls body(outputs, targets) with some of the samples at `places` after the other, in their order.
 template <class Body>
-void for_each_output(const Network<float>& network, const Samples& samples, std::span<const int> places,
-                     std::size_t width, const Body& body) {
+void for_each_part(const Network<float>& network, const Samples& samples, std::span<const int> places,
+                   std::size_t width, int epoch, const Body& body) {
   const auto values = static_cast<std::size_t>(network.input_shape().size());
   const auto outputs = static_cast<std::size_t>(network.output_shape().size());
   Predictor predictor(network, evaluated_at_once);
@@ -79,26 +84,25 @@ void for_each_output(const Network<float>& network, const Samples& samples, std:
   Loaded loaded;
   for (std::size_t first = 0; first < places.size(); first += evaluated_at_once) {
     const std::size_t count = std::min<std::size_t>(evaluated_at_once, places.size() - first);
-    load(samples, places.subspan(first, count), values, width, {}, loaded);
+    load(samples, places.subspan(first, count), values, width, epoch, {}, loaded);
     all.resize(count * outputs);
     predictor.run(loaded.inputs, all);
-    for (std::size_t i = 0; i < count; ++i)
-      body(std::span<const float>(all).subspan(i * outputs, outputs),
-           std::span<const float>(loaded.targets).subspan(i * width, width));
+    body(std::span<const float>(all), std::span<const float>(loaded.targets));
   }
 }
 
-double mean_loss_of(const Network<float>& network, const Samples& samples, std::span<const int> places,
+double mean_loss_of(const Network<float>& network, const Samples& samples, std::span<const int> places, int epoch,
                     const Loss& loss) {
   double sum = 0;
-  std::vector<double> value, slope(static_cast<std::size_t>(network.output_shape().size())), wanted;
+  const auto outputs = static_cast<std::size_t>(network.output_shape().size());
   const int width = loss.targets(network.output_shape().size());
-  for_each_output(network, samples, places, static_cast<std::size_t>(width),
-                  [&](std::span<const float> output, std::span<const float> target) {
-                    value.assign(output.begin(), output.end());
-                    wanted.assign(target.begin(), target.end());
-                    sum += loss.sample(value, wanted, slope);
-                  });
+  for_each_part(network, samples, places, static_cast<std::size_t>(width), epoch,
+                [&](std::span<const float> output, std::span<const float> target) {
+                  const std::vector<double> values(output.begin(), output.end()), wanted(target.begin(), target.end());
+                  std::vector<double> losses(output.size() / outputs), slopes(output.size());
+                  loss.batch(values, wanted, losses, slopes);
+                  for (const double one : losses) sum += one;
+                });
   return sum / static_cast<double>(places.size());
 }
 
@@ -206,7 +210,7 @@ class Fit final : public TrainingLoop {
       const auto epoch = static_cast<std::uint64_t>(at.epoch), number = static_cast<std::uint64_t>(sample);
       return Random(options_.seed, Stream::augmentation, epoch << 32U | number);
     };
-    load(samples_, places, values, width_, random, loaded_);
+    load(samples_, places, values, width_, at.epoch + 1, random, loaded_);
     if (samples_.inputs.empty()) require_finite_batch(places, values);
     trainer_.set_batch(static_cast<int>(places.size()));
     parallel_for(static_cast<int>(places.size()), [&](int i) {
@@ -238,7 +242,7 @@ class Fit final : public TrainingLoop {
                    std::numeric_limits<double>::quiet_NaN(), rate_};
     if (!validation_.empty())
       epoch.validation_loss = mean_loss_of(now, options_.validation_samples ? *options_.validation_samples : samples_,
-                                           validation_, *options_.loss);
+                                           validation_, epoch.epoch, *options_.loss);
     if (!validation_.empty() && !std::isfinite(epoch.validation_loss)) diverge(at, "the validation loss is not finite");
     if (!is_finite(network_) || !is_finite(now)) diverge(at, "a weight is not finite");
     const auto best = static_cast<std::size_t>(state.best_epoch);
@@ -321,6 +325,16 @@ class Fit final : public TrainingLoop {
 Samples::Samples(int count_, Load load_) : count(count_), load(std::move(load_)) {
   if (count < 1 || !load)
     throw Error(Code::setting_out_of_range, "samples", "are none", "give 1 or more, and a function that writes them");
+}
+
+Samples::Samples(int count_, LoadBatch load_batch_)
+    : Samples(count_, load_batch_ ? Load([load_batch_](int sample, const Random* random, std::span<float> input,
+                                                       std::span<float> target) {
+                const std::span<const Random> numbers(random, random != nullptr ? 1 : 0);
+                load_batch_({std::span(&sample, 1), 0, numbers, input, target});
+              })
+                                  : Load()) {
+  load_batch = std::move(load_batch_);
 }
 
 Samples::Samples(std::span<const float> inputs_, std::span<const float> targets_, int count_)
@@ -420,22 +434,26 @@ std::vector<float> input_gradient(const Network<float>& network, std::span<const
 }
 
 double mean_loss(const Network<float>& network, const Samples& samples, const Loss& loss) {
-  return mean_loss_of(network, samples, all_of(samples), loss);
+  return mean_loss_of(network, samples, all_of(samples), 0, loss);
 }
 
 double accuracy(const Network<float>& network, const Samples& samples) {
   int right = 0;
-  for_each_output(network, samples, all_of(samples), 1,
-                  [&](std::span<const float> output, std::span<const float> target) {
-                    const float wanted = target.front();
-                    if (!(wanted >= 0 && wanted < static_cast<float>(output.size())) || wanted != std::floor(wanted))
-                      throw Error(Code::setting_out_of_range, "accuracy",
-                                  format("has class %g as a target where the network has %zu outputs",
-                                         static_cast<double>(wanted), output.size()),
-                                  format("number classes from 0 to %zu", output.size() - 1));
-                    const auto place = std::ranges::max_element(output) - output.begin();
-                    right += is_finite(output) && static_cast<float>(place) == wanted;
-                  });
+  const auto classes = static_cast<std::size_t>(network.output_shape().size());
+  const auto is_right = [&](std::span<const float> output, float wanted) {
+    if (!(wanted >= 0 && wanted < static_cast<float>(classes)) || wanted != std::floor(wanted))
+      throw Error(
+          Code::setting_out_of_range, "accuracy",
+          format("has class %g as a target where the network has %zu outputs", static_cast<double>(wanted), classes),
+          format("number classes from 0 to %zu", classes - 1));
+    const auto place = std::ranges::max_element(output) - output.begin();
+    return is_finite(output) && static_cast<float>(place) == wanted;
+  };
+  for_each_part(network, samples, all_of(samples), 1, 0,
+                [&](std::span<const float> outputs, std::span<const float> wanted) {
+                  for (std::size_t i = 0; i < wanted.size(); ++i)
+                    right += is_right(outputs.subspan(i * classes, classes), wanted[i]);
+                });
   return right / static_cast<double>(samples.count);
 }
 
