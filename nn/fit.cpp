@@ -23,7 +23,7 @@
 namespace decid::nn {
 namespace {
 
-constexpr int validated_at_once = 256;
+constexpr int evaluated_at_once = 256;
 constexpr double max_rate = 1e6;           // Schedule's
 constexpr double max_warmup_epochs = 1e6;  // so that their steps are a long long
 
@@ -56,49 +56,53 @@ struct Loaded {
 };
 
 /// Loads samples into `loaded`, whose memory stays from call to call: a step's would go back to the system each time.
-void load(const Samples& samples, std::span<const int> places, std::size_t values, std::size_t width,
-          const std::function<std::optional<Random>(int)>& random, Loaded& loaded) {
+void load(const Samples& samples, std::span<const int> places, std::size_t values, std::size_t width, int epoch,
+          const std::function<Random(int)>& random, Loaded& loaded) {
   loaded.inputs.resize(places.size() * values);
   loaded.targets.resize(places.size() * width);
+  if (samples.load_batch) {
+    std::vector<Random> numbers;
+    for (std::size_t i = 0; random && i < places.size(); ++i) numbers.push_back(random(places[i]));
+    return samples.load_batch({places, epoch, numbers, loaded.inputs, loaded.targets});
+  }
   parallel_for(static_cast<int>(places.size()), [&](int i) {
     const auto k = static_cast<std::size_t>(i);
-    const std::optional<Random> own = random ? random(places[k]) : std::nullopt;
+    const std::optional<Random> own = random ? std::optional(random(places[k])) : std::nullopt;
     samples.load(places[k], own ? &*own : nullptr, std::span(loaded.inputs).subspan(k * values, values),
                  std::span(loaded.targets).subspan(k * width, width));
   });
 }
 
-/// Calls body(output, target) with each of the samples at `places`, in their order.
+/// Calls body(outputs, targets) with some of the samples at `places` after the other, in their order.
 template <class Body>
-void for_each_output(const Network<float>& network, const Samples& samples, std::span<const int> places,
-                     std::size_t width, const Body& body) {
+void for_each_part(const Network<float>& network, const Samples& samples, std::span<const int> places,
+                   std::size_t width, int epoch, const Body& body) {
   const auto values = static_cast<std::size_t>(network.input_shape().size());
   const auto outputs = static_cast<std::size_t>(network.output_shape().size());
-  Predictor predictor(network, validated_at_once);
+  Predictor predictor(network, evaluated_at_once);
   std::vector<float> all;
   Loaded loaded;
-  for (std::size_t first = 0; first < places.size(); first += validated_at_once) {
-    const std::size_t count = std::min<std::size_t>(validated_at_once, places.size() - first);
-    load(samples, places.subspan(first, count), values, width, {}, loaded);
+  for (std::size_t first = 0; first < places.size(); first += evaluated_at_once) {
+    const std::size_t count = std::min<std::size_t>(evaluated_at_once, places.size() - first);
+    load(samples, places.subspan(first, count), values, width, epoch, {}, loaded);
     all.resize(count * outputs);
     predictor.run(loaded.inputs, all);
-    for (std::size_t i = 0; i < count; ++i)
-      body(std::span<const float>(all).subspan(i * outputs, outputs),
-           std::span<const float>(loaded.targets).subspan(i * width, width));
+    body(std::span<const float>(all), std::span<const float>(loaded.targets));
   }
 }
 
-double mean_loss_of(const Network<float>& network, const Samples& samples, std::span<const int> places,
+double mean_loss_of(const Network<float>& network, const Samples& samples, std::span<const int> places, int epoch,
                     const Loss& loss) {
   double sum = 0;
-  std::vector<double> value, slope(static_cast<std::size_t>(network.output_shape().size())), wanted;
+  const auto outputs = static_cast<std::size_t>(network.output_shape().size());
   const int width = loss.targets(network.output_shape().size());
-  for_each_output(network, samples, places, static_cast<std::size_t>(width),
-                  [&](std::span<const float> output, std::span<const float> target) {
-                    value.assign(output.begin(), output.end());
-                    wanted.assign(target.begin(), target.end());
-                    sum += loss.sample(value, wanted, slope);
-                  });
+  for_each_part(network, samples, places, static_cast<std::size_t>(width), epoch,
+                [&](std::span<const float> output, std::span<const float> target) {
+                  const std::vector<double> values(output.begin(), output.end()), wanted(target.begin(), target.end());
+                  std::vector<double> losses(output.size() / outputs), slopes(output.size());
+                  loss.batch(values, wanted, losses, slopes);
+                  for (const double one : losses) sum += one;
+                });
   return sum / static_cast<double>(places.size());
 }
 
@@ -206,7 +210,7 @@ class Fit final : public TrainingLoop {
       const auto epoch = static_cast<std::uint64_t>(at.epoch), number = static_cast<std::uint64_t>(sample);
       return Random(options_.seed, Stream::augmentation, epoch << 32U | number);
     };
-    load(samples_, places, values, width_, random, loaded_);
+    load(samples_, places, values, width_, at.epoch + 1, random, loaded_);
     if (samples_.inputs.empty()) require_finite_batch(places, values);
     trainer_.set_batch(static_cast<int>(places.size()));
     parallel_for(static_cast<int>(places.size()), [&](int i) {
@@ -238,7 +242,7 @@ class Fit final : public TrainingLoop {
                    std::numeric_limits<double>::quiet_NaN(), rate_};
     if (!validation_.empty())
       epoch.validation_loss = mean_loss_of(now, options_.validation_samples ? *options_.validation_samples : samples_,
-                                           validation_, *options_.loss);
+                                           validation_, epoch.epoch, *options_.loss);
     if (!validation_.empty() && !std::isfinite(epoch.validation_loss)) diverge(at, "the validation loss is not finite");
     if (!is_finite(network_) || !is_finite(now)) diverge(at, "a weight is not finite");
     const auto best = static_cast<std::size_t>(state.best_epoch);
@@ -323,6 +327,16 @@ Samples::Samples(int count_, Load load_) : count(count_), load(std::move(load_))
     throw Error(Code::setting_out_of_range, "samples", "are none", "give 1 or more, and a function that writes them");
 }
 
+Samples::Samples(int count_, LoadBatch load_batch_)
+    : Samples(count_, load_batch_ ? Load([load_batch_](int sample, const Random* random, std::span<float> input,
+                                                       std::span<float> target) {
+                const std::span<const Random> numbers(random, random != nullptr ? 1 : 0);
+                load_batch_({std::span(&sample, 1), 0, numbers, input, target});
+              })
+                                  : Load()) {
+  load_batch = std::move(load_batch_);
+}
+
 Samples::Samples(std::span<const float> inputs_, std::span<const float> targets_, int count_)
     : count(count_), inputs(inputs_), targets(targets_) {
   const auto n = static_cast<std::size_t>(std::max(count, 1));
@@ -383,27 +397,63 @@ std::vector<float> predict(const Network<float>& network, std::span<const float>
   const auto values = static_cast<std::size_t>(network.input_shape().size());
   const std::size_t count = inputs.size() / values;
   std::vector<float> outputs(count * static_cast<std::size_t>(network.output_shape().size()));
-  Predictor(network, static_cast<int>(std::clamp<std::size_t>(count, 1, validated_at_once))).run(inputs, outputs);
+  Predictor(network, static_cast<int>(std::clamp<std::size_t>(count, 1, evaluated_at_once))).run(inputs, outputs);
   return outputs;
 }
 
+std::vector<float> input_gradient(const Network<float>& network, std::span<const float> inputs,
+                                  std::span<const float> by_output) {
+  const auto values = static_cast<std::size_t>(network.input_shape().size());
+  const auto outputs = static_cast<std::size_t>(network.output_shape().size());
+  const std::size_t count = inputs.size() / values;
+  if (inputs.size() != count * values || by_output.size() != count * outputs)
+    throw Error(Code::size_mismatch, "input gradient",
+                format("has %zu inputs and %zu derivatives by outputs where a sample has %zu and %zu", inputs.size(),
+                       by_output.size(), values, outputs),
+                "give whole samples, and a derivative for each of their outputs");
+  Network<float> copy = network;  // a Trainer can change its network, and others may read this one now
+  // For 2 samples at least, as the constructor does not know yet that BatchNorm's statistics are frozen.
+  Trainer<float> trainer(copy, static_cast<int>(std::clamp<std::size_t>(count, 2, evaluated_at_once)), nullptr, true);
+  trainer.freeze_statistics();
+  std::vector<float> gradient(inputs.size());
+  for (std::size_t first = 0; first < count; first += evaluated_at_once) {
+    const auto here = static_cast<int>(std::min<std::size_t>(evaluated_at_once, count - first));
+    const auto sample_of = [&](auto all, std::size_t width, int i) {
+      return all.subspan((first + static_cast<std::size_t>(i)) * width, width);
+    };
+    trainer.set_batch(here);
+    with_team([&] {
+      parallel_for(here, [&](int i) { trainer.input().load(i, sample_of(inputs, values, i)); });
+      trainer.forward();
+      parallel_for(here, [&](int i) { trainer.output_diff().load(i, sample_of(by_output, outputs, i)); });
+      trainer.backward();
+      parallel_for(here, [&](int i) { trainer.input_diff().store(i, sample_of(std::span(gradient), values, i)); });
+    });
+  }
+  return gradient;
+}
+
 double mean_loss(const Network<float>& network, const Samples& samples, const Loss& loss) {
-  return mean_loss_of(network, samples, all_of(samples), loss);
+  return mean_loss_of(network, samples, all_of(samples), 0, loss);
 }
 
 double accuracy(const Network<float>& network, const Samples& samples) {
   int right = 0;
-  for_each_output(network, samples, all_of(samples), 1,
-                  [&](std::span<const float> output, std::span<const float> target) {
-                    const float wanted = target.front();
-                    if (!(wanted >= 0 && wanted < static_cast<float>(output.size())) || wanted != std::floor(wanted))
-                      throw Error(Code::setting_out_of_range, "accuracy",
-                                  format("has class %g as a target where the network has %zu outputs",
-                                         static_cast<double>(wanted), output.size()),
-                                  format("number classes from 0 to %zu", output.size() - 1));
-                    const auto place = std::ranges::max_element(output) - output.begin();
-                    right += is_finite(output) && static_cast<float>(place) == wanted;
-                  });
+  const auto classes = static_cast<std::size_t>(network.output_shape().size());
+  const auto is_right = [&](std::span<const float> output, float wanted) {
+    if (!(wanted >= 0 && wanted < static_cast<float>(classes)) || wanted != std::floor(wanted))
+      throw Error(
+          Code::setting_out_of_range, "accuracy",
+          format("has class %g as a target where the network has %zu outputs", static_cast<double>(wanted), classes),
+          format("number classes from 0 to %zu", classes - 1));
+    const auto place = std::ranges::max_element(output) - output.begin();
+    return is_finite(output) && static_cast<float>(place) == wanted;
+  };
+  for_each_part(network, samples, all_of(samples), 1, 0,
+                [&](std::span<const float> outputs, std::span<const float> wanted) {
+                  for (std::size_t i = 0; i < wanted.size(); ++i)
+                    right += is_right(outputs.subspan(i * classes, classes), wanted[i]);
+                });
   return right / static_cast<double>(samples.count);
 }
 

@@ -39,13 +39,26 @@ struct Samples {
   /// to be changed, in validation. Several threads call it at once.
   using Load = std::function<void(int sample, const Random* random, std::span<float> input, std::span<float> target)>;
 
+  /// Samples to write together, one after the other.
+  struct Batch {
+    std::span<const int> samples;    ///< their numbers, from 0
+    int epoch;                       ///< of the fit, from 1; 0 outside of a fit
+    std::span<const Random> random;  ///< as Load's, one for each sample; empty in validation
+    std::span<float> inputs, targets;
+  };
+  /// Writes the samples of a step, or of a part of validation. fit() calls it from its own thread, in the order of
+  /// steps.
+  using LoadBatch = std::function<void(const Batch&)>;
+
   Samples(int count, Load load);
+  Samples(int count, LoadBatch load_batch);
   /// Views memory, which must outlive this: `count` inputs one after the other, and as many targets. Throws Error
   /// unless the spans divide by count.
   Samples(std::span<const float> inputs, std::span<const float> targets, int count);
 
   int count;
-  Load load;
+  Load load;                                         ///< of one sample; with load_batch it calls that
+  LoadBatch load_batch;                              ///< may be empty
   std::span<const float> inputs = {}, targets = {};  ///< samples in memory, by which fit() compares a checkpoint
 };
 
@@ -91,12 +104,21 @@ struct FitOptions {
 /// Trains `network`. A network with the values of its constructor is initialised from the seed first. With a checkpoint
 /// the result has the bits of a training that was never stopped. Throws Error for options that do not fit, a loss or
 /// weight that is no longer finite, a checkpoint of another network or other samples in memory or options (callbacks
-/// are not compared), and what the callbacks throw.
+/// are not compared), and what callbacks, samples, loss and optimiser throw. Then the network has the weights of the
+/// last step, not their average or those of the best epoch. BatchNorm's statistics may include one more batch, and an
+/// optimiser that throws leaves its step half done.
 FitLog fit(Network<float>& network, const Samples& samples, const FitOptions& options = {});
 
 /// Returns the outputs of samples that lie one after the other: output_shape().size() values each. For calls that
 /// follow each other quickly, keep a Predictor (nn/predictor.hpp). Throws Error unless `inputs` are whole samples.
 std::vector<float> predict(const Network<float>& network, std::span<const float> inputs);
+
+/// Returns the derivatives of sum(by_output * output) by the inputs, of the outputs that predict() gives: BatchNorm has
+/// its running statistics, nothing is dropped. by_output: output_shape().size() values a sample, such as a loss's
+/// derivatives. A sample's derivatives have the same bits among any other samples. Throws Error for spans that do not
+/// fit together.
+std::vector<float> input_gradient(const Network<float>& network, std::span<const float> inputs,
+                                  std::span<const float> by_output);
 
 /// Returns the mean loss of samples.
 double mean_loss(const Network<float>& network, const Samples& samples, const Loss& loss);

@@ -53,9 +53,10 @@ class BatchNormTraining final : public TrainingLayer<T> {
   }
 
   bool diff_may_replace_src() const override { return true; }
+  void freeze_statistics() override { frozen_ = true; }
 
   void forward(const TensorView<const T>& src, const TensorView<T>& dst) override {
-    measure_batch(src);
+    frozen_ ? use_running_statistics() : measure_batch(src);
     each_plane(src, [&](int block, int c) {
       kernels<T>().activation_forward(activation(c), norm_.pool ? norm_.pool->shape : PoolShape{}, src.plane(block, c),
                                       dst.plane(block, c));
@@ -175,14 +176,26 @@ class BatchNormTraining final : public TrainingLayer<T> {
     }
   }
 
+  void use_running_statistics() {
+    for (std::size_t c = 0; c < channels_; ++c) {
+      mean_[c] = static_cast<double>(this->statistic(0)[c]);
+      normalisations_[c] = normalisation(static_cast<double>(this->value(0)[c]), static_cast<double>(this->value(1)[c]),
+                                         mean_[c], static_cast<double>(this->statistic(1)[c]));
+    }
+  }
+
   /// diff_src = gamma/d (dy - mean(dy) - x^ mean(dy x^)), with x^ = (src - mean)/d and `total` the sums of dy and of
-  /// dy (src - mean).
+  /// dy (src - mean). Running statistics do not depend on src: diff_src = gamma/d dy.
   void set_gradients(const double* total, double count) {
     for (std::size_t c = 0; c < channels_; ++c) {
       const double inverse = normalisations_[c].inverse_stddev, sum = total[2 * c], dot = total[2 * c + 1] * inverse;
       this->gradient(0)[c] = static_cast<T>(dot);
       this->gradient(1)[c] = static_cast<T>(sum);
       const double a = static_cast<double>(this->value(0)[c]) * inverse;
+      if (frozen_) {
+        factors_[c] = {static_cast<T>(a), T(0), T(0)};
+        continue;
+      }
       const double b = -a * inverse * (dot / count);
       factors_[c] = {static_cast<T>(a), static_cast<T>(b),
                      static_cast<T>(-a * (sum / count) - b * static_cast<double>(pivot_of(static_cast<int>(c))))};
@@ -196,6 +209,7 @@ class BatchNormTraining final : public TrainingLayer<T> {
   std::vector<Factors> factors_;  // of the last backward
   BatchSums<T> sums_;
   bool fused_;  // the convolution before takes the sums of forward
+  bool frozen_ = false;
 };
 
 }  // namespace

@@ -48,8 +48,10 @@ class TrainingLayer {
   /// Returns true if forward draws random numbers: those of set_random(), or none if set_random() was never called.
   virtual bool is_random() const { return false; }
   virtual void set_random(const Random&) {}
+  /// Makes forward use the running statistics, as inference does, and leave them, from now on.
+  virtual void freeze_statistics() {}
 
-  /// Computes dst with the batch's statistics, and updates the running statistics.
+  /// Computes dst with the batch's statistics, and updates the running statistics, unless they are frozen.
   virtual void forward(const TensorView<const T>& src, const TensorView<T>& dst) = 0;
   /// Writes, after forward, the gradients and, unless null, diff_src; may overwrite diff_dst.
   virtual void backward(const TensorView<const T>& src, const TensorView<const T>& dst, const TensorView<T>& diff_dst,

@@ -1,5 +1,5 @@
-// Losses: what a training minimises, with the derivative by each output. A loss of your own is a class with three
-// functions; nn::fit (nn/fit.hpp) takes it as it takes the ones here.
+// Losses: what a training minimises, with the derivative by each output. A loss of your own is a class that overrides
+// sample() and text(); nn::fit (nn/fit.hpp) takes it as it takes the ones here.
 #pragma once
 
 #include <memory>
@@ -19,6 +19,12 @@ class Loss {
   /// channel-major; `target` has targets(output.size()) values. Several threads call it at once.
   virtual double sample(std::span<const double> output, std::span<const double> target,
                         std::span<double> diff) const = 0;
+  /// Writes the losses of samples that lie one after the other, and the derivatives of their mean by each output;
+  /// losses.size() is the number of samples. fit() calls it once a step from its own thread, and in validation for some
+  /// hundred samples at a time. Calls sample() in several threads. Override it for a loss that computes a batch at
+  /// once.
+  virtual void batch(std::span<const double> outputs, std::span<const double> targets, std::span<double> losses,
+                     std::span<double> diffs) const;
   /// Returns how many values a sample's target has if the network has `outputs`.
   virtual int targets(int outputs) const { return outputs; }
   /// Returns the name with its settings, by which a checkpoint is compared.
@@ -38,9 +44,9 @@ std::shared_ptr<const Loss> huber(double delta = 1.0);
 /// Throws Error for another one.
 std::shared_ptr<const Loss> loss_named(const std::string& text);
 
-/// Returns the sum of the losses of a batch, sample after sample in double. `targets` has targets() values a sample.
-/// `diff`, of the output's shape, gets the derivative of the batch's mean; lanes without a sample get 0. Throws Error
-/// for tensors and targets that do not fit together.
+/// Returns the sum of the losses of a batch (Loss::batch()), sample after sample in double. `targets` has targets()
+/// values a sample. `diff`, of the output's shape, gets the derivative of the batch's mean; lanes without a sample get
+/// 0. Throws Error for tensors and targets that do not fit together.
 template <class T>
 double total_loss(const Loss& loss, const std::type_identity_t<TensorView<const T>>& output,
                   std::type_identity_t<std::span<const T>> targets, const TensorView<T>& diff);

@@ -90,6 +90,20 @@ void for_each_place(const TensorView<T>& tensor, int block, const Body& body) {
 
 }  // namespace
 
+void Loss::batch(std::span<const double> outputs, std::span<const double> targets, std::span<double> losses,
+                 std::span<double> diffs) const {
+  const std::size_t samples = losses.size(), values = outputs.size() / samples, width = targets.size() / samples;
+  constexpr std::size_t at_once = lanes;
+  parallel_for(static_cast<int>((samples + at_once - 1) / at_once), [&](int block) {
+    const std::size_t first = static_cast<std::size_t>(block) * at_once;
+    for (std::size_t i = first; i < std::min(samples, first + at_once); ++i) {
+      const std::span<double> diff = diffs.subspan(i * values, values);
+      losses[i] = sample(outputs.subspan(i * values, values), targets.subspan(i * width, width), diff);
+      for (double& d : diff) d /= static_cast<double>(samples);
+    }
+  });
+}
+
 std::shared_ptr<const Loss> squared_error() {
   return std::make_shared<SquaredError>();
 }
@@ -123,22 +137,22 @@ double total_loss(const Loss& loss, const std::type_identity_t<TensorView<const 
     throw Error(Code::size_mismatch, loss.text(),
                 format("has %zu target values for %d samples of %zu", targets.size(), batch, width),
                 "give a target for each sample");
-  std::vector<double> losses(static_cast<std::size_t>(batch));
-  parallel_for(output.blocks(), [&](int block) {
-    std::vector<double> scratch(2 * outputs + width);
-    const std::span<double> value(scratch.data(), outputs), slope(scratch.data() + outputs, outputs),
-        target(scratch.data() + 2 * outputs, width);
-    for (int l = 0; l < lanes; ++l) {
-      const auto sample = static_cast<std::size_t>(block * lanes + l);
-      std::fill(slope.begin(), slope.end(), 0.0);
-      if (l < output.valid_lanes(block)) {
-        for_each_place(output, block, [&](const T* x, std::size_t k) { value[k] = static_cast<double>(x[l]); });
-        for (std::size_t k = 0; k < width; ++k) target[k] = static_cast<double>(targets[sample * width + k]);
-        losses[sample] = loss.sample(value, target, slope);
-      }
-      for_each_place(diff, block, [&](T* d, std::size_t k) { d[l] = static_cast<T>(slope[k] / batch); });
-    }
+  const auto samples = static_cast<std::size_t>(batch);
+  std::vector<double> losses(samples), values(samples * outputs), slopes(samples * outputs);
+  const auto each_block = [&](const auto& tensor, const auto& body) {
+    parallel_for(output.blocks(), [&](int block) {
+      for_each_place(tensor, block, [&](auto* lane, std::size_t k) {
+        for (int l = 0; l < lanes; ++l)
+          body(lane[l], static_cast<std::size_t>(block * lanes + l) * outputs + k, l < output.valid_lanes(block));
+      });
+    });
+  };
+  each_block(output, [&](const T& x, std::size_t place, bool valid) {
+    if (valid) values[place] = static_cast<double>(x);
   });
+  const std::vector<double> wanted(targets.begin(), targets.begin() + static_cast<std::ptrdiff_t>(samples * width));
+  loss.batch(values, wanted, losses, slopes);
+  each_block(diff, [&](T& d, std::size_t place, bool valid) { d = valid ? static_cast<T>(slopes[place]) : T(0); });
   double sum = 0;
   for (const double one : losses) sum += one;
   return sum;

@@ -148,13 +148,18 @@ void update(const Optimiser& optimiser, Network<float>& network, std::span<const
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     Parameter<float>& parameter = *parameters[k];
     if (gradients[k].empty()) continue;
-    for_each_group(1, static_cast<int>(parameter.value.size()), value_group, [&](int, int first, int last) {
+    const auto update_values = [&](int, int first, int last) {
       std::vector<float*> memory;
       for (auto& kept : state.memory) memory.push_back(kept[k].data() + first);
       optimiser.update({static_cast<std::size_t>(last - first), gradients[k].data() + first,
-                        parameter.value.data() + first, memory.data(), parameter.decays},
+                        parameter.value.data() + first, memory.data(), parameter.decays, parameter.shape},
                        learning_rate, state.steps);
-    });
+    };
+    const auto count = static_cast<int>(parameter.value.size());
+    if (optimiser.whole_parameters())
+      update_values(0, 0, count);
+    else
+      for_each_group(1, count, value_group, update_values);
   }
 }
 

@@ -1,5 +1,5 @@
-// Optimisers: how gradients change weights. An optimiser of your own is a class with three functions; nn::fit
-// (nn/fit.hpp) takes it as it takes the ones here.
+// Optimisers: how gradients change weights. An optimiser of your own is a class that overrides update(), memory() and
+// text(); nn::fit (nn/fit.hpp) takes it as it takes the ones here.
 #pragma once
 
 #include <memory>
@@ -21,11 +21,16 @@ class Optimiser {
     float* value;
     float* const* memory;  ///< memory()[k]: the k-th value that is kept for each of these; 0 before the first step
     bool decays;           ///< weight decay applies: to weights, not to biases or normalisations
+    std::span<const int> shape = {};  ///< of the parameter, whose values these are, or some of them
   };
 
   virtual ~Optimiser() = default;
-  /// Changes values and their memory. step: from 1. Several threads call it at once, each for other values.
+  /// Changes values and their memory. step: from 1. Several threads call it at once, each for other values, unless
+  /// whole_parameters().
   virtual void update(const Values& values, double learning_rate, long long step) const = 0;
+  /// Returns true if update() needs all values of a parameter, for their norm say. Then fit() calls it from its own
+  /// thread, for one parameter after the other.
+  virtual bool whole_parameters() const { return false; }
   /// Returns how many values are kept for each trained value.
   virtual int memory() const = 0;
   /// Returns the name with its settings, by which a checkpoint is compared.

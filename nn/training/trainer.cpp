@@ -136,7 +136,7 @@ void Trainer<T>::set_batch(int batch) {
     throw Error(Code::setting_out_of_range, "batch",
                 "of " + std::to_string(batch) + " samples where the largest is " + std::to_string(max_batch_),
                 "make the trainer for the largest batch");
-  refuse_lone_values(network_, batch);
+  if (!frozen_statistics_) refuse_lone_values(network_, batch);
   if (all_reduce_) {
     all_reduce_->set_batch(batch);
     batch = static_cast<int>(own_samples(batch).size());
@@ -163,6 +163,12 @@ template <class T>
 void Trainer<T>::set_random(std::uint64_t seed, std::uint64_t step) {
   for (std::size_t i = 0; i < layers_.size(); ++i)
     if (layers_[i]->is_random()) layers_[i]->set_random(Random(seed, Stream::dropout, step << 16U | i));
+}
+
+template <class T>
+void Trainer<T>::freeze_statistics() {
+  frozen_statistics_ = true;
+  for (const auto& layer : layers_) layer->freeze_statistics();
 }
 
 template <class T>

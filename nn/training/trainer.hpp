@@ -61,6 +61,9 @@ class Trainer {
   /// Sets the random numbers of layers that draw some (dropout) to those of (seed, step). Without this call they draw
   /// none. Equal numbers give equal masks, for any number of threads and ranks.
   void set_random(std::uint64_t seed, std::uint64_t step);
+  /// Makes BatchNorm normalise by its running statistics, as in inference, and leave them, from now on. A batch of 1 is
+  /// then allowed.
+  void freeze_statistics();
   /// Runs the forward pass with the batch's statistics in BatchNorm.
   void forward();
   /// Computes the gradients of all parameters from output_diff(), which it overwrites.
@@ -87,6 +90,7 @@ class Trainer {
   int max_batch_;
   Communicator* ranks_;
   bool with_input_diff_;
+  bool frozen_statistics_ = false;
   int own_batch_;                             // the largest of this rank
   std::unique_ptr<AllReduce<T>> all_reduce_;  // with other ranks
   std::vector<Parameter<T>*> parameters_;
