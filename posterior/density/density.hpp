@@ -173,6 +173,13 @@ class Density {
   /// standard normal prior.
   void evaluate(const Observation& observation, std::span<const double> x, std::span<double> gradient,
                 std::span<double> potential, Workspace& work, std::optional<double> fixed_noise_deg = {}) const;
+  /// The number of standard normals per chain that draw_white_noise() takes, and of uniform numbers.
+  static constexpr std::size_t white_noise_draws = 8;
+  /// Moves the white noise's coordinate of each chain by Metropolis steps that keep its distribution given all other
+  /// coordinates. Chains travel slowly along it, because it changes the widths of all coefficients of the vestibular
+  /// noise; given these it is determined by the residual alone. normals, uniforms: white_noise_draws values per chain.
+  void draw_white_noise(const Observation& observation, std::span<double> x, std::span<const double> normals,
+                        std::span<const double> uniforms, Workspace& work) const;
   /// Computes the modelled sway of each chain, offset and straight line included: the means of blocks, rad, blocks()
   /// values per chain. residual_rad: the recorded sway minus the modelled one, 0 in missing blocks.
   void model(const Observation& observation, std::span<const double> x, std::span<double> sway_rad,
@@ -217,6 +224,10 @@ class Density {
   /// Sets the levels of a chain's measurement noise by the three coordinates.
   void set_noise(Chains& chains, std::size_t chain, double white, double slow, double memory,
                  std::optional<double> fixed_noise_deg) const;
+  /// Returns the changes of the logarithm of a coefficient's power, row by row of the cosine transform, with the
+  /// coordinates of white noise, slow noise and its memory; call it after forward().
+  std::array<double, 3> power_changes(const Chains& chains, const Workspace& work, std::size_t row,
+                                      std::size_t chain) const;
   /// Adds the information about the measurement noise levels; call it after forward().
   void add_noise_information(const Chains& chains, const Workspace& work, std::span<double> matrices) const;
   double noise_of_highest(std::span<const double> sway) const;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/math/cholesky.hpp"
+#include "base/math/math.hpp"
 #include "posterior/density/elementary.hpp"
 #include "posterior/sampling/detail/chains.hpp"
 
@@ -108,6 +109,14 @@ void put_lane(AlignedVector<double>& values, std::size_t k, std::size_t l, Compl
 
 }  // namespace
 
+std::array<double, 3> Density::power_changes(const Chains& c, const Workspace& work, std::size_t k,
+                                             std::size_t l) const {
+  const double precision = work.noise.precision[k * lanes + l], slow_fraction = work.noise.slow_fraction[k * lanes + l];
+  const double slow = precision * c.levels.slow[l] * slow_fraction;
+  return {precision * spectrum_.white(k) * c.levels.white[l] * c.d_white[l] + slow * c.d_slow_white[l],
+          slow * c.d_slow[l], slow * (1.0 - 2.0 * (1.0 - slow_fraction)) * c.d_memory[l]};
+}
+
 // A Gaussian coefficient of variance P has the information (d log P)_a (d log P)_b / 2 about two coordinates.
 void Density::add_noise_information(const Chains& c, const Workspace& work, std::span<double> matrices) const {
   const auto noises = static_cast<std::size_t>(noise_.size()), rows = static_cast<std::size_t>(spectrum_.rows());
@@ -115,12 +124,7 @@ void Density::add_noise_information(const Chains& c, const Workspace& work, std:
   for (std::size_t l = 0; l < lanes; ++l) {
     std::array<std::array<double, 3>, 3> sums{};
     for (std::size_t k = 0; k < rows; ++k) {
-      const double precision = work.noise.precision[k * lanes + l],
-                   slow_fraction = work.noise.slow_fraction[k * lanes + l];
-      const double slow = precision * c.levels.slow[l] * slow_fraction;
-      const std::array<double, 3> change{
-          precision * spectrum_.white(k) * c.levels.white[l] * c.d_white[l] + slow * c.d_slow_white[l],
-          slow * c.d_slow[l], slow * (1.0 - 2.0 * (1.0 - slow_fraction)) * c.d_memory[l]};
+      const std::array<double, 3> change = power_changes(c, work, k, l);
       for (std::size_t a = 0; a < 3; ++a)
         for (std::size_t b = 0; b <= a; ++b) sums[a][b] = std::fma(0.5 * change[a], change[b], sums[a][b]);
     }

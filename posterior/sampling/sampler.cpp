@@ -198,6 +198,18 @@ void Sampler::add_forces() {
     std::ranges::copy(common_of(parts_.front()), common_of(parts_[t]).begin());
 }
 
+/// Draws each trial's white noise given all else; not while it is fixed.
+void Sampler::draw_white_noise() {
+  std::array<double, Density::white_noise_draws * lanes> normals, uniforms;
+  for (std::size_t t = 0; t < parts_.size(); ++t) {
+    if (parts_[t].fixed_noise_deg) continue;
+    random_.fill_normal(normals, drawn_);
+    drawn_ += normals.size();
+    for (double& uniform : uniforms) uniform = random_.uniform(drawn_++);
+    target_.density(t).draw_white_noise(target_.observation(t), parts_[t].x, normals, uniforms, parts_[t].work);
+  }
+}
+
 /// Draws the momentum; that of common unknowns with the first trial's.
 void Sampler::draw_momentum() {
   const std::size_t common = target_.commons() * lanes;
@@ -232,6 +244,7 @@ void Sampler::advance(Part& part, std::size_t trial, const Lanes& step) {
 
 // Moves in coordinates that the metric makes round: x = T^t y for its inverse factor T, so the force is T gradient.
 void Sampler::move(int leapfrog_steps) {
+  draw_white_noise();
   draw_momentum();
   Lanes step, half_step, choice;
   for (std::size_t l = 0; l < lanes; ++l) {

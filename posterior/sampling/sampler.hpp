@@ -47,8 +47,8 @@ class Sampler {
   /// Target::append_globals().
   double widest(std::span<const std::vector<double>> points) const;
 
-  /// Makes one transition of each chain: `leapfrog_steps` steps whose length is within a fifth of the chain's own, then
-  /// accepts or rejects.
+  /// Makes one transition of each chain: draws the white noise given all else, then makes `leapfrog_steps` steps whose
+  /// length is within a fifth of the chain's own, then accepts or rejects.
   void move(int leapfrog_steps);
   /// The last transition:
   const Lanes& acceptance() const noexcept { return acceptance_; }  ///< the acceptance probability
@@ -82,6 +82,7 @@ class Sampler {
 
   void evaluate();
   void add_forces();
+  void draw_white_noise();
   void draw_momentum();
   void advance(Part& part, std::size_t trial, const Lanes& step);
   Lanes kinetic_energy() const;

@@ -16,7 +16,7 @@ constexpr double min_noise_deg = 3.2e-3;  // in the mean of a block twice the mo
 
 // Chosen on trials of a seed that is used for no published figure.
 constexpr double lowering = 1.6, highest_noise_deg = 3.0;
-constexpr int annealing_leapfrog_steps = 15;
+constexpr int annealing_leapfrog_steps = 15, stages_per_metric = 2;
 constexpr int windows = 3, window_informations = 3, first_window_leapfrog_steps = 48, max_window_leapfrog_steps = 96;
 constexpr int settling_transitions = 12, min_leapfrog_steps = 16;
 // Over the steps that cross the standard deviation of the widest direction once.
@@ -138,7 +138,7 @@ void ChainGroup::anneal(const Report& report) {
   }
   for (int stage = 0; !stopped_; ++stage) {
     for (std::size_t t = 0; t < trials_.size(); ++t) sampler_.fix_noise(trials_[t].annealed_deg, t);
-    metric_from_here();
+    if (stage % stages_per_metric == 0) metric_from_here();
     sampler_.begin_adapting(step);
     adapt(settings_.annealing_transitions, annealing_leapfrog_steps);
     step = std::clamp(sampler_.middle_step(), 0.02, 0.4);

@@ -26,5 +26,5 @@ TEST_CASE("sample: golden draws" * doctest::test_suite("golden")) {
       bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
     }
   }
-  CHECK(sha256(bytes) == "beb413e86c53252c4bf6415519eab8a3a851453920de053ec1670f3b7f773b89");
+  CHECK(sha256(bytes) == "3588b1af08ae7b08db5039fc09f748757abc10d98ee85bfc5c0cc333c6f440cb");
 }
