@@ -159,9 +159,8 @@ namespace {
 
 template <class Options>
 decid::RecordingResult brought(const decid_recording& recording, const decid::sim::Protocol& protocol,
-                               const std::optional<decid::sim::Body>& person, const Options& asked, const char* where) {
-  return decid::bring(recording.recording, decid::recording::ProtocolPlan(protocol), trial_options(asked, where),
-                      person);
+                               const std::optional<decid::sim::Body>& body, const Options& asked, const char* where) {
+  return decid::bring(recording.recording, decid::recording::ProtocolPlan(protocol), trial_options(asked, where), body);
 }
 
 std::unique_ptr<decid_result> identify(const decid_model& model, const decid_recording& recording,
@@ -192,8 +191,7 @@ std::unique_ptr<decid_result> fit(const decid_model& model, const decid_recordin
                                   const decid_fit_options& asked) {
   constexpr const char* where = "decid_fit";
   decid::sim::Protocol protocol = asked.protocol != nullptr ? asked.protocol->protocol() : model.model.protocol;
-  const std::optional<decid::sim::Body> person = make_body(asked.mass_kg, asked.height_m, where);
-  std::optional<decid::sim::Body> body = person;
+  std::optional<decid::sim::Body> body = make_body(asked.mass_kg, asked.height_m, where);
   // A protocol of one's own may describe it.
   if (!body && asked.protocol != nullptr && protocol.experiment.body != decid::sim::Body{})
     body = protocol.experiment.body;
@@ -205,7 +203,7 @@ std::unique_ptr<decid_result> fit(const decid_model& model, const decid_recordin
   request.priors.moved_before = asked.moved_before != 0;
   request.priors.parameters = parameter_priors(asked, where);
   set_sampler(request.settings, asked.seed, asked.max_draws, where);
-  decid::RecordingResult result = brought(recording, protocol, person, asked, where);
+  decid::RecordingResult result = brought(recording, protocol, body, asked, where);
   decid::Fitter fitter(&model.model, protocol, body, request);
   bool stopped = false;
   fitter.fit(std::span(&result, 1), [&](std::size_t, const decid::posterior::Progress& progress) {

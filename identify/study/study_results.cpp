@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/parallel.hpp"
+#include "base/text.hpp"
 #include "recording/protocol_file.hpp"
 #include "sim/body_model.hpp"
 
@@ -82,6 +83,32 @@ void use_controller(sim::Protocol& its_own, const sim::Protocol& protocol, const
   its_own.experiment.body_model = asked;
 }
 
+/// Returns a note on priors of gains, which are in N m/rad or N m s/rad, where the bodies' m g h differ.
+Warnings prior_warnings(const FitRequest& request, const sim::ParameterTable& parameters,
+                        std::span<const double> mgh_nm_rad) {
+  Warnings warnings;
+  std::vector<std::string> gains;
+  const auto add = [&](const std::vector<posterior::ParameterPrior>& priors, const sim::ParameterTable& table) {
+    for (const posterior::ParameterPrior& prior : priors) {
+      const auto found = std::ranges::find(table, prior.name, &sim::ParameterInfo::name);
+      if (found != table.end() && found->per_mgh && std::ranges::find(gains, prior.name) == gains.end())
+        gains.push_back(prior.name);
+    }
+  };
+  add(request.priors.parameters, parameters);
+  for (const FitRequest::Other& other : request.others) add(other.parameters, other.controller->parameters);
+  if (gains.empty() || mgh_nm_rad.empty()) return warnings;
+  const auto [low, high] = std::ranges::minmax(mgh_nm_rad);
+  if (high <= low * (1.0 + 1e-9)) return warnings;
+  std::string names;
+  for (const std::string& gain : gains) names += (names.empty() ? "" : ", ") + gain;
+  add_info(warnings, "priors_of_all_bodies",
+           format("the given range, prior or value of %s is in SI units and the same for all bodies of the call, whose "
+                  "m g h is %.0f to %.0f N m/rad: relative to m g h it differs from body to body",
+                  names.c_str(), low, high));
+  return warnings;
+}
+
 }  // namespace
 
 PlanIdentifier::PlanIdentifier(const Model& model, const std::string& name, const RecordingPlan& plan,
@@ -146,6 +173,11 @@ PlanFitter::PlanFitter(const Model* model, const sim::Protocol& protocol, const 
       keep_or_throw(plan, error, errors_[k]);
     }
   }
+  std::vector<double> mgh_nm_rad;  // of bodies that are fitted
+  for (const PlannedRecording& planned : plan.recordings)
+    if (!planned.error && fitters_[planned.setting])
+      mgh_nm_rad.push_back(fitters_[planned.setting]->report().protocol.experiment.body.mgh());
+  of_bodies_ = prior_warnings(request, protocol.parameters(), mgh_nm_rad);
 }
 
 Report PlanFitter::report() const {
@@ -166,7 +198,10 @@ std::vector<RecordingResult> PlanFitter::read(std::span<const std::size_t> place
   std::vector<const sim::Protocol*> protocols;
   for (const std::unique_ptr<Fitter>& fitter : fitters_)
     protocols.push_back(fitter ? &fitter->report().protocol : nullptr);
-  return read_places(plan_, places, protocols, errors_);
+  std::vector<RecordingResult> all = read_places(plan_, places, protocols, errors_);
+  for (RecordingResult& one : all)
+    if (!one.error) one.warnings.insert(one.warnings.end(), of_bodies_.begin(), of_bodies_.end());
+  return all;
 }
 
 bool PlanFitter::fit(std::span<RecordingResult> read, const FitProgress& progress, const OnFitted& fitted,

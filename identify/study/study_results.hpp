@@ -51,7 +51,8 @@ class PlanFitter {
 
   /// Returns a report without recordings.
   Report report() const;
-  /// Reads recordings, by their places in the plan, and brings each to its protocol.
+  /// Reads recordings, by their places in the plan, and brings each to its protocol. If the bodies differ and the
+  /// request has priors of gains, which are in N m/rad, each has a note (`priors_of_all_bodies`).
   std::vector<RecordingResult> read(std::span<const std::size_t> places) const;
   /// Fits what read() returned, as fit_each(); groups: by their places in `read`.
   bool fit(std::span<RecordingResult> read, const FitProgress& progress, const OnFitted& fitted,
@@ -61,7 +62,8 @@ class PlanFitter {
   const RecordingPlan& plan_;
   std::vector<std::unique_ptr<Fitter>> fitters_;  // of each setting; null: it has an error
   std::vector<std::optional<Error>> errors_;
-  Report none_;  // of a plan without a setting that can be fitted
+  Report none_;         // of a plan without a setting that can be fitted
+  Warnings of_bodies_;  // of all recordings
 };
 
 /// Sets the parts of a result that the plan says, and adds the plan's warnings, unless it has them.
