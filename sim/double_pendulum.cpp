@@ -94,7 +94,7 @@ DoubleParameters default_double_parameters(const Segments& segments) {
 
 DoubleSimulator::DoubleSimulator(Protocol protocol)
     : protocol_(checked(std::move(protocol))),
-      segments_(make_segments(make_subject(protocol_.experiment.body))),
+      segments_(make_segments(make_participant(protocol_.experiment.body))),
       stimulus_(make_stimulus(protocol_.experiment)),
       samples_(protocol_.samples()),
       whole_(protocol_.with_standing()),

@@ -72,8 +72,8 @@ struct DoubleSway {
 /// Simulates trials of one protocol. Immutable: all threads may share it.
 class DoubleSimulator {
  public:
-  /// Takes the segments from the protocol's body (subject_of). Throws Error if the protocol is invalid, or if its body
-  /// does not consist of Winter's segments.
+  /// Takes the segments from the protocol's body (make_participant). Throws Error if the protocol is invalid, or if its
+  /// body does not consist of Winter's segments.
   explicit DoubleSimulator(Protocol protocol);
 
   const Protocol& protocol() const noexcept { return protocol_; }

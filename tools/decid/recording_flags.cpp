@@ -113,7 +113,7 @@ std::optional<sim::Body> BodyFlags::body() const {
     throw Error(Code::setting_missing, "--mass, --height", "one is given without the other",
                 "give both, or neither for the protocol's body");
   if (!mass_kg) return {};
-  return sim::body_of_person({.mass_kg = *mass_kg, .height_m = *height_m});
+  return sim::body_of_participant({.mass_kg = *mass_kg, .height_m = *height_m});
 }
 
 std::optional<sim::Parameters> RecordingFlags::known(const sim::ParameterTable& table) const {
@@ -203,7 +203,7 @@ void add_study_option(const Command& command, RecordingFlags& flags) {
   command.section("Input");
   command.add_option(
       "--study", flags.study,
-      "Read persons, groups, bodies, protocols and reading options from this sheet (TSV, CSV or .xlsx), a "
+      "Read participants, groups, bodies, protocols and reading options from this sheet (TSV, CSV or .xlsx), a "
       "line per recording or participant_id; without recordings, read those that it names");
 }
 

@@ -10,7 +10,7 @@ using namespace decid::test;
 
 TEST_CASE("body_warnings: a body mass index that few people have is a caution") {
   const auto warnings = [](double mass_kg, double height_m) {
-    return body_warnings(sim::body_of_person({.mass_kg = mass_kg, .height_m = height_m}));
+    return body_warnings(sim::body_of_participant({.mass_kg = mass_kg, .height_m = height_m}));
   };
   CHECK(warnings(70.0, 1.75).empty());
   CHECK(warnings(130.0, 1.75).empty());
@@ -35,6 +35,6 @@ TEST_CASE("plan: only the recordings of an implausible body have its caution") {
   CHECK(plan.recordings[0].warnings[0].code == "implausible_body");
   CHECK(plan.recordings[1].warnings.empty());
   ReadOptions reading;
-  reading.body = sim::body_of_person({.mass_kg = 154.0, .height_m = 1.75});
+  reading.body = sim::body_of_participant({.mass_kg = 154.0, .height_m = 1.75});
   CHECK(make_plan({folder / "a.csv"}, reading).recordings[0].warnings.size() == 1);
 }

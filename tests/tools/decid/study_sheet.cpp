@@ -205,8 +205,8 @@ TEST_CASE("a sheet is a table of groups, too; n/a is no group") {
   const Json json =
       run_json("identify --quiet --json --study " + path + " --group " + path + " --table " + folder / "t.csv");
   REQUIRE(json["groups"].size() == 2);
-  CHECK(json["groups"][0]["people"] == 2);
-  CHECK(json["recordings"][0]["subject"] == "p0");
+  CHECK(json["groups"][0]["participants"] == 2);
+  CHECK(json["recordings"][0]["participant_id"] == "p0");
   CHECK(json["recordings"][3]["group"].is_null());
   const auto rows = cells_of(read_text(folder / "t.csv"), ',');
   CHECK(cell(rows, 3, "group") == "b");
@@ -238,7 +238,7 @@ TEST_CASE("a study in two sessions: changes within persons, between groups, and 
   CHECK(model["groups"][3]["session"] == "2");
   CHECK(model["groups"][3]["condition"].is_null());
   CHECK(model["comparisons"][0]["groups"] == Json::array({"a, 1", "a, 2"}));
-  CHECK(model["comparisons"][0]["persons_in_both"] == 2);
+  CHECK(model["comparisons"][0]["participants_in_both"] == 2);
   CHECK(model["interactions"].size() == 1);
   CHECK(model["interactions"][0]["second"] == Json::array({"b, 1", "b, 2"}));
   CHECK(model["interactions"][0]["parameters"].size() == 7);

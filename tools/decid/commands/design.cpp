@@ -203,7 +203,7 @@ void add_design(const Command& program) {
       .add_option(
           "--at", options->at,
           "Plan for a person with this parameter, in SI units, and the middle of the range for those not given; "
-          "may be repeated; default: all persons of the prior")
+          "may be repeated; default: people drawn from the prior")
       .repeatable()
       .shown_as("NAME=VALUE");
   command.add_option("--fix", options->fixed, "Plan for fits that fix this parameter; may be repeated")
@@ -226,10 +226,10 @@ void add_design(const Command& program) {
       .show_default()
       .range(0.0, 0.5);
   command.section("Calculation");
-  command.add_option("--draws", options->planned.draws, "Average over this number of persons")
+  command.add_option("--draws", options->planned.draws, "Average over this number of simulated people")
       .range(1, 100'000)
       .show_default();
-  add_seed_option(command, options->planned.seed, "Seed the persons");
+  add_seed_option(command, options->planned.seed, "Seed the simulated people");
   add_common_options(command, options->common, true);
   command.footer(
       "Examples:\n"

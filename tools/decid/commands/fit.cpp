@@ -167,7 +167,7 @@ std::vector<const sim::BodyModel*> controllers_of(const FitOptions& options, con
   return all;
 }
 
-/// Returns the chosen protocol, with the subject's body if the options describe one.
+/// Returns the chosen protocol, with the person's body if the options describe one.
 sim::Protocol protocol_for(const FitOptions& options, sim::Protocol protocol) {
   if (const std::optional<sim::Body> body = options.recordings.body()) protocol.experiment.body = *body;
   if (options.amplitude_deg) {
@@ -269,10 +269,11 @@ void run_fit(FitOptions options, const Command& command) {
   if (!options.free.empty() && options.joint.empty())
     throw Error(Code::setting_conflict, "--free", "is for recordings that are fitted together", "give --joint too");
   if (!options.free.empty() && options.groups.given())
-    throw Error(Code::setting_conflict, "--free",
-                "does not go with a comparison of persons: a person's joint fit counts once, with one value of each "
-                "parameter",
-                "compare persons in a call without it");
+    throw Error(
+        Code::setting_conflict, "--free",
+        "does not go with a comparison of participants: a person's joint fit counts once, with one value of each "
+        "parameter",
+        "compare participants in a call without it");
   RecordingFlags& recordings = options.recordings;
   ReadOptions reading = recordings.read_options();
   std::vector<std::string> inputs = options.outputs.files();
@@ -455,7 +456,7 @@ void add_fit(const Command& program) {
   command.footer(
       "Examples:\n"
       "  decid fit recording.csv --mass 70 --height 1.75 -o result.json --report report.html\n"
-      "  decid fit subjects -o results.json --table results.csv --resume\n"
+      "  decid fit recordings -o results.json --table results.csv --resume\n"
       "  decid fit --study participants.tsv -o results.json --long long.csv\n"
       "  decid fit recording.csv --range delay=0.05,0.2 --prior Kp=900,100 --draws draws.npz\n"
       "  decid fit --frf response.csv --amplitude 1 --mass 70 --height 1.75 --report response.html");
