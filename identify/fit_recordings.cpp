@@ -461,14 +461,4 @@ bool fit_each(std::span<RecordingResult> read, const std::function<Fitter&(std::
   return !stopped;
 }
 
-Report fit_recordings(const Model* model, const sim::Protocol& protocol, const std::vector<RecordingSource>& sources,
-                      const ReadOptions& options, const FitRequest& request) {
-  std::vector<RecordingResult> read = read_recordings(protocol, sources, options);
-  Fitter fitter(model, protocol, options.body, request);
-  fitter.fit(read);
-  Report report = fitter.report();
-  report.recordings = std::move(read);
-  return report;
-}
-
 }  // namespace decid

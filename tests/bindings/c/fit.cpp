@@ -5,6 +5,7 @@
 
 #include "identify/fit_recordings.hpp"
 #include "sim/simulate.hpp"
+#include "sim/streams.hpp"
 #include "tests/bindings/c/owned.hpp"
 
 namespace decid {

@@ -25,7 +25,7 @@ std::vector<Variances> beside_fits(sim::Protocol protocol, int participants) {
   protocol.noise.sensor = {noise_deg, noise_deg};
   const posterior::Priors priors{.start_s = 0.0, .gain = 0.0};
   const posterior::Density density(protocol, priors);
-  CalibrationTrials source(protocol, priors, 901);
+  CalibrationTrials source(std::span(&protocol, 1), priors, 901);
   std::vector<CalibrationTrials::Trial> trials;
   for (int i = 0; i < participants; ++i) trials.push_back(source.next());
   std::vector<std::vector<Variances>> all(trials.size());
