@@ -49,7 +49,7 @@ class VestibularNoiseMaker {
 
   int samples_, period_;  // of the trial, and of the noise
   int first_;             // number k of the band's lowest harmonic
-  // Of cosine and sine of harmonics first_, first_ + 1, ... at Nv = 1: rad/s, divided by sinc^2(f / rate).
+  // Standard deviations of harmonics first_, first_ + 1, ... at Nv = 1: rad/s, divided by sinc^2(f / rate).
   std::vector<double> stddev_;
   RealFft fft_;
   int phases_;
