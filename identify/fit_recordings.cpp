@@ -368,7 +368,7 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
     out_of_distribution.push_back({!odd.empty() || found.max_rhat() > odd_rhat ? Severity::invalid : Severity::caution,
                                    "out_of_distribution", "by the network, " + unlike_training});
   result.warnings = most_severe_first({result.warnings, unlike_simulated, result.explanation.warnings,
-                                       out_of_distribution, following_warnings(result.explanation),
+                                       out_of_distribution, response_ratio_warnings(result.explanation),
                                        posterior_warnings(density, observation, found, from_network), contradictions});
   figures.inferred = posterior::infer(density, observation, found, report_.fit->keeps_log_likelihood);
   for (int i = 0; i < found.points(); ++i) figures.stored_draws.push_back(found.draw_of_point(i));
