@@ -432,7 +432,7 @@ TEST_CASE("bad input of decid export") {
   fails("c " + model + " --int8 --familiarity" + out, "not of 8-bit integers");
   test::write_text(folder / "knows.safetensors",
                    to_bytes(test::made_up_model(sim::short_protocol(), {.window = 1000}, "fc 9; fc 7")));
-  fails("c " + folder / "knows.safetensors" + " --familiarity" + out, "does not know what is familiar");
+  fails("c " + folder / "knows.safetensors" + " --familiarity" + out, "has no features of its training trials");
   // More layers than a byte can number.
   std::string deep = "conv 1 1x1";
   for (int i = 0; i < 260; ++i) deep += "; conv 1 1x1";
