@@ -1,11 +1,9 @@
 // Power of a study: see power.hpp.
 #include "identify/cohort/power.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "base/error.hpp"
-#include "base/math/incomplete_beta.hpp"
 #include "base/math/math.hpp"
 #include "base/text.hpp"
 #include "identify/network/student_t.hpp"

@@ -6,7 +6,6 @@
 
 #include "base/error.hpp"
 #include "base/setting.hpp"
-#include "base/text.hpp"
 #include "recording/detail/placement.hpp"
 #include "recording/detail/recording_name.hpp"
 #include "recording/detail/tilt_before.hpp"

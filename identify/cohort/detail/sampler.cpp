@@ -2,7 +2,6 @@
 #include "identify/cohort/detail/sampler.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "base/math/cholesky.hpp"

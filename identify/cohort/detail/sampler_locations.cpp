@@ -1,6 +1,5 @@
 // The Gibbs sampler's draws of components, means, participants, visits and trials: see sampler.hpp.
 #include <algorithm>
-#include <cmath>
 
 #include "base/error.hpp"
 #include "base/math/cholesky.hpp"

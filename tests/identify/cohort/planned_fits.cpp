@@ -2,7 +2,6 @@
 // to 30 s of a core, so the test has the suite long; tests/posterior/planning/ has the fast ones.
 #include <doctest/doctest.h>
 
-#include <array>
 #include <cmath>
 #include <string>
 #include <vector>

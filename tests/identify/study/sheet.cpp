@@ -12,7 +12,6 @@
 #include "identify/study/plan_groups.hpp"
 #include "identify/study/reading_option.hpp"
 #include "identify/study/recording_plan.hpp"
-#include "identify/study/spreadsheet.hpp"
 #include "identify/study/study_results.hpp"
 #include "sim/segments.hpp"
 #include "tests/helpers.hpp"

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "base/math/cholesky.hpp"
 #include "tests/helpers.hpp"
 
 using namespace decid;

@@ -1,7 +1,6 @@
 // A study in one call: decid identify and fit with --study, their tables, draws, and decid rerun.
 
 #include <cmath>
-#include <map>
 
 #include "recording/formats/xlsx.hpp"
 #include "tests/tools/decid/run.hpp"

@@ -3,14 +3,11 @@
 #include <cmath>
 #include <iostream>
 #include <memory>
-#include <numeric>
 #include <optional>
 #include <sstream>
 
 #include "base/error.hpp"
-#include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
-#include "base/files/sha256.hpp"
 #include "base/number.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
@@ -22,7 +19,6 @@
 #include "identify/study/plan_groups.hpp"
 #include "identify/study/study_results.hpp"
 #include "sim/protocol/protocol_object.hpp"
-#include "sim/segments.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/commands/fit_all.hpp"
 #include "tools/decid/commands/fit_frf.hpp"

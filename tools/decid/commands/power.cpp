@@ -5,7 +5,6 @@
 #include <cmath>
 #include <iostream>
 #include <memory>
-#include <optional>
 
 #include "base/error.hpp"
 #include "base/files/json_object.hpp"

@@ -12,7 +12,6 @@
 #include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
 #include "base/files/sha256.hpp"
-#include "base/text.hpp"
 #include "base/version.hpp"
 #include "identify/result.hpp"
 #include "tools/decid/command.hpp"

@@ -4,7 +4,6 @@
 #include <functional>
 #include <iostream>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "base/error.hpp"

@@ -1,7 +1,6 @@
 // Comparisons in sentences: see group_verdicts.hpp.
 #include "tools/report/json/group_verdicts.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 

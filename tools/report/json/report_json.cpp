@@ -2,7 +2,6 @@
 #include "tools/report/json/report_json.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <set>
 
