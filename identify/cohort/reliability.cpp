@@ -72,7 +72,6 @@ Reliability reliability(std::size_t visits, std::span<const double> values,
 
   Reliability found;
   found.participants = participants;
-  found.visits = visits;
   const double visit_variance = (squares.visits - squares.rest) / n,
                participant_part = squares.participants - squares.rest;
   found.icc_single = participant_part / (squares.participants + (k - 1.0) * squares.rest + k * visit_variance);
@@ -88,7 +87,6 @@ Reliability reliability(std::size_t visits, std::span<const double> values,
   found.minimal_detectable_change = normal_975 * std::sqrt(2.0) * found.standard_error;
   found.participant_sd = std::sqrt(std::max(0.0, participant_part / k));
   found.visit_sd = std::sqrt(std::max(0.0, visit_variance));
-  found.rest_sd = std::sqrt(squares.rest);
   const double measured = measurement_variances.empty() ? 0.0 : mean(measurement_variances);
   found.measurement_sd = std::sqrt(measured);
   found.within_participant_sd = std::sqrt(std::max(0.0, squares.rest - measured));
