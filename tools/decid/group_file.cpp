@@ -103,7 +103,8 @@ void refuse_contradiction(const std::string& where, const std::string& recording
   if (before == now) return;
   throw Error(Code::value_invalid, where,
               recording + " has the " + kind + " \"" + before + "\" already, and now \"" + now + "\"",
-              "give each recording one " + kind + "; a folder before the file's name tells two of one name apart");
+              "give each recording one " + kind +
+                  "; put the folder before the file's name to distinguish two files of the same name");
 }
 
 void refuse_missing(const std::string& table, const std::vector<std::string>& recordings,
@@ -181,17 +182,17 @@ GroupTable read_groups(const GroupFlags& flags, const RecordingFlags& recordings
 void add_group_options(const Command& command, GroupFlags& flags) {
   command.section("Input");
   command.add_option("--group", flags.table,
-                     "Compare the groups of people in this CSV table: columns file, group and, for repeated "
+                     "Compare the groups of people in this CSV table: columns file, group and, if people have several "
                      "recordings, participant_id");
   command
       .add_option("--within", flags.within,
-                  "Compare the sessions, the conditions or both (session,condition) of --study's sheet within each "
-                  "person; with --group also how much groups change")
+                  "Compare the sessions, the conditions or both (session,condition) of the --study sheet within each "
+                  "person; with --group, also compare how much the groups change")
       .shown_as("COLUMN,..");
   command
       .add_option("--covariates", flags.covariates,
-                  "Estimate how parameters change with these columns of numbers of --study's sheet, such as "
-                  "age,weight, and compare at their means")
+                  "Estimate how parameters change with these numeric columns of the --study sheet, such as age,weight, "
+                  "and compare the groups at the columns' means")
       .shown_as("COLUMN,..");
 }
 

@@ -243,7 +243,7 @@ TEST_CASE("people are compared by the recordings that can be used, the others ar
   const std::string text = groups_text(report);
   CAPTURE(text);
   CHECK(contains(text, "a: 5 people, 15 recordings\n    Kp              856.8 +- 63.4 N m/rad\n"));
-  CHECK(contains(text, "a less b: 5 people and 4 people"));
+  CHECK(contains(text, "a minus b: 5 people and 4 people"));
   CHECK(contains(text, "7 parameters were compared"));
   CHECK(contains(text, "Left out: 3 recordings"));
   CHECK(contains(text, "twice.csv (a): tilt_of_other_size"));
@@ -426,6 +426,6 @@ TEST_CASE("groups of recordings with distributions also have a hierarchical mode
   CHECK(contains(text, "    delay, s "));  // rows have units
   CHECK(text.find("Do the groups differ?") == 0);
   CHECK(decid::tools::page_groups(report)["verdicts"]["sentences"].size() == 1);
-  CHECK(contains(text, "a less b, 3 people in both"));
+  CHECK(contains(text, "a minus b, 3 people in both"));
   CHECK(decid::tools::page_groups(report)["hierarchical"]["draws"] == 4000);
 }

@@ -93,7 +93,7 @@ TEST_CASE("identify: a folder, a quoted pattern, a table and groups") {
   CHECK(contains(run_decid("identify " + folder / "in/s1.csv" + " " + folder / "in/s2.csv" + " --group " +
                            folder / "in/groups.csv")
                      .out,
-                 "fast less slow"));
+                 "fast minus slow"));
 }
 
 namespace {

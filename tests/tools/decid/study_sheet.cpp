@@ -249,7 +249,7 @@ TEST_CASE("a study in two sessions: changes within persons, between groups, and 
   // Without groups all persons are compared with themselves. A later delay is found in four of them.
   const Result result =
       run_ok(study + " --quiet --within session -o " + folder / "o.json" + " --report " + folder / "r.html");
-  CHECK(contains(result.out, "1 less 2, 4 people in both"));
+  CHECK(contains(result.out, "1 minus 2, 4 people in both"));
   const Json within = read_json(folder / "o.json");
   CHECK(within["recordings"][0]["group"] == "a");  // by the sheet
   CHECK(within["hierarchical"]["comparisons"].size() == 1);

@@ -151,22 +151,22 @@ void run_power(const PowerOptions& options) {
 
 void add_power(const Command& program) {
   auto options = std::make_shared<PowerOptions>();
-  const Command command =
-      program.add_subcommand("power", "Predict how many participants and trials a difference between groups needs");
+  const Command command = program.add_subcommand(
+      "power", "Predict how many participants and trials you need to find a difference between groups");
   command.section("Difference");
   command
-      .add_option("--difference", options->differences,
-                  "Look for this difference of the groups' means: NAME=VALUE in SI units, or per cent of the mean")
+      .add_option(
+          "--difference", options->differences,
+          "Look for this difference of the groups' means: NAME=VALUE in SI units, or as a percentage of the mean")
       .repeatable()
       .required();
   command
       .add_option("--at", options->at, "Set a group's mean: NAME=VALUE, in SI units; default: the middle of the range")
       .repeatable();
   command
-      .add_option(
-          "--participant-sd", options->participant_sd,
-          "Set the standard deviation between participants: NAME=VALUE, or per cent of the mean; default: an eighth "
-          "of the range")
+      .add_option("--participant-sd", options->participant_sd,
+                  "Set the standard deviation between participants: NAME=VALUE, or as a percentage of the mean; "
+                  "default: an eighth of the range")
       .repeatable();
   command
       .add_option(
@@ -179,7 +179,7 @@ void add_power(const Command& program) {
       .repeatable();
   command
       .add_option("--measurement-sd", options->measurement_sd,
-                  "Set the standard deviation of one recording; default: --by simulates it")
+                  "Set the standard deviation of one recording's estimate; default: simulated or predicted, see --by")
       .repeatable();
   command.section("Study");
   command
@@ -226,7 +226,7 @@ void add_power(const Command& program) {
       "  decid power --difference Kp=10% --paired --visit-sd Kp=30 --json\n"
       "  decid power --difference Kp=-15% --by fit --protocol short\n"
       "  decid power --difference delay=0.02 --intervals 7\n"
-      "The prediction is for the t-test of the participants' means. Where recordings leave much uncertainty, decid's "
+      "The prediction is for the t-test of the participants' means. If the estimates are uncertain, decid's "
       "hierarchical model finds more.");
   command.callback([options] {
     apply(options->common);

@@ -57,11 +57,12 @@ void require_standing(const sim::Outcome& outcome, const sim::Protocol& protocol
                       const std::string& other_gains) {
   if (outcome.valid) return;
   const bool fell = outcome.max_sway_rad > sim::sway_limit_rad;
-  const std::string what = fell ? "the body leaves 5 degrees"
-                                : format("leg or trunk leaves %.0f degrees", sim::segment_limit_rad / sim::rad_per_deg);
+  const std::string what =
+      fell ? "the body leans by more than 5 degrees"
+           : format("leg or trunk leans by more than %.0f degrees", sim::segment_limit_rad / sim::rad_per_deg);
   const std::string remedy =
-      stands(protocol, true)            ? "without vestibular noise it stands: lower --nv or the noise's scale"
-      : stands(at_rest(protocol), true) ? "on a platform at rest it stands: lower the amplitude of the tilt"
+      stands(protocol, true)            ? "it stands without vestibular noise: lower --nv or the noise's scale"
+      : stands(at_rest(protocol), true) ? "it stands on a platform at rest: lower the amplitude of the tilt"
                                         : other_gains;
   throw Error(Code::body_falls, "simulate", format("%s after %.2f s", what.c_str(), outcome.end_s), remedy);
 }

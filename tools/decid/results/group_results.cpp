@@ -69,7 +69,7 @@ std::string missing_intervals_text(const GroupPair& pair, const sim::ParameterTa
 }
 
 std::string pair_text(const GroupPair& pair, const std::vector<Group>& groups, const sim::ParameterTable& table) {
-  std::string text = "  " + one_line(groups[pair.first].name) + " less " + one_line(groups[pair.second].name);
+  std::string text = "  " + one_line(groups[pair.first].name) + " minus " + one_line(groups[pair.second].name);
   text += pair.paired ? ", paired: " + people_text(pair.participants[0]) + " in both groups\n"
                       : ": " + people_text(pair.participants[0]) + " and " + people_text(pair.participants[1]) + "\n";
   if (pair.unpaired_participants != 0)
@@ -104,9 +104,10 @@ std::string reason_text(const std::string& reason) {
   if (reason == "no_distribution") return "has no distribution of these parameters";
   if (reason == "few_draws") return "has fewer than 16 draws";
   if (reason == "other_ranges")
-    return "its ranges over m g h are not the first recording's: a range in N m/rad is another one for each body";
-  if (reason == "narrow_prior") return "its normal prior is narrower than what the recording tells";
-  return "its draws do not spread in every parameter";
+    return "its ranges relative to m g h differ from the first recording's: the same range in N m/rad is another one "
+           "for each body";
+  if (reason == "narrow_prior") return "its normal prior is narrower than the information of the recording";
+  return "its draws do not vary in every parameter";
 }
 
 std::string without_distribution_text(const Report& report) {
@@ -138,7 +139,7 @@ std::string bodies_text(const GroupReport& groups) {
 }
 
 std::string difference_name(const cohort::Result& found, const cohort::Comparison& comparison) {
-  return one_line(found.cells[comparison.first].name()) + " less " + one_line(found.cells[comparison.second].name());
+  return one_line(found.cells[comparison.first].name()) + " minus " + one_line(found.cells[comparison.second].name());
 }
 
 std::string effects_text(const std::vector<cohort::Effect>& effects, const sim::ParameterTable& table) {
@@ -196,7 +197,7 @@ std::string cohort_text(const cohort::Result& found, const sim::ParameterTable& 
     text += effects_text(comparison.effects, table);
   }
   for (const cohort::Interaction& interaction : found.interactions)
-    text += "  (" + difference_name(found, found.comparisons[interaction.first]) + ") less (" +
+    text += "  (" + difference_name(found, found.comparisons[interaction.first]) + ") minus (" +
             difference_name(found, found.comparisons[interaction.second]) + ")\n" +
             effects_text(interaction.effects, table);
   for (const cohort::Covariate& covariate : found.covariates) text += covariate_text(covariate, table);

@@ -212,7 +212,7 @@ function interactionTable({ first, second, parameters }) {
     const shown = shownAs(parameter);
     return element("tr", {}, nameCell(shown), ...effectCells(parameter, shown));
   });
-  return element("div", {}, element("h3", {}, `Change from ${first[1]} to ${first[0]}, less the change from ${second[1]} to ${second[0]}`),
+  return element("div", {}, element("h3", {}, `Change from ${first[1]} to ${first[0]}, minus the change from ${second[1]} to ${second[0]}`),
     element("div", { class: "scroll" }, element("table", { class: "answer compared" },
       element("caption", {}, "Difference of two differences by the hierarchical model: 0 where both change alike."),
       element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), ...effectHeadings())),
