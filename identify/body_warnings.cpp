@@ -11,7 +11,7 @@ Warnings body_warnings(const sim::Body& body) {
   constexpr double low_kg_m2 = 13.0, high_kg_m2 = 45.0;
   Warnings warnings;
   try {
-    const sim::Subject person = sim::make_subject(body);
+    const sim::Participant person = sim::make_participant(body);
     const double index = person.mass_kg / (person.height_m * person.height_m);
     if (index < low_kg_m2 || index > high_kg_m2)
       add_caution(warnings, "implausible_body",

@@ -84,7 +84,7 @@ void warn_of_residual(std::span<const std::vector<float>> noisy, Severity severi
 struct Explainer::Simulated {
   std::vector<float> fitted;
   std::array<std::vector<float>, compared> noisy;
-  ResponseRatio::Simulated following;
+  ResponseRatio::Simulated sways;
 };
 
 Explainer::Explainer(const sim::Simulator& simulator) : simulator_(simulator) {
@@ -121,7 +121,7 @@ std::vector<Explainer::Simulated> Explainer::simulate(std::span<const Answer> an
       [&](int i, const sim::Outcome& outcome, std::span<double> sway) {
         const int trial = i % trials_of_answer - 1;
         Simulated& simulated = all[static_cast<std::size_t>(i / trials_of_answer)];
-        if (trial >= 0 && outcome.valid) simulated.following.put(trial, sway);
+        if (trial >= 0 && outcome.valid) simulated.sways.put(trial, sway);
         if (trial >= compared) return;
         std::vector<float>& kept = trial < 0 ? simulated.fitted : simulated.noisy[static_cast<std::size_t>(trial)];
         const auto part = standing(outcome, sway, simulator_.protocol().experiment.sample_rate_hz);
@@ -139,7 +139,7 @@ Explanation Explainer::explain(const Answer& answer, Simulated simulated) const 
   warn_of_residual(simulated.noisy, answer.little_explained, explanation);
   if (response_ratio_) {
     ResponseRatio::Spread spread;
-    explanation.response_ratio = response_ratio_->measure(simulated.following, answer.trial.sway_rad(), &spread);
+    explanation.response_ratio = response_ratio_->measure(simulated.sways, answer.trial.sway_rad(), &spread);
     explanation.response_ratio_mean = spread.mean;
     explanation.response_ratio_sd = spread.sd;
   }
@@ -191,23 +191,23 @@ FrequencyResponses frequency_responses(const sim::FrequencyResponse& analysis, c
   return found;
 }
 
-Warnings following_warnings(const Explanation& explanation) {
+Warnings response_ratio_warnings(const Explanation& explanation) {
   Warnings warnings;
   constexpr double least = 0.3, most = 2.0, significant_sd = 4.0;
-  const double following = explanation.response_ratio;
+  const double ratio = explanation.response_ratio;
   const double mean = explanation.response_ratio_mean, sd = explanation.response_ratio_sd;
-  if (std::isnan(following) || std::abs(following - mean) < significant_sd * sd) return warnings;
-  if (following < least * mean)
+  if (std::isnan(ratio) || std::abs(ratio - mean) < significant_sd * sd) return warnings;
+  if (ratio < least * mean)
     add_caution(
         warnings, "weak_response",
         format("the sway hardly follows the protocol's tilt: %.2f of the response that the identified controller "
                "would have (%.2f +- %.2f among its trials): check the protocol and the start of the recording",
-               following, mean, sd));
-  if (following > most * mean)
+               ratio, mean, sd));
+  if (ratio > most * mean)
     add_caution(warnings, "large_response",
                 format("the sway follows the protocol's tilt %.2f times as much as the identified controller would "
                        "(%.2f +- %.2f among its trials): was the tilt larger, or the sway in another unit?",
-                       following, mean, sd));
+                       ratio, mean, sd));
   return warnings;
 }
 

@@ -63,6 +63,6 @@ sim::FrequencyResponse frequency_analysis(const sim::Experiment& experiment);
 std::vector<float> noise_free_trial(const sim::Simulator& simulator, const sim::Parameters& parameters);
 
 /// Returns a warning if an explained recording does not follow the tilt; for recordings that no model has judged.
-Warnings following_warnings(const Explanation& explanation);
+Warnings response_ratio_warnings(const Explanation& explanation);
 
 }  // namespace decid

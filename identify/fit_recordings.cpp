@@ -368,7 +368,7 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
     out_of_distribution.push_back({!odd.empty() || found.max_rhat() > odd_rhat ? Severity::invalid : Severity::caution,
                                    "out_of_distribution", "by the network, " + unlike_training});
   result.warnings = most_severe_first({result.warnings, unlike_simulated, result.explanation.warnings,
-                                       out_of_distribution, following_warnings(result.explanation),
+                                       out_of_distribution, response_ratio_warnings(result.explanation),
                                        posterior_warnings(density, observation, found, from_network), contradictions});
   figures.inferred = posterior::infer(density, observation, found, report_.fit->keeps_log_likelihood);
   for (int i = 0; i < found.points(); ++i) figures.stored_draws.push_back(found.draw_of_point(i));
@@ -459,16 +459,6 @@ bool fit_each(std::span<RecordingResult> read, const std::function<Fitter&(std::
     }
   });
   return !stopped;
-}
-
-Report fit_recordings(const Model* model, const sim::Protocol& protocol, const std::vector<RecordingSource>& sources,
-                      const ReadOptions& options, const FitRequest& request) {
-  std::vector<RecordingResult> read = read_recordings(protocol, sources, options);
-  Fitter fitter(model, protocol, options.body, request);
-  fitter.fit(read);
-  Report report = fitter.report();
-  report.recordings = std::move(read);
-  return report;
 }
 
 }  // namespace decid

@@ -87,8 +87,4 @@ class Fitter {
 bool fit_each(std::span<RecordingResult> read, const std::function<Fitter&(std::size_t recording)>& fitter_of,
               const FitProgress& progress = {}, const OnFitted& fitted = {}, std::span<const FitGroup> groups = {});
 
-/// Reads recordings and fits them. Throws Error if the protocol cannot be fitted.
-Report fit_recordings(const Model* model, const sim::Protocol& protocol, const std::vector<RecordingSource>& sources,
-                      const ReadOptions& options, const FitRequest& request);
-
 }  // namespace decid

@@ -39,61 +39,64 @@ GroupEffect effect_without_spread(double difference) {
 }
 
 /// The recordings of a person in a group; `values` is their sum, then their mean.
-struct Person {
+struct Participant {
   std::size_t recordings = 0;
   std::vector<double> values;
 };
-using People = std::map<std::string, Person>;
+using Participants = std::map<std::string, Participant>;
 
-std::map<std::string, People> people_of(std::span<const GroupedRecording> recordings, std::size_t parameters) {
-  std::map<std::string, People> by_name;
+std::map<std::string, Participants> participants_of(std::span<const GroupedRecording> recordings,
+                                                    std::size_t parameters) {
+  std::map<std::string, Participants> by_name;
   for (const GroupedRecording& recording : recordings) {
-    People& people = by_name[recording.group];  // a group is listed even if all of its recordings are left out
+    Participants& participants =
+        by_name[recording.group];  // a group is listed even if all of its recordings are left out
     if (recording.values.empty()) continue;
     if (recording.values.size() != parameters)
       throw Error(Code::size_mismatch, "compare_groups", format("a recording has %zu values", recording.values.size()),
                   format("give %zu, one per parameter", parameters));
-    Person& person = people[recording.person];
-    person.values.resize(parameters);
-    for (std::size_t p = 0; p < parameters; ++p) person.values[p] += recording.values[p];
-    ++person.recordings;
+    Participant& participant = participants[recording.participant];
+    participant.values.resize(parameters);
+    for (std::size_t p = 0; p < parameters; ++p) participant.values[p] += recording.values[p];
+    ++participant.recordings;
   }
-  for (auto& [name, people] : by_name)
-    for (auto& [id, person] : people)
-      for (double& value : person.values) value /= static_cast<double>(person.recordings);
+  for (auto& [name, participants] : by_name)
+    for (auto& [id, participant] : participants)
+      for (double& value : participant.values) value /= static_cast<double>(participant.recordings);
   return by_name;
 }
 
-std::vector<double> values_of(const People& people, std::size_t parameter) {
+std::vector<double> values_of(const Participants& participants, std::size_t parameter) {
   std::vector<double> values;
-  for (const auto& [id, person] : people) values.push_back(person.values[parameter]);
+  for (const auto& [id, participant] : participants) values.push_back(participant.values[parameter]);
   return values;
 }
 
-Group summary_of(const std::string& name, const People& people, std::size_t parameters) {
-  Group group{name, people.size(), 0, {}};
-  for (const auto& [id, person] : people) group.recordings += person.recordings;
-  for (std::size_t p = 0; p < parameters; ++p) group.parameters.push_back(group_sample(values_of(people, p)));
+Group summary_of(const std::string& name, const Participants& participants, std::size_t parameters) {
+  Group group{name, participants.size(), 0, {}};
+  for (const auto& [id, participant] : participants) group.recordings += participant.recordings;
+  for (std::size_t p = 0; p < parameters; ++p) group.parameters.push_back(group_sample(values_of(participants, p)));
   return group;
 }
 
 /// Returns the members of `people` who are also in `others`.
-People also_in(const People& others, const People& people) {
-  People both;
-  for (const auto& [id, person] : people)
-    if (others.contains(id)) both.emplace(id, person);
+Participants also_in(const Participants& others, const Participants& participants) {
+  Participants both;
+  for (const auto& [id, participant] : participants)
+    if (others.contains(id)) both.emplace(id, participant);
   return both;
 }
 
-GroupPair compare_pair(const People& first, const People& second, std::size_t parameters, std::size_t intervals) {
-  const People first_of_both = also_in(second, first), second_of_both = also_in(first, second);
+GroupPair compare_pair(const Participants& first, const Participants& second, std::size_t parameters,
+                       std::size_t intervals) {
+  const Participants first_of_both = also_in(second, first), second_of_both = also_in(first, second);
   const std::size_t both = first_of_both.size();
   GroupPair pair;
   pair.paired = both > 0;
-  pair.people = {first.size(), second.size()};
+  pair.participants = {first.size(), second.size()};
   if (pair.paired) {
-    pair.people = {both, both};
-    pair.unpaired_people = first.size() + second.size() - 2 * both;
+    pair.participants = {both, both};
+    pair.unpaired_participants = first.size() + second.size() - 2 * both;
   }
   for (std::size_t p = 0; p < parameters; ++p)
     pair.parameters.push_back(
@@ -148,7 +151,7 @@ GroupEffect paired_effect(std::span<const double> first, std::span<const double>
 
 GroupComparison compare_groups(std::span<const GroupedRecording> recordings, std::size_t parameters,
                                const IsCompared& is_compared) {
-  const std::map<std::string, People> by_name = people_of(recordings, parameters);
+  const std::map<std::string, Participants> by_name = participants_of(recordings, parameters);
   GroupComparison comparison;
   const auto is_pair = [&](const auto& first, const auto& second) {
     return !is_compared || is_compared(first->first, second->first);
@@ -157,7 +160,8 @@ GroupComparison compare_groups(std::span<const GroupedRecording> recordings, std
   for (auto first = by_name.begin(); first != by_name.end(); ++first)
     for (auto second = std::next(first); second != by_name.end(); ++second) pairs += is_pair(first, second) ? 1U : 0U;
   comparison.intervals = parameters * pairs;
-  for (const auto& [name, people] : by_name) comparison.groups.push_back(summary_of(name, people, parameters));
+  for (const auto& [name, participants] : by_name)
+    comparison.groups.push_back(summary_of(name, participants, parameters));
   for (auto first = by_name.begin(); first != by_name.end(); ++first)
     for (auto second = std::next(first); second != by_name.end(); ++second) {
       if (!is_pair(first, second)) continue;

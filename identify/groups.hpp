@@ -51,7 +51,7 @@ GroupEffect paired_effect(std::span<const double> first, std::span<const double>
 /// Which group and person a recording belongs to.
 struct GroupMember {
   std::string group;                         ///< empty: the recording is not compared
-  std::string person;                        ///< the recording itself where the table has no column of people
+  std::string participant;                   ///< the recording itself where the table has no column of people
   std::string session = {}, condition = {};  ///< compared too, unless empty
   std::vector<double> covariates = {};       ///< one per name in GroupTable; NaN: unknown
 
@@ -65,7 +65,7 @@ struct UnusedLine {
   bool operator==(const UnusedLine&) const = default;
 };
 struct GroupTable {
-  std::string person_column;         ///< as the file spells it; empty if there is none
+  std::string participant_column;    ///< as the file spells it; empty if there is none
   std::vector<GroupMember> members;  ///< one per recording
   std::vector<UnusedLine> unused = {};
   bool has_groups = true;                    ///< false: all recordings are in cohort::everyone
@@ -74,21 +74,21 @@ struct GroupTable {
 
 /// The part of a recording that a comparison reads.
 struct GroupedRecording {
-  std::string group, person;
+  std::string group, participant;
   std::vector<double> values;  ///< one per parameter; empty: the recording is left out
 };
 
 struct Group {
   std::string name;
-  std::size_t people = 0, recordings = 0;  ///< without those that are left out
-  std::vector<GroupSample> parameters;     ///< of the people's means
+  std::size_t participants = 0, recordings = 0;  ///< without those that are left out
+  std::vector<GroupSample> parameters;           ///< of the people's means
 };
 
 struct GroupPair {
   std::size_t first = 0, second = 0;  ///< places in the list of groups
   bool paired = false;                ///< someone is in both groups, so only people in both are compared, however few
-  std::array<std::size_t, 2> people{};
-  std::size_t unpaired_people = 0;  ///< people in one group only, whom a paired comparison leaves out
+  std::array<std::size_t, 2> participants{};
+  std::size_t unpaired_participants = 0;  ///< people in one group only, whom a paired comparison leaves out
   std::vector<GroupEffect> parameters;
 };
 
@@ -120,8 +120,8 @@ struct GroupReport {
   double mgh_nm_rad = 0.0;
   bool bodies_differ = false;
   std::size_t assumed_bodies = 0;  ///< recordings that are compared with an assumed body
-  /// Reliability per pair of comparison.pairs and parameter, of the persons in both groups; empty lists for groups of
-  /// different people.
+  /// Reliability per pair of comparison.pairs and parameter, of the participants in both groups; empty lists for groups
+  /// of different people.
   std::vector<std::vector<std::optional<cohort::Reliability>>> reliability = {};
 };
 

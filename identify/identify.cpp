@@ -78,7 +78,7 @@ constexpr double against_ratio = -0.5;  // a response ratio of -1 is the other s
 /// Adds a warning to recordings that are out of distribution.
 void judge(const Model& model, const Estimate& estimate, Explanation& explanation) {
   if (!model.ood_detector.known()) {
-    const Warnings found = following_warnings(explanation);
+    const Warnings found = response_ratio_warnings(explanation);
     explanation.warnings.insert(explanation.warnings.end(), found.begin(), found.end());
     return;
   }

@@ -1,7 +1,6 @@
 // Recordings in files: see recordings.hpp.
 #include "identify/recordings.hpp"
 
-#include <algorithm>
 #include <iterator>
 
 #include "base/parallel.hpp"

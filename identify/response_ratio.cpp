@@ -117,9 +117,9 @@ double ResponseRatio::measure(const Simulated& simulated, std::span<const float>
   return found / expected;
 }
 
-double ood_score(double distance, double usual, double following) {
+double ood_score(double distance, double usual, double response_ratio) {
   constexpr double weight = 0.4, most = 1.0, border = 1.17;
-  const double missing = std::isnan(following) ? most : std::clamp(1 - following, 0.0, most);
+  const double missing = std::isnan(response_ratio) ? most : std::clamp(1 - response_ratio, 0.0, most);
   return (distance / usual + weight * missing) / border;
 }
 

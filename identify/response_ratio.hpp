@@ -57,6 +57,6 @@ class ResponseRatio {
 /// Returns the out-of-distribution score of a recording; above 1 its parameters are not reliable. The score combines
 /// the feature distance (network/ood_detector.hpp), over the usual distance, with a low response ratio. Either term on
 /// its own misses every sixth recording with a wrong start. The weights were chosen on 900 trials.
-double ood_score(double distance, double usual, double following);
+double ood_score(double distance, double usual, double response_ratio);
 
 }  // namespace decid

@@ -114,24 +114,24 @@ GroupReport report_groups(GroupTable table, const Report& report) {
     made.left_out.push_back(made.table.members.at(i).group.empty() ? std::string()
                                                                    : reason_to_leave_out(report.recordings[i]));
   set_body(report, made);
-  std::vector<GroupedRecording> people;
+  std::vector<GroupedRecording> participants;
   std::vector<cohort::Recording> members(report.recordings.size());
   std::map<std::string, const GroupMember*> cells;  // one of each
   for (std::size_t i = 0; i < report.recordings.size(); ++i) {
     const GroupMember& member = made.table.members[i];
     if (member.group.empty()) continue;
     const sim::Parameters& values = report.recordings[i].estimate.parameters;
-    GroupedRecording& one = people.emplace_back(GroupedRecording{member.cell(), member.person, {}});
+    GroupedRecording& one = participants.emplace_back(GroupedRecording{member.cell(), member.participant, {}});
     cells.emplace(one.group, &member);
     if (!made.left_out[i].empty()) continue;
     for (const std::size_t p : places)
       one.values.push_back(scale_to(made.mgh_nm_rad, report, report.recordings[i], p) * values[p]);
-    members[i] = {member.person, member.session, member.group, member.condition, member.covariates, {}};
+    members[i] = {member.participant, member.session, member.group, member.condition, member.covariates, {}};
   }
   const auto differ_in_one = [&](const std::string& first, const std::string& second) {
     return cohort::differ_in_one(*cells.at(first), *cells.at(second));
   };
-  made.comparison = compare_groups(people, parameters, differ_in_one);
+  made.comparison = compare_groups(participants, parameters, differ_in_one);
   cohort::Analysis analysis = cohort::analyse_groups(report, members, made.table.covariates, made.mgh_nm_rad);
   made.hierarchical = std::move(analysis.result);
   made.without_distribution = std::move(analysis.without_evidence);

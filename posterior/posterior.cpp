@@ -9,7 +9,6 @@
 #include <type_traits>
 
 #include "base/error.hpp"
-#include "base/math/math.hpp"
 #include "base/math/statistics.hpp"
 #include "base/parallel.hpp"
 #include "posterior/sampling/detail/chain_group.hpp"

@@ -4,7 +4,6 @@
 #include "recording/low_pass.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <complex>
 #include <limits>

@@ -38,7 +38,7 @@ struct RecordingOptions {
   /// `trial`: the recording to read, one of list_trials().
   std::string trial_column = {}, trial = {};
   bool is_one_trial = false;  ///< all rows are one recording, even if a column called trial or similar changes
-  /// Sources of the sway instead of `column` (columns by name or number from 1; sway_source.hpp has the formulas):
+  /// Sources of the sway instead of `column` (columns by name or number from 1; read_sway.hpp has the formulas):
   std::optional<double> com_height_m = {};            ///< `column` is a position, at this height above the ankles
   std::string leg_column = {}, trunk_column = {};     ///< angles in space of leg and trunk
   std::string hip_column = {}, shoulder_column = {};  ///< positions along the tilt's direction; need body_height_m

@@ -74,15 +74,6 @@ void DoubleBody::step(DoubleState& state, double ankle_torque, double hip_torque
   state.trunk_rad = state.trunk_rad + dt * state.trunk_rate;
 }
 
-double DoubleBody::energy(const DoubleState& state) const {
-  const double cos_leg = cos_small_lanes(state.leg_rad), cos_trunk = cos_small_lanes(state.trunk_rad);
-  const double cos_between = cos_leg * cos_trunk + sin_small_lanes(state.leg_rad) * sin_small_lanes(state.trunk_rad);
-  const double kinetic = 0.5 * leg_inertia_ * (state.leg_rate * state.leg_rate) +
-                         0.5 * trunk_inertia_ * (state.trunk_rate * state.trunk_rate) +
-                         coupling_ * cos_between * (state.leg_rate * state.trunk_rate);
-  return kinetic + leg_gravity_ * (cos_leg - 1.0) + trunk_gravity_ * (cos_trunk - 1.0);
-}
-
 DoubleParameters default_double_parameters(const Segments& segments) {
   const auto scaled = [](double mgh, Parameters parts) {
     for (const Index gain : {Kp, Kd, Kp_pass, Kd_pass}) parts[gain] *= mgh;
@@ -94,7 +85,7 @@ DoubleParameters default_double_parameters(const Segments& segments) {
 
 DoubleSimulator::DoubleSimulator(Protocol protocol)
     : protocol_(checked(std::move(protocol))),
-      segments_(make_segments(make_subject(protocol_.experiment.body))),
+      segments_(make_segments(make_participant(protocol_.experiment.body))),
       stimulus_(make_stimulus(protocol_.experiment)),
       samples_(protocol_.samples()),
       whole_(protocol_.with_standing()),

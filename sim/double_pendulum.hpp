@@ -43,8 +43,6 @@ class DoubleBody {
   Accelerations accelerations(const DoubleState& state, double ankle_torque, double hip_torque) const;
   /// Makes one semi-implicit Euler step: accelerations from the state at its start, velocities first.
   void step(DoubleState& state, double ankle_torque, double hip_torque, double step_s) const;
-  /// Returns kinetic plus potential energy in J; 0 at rest, upright.
-  double energy(const DoubleState& state) const;
   /// Returns the centre of mass's a from p1 and p2, or its a' from p1' and p2'.
   double centre_of_mass(double leg, double trunk) const { return leg_weight_ * leg + trunk_weight_ * trunk; }
 
@@ -72,8 +70,8 @@ struct DoubleSway {
 /// Simulates trials of one protocol. Immutable: all threads may share it.
 class DoubleSimulator {
  public:
-  /// Takes the segments from the protocol's body (subject_of). Throws Error if the protocol is invalid, or if its body
-  /// does not consist of Winter's segments.
+  /// Takes the segments from the protocol's body (make_participant). Throws Error if the protocol is invalid, or if its
+  /// body does not consist of Winter's segments.
   explicit DoubleSimulator(Protocol protocol);
 
   const Protocol& protocol() const noexcept { return protocol_; }

@@ -78,7 +78,7 @@ VestibularNoiseMaker::VestibularNoiseMaker(const Protocol& protocol)
     const double stddev = angle_stddev(noise, frequency_hz, period_s);
     const double phase = pi * frequency_hz / protocol.experiment.sample_rate_hz;  // at most 0.1 pi
     const double sinc = sin_small(phase) / phase;
-    harmonics_.push_back({stddev, stddev * (2.0 * pi * frequency_hz) / (sinc * sinc)});
+    stddev_.push_back(stddev * (2.0 * pi * frequency_hz) / (sinc * sinc));
   }
   for (int r = 0; r < phases_; ++r) {
     for (int k = first_; k <= last; ++k) {
@@ -88,52 +88,40 @@ VestibularNoiseMaker::VestibularNoiseMaker(const Protocol& protocol)
   }
 }
 
-void VestibularNoiseMaker::draw(Quantity quantity, double nv, const Random& random, int lanes,
-                                double* coefficients) const {
-  std::vector<double> normals(2 * harmonics_.size());
+void VestibularNoiseMaker::draw(double nv, const Random& random, int lanes, double* coefficients) const {
+  std::vector<double> normals(2 * stddev_.size());
   random.fill_normal(normals, 2 * static_cast<std::uint64_t>(first_));
-  // a cos + b sin is the inverse transform of (a - i b) N / 2; its derivative is 2 pi f (b cos - a sin).
+  // a cos + b sin is the inverse transform of (a - i b) N / 2; the derivative is 2 pi f (b cos - a sin).
   const double gain = nv * (0.5 * fft_.length());
-  const bool is_angle = quantity == Quantity::angle;
   const auto apart = static_cast<std::size_t>(lanes);
-  for (std::size_t i = 0; i < harmonics_.size(); ++i) {
-    const double stddev = gain * (is_angle ? harmonics_[i].angle_stddev : harmonics_[i].rate_stddev);
-    const double a = stddev * normals[2 * i];
-    const double b = stddev * normals[2 * i + 1];
-    coefficients[2 * i * apart] = is_angle ? a : b;
-    coefficients[(2 * i + 1) * apart] = is_angle ? -b : a;
+  for (std::size_t i = 0; i < stddev_.size(); ++i) {
+    const double stddev = gain * stddev_[i];
+    coefficients[2 * i * apart] = stddev * normals[2 * i + 1];
+    coefficients[(2 * i + 1) * apart] = stddev * normals[2 * i];
   }
 }
 
 void VestibularNoiseMaker::velocity(double nv, const Random& random, std::span<double> rate) const {
-  synthesize(Quantity::velocity, nv, random, rate);
-}
-
-void VestibularNoiseMaker::angle(double nv, const Random& random, std::span<double> angle) const {
-  synthesize(Quantity::angle, nv, random, angle);
-}
-
-void VestibularNoiseMaker::synthesize(Quantity quantity, double nv, const Random& random, std::span<double> out) const {
   const auto samples = static_cast<std::size_t>(samples_);
-  if (out.size() != samples + 1) {
+  if (rate.size() != samples + 1) {
     throw Error(Code::size_mismatch, "vestibular noise",
-                "the output has space for " + std::to_string(out.size()) + " values",
+                "the output has space for " + std::to_string(rate.size()) + " values",
                 "give space for the trial's samples and one more, " + std::to_string(samples + 1));
   }
   const auto length = static_cast<std::size_t>(fft_.length()), phases = static_cast<std::size_t>(phases_);
-  std::vector<double> coefficients(2 * harmonics_.size()), signal(length);
-  draw(quantity, nv, random, 1, coefficients.data());
+  std::vector<double> coefficients(2 * stddev_.size()), signal(length);
+  draw(nv, random, 1, coefficients.data());
   std::vector<Complex> spectrum(static_cast<std::size_t>(fft_.bins()));
   std::vector<Complex> work(static_cast<std::size_t>(fft_.work_length()));
   for (std::size_t r = 0; r < phases; ++r) {
-    turn<One, 1>(static_cast<int>(harmonics_.size()), coefficients.data(),
-                 reinterpret_cast<const double*>(turns_.data() + r * harmonics_.size()),
+    turn<One, 1>(static_cast<int>(stddev_.size()), coefficients.data(),
+                 reinterpret_cast<const double*>(turns_.data() + r * stddev_.size()),
                  reinterpret_cast<double*>(spectrum.data() + first_));
     fft_.inverse(spectrum, signal, work);
     const std::size_t count = std::min(length, (samples - r) / phases + 1);
-    for (std::size_t m = 0; m < count; ++m) out[m * phases + r] = signal[m];
+    for (std::size_t m = 0; m < count; ++m) rate[m * phases + r] = signal[m];
   }
-  if (period_ == samples_) out[samples] = out[0];
+  if (period_ == samples_) rate[samples] = rate[0];
 }
 
 void VestibularNoiseMaker::velocity_lanes(std::span<const double> nv, std::span<const Random> random,
@@ -147,16 +135,15 @@ void VestibularNoiseMaker::velocity_lanes(std::span<const double> nv, std::span<
   }
   const auto length = static_cast<std::size_t>(fft_.length()), phases = static_cast<std::size_t>(phases_);
   const FftKernels& kernels = simulator_kernels(isa).fft;
-  std::vector<double> coefficients(2 * harmonics_.size() * lanes, 0.0), signal(length * lanes);
+  std::vector<double> coefficients(2 * stddev_.size() * lanes, 0.0), signal(length * lanes);
   std::vector<double> spectrum(2 * static_cast<std::size_t>(fft_.bins()) * lanes, 0.0);
   std::vector<double> work(2 * static_cast<std::size_t>(fft_.work_length()) * lanes);
   for (std::size_t lane = 0; lane < nv.size(); ++lane) {
-    if (nv[lane] > 0.0 && !harmonics_.empty())
-      draw(Quantity::velocity, nv[lane], random[lane], fft_lanes, coefficients.data() + lane);
+    if (nv[lane] > 0.0 && !stddev_.empty()) draw(nv[lane], random[lane], fft_lanes, coefficients.data() + lane);
   }
   for (std::size_t r = 0; r < phases; ++r) {
-    kernels.turn(static_cast<int>(harmonics_.size()), coefficients.data(),
-                 reinterpret_cast<const double*>(turns_.data() + r * harmonics_.size()),
+    kernels.turn(static_cast<int>(stddev_.size()), coefficients.data(),
+                 reinterpret_cast<const double*>(turns_.data() + r * stddev_.size()),
                  spectrum.data() + 2 * static_cast<std::size_t>(first_) * lanes);
     fft_.inverse_lanes(spectrum, signal, work, isa);
     const std::size_t count = std::min(length, (samples - r) / phases + 1);

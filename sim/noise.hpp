@@ -40,25 +40,17 @@ class VestibularNoiseMaker {
   /// fft_lanes values in total. A trial whose nv is 0, or that is missing, is exactly zero.
   void velocity_lanes(std::span<const double> nv, std::span<const Random> random, std::span<double> rate,
                       Isa isa = chosen_isa()) const;
-  /// Computes the noise itself at the same instants, rad, for the same realisation.
-  void angle(double nv, const Random& random, std::span<double> angle) const;
 
  private:
-  /// One harmonic in the band, with standard deviations of cosine and sine at Nv = 1.
-  struct Harmonic {
-    double angle_stddev;  // rad
-    double rate_stddev;   // rad/s, divided by sinc^2(f / rate)
-  };
-  enum class Quantity { angle, velocity };
-  void synthesize(Quantity quantity, double nv, const Random& random, std::span<double> out) const;
   /// Draws the band's coefficients of one lane into coefficients[(2 i + part) * lanes]; `lanes` lanes are interleaved.
-  void draw(Quantity quantity, double nv, const Random& random, int lanes, double* coefficients) const;
+  void draw(double nv, const Random& random, int lanes, double* coefficients) const;
   /// Returns the transform's length: the shortest even divisor of `period` that resolves the band, or `period`.
   static int transform_length(int period, int last);
 
-  int samples_, period_;             // of the trial, and of the noise
-  int first_;                        // number k of the band's lowest harmonic
-  std::vector<Harmonic> harmonics_;  // first_, first_ + 1, ...
+  int samples_, period_;  // of the trial, and of the noise
+  int first_;             // number k of the band's lowest harmonic
+  // Standard deviations of harmonics first_, first_ + 1, ... at Nv = 1: rad/s, divided by sinc^2(f / rate).
+  std::vector<double> stddev_;
   RealFft fft_;
   int phases_;
   std::vector<Complex> turns_;  // for phase r and harmonic i: exp(2 pi i k r / period) at [r * harmonics + i]

@@ -33,32 +33,33 @@ double Segments::inertia_kgm2() const {
          trunk_inertia_kgm2;
 }
 
-Segments make_segments(const Subject& subject) {
+Segments make_segments(const Participant& participant) {
   const auto check = [](const char* setting, double value, double high) {
     if (value > 0.0 && value <= high) return;
-    throw Error(Code::setting_out_of_range, "subject " + std::string(setting), "is " + given_text(value),
+    throw Error(Code::setting_out_of_range, "participant " + std::string(setting), "is " + given_text(value),
                 "give a value above 0 and at most " + setting_text(high));
   };
-  check("mass_kg", subject.mass_kg, 500.0);
-  check("height_m", subject.height_m, 3.0);
+  check("mass_kg", participant.mass_kg, 500.0);
+  check("height_m", participant.height_m, 3.0);
   Segments segments{};
-  segments.leg_mass_kg = leg_mass * subject.mass_kg;
-  segments.leg_length_m = leg_length * subject.height_m;
+  segments.leg_mass_kg = leg_mass * participant.mass_kg;
+  segments.leg_length_m = leg_length * participant.height_m;
   segments.leg_com_m = leg_com * segments.leg_length_m;
   segments.leg_inertia_kgm2 = segments.leg_mass_kg * square(leg_gyration * segments.leg_length_m);
-  segments.trunk_mass_kg = trunk_mass * subject.mass_kg;
-  segments.trunk_length_m = trunk_length * subject.height_m;
-  segments.trunk_com_m = trunk_com * trunk_length * subject.height_m;
-  segments.trunk_inertia_kgm2 = segments.trunk_mass_kg * square(trunk_gyration * gyration_length * subject.height_m);
+  segments.trunk_mass_kg = trunk_mass * participant.mass_kg;
+  segments.trunk_length_m = trunk_length * participant.height_m;
+  segments.trunk_com_m = trunk_com * trunk_length * participant.height_m;
+  segments.trunk_inertia_kgm2 =
+      segments.trunk_mass_kg * square(trunk_gyration * gyration_length * participant.height_m);
   return segments;
 }
 
-Body body_of_person(const Subject& person) {
+Body body_of_participant(const Participant& participant) {
   constexpr double max_kg = 250.0, min_index = 12.0, max_index = 60.0;
-  const Body body = make_body(make_segments(person));
-  const double index = person.mass_kg / square(person.height_m);
-  const std::string given = given_text(person.mass_kg) + " kg and " + given_text(person.height_m) + " m";
-  if (person.mass_kg > max_kg)
+  const Body body = make_body(make_segments(participant));
+  const double index = participant.mass_kg / square(participant.height_m);
+  const std::string given = given_text(participant.mass_kg) + " kg and " + given_text(participant.height_m) + " m";
+  if (participant.mass_kg > max_kg)
     throw Error(Code::setting_out_of_range, "mass and height", given + " exceed the maximum of 250 kg for a person",
                 "give the weight in kg");
   if (!(index >= min_index && index <= max_index))
@@ -74,17 +75,18 @@ Body make_body(const Segments& segments) {
       .mass_kg = segments.mass_kg(), .com_height_m = segments.com_height_m(), .inertia_kgm2 = segments.inertia_kgm2()};
 }
 
-Subject make_subject(const Body& body) {
+Participant make_participant(const Body& body) {
   // Both are proportional to the unknown values.
-  const Subject unit{.mass_kg = 1.0, .height_m = 1.0};
+  const Participant unit{.mass_kg = 1.0, .height_m = 1.0};
   const Body model = make_body(make_segments(unit));
-  const Subject subject{.mass_kg = body.mass_kg / model.mass_kg, .height_m = body.com_height_m / model.com_height_m};
-  const double inertia = make_body(make_segments(subject)).inertia_kgm2;
-  if (std::abs(body.inertia_kgm2 - inertia) <= 1e-3 * inertia) return subject;
+  const Participant participant{.mass_kg = body.mass_kg / model.mass_kg,
+                                .height_m = body.com_height_m / model.com_height_m};
+  const double inertia = make_body(make_segments(participant)).inertia_kgm2;
+  if (std::abs(body.inertia_kgm2 - inertia) <= 1e-3 * inertia) return participant;
   throw Error(Code::setting_conflict, "body",
               "its inertia of " + setting_text(body.inertia_kgm2) + " kg m2 differs from that of Winter's segments, " +
                   setting_text(inertia) + ", so leg and trunk are unknown",
-              "give the body as {\"subject\": {\"mass_kg\": .., \"height_m\": ..}}");
+              "give the body as {\"participant\": {\"mass_kg\": .., \"height_m\": ..}}");
 }
 
 }  // namespace decid::sim

@@ -1,13 +1,14 @@
-// The body in segments, from a subject's mass and height: leg (shanks and thighs) and trunk (with head and arms); the
-// feet stay on the platform. Source: Winter, Biomechanics and Motor Control of Human Movement, 4th edition, tables 4.1
-// (segment masses, centres of mass, radii of gyration) and figure 4.1 (segment lengths as fractions of the height).
+// The body in segments, from a participant's mass and height: leg (shanks and thighs) and trunk (with head and arms);
+// the feet stay on the platform. Source: Winter, Biomechanics and Motor Control of Human Movement, 4th edition,
+// tables 4.1 (segment masses, centres of mass, radii of gyration) and figure 4.1 (segment lengths as fractions of the
+// height).
 #pragma once
 
 #include "sim/protocol/protocol.hpp"
 
 namespace decid::sim {
 
-struct Subject {
+struct Participant {
   double mass_kg = 88.86;  ///< of the whole body, feet included
   double height_m = 1.80;
 };
@@ -28,18 +29,19 @@ struct Segments {
   double trunk_mgh() const { return trunk_mass_kg * gravity * trunk_com_m; }
 };
 
-/// Returns the segments of a subject. Throws Error unless mass and height are positive and below 500 kg and 3 m.
-Segments make_segments(const Subject& subject);
+/// Returns the segments of a participant. Throws Error unless mass and height are positive and below 500 kg and 3 m.
+Segments make_segments(const Participant& participant);
 
 /// Returns the body of a person. Throws Error beyond 250 kg or if the body mass index is not from 12 to 60 kg/m^2,
 /// which usually indicates a lost decimal point or swapped values.
-Body body_of_person(const Subject& person);
+Body body_of_participant(const Participant& participant);
 
 /// Returns the straight body as a single inverted pendulum.
 Body make_body(const Segments& segments);
 
-/// Returns the subject with this straight body: mass and height follow from its mass and centre of mass. Throws Error
-/// if such a subject's inertia differs by more than 0.1%: the body then does not consist of Winter's segments.
-Subject make_subject(const Body& body);
+/// Returns the participant with this straight body: mass and height follow from its mass and centre of mass. Throws
+/// Error if such a participant's inertia differs by more than 0.1%: the body then does not consist of Winter's
+/// segments.
+Participant make_participant(const Body& body);
 
 }  // namespace decid::sim

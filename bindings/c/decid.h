@@ -191,7 +191,7 @@ typedef struct decid_read_options {
   /* The sway's sources where there is no column of it (docs/guide/recordings.md, markers or segments); 0 and NULL:
    * none. */
   double com_height_m;                      /* `column` is a position at this height above the ankles */
-  double body_height_m;                     /* of the subject, for hip and shoulder */
+  double body_height_m;                     /* of the person, for hip and shoulder */
   const char *leg_column, *trunk_column;    /* angles in space */
   const char *hip_column, *shoulder_column; /* positions */
   const char* ankle_column;                 /* positions count from it; NULL: their means are upright */
@@ -253,7 +253,7 @@ typedef enum decid_detrend { DECID_DETREND_NONE = 0, DECID_DETREND_OFFSET = 1, D
 
 typedef struct decid_identify_options {
   size_t size;
-  double mass_kg, height_m; /* of the subject, both or none; 0: the protocol's body */
+  double mass_kg, height_m; /* of the person, both or none; 0: the protocol's body */
   double begin_s; /* where in the recording the protocol starts; NaN: at its first sample, or by its tilt [NaN] */
   int detrend;    /* a decid_detrend: subtract the mean of the whole cycles, or also a line [NONE] */
 } decid_identify_options;
@@ -346,14 +346,14 @@ DECID_API const decid_sampling* decid_result_sampling(const decid_result* result
 /* A quantity's draws, chain by chain: decid_sampling.draws values. */
 DECID_API const double* decid_result_draws(const decid_result* result, size_t quantity);
 
-/* ---- Studies: the recordings of a sheet, and the comparison of their persons ---- */
+/* ---- Studies: the recordings of a sheet, and the comparison of their participants ---- */
 
 typedef struct decid_study decid_study;
 
 typedef struct decid_study_options {
   size_t size;
   int by_group;           /* 1: compare the groups in the sheet's column "group" */
-  const char* within;     /* "session", "condition" or "session,condition": compare them within persons; NULL: none */
+  const char* within;     /* "session", "condition" or "session,condition": compare them within participants; NULL: none */
   const char* covariates; /* columns of numbers, such as "age,weight"; NULL: none */
   int fit;                /* 1: sample posteriors, as `decid fit`; 0: as `decid identify` */
   const char* joint;      /* of fits: fit recordings together that have the same text in this column; NULL: none */

@@ -132,7 +132,7 @@ std::optional<sim::Body> make_body(double mass_kg, double height_m, const char* 
                 mass_kg == 0.0 ? "height_m is given without mass_kg" : "mass_kg is given without height_m",
                 "give both, or neither for the protocol's body");
   if (mass_kg == 0.0) return {};
-  return sim::body_of_person({.mass_kg = mass_kg, .height_m = height_m});
+  return sim::body_of_participant({.mass_kg = mass_kg, .height_m = height_m});
 }
 
 }  // namespace decid::c

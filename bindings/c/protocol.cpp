@@ -55,10 +55,11 @@ void simulate(const decid_protocol& given_protocol, const double* parameters, st
       });
   for (std::size_t trial = 0; trial < trials; ++trial) {
     if (stood == nullptr && end_s[trial] >= 0.0)
-      throw decid::Error(decid::Code::body_falls, "decid_simulate",
-                         decid::format("the body of trial %zu leaves 5 degrees after %.2f s", trial, end_s[trial]),
-                         "raise Kp or Kd, lower Nv, the delay or the tilt, or take `stood`, which says which trials "
-                         "stand");
+      throw decid::Error(
+          decid::Code::body_falls, "decid_simulate",
+          decid::format("the body of trial %zu leans by more than 5 degrees after %.2f s", trial, end_s[trial]),
+          "raise Kp or Kd, lower Nv, the delay or the tilt, or take `stood`, which says which trials "
+          "stand");
     if (stood != nullptr) stood[trial] = end_s[trial] < 0.0 ? 1 : 0;
   }
   std::ranges::copy(rows, sway_rad);

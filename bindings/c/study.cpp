@@ -1,4 +1,4 @@
-// Studies in C: the recordings of a sheet, identified or fitted, and the comparison of their persons, as JSON.
+// Studies in C: the recordings of a sheet, identified or fitted, and the comparison of their participants, as JSON.
 #include <filesystem>
 #include <numeric>
 
@@ -41,8 +41,8 @@ struct AskedStudy {
                          "set joint too");
     if (!free.empty() && compares())
       throw decid::Error(decid::Code::setting_conflict, study_where,
-                         "free does not go with a comparison of persons, whose joint fit counts once",
-                         "compare persons in a call without it");
+                         "free does not go with a comparison of participants, whose joint fit counts once",
+                         "compare participants in a call without it");
   }
   bool compares() const { return by_group || !within.empty() || !covariates.empty(); }
 };

@@ -10,7 +10,7 @@
 % recording: the name of a CSV, MAT, C3D or .xlsx file, or a vector of samples of the body's sway, 0 upright, positive in the
 % platform's direction of tilt, with "rate" in Hz and "unit" "deg", "rad" or "mrad".
 %
-%   "mass", "height"        the subject's, kg and m: both or none
+%   "mass", "height"        the person's, kg and m: both or none
 %   "detrend"               "none", "offset" or "linear": what is subtracted
 %   "begin"                 where in the recording the protocol starts, s
 %   "tilt"                  of samples: the platform's, a vector as long as the sway. It determines where the protocol starts, and

@@ -1,13 +1,13 @@
 % study = decid_study (sheet, name, value, ...)
 %
-% Estimates all recordings of a study's sheet, and compares its persons, with the bits of the program `decid identify --study`,
+% Estimates all recordings of a study's sheet, and compares its participants, with the bits of the program `decid identify --study`,
 % or of `decid fit --study`.
 %
 %   study = decid_study ("participants.tsv", "group", true, "within", "session", "covariates", "age,weight");
 %   study.recordings{1}.parameters, study.hierarchical.comparisons
 %
 %   "group"                 true: compare the groups in the sheet's column group
-%   "within"                "session", "condition" or "session,condition": compare them within persons
+%   "within"                "session", "condition" or "session,condition": compare them within participants
 %   "covariates"            columns of numbers, such as "age,weight"
 %   "fit"                   true: sample posteriors, which takes seconds to minutes a recording
 %   "joint"                 of fits: column of recordings that are fitted together, such as "participant_id"

@@ -37,8 +37,8 @@ struct Drawn {
     return result;
   }
   double squared_sd(const std::vector<double>& sd, std::size_t p) const { return sd.empty() ? 0.0 : sd[p] * sd[p]; }
-  double person_variance(const Draw& draw, std::size_t cell, std::size_t p) const {
-    const double sd = draw.person_sd[design.group_of_cell[cell] * design.parameters + p];
+  double participant_variance(const Draw& draw, std::size_t cell, std::size_t p) const {
+    const double sd = draw.participant_sd[design.group_of_cell[cell] * design.parameters + p];
     return sd * sd;
   }
   /// Returns the value in SI units of a coordinate that still varies by `variance`: the mean of Phi.
@@ -51,7 +51,7 @@ struct CellSeries {
   Series mean, sd;
 };
 
-/// The mean of a cell, and the standard deviation of its persons, by the trapezoidal rule over a normal deviate.
+/// The mean of a cell, and the standard deviation of its participants, by the trapezoidal rule over a normal deviate.
 CellSeries cell_series(const Drawn& drawn, std::size_t cell, std::size_t p) {
   constexpr int grid = 17;
   constexpr double farthest = 4.8, apart = 2.0 * farthest / (grid - 1);
@@ -62,11 +62,11 @@ CellSeries cell_series(const Drawn& drawn, std::size_t cell, std::size_t p) {
   for (const Draw& draw : drawn.draws) {
     const double x = draw.cell_mean[cell * drawn.design.parameters + p];
     const double trial = drawn.squared_sd(draw.trial_sd, p);
-    const double persons = drawn.person_variance(draw, cell, p) + drawn.squared_sd(draw.visit_sd, p);
-    const double middle = drawn.value(x, persons + trial, p);
+    const double participants = drawn.participant_variance(draw, cell, p) + drawn.squared_sd(draw.visit_sd, p);
+    const double middle = drawn.value(x, participants + trial, p);
     double squares = 0.0;
     for (int i = 0; i < grid; ++i) {
-      const double off = drawn.value(x + std::sqrt(persons) * (-farthest + apart * i), trial, p) - middle;
+      const double off = drawn.value(x + std::sqrt(participants) * (-farthest + apart * i), trial, p) - middle;
       squares += weights[static_cast<std::size_t>(i)] / whole * off * off;
     }
     series.mean.push_back(middle);
@@ -96,13 +96,14 @@ std::vector<std::array<double, 2>> simultaneous_intervals(const std::vector<Seri
   return intervals;
 }
 
-std::size_t persons_in_both(const Design& design, std::size_t first, std::size_t second) {
-  return static_cast<std::size_t>(std::ranges::count_if(design.persons, [&](const Design::Person& person) {
-    const auto in = [&](std::size_t cell) {
-      return std::ranges::any_of(person.visits, [&](std::size_t v) { return design.visits[v].cell == cell; });
-    };
-    return in(first) && in(second);
-  }));
+std::size_t participants_in_both(const Design& design, std::size_t first, std::size_t second) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(design.participants, [&](const Design::Participant& participant) {
+        const auto in = [&](std::size_t cell) {
+          return std::ranges::any_of(participant.visits, [&](std::size_t v) { return design.visits[v].cell == cell; });
+        };
+        return in(first) && in(second);
+      }));
 }
 
 double direction_of(const Series& series) {
@@ -111,7 +112,7 @@ double direction_of(const Series& series) {
   return std::max(fraction, 1.0 - fraction);
 }
 
-/// Returns the effect of a difference whose persons have these variances, draw by draw.
+/// Returns the effect of a difference whose participants have these variances, draw by draw.
 Effect effect_of(const Series& difference, const Series& variance) {
   Series standardised;
   for (std::size_t i = 0; i < difference.size(); ++i) standardised.push_back(difference[i] / std::sqrt(variance[i]));
@@ -122,7 +123,7 @@ Effect effect_of(const Series& difference, const Series& variance) {
   return effect;
 }
 
-/// A difference of two cells in one parameter, and the mean variance between their persons.
+/// A difference of two cells in one parameter, and the mean variance between their participants.
 struct Contrast {
   Series difference, variance;
 };
@@ -168,7 +169,7 @@ void add_comparisons(const Drawn& drawn, const std::vector<std::vector<CellSerie
   for (std::size_t a = 0; a < cells.size(); ++a)
     for (std::size_t b = a + 1; b < cells.size(); ++b) {
       if (!differ_in_one(design.cells[a], design.cells[b])) continue;
-      Comparison comparison{a, b, persons_in_both(design, a, b), {}};
+      Comparison comparison{a, b, participants_in_both(design, a, b), {}};
       for (std::size_t p = 0; p < design.parameters; ++p) {
         const CellSeries &first = cells[a][p], &second = cells[b][p];
         Contrast made;
@@ -212,10 +213,10 @@ void add_variances(const Drawn& drawn, std::span<const Recording> recordings, Re
           drawn.series([&](const Draw& draw) { return slope(draw) * std::sqrt(drawn.squared_sd(draw.*sd, p)); }));
     };
     VarianceParts parts;
-    parts.person = quantity_of(drawn.series([&](const Draw& draw) {
+    parts.participant = quantity_of(drawn.series([&](const Draw& draw) {
       double sum = 0.0;
       for (std::size_t g = 0; g < design.groups; ++g)
-        sum += drawn.squared_sd(draw.person_sd, g * design.parameters + p);
+        sum += drawn.squared_sd(draw.participant_sd, g * design.parameters + p);
       return slope(draw) * std::sqrt(sum / static_cast<double>(design.groups));
     }));
     parts.visit = part(&Draw::visit_sd);
@@ -232,7 +233,7 @@ void add_visits(const Drawn& drawn, Result& result) {
   std::vector<std::vector<Series>> all;
   for (std::size_t v = 0; v < design.visits.size(); ++v) {
     const Design::Visit& visit = design.visits[v];
-    result.visits.push_back({design.persons[visit.person].name, visit.cell, visit.recordings.size(), {}});
+    result.visits.push_back({design.participants[visit.participant].name, visit.cell, visit.recordings.size(), {}});
     std::vector<Series> series;
     for (std::size_t p = 0; p < design.parameters; ++p) {
       series.push_back(drawn.series([&](const Draw& draw) {
@@ -242,13 +243,13 @@ void add_visits(const Drawn& drawn, Result& result) {
     }
     all.push_back(std::move(series));
   }
-  for (const Design::Person& person : design.persons)
+  for (const Design::Participant& participant : design.participants)
     for (std::size_t c = 0; c < result.comparisons.size(); ++c) {
       const auto visit_in = [&](std::size_t cell) {
-        return std::ranges::find_if(person.visits, [&](std::size_t v) { return design.visits[v].cell == cell; });
+        return std::ranges::find_if(participant.visits, [&](std::size_t v) { return design.visits[v].cell == cell; });
       };
       const auto first = visit_in(result.comparisons[c].first), second = visit_in(result.comparisons[c].second);
-      if (first == person.visits.end() || second == person.visits.end()) continue;
+      if (first == participant.visits.end() || second == participant.visits.end()) continue;
       Change change{c, *first, *second, {}};
       for (std::size_t p = 0; p < design.parameters; ++p) {
         Series difference = all[*first][p];
@@ -268,9 +269,9 @@ void add_covariates(const Drawn& drawn, std::span<const Recording> recordings, c
     for (std::size_t p = 0; p < design.parameters; ++p) {
       const Series series = drawn.series([&](const Draw& draw) {
         // The derivative of the population's mean: value() by x.
-        double persons = 0.0;
-        for (std::size_t c = 0; c < design.cells.size(); ++c) persons += drawn.person_variance(draw, c, p);
-        const double wider = std::sqrt(1.0 + persons / static_cast<double>(design.cells.size()) +
+        double participants = 0.0;
+        for (std::size_t c = 0; c < design.cells.size(); ++c) participants += drawn.participant_variance(draw, c, p);
+        const double wider = std::sqrt(1.0 + participants / static_cast<double>(design.cells.size()) +
                                        drawn.squared_sd(draw.visit_sd, p) + drawn.squared_sd(draw.trial_sd, p));
         return drawn.ranges[p].range() * normal_density(middle_of(drawn, draw, p) / wider) / wider *
                draw.slopes[k * design.parameters + p] / design.covariate_sd[k];
@@ -326,7 +327,7 @@ Result analyse(std::span<const Recording> recordings, std::span<const sim::Param
     Cell cell{design.cells[c].group, design.cells[c].session, design.cells[c].condition, 0, 0, {}, {}};
     for (const Design::Visit& visit : design.visits) {
       if (visit.cell != c) continue;
-      ++cell.persons;
+      ++cell.participants;
       cell.recordings += visit.recordings.size();
     }
     for (std::size_t p = 0; p < design.parameters; ++p) {

@@ -1,5 +1,5 @@
-// A hierarchical model over the persons of a study, from the posteriors of their recordings. Every recording keeps its
-// whole uncertainty, and persons whose recordings tell little count little.
+// A hierarchical model over the participants of a study, from the posteriors of their recordings. Every recording keeps
+// its whole uncertainty, and participants whose recordings determine little count little.
 //
 //   std::vector<cohort::Recording> recordings;
 //   recordings.push_back({"p1", "", "patients", "", {}, cohort::Measurement::of_draws(7, fractions)});
@@ -18,7 +18,7 @@
 // standard deviation s of a level has density 1 / sqrt(s^2 + c^2) up to 1, where c^2 is the variance that the levels
 // below leave in a person's or visit's mean (G. Box, G. Tiao, Bayesian Inference in Statistical Analysis, 1973, chapter
 // 5): for precise recordings the intervals are those of Student's t. Groups have standard deviations of their own,
-// whose logarithms differ from a common one by N(0, 0.3^2); groups that share persons have a common one.
+// whose logarithms differ from a common one by N(0, 0.3^2); groups that share participants have a common one.
 //
 // Sampling: Gibbs (sampler.hpp), exact for the evidence. The first stage's posterior under its own prior is the
 // proposal, and its prior is divided out (D. Lunn, J. Barrett, M. Sweeting, S. Thompson, Appl. Stat. 62 (2013)
@@ -81,9 +81,10 @@ bool differ_in_one(const First& a, const Second& b) {
 /// One group in one session and condition.
 struct Cell {
   std::string group, session, condition;
-  std::size_t persons = 0, recordings = 0;
-  std::vector<Quantity> mean;        ///< per parameter, SI units: mean of the population, at the covariates' means
-  std::vector<Quantity> between_sd;  ///< per parameter: standard deviation of persons, without measurement and trials
+  std::size_t participants = 0, recordings = 0;
+  std::vector<Quantity> mean;  ///< per parameter, SI units: mean of the population, at the covariates' means
+  std::vector<Quantity>
+      between_sd;  ///< per parameter: standard deviation of participants, without measurement and trials
 
   std::string name() const { return cell_name(group, session, condition); }
 };
@@ -98,9 +99,9 @@ struct Effect {
 
 /// Two cells that differ in the group, the session or the condition only.
 struct Comparison {
-  std::size_t first = 0, second = 0;  ///< cells
-  std::size_t persons_in_both = 0;    ///< above 0: paired
-  std::vector<Effect> effects;        ///< per parameter
+  std::size_t first = 0, second = 0;     ///< cells
+  std::size_t participants_in_both = 0;  ///< above 0: paired
+  std::vector<Effect> effects;           ///< per parameter
 };
 
 /// The difference of two differences: of comparisons within two groups or sessions, from one session or condition to
@@ -124,7 +125,7 @@ struct Covariate {
 
 /// The standard deviations of a parameter's parts, SI units, at the middle of the cells' means.
 struct VarianceParts {
-  Quantity person;           ///< between persons
+  Quantity participant;      ///< between participants
   Quantity visit;            ///< between visits of a person; 0 if nobody has two
   Quantity trial;            ///< between trials of a visit; 0 if no visit has two
   double measurement = 0.0;  ///< a recording's own uncertainty: the median of the recordings, prior divided out
@@ -134,7 +135,7 @@ struct VarianceParts {
 struct Visit {
   std::string participant;
   std::size_t cell = 0, recordings = 0;
-  std::vector<Quantity> value;  ///< per parameter, SI units; the study's other persons inform it
+  std::vector<Quantity> value;  ///< per parameter, SI units; the study's other participants inform it
 };
 
 /// Two visits of a person, in cells of one comparison.

@@ -154,7 +154,7 @@ Analysis analyse_groups(const Report& report, std::span<const Recording> members
                         const std::vector<std::string>& covariates, std::optional<double> mgh_nm_rad) {
   Analysis found;
   std::vector<Recording> recordings;
-  std::map<std::string, std::set<std::string>> persons;  // of cells
+  std::map<std::string, std::set<std::string>> participants;  // of cells
   FirstOfJoint is_first;
   for (std::size_t i = 0; i < members.size(); ++i) {
     if (members[i].group.empty() || !is_first(report.recordings[i])) continue;
@@ -165,12 +165,12 @@ Analysis analyse_groups(const Report& report, std::span<const Recording> members
     }
     Recording& one = recordings.emplace_back(members[i]);
     one.measurement = std::move(*finding.measurement);
-    persons[cell_of(one)].insert(one.participant);
+    participants[cell_of(one)].insert(one.participant);
   }
-  if (std::ranges::count_if(persons, [](const auto& cell) { return cell.second.size() > 1; }) <
+  if (std::ranges::count_if(participants, [](const auto& cell) { return cell.second.size() > 1; }) <
       (covariates.empty() ? 2 : 1))
     return found;
-  std::erase_if(recordings, [&](const Recording& one) { return persons[cell_of(one)].size() < 2; });
+  std::erase_if(recordings, [&](const Recording& one) { return participants[cell_of(one)].size() < 2; });
   for (std::size_t k = 0; k < covariates.size(); ++k)
     if (!has_two_values(recordings, k)) return found;
   const sim::ParameterTable table = report.ranges();
@@ -192,14 +192,14 @@ std::vector<std::optional<Reliability>> compute_reliability(const Report& report
                                                             const std::string& first, const std::string& second,
                                                             std::optional<double> mgh_nm_rad) {
   const std::size_t parameters = report.protocol.parameters().size();
-  std::map<std::string, std::array<Mean, 2>> persons;
+  std::map<std::string, std::array<Mean, 2>> participants;
   FirstOfJoint is_first;
   for (std::size_t i = 0; i < members.size(); ++i) {
     const std::string cell = members[i].group.empty() ? std::string() : cell_of(members[i]);
     if (cell != first && cell != second) continue;
     const RecordingResult& result = report.recordings[i];
     if (!is_first(result)) continue;
-    Mean& mean = persons[members[i].participant][cell == first ? 0 : 1];
+    Mean& mean = participants[members[i].participant][cell == first ? 0 : 1];
     mean.recordings += 1.0;
     mean.values.resize(parameters);
     mean.variances.resize(parameters);
@@ -220,7 +220,7 @@ std::vector<std::optional<Reliability>> compute_reliability(const Report& report
   std::vector<std::optional<Reliability>> found;
   for (const std::size_t p : report.inferred_parameters()) {
     std::vector<double> values, variances, shown;
-    for (const auto& [name, visits] : persons) {
+    for (const auto& [name, visits] : participants) {
       if (visits[0].recordings < 1.0 || visits[1].recordings < 1.0) continue;
       for (const Mean& visit : visits) {
         values.push_back(visit.values[p] / visit.recordings);

@@ -21,11 +21,12 @@ struct Analysis {
 /// Analyses the inferred parameters of the groups of a report, and of their sessions and conditions. members: one per
 /// recording, without its measurement; an empty group leaves it out. covariates: names of the members'. Recordings that
 /// were fitted together count once. mgh_nm_rad: of the body that the results are for; empty: the report's own. No
-/// result unless two cells have two persons with evidence each, or one with covariates, and each covariate two values.
+/// result unless two cells have two participants with evidence each, or one with covariates, and each covariate two
+/// values.
 Analysis analyse_groups(const Report& report, std::span<const Recording> members,
                         const std::vector<std::string>& covariates = {}, std::optional<double> mgh_nm_rad = {});
 
-/// Returns the reliability of the values of persons in both cells, by their names (cell_name()), per inferred
+/// Returns the reliability of the values of participants in both cells, by their names (cell_name()), per inferred
 /// parameter; empty where it is undefined. The visits are the cells, in their order. mgh_nm_rad: as above.
 std::vector<std::optional<Reliability>> compute_reliability(const Report& report, std::span<const Recording> members,
                                                             const std::string& first, const std::string& second,

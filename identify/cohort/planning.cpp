@@ -18,12 +18,12 @@ namespace decid::cohort {
 namespace {
 
 constexpr double min_shown = 0.1;  // of a difference
-constexpr std::size_t repetitions = 2, recordings_of_person = 4;
+constexpr std::size_t repetitions = 2, recordings_of_participant = 4;
 constexpr double max_shrunk = 0.99;  // of the prior's variance
 
-void check_groups(const sim::ParameterTable& table, const PlannedGroups& groups, int persons) {
-  if (persons < 2)
-    throw Error(Code::setting_out_of_range, "power", format("%d persons are simulated", persons),
+void check_groups(const sim::ParameterTable& table, const PlannedGroups& groups, int participants) {
+  if (participants < 2)
+    throw Error(Code::setting_out_of_range, "power", format("%d participants are simulated", participants),
                 "simulate eight recordings or more");
   for (std::size_t p = 0; p < table.size(); ++p)
     for (const double mean : {groups.at[p], groups.at[p] + groups.difference[p]})
@@ -35,60 +35,60 @@ void check_groups(const sim::ParameterTable& table, const PlannedGroups& groups,
 }
 
 /// The estimates of a person's recordings: two of the first group, two of the second.
-using PersonValues = std::array<sim::Parameters, recordings_of_person>;
+using ParticipantValues = std::array<sim::Parameters, recordings_of_participant>;
 
-std::vector<PersonValues> simulated_values(const Model& model, const sim::Protocol& protocol,
-                                           const PlannedGroups& groups, int persons, std::uint64_t seed) {
+std::vector<ParticipantValues> simulated_values(const Model& model, const sim::Protocol& protocol,
+                                                const PlannedGroups& groups, int participants, std::uint64_t seed) {
   const sim::ParameterTable& table = model.parameters();
-  const int count = persons * static_cast<int>(recordings_of_person);
+  const int count = participants * static_cast<int>(recordings_of_participant);
   std::vector<recording::Trial> read(static_cast<std::size_t>(count));
   const auto repetition_of = [](int index) {  // both groups have the same numbers
     const auto place = static_cast<std::uint64_t>(index);
-    return place / recordings_of_person * repetitions + place % repetitions;
+    return place / recordings_of_participant * repetitions + place % repetitions;
   };
   sim::Simulator(protocol).run_until_valid(
       count, 1000,
       [&](int index, int attempt) {
         const auto place = static_cast<std::uint64_t>(index), tried = static_cast<std::uint64_t>(attempt);
-        const Random random(seed, streams::cohort, place / recordings_of_person * 1000 + tried);
-        sim::Parameters person = groups.at;
+        const Random random(seed, streams::cohort, place / recordings_of_participant * 1000 + tried);
+        sim::Parameters participant = groups.at;
         for (std::size_t p = 0; p < table.size(); ++p) {
-          const double shift = place % recordings_of_person < repetitions ? 0.0 : groups.difference[p];
-          person[p] =
-              std::clamp(groups.at[p] + shift + groups.person_sd[p] * random.normal(p), table[p].low, table[p].high);
+          const double shift = place % recordings_of_participant < repetitions ? 0.0 : groups.difference[p];
+          participant[p] = std::clamp(groups.at[p] + shift + groups.participant_sd[p] * random.normal(p), table[p].low,
+                                      table[p].high);
         }
-        return sim::TrialInput{person,
+        return sim::TrialInput{participant,
                                Random(seed, sim::streams::vestibular_noise, repetition_of(index) * 1000 + tried)};
       },
       [&](int index, const sim::TrialInput&, std::span<double> sway) {
         sim::record(protocol, seed, repetition_of(index), sway);
         read[static_cast<std::size_t>(index)] = recording::make_trial({sway.begin(), sway.end()});
       });
-  std::vector<PersonValues> values(static_cast<std::size_t>(persons));
+  std::vector<ParticipantValues> values(static_cast<std::size_t>(participants));
   std::size_t place = 0;
   for (const Estimate& estimate : Identifier(model).estimate(read)) {
-    values[place / recordings_of_person][place % recordings_of_person] = estimate.parameters;
+    values[place / recordings_of_participant][place % recordings_of_participant] = estimate.parameters;
     ++place;
   }
   return values;
 }
 
-/// Sums over persons and groups of one parameter.
+/// Sums over participants and groups of one parameter.
 struct Sums {
-  double shift = 0.0, within = 0.0, between = 0.0;  ///< mean shift; variances of recordings and of persons' means
+  double shift = 0.0, within = 0.0, between = 0.0;  ///< mean shift; variances of recordings and of participants' means
 };
-Sums sums_of(const std::vector<PersonValues>& values, std::size_t p) {
+Sums sums_of(const std::vector<ParticipantValues>& values, std::size_t p) {
   const auto count = static_cast<double>(values.size());
   Sums sums;
   for (const std::size_t first : {std::size_t{0}, repetitions}) {
     double mean = 0.0, squares = 0.0;
-    for (const PersonValues& person : values) {
-      const double a = person[first][p], b = person[first + 1][p];
+    for (const ParticipantValues& participant : values) {
+      const double a = participant[first][p], b = participant[first + 1][p];
       mean += 0.5 * (a + b) / count;
       sums.within += 0.25 * (a - b) * (a - b) / count;  // half of each group
     }
-    for (const PersonValues& person : values) {
-      const double off = 0.5 * (person[first][p] + person[first + 1][p]) - mean;
+    for (const ParticipantValues& participant : values) {
+      const double off = 0.5 * (participant[first][p] + participant[first + 1][p]) - mean;
       squares += off * off / (count - 1.0);
     }
     sums.between += 0.5 * squares;
@@ -101,10 +101,10 @@ Sums sums_of(const std::vector<PersonValues>& values, std::size_t p) {
 }  // namespace
 
 ValueSpread spread_of_network(const Model& model, const sim::Protocol& protocol, const PlannedGroups& groups,
-                              int persons, std::uint64_t seed) {
+                              int participants, std::uint64_t seed) {
   const sim::ParameterTable& table = model.parameters();
-  check_groups(table, groups, persons);
-  const std::vector<PersonValues> values = simulated_values(model, protocol, groups, persons, seed);
+  check_groups(table, groups, participants);
+  const std::vector<ParticipantValues> values = simulated_values(model, protocol, groups, participants, seed);
   ValueSpread spread{sim::Parameters(table.size()), sim::Parameters(table.size())};
   for (std::size_t p = 0; p < table.size(); ++p) {
     if (groups.difference[p] == 0.0) continue;
@@ -114,23 +114,23 @@ ValueSpread spread_of_network(const Model& model, const sim::Protocol& protocol,
       throw Error(Code::value_invalid, "power",
                   format("the network shows %.0f%% of the difference of %s", 100.0 * shown, table[p].name.c_str()),
                   "plan with fits, or give " + setting("measurement_sd"));
-    spread.person_sd[p] = std::sqrt(sums.between) / shown;
+    spread.participant_sd[p] = std::sqrt(sums.between) / shown;
     spread.measurement_sd[p] = std::sqrt(sums.within) / shown;
   }
   return spread;
 }
 
 ValueSpread spread_of_fits(const sim::Protocol& protocol, const posterior::Priors& priors, const PlannedGroups& groups,
-                           double sensor_noise_deg, int persons, std::uint64_t seed) {
+                           double sensor_noise_deg, int participants, std::uint64_t seed) {
   const posterior::Density density(protocol, priors);
-  check_groups(density.ranges(), groups, persons);
+  check_groups(density.ranges(), groups, participants);
   const posterior::ExpectedPosterior found =
-      posterior::expected_posterior(density, {.draws = persons,
+      posterior::expected_posterior(density, {.draws = participants,
                                               .sensor_noise_deg = sensor_noise_deg,
                                               .at = groups.at,
-                                              .person_sd = groups.person_sd,
+                                              .participant_sd = groups.participant_sd,
                                               .seed = seed});
-  ValueSpread spread{groups.person_sd, sim::Parameters(found.sd.size())};
+  ValueSpread spread{groups.participant_sd, sim::Parameters(found.sd.size())};
   for (std::size_t p = 0; p < found.sd.size(); ++p)
     spread.measurement_sd[p] = found.sd[p] / std::sqrt(1.0 - std::min(found.relative_variance[p], max_shrunk));
   return spread;

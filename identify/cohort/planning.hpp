@@ -8,30 +8,30 @@
 
 namespace decid::cohort {
 
-/// The standard deviations of values of single recordings, SI units: between persons, and between recordings of a
+/// The standard deviations of values of single recordings, SI units: between participants, and between recordings of a
 /// person.
 struct ValueSpread {
-  sim::Parameters person_sd, measurement_sd;
+  sim::Parameters participant_sd, measurement_sd;
 };
 
-/// Two groups of persons, N(at, person_sd^2) and N(at + difference, person_sd^2), within the ranges.
+/// Two groups of participants, N(at, participant_sd^2) and N(at + difference, participant_sd^2), within the ranges.
 struct PlannedGroups {
-  sim::Parameters at, difference, person_sd;
+  sim::Parameters at, difference, participant_sd;
 };
 
 /// Returns the spread of the values that the model's network gives, over the fraction of a difference that it shows.
 /// A network shrinks values towards the middle of their range, and its error depends on the person's other parameters.
 /// So neither the network's own standard deviation nor its error over all of the ranges predicts a study: both groups
 /// are simulated, twice per person, with the recording artefacts of the protocol and the same noise in both groups.
-/// Parameters without a difference get 0. Throws Error for fewer than two persons, a mean outside of the ranges,
+/// Parameters without a difference get 0. Throws Error for fewer than two participants, a mean outside of the ranges,
 /// controllers that do not stand, and a parameter of whose difference the network shows less than a tenth.
 ValueSpread spread_of_network(const Model& model, const sim::Protocol& protocol, const PlannedGroups& groups,
-                              int persons, std::uint64_t seed);
+                              int participants, std::uint64_t seed);
 
 /// Returns the spread of the values of posterior::sample(), from their expected posterior variance
-/// (posterior/planning/expected_posterior.hpp) at the first group's persons, its prior divided out. Throws Error as
-/// posterior::expected_posterior().
+/// (posterior/planning/expected_posterior.hpp) at the first group's participants, its prior divided out. Throws Error
+/// as posterior::expected_posterior().
 ValueSpread spread_of_fits(const sim::Protocol& protocol, const posterior::Priors& priors, const PlannedGroups& groups,
-                           double sensor_noise_deg, int persons, std::uint64_t seed);
+                           double sensor_noise_deg, int participants, std::uint64_t seed);
 
 }  // namespace decid::cohort

@@ -1,11 +1,9 @@
 // Power of a study: see power.hpp.
 #include "identify/cohort/power.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "base/error.hpp"
-#include "base/math/incomplete_beta.hpp"
 #include "base/math/math.hpp"
 #include "base/text.hpp"
 #include "identify/network/student_t.hpp"
@@ -13,7 +11,7 @@
 namespace decid::cohort {
 namespace {
 
-constexpr std::size_t max_persons = 10'000;
+constexpr std::size_t max_participants = 10'000;
 
 /// Returns P(|T| > critical) of Student's noncentral distribution: over the found standard deviation s, relative to the
 /// true one, whose logarithm is integrated by the trapezoidal rule.
@@ -33,7 +31,7 @@ double noncentral_tails(double critical, double noncentrality, double freedom) {
 }
 
 double variance_of(const PowerDesign& design) {
-  const double own = design.paired ? design.visit_sd : design.person_sd;
+  const double own = design.paired ? design.visit_sd : design.participant_sd;
   return own * own + (design.trial_sd * design.trial_sd + design.measurement_sd * design.measurement_sd) /
                          static_cast<double>(design.trials);
 }
@@ -42,29 +40,30 @@ double variance_of(const PowerDesign& design) {
 
 double power_of(const PowerDesign& design, double difference, double significance) {
   double lowest = 0.0;
-  for (const double sd : {design.person_sd, design.visit_sd, design.trial_sd, design.measurement_sd})
+  for (const double sd : {design.participant_sd, design.visit_sd, design.trial_sd, design.measurement_sd})
     if (!(sd >= 0.0)) lowest = sd;
-  if (design.persons < 2 || design.trials < 1 || !(lowest >= 0.0))
-    throw Error(Code::setting_out_of_range, "power",
-                format("%zu persons, %zu trials, standard deviation %g", design.persons, design.trials, lowest),
-                "give two persons or more, one trial or more, and standard deviations of 0 or more");
+  if (design.participants < 2 || design.trials < 1 || !(lowest >= 0.0))
+    throw Error(
+        Code::setting_out_of_range, "power",
+        format("%zu participants, %zu trials, standard deviation %g", design.participants, design.trials, lowest),
+        "give two participants or more, one trial or more, and standard deviations of 0 or more");
   const double variance = variance_of(design);
   if (!(variance > 0.0) || !std::isfinite(variance) || !std::isfinite(difference))
     throw Error(Code::value_invalid, "power", format("the variance is %g and the difference %g", variance, difference),
                 "give finite values, and a standard deviation above 0");
-  const auto n = static_cast<double>(design.persons);
+  const auto n = static_cast<double>(design.participants);
   const double freedom = design.paired ? n - 1.0 : 2.0 * n - 2.0;
   return noncentral_tails(student_t_critical(significance, freedom),
                           std::abs(difference) / std::sqrt(2.0 * variance / n), freedom);
 }
 
-std::size_t persons_for(PowerDesign design, double difference, double power, double significance) {
+std::size_t participants_for(PowerDesign design, double difference, double power, double significance) {
   if (!(power > 0.0 && power < 1.0))
     throw Error(Code::setting_out_of_range, "power", format("a power of %g is wanted", power),
                 "give one between 0 and 1");
-  std::size_t low = 2, high = max_persons;
-  const auto enough = [&](std::size_t persons) {
-    design.persons = persons;
+  std::size_t low = 2, high = max_participants;
+  const auto enough = [&](std::size_t participants) {
+    design.participants = participants;
     return power_of(design, difference, significance) >= power;
   };
   if (!enough(high)) return 0;

@@ -10,23 +10,24 @@
 
 namespace decid::cohort {
 
-/// A study of two groups, or of two visits of the same persons. Standard deviations have the unit of the difference.
+/// A study of two groups, or of two visits of the same participants. Standard deviations have the unit of the
+/// difference.
 struct PowerDesign {
-  std::size_t persons = 12;  ///< per group; pairs: in all
-  std::size_t trials = 1;    ///< per person and visit
+  std::size_t participants = 12;  ///< per group; pairs: in all
+  std::size_t trials = 1;         ///< per person and visit
   bool paired = false;
-  double person_sd = 0.0;       ///< between persons; without effect on pairs
+  double participant_sd = 0.0;  ///< between participants; without effect on pairs
   double visit_sd = 0.0;        ///< of a person from visit to visit; of pairs
   double trial_sd = 0.0;        ///< of a person from trial to trial
   double measurement_sd = 0.0;  ///< of one recording
 };
 
-/// Returns the power for a difference of the means. Throws Error for fewer than two persons, no trial, standard
+/// Returns the power for a difference of the means. Throws Error for fewer than two participants, no trial, standard
 /// deviations that are negative, and a variance of 0.
 double power_of(const PowerDesign& design, double difference, double significance = 0.05);
 
-/// Returns the smallest number of persons with at least this power; 0: more than 10,000. Throws Error as power_of(),
-/// and for a power outside of (0, 1).
-std::size_t persons_for(PowerDesign design, double difference, double power, double significance = 0.05);
+/// Returns the smallest number of participants with at least this power; 0: more than 10,000. Throws Error as
+/// power_of(), and for a power outside of (0, 1).
+std::size_t participants_for(PowerDesign design, double difference, double power, double significance = 0.05);
 
 }  // namespace decid::cohort

@@ -17,23 +17,23 @@ constexpr double normal_975 = 1.9599639845400543;
 
 /// Mean squares of a two-way table.
 struct MeanSquares {
-  double persons, visits, rest;
+  double participants, visits, rest;
 };
 MeanSquares mean_squares(std::size_t visits, std::span<const double> values) {
-  const std::size_t persons = values.size() / visits;
+  const std::size_t participants = values.size() / visits;
   const double all = mean(values);
-  std::vector<double> of_person, of_visit(visits, 0.0);
-  for (std::size_t i = 0; i < persons; ++i) of_person.push_back(mean(values.subspan(i * visits, visits)));
-  for (std::size_t i = 0; i < values.size(); ++i) of_visit[i % visits] += values[i] / static_cast<double>(persons);
-  double between_persons = 0.0, between_visits = 0.0, rest = 0.0;
-  for (const double value : of_person) between_persons += (value - all) * (value - all);
+  std::vector<double> of_participant, of_visit(visits, 0.0);
+  for (std::size_t i = 0; i < participants; ++i) of_participant.push_back(mean(values.subspan(i * visits, visits)));
+  for (std::size_t i = 0; i < values.size(); ++i) of_visit[i % visits] += values[i] / static_cast<double>(participants);
+  double between_participants = 0.0, between_visits = 0.0, rest = 0.0;
+  for (const double value : of_participant) between_participants += (value - all) * (value - all);
   for (const double value : of_visit) between_visits += (value - all) * (value - all);
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const double off = values[i] - of_person[i / visits] - of_visit[i % visits] + all;
+    const double off = values[i] - of_participant[i / visits] - of_visit[i % visits] + all;
     rest += off * off;
   }
-  const auto n = static_cast<double>(persons), k = static_cast<double>(visits);
-  return {k * between_persons / (n - 1.0), n * between_visits / (k - 1.0), rest / ((n - 1.0) * (k - 1.0))};
+  const auto n = static_cast<double>(participants), k = static_cast<double>(visits);
+  return {k * between_participants / (n - 1.0), n * between_visits / (k - 1.0), rest / ((n - 1.0) * (k - 1.0))};
 }
 
 /// Returns the interval of ICC(2,1).
@@ -43,8 +43,8 @@ std::array<double, 2> interval_of(double icc, const MeanSquares& squares, double
   const double freedom = sum * sum / (by_visits * by_visits / (k - 1.0) + by_rest * by_rest / ((n - 1.0) * (k - 1.0)));
   const double low = f_critical(0.025, n - 1.0, freedom), high = f_critical(0.025, freedom, n - 1.0);
   const double others = k * squares.visits + (k * n - k - n) * squares.rest;
-  return {n * (squares.persons - low * squares.rest) / (low * others + n * squares.persons),
-          n * (high * squares.persons - squares.rest) / (others + n * high * squares.persons)};
+  return {n * (squares.participants - low * squares.rest) / (low * others + n * squares.participants),
+          n * (high * squares.participants - squares.rest) / (others + n * high * squares.participants)};
 }
 
 /// Returns minus infinity at and beyond the pole of Spearman and Brown's formula, where the mean of k visits has no
@@ -58,25 +58,25 @@ double of_average(double icc, double k) {
 
 Reliability reliability(std::size_t visits, std::span<const double> values,
                         std::span<const double> measurement_variances) {
-  const std::size_t persons = visits > 0 ? values.size() / visits : 0;
-  if (visits < 2 || persons < 2 || persons * visits != values.size() ||
+  const std::size_t participants = visits > 0 ? values.size() / visits : 0;
+  if (visits < 2 || participants < 2 || participants * visits != values.size() ||
       (!measurement_variances.empty() && measurement_variances.size() != values.size()))
     throw Error(Code::size_mismatch, "reliability", format("%zu values of %zu visits", values.size(), visits),
-                "give two persons or more, two visits or more, and a value for each");
+                "give two participants or more, two visits or more, and a value for each");
   const MeanSquares squares = mean_squares(visits, values);
-  const auto n = static_cast<double>(persons), k = static_cast<double>(visits);
-  const double whole = squares.persons + squares.visits + squares.rest;
+  const auto n = static_cast<double>(participants), k = static_cast<double>(visits);
+  const double whole = squares.participants + squares.visits + squares.rest;
   if (!std::isfinite(whole) || whole <= 0.0)
     throw Error(Code::value_invalid, "reliability", "the values are all equal, or one is not finite",
                 "leave this parameter out");
 
   Reliability found;
-  found.persons = persons;
-  found.visits = visits;
-  const double visit_variance = (squares.visits - squares.rest) / n, person_part = squares.persons - squares.rest;
-  found.icc_single = person_part / (squares.persons + (k - 1.0) * squares.rest + k * visit_variance);
-  found.icc_average = person_part / (squares.persons + visit_variance);
-  if (squares.rest > 1e-20 * squares.persons) {  // else visits agree except for rounding
+  found.participants = participants;
+  const double visit_variance = (squares.visits - squares.rest) / n,
+               participant_part = squares.participants - squares.rest;
+  found.icc_single = participant_part / (squares.participants + (k - 1.0) * squares.rest + k * visit_variance);
+  found.icc_average = participant_part / (squares.participants + visit_variance);
+  if (squares.rest > 1e-20 * squares.participants) {  // else visits agree except for rounding
     found.icc_single95 = interval_of(found.icc_single, squares, n, k);
     for (std::size_t end = 0; end < 2; ++end) found.icc_average95[end] = of_average(found.icc_single95[end], k);
   } else {
@@ -85,12 +85,11 @@ Reliability reliability(std::size_t visits, std::span<const double> values,
   }
   found.standard_error = std::sqrt(squares.rest + std::max(0.0, visit_variance));
   found.minimal_detectable_change = normal_975 * std::sqrt(2.0) * found.standard_error;
-  found.person_sd = std::sqrt(std::max(0.0, person_part / k));
+  found.participant_sd = std::sqrt(std::max(0.0, participant_part / k));
   found.visit_sd = std::sqrt(std::max(0.0, visit_variance));
-  found.rest_sd = std::sqrt(squares.rest);
   const double measured = measurement_variances.empty() ? 0.0 : mean(measurement_variances);
   found.measurement_sd = std::sqrt(measured);
-  found.within_person_sd = std::sqrt(std::max(0.0, squares.rest - measured));
+  found.within_participant_sd = std::sqrt(std::max(0.0, squares.rest - measured));
   return found;
 }
 

@@ -1,6 +1,6 @@
-// Reliability of repeated visits, from a two-way table of persons and visits: P. Shrout, J. Fleiss, Psychol. Bull. 86
-// (1979) 420-428; K. McGraw, S. Wong, Psychol. Methods 1 (1996) 30-46 (intervals); R's irr::icc(model = "twoway", type
-// = "agreement") has the same values. MSR, MSC, MSE: mean squares of n persons, k visits, and the rest.
+// Reliability of repeated visits, from a two-way table of participants and visits: P. Shrout, J. Fleiss, Psychol. Bull.
+// 86 (1979) 420-428; K. McGraw, S. Wong, Psychol. Methods 1 (1996) 30-46 (intervals); R's irr::icc(model = "twoway",
+// type = "agreement") has the same values. MSR, MSC, MSE: mean squares of n participants, k visits, and the rest.
 //   ICC(2,1) = (MSR - MSE) / (MSR + (k - 1) MSE + k (MSC - MSE) / n)    one visit of a person
 //   ICC(2,k) = (MSR - MSE) / (MSR + (MSC - MSE) / n)                    the mean of all k
 //   standard error of measurement: root of MSE + max(0, MSC - MSE) / n, which counts that visits differ for everybody
@@ -17,24 +17,23 @@
 namespace decid::cohort {
 
 struct Reliability {
-  std::size_t persons = 0, visits = 0;
+  std::size_t participants = 0;
   double icc_single = 0.0, icc_average = 0.0;             ///< ICC(2,1) and ICC(2,k)
   std::array<double, 2> icc_single95{}, icc_average95{};  ///< minus infinity where ICC(2,1) is -1 / (k - 1) or below
   double standard_error = 0.0;                            ///< of measurement
   double minimal_detectable_change = 0.0;                 ///< with 95%
-  double person_sd = 0.0;                                 ///< between persons
+  double participant_sd = 0.0;                            ///< between participants
   double visit_sd = 0.0;                                  ///< between visits, of everybody alike
-  double rest_sd = 0.0;                                   ///< root of MSE
-  double measurement_sd = 0.0;                            ///< the posteriors' part of rest_sd
-  double within_person_sd = 0.0;                          ///< the other part: root of MSE - measurement_sd^2, or 0
+  double measurement_sd = 0.0;                            ///< the posteriors' part of the root of MSE
+  double within_participant_sd = 0.0;                     ///< the other part: root of MSE - measurement_sd^2, or 0
   /// The part of a person's change that the values show: means of posteriors are drawn towards the prior's mean. 1
   /// unless compute_reliability() sets it. A change of minimal_detectable_change / shown_fraction is detected.
   double shown_fraction = 1.0;
 };
 
 /// Computes the reliability. values: person by person, all visits each. measurement_variances: of the values, in their
-/// order; empty: unknown, as if 0. Throws Error for fewer than two persons or visits, another number of values, values
-/// that are not finite, and values without any variance.
+/// order; empty: unknown, as if 0. Throws Error for fewer than two participants or visits, another number of values,
+/// values that are not finite, and values without any variance.
 Reliability reliability(std::size_t visits, std::span<const double> values,
                         std::span<const double> measurement_variances = {});
 

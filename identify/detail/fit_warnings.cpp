@@ -6,7 +6,6 @@
 #include <limits>
 #include <string>
 
-#include "base/math/math.hpp"
 #include "base/setting.hpp"
 #include "base/text.hpp"
 

@@ -38,9 +38,6 @@ sim::Parameters uniform_stddev(const sim::ParameterTable& ranges) {
   return stddev;
 }
 
-CalibrationTrials::CalibrationTrials(const sim::Protocol& protocol, const posterior::Priors& priors, std::uint64_t seed)
-    : CalibrationTrials(std::span(&protocol, 1), priors, seed) {}
-
 CalibrationTrials::CalibrationTrials(std::span<const sim::Protocol> protocols, const posterior::Priors& priors,
                                      std::uint64_t seed)
     : ranges_(ranges_of_first(protocols)), seed_(seed) {

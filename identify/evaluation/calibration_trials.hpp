@@ -27,8 +27,7 @@ sim::Parameters uniform_stddev(const sim::ParameterTable& ranges);
 /// that value.
 class CalibrationTrials {
  public:
-  CalibrationTrials(const sim::Protocol& protocol, const posterior::Priors& priors, std::uint64_t seed);
-  /// Trials of people who are recorded several times: once with each protocol, with new noise, start and gain. Throws
+  /// Simulates people who are recorded once with each protocol, with new noise, start and gain. Throws
   /// Error for no protocol, and for protocols of other parameters.
   CalibrationTrials(std::span<const sim::Protocol> protocols, const posterior::Priors& priors, std::uint64_t seed);
 

@@ -6,7 +6,6 @@
 #include <set>
 
 #include "base/error.hpp"
-#include "base/text.hpp"
 #include "identify/evaluation/calibration_trials.hpp"
 
 namespace decid {

@@ -2,7 +2,6 @@
 #include "identify/evaluation/model_study.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <numeric>
 

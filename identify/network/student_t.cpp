@@ -1,8 +1,6 @@
 // Student's t distribution: see student_t.hpp.
 #include "identify/network/student_t.hpp"
 
-#include <cmath>
-
 #include "base/math/incomplete_beta.hpp"
 #include "base/math/math.hpp"
 

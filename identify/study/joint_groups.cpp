@@ -52,13 +52,13 @@ FreedParameters read_freed(const std::string& text, const sim::ParameterTable& t
 }
 
 std::vector<FitGroup> joint_groups(const RecordingPlan& plan, const std::string& joint, const std::string& conditions) {
-  const TextOf person = !plan.sheet && joint == "all" ? always(joint) : reader_for(plan, joint),
+  const TextOf participant = !plan.sheet && joint == "all" ? always(joint) : reader_for(plan, joint),
                condition = conditions.empty() ? always({}) : reader_for(plan, conditions);
   std::vector<FitGroup> groups;
   std::vector<std::string> keys;
   for (std::size_t i = 0; i < plan.recordings.size(); ++i) {
     const PlannedRecording& planned = plan.recordings[i];
-    const std::string key = text_key(person(planned.entry));
+    const std::string key = text_key(participant(planned.entry));
     if (key.empty() || planned.error) continue;
     const auto found = std::ranges::find(keys, key);
     const auto place = static_cast<std::size_t>(found - keys.begin());

@@ -17,12 +17,13 @@ namespace decid {
 namespace {
 
 /// Throws if a few people are in both groups: a comparison in pairs leaves out everyone else.
-void refuse_few_pairs(const std::string& where, const std::string& one, const std::set<std::string>& people_of_one,
-                      const std::string& other, const std::set<std::string>& people_of_other) {
+void refuse_few_pairs(const std::string& where, const std::string& one,
+                      const std::set<std::string>& participants_of_one, const std::string& other,
+                      const std::set<std::string>& participants_of_other) {
   std::vector<std::string> both;
-  std::ranges::set_intersection(people_of_one, people_of_other, std::back_inserter(both));
-  if (both.empty() || 2 * both.size() >= std::min(people_of_one.size(), people_of_other.size())) return;
-  const std::size_t all = people_of_one.size() + people_of_other.size() - both.size();
+  std::ranges::set_intersection(participants_of_one, participants_of_other, std::back_inserter(both));
+  if (both.empty() || 2 * both.size() >= std::min(participants_of_one.size(), participants_of_other.size())) return;
+  const std::size_t all = participants_of_one.size() + participants_of_other.size() - both.size();
   throw Error(Code::value_invalid, where,
               "has " + both.front() + " in both \"" + one + "\" and \"" + other + "\", but " +
                   format("%zu of %zu people in only one of them", all - both.size(), all),
@@ -63,10 +64,10 @@ GroupTable groups_of_plan(const RecordingPlan& plan, bool by_group) {
   const auto has_participant = [](const PlannedRecording& it) { return !it.entry.participant.empty(); };
   GroupTable groups{std::ranges::any_of(plan.recordings, has_participant) ? "participant_id" : "", {}};
   groups.has_groups = by_group;
-  Spelling of_group, of_person;
+  Spelling of_group, of_participant;
   for (const PlannedRecording& it : plan.recordings)
     groups.members.push_back({by_group ? of_group(it.entry.group) : cohort::everyone,
-                              has_participant(it) ? of_person(it.entry.participant) : it.source.name()});
+                              has_participant(it) ? of_participant(it.entry.participant) : it.source.name()});
   return groups;
 }
 
@@ -74,7 +75,7 @@ void refuse_groups(const std::vector<GroupMember>& members, const std::string& w
                    const RecordingPlan* plan) {
   std::map<std::string, std::set<std::string>> groups;  // their people
   for (const GroupMember& member : members)
-    if (!member.group.empty()) groups[member.group].insert(member.person);
+    if (!member.group.empty()) groups[member.group].insert(member.participant);
   if (groups.size() < least && plan != nullptr)
     for (const PlannedRecording& planned : plan->recordings)
       if (planned.error) throw Error(*planned.error);
@@ -134,16 +135,16 @@ void add_covariate(const std::string& column, const RecordingPlan& plan, GroupTa
 void refuse_joint_cells(const GroupTable& groups, std::span<const FitGroup> joint) {
   if (groups.members.empty()) return;
   for (const FitGroup& group : joint) {
-    std::set<std::string> cells, persons;
+    std::set<std::string> cells, participants;
     for (const std::size_t i : group.recordings) {
       const GroupMember& member = groups.members.at(i);
       if (member.cell().empty()) continue;
       cells.insert(member.cell());
-      persons.insert(member.person);
+      participants.insert(member.participant);
     }
-    if (persons.size() > 1)
+    if (participants.size() > 1)
       throw Error(Code::setting_conflict, setting("joint"),
-                  "fits recordings of \"" + *persons.begin() + "\" and \"" + *std::next(persons.begin()) +
+                  "fits recordings of \"" + *participants.begin() + "\" and \"" + *std::next(participants.begin()) +
                       "\" together, who count as two people of a group",
                   "fit together by a column of the sheet that differs between people, such as participant_id");
     if (cells.size() > 1)

@@ -1,4 +1,4 @@
-// Groups, sessions, conditions and covariates of a study's persons, from the sheet of a plan.
+// Groups, sessions, conditions and covariates of a study's participants, from the sheet of a plan.
 //
 //   GroupTable groups = groups_of_plan(plan, true);
 //   refuse_groups(groups.members, "participants.tsv");

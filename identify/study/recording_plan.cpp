@@ -111,9 +111,9 @@ class Planner {
                        "is the file of " + plan_.sheet->locate(lines()[best[0]]) + " and of line " +
                            std::to_string(lines()[best[1]].number),
                        "keep one line, or put folders before the names"));
-    if (!best.empty()) return add(sources_[i], with_person(lines()[best[0]]));
-    const std::optional<std::size_t> person = find_person(i);
-    if (person) return add(sources_[i], lines()[*person]);
+    if (!best.empty()) return add(sources_[i], with_participant(lines()[best[0]]));
+    const std::optional<std::size_t> participant = find_participant(i);
+    if (participant) return add(sources_[i], lines()[*participant]);
     add(sources_[i], SheetLine{},
         Error(Code::value_missing, sources_[i].name(), "has no line in " + plan_.sheet->file.string(),
               "add a line with its file or its participant_id"));
@@ -127,7 +127,7 @@ class Planner {
   }
 
   /// Returns the person's line of a recording, the line with its session rather than one without.
-  std::optional<std::size_t> find_person(std::size_t source) {
+  std::optional<std::size_t> find_participant(std::size_t source) {
     std::optional<std::size_t> found;
     for (std::size_t line = 0; line < lines().size(); ++line) {
       if (!lines()[line].file.empty() || !is_of(source, lines()[line])) continue;
@@ -137,23 +137,24 @@ class Planner {
     return found;
   }
 
-  bool is_of(std::size_t source, const SheetLine& person) const {
+  bool is_of(std::size_t source, const SheetLine& participant) const {
     const PathKey& key = source_keys_[source];
-    return key.names_participant(person.entry.participant) &&
-           (person.entry.session.empty() || key.names_session(person.entry.session));
+    return key.names_participant(participant.entry.participant) &&
+           (participant.entry.session.empty() || key.names_session(participant.entry.session));
   }
 
   /// Fills a recording's line from the line of its person, if the sheet has one.
-  SheetLine with_person(const SheetLine& recording) {
+  SheetLine with_participant(const SheetLine& recording) {
     SheetLine line = recording;
     for (std::size_t i = 0; i < lines().size(); ++i) {
-      const SheetLine& person = lines()[i];
-      const bool same_session = person.entry.session.empty() || person.entry.session == recording.entry.session;
-      if (!person.file.empty() || person.entry.participant.empty() || !same_session ||
-          person.entry.participant != recording.entry.participant)
+      const SheetLine& participant = lines()[i];
+      const bool same_session =
+          participant.entry.session.empty() || participant.entry.session == recording.entry.session;
+      if (!participant.file.empty() || participant.entry.participant.empty() || !same_session ||
+          participant.entry.participant != recording.entry.participant)
         continue;
       used_[i] = true;
-      line = merged(std::move(line), person);
+      line = merged(std::move(line), participant);
     }
     return line;
   }
@@ -172,7 +173,7 @@ class Planner {
       if (!here.file.empty())
         plan_line(line);
       else
-        plan_person(here, taken);
+        plan_participant(here, taken);
     }
   }
 
@@ -194,7 +195,7 @@ class Planner {
   }
 
   void plan_line(std::size_t line) {
-    const SheetLine here = with_person(lines()[line]);
+    const SheetLine here = with_participant(lines()[line]);
     const std::vector<std::size_t>& best = found_[line];
     std::error_code ignored;
     const std::filesystem::path direct = path_beside(*plan_.sheet, here.file);
@@ -223,41 +224,43 @@ class Planner {
                  "delete one of them");
   }
 
-  void plan_person(const SheetLine& person, std::vector<bool>& taken) {
-    bool has_one = !person.entry.participant.empty() && std::ranges::any_of(lines(), [&](const SheetLine& line) {
-      return !line.file.empty() && line.entry.participant == person.entry.participant;
+  void plan_participant(const SheetLine& participant, std::vector<bool>& taken) {
+    bool has_one = !participant.entry.participant.empty() && std::ranges::any_of(lines(), [&](const SheetLine& line) {
+      return !line.file.empty() && line.entry.participant == participant.entry.participant;
     });
     for (std::size_t i = 0; i < sources_.size(); ++i) {
-      if (taken[i] || !is_of(i, person)) continue;
-      if (person.entry.session.empty() && has_session_line(i, person)) continue;
+      if (taken[i] || !is_of(i, participant)) continue;
+      if (participant.entry.session.empty() && has_session_line(i, participant)) continue;
       taken[i] = has_one = true;
-      add(sources_[i], person);
+      add(sources_[i], participant);
     }
-    if (!has_one || person.error) add_without_recording(person, has_one);
+    if (!has_one || participant.error) add_without_recording(participant, has_one);
   }
 
-  bool has_session_line(std::size_t source, const SheetLine& person) const {
+  bool has_session_line(std::size_t source, const SheetLine& participant) const {
     return std::ranges::any_of(lines(), [&](const SheetLine& line) {
-      return line.file.empty() && !line.entry.session.empty() && line.entry.participant == person.entry.participant &&
-             is_of(source, line);
+      return line.file.empty() && !line.entry.session.empty() &&
+             line.entry.participant == participant.entry.participant && is_of(source, line);
     });
   }
 
-  void add_without_recording(const SheetLine& person, bool has_one) {
+  void add_without_recording(const SheetLine& participant, bool has_one) {
     if (has_one) return;  // its recordings have the error of the line
-    const std::string name = person.entry.participant.empty() ? plan_.sheet->locate(person) : person.entry.participant;
-    add(std::filesystem::path(name), person,
-        person.error
-            ? *person.error
-            : Error(Code::file_missing, plan_.sheet->locate(person),
+    const std::string name =
+        participant.entry.participant.empty() ? plan_.sheet->locate(participant) : participant.entry.participant;
+    add(std::filesystem::path(name), participant,
+        participant.error
+            ? *participant.error
+            : Error(Code::file_missing, plan_.sheet->locate(participant),
                     "no recording below its folder is of " + name +
-                        (person.entry.session.empty() ? "" : " in session " + person.entry.session),
-                    std::string("put the participant_id") + (person.entry.session.empty() ? "" : " and the session") +
+                        (participant.entry.session.empty() ? "" : " in session " + participant.entry.session),
+                    std::string("put the participant_id") +
+                        (participant.entry.session.empty() ? "" : " and the session") +
                         " into the names of files or folders, or add a column \"file\""));
   }
 
   void add_missing(const SheetLine& line, const std::string& problem) {
-    add(path_beside(*plan_.sheet, line.file), with_person(line),
+    add(path_beside(*plan_.sheet, line.file), with_participant(line),
         Error(Code::file_missing, plan_.sheet->locate(line), problem, "correct the name, or copy the file there"));
   }
 
@@ -288,7 +291,7 @@ class Planner {
       throw Error(Code::value_missing, where,
                   line.mass_kg ? "gives a weight and no height" : "gives a height and no weight",
                   "give both, or neither for the assumed body");
-    if (line.mass_kg) setting.body = sim::body_of_person({.mass_kg = *line.mass_kg, .height_m = *line.height_m});
+    if (line.mass_kg) setting.body = sim::body_of_participant({.mass_kg = *line.mass_kg, .height_m = *line.height_m});
     if (line.protocol.empty()) return;
     std::error_code ignored;
     const std::filesystem::path file = path_beside(*plan_.sheet, line.protocol);

@@ -288,14 +288,14 @@ std::function<std::string(const SheetEntry& entry)> StudySheet::reader_for(const
   }
   const auto found = std::ranges::find(columns, column_key(column), column_key);
   if (found == columns.end())
-    throw Error(Code::column_missing, file.string(), "has no column '" + column + "' of persons or conditions",
+    throw Error(Code::column_missing, file.string(), "has no column '" + column + "' of participants or conditions",
                 "name participant_id, session, group, condition or another column of the sheet");
   return [place = static_cast<std::size_t>(found - columns.begin())](const SheetEntry& entry) {
     return place < entry.cells.size() ? entry.cells[place] : std::string();
   };
 }
 
-bool names_persons(const std::string& column) {
+bool names_participants(const std::string& column) {
   return column_of(column).role == Role::participant;
 }
 
@@ -345,24 +345,24 @@ StudySheet read_sheet(const std::filesystem::path& path) {
   return sheet;
 }
 
-SheetLine merged(SheetLine recording, const SheetLine& person) {
+SheetLine merged(SheetLine recording, const SheetLine& participant) {
   const auto fill = [](std::string& empty, const std::string& from) {
     if (empty.empty()) empty = from;
   };
-  fill(recording.entry.participant, person.entry.participant);
-  fill(recording.entry.session, person.entry.session);
-  fill(recording.entry.group, person.entry.group);
-  fill(recording.entry.condition, person.entry.condition);
-  fill(recording.protocol, person.protocol);
+  fill(recording.entry.participant, participant.entry.participant);
+  fill(recording.entry.session, participant.entry.session);
+  fill(recording.entry.group, participant.entry.group);
+  fill(recording.entry.condition, participant.entry.condition);
+  fill(recording.protocol, participant.protocol);
   for (std::size_t i = 0; i < recording.entry.cells.size(); ++i)
-    fill(recording.entry.cells[i], person.entry.cells.at(i));
-  if (!recording.mass_kg) recording.mass_kg = person.mass_kg;
-  if (!recording.height_m) recording.height_m = person.height_m;
-  for (const auto& option : person.reading)
+    fill(recording.entry.cells[i], participant.entry.cells.at(i));
+  if (!recording.mass_kg) recording.mass_kg = participant.mass_kg;
+  if (!recording.height_m) recording.height_m = participant.height_m;
+  for (const auto& option : participant.reading)
     if (std::ranges::find(recording.reading, option.first, &std::pair<std::string, std::string>::first) ==
         recording.reading.end())
       recording.reading.push_back(option);
-  if (!recording.error) recording.error = person.error;
+  if (!recording.error) recording.error = participant.error;
   return recording;
 }
 

@@ -51,8 +51,8 @@ struct StudySheet {
 /// that is not read, a sheet without lines, and a person in two groups. A line with a wrong cell has an error.
 StudySheet read_sheet(const std::filesystem::path& path);
 
-/// Returns true for the names of a column of persons: participant_id, subject and the like.
-bool names_persons(const std::string& column);
+/// Returns true for the names of a column of participants: participant_id, subject and the like.
+bool names_participants(const std::string& column);
 /// Returns true for the names of a column of weights: weight, mass and the like; and of heights.
 /// Returns true for "group".
 bool names_groups(const std::string& column);
@@ -64,6 +64,6 @@ bool names_ages(const std::string& column);
 std::optional<double> read_number(std::string cell);
 
 /// Returns the line with the empty cells of a recording's line filled from the person's.
-SheetLine merged(SheetLine recording, const SheetLine& person);
+SheetLine merged(SheetLine recording, const SheetLine& participant);
 
 }  // namespace decid

@@ -76,8 +76,8 @@ std::vector<Preset> make_presets() {
   all.push_back(
       {.name = "series",
        .description =
-           "time series of 10 Hz of the cycles' mean and difference and of the tilt, a network that says how "
-           "sure it is; made for protocols with recording conditions and bodies of several heights",
+           "time series of 10 Hz of the cycles' mean and difference and of the tilt; estimates with intervals; "
+           "made for protocols with recording conditions and bodies of several heights",
        .architecture =
            "conv 48 15x1 stride 2x1 pad 7x0; batchnorm; relu; conv 64 9x1 stride 2x1 pad 4x0; batchnorm; relu; "
            "conv 96 7x1 stride 2x1 pad 3x0; batchnorm; relu; conv 128 7x1 stride 2x1 pad 3x0; batchnorm; relu; "
@@ -99,7 +99,7 @@ std::vector<Preset> make_presets() {
        .learning_rate = 0.01,
        .schedule = "step:30:0.3"});
   all.push_back({.name = "small",
-                 .description = "trains in seconds, for trying things out",
+                 .description = "trains in seconds, for first tries",
                  .architecture =
                      "conv 8 5x5 stride 2x2 pad 2x2; batchnorm; relu; conv 16 3x3 stride 2x2 pad 1x1; batchnorm; relu; "
                      "conv 32 3x3 stride 2x2 pad 1x1; batchnorm; relu; globalavgpool; fc 7",

@@ -92,41 +92,41 @@ bool Trainer<T>::difference_replaces_activation(std::size_t index) const {
 // Every activation is kept for backward; of the derivatives that do not replace one, two at a time.
 template <class T>
 void Trainer<T>::plan() {
-  struct Place {
+  struct Layout {
     Shape shape;
     std::size_t activation = 0;  // offset
     int turn = 0;                // which of the two
     Halo activation_halo, difference_halo;
   };
-  std::vector<Place> places(layers_.size() + 1);
+  std::vector<Layout> layouts(layers_.size() + 1);
   std::size_t kept = 0, pair[2] = {0, 0};
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    Place& place = places[i];
-    place.shape = i > 0 ? layers_[i - 1]->layer().dst_shape() : network_.input_shape();
-    place.activation_halo = activation_halo(i);
-    place.difference_halo = difference_halo(i);
+  for (std::size_t i = 0; i < layouts.size(); ++i) {
+    Layout& layout = layouts[i];
+    layout.shape = i > 0 ? layers_[i - 1]->layer().dst_shape() : network_.input_shape();
+    layout.activation_halo = activation_halo(i);
+    layout.difference_halo = difference_halo(i);
     if (difference_replaces_activation(i))
-      place.activation_halo = place.difference_halo = larger(place.activation_halo, place.difference_halo);
+      layout.activation_halo = layout.difference_halo = larger(layout.activation_halo, layout.difference_halo);
     if (i > 0 && layers_[i - 1]->in_place()) {
-      place.activation = places[i - 1].activation;
-      place.turn = places[i - 1].turn;
+      layout.activation = layouts[i - 1].activation;
+      layout.turn = layouts[i - 1].turn;
       continue;
     }
-    place.turn = i > 0 ? 1 - places[i - 1].turn : 0;
-    place.activation = kept;
-    kept += TensorView<T>::required(place.shape, own_batch_, place.activation_halo);
+    layout.turn = i > 0 ? 1 - layouts[i - 1].turn : 0;
+    layout.activation = kept;
+    kept += TensorView<T>::required(layout.shape, own_batch_, layout.activation_halo);
     if ((i > 0 || with_input_diff_) && !difference_replaces_activation(i))
-      pair[place.turn] =
-          std::max(pair[place.turn], TensorView<T>::required(place.shape, own_batch_, place.difference_halo));
+      pair[layout.turn] =
+          std::max(pair[layout.turn], TensorView<T>::required(layout.shape, own_batch_, layout.difference_halo));
   }
   memory_.reserve(kept + pair[0] + pair[1]);
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const Place& place = places[i];
-    T* const own = memory_.data() + place.activation;
-    T* const shared = memory_.data() + kept + (place.turn == 0 ? 0 : pair[0]);
-    activations_.emplace_back(own, place.shape, own_batch_, place.activation_halo);
-    differences_.emplace_back(difference_replaces_activation(i) ? own : shared, place.shape, own_batch_,
-                              place.difference_halo);
+  for (std::size_t i = 0; i < layouts.size(); ++i) {
+    const Layout& layout = layouts[i];
+    T* const own = memory_.data() + layout.activation;
+    T* const shared = memory_.data() + kept + (layout.turn == 0 ? 0 : pair[0]);
+    activations_.emplace_back(own, layout.shape, own_batch_, layout.activation_halo);
+    differences_.emplace_back(difference_replaces_activation(i) ? own : shared, layout.shape, own_batch_,
+                              layout.difference_halo);
   }
 }
 

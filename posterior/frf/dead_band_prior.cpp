@@ -2,7 +2,6 @@
 #include "posterior/frf/dead_band_prior.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace decid::frf {
 namespace {

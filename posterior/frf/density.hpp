@@ -57,8 +57,6 @@ class Density {
   int error() const noexcept { return gain() + 1; }
   int quantities() const noexcept { return gain() + 2; }
   bool is_fixed(std::size_t parameter) const { return !place_of_[parameter]; }
-  /// Returns true if one coordinate is the passing gain's rank, because Nv and theta are free.
-  bool ranks_passing() const noexcept { return dead_band_.has_value(); }
 
   std::size_t size() const noexcept { return free_.size() + 2; }
   /// Returns the number of leading coordinates that are uniform from 0 to 1 under the prior.

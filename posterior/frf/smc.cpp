@@ -1,4 +1,4 @@
-// Sequential Monte Carlo whose jumps use the local information: see smc.hpp.
+// Sequential Monte Carlo whose proposals use the local information: see smc.hpp.
 #include "posterior/frf/smc.hpp"
 
 #include <algorithm>
@@ -19,12 +19,12 @@ namespace {
 constexpr int attempts = 1000;                   // to draw a possible point from the prior
 constexpr double kept_fraction = 0.5;            // of the population's effective number, between powers
 constexpr int bisections = 50;                   // of the next power
-constexpr double shortest = 0.2, longest = 1.4;  // jump lengths, in standard deviations by the information
-// Jumps with drift decorrelate faster; jumps without drift help where the information misleads.
-constexpr double drifting = 0.75;    // fraction of the jumps
+constexpr double shortest = 0.2, longest = 1.4;  // lengths of proposals, in standard deviations by the information
+// Proposals with drift decorrelate faster; proposals without drift help where the information misleads.
+constexpr double drifting = 0.75;    // fraction of the proposals
 constexpr double of_uniform = 12.0;  // one over the variance of a uniform distribution between 0 and 1
 constexpr std::size_t max_coordinates = 28;
-constexpr std::uint64_t numbers_a_move = 32;  // random numbers
+constexpr std::uint64_t numbers_per_transition = 32;  // random numbers
 
 void check(std::size_t size, const SmcSettings& settings) {
   const auto at_least = [](const char* setting, int value, int least) {
@@ -33,7 +33,7 @@ void check(std::size_t size, const SmcSettings& settings) {
                   "give " + std::to_string(least) + " or more");
   };
   at_least("population", settings.population, settings.chains);
-  at_least("stage_moves", settings.stage_moves, 1);
+  at_least("stage_transitions", settings.stage_transitions, 1);
   at_least("settling_transitions", settings.settling_transitions, 0);
   at_least("chains", settings.chains, 1);
   at_least("thinning", settings.thinning, 1);
@@ -45,7 +45,7 @@ void check(std::size_t size, const SmcSettings& settings) {
 }
 
 /// A point, and the density's values there at a power of the likelihood.
-struct Place {
+struct Particle {
   std::vector<double> x;
   Local local;
   double potential = 0.0;        // minus the logarithm of the density
@@ -54,54 +54,55 @@ struct Place {
   double log_determinant = 0.0;  // of L
 };
 
-void look_around(Place& place, std::size_t uniform, double power) {
-  const std::size_t size = place.x.size();
-  place.potential = power * place.local.misfit;
-  place.gradient.resize(size);
-  place.factor.resize(triangle(size));
+void update_potential(Particle& particle, std::size_t uniform, double power) {
+  const std::size_t size = particle.x.size();
+  particle.potential = power * particle.local.misfit;
+  particle.gradient.resize(size);
+  particle.factor.resize(triangle(size));
   for (std::size_t i = 0; i < size; ++i) {
     const bool is_normal = i >= uniform;
-    if (is_normal) place.potential += 0.5 * place.x[i] * place.x[i];
-    place.gradient[i] = power * place.local.gradient[i] + (is_normal ? place.x[i] : 0.0);
+    if (is_normal) particle.potential += 0.5 * particle.x[i] * particle.x[i];
+    particle.gradient[i] = power * particle.local.gradient[i] + (is_normal ? particle.x[i] : 0.0);
     for (std::size_t j = 0; j <= i; ++j)
-      place.factor[triangle(i) + j] = power * place.local.information[triangle(i) + j] + (i != j      ? 0.0
-                                                                                          : is_normal ? 1.0
-                                                                                                      : of_uniform);
+      particle.factor[triangle(i) + j] =
+          power * particle.local.information[triangle(i) + j] + (i != j      ? 0.0
+                                                                 : is_normal ? 1.0
+                                                                             : of_uniform);
   }
-  if (!factorize(size, place.factor)) {  // no information: jumps of the prior's size
-    std::fill(place.factor.begin(), place.factor.end(), 0.0);
-    for (std::size_t i = 0; i < size; ++i) place.factor[triangle(i) + i] = 1.0;
+  if (!factorize(size, particle.factor)) {  // no information: proposals of the prior's size
+    std::fill(particle.factor.begin(), particle.factor.end(), 0.0);
+    for (std::size_t i = 0; i < size; ++i) particle.factor[triangle(i) + i] = 1.0;
   }
-  place.log_determinant = 0.0;
-  for (std::size_t i = 0; i < size; ++i) place.log_determinant += decid::log(place.factor[triangle(i) + i]);
+  particle.log_determinant = 0.0;
+  for (std::size_t i = 0; i < size; ++i) particle.log_determinant += decid::log(particle.factor[triangle(i) + i]);
 }
 
-struct Jump {
+struct Proposal {
   double length;
   double drift;  // length^2 / 2, or none
 };
 
-/// Returns the mean target of jumps from a point.
-std::vector<double> jump_target(const Place& place, const Jump& jump) {
-  std::vector<double> x = place.x;
-  if (jump.drift == 0.0) return x;
-  std::vector<double> step = place.gradient;
-  solve_lower(x.size(), place.factor, step);
-  solve_upper(x.size(), place.factor, step);
-  for (std::size_t i = 0; i < x.size(); ++i) x[i] -= jump.drift * step[i];
+/// Returns the mean of proposals from a point.
+std::vector<double> proposal_mean(const Particle& particle, const Proposal& proposal) {
+  std::vector<double> x = particle.x;
+  if (proposal.drift == 0.0) return x;
+  std::vector<double> step = particle.gradient;
+  solve_lower(x.size(), particle.factor, step);
+  solve_upper(x.size(), particle.factor, step);
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] -= proposal.drift * step[i];
   return x;
 }
 
-/// Returns the logarithm of the density of a jump, without the terms that both directions share.
-double log_density(const Place& from, const std::vector<double>& to, const Jump& jump) {
-  const std::vector<double> target = jump_target(from, jump);
+/// Returns the logarithm of the density of a proposal, without the terms that both directions share.
+double log_density(const Particle& from, const std::vector<double>& to, const Proposal& proposal) {
+  const std::vector<double> mean = proposal_mean(from, proposal);
   double squares = 0.0;
-  for (std::size_t i = 0; i < to.size(); ++i) {  // of L^t (to - target)
+  for (std::size_t i = 0; i < to.size(); ++i) {  // of L^t (to - mean)
     double sum = 0.0;
-    for (std::size_t k = i; k < to.size(); ++k) sum += from.factor[triangle(k) + i] * (to[k] - target[k]);
+    for (std::size_t k = i; k < to.size(); ++k) sum += from.factor[triangle(k) + i] * (to[k] - mean[k]);
     squares += sum * sum;
   }
-  return from.log_determinant - 0.5 * squares / (jump.length * jump.length);
+  return from.log_determinant - 0.5 * squares / (proposal.length * proposal.length);
 }
 
 class Run {
@@ -119,47 +120,45 @@ class Run {
       const double next = next_power(power);
       resample(next - power);
       power = next;
-      move_population(settings_.stage_moves, power);
+      apply_transitions(settings_.stage_transitions, power);
     }
-    move_population(settings_.settling_transitions, 1.0);
+    apply_transitions(settings_.settling_transitions, 1.0);
     draw();
     return std::move(result_);
   }
 
  private:
   /// Returns the random numbers of a particle; chains have numbers after the population's.
-  Random random_numbers(std::size_t particle) const {
-    return {settings_.seed, posterior::streams::particles, particle};
-  }
+  Random random_numbers(std::size_t number) const { return {settings_.seed, posterior::streams::particles, number}; }
 
   void start() {
     parallel_for(settings_.population, [&](int i) {
-      const auto particle = static_cast<std::size_t>(i);
-      const Random random = random_numbers(particle);
-      Place& place = population_[particle];
-      place.x.resize(size_);
-      place.local.gradient.resize(size_);
-      place.local.information.resize(triangle(size_));
+      const auto number = static_cast<std::size_t>(i);
+      const Random random = random_numbers(number);
+      Particle& particle = population_[number];
+      particle.x.resize(size_);
+      particle.local.gradient.resize(size_);
+      particle.local.information.resize(triangle(size_));
       for (int attempt = 0; attempt < attempts; ++attempt) {
-        const std::uint64_t first = static_cast<std::uint64_t>(attempt) * numbers_a_move;
-        random.fill_normal(place.x, first);
-        for (std::size_t k = 0; k < uniform_; ++k) place.x[k] = random.uniform(first + k);
-        evaluate_(place.x, place.local);
-        if (std::isfinite(place.local.misfit)) return;
+        const std::uint64_t first = static_cast<std::uint64_t>(attempt) * numbers_per_transition;
+        random.fill_normal(particle.x, first);
+        for (std::size_t k = 0; k < uniform_; ++k) particle.x[k] = random.uniform(first + k);
+        evaluate_(particle.x, particle.local);
+        if (std::isfinite(particle.local.misfit)) return;
       }
       throw Error(Code::setting_out_of_range, "particles", "the likelihood is 0 at all draws from the prior",
                   "widen the prior");
     });
-    moved_ = attempts;
+    transitions_ = attempts;
     result_.evaluations += settings_.population;
   }
 
   /// Returns the population's weights after a step of the power; the largest is 1.
   std::vector<double> weights(double step) const {
     double least = population_.front().local.misfit;
-    for (const Place& place : population_) least = std::min(least, place.local.misfit);
+    for (const Particle& particle : population_) least = std::min(least, particle.local.misfit);
     std::vector<double> made;
-    for (const Place& place : population_) made.push_back(decid::exp(-step * (place.local.misfit - least)));
+    for (const Particle& particle : population_) made.push_back(decid::exp(-step * (particle.local.misfit - least)));
     return made;
   }
 
@@ -187,42 +186,43 @@ class Run {
     double total = 0.0;
     for (const double value : weight) total += value;
     const Random random = random_numbers(population_.size() + static_cast<std::size_t>(settings_.chains));
-    const double place = random.uniform(static_cast<std::uint64_t>(result_.stages));
-    std::vector<Place> chosen;
+    const double offset = random.uniform(static_cast<std::uint64_t>(result_.stages));
+    std::vector<Particle> chosen;
     double sum = 0.0;
     for (std::size_t i = 0; i < population_.size(); ++i) {
       sum += weight[i];
       const double expected = sum / total * static_cast<double>(population_.size());
-      while (chosen.size() < population_.size() && place + static_cast<double>(chosen.size()) < expected)
+      while (chosen.size() < population_.size() && offset + static_cast<double>(chosen.size()) < expected)
         chosen.push_back(population_[i]);
     }
     while (chosen.size() < population_.size()) chosen.push_back(population_.back());  // rounding may leave some out
     population_ = std::move(chosen);
   }
 
-  void move_population(int moves, double power) {
+  void apply_transitions(int count, double power) {
     parallel_for(settings_.population, [&](int i) {
-      Place& place = population_[static_cast<std::size_t>(i)];
-      look_around(place, uniform_, power);
-      for (int move = 0; move < moves; ++move)
-        this->move(place, random_numbers(static_cast<std::size_t>(i)), moved_ + static_cast<std::uint64_t>(move),
+      Particle& particle = population_[static_cast<std::size_t>(i)];
+      update_potential(particle, uniform_, power);
+      for (int k = 0; k < count; ++k)
+        transition(particle, random_numbers(static_cast<std::size_t>(i)), transitions_ + static_cast<std::uint64_t>(k),
                    power);
     });
-    moved_ += static_cast<std::uint64_t>(moves);
-    result_.evaluations += static_cast<long long>(moves) * settings_.population;
+    transitions_ += static_cast<std::uint64_t>(count);
+    result_.evaluations += static_cast<long long>(count) * settings_.population;
   }
 
-  bool move(Place& place, const Random& random, std::uint64_t number, double power) const {
-    const std::uint64_t first = number * numbers_a_move;
+  /// Proposes another point, and moves the particle there if it is accepted.
+  bool transition(Particle& particle, const Random& random, std::uint64_t number, double power) const {
+    const std::uint64_t first = number * numbers_per_transition;
     const double length =
         shortest * decid::exp(decid::log(longest / shortest) * random.uniform(first + max_coordinates));
     const bool drifts = random.uniform(first + max_coordinates + 1) < drifting;
-    const Jump jump{length, drifts ? 0.5 * length * length : 0.0};
+    const Proposal proposal{length, drifts ? 0.5 * length * length : 0.0};
     std::vector<double> step(size_);
     random.fill_normal(step, first);
-    solve_upper(size_, place.factor, step);
-    Place other;
-    other.x = jump_target(place, jump);
+    solve_upper(size_, particle.factor, step);
+    Particle other;
+    other.x = proposal_mean(particle, proposal);
     for (std::size_t i = 0; i < size_; ++i) other.x[i] += length * step[i];
     const auto is_inside = [](double value) { return value > 0.0 && value < 1.0; };
     if (!std::all_of(other.x.begin(), other.x.begin() + static_cast<std::ptrdiff_t>(uniform_), is_inside)) return false;
@@ -230,18 +230,18 @@ class Run {
     other.local.information.resize(triangle(size_));
     evaluate_(other.x, other.local);
     if (!std::isfinite(other.local.misfit)) return false;
-    look_around(other, uniform_, power);
-    const double change =
-        other.potential - place.potential + log_density(place, other.x, jump) - log_density(other, place.x, jump);
+    update_potential(other, uniform_, power);
+    const double change = other.potential - particle.potential + log_density(particle, other.x, proposal) -
+                          log_density(other, particle.x, proposal);
     if (!(random.uniform(first + max_coordinates + 2) < decid::exp(-std::max(0.0, change)))) return false;
-    place = std::move(other);
+    particle = std::move(other);
     return true;
   }
 
   void draw() {
     const auto chains = static_cast<std::size_t>(settings_.chains);
-    std::vector<Place> places;
-    for (std::size_t c = 0; c < chains; ++c) places.push_back(population_[c * population_.size() / chains]);
+    std::vector<Particle> particles;
+    for (std::size_t c = 0; c < chains; ++c) particles.push_back(population_[c * population_.size() / chains]);
     result_.chains.resize(chains);
     std::vector<long long> accepted(chains, 0);
     int draws = 0;
@@ -252,19 +252,19 @@ class Run {
         const Random random = random_numbers(population_.size() + c);
         auto number = static_cast<std::uint64_t>(draws) * static_cast<std::uint64_t>(settings_.thinning);
         for (int kept = 0; kept < more; ++kept) {
-          for (int move = 0; move < settings_.thinning; ++move)
-            accepted[c] += this->move(places[c], random, number++, 1.0) ? 1 : 0;
-          result_.chains[c].insert(result_.chains[c].end(), places[c].x.begin(), places[c].x.end());
+          for (int k = 0; k < settings_.thinning; ++k)
+            accepted[c] += transition(particles[c], random, number++, 1.0) ? 1 : 0;
+          result_.chains[c].insert(result_.chains[c].end(), particles[c].x.begin(), particles[c].x.end());
         }
       });
       draws += more;
       if (enough(draws)) break;
     }
-    const long long moves = static_cast<long long>(draws) * settings_.thinning * settings_.chains;
+    const long long transitions = static_cast<long long>(draws) * settings_.thinning * settings_.chains;
     long long sum = 0;
     for (const long long count : accepted) sum += count;
-    result_.acceptance = static_cast<double>(sum) / static_cast<double>(moves);
-    result_.evaluations += moves;
+    result_.acceptance = static_cast<double>(sum) / static_cast<double>(transitions);
+    result_.evaluations += transitions;
   }
 
   bool enough(int draws) {
@@ -286,8 +286,8 @@ class Run {
   std::size_t size_, uniform_;
   const Evaluate& evaluate_;
   const SmcSettings& settings_;
-  std::vector<Place> population_;
-  std::uint64_t moved_ = 0;  // moves of each particle
+  std::vector<Particle> population_;
+  std::uint64_t transitions_ = 0;  // of each particle
   SmcResult result_;
 };
 

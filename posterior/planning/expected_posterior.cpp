@@ -30,7 +30,7 @@ void check_plan(const Density& density, const PlannedRecordings& planned) {
     throw Error(Code::setting_out_of_range, "design, sensor_noise_deg", format("is %g", planned.sensor_noise_deg),
                 "give degrees above 0");
   const sim::ParameterTable& table = density.ranges();
-  for (const std::optional<sim::Parameters>* given : {&planned.at, &planned.person_sd})
+  for (const std::optional<sim::Parameters>* given : {&planned.at, &planned.participant_sd})
     if (*given && (*given)->size() != table.size())
       throw Error(Code::size_mismatch, "design", format("has %zu values", (*given)->size()),
                   format("give the %zu parameters of the controller", table.size()));
@@ -48,43 +48,43 @@ void check_plan(const Density& density, const PlannedRecordings& planned) {
     throw Error(Code::setting_conflict, "design", "the priors fix every parameter", "leave one to be inferred");
 }
 
-/// Returns the parameters of persons who stand through the protocol.
-std::vector<sim::Parameters> persons_of(const Density& density, const PlannedRecordings& planned) {
+/// Returns the parameters of participants who stand through the protocol.
+std::vector<sim::Parameters> participants_of(const Density& density, const PlannedRecordings& planned) {
   sim::Protocol protocol = density.protocol().ideal();
   if (protocol.standing_s == 0.0) protocol.standing_s = density.priors().standing_s;
-  std::vector<sim::Parameters> persons(static_cast<std::size_t>(planned.draws));
+  std::vector<sim::Parameters> participants(static_cast<std::size_t>(planned.draws));
   sim::Simulator(protocol).run_until_valid(
       planned.draws, max_falls,
       [&](int index, int attempt) {
         const auto item = static_cast<std::uint64_t>(index) * max_falls + static_cast<std::uint64_t>(attempt);
         const Random random(planned.seed, streams::design, item);
-        sim::Parameters person(static_cast<std::size_t>(density.parameters()));
-        for (std::size_t p = 0; p < person.size(); ++p) {
+        sim::Parameters participant(static_cast<std::size_t>(density.parameters()));
+        for (std::size_t p = 0; p < participant.size(); ++p) {
           const Quantile& q = density.quantile(p);
-          const double off = planned.person_sd ? (*planned.person_sd)[p] * random.normal(p) : 0.0;
-          person[p] = planned.at && q.range > 0.0 ? (*planned.at)[p] + off : q.value(random.normal(p));
-          person[p] = std::clamp(person[p], q.low + margin * q.range, q.low + (1.0 - margin) * q.range);
+          const double off = planned.participant_sd ? (*planned.participant_sd)[p] * random.normal(p) : 0.0;
+          participant[p] = planned.at && q.range > 0.0 ? (*planned.at)[p] + off : q.value(random.normal(p));
+          participant[p] = std::clamp(participant[p], q.low + margin * q.range, q.low + (1.0 - margin) * q.range);
         }
-        return sim::TrialInput{person, Random(planned.seed, sim::streams::vestibular_noise, item)};
+        return sim::TrialInput{participant, Random(planned.seed, sim::streams::vestibular_noise, item)};
       },
       [&](int index, const sim::TrialInput& trial, std::span<double>) {
-        persons[static_cast<std::size_t>(index)] = trial.parameters;
+        participants[static_cast<std::size_t>(index)] = trial.parameters;
       });
-  return persons;
+  return participants;
 }
 
 /// Sets a person's coordinates, with vestibular noise.
-void place_person(const Density& density, const PlannedRecordings& planned, const sim::Parameters& person,
-                  std::uint64_t number, int lane, std::span<double> x) {
+void place_participant(const Density& density, const PlannedRecordings& planned, const sim::Parameters& participant,
+                       std::uint64_t number, int lane, std::span<double> x) {
   State state;
-  state.parameters = person;
+  state.parameters = participant;
   state.sensor_noise_deg = planned.sensor_noise_deg;
   state.slow_noise_deg = no_slow_noise_deg;
   density.set(state, x, lane);
   std::vector<double> noise(static_cast<std::size_t>(density.noise_size()));
   Random(planned.seed, streams::design, noise_item + number).fill_normal(noise);
   for (std::size_t i = 0; i < noise.size(); ++i)
-    x[i * lanes + static_cast<std::size_t>(lane)] = density.noise_radius(person) * noise[i];
+    x[i * lanes + static_cast<std::size_t>(lane)] = density.noise_radius(participant) * noise[i];
 }
 
 /// Returns the information about some of the last coordinates, all other ones eliminated. inverse_factor: of the
@@ -129,7 +129,7 @@ class Planner {
   Planner(const Density& density, const PlannedRecordings& planned)
       : density_(density),
         planned_(planned),
-        persons_(persons_of(density, planned)),
+        participants_(participants_of(density, planned)),
         observation_(density.at_rest()),
         size_(static_cast<std::size_t>(density.size())),
         noises_(static_cast<std::size_t>(density.noise_size())) {
@@ -148,18 +148,18 @@ class Planner {
   /// Returns the expected variances of the fractions of each person.
   std::vector<std::vector<double>> variances() const {
     constexpr auto at_once = static_cast<std::size_t>(lanes);
-    std::vector<std::vector<double>> all(persons_.size());
-    parallel_for(static_cast<int>((persons_.size() + at_once - 1) / at_once), [&](int number) {
+    std::vector<std::vector<double>> all(participants_.size());
+    parallel_for(static_cast<int>((participants_.size() + at_once - 1) / at_once), [&](int number) {
       const std::size_t first = static_cast<std::size_t>(number) * at_once;
       Density::Workspace work(density_);
       AlignedVector<double> x(size_ * at_once);
       for (std::size_t l = 0; l < at_once; ++l) {
-        const std::size_t person = std::min(first + l, persons_.size() - 1);
-        place_person(density_, planned_, persons_[person], person, static_cast<int>(l), x);
+        const std::size_t participant = std::min(first + l, participants_.size() - 1);
+        place_participant(density_, planned_, participants_[participant], participant, static_cast<int>(l), x);
       }
       std::vector<double> matrices(triangle(size_) * at_once), matrix(triangle(size_)), room(inverse_work(size_));
       density_.information(observation_, x, matrices, work);
-      for (std::size_t l = 0; l < at_once && first + l < persons_.size(); ++l) {
+      for (std::size_t l = 0; l < at_once && first + l < participants_.size(); ++l) {
         for (std::size_t i = 0; i < matrix.size(); ++i) matrix[i] = matrices[i * at_once + l];
         if (!kernels(density_.isa()).inverse_factor(static_cast<int>(size_), matrix.data(), room.data()))
           throw Error(Code::value_invalid, "design", "the information about the parameters is not finite",
@@ -171,7 +171,7 @@ class Planner {
   }
 
  private:
-  std::vector<double> variances_of(std::size_t person, std::size_t lane, std::span<const double> x,
+  std::vector<double> variances_of(std::size_t participant, std::size_t lane, std::span<const double> x,
                                    std::span<const double> inverse_factor) const {
     const std::size_t count = inferred_.size();
     std::vector<double> information = information_about(size_, noises_, inferred_, inverse_factor), truth, slopes;
@@ -185,17 +185,17 @@ class Planner {
       information[triangle(a) + a] -= 1.0;  // the prior's
       for (std::size_t b = 0; b <= a; ++b) information[triangle(a) + b] /= slopes[a] * slopes[b];
     }
-    add_noise_power(person, inverse_factor, information);
-    const Random random(planned_.seed, streams::design, estimate_item + person);
+    add_noise_power(participant, inverse_factor, information);
+    const Random random(planned_.seed, streams::design, estimate_item + participant);
     return variances_in_range(truth, information, priors_, random);
   }
 
   /// The noise's coordinates hold its gain Nv, so the information counts all of them as known: 2 n / Nv^2 for large Nv.
   /// The second and third terms replace that.
-  void add_noise_power(std::size_t person, std::span<const double> inverse_factor,
+  void add_noise_power(std::size_t participant, std::span<const double> inverse_factor,
                        std::vector<double>& information) const {
     const std::size_t count = inferred_.size();
-    const sim::Parameters& parameters = persons_[person];
+    const sim::Parameters& parameters = participants_[participant];
     const double radius = density_.noise_radius(parameters), variance = radius * radius;
     const KnownNoise known(noises_, variance, inverse_factor);
     const std::vector<std::vector<sim::Complex>> changes = relative_changes(density_, parameters, inferred_);
@@ -216,7 +216,7 @@ class Planner {
 
   const Density& density_;
   const PlannedRecordings& planned_;
-  std::vector<sim::Parameters> persons_;
+  std::vector<sim::Parameters> participants_;
   Observation observation_;  // at rest: the information depends on a recording only through the sine of its angle
   std::size_t size_, noises_;
   std::vector<std::size_t> inferred_;
@@ -231,7 +231,7 @@ ExpectedPosterior expected_posterior(const Density& density, const PlannedRecord
   const std::vector<std::vector<double>> variances = planner.variances();
   const std::vector<double> before = prior_variances(planner.priors());
   const auto parameters = static_cast<std::size_t>(density.parameters());
-  const auto persons = static_cast<double>(variances.size()), inferred = static_cast<double>(before.size());
+  const auto participants = static_cast<double>(variances.size()), inferred = static_cast<double>(before.size());
   ExpectedPosterior result{std::vector<double>(parameters, 0.0), std::vector<double>(parameters, 0.0),
                            std::vector<double>(parameters, 0.0)};
   std::vector<double> figures(variances.size(), 0.0);
@@ -239,7 +239,7 @@ ExpectedPosterior expected_posterior(const Density& density, const PlannedRecord
     const std::size_t p = planner.inferred()[a];
     double mean = 0.0;
     for (std::size_t i = 0; i < variances.size(); ++i) {
-      mean += variances[i][a] / persons;
+      mean += variances[i][a] / participants;
       figures[i] += variances[i][a] / before[a] / inferred;
     }
     const double range = density.quantile(p).range;
@@ -247,10 +247,10 @@ ExpectedPosterior expected_posterior(const Density& density, const PlannedRecord
     result.prior_sd[p] = range * std::sqrt(before[a]);
     result.relative_variance[p] = mean / before[a];
   }
-  for (const double figure : figures) result.figure_of_merit += figure / persons;
+  for (const double figure : figures) result.figure_of_merit += figure / participants;
   double squares = 0.0;
   for (const double figure : figures) squares += (figure - result.figure_of_merit) * (figure - result.figure_of_merit);
-  if (figures.size() > 1) result.figure_error = std::sqrt(squares / persons / (persons - 1.0));
+  if (figures.size() > 1) result.figure_error = std::sqrt(squares / participants / (participants - 1.0));
   return result;
 }
 

@@ -1,7 +1,7 @@
 // The uncertainty that a planned recording will leave, without a recording and without sampling: protocols can be
 // compared before a study. Each draw of the priors is a person, with vestibular noise. The Fisher information of a
 // recording of this person, with noise, start and gain unknown, gives the posterior's variance. Its mean over the
-// persons is the expected posterior variance (K. Chaloner, I. Verdinelli, Stat. Sci. 10 (1995) 273-304).
+// participants is the expected posterior variance (K. Chaloner, I. Verdinelli, Stat. Sci. 10 (1995) 273-304).
 //
 //   const posterior::Density density(protocol, {});
 //   const posterior::ExpectedPosterior found = posterior::expected_posterior(density, {.sensor_noise_deg = 0.02});
@@ -22,10 +22,10 @@
 namespace decid::posterior {
 
 struct PlannedRecordings {
-  int draws = 128;                                ///< persons; a multiple of `lanes` is fastest
-  double sensor_noise_deg = 0.02;                 ///< white measurement noise
-  std::optional<sim::Parameters> at = {};         ///< the persons' inferred parameters; empty: draws of the priors
-  std::optional<sim::Parameters> person_sd = {};  ///< with `at`: persons differ by this, within the ranges
+  int draws = 128;                         ///< participants; a multiple of `lanes` is fastest
+  double sensor_noise_deg = 0.02;          ///< white measurement noise
+  std::optional<sim::Parameters> at = {};  ///< the participants' inferred parameters; empty: draws of the priors
+  std::optional<sim::Parameters> participant_sd = {};  ///< with `at`: participants differ by this, within the ranges
   std::uint64_t seed = 1;
 };
 
@@ -38,8 +38,8 @@ struct ExpectedPosterior {
 };
 
 /// Returns what a recording of the density's protocol leaves. The result does not depend on threads. Throws Error for
-/// no draws, a measurement noise that is not above 0, `at` outside of the ranges, `at` or `person_sd` of another size,
-/// priors that fix every parameter, and if 1,000 persons in a row fall.
+/// no draws, a measurement noise that is not above 0, `at` outside of the ranges, `at` or `participant_sd` of another
+/// size, priors that fix every parameter, and if 1,000 participants in a row fall.
 ExpectedPosterior expected_posterior(const Density& density, const PlannedRecordings& planned);
 
 }  // namespace decid::posterior

@@ -130,7 +130,7 @@ std::optional<Clock> clock_without_grid(const std::vector<double>& time, const s
 }  // namespace
 
 Clock read_clock(const Table& table, int column, const std::string& where, const std::string& setting_name) {
-  const std::string& name = table.names()[static_cast<std::size_t>(column)];
+  const std::string& name = table.name(column);
   const std::vector<double> time = table.times(column);
   const double unit_s = time_unit_s(name);
   std::vector<double> steps(time.size() - 1);

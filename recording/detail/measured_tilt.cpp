@@ -82,7 +82,7 @@ std::vector<double> read_tilt_deg(const TiltFile& file, double sample_rate_hz, W
   const int column =
       file.column.empty() ? find_tilt(table, time, where) : named_column(table, file.column, where, "measured.column");
   if (column == time) time = -1;
-  const std::string& name = table.names()[static_cast<std::size_t>(column)];
+  const std::string& name = table.name(column);
   std::optional<Unit> unit = find_unit(name, file.unit, where, "measured.unit");
   if (!unit) unit = table.unit();
   if (!unit)

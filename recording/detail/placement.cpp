@@ -93,12 +93,13 @@ void refuse_length(const Recording& recording, const sim::Protocol& protocol, do
   std::string remedy = "give whole trials of the protocol, or use your own model";
   if (in_memory(recording)) throw Error(Code::recording_too_short, where(recording), problem, remedy);
   if (whole >= 1 && whole < cycles) {
-    problem += ", and has only " + std::to_string(whole) + " of its " + std::to_string(cycles) + " whole cycles";
+    problem +=
+        "; the recording has only " + std::to_string(whole) + " of its " + std::to_string(cycles) + " whole cycles";
     const double unused_s = left_s - protocol.duration_s() + (cycles - whole) * protocol.experiment.cycle_s();
     if (unused_s > 1.0 / recording.rate_hz) problem += "; the other " + six_digits(unused_s) + " s would not be used";
     remedy = to_write(protocol) + ", set its cycles to " + std::to_string(whole) +
-             " and its name to a new one, and give it as " + setting("protocol") + " to a fit, or to a training with " +
-             setting("stream") + " for a model";
+             ", give it a new name, and use it as " + setting("protocol") + " of a fit, or of a training with " +
+             setting("stream") + " for your own model";
   } else {
     remedy = "fit it with its own " + setting("protocol") + ", or train a model for that protocol (" +
              setting("stream") + ") and give it as " + setting("model") + "; or give " + setting("rate") +

@@ -57,27 +57,27 @@ const TiltMatcher::Spectrum& TiltMatcher::spectrum(std::size_t min_length) const
 
 Match TiltMatcher::match(std::span<const double> measured) const {
   const std::size_t n = expected_.size(), over = overhang_;
-  std::vector<double> held(over, measured.front());
-  held.insert(held.end(), measured.begin(), measured.end());
-  held.insert(held.end(), over, measured.back());
-  if (n == 0 || held.size() < n) return {};
-  const std::size_t delays = held.size() - n + 1;
+  std::vector<double> padded(over, measured.front());
+  padded.insert(padded.end(), measured.begin(), measured.end());
+  padded.insert(padded.end(), over, measured.back());
+  if (n == 0 || padded.size() < n) return {};
+  const std::size_t delays = padded.size() - n + 1;
 
-  const auto& [fft, conjugates] = spectrum(held.size() + n);
+  const auto& [fft, conjugates] = spectrum(padded.size() + n);
 
   // Means are subtracted first, so that the sums of squares below are differences of similar numbers.
-  double held_mean = 0.0;
-  for (const double value : held) held_mean += value / static_cast<double>(held.size());
-  std::vector<double> sum(held.size() + 1, 0.0), squares(held.size() + 1, 0.0);
-  double held_size = 0.0;
-  for (std::size_t k = 0; k < held.size(); ++k) {
-    held_size += held[k] * held[k];
-    held[k] -= held_mean;
-    sum[k + 1] = sum[k] + held[k];
-    squares[k + 1] = squares[k] + held[k] * held[k];
+  double mean = 0.0;
+  for (const double value : padded) mean += value / static_cast<double>(padded.size());
+  std::vector<double> sum(padded.size() + 1, 0.0), squares(padded.size() + 1, 0.0);
+  double padded_size = 0.0;
+  for (std::size_t k = 0; k < padded.size(); ++k) {
+    padded_size += padded[k] * padded[k];
+    padded[k] -= mean;
+    sum[k + 1] = sum[k] + padded[k];
+    squares[k + 1] = squares[k] + padded[k] * padded[k];
   }
-  if (energy_ <= still * size_ || squares.back() <= still * held_size) return {};
-  std::vector<double> a = std::move(held);
+  if (energy_ <= still * size_ || squares.back() <= still * padded_size) return {};
+  std::vector<double> a = std::move(padded);
   a.resize(static_cast<std::size_t>(fft.length()), 0.0);
   std::vector<sim::Complex> product(conjugates.size()), work(static_cast<std::size_t>(fft.work_length()));
   fft.forward(a, product, work);

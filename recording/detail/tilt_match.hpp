@@ -26,8 +26,8 @@ class TiltMatcher {
   /// lie outside of `measured` at either end. Among delays within 1e-6 of the maximum the earliest wins, because a
   /// stimulus repeats. A parabola through the maximum and its neighbours gives the delay between samples (Knapp and
   /// Carter, IEEE Trans. ASSP 24, 1976; exact where the correlation is quadratic about its peak). `measured` must be at
-  /// least as long as `expected` minus the overhang; outside of it, its ends are held. The correlation is 0 if either
-  /// signal is constant.
+  /// least as long as `expected` minus the overhang; outside of it, its first and last value continue. The correlation
+  /// is 0 if either signal is constant.
   Match match(std::span<const double> measured) const;
 
  private:

@@ -6,7 +6,6 @@
 
 #include "base/error.hpp"
 #include "base/setting.hpp"
-#include "base/text.hpp"
 #include "recording/detail/placement.hpp"
 #include "recording/detail/recording_name.hpp"
 #include "recording/detail/tilt_before.hpp"
@@ -68,8 +67,8 @@ void refuse_rest(const Signal<double>& tilt, const std::vector<double>& measured
           six_digits(needed_s) + " s",
       either(recording, "give a recording of the whole protocol, or a model for the protocol that was played",
              "give a recording of the whole protocol, or fit the part that was played: " + to_write(protocol) +
-                 ", set its cycles to those that were played and its name to a new one, and give it as " +
-                 setting("protocol") + " to decid fit"));
+                 ", set its cycles to those that were played, give it a new name, and use it as " +
+                 setting("protocol") + " of decid fit"));
 }
 
 }  // namespace

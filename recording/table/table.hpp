@@ -50,10 +50,11 @@ class Table {
   /// Returns true if the names are the file's own and reliable.
   virtual bool has_header() const = 0;
   virtual const std::vector<std::string>& names() const = 0;
+  const std::string& name(int column) const { return names()[static_cast<std::size_t>(column)]; }
   /// Returns a column's name without the structures that hold it ("time" for "trials(2).time"). After choose(), a
   /// column of another recording has no own name.
-  virtual const std::string& own_name(int column) const { return names()[static_cast<std::size_t>(column)]; }
-  virtual const std::string& path(int column) const { return names()[static_cast<std::size_t>(column)]; }
+  virtual const std::string& own_name(int column) const { return name(column); }
+  virtual const std::string& path(int column) const { return name(column); }
   /// Returns the numbers of a column. Throws Error with the place of the first cell that is not a finite number.
   /// Missing values become NaN if they are kept.
   virtual std::vector<double> numbers(int column, Missing missing = Missing::refused) const = 0;

@@ -48,8 +48,8 @@ void Experiment::refuse_implausible(const std::string& protocol) const {
     check.fail("body inertia_kgm2",
                "is " + given_text(body.inertia_kgm2) + ", below mass_kg * com_height_m^2 = " +
                    setting_text(min_inertia) + ", the minimum for a body about the ankles",
-               "give the inertia about the ankles: that about the centre of mass plus mass_kg * com_height_m^2; or a "
-               "subject");
+               "give the inertia about the ankles: that about the centre of mass plus mass_kg * com_height_m^2; or "
+               "give body.participant");
   }
   const MeasuredTilt* measured = std::get_if<MeasuredTilt>(&stimulus);
   if (measured == nullptr || measured->cycles == 1) return;

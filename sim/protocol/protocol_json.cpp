@@ -41,28 +41,30 @@ void refuse_part_of_body(JsonObject& object, const std::string& where) {
     list += (list.empty() ? "'body." : "', 'body.") + std::string(key);
   }
   if (given.empty() || missing.empty()) return;
-  throw Error(Code::setting_missing, where, "has " + given + "' without " + missing + "'",
-              "give mass_kg, com_height_m and inertia_kgm2, or body.subject with the mass_kg and height_m of a person");
+  throw Error(
+      Code::setting_missing, where, "has " + given + "' without " + missing + "'",
+      "give mass_kg, com_height_m and inertia_kgm2, or body.participant with the mass_kg and height_m of a person");
 }
 
 void read_body(const Json& json, const std::string& where, Body& body) {
   JsonObject object(json, where, "body");
-  if (const Json* part = object.find("subject")) {
+  const char* participant_key = object.find("participant") ? "participant" : "subject";  // until 0.1
+  if (const Json* part = object.find(participant_key)) {
     for (const char* key : body_keys) {
       if (!object.find(key)) continue;
       throw Error(Code::setting_conflict, where,
-                  std::string("'body.") + key + "' contradicts 'body.subject', which defines it",
+                  std::string("'body.") + key + "' contradicts 'body." + participant_key + "', which defines it",
                   "keep one of them; body.mass_kg is the mass above the ankles");
     }
-    Subject subject;
-    JsonObject subject_object(*part, where, "body.subject");
-    subject_object.require("mass_kg");
-    subject_object.require("height_m");
-    subject_object.read("mass_kg", subject.mass_kg);
-    subject_object.read("height_m", subject.height_m);
-    subject_object.finish();
+    Participant participant;
+    JsonObject participant_object(*part, where, std::string("body.") + participant_key);
+    participant_object.require("mass_kg");
+    participant_object.require("height_m");
+    participant_object.read("mass_kg", participant.mass_kg);
+    participant_object.read("height_m", participant.height_m);
+    participant_object.finish();
     try {
-      body = make_body(make_segments(subject));
+      body = make_body(make_segments(participant));
     } catch (const Error& error) {
       throw Error(error.code(), where, "body." + error.where() + ": " + error.problem(), error.remedy());
     }

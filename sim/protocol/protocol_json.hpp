@@ -8,9 +8,9 @@
 //   "measured": {"tilt_deg": [..]}, or {"file", "column", "unit": "deg" | "rad", "rate_hz"}
 //   "sines": {"components": [{"frequency_hz", "amplitude_deg", "phase_deg"}, ..], "cycle_s"}
 //   "raised_cosines": {"moves": [{"shape": "pulse" | "step", "start_s", "duration_s", "amplitude_deg"}, ..], "cycle_s"}
-// The body may be {"subject": {"mass_kg", "height_m"}} instead: Winter's segments (sim/segments.hpp). "period_s" may be
-// "trial", the trial's length. Missing settings take the default protocol's value, except offset_s, which is 0 if
-// feedback or start is given. An unknown or repeated key is an error. docs/reference/protocols.md describes every
+// The body may be {"participant": {"mass_kg", "height_m"}} instead: Winter's segments (sim/segments.hpp). "period_s"
+// may be "trial", the trial's length. Missing settings take the default protocol's value, except offset_s, which is 0
+// if feedback or start is given. An unknown or repeated key is an error. docs/reference/protocols.md describes every
 // setting.
 #pragma once
 
@@ -24,7 +24,7 @@
 namespace decid::sim {
 
 /// Returns complete JSON text: keys in the order above, doubles that restore the same bits. It is self-contained: a
-/// measured tilt has all samples, a subject becomes its body, and the noise's period is in seconds.
+/// measured tilt has all samples, a participant becomes its body, and the noise's period is in seconds.
 std::string to_json(const Protocol& protocol);
 
 /// Reads a protocol; `where` names the source in errors. Throws Error for bad JSON, unknown keys, wrong types, and

@@ -17,7 +17,6 @@ import re
 import resource
 import signal
 import struct
-import subprocess
 import sys
 import tempfile
 import zipfile

@@ -14,7 +14,7 @@ using namespace decid::test;
 
 TEST_CASE("body_warnings: a body mass index that few people have is a caution") {
   const auto warnings = [](double mass_kg, double height_m) {
-    return body_warnings(sim::body_of_person({.mass_kg = mass_kg, .height_m = height_m}));
+    return body_warnings(sim::body_of_participant({.mass_kg = mass_kg, .height_m = height_m}));
   };
   CHECK(warnings(70.0, 1.75).empty());
   CHECK(warnings(130.0, 1.75).empty());
@@ -31,8 +31,8 @@ TEST_CASE("body_warnings: a body mass index that few people have is a caution") 
 TEST_CASE("bring: the body of a recording is checked, whether a call or a sheet gives it") {
   const sim::Protocol protocol = tiny_protocol();
   const recording::ProtocolPlan plan(protocol);
-  const sim::Body rare = sim::body_of_person({.mass_kg = 154.0, .height_m = 1.75}),
-                  usual = sim::body_of_person({.mass_kg = 70.0, .height_m = 1.75});
+  const sim::Body rare = sim::body_of_participant({.mass_kg = 154.0, .height_m = 1.75}),
+                  usual = sim::body_of_participant({.mass_kg = 70.0, .height_m = 1.75});
   std::vector<double> sway_rad;
   std::string text = "sway_deg\n";
   for (int k = 0; k < protocol.samples(); ++k) {

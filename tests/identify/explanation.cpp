@@ -147,14 +147,14 @@ TEST_CASE("explain: a controller that falls, always or with its noise, explains 
 
 TEST_CASE("explain: one that hardly follows the tilt gets a warning, one that cannot be judged gets none") {
   Explanation id;
-  const auto silent = [&](double following, double mean, double sd) {
-    id.response_ratio = following;
+  const auto silent = [&](double ratio, double mean, double sd) {
+    id.response_ratio = ratio;
     id.response_ratio_mean = mean;
     id.response_ratio_sd = sd;
-    id.warnings = following_warnings(id);
+    id.warnings = response_ratio_warnings(id);
     return id.warnings.empty();
   };
-  for (const double following : {0.3, 1.0, 2.0, std::nan("")}) CHECK(silent(following, 1.0, 0.1));
+  for (const double ratio : {0.3, 1.0, 2.0, std::nan("")}) CHECK(silent(ratio, 1.0, 0.1));
   CHECK(silent(0.29, 1.0, 0.2));  // as trials of the controller may be
   CHECK(silent(0.1, 0.3, 0.04));  // where noise drowns the response
   CHECK_FALSE(silent(0.29, 1.0, 0.1));

@@ -77,7 +77,7 @@ TEST_CASE("priors of parameters that a controller does not have are refused") {
 namespace {
 
 /// Recordings of one person, of which the second has an error.
-std::vector<RecordingResult> of_one_person() {
+std::vector<RecordingResult> of_one_participant() {
   std::vector<RecordingResult> read(4);
   for (std::size_t i = 0; i < read.size(); ++i) {
     read[i].file = "trial" + std::to_string(i) + ".csv";
@@ -97,7 +97,7 @@ FitRequest quick_request() {
 }  // namespace
 
 TEST_CASE("recordings fitted together have the same parameters, but for those that conditions free") {
-  std::vector<RecordingResult> read = of_one_person();
+  std::vector<RecordingResult> read = of_one_participant();
   FitRequest request = quick_request();
   request.freed = {"theta"};
   Fitter fitter(nullptr, sines_protocol(), {}, request);
@@ -118,14 +118,14 @@ TEST_CASE("recordings fitted together have the same parameters, but for those th
   CHECK(read[3].fit->joint->condition == "closed");
   CHECK(read[3].fit->joint->freed == request.freed);
   // The recording that is in no group has the bits of a fit of its own.
-  std::vector<RecordingResult> alone = of_one_person();
+  std::vector<RecordingResult> alone = of_one_participant();
   CHECK(fitter.fit(std::span(alone).subspan(2, 1)));
   CHECK(!read[2].fit->joint);
   CHECK(read[2].fit->posterior.mean(sim::Kp) == alone[2].fit->posterior.mean(sim::Kp));
 }
 
 TEST_CASE("a recording that groups leave out is fitted alone") {
-  std::vector<RecordingResult> read = of_one_person();
+  std::vector<RecordingResult> read = of_one_participant();
   read[2].trial.tilt.emplace().is_other_size = true;
   Fitter fitter(nullptr, sines_protocol(), {}, quick_request());
   const FitGroup group{{0, 2, 3}, {}};
@@ -141,7 +141,7 @@ TEST_CASE("a recording that groups leave out is fitted alone") {
 
 TEST_CASE("recordings that cannot be fitted together each have the error") {
   const auto code_of = [](const FitRequest& request, const sim::Protocol& second) {
-    std::vector<RecordingResult> read = of_one_person();
+    std::vector<RecordingResult> read = of_one_participant();
     Fitter one(nullptr, sines_protocol(), {}, request), other(nullptr, second, {}, request);
     const FitGroup group{{0, 3}};
     fit_each(
@@ -161,7 +161,7 @@ TEST_CASE("recordings that cannot be fitted together each have the error") {
 }
 
 TEST_CASE("a stop before the first draw is the error of all recordings that are fitted together") {
-  std::vector<RecordingResult> read = of_one_person();
+  std::vector<RecordingResult> read = of_one_participant();
   Fitter fitter(nullptr, sines_protocol(), {}, quick_request());
   const FitGroup group{{0, 3}};
   CHECK_FALSE(fit_each(
@@ -207,7 +207,7 @@ TEST_CASE("a recording with too many gaps is an error of its own, also among sev
 }
 
 TEST_CASE("a constant recording is an error of its own, also among several of a person") {
-  std::vector<RecordingResult> read = of_one_person(), alone = of_one_person();
+  std::vector<RecordingResult> read = of_one_participant(), alone = of_one_participant();
   for (const std::size_t constant : {std::size_t{2}, std::size_t{3}})
     read[constant].trial = recording::make_trial(std::vector<float>(2000, 0.0F));
   read[3].trial.tilt.emplace().is_other_size = true;  // the group leaves it out
@@ -229,7 +229,7 @@ TEST_CASE("a constant recording is an error of its own, also among several of a 
 }
 
 TEST_CASE("a stop marks the fits that it cut, and the fit of a recording that the group leaves out can be stopped") {
-  std::vector<RecordingResult> read = of_one_person();
+  std::vector<RecordingResult> read = of_one_participant();
   read[2].trial.tilt.emplace().is_other_size = true;
   Fitter fitter(nullptr, sines_protocol(), {}, quick_request());
   const FitGroup group{{2, 0, 3}, {}};
@@ -249,14 +249,14 @@ TEST_CASE("a stop marks the fits that it cut, and the fit of a recording that th
   CHECK(read[0].fit->stopped);
   CHECK(read[0].fit->posterior.draws_per_chain() < quick().max_draws);
 
-  read = of_one_person();
+  read = of_one_participant();
   read[2].trial.tilt.emplace().is_other_size = true;
   CHECK_FALSE(run([](std::size_t, const posterior::Progress&) { return false; }));
   REQUIRE(read[2].error);
   CHECK(read[2].error->code() == Code::stopped);
 
   // A stop after the last draws takes nothing away.
-  read = of_one_person();
+  read = of_one_participant();
   fitter.fit(std::span(read).last(1), [](std::size_t, const posterior::Progress& here) { return here.done < 1.0; });
   REQUIRE(read[3].fit);
   CHECK(read[3].fit->posterior.draws_per_chain() == quick().max_draws);
@@ -313,7 +313,7 @@ TEST_CASE("a low-pass is undone before a fit; one that may delay leaves the star
 
 TEST_CASE("other_start: dropped by a fit that infers the start, kept where the start is given") {
   for (const double prior_start_s : {0.1, 0.0}) {
-    std::vector<RecordingResult> read = of_one_person();
+    std::vector<RecordingResult> read = of_one_participant();
     add_caution(read[0].warnings, "other_start", "starts later");
     FitRequest request = quick_request();
     request.priors.start_s = prior_start_s;

@@ -30,17 +30,18 @@ constexpr std::size_t parameters = 7;
 
 /// Two groups from one population: `people` in each, `trials` recordings per person whose intraclass correlation is
 /// 0.8, seven independent parameters. person_named: the recordings say whose they are.
-std::vector<GroupedRecording> null_study(std::uint64_t number, bool person_named, int people = 10, int trials = 4) {
+std::vector<GroupedRecording> null_study(std::uint64_t number, bool participant_named, int participants = 10,
+                                         int trials = 4) {
   const decid::Random random(17, decid::Stream{9}, number);
   std::uint64_t drawn = 0;
   std::vector<GroupedRecording> study;
   for (const char* group : {"a", "b"})
-    for (int person = 0; person < people; ++person) {
+    for (int participant = 0; participant < participants; ++participant) {
       std::array<double, parameters> own{};
       for (double& value : own) value = std::sqrt(0.8) * random.normal(drawn++);
       for (int trial = 0; trial < trials; ++trial) {
-        GroupedRecording recording{group, group + std::to_string(person), {own.begin(), own.end()}};
-        if (!person_named) recording.person += '/' + std::to_string(trial);
+        GroupedRecording recording{group, group + std::to_string(participant), {own.begin(), own.end()}};
+        if (!participant_named) recording.participant += '/' + std::to_string(trial);
         for (double& value : recording.values) value += std::sqrt(0.2) * random.normal(drawn++);
         study.push_back(recording);
       }
@@ -53,12 +54,12 @@ struct FalseAlarms {
   double interval95 = 0.0;               ///< of all parameters' intervals
   double any = 0.0, any_adjusted = 0.0;  ///< of the studies: at least one parameter
 };
-FalseAlarms false_alarms(int studies, bool person_named) {
+FalseAlarms false_alarms(int studies, bool participant_named) {
   FalseAlarms alarms;
   for (int study = 0; study < studies; ++study) {
     int alone = 0, adjusted = 0;
     const GroupComparison found =
-        compare_groups(null_study(static_cast<std::uint64_t>(study), person_named), parameters);
+        compare_groups(null_study(static_cast<std::uint64_t>(study), participant_named), parameters);
     for (const GroupEffect& effect : found.pairs.at(0).parameters) {
       alone += leaves_out_zero(effect.interval95) ? 1 : 0;
       adjusted += leaves_out_zero(effect.adjusted_interval95) ? 1 : 0;
@@ -137,9 +138,9 @@ TEST_CASE("groups: recordings of a person are averaged before people are compare
   const GroupComparison found = compare_groups(recordings, 2);
   REQUIRE(found.groups.size() == 3);
   CHECK(found.groups[0].name == "c");
-  CHECK(found.groups[0].people == 2);
-  CHECK(found.groups[1].people == 0);
-  CHECK(found.groups[2].people == 2);
+  CHECK(found.groups[0].participants == 2);
+  CHECK(found.groups[1].participants == 0);
+  CHECK(found.groups[2].participants == 2);
   CHECK(found.groups[2].recordings == 5);
   CHECK(found.groups[2].parameters[0].mean == 7.0);
   CHECK(near(found.groups[2].parameters[0].sd, std::sqrt(18.0), 1e-15));
@@ -160,23 +161,24 @@ TEST_CASE("groups: someone in both groups makes the comparison paired, without p
   const GroupComparison found = compare_groups(recordings, 1);
   REQUIRE(found.pairs.size() == 1);
   CHECK(found.pairs[0].paired);
-  CHECK(found.pairs[0].people == std::array<std::size_t, 2>{3, 3});
-  CHECK(found.pairs[0].unpaired_people == 1);
+  CHECK(found.pairs[0].participants == std::array<std::size_t, 2>{3, 3});
+  CHECK(found.pairs[0].unpaired_participants == 1);
   const GroupEffect expected = paired_effect(std::vector<double>{12, 15, 11}, std::vector<double>{10, 11, 10}, 1);
   CHECK(found.pairs[0].parameters[0].interval95 == expected.interval95);
-  CHECK(found.groups[1].people == 4);
+  CHECK(found.groups[1].participants == 4);
 }
 
 // Bounds are 4 standard deviations of the measured fractions from what correct intervals give, so a correct program
 // fails one of the three two-sided or one-sided checks with a probability below 2e-4, for another seed.
 TEST_CASE("groups: false alarms of null studies with four trials per person and an intraclass correlation of 0.8") {
   constexpr int studies = 2000;
-  const FalseAlarms people = false_alarms(studies, true);
-  MESSAGE("intervals that leave out 0: " << people.interval95 << ", any of seven: " << people.any
-                                         << ", adjusted: " << people.any_adjusted);
-  CHECK(within(people.interval95, 0.05, 4.0 * std::sqrt(0.05 * 0.95 / (7.0 * studies))));
-  CHECK(people.any_adjusted < 0.05 + 4.0 * std::sqrt(0.05 * 0.95 / studies));
-  CHECK(people.any_adjusted > 0.049 - 4.0 * std::sqrt(0.05 * 0.95 / studies));  // 1 - (1 - 0.05 / 7)^7: not too wide
+  const FalseAlarms participants = false_alarms(studies, true);
+  MESSAGE("intervals that leave out 0: " << participants.interval95 << ", any of seven: " << participants.any
+                                         << ", adjusted: " << participants.any_adjusted);
+  CHECK(within(participants.interval95, 0.05, 4.0 * std::sqrt(0.05 * 0.95 / (7.0 * studies))));
+  CHECK(participants.any_adjusted < 0.05 + 4.0 * std::sqrt(0.05 * 0.95 / studies));
+  CHECK(participants.any_adjusted >
+        0.049 - 4.0 * std::sqrt(0.05 * 0.95 / studies));  // 1 - (1 - 0.05 / 7)^7: not too wide
   // Recordings that do not say whose they are alarm as often as before they were averaged.
   const FalseAlarms trials = false_alarms(200, false);
   MESSAGE("without people: " << trials.interval95 << ", any of seven: " << trials.any

@@ -8,9 +8,9 @@
 
 namespace decid::test {
 
-class FollowingAlone {
+class ResponseRatioAlone {
  public:
-  explicit FollowingAlone(const sim::Simulator& simulator)
+  explicit ResponseRatioAlone(const sim::Simulator& simulator)
       : simulator_(simulator), response_ratio_(simulator.protocol()) {}
 
   double measure(const sim::Parameters& parameters, std::span<const float> sway_rad,

@@ -47,11 +47,10 @@ struct Sample {
   double mean, stddev;
 };
 template <class Make>
-Sample measured(const test::FollowingAlone& following, int count, const Make& make) {
+Sample measured(const test::ResponseRatioAlone& ratio, int count, const Make& make) {
   std::vector<double> values;
   double sum = 0, squares = 0;
-  for (int i = 0; i < count; ++i)
-    values.push_back(following.measure(controller(), make(static_cast<std::uint64_t>(i))));
+  for (int i = 0; i < count; ++i) values.push_back(ratio.measure(controller(), make(static_cast<std::uint64_t>(i))));
   for (const double value : values) sum += value;
   for (const double value : values) squares += (value - sum / count) * (value - sum / count);
   return {sum / count, std::sqrt(squares / (count - 1))};
@@ -61,38 +60,38 @@ constexpr int trials = 24;
 
 }  // namespace
 
-TEST_CASE("following: trials of the controller itself follow by 1, reversed ones by -1") {
-  const test::FollowingAlone following(simulator());
-  const Sample own = measured(following, trials, [](auto i) { return trial(controller(), i); });
+TEST_CASE("response ratio: trials of the controller itself follow by 1, reversed ones by -1") {
+  const test::ResponseRatioAlone ratio(simulator());
+  const Sample own = measured(ratio, trials, [](auto i) { return trial(controller(), i); });
   // Four standard errors of the mean, one in 16,000; and the response that it is laid over is itself a mean of 32
   // trials: another standard error of 1 / sqrt(32) of a trial's deviation.
   CHECK(own.stddev < 0.1);
   CHECK(within(own.mean, 1.0, 4 * own.stddev * std::sqrt(1.0 / trials + 1.0 / 32)));
 
   std::vector<float> sway = trial(controller(), 0);
-  const double follows = following.measure(controller(), sway);
+  const double follows = ratio.measure(controller(), sway);
   for (float& value : sway) value = -value;
-  CHECK(following.measure(controller(), sway) == -follows);
+  CHECK(ratio.measure(controller(), sway) == -follows);
   // An offset is in no line that counts: what is left is its rounding to float.
   for (float& value : sway) value = 0.25F - value;
-  CHECK(within(following.measure(controller(), sway), follows, 1e-5));
+  CHECK(within(ratio.measure(controller(), sway), follows, 1e-5));
 }
 
-TEST_CASE("following: without vestibular noise it is 1 but for the sensor's") {
-  const test::FollowingAlone following(simulator());
+TEST_CASE("response ratio: without vestibular noise it is 1 but for the sensor's") {
+  const test::ResponseRatioAlone ratio(simulator());
   const std::vector<float> sway = trial(controller(0.0), 0);
-  CHECK(within(following.measure(controller(0.0), sway), 1.0, 0.01));
+  CHECK(within(ratio.measure(controller(0.0), sway), 1.0, 0.01));
   // Half the sway is half the response.
   std::vector<float> half = sway;
   for (float& value : half) value *= 0.5F;
-  CHECK(within(following.measure(controller(0.0), half), 0.5, 0.01));
+  CHECK(within(ratio.measure(controller(0.0), half), 0.5, 0.01));
 }
 
-TEST_CASE("following: where noise drowns the response its mean and deviation are known") {
+TEST_CASE("response ratio: where noise drowns the response its mean and deviation are known") {
   sim::Protocol protocol = simulator().protocol();
   protocol.sequence().amplitude_deg = 0.1;
   const sim::Simulator little(protocol);
-  const test::FollowingAlone following(little);
+  const test::ResponseRatioAlone ratio(little);
   ResponseRatio::Spread spread;
   double sum = 0.0, squares = 0.0;
   constexpr int many = 100;
@@ -100,7 +99,7 @@ TEST_CASE("following: where noise drowns the response its mean and deviation are
     std::vector<double> sway(static_cast<std::size_t>(little.samples()));
     REQUIRE(
         little.run(controller(), Random(3, sim::streams::vestibular_noise, static_cast<std::uint64_t>(i)), sway).valid);
-    const double value = following.measure(controller(), std::vector<float>(sway.begin(), sway.end()), &spread);
+    const double value = ratio.measure(controller(), std::vector<float>(sway.begin(), sway.end()), &spread);
     sum += value / many;
     squares += value * value / many;
   }
@@ -111,9 +110,9 @@ TEST_CASE("following: where noise drowns the response its mean and deviation are
   CHECK(near(std::sqrt(squares - sum * sum), spread.sd, 0.57));
 }
 
-TEST_CASE("following: white noise, sway of another start and of no tilt do not follow") {
-  const test::FollowingAlone following(simulator());
-  const Sample noise = measured(following, trials, [](std::uint64_t i) {
+TEST_CASE("response ratio: white noise, sway of another start and of no tilt do not follow") {
+  const test::ResponseRatioAlone ratio(simulator());
+  const Sample noise = measured(ratio, trials, [](std::uint64_t i) {
     const Random random(9, sim::streams::sensor_noise, i);
     std::vector<float> sway(static_cast<std::size_t>(simulator().samples()));
     for (std::size_t k = 0; k < sway.size(); ++k)
@@ -126,7 +125,7 @@ TEST_CASE("following: white noise, sway of another start and of no tilt do not f
 
   // Half a cycle late is reversed: a ternary sequence's second half is its first negated. A quarter is neither.
   const auto late = [&](std::ptrdiff_t samples) {
-    return measured(following, trials,
+    return measured(ratio, trials,
                     [&](std::uint64_t i) {
                       std::vector<float> sway = trial(controller(), i);
                       std::rotate(sway.begin(), sway.begin() + samples, sway.end());
@@ -140,7 +139,7 @@ TEST_CASE("following: white noise, sway of another start and of no tilt do not f
   sim::Protocol still = simulator().protocol();
   still.sequence().amplitude_deg = 1e-6;
   const sim::Simulator unmoved(still);
-  const Sample quiet = measured(following, trials, [&](std::uint64_t i) {
+  const Sample quiet = measured(ratio, trials, [&](std::uint64_t i) {
     std::vector<double> sway(static_cast<std::size_t>(unmoved.samples()));
     REQUIRE(unmoved.run(controller(), Random(3, sim::streams::vestibular_noise, i), sway).valid);
     return std::vector<float>(sway.begin(), sway.end());
@@ -148,11 +147,11 @@ TEST_CASE("following: white noise, sway of another start and of no tilt do not f
   CHECK(within(quiet.mean, 0.0, 4 * quiet.stddev / std::sqrt(trials)));
 }
 
-TEST_CASE("following: a controller that falls is followed by nobody") {
-  const test::FollowingAlone following(simulator());
+TEST_CASE("response ratio: a controller that falls is followed by nobody") {
+  const test::ResponseRatioAlone ratio(simulator());
   sim::Parameters falling = controller();
   falling[sim::Kp] = falling[sim::Kp_pass] = 0.0;
-  CHECK(std::isnan(following.measure(falling, trial(controller(), 0))));
+  CHECK(std::isnan(ratio.measure(falling, trial(controller(), 0))));
   // Values that a network may give, a little outside: at the nearest that can be simulated.
   sim::Parameters outside = controller();
   outside[sim::Nv] = -0.01;
@@ -160,7 +159,7 @@ TEST_CASE("following: a controller that falls is followed by nobody") {
   sim::Parameters nearest = outside;
   nearest[sim::Nv] = nearest[sim::Theta] = 0.0;
   const std::vector<float> sway = trial(controller(), 0);
-  CHECK(following.measure(outside, sway) == following.measure(nearest, sway));
+  CHECK(ratio.measure(outside, sway) == ratio.measure(nearest, sway));
   CHECK(sim::single_pendulum().parameters.simulable(outside) == nearest);
   outside[sim::Delay] = 1.5;
   CHECK(sim::single_pendulum().parameters.simulable(outside)[sim::Delay] == sim::longest_delay_s);

@@ -39,7 +39,7 @@ Run simulate(const DoubleSimulator& simulator, const DoubleParameters& parameter
 }
 
 DoubleParameters defaults() {
-  return default_double_parameters(make_segments(make_subject(Body{})));
+  return default_double_parameters(make_segments(make_participant(Body{})));
 }
 
 DoubleParameters quiet() {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "base/isa.hpp"
 #include "sim/protocol/protocol_json.hpp"

@@ -1,4 +1,4 @@
-// Tests of sim/noise.hpp: the spectrum of many realisations, velocity against angle, the levels of sensor noise.
+// Tests of sim/noise.hpp: the spectrum of many realisations, the interpolated velocity, the levels of sensor noise.
 // Everything is a fixed function of the seed; statistical bounds are multiples of the estimate's standard error.
 #include "sim/noise.hpp"
 
@@ -24,20 +24,26 @@ Protocol repeating(Protocol protocol = {}) {
   return protocol;
 }
 
-// Periodogram of the angle, averaged over realisations: rad^2/Hz at k / T, one-sided.
+// Returns what makes the interpolated velocity of a harmonic from its angle: 2 pi f / sinc^2(f / rate), 1/s.
+double rate_per_angle(const Protocol& protocol, double frequency_hz) {
+  const double phase = pi * frequency_hz / protocol.experiment.sample_rate_hz, sinc = std::sin(phase) / phase;
+  return 2.0 * pi * frequency_hz / (sinc * sinc);
+}
+
+// Periodogram of the velocity, averaged over realisations: (rad/s)^2/Hz at k / T, one-sided.
 std::vector<double> average_periodogram(const Protocol& protocol, double nv, int realisations) {
   const VestibularNoiseMaker maker(protocol);
   const int samples = protocol.samples();
   const RealFft fft(samples);
-  std::vector<double> angle(static_cast<std::size_t>(samples) + 1);
+  std::vector<double> rate(static_cast<std::size_t>(samples) + 1);
   std::vector<Complex> spectrum(static_cast<std::size_t>(fft.bins()));
   std::vector<Complex> work(static_cast<std::size_t>(fft.work_length()));
   std::vector<double> density(spectrum.size());
   // A harmonic's power, |2 X / N|^2 / 2, lies in a band of 1 / T.
   const double density_per_square = 2.0 / samples / samples * protocol.duration_s() / realisations;
   for (int i = 0; i < realisations; ++i) {
-    maker.angle(nv, Random(5, streams::vestibular_noise, static_cast<std::uint64_t>(i)), angle);
-    fft.forward(std::span(angle).first(static_cast<std::size_t>(samples)), spectrum, work);
+    maker.velocity(nv, Random(5, streams::vestibular_noise, static_cast<std::uint64_t>(i)), rate);
+    fft.forward(std::span(rate).first(static_cast<std::size_t>(samples)), spectrum, work);
     for (std::size_t k = 0; k < density.size(); ++k) density[k] += density_per_square * std::norm(spectrum[k]);
   }
   return density;
@@ -49,11 +55,8 @@ void check_spectrum(const Protocol& protocol, double nv, int first, int last) {
   const VestibularNoise& noise = protocol.noise.vestibular;
   const std::vector<double> density = average_periodogram(protocol, nv, realisations);
   const double duration = protocol.duration_s();
-  const auto expected = [&](int k) {
-    return std::pow(nv * noise.scale_deg * rad_per_deg, 2.0) / std::pow(k / duration, noise.exponent);
-  };
-  double worst = 0.0, level = 0.0, outside = 0.0;
-  // Least squares of log(density) on log(f).
+  double worst = 0.0, level = 0.0, outside = 0.0, largest = 0.0;
+  // Least squares of log(density of the angle) on log(f).
   double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
   for (int k = 0; k < static_cast<int>(density.size()); ++k) {
     const double value = density[static_cast<std::size_t>(k)];
@@ -61,9 +64,13 @@ void check_spectrum(const Protocol& protocol, double nv, int first, int last) {
       outside = std::max(outside, value);
       continue;
     }
-    const double ratio = value / expected(k), log_f = std::log(k / duration), log_value = std::log(value);
+    const double frequency_hz = k / duration;
+    const double angle = value / std::pow(rate_per_angle(protocol, frequency_hz), 2.0);
+    const double expected = std::pow(nv * noise.scale_deg * rad_per_deg, 2.0) / std::pow(frequency_hz, noise.exponent);
+    const double ratio = angle / expected, log_f = std::log(frequency_hz), log_value = std::log(angle);
     worst = std::max(worst, std::abs(ratio - 1.0));
     level += ratio / (last - first + 1);
+    largest = std::max(largest, value);
     n += 1.0, x += log_f, y += log_value, xx += log_f * log_f, xy += log_f * log_value;
   }
   const double slope = (n * xy - x * y) / (n * xx - x * x);
@@ -72,7 +79,7 @@ void check_spectrum(const Protocol& protocol, double nv, int first, int last) {
   CHECK(std::abs(level - 1.0) < 4.0 / std::sqrt(realisations * n));
   CHECK(std::abs(slope + noise.exponent) < 0.05);
   // Rounding errors of the two transforms: below 1e-15 of the root of the largest density, each.
-  CHECK(outside < 1e-29 * expected(first));
+  CHECK(outside < 1e-29 * largest);
 }
 
 }  // namespace
@@ -94,19 +101,20 @@ TEST_CASE("VestibularNoiseMaker: other bands, scales and exponents") {
 TEST_CASE("VestibularNoiseMaker: the variance is the spectrum's integral") {
   const Protocol protocol = repeating();
   const VestibularNoiseMaker maker(protocol);
-  std::vector<double> angle(12'101);
+  std::vector<double> rate(12'101);
   double variance = 0.0, mean = 0.0;
   for (std::uint64_t i = 0; i < 400; ++i) {
-    maker.angle(1.0, Random(8, streams::vestibular_noise, i), angle);
+    maker.velocity(1.0, Random(8, streams::vestibular_noise, i), rate);
     for (std::size_t k = 0; k < 12'100; ++k) {
-      variance += angle[k] * angle[k] / 12'100 / 400;
-      mean += angle[k] / 12'100 / 400;
+      variance += rate[k] * rate[k] / 12'100 / 400;
+      mean += rate[k] / 12'100 / 400;
     }
   }
   double expected = 0.0, squares = 0.0;
   for (int k = 1; k <= 121; ++k) {
-    expected += std::pow(0.2 * rad_per_deg, 2.0) / k;
-    squares += std::pow(std::pow(0.2 * rad_per_deg, 2.0) / k, 2.0);
+    const double power = std::pow(0.2 * rad_per_deg * rate_per_angle(protocol, k / 121.0), 2.0) / k;
+    expected += power;
+    squares += power * power;
   }
   CHECK(std::abs(variance - expected) < 4.0 * std::sqrt(squares / 400));
   CHECK(std::abs(mean) < 1e-15);
@@ -120,10 +128,8 @@ TEST_CASE("VestibularNoiseMaker: the velocity, interpolated, is the derivative o
     const VestibularNoiseMaker maker(repeating(protocol));
     const auto samples = static_cast<std::size_t>(protocol.samples());
     const Random random(2, streams::vestibular_noise, 4);
-    std::vector<double> angle(samples + 1), rate(samples + 1);
-    maker.angle(0.7, random, angle);
+    std::vector<double> rate(samples + 1);
     maker.velocity(0.7, random, rate);
-    CHECK(angle.back() == angle.front());
     CHECK(rate.back() == rate.front());
 
     std::vector<double> fine;  // on the 1 ms grid, as the simulation has it
@@ -134,16 +140,17 @@ TEST_CASE("VestibularNoiseMaker: the velocity, interpolated, is the derivative o
         fine.push_back((1.0 - part) * rate[j] + part * rate[j + 1]);
       }
     }
-    const RealFft coarse_fft(protocol.samples()), fine_fft(protocol.experiment.steps());
-    std::vector<Complex> coarse(static_cast<std::size_t>(coarse_fft.bins()));
-    std::vector<Complex> interpolated(static_cast<std::size_t>(fine_fft.bins()));
-    std::vector<Complex> work(static_cast<std::size_t>(fine_fft.work_length()));
-    coarse_fft.forward(std::span(angle).first(samples), coarse, work);
-    fine_fft.forward(fine, interpolated, work);
+    const RealFft fft(protocol.experiment.steps());
+    std::vector<Complex> interpolated(static_cast<std::size_t>(fft.bins()));
+    std::vector<Complex> work(static_cast<std::size_t>(fft.work_length()));
+    fft.forward(fine, interpolated, work);
     double worst = 0.0;
     for (std::size_t k = 1; k <= static_cast<std::size_t>(121.0 * rate_hz / 10.0); ++k) {
+      // The angle a cos + b sin, whose a and b are the normals 2k and 2k + 1 times this.
+      const double stddev = 0.7 * 0.2 * rad_per_deg / std::sqrt(static_cast<double>(k));
+      const Complex angle = stddev * Complex(random.normal(2 * k), -random.normal(2 * k + 1));
       const double omega = 2.0 * pi * static_cast<double>(k) / 121.0;
-      const Complex derivative = Complex(0.0, omega) * coarse[k] * static_cast<double>(per_sample);
+      const Complex derivative = Complex(0.0, omega) * angle * (0.5 * static_cast<double>(fine.size()));
       worst = std::max(worst, std::abs(interpolated[k] - derivative) / std::abs(derivative));
     }
     // sinc^2 is that of continuous time; on the grid it differs by (pi f / 1000 Hz)^2 / 3, at most 3.3e-4 at 10 Hz.
@@ -156,14 +163,15 @@ TEST_CASE("VestibularNoiseMaker: harmonic k takes normals 2k and 2k + 1") {
   protocol.noise.vestibular.low_hz = protocol.noise.vestibular.high_hz = 40.0 / 121.0;
   const VestibularNoiseMaker maker(repeating(protocol));
   const Random random(2, streams::child_noise, 6);
-  std::vector<double> angle(12'101);
-  maker.angle(1.0, random, angle);
-  const double stddev = std::sqrt(1.0 / (40.0 / 121.0) / 121.0) * 0.2 * rad_per_deg;
+  std::vector<double> rate(12'101);
+  maker.velocity(1.0, random, rate);
+  const double stddev =
+      std::sqrt(1.0 / (40.0 / 121.0) / 121.0) * 0.2 * rad_per_deg * rate_per_angle(protocol, 40.0 / 121.0);
   double worst = 0.0;
   for (int j = 0; j < 12'100; ++j) {
     const double phase = 2.0 * pi * (40 * j % 12'100) / 12'100;
-    const double exact = stddev * (random.normal(80) * std::cos(phase) + random.normal(81) * std::sin(phase));
-    worst = std::max(worst, std::abs(angle[static_cast<std::size_t>(j)] - exact));
+    const double exact = stddev * (random.normal(81) * std::cos(phase) - random.normal(80) * std::sin(phase));
+    worst = std::max(worst, std::abs(rate[static_cast<std::size_t>(j)] - exact));
   }
   CHECK(worst < 1e-15 * 12.0 * stddev);  // eps of the amplitude, in each of about a dozen additions
 }
@@ -177,25 +185,21 @@ TEST_CASE("VestibularNoiseMaker: the default's period of two trials is not seen 
   CHECK(band.last == 242);
   constexpr int realisations = 1000;
   const auto samples = static_cast<std::size_t>(protocol.samples());
-  std::vector<double> angle(samples + 1), rate(samples + 1);
-  double square = 0.0, rate_square = 0.0, across = 0.0;
+  std::vector<double> rate(samples + 1);
+  double square = 0.0, across = 0.0;
   for (std::uint64_t i = 0; i < realisations; ++i) {
     const Random random(9, streams::vestibular_noise, i);
-    maker.angle(1.0, random, angle);
     maker.velocity(1.0, random, rate);
-    square += angle[i * 12] * angle[i * 12];
-    rate_square += 0.5 * (rate[0] * rate[0] + rate[samples] * rate[samples]);
+    square += 0.5 * (rate[0] * rate[0] + rate[samples] * rate[samples]);
     across += rate[0] * rate[samples];
   }
   // Each a mean of independent trials: 5 standard errors, false alarms below 1e-6.
   double power = 0.0, rate_power = 0.0;
   for (int k = band.first; k <= band.last; ++k) {
-    const double sinc = std::sin(pi * k / 24'200.0) / (pi * k / 24'200.0);
     power += std::pow(0.2 * rad_per_deg, 2.0) / k;
-    rate_power += std::pow(0.2 * rad_per_deg * 2.0 * pi * k / 242.0 / (sinc * sinc), 2.0) / k;
+    rate_power += std::pow(0.2 * rad_per_deg * rate_per_angle(protocol, k / 242.0), 2.0) / k;
   }
-  CHECK(near(square / realisations, power, 5.0 * std::sqrt(2.0 / realisations)));
-  CHECK(near(rate_square / realisations, rate_power, 5.0 * std::sqrt(1.0 / realisations)));
+  CHECK(near(square / realisations, rate_power, 5.0 * std::sqrt(1.0 / realisations)));
   CHECK(std::abs(across / realisations) < 5.0 * rate_power / std::sqrt(1.0 * realisations));
 
   // About the same power as with the trial's period: each is a sum over harmonics for the integral of 1 / f, whose

@@ -45,15 +45,15 @@ TEST_CASE("segments: each number by hand") {
 }
 
 TEST_CASE("segments: a body's subject") {
-  const Subject subject = make_subject(make_body(make_segments({.mass_kg = 61.3, .height_m = 1.67})));
-  CHECK(near(subject.mass_kg, 61.3, rounding));
-  CHECK(near(subject.height_m, 1.67, rounding));
-  const Subject standard = make_subject(Body{});
+  const Participant participant = make_participant(make_body(make_segments({.mass_kg = 61.3, .height_m = 1.67})));
+  CHECK(near(participant.mass_kg, 61.3, rounding));
+  CHECK(near(participant.height_m, 1.67, rounding));
+  const Participant standard = make_participant(Body{});
   CHECK(std::abs(standard.mass_kg - 88.86) < 0.0005 / 0.971);
   CHECK(std::abs(standard.height_m - 1.80) < 0.000005 / 0.55);
   Body heavy;
   heavy.inertia_kgm2 = 103.0;
-  check_error([&] { make_subject(heavy); }, decid::Code::setting_conflict);
+  check_error([&] { make_participant(heavy); }, decid::Code::setting_conflict);
 }
 
 TEST_CASE("segments: bounds") {
@@ -65,10 +65,10 @@ TEST_CASE("segments: bounds") {
 }
 
 TEST_CASE("a person's body has a person's weight and height") {
-  const Body body = body_of_person({.mass_kg = 70.0, .height_m = 1.75});
+  const Body body = body_of_participant({.mass_kg = 70.0, .height_m = 1.75});
   CHECK(body == make_body(make_segments({.mass_kg = 70.0, .height_m = 1.75})));
-  CHECK(body_of_person({.mass_kg = 187.0, .height_m = 1.8}).mass_kg > 180.0);
-  for (const Subject& person :
-       {Subject{455.0, 1.8}, {251.0, 2.1}, {187.0, 1.55}, {30.0, 1.75}, {1.75, 70.0}, {70.0, 0.9}})
-    CHECK_THROWS_AS(body_of_person(person), decid::Error);
+  CHECK(body_of_participant({.mass_kg = 187.0, .height_m = 1.8}).mass_kg > 180.0);
+  for (const Participant& participant :
+       {Participant{455.0, 1.8}, {251.0, 2.1}, {187.0, 1.55}, {30.0, 1.75}, {1.75, 70.0}, {70.0, 0.9}})
+    CHECK_THROWS_AS(body_of_participant(participant), decid::Error);
 }

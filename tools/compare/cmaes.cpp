@@ -38,8 +38,6 @@ struct CmaEs::State {
   std::vector<double> points;
   bool asked = false;
   int generation = 0;
-  std::vector<double> best;
-  double best_value = std::numeric_limits<double>::infinity();
 
   State(std::span<const double> start, double sigma_, int population, std::uint64_t seed, std::uint64_t item)
       : random(seed, search_stream, item), n(static_cast<int>(start.size())), sigma(sigma_) {
@@ -63,7 +61,6 @@ struct CmaEs::State {
     lengths = VectorXd::Ones(n);
     steps = MatrixXd(n, lambda);
     points.resize(static_cast<std::size_t>(n) * static_cast<std::size_t>(lambda));
-    best.assign(start.begin(), start.end());
   }
 
   void sample() {
@@ -85,11 +82,6 @@ struct CmaEs::State {
       return std::isnan(v) ? std::numeric_limits<double>::infinity() : v;
     };
     std::ranges::stable_sort(order, [&](int a, int b) { return value(a) < value(b); });
-    if (value(order[0]) < best_value) {
-      best_value = value(order[0]);
-      const auto begin = points.begin() + std::ptrdiff_t{order[0]} * n;
-      best.assign(begin, begin + n);
-    }
     MatrixXd chosen(n, mu);
     for (int i = 0; i < mu; ++i) chosen.col(i) = steps.col(order[static_cast<std::size_t>(i)]);
     const VectorXd step = chosen * weights;
@@ -126,17 +118,6 @@ CmaEs::CmaEs(std::span<const double> start, double sigma, int population, std::u
 }
 CmaEs::~CmaEs() = default;
 CmaEs::CmaEs(CmaEs&&) noexcept = default;
-CmaEs& CmaEs::operator=(CmaEs&&) noexcept = default;
-
-int CmaEs::dimensions() const noexcept {
-  return state_->n;
-}
-int CmaEs::population() const noexcept {
-  return state_->lambda;
-}
-int CmaEs::generations() const noexcept {
-  return state_->generation;
-}
 
 const std::vector<double>& CmaEs::ask() {
   if (!state_->asked) state_->sample();
@@ -159,12 +140,6 @@ std::vector<double> CmaEs::mean() const {
 }
 double CmaEs::longest_axis() const noexcept {
   return state_->sigma * state_->lengths.maxCoeff();
-}
-const std::vector<double>& CmaEs::best() const noexcept {
-  return state_->best;
-}
-double CmaEs::best_value() const noexcept {
-  return state_->best_value;
 }
 
 }  // namespace decid::iterative

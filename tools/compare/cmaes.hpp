@@ -22,26 +22,18 @@ class CmaEs {
   CmaEs(std::span<const double> start, double sigma, int population, std::uint64_t seed, std::uint64_t item);
   ~CmaEs();
   CmaEs(CmaEs&&) noexcept;
-  CmaEs& operator=(CmaEs&&) noexcept;
 
-  int dimensions() const noexcept;
-  int population() const noexcept;
-  int generations() const noexcept;  ///< generations passed to tell() so far
-
-  /// Returns the next generation: population() points of dimensions() values in [0, 1], one after the other. Repeated
-  /// calls before tell() return the same points.
+  /// Returns the next generation: the population's points of values in [0, 1], one after the other. Repeated calls
+  /// before tell() return the same points.
   const std::vector<double>& ask();
-  /// Takes the function's values at them; the smaller the better, NaN is worst. Throws Error unless there are
-  /// population() values and they were asked for.
+  /// Takes the function's values at them; the smaller the better, NaN is worst. Throws Error unless there is
+  /// one per point and they were asked for.
   void tell(std::span<const double> values);
 
   /// Returns the centre of the search, mirrored into the box: the estimate to take if the function is noisy.
   std::vector<double> mean() const;
   /// Returns the standard deviation of the search along its longest axis.
   double longest_axis() const noexcept;
-  /// Returns the best point passed to tell() so far, and its value (infinite before the first).
-  const std::vector<double>& best() const noexcept;
-  double best_value() const noexcept;
 
  private:
   struct State;

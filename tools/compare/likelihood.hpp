@@ -25,7 +25,6 @@ class TrialSpectrum {
   explicit TrialSpectrum(const sim::Protocol& protocol);
 
   int bins() const noexcept { return bins_; }
-  double bin_hz() const noexcept { return bin_hz_; }
   /// sway_rad: a trial's samples; out: bins() values, rad. Safe to call from many threads.
   void of(std::span<const double> sway_rad, std::span<sim::Complex> out) const;
 

@@ -58,11 +58,11 @@ constexpr const char* known_endings[] = {".csv",  ".tsv",         ".json", ".npz
 
 /// Returns the error in an output's name; empty if the name is valid.
 std::string what_is_wrong(const std::string& name, Written written) {
-  if (name == "-") return "'-' is not a file; commands that have --json print their results with it";
+  if (name == "-") return "'-' is not a file; to print results, use --json with the commands that have it";
   const std::filesystem::path path(name);
   const Format right = format_of(written);
   if (written != Written::folder && (path.filename().empty() || std::filesystem::is_directory(path)))
-    return "'" + name + "' is a folder, and one file is written; give its name, say '" +
+    return "'" + name + "' is a folder, but the option names a file; give for example '" +
            (path / (std::string("result") + right.ending)).string() + "'";
   std::string ending = path.extension();
   for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -72,8 +72,8 @@ std::string what_is_wrong(const std::string& name, Written written) {
   if (written == Written::folder)
     return std::filesystem::is_directory(path)
                ? ""
-               : "'" + name + "' would be a folder, and ends in " + ending + " like a file; give the name of a folder";
-  return "'" + name + "' would hold " + right.content + ", and ends in " + ending + "; call it '" +
+               : "'" + name + "' would be a folder but ends in " + ending + " like a file; give the name of a folder";
+  return "'" + name + "' would hold " + right.content + " but ends in " + ending + "; call it '" +
          std::filesystem::path(path).replace_extension(right.ending).string() + "'";
 }
 
@@ -103,8 +103,8 @@ void add_protocol_options(const Command& command, ProtocolOptions& options) {
                         "Simulate this controller (decid info --controllers); default: the protocol's, else dec");
   command
       .add_option("--sensor-noise", options.sensor_noise_deg,
-                  "Add measurement noise with this standard deviation in degrees, or one drawn from LOW HIGH for each "
-                  "trial; default: the protocol's")
+                  "Add measurement noise with this standard deviation in degrees, or, for two numbers LOW HIGH, one "
+                  "drawn between them for each trial; default: the protocol's")
       .values(1, 2);
 }
 
@@ -153,7 +153,7 @@ void make_output_folder(const std::filesystem::path& folder) {
     throw Error(Code::file_unwritable, folder.string(), "its folder does not exist",
                 "create the folder " + around.string() + " first");
   if (!fs::create_directory(path, error) && !fs::is_directory(path))
-    throw Error(Code::file_unwritable, folder.string(), "cannot be made a folder: " + error.message(),
+    throw Error(Code::file_unwritable, folder.string(), "cannot be created as a folder: " + error.message(),
                 "choose one in a folder that you may write to");
 }
 
@@ -167,7 +167,7 @@ void refuse_same_file(const std::string& output, const std::vector<std::string>&
   if (output.empty()) return;
   for (const std::string& other : others)
     if (!other.empty() && locate(output) == locate(other))
-      throw Error(Code::file_exists, output, "is read or written already in this call", "give the output another name");
+      throw Error(Code::file_exists, output, "is already read or written by this call", "give the output another name");
 }
 
 Option add_controller_option(const Command& command, std::string& controller, const std::string& description) {

@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <iostream>
 #include <optional>
-#include <set>
 
 #include "base/error.hpp"
 #include "base/text.hpp"
@@ -37,9 +36,9 @@ bool ends_with(const std::filesystem::path& path, const std::filesystem::path& e
 }
 
 struct Table {
-  std::size_t file, group;            ///< columns
-  std::optional<std::size_t> person;  ///< column
-  std::vector<Cells> rows;            ///< the first has the names
+  std::size_t file, group;                 ///< columns
+  std::optional<std::size_t> participant;  ///< column
+  std::vector<Cells> rows;                 ///< the first has the names
 };
 
 std::optional<std::size_t> find_column(const Cells& names, const std::string& wanted) {
@@ -51,13 +50,13 @@ std::optional<std::size_t> find_column(const Cells& names, const std::string& wa
 std::size_t require_column(const std::string& file, const Cells& names, const std::string& wanted) {
   if (const std::optional<std::size_t> found = find_column(names, wanted)) return *found;
   throw Error(Code::column_missing, file + ", line 1", "has no column \"" + wanted + "\"",
-              "give a table with the columns file and group, and subject if some recordings are of one person");
+              "give a table with the columns file and group, and participant_id if some recordings are of one person");
 }
 
-std::optional<std::size_t> person_column(const std::string& file, const Cells& names) {
+std::optional<std::size_t> find_participant_column(const std::string& file, const Cells& names) {
   std::optional<std::size_t> column;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (!names_persons(names[i])) continue;
+    if (!names_participants(names[i])) continue;
     if (column)
       throw Error(Code::column_ambiguous, file + ", line 1",
                   "has two columns that may name the person, \"" + trimmed(names[*column]) + "\" and \"" +
@@ -73,27 +72,27 @@ Table read_table(const std::string& name) {
   const Cells& names = table.rows.front();
   table.file = require_column(name, names, "file");
   table.group = require_column(name, names, "group");
-  table.person = person_column(name, names);
+  table.participant = find_participant_column(name, names);
   return table;
 }
 
 /// A line's cells.
 struct Row {
-  std::string file, group, person;
+  std::string file, group, participant;
 };
 
 /// `where` names the line.
 Row read_row(const Table& table, const Cells& cells, const std::string& where) {
-  if (cells.size() <= std::max({table.file, table.group, table.person.value_or(0)}))
-    throw Error(
-        Code::value_missing, where, "is too short",
-        table.person ? "give file, group and " + trimmed(table.rows.front()[*table.person]) : "give file and group");
+  if (cells.size() <= std::max({table.file, table.group, table.participant.value_or(0)}))
+    throw Error(Code::value_missing, where, "is too short",
+                table.participant ? "give file, group and " + trimmed(table.rows.front()[*table.participant])
+                                  : "give file and group");
   Row row{trimmed(cells[table.file]), trimmed(cells[table.group]), {}};
   if (row.group == "n/a") row.group.clear();  // as BIDS has it
   if (row.file.empty()) throw Error(Code::value_missing, where, "names no file", "give one, or take the line away");
-  if (table.person) row.person = trimmed(cells[*table.person]);
-  if (table.person && row.person.empty() && !row.group.empty())
-    throw Error(Code::value_missing, where, "has no " + trimmed(table.rows.front()[*table.person]),
+  if (table.participant) row.participant = trimmed(cells[*table.participant]);
+  if (table.participant && row.participant.empty() && !row.group.empty())
+    throw Error(Code::value_missing, where, "has no " + trimmed(table.rows.front()[*table.participant]),
                 "say whose recording it is, or leave its group empty too");
   return row;
 }
@@ -104,7 +103,8 @@ void refuse_contradiction(const std::string& where, const std::string& recording
   if (before == now) return;
   throw Error(Code::value_invalid, where,
               recording + " has the " + kind + " \"" + before + "\" already, and now \"" + now + "\"",
-              "give each recording one " + kind + "; a folder before the file's name tells two of one name apart");
+              "give each recording one " + kind +
+                  "; put the folder before the file's name to distinguish two files of the same name");
 }
 
 void refuse_missing(const std::string& table, const std::vector<std::string>& recordings,
@@ -124,8 +124,9 @@ void refuse_missing(const std::string& table, const std::vector<std::string>& re
 GroupTable read_group_table(const std::string& table_name, const std::vector<std::string>& recordings,
                             std::size_t least) {
   const Table table = read_table(table_name);
-  const std::string person_column = table.person ? trimmed(table.rows.front()[*table.person]) : std::string();
-  GroupTable result{person_column, {}};
+  const std::string participant_column =
+      table.participant ? trimmed(table.rows.front()[*table.participant]) : std::string();
+  GroupTable result{participant_column, {}};
   std::vector<std::optional<GroupMember>> found(recordings.size());
   for (std::size_t line = 1; line < table.rows.size(); ++line) {
     const Cells& cells = table.rows[line];
@@ -137,10 +138,10 @@ GroupTable read_group_table(const std::string& table_name, const std::vector<std
     for (std::size_t i = 0; i < recordings.size(); ++i) {
       if (!recordings[i].ends_with(last) || !ends_with(recordings[i], row.file)) continue;
       is_used = true;
-      const GroupMember member{row.group, table.person ? row.person : recordings[i]};
+      const GroupMember member{row.group, table.participant ? row.participant : recordings[i]};
       if (!found[i]) found[i] = member;
       refuse_contradiction(where, recordings[i], "group", found[i]->group, member.group);
-      refuse_contradiction(where, recordings[i], person_column, found[i]->person, member.person);
+      refuse_contradiction(where, recordings[i], participant_column, found[i]->participant, member.participant);
     }
     if (!is_used) result.unused.push_back({line + 1, row.file});
   }
@@ -180,18 +181,18 @@ GroupTable read_groups(const GroupFlags& flags, const RecordingFlags& recordings
 
 void add_group_options(const Command& command, GroupFlags& flags) {
   command.section("Input");
-  command.add_option(
-      "--group", flags.table,
-      "Compare the groups of people in this CSV table: columns file, group and, for repeated recordings, subject");
+  command.add_option("--group", flags.table,
+                     "Compare the groups of people in this CSV table: columns file, group and, if people have several "
+                     "recordings, participant_id");
   command
       .add_option("--within", flags.within,
-                  "Compare the sessions, the conditions or both (session,condition) of --study's sheet within each "
-                  "person; with --group also how much groups change")
+                  "Compare the sessions, the conditions or both (session,condition) of the --study sheet within each "
+                  "person; with --group, also compare how much the groups change")
       .shown_as("COLUMN,..");
   command
       .add_option("--covariates", flags.covariates,
-                  "Estimate how parameters change with these columns of numbers of --study's sheet, such as "
-                  "age,weight, and compare at their means")
+                  "Estimate how parameters change with these numeric columns of the --study sheet, such as age,weight, "
+                  "and compare the groups at the columns' means")
       .shown_as("COLUMN,..");
 }
 

@@ -21,16 +21,16 @@ namespace decid::tools {
 GroupTable read_group_table(const std::string& table, const std::vector<std::string>& recordings,
                             std::size_t least = 2);
 
-/// The values of the options that compare persons.
+/// The values of the options that compare participants.
 struct GroupFlags {
   std::string table, within, covariates;  ///< within, covariates: columns of the sheet, separated by commas
 
-  /// Returns true if the call compares persons.
+  /// Returns true if the call compares participants.
   bool given() const { return !table.empty() || !within.empty() || !covariates.empty(); }
 };
 
-/// Reads the table for the recordings that were found; without a table all persons are of one group. If the table is
-/// the plan's sheet, a recording has the group and the person of its line there. Sessions, conditions and covariates
+/// Reads the table for the recordings that were found; without a table all participants are of one group. If the table
+/// is the plan's sheet, a recording has the group and the person of its line there. Sessions, conditions and covariates
 /// come from the sheet; a recording without one of the compared sessions or conditions is left out. Prints on standard
 /// error which lines are of no recording, and how many recordings are left out, unless `quiet`. Throws Error also for a
 /// recording that is given twice, under whatever name: it would count as two people; for --within and --covariates

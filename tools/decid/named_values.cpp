@@ -19,7 +19,7 @@ double number_of(const std::string& option, const std::string& text, double refe
       number_from<double>(std::string_view(text).substr(0, text.size() - (is_percent ? 1 : 0)));
   if (!value || !std::isfinite(*value))
     throw Error(Code::setting_malformed, option, "'" + text + "' is not a number",
-                "give a number, or per cent such as -15%");
+                "give a number, or a percentage such as -15%");
   return is_percent ? 0.01 * *value * reference : *value;
 }
 

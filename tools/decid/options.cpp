@@ -19,7 +19,7 @@ CLI::Validator between(Number low, Number high, const std::string& shown) {
             Number value{};
             if (!CLI::detail::lexical_cast(text, value) && text.find_first_not_of("+-.,0123456789eE") == text.npos &&
                 text.find(',') != text.npos)
-              return text + " is not a number; decimals stand behind a point";
+              return text + " is not a number; write decimals with a point";
             const bool is_valid = CLI::detail::lexical_cast(text, value) && value >= low && value <= high;
             return is_valid ? std::string() : text + " is not from " + shown;
           },

@@ -113,7 +113,7 @@ std::optional<sim::Body> BodyFlags::body() const {
     throw Error(Code::setting_missing, "--mass, --height", "one is given without the other",
                 "give both, or neither for the protocol's body");
   if (!mass_kg) return {};
-  return sim::body_of_person({.mass_kg = *mass_kg, .height_m = *height_m});
+  return sim::body_of_participant({.mass_kg = *mass_kg, .height_m = *height_m});
 }
 
 std::optional<sim::Parameters> RecordingFlags::known(const sim::ParameterTable& table) const {
@@ -123,10 +123,10 @@ std::optional<sim::Parameters> RecordingFlags::known(const sim::ParameterTable& 
 
 Option add_recording_flags(const Command& command, RecordingFlags& flags) {
   command.section("Input");
-  const Option recordings = command.add_option(
-      "recordings", flags.files,
-      "Recordings to read: CSV, MAT, C3D or .xlsx files, folders of them, or quoted patterns; - reads standard input");
-  command.add_flag("--recursive", flags.recursive, "Read the folders inside folders too");
+  const Option recordings = command.add_option("recordings", flags.files,
+                                               "Read these recordings: CSV, MAT, C3D or .xlsx files, folders of them, "
+                                               "or quoted patterns; - reads standard input");
+  command.add_flag("--recursive", flags.recursive, "Also read the folders inside folders");
   add_reading_options(command, flags);
   return recordings;
 }
@@ -134,7 +134,7 @@ Option add_recording_flags(const Command& command, RecordingFlags& flags) {
 void add_reading_options(const Command& command, RecordingFlags& flags) {
   command.section("Input");
   command.add_option("--column", flags.column,
-                     "Read sway from this column, by name or number from 1; default: found by name");
+                     "Read sway from this column, by name or number from 1; default: found by its name");
   command
       .add_option("--unit", flags.unit,
                   "Read sway in this unit: deg, rad, mrad, or mm, cm, m for positions; default: from the column's "
@@ -157,21 +157,22 @@ void add_reading_options(const Command& command, RecordingFlags& flags) {
                      "Subtract the ankle's position in this column; default: the mean positions are upright");
   command
       .add_option("--skip-lines", flags.skip_lines,
-                  "Skip this many lines above the table of a text file; default: found")
+                  "Skip this many lines above the table of a text file; default: decid finds the table")
       .range(0, 1000000);
   command.add_option(
       "--section", flags.section,
       "Read this table of a text file that holds several, by name or number from 1, for example Trajectories");
   command.add_option("--trial", flags.trial,
-                     "Read each value of this column, of several (subject,trial), or each element of this MAT array as "
-                     "one recording; none: one recording per file; default: refuse files with several trials");
+                     "Split a file into recordings by the values of this column, of several columns (subject,trial), "
+                     "or by this MAT array; none: one recording per file; default: refuse files with several trials");
   command.add_option("--rate", flags.rate, "Use this sample rate in Hz; default: from the time column")
       .range(1.0, 100000.0);
   command
       .add_option("--fill-gaps", flags.fill_gaps, "Interpolate gaps of up to this many seconds; default: refuse gaps")
       .range(0.0, recording::longest_gap_s);
   command.add_option("--missing", flags.missing,
-                     "Read this number as a missing value; default: 9999, -9.99e33 and similar where they stand out");
+                     "Read this number as a missing value; default: 9999, -9.99e33 and similar numbers that are far "
+                     "outside the signal");
   command
       .add_option("--begin,--start", flags.begin,
                   "Start the protocol this many seconds after the first sample; default: found in the tilt, else 0")
@@ -203,8 +204,8 @@ void add_study_option(const Command& command, RecordingFlags& flags) {
   command.section("Input");
   command.add_option(
       "--study", flags.study,
-      "Read persons, groups, bodies, protocols and reading options from this sheet (TSV, CSV or .xlsx), a "
-      "line per recording or participant_id; without recordings, read those that it names");
+      "Read participants, groups, bodies, protocols and reading options from this sheet (TSV, CSV or .xlsx) with one "
+      "line per recording or participant; if you name no recordings, read those of the sheet");
 }
 
 void add_truth_option(const Command& command, RecordingFlags& flags) {

@@ -15,7 +15,7 @@ namespace decid::tools {
 struct BodyFlags {
   std::optional<double> mass_kg, height_m;
 
-  /// Returns the subject's body, if both values were given. Throws Error if only one was given.
+  /// Returns the person's body, if both values were given. Throws Error if only one was given.
   std::optional<sim::Body> body() const;
 };
 /// Adds --mass and --height.

@@ -16,11 +16,11 @@ double clamped(double x, double low, double high) {
 
 }  // namespace
 
-Course course_at(const sim::Stimulus& stimulus, int steps_per_second) {
+sim::Stimulus stimulus_at(const sim::Stimulus& stimulus, int steps_per_second) {
   constexpr int intervals_per_second = 100;
-  Course course;
-  course.interval_steps = std::max(1, steps_per_second / intervals_per_second);
-  const double interval_s = static_cast<double>(course.interval_steps) / steps_per_second;
+  sim::Stimulus made;
+  made.interval_steps = std::max(1, steps_per_second / intervals_per_second);
+  const double interval_s = static_cast<double>(made.interval_steps) / steps_per_second;
   const double point_s = stimulus.interval_steps * sim::integration_step_s;
   const double end_s = static_cast<double>(stimulus.rate_rad_s.size()) * point_s;
   const auto tilt_at = [&](double t_s) {
@@ -29,10 +29,10 @@ Course course_at(const sim::Stimulus& stimulus, int steps_per_second) {
   };
   const int intervals = static_cast<int>(end_s / interval_s + 1e-6);
   for (int i = 0; i < intervals; ++i) {
-    course.tilt_rad.push_back(tilt_at(i * interval_s));
-    course.rate_rad_s.push_back((tilt_at((i + 1) * interval_s) - course.tilt_rad.back()) / interval_s);
+    made.tilt_rad.push_back(tilt_at(i * interval_s));
+    made.rate_rad_s.push_back((tilt_at((i + 1) * interval_s) - made.tilt_rad.back()) / interval_s);
   }
-  return course;
+  return made;
 }
 
 std::array<double, 3> sine_coefficients_at(const sim::Body& body, int steps_per_second) {
@@ -42,7 +42,7 @@ std::array<double, 3> sine_coefficients_at(const sim::Body& body, int steps_per_
 }
 
 std::vector<double> balance(const sim::Family& family, const sim::Coefficients& of, const sim::Body& body,
-                            const Course& course, int steps_per_second) {
+                            const sim::Stimulus& stimulus, int steps_per_second) {
   using enum sim::Coefficient;
   const double step_s = 1.0 / steps_per_second, c = step_s / body.inertia_kgm2;
   const double active_stiffness = c * of[kp], active_damping = c * of[kd];
@@ -60,13 +60,13 @@ std::vector<double> balance(const sim::Family& family, const sim::Coefficients& 
 
   double sway = 0.0, rate = 0.0, error = 0.0, slow_angle = 0.0, torque_angle = 0.0, active = 0.0, before = 0.0;
   std::vector<double> commands, all;
-  for (std::size_t interval = 0; interval < course.rate_rad_s.size(); ++interval) {
+  for (std::size_t interval = 0; interval < stimulus.rate_rad_s.size(); ++interval) {
     if (!(std::abs(sway) <= sim::sway_limit_rad)) break;
     all.push_back(sway);
-    const double support = course.rate_rad_s[interval], drive_slope = passive * (support * step_s);
+    const double support = stimulus.rate_rad_s[interval], drive_slope = passive * (support * step_s);
     const double q = (0.0 - clamped(of[tilt] * support, -threshold, threshold)) + tilt_over_servo * support;
-    double drive = std::fma(passive, course.tilt_rad[interval], damping * support);
-    for (int i = 0; i < course.interval_steps; ++i) {
+    double drive = std::fma(passive, stimulus.tilt_rad[interval], damping * support);
+    for (int i = 0; i < stimulus.interval_steps; ++i) {
       const double slow_rate = std::fma(of[slow], sway, -(slow_leak * slow_angle));
       const double torque_rate = std::fma(torque_gain, active, -(torque_leak * torque_angle));
       const std::size_t step = commands.size();

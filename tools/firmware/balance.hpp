@@ -8,14 +8,9 @@
 
 namespace decid::tools {
 
-/// A tilt with a constant rate in each interval. tilt_rad: at each interval's start; it may have the end too.
-struct Course {
-  std::vector<double> tilt_rad, rate_rad_s;
-  int interval_steps = 1;
-};
-
-/// Returns a stimulus in intervals of a whole number of steps, about 10 ms, each with the tilt's mean rate.
-Course course_at(const sim::Stimulus& stimulus, int steps_per_second);
+/// Returns a stimulus for steps of another length: in intervals of a whole number of them, about 10 ms, each with the
+/// tilt's mean rate. Its last point is the last interval's start.
+sim::Stimulus stimulus_at(const sim::Stimulus& stimulus, int steps_per_second);
 
 /// Returns sim::sine_coefficients_for the body, for another step.
 std::array<double, 3> sine_coefficients_at(const sim::Body& body, int steps_per_second);
@@ -24,6 +19,6 @@ std::array<double, 3> sine_coefficients_at(const sim::Body& body, int steps_per_
 /// operations are those of DECID_FW_self_test in runtime/controller.c. UNIT_GAINS there only moves factors of 2, so at
 /// 1000 steps per second this sway has the simulator's bits.
 std::vector<double> balance(const sim::Family& family, const sim::Coefficients& of, const sim::Body& body,
-                            const Course& course, int steps_per_second);
+                            const sim::Stimulus& stimulus, int steps_per_second);
 
 }  // namespace decid::tools

@@ -43,12 +43,12 @@ std::string parameter_table(const sim::Coefficients& of, bool unit_gains) {
 
 /// The tilt that the self-test plays, and the hash of the sway that decid expects.
 struct SelfTest {
-  Course course;
+  sim::Stimulus stimulus;
   int steps_per_sample = 1;  // of the hash
   std::uint64_t hash = 0;
 
-  int intervals() const { return static_cast<int>(course.tilt_rad.size()); }
-  int steps() const { return intervals() * course.interval_steps; }
+  int intervals() const { return static_cast<int>(stimulus.tilt_rad.size()); }
+  int steps() const { return intervals() * stimulus.interval_steps; }
 };
 
 [[noreturn]] void refuse_fall(double end_s) {
@@ -56,10 +56,9 @@ struct SelfTest {
               "change the gains or lower the delay");
 }
 
-/// Keeps the course's first seconds.
-void shorten(Course& course, int intervals) {
-  course.tilt_rad.resize(static_cast<std::size_t>(intervals));
-  course.rate_rad_s.resize(static_cast<std::size_t>(intervals));
+void shorten(sim::Stimulus& stimulus, int intervals) {
+  stimulus.tilt_rad.resize(static_cast<std::size_t>(intervals));
+  stimulus.rate_rad_s.resize(static_cast<std::size_t>(intervals));
 }
 
 /// Returns the test with the simulator's sway. Throws Error if the body falls.
@@ -72,9 +71,9 @@ SelfTest simulate_test(const sim::Simulator& simulator, const sim::Parameters& n
   const int samples =
       std::min(simulator.samples(), static_cast<int>(test_seconds * protocol.experiment.sample_rate_hz));
   SelfTest test;
-  test.course = {stimulus.tilt_rad, stimulus.rate_rad_s, stimulus.interval_steps};
+  test.stimulus = stimulus;
   test.steps_per_sample = protocol.experiment.steps_per_sample();
-  shorten(test.course, samples * test.steps_per_sample / stimulus.interval_steps);
+  shorten(test.stimulus, samples * test.steps_per_sample / stimulus.interval_steps);
   test.hash = hash_values(std::span(sway).first(static_cast<std::size_t>(samples)));
   return test;
 }
@@ -83,13 +82,13 @@ SelfTest simulate_test(const sim::Simulator& simulator, const sim::Parameters& n
 SelfTest balance_test(const sim::Simulator& simulator, const sim::Parameters& noise_free, int steps_per_second) {
   const sim::Protocol& protocol = simulator.protocol();
   SelfTest test;
-  test.course = course_at(simulator.stimulus(), steps_per_second);
-  test.steps_per_sample = test.course.interval_steps;
+  test.stimulus = stimulus_at(simulator.stimulus(), steps_per_second);
+  test.steps_per_sample = test.stimulus.interval_steps;
   const std::vector<double> sway = balance(protocol.family(), protocol.family().coefficients(noise_free),
-                                           protocol.experiment.body, test.course, steps_per_second);
-  if (sway.size() < test.course.tilt_rad.size())
-    refuse_fall(static_cast<double>(sway.size()) * test.course.interval_steps / steps_per_second);
-  shorten(test.course, std::min(test.intervals(), test_seconds * steps_per_second / test.course.interval_steps));
+                                           protocol.experiment.body, test.stimulus, steps_per_second);
+  if (sway.size() < test.stimulus.tilt_rad.size())
+    refuse_fall(static_cast<double>(sway.size()) * test.stimulus.interval_steps / steps_per_second);
+  shorten(test.stimulus, std::min(test.intervals(), test_seconds * steps_per_second / test.stimulus.interval_steps));
   test.hash = hash_values(std::span(sway).first(static_cast<std::size_t>(test.intervals())));
   return test;
 }
@@ -165,15 +164,15 @@ FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Pro
             define("UNIT_GAINS", unit_gains ? 1 : 0) + define_double("SINE_0", sine[0]) +
             define_double("SINE_1", sine[1]) + define_double("SINE_2", sine[2]) +
             define("STEPS_PER_SAMPLE", test.steps_per_sample) +
-            define("STEPS_PER_INTERVAL", test.course.interval_steps) + define("TEST_INTERVALS", test.intervals()) +
+            define("STEPS_PER_INTERVAL", test.stimulus.interval_steps) + define("TEST_INTERVALS", test.intervals()) +
             format("#define TEST_HASH 0x%016llxU\n\n", static_cast<unsigned long long>(test.hash));
   if (!unit_gains)
     source += define_double("SLOW_LEAK", 1.0 / family.slow_time_s) +
               define_double("TORQUE_LEAK", 1.0 / family.torque_time_s) + "\n";
   source += embedded::firmware_arithmetic();
   source += "\n" + parameter_table(family.coefficients(parameters), unit_gains) +
-            table("static const double test_tilt[]", test.course.tilt_rad) +
-            table("static const double test_rate[]", test.course.rate_rad_s) + "\n";
+            table("static const double test_tilt[]", test.stimulus.tilt_rad) +
+            table("static const double test_rate[]", test.stimulus.rate_rad_s) + "\n";
   source += embedded::firmware_controller();
   return {with_name(header, name), with_name(source, name)};
 }

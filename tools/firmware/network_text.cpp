@@ -1,8 +1,6 @@
 // A network alone as C: see network_text.hpp.
 #include "tools/firmware/network_text.hpp"
 
-#include <algorithm>
-
 #include "embedded/firmware_arithmetic.hpp"
 #include "embedded/firmware_elementary.hpp"
 #include "embedded/firmware_network.hpp"

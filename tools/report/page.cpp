@@ -3,7 +3,6 @@
 // hash.
 #include "tools/report/page.hpp"
 
-#include <cmath>
 #include <utility>
 
 #include "base/error.hpp"

@@ -1,7 +1,6 @@
 // The report of decid study: see study_page.hpp. page.cpp makes the page, study.js fills it.
 #include "tools/report/study_page.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "base/files/json_object.hpp"

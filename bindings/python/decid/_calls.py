@@ -237,7 +237,7 @@ def identify(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optiona
     """The model's answer, in milliseconds: what `decid identify` gives.
 
     recording: samples (samples,) with their rate in Hz and unit, "deg", "rad" or "mrad"; a file; a Recording; or Trials.
-    mass, height: the subject's, kg and m; both or none, which is the protocol's body.
+    mass, height: the person's, kg and m; both or none, which is the protocol's body.
     begin: where in the recording the protocol starts, s; None: at its first sample, or where its tilt says.
     detrend: "none", "offset" or "linear": what is subtracted. model: None is the built-in one. reading: of a file, other
     arguments of read(), such as fill_gaps=0.4; of samples, those of Recording(), such as tilt=platform."""
@@ -290,12 +290,12 @@ def study(sheet: Path, *, group: bool = False, within: Union[str, Sequence[str]]
           covariates: Union[str, Sequence[str]] = (), fit: bool = False, joint: Optional[str] = None,
           free: Optional[str] = None, model: Union[Model, Path, None] = None, max_draws: int = 160, seed: int = 1,
           progress: Optional[Callable[[float, str], object]] = None) -> Study:
-    """Estimates all recordings of a study's sheet, and compares its persons: `decid identify --study`, or with fit=True
+    """Estimates all recordings of a study's sheet, and compares its participants: `decid identify --study`, or with fit=True
     `decid fit --study`, each recording with its own body, protocol and reading options.
 
         study = decid.study("participants.tsv", group=True, within=["session"], covariates=["age"])
 
-    group: compare the groups in the sheet's column group. within: "session", "condition" or both, compared within persons.
+    group: compare the groups in the sheet's column group. within: "session", "condition" or both, compared within participants.
     covariates: columns of numbers, "weight" (kg) and "height" (m) among them. joint: column of recordings that are fitted
     together, such as "participant_id". free: parameters that then differ between the texts of another column, such as
     "theta,Nv:condition". max_draws, seed, progress: as in fit()."""

@@ -67,15 +67,15 @@ class KnownCovariates {
   KnownCovariates(std::span<const Recording> recordings, std::size_t covariates) {
     for (const Recording& one : recordings)
       for (std::size_t k = 0; k < covariates; ++k)
-        for (std::vector<Mean>* means : {&persons_.try_emplace(one.participant, covariates).first->second,
+        for (std::vector<Mean>* means : {&participants_.try_emplace(one.participant, covariates).first->second,
                                          &groups_.try_emplace(one.group, covariates).first->second})
           (*means)[k].add(one.covariates[k]);
   }
-  const Mean& of_person(const std::string& name, std::size_t k) const { return persons_.at(name)[k]; }
+  const Mean& of_participant(const std::string& name, std::size_t k) const { return participants_.at(name)[k]; }
   const Mean& of_group(const std::string& name, std::size_t k) const { return groups_.at(name)[k]; }
 
  private:
-  std::map<std::string, std::vector<Mean>> persons_{}, groups_{};
+  std::map<std::string, std::vector<Mean>> participants_{}, groups_{};
 };
 
 }  // namespace
@@ -86,7 +86,7 @@ Design make_design(std::span<const Recording> recordings, std::size_t parameters
   design.parameters = parameters;
   std::set<Design::CellName> cells;
   std::set<std::string> group_names;
-  std::map<std::string, std::map<std::size_t, std::vector<std::size_t>>> persons;
+  std::map<std::string, std::map<std::size_t, std::vector<std::size_t>>> participants;
   for (const Recording& one : recordings) {
     cells.insert({one.group, one.session, one.condition});
     group_names.insert(one.group);
@@ -99,7 +99,7 @@ Design make_design(std::span<const Recording> recordings, std::size_t parameters
   for (std::size_t i = 0; i < recordings.size(); ++i) {
     const Recording& one = recordings[i];
     const auto cell = cells.find({one.group, one.session, one.condition});
-    persons[one.participant][static_cast<std::size_t>(std::distance(cells.begin(), cell))].push_back(i);
+    participants[one.participant][static_cast<std::size_t>(std::distance(cells.begin(), cell))].push_back(i);
   }
   std::vector<Scale> scales;
   for (std::size_t k = 0; k < settings.covariates.size(); ++k) {
@@ -109,15 +109,15 @@ Design make_design(std::span<const Recording> recordings, std::size_t parameters
   }
   const KnownCovariates known(recordings, scales.size());
   bool shared = false;
-  for (const auto& [name, visits] : persons) {
-    design.persons.push_back({name, design.group_of_cell[visits.begin()->first], {}});
+  for (const auto& [name, visits] : participants) {
+    design.participants.push_back({name, design.group_of_cell[visits.begin()->first], {}});
     for (const auto& [cell, members] : visits) {
-      design.persons.back().visits.push_back(design.visits.size());
-      Design::Visit visit{design.persons.size() - 1, cell, members, {}};
+      design.participants.back().visits.push_back(design.visits.size());
+      Design::Visit visit{design.participants.size() - 1, cell, members, {}};
       for (std::size_t k = 0; k < scales.size(); ++k) {
         KnownCovariates::Mean own;
         for (const std::size_t i : members) own.add(recordings[i].covariates[k]);
-        const double value = own.value_or(known.of_person(name, k).value_or(
+        const double value = own.value_or(known.of_participant(name, k).value_or(
             known.of_group(recordings[members.front()].group, k).value_or(scales[k].mean)));
         visit.covariates.push_back((value - scales[k].mean) / scales[k].sd);
       }
@@ -125,17 +125,18 @@ Design make_design(std::span<const Recording> recordings, std::size_t parameters
       design.has_trial_level |= members.size() > 1;
     }
     design.has_visit_level |= visits.size() > 1;
-    shared |= std::ranges::any_of(
-        visits, [&](const auto& visit) { return design.group_of_cell[visit.first] != design.persons.back().group; });
+    shared |= std::ranges::any_of(visits, [&](const auto& visit) {
+      return design.group_of_cell[visit.first] != design.participants.back().group;
+    });
   }
   if (shared) {  // a person of two groups has one standard deviation
     design.groups = 1;
     design.group_of_cell.assign(design.cells.size(), 0);
-    for (Design::Person& person : design.persons) person.group = 0;
+    for (Design::Participant& participant : design.participants) participant.group = 0;
   }
   const auto count = static_cast<double>(design.visits.size());
   design.recordings_per_visit = static_cast<double>(recordings.size()) / count;
-  design.visits_per_person = count / static_cast<double>(design.persons.size());
+  design.visits_per_participant = count / static_cast<double>(design.participants.size());
   return design;
 }
 

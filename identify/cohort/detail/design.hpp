@@ -1,4 +1,4 @@
-// The structure of a study: recordings in visits (a person in a cell), visits in persons, cells of groups.
+// The structure of a study: recordings in visits (a person in a cell), visits in participants, cells of groups.
 #pragma once
 
 #include <string>
@@ -18,24 +18,24 @@ struct Design {
     }
   };
   struct Visit {
-    std::size_t person, cell;
+    std::size_t participant, cell;
     std::vector<std::size_t> recordings;
     std::vector<double> covariates;  ///< means of its recordings', about the study's mean, in standard deviations
   };
-  struct Person {
+  struct Participant {
     std::string name;
     std::size_t group;  ///< of the first visit
     std::vector<std::size_t> visits;
   };
 
   std::vector<CellName> cells;
-  std::vector<std::size_t> group_of_cell;  ///< whose persons have a standard deviation of their own
+  std::vector<std::size_t> group_of_cell;  ///< whose participants have a standard deviation of their own
   std::size_t groups = 0, parameters = 0;
   std::vector<Visit> visits;
-  std::vector<Person> persons;
+  std::vector<Participant> participants;
   std::vector<double> covariate_mean, covariate_sd;
   bool has_visit_level = false, has_trial_level = false;
-  double recordings_per_visit = 1.0, visits_per_person = 1.0;  ///< means
+  double recordings_per_visit = 1.0, visits_per_participant = 1.0;  ///< means
 };
 
 /// Returns the structure. Throws Error as analyse() does.

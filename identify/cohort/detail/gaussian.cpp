@@ -2,7 +2,6 @@
 #include "identify/cohort/detail/gaussian.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "base/error.hpp"
 #include "base/math/cholesky.hpp"

@@ -2,7 +2,6 @@
 #include "identify/cohort/detail/sampler.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "base/math/cholesky.hpp"
@@ -40,14 +39,14 @@ Sampler::Sampler(const Design& design, std::span<const Recording> recordings, st
       about_base_(design.visits.size(), Evidence(size_)),
       recording_node_(recordings.size(), Deviation(size_)),
       visit_node_(design.visits.size(), Deviation(size_)),
-      person_node_(design.persons.size(), Deviation(size_)),
+      participant_node_(design.participants.size(), Deviation(size_)),
       sd_(size_),
       location_(size_),
       work_(size_),
       normal_(size_),
       scratch_(size_) {
-  const std::array counts{design.persons.size(), design.visits.size(), recordings.size()};
-  levels_[persons].active = true;
+  const std::array counts{design.participants.size(), design.visits.size(), recordings.size()};
+  levels_[participants].active = true;
   levels_[visits].active = design.has_visit_level;
   levels_[trials].active = design.has_trial_level;
   for (std::size_t l = 0; l < levels_.size(); ++l) {
@@ -57,10 +56,11 @@ Sampler::Sampler(const Design& design, std::span<const Recording> recordings, st
     levels_[l].group.assign(counts[l], 0);
     levels_[l].entity.resize(recordings.size());
   }
-  for (std::size_t i = 0; i < design.persons.size(); ++i) levels_[persons].group[i] = design.persons[i].group;
+  for (std::size_t i = 0; i < design.participants.size(); ++i)
+    levels_[participants].group[i] = design.participants[i].group;
   for (std::size_t v = 0; v < design.visits.size(); ++v)
     for (const std::size_t r : design.visits[v].recordings) {
-      levels_[persons].entity[r] = design.visits[v].person;
+      levels_[participants].entity[r] = design.visits[v].participant;
       levels_[visits].entity[r] = v;
       levels_[trials].entity[r] = r;
     }
@@ -112,8 +112,8 @@ double Sampler::log_prior(std::size_t parameter) const {
   add(levels_[trials]);
   below /= design_.recordings_per_visit;
   add(levels_[visits]);
-  below /= design_.visits_per_person;
-  add(levels_[persons]);
+  below /= design_.visits_per_participant;
+  add(levels_[participants]);
   return density;
 }
 
@@ -151,7 +151,7 @@ void Sampler::scale_centred(Level& level, std::size_t parameter) {
       if (counts[g] > 0.0) sum += log_likelihood(g);
     return sum;
   });
-  if (&level != &levels_[persons] || design_.groups < 2) return;
+  if (&level != &levels_[participants] || design_.groups < 2) return;
   for (std::size_t g = 0; g < design_.groups; ++g) {
     double& factor = level.log_factor[g * size_ + parameter];
     factor = slice(factor, -1.5, 1.5, [&](double value) {
@@ -196,7 +196,7 @@ void Sampler::scale_noncentred(Level& level, std::size_t parameter) {
     rescale(level, parameter, exp(log_value - before), group);
   };
   move(level.log_sd[parameter], lowest_log_sd, 0.0, everybody, [&](double) { return log_prior(parameter); });
-  if (&level != &levels_[persons] || design_.groups < 2) return;
+  if (&level != &levels_[participants] || design_.groups < 2) return;
   for (std::size_t g = 0; g < design_.groups; ++g)
     move(level.log_factor[g * size_ + parameter], -1.5, 1.5, g,
          [](double value) { return -0.5 * squared(value / factor_sd); });
@@ -208,14 +208,14 @@ Draw Sampler::draw() const {
   draw.cell_mean.assign(coefficient_.begin(), coefficient_.begin() + static_cast<std::ptrdiff_t>(cells));
   draw.slopes.assign(coefficient_.begin() + static_cast<std::ptrdiff_t>(cells), coefficient_.end());
   for (std::size_t g = 0; g < design_.groups; ++g)
-    for (std::size_t p = 0; p < size_; ++p) draw.person_sd.push_back(sd(levels_[persons], g, p));
+    for (std::size_t p = 0; p < size_; ++p) draw.participant_sd.push_back(sd(levels_[participants], g, p));
   for (std::size_t p = 0; p < size_; ++p) {
     if (levels_[visits].active) draw.visit_sd.push_back(exp(levels_[visits].log_sd[p]));
     if (levels_[trials].active) draw.trial_sd.push_back(exp(levels_[trials].log_sd[p]));
   }
   for (std::size_t v = 0; v < design_.visits.size(); ++v)
     for (std::size_t p = 0; p < size_; ++p) {
-      double value = base_[v * size_ + p] + levels_[persons].effects[design_.visits[v].person * size_ + p];
+      double value = base_[v * size_ + p] + levels_[participants].effects[design_.visits[v].participant * size_ + p];
       if (levels_[visits].active) value += levels_[visits].effects[v * size_ + p];
       draw.visits.push_back(value);
     }

@@ -1,6 +1,6 @@
 // The Gibbs sampler of cohort.hpp: one chain. A sweep draws
 //   1. for each recording the component of its evidence, with the recording's own deviation integrated out;
-//   2. given the components, which are Gaussian, all means, slopes, persons, visits and trials together, exactly;
+//   2. given the components, which are Gaussian, all means, slopes, participants, visits and trials together, exactly;
 //   3. the levels' standard deviations, given the deviations, and again given deviations over standard deviations
 //      (Y. Yu, X.-L. Meng, J. Comput. Graph. Stat. 20 (2011) 531-570: one of both moves far whatever the recordings
 //      tell), each by a slice (R. Neal, Ann. Stat. 31 (2003) 705-767).
@@ -16,12 +16,12 @@ namespace decid::cohort {
 
 /// One draw of everything, in coordinates x.
 struct Draw {
-  std::vector<double> cell_mean;  ///< cell by cell, each all parameters
-  std::vector<double> slopes;     ///< covariate by covariate, per standard deviation
-  std::vector<double> person_sd;  ///< group by group
-  std::vector<double> visit_sd;   ///< per parameter; empty without this level
-  std::vector<double> trial_sd;   ///< per parameter; empty without this level
-  std::vector<double> visits;     ///< visit by visit: b + u + v
+  std::vector<double> cell_mean;       ///< cell by cell, each all parameters
+  std::vector<double> slopes;          ///< covariate by covariate, per standard deviation
+  std::vector<double> participant_sd;  ///< group by group
+  std::vector<double> visit_sd;        ///< per parameter; empty without this level
+  std::vector<double> trial_sd;        ///< per parameter; empty without this level
+  std::vector<double> visits;          ///< visit by visit: b + u + v
 };
 
 class Sampler {
@@ -36,12 +36,12 @@ class Sampler {
   /// One of the levels: its deviations and how large they are.
   struct Level {
     std::vector<double> log_sd;              ///< per parameter
-    std::vector<double> log_factor;          ///< group by group, of persons; 0 elsewhere
+    std::vector<double> log_factor;          ///< group by group, of participants; 0 elsewhere
     std::vector<double> effects;             ///< entity by entity
     std::vector<std::size_t> entity, group;  ///< of each recording; of each entity
     bool active = false;
   };
-  enum LevelIndex : std::size_t { persons, visits, trials };
+  enum LevelIndex : std::size_t { participants, visits, trials };
 
   std::span<double> of(std::vector<double>& values, std::size_t i) const {
     return std::span(values).subspan(i * size_, size_);
@@ -53,7 +53,7 @@ class Sampler {
   double weigh(const Measurement& measurement, std::size_t component, const Deviation& node);
   void draw_component(std::size_t recording);
   void draw_locations();
-  void absorb_person(std::size_t person);
+  void absorb_participant(std::size_t participant);
   void draw_coefficients();
   void draw_effects();
   void set_residuals();
@@ -76,7 +76,7 @@ class Sampler {
   std::vector<double> coefficient_, matrix_, right_;
   std::vector<double> x_, residual_;  ///< of recordings: their parameters, and the gradient of their evidence there
   std::vector<Evidence> of_recording_, of_visit_, about_base_;
-  std::vector<Deviation> recording_node_, visit_node_, person_node_;
+  std::vector<Deviation> recording_node_, visit_node_, participant_node_;
   std::vector<double> sd_, location_, work_, normal_, log_weights_;
   Evidence scratch_;
 };

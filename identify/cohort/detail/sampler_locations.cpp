@@ -1,6 +1,5 @@
-// The Gibbs sampler's draws of components, means, persons, visits and trials: see sampler.hpp.
+// The Gibbs sampler's draws of components, means, participants, visits and trials: see sampler.hpp.
 #include <algorithm>
-#include <cmath>
 
 #include "base/error.hpp"
 #include "base/math/cholesky.hpp"
@@ -17,16 +16,17 @@ constexpr double slope_sd = 0.5;  // prior, of a covariate's effect per standard
 /// Sets sd_ to the standard deviations of the lowest level above a recording, and location_ to the place that it
 /// deviates from.
 void Sampler::set_location_above(std::size_t recording) {
-  const std::size_t visit = levels_[visits].entity[recording], person = levels_[persons].entity[recording];
+  const std::size_t visit = levels_[visits].entity[recording], participant = levels_[participants].entity[recording];
   for (std::size_t p = 0; p < size_; ++p) {
     location_[p] = base_[visit * size_ + p];
-    if (levels_[trials].active || levels_[visits].active) location_[p] += levels_[persons].effects[person * size_ + p];
+    if (levels_[trials].active || levels_[visits].active)
+      location_[p] += levels_[participants].effects[participant * size_ + p];
     if (levels_[trials].active && levels_[visits].active) location_[p] += levels_[visits].effects[visit * size_ + p];
   }
   if (levels_[trials].active || levels_[visits].active)
     set_sd(levels_[levels_[trials].active ? trials : visits], 0);
   else
-    set_sd(levels_[persons], levels_[persons].group[person]);
+    set_sd(levels_[participants], levels_[participants].group[participant]);
 }
 
 /// Sets evidence to a component's precision less the prior's 1.
@@ -99,18 +99,18 @@ void Sampler::draw_locations() {
     else
       about_base_[v] = of_visit_[v];
   }
-  for (std::size_t i = 0; i < design_.persons.size(); ++i) absorb_person(i);
+  for (std::size_t i = 0; i < design_.participants.size(); ++i) absorb_participant(i);
   draw_coefficients();
   draw_effects();
 }
 
 /// Adds a person's evidence about the means: of all visits together, with the person's deviation integrated out.
-void Sampler::absorb_person(std::size_t person) {
-  const Design::Person& one = design_.persons[person];
-  Deviation& node = person_node_[person];
+void Sampler::absorb_participant(std::size_t participant) {
+  const Design::Participant& one = design_.participants[participant];
+  Deviation& node = participant_node_[participant];
   scratch_.clear();
   for (const std::size_t v : one.visits) scratch_.add(about_base_[v]);
-  set_sd(levels_[persons], one.group);
+  set_sd(levels_[participants], one.group);
   node.prepare(sd_, scratch_);
   node.whiten(scratch_.shift, work_);
   std::vector<std::vector<double>> whitened(one.visits.size(), std::vector<double>(size_ * size_));
@@ -171,19 +171,19 @@ void Sampler::draw_coefficients() {
     }
 }
 
-/// Draws persons, then visits, then recordings, each given its location.
+/// Draws participants, then visits, then recordings, each given its location.
 void Sampler::draw_effects() {
-  for (std::size_t i = 0; i < design_.persons.size(); ++i) {
+  for (std::size_t i = 0; i < design_.participants.size(); ++i) {
     std::ranges::fill(work_, 0.0);
-    for (const std::size_t v : design_.persons[i].visits)
+    for (const std::size_t v : design_.participants[i].visits)
       for (std::size_t p = 0; p < size_; ++p)
         work_[p] += about_base_[v].shift[p] - row_times(about_base_[v].precision, p, of(base_, v));
-    person_node_[i].draw(work_, normals(), of(levels_[persons].effects, i));
+    participant_node_[i].draw(work_, normals(), of(levels_[participants].effects, i));
   }
   for (std::size_t v = 0; v < design_.visits.size(); ++v) {
     const std::span<double> own = of(levels_[visits].effects, v);
     for (std::size_t p = 0; p < size_; ++p)
-      location_[p] = base_[v * size_ + p] + levels_[persons].effects[design_.visits[v].person * size_ + p];
+      location_[p] = base_[v * size_ + p] + levels_[participants].effects[design_.visits[v].participant * size_ + p];
     if (levels_[visits].active) {
       for (std::size_t p = 0; p < size_; ++p)
         work_[p] = of_visit_[v].shift[p] - row_times(of_visit_[v].precision, p, location_);

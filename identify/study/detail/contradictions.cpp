@@ -106,9 +106,9 @@ void warn_of_contradictions(RecordingPlan& plan) {
   for (std::size_t i = 0; i < plan.recordings.size(); ++i) {
     const PlannedRecording& planned = plan.recordings[i];
     if (planned.entry.participant.empty()) continue;
-    const std::string person = text_key(planned.entry.participant), session = text_key(planned.entry.session);
-    visits[{person, session}].push_back(i);
-    of_column[{person, session, text_key(option_of(planned, "column"))}].push_back(i);
+    const std::string participant = text_key(planned.entry.participant), session = text_key(planned.entry.session);
+    visits[{participant, session}].push_back(i);
+    of_column[{participant, session, text_key(option_of(planned, "column"))}].push_back(i);
   }
   const auto warnings_of = [&](std::size_t i) -> Warnings& { return plan.recordings[i].warnings; };
   const AllStated bodies = stated_by(plan, body_of), markers = stated_by(plan, marker_of);

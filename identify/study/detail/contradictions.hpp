@@ -8,7 +8,7 @@ namespace decid {
 /// Throws Error if two lines put one person in two groups. Letter case does not count.
 void refuse_two_groups(const StudySheet& sheet);
 
-/// Adds warnings to the recordings of persons who have two bodies (`two_bodies`) or two ages (`two_ages`) in one
+/// Adds warnings to the recordings of participants who have two bodies (`two_bodies`) or two ages (`two_ages`) in one
 /// session, or without sessions. Between sessions both may change. Markers of one column at two heights are two bodies,
 /// too. An empty cell contradicts nothing.
 void warn_of_contradictions(RecordingPlan& plan);

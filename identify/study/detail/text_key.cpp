@@ -1,7 +1,6 @@
 // Keys of names: see text_key.hpp.
 #include "identify/study/detail/text_key.hpp"
 
-#include <algorithm>
 #include <map>
 #include <string>
 

@@ -82,7 +82,7 @@ double KnownNoise::second_term(const std::vector<sim::Complex>& changes) const {
   return sum;
 }
 
-std::vector<std::vector<sim::Complex>> relative_changes(const Density& density, const sim::Parameters& person,
+std::vector<std::vector<sim::Complex>> relative_changes(const Density& density, const sim::Parameters& participant,
                                                         std::span<const std::size_t> parameters) {
   const auto harmonics = static_cast<std::size_t>(density.noise_size()) / 2;
   const std::optional<std::size_t> nv = density.protocol().family().find_parameter(sim::Coefficient::nv);
@@ -91,18 +91,18 @@ std::vector<std::vector<sim::Complex>> relative_changes(const Density& density, 
     std::vector<sim::Complex> changes(harmonics);
     const double range = density.quantile(i).range;
     if (nv == i) {
-      std::ranges::fill(changes, range / person[i]);
+      std::ranges::fill(changes, range / participant[i]);
       all.push_back(std::move(changes));
       continue;
     }
-    sim::Parameters low = person, high = person;
+    sim::Parameters low = participant, high = participant;
     low[i] -= derivative_step * range;
     high[i] += derivative_step * range;
     for (std::size_t k = 0; k < harmonics; ++k) {
       const auto at = [&](const sim::Parameters& parameters_there) {
         return response_to_noise(density.protocol(), parameters_there, density.noise_hz(static_cast<int>(2 * k)));
       };
-      changes[k] = quotient((at(high) - at(low)) / (2.0 * derivative_step), at(person));
+      changes[k] = quotient((at(high) - at(low)) / (2.0 * derivative_step), at(participant));
     }
     all.push_back(std::move(changes));
   }

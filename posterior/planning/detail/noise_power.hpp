@@ -36,7 +36,7 @@ class KnownNoise {
 
 /// Returns the relative change of the noise-driven sway with each of these parameters' fractions of its range, at each
 /// harmonic of the vestibular noise. The dead band counts as unchanged.
-std::vector<std::vector<sim::Complex>> relative_changes(const Density& density, const sim::Parameters& person,
+std::vector<std::vector<sim::Complex>> relative_changes(const Density& density, const sim::Parameters& participant,
                                                         std::span<const std::size_t> parameters);
 
 }  // namespace decid::posterior

@@ -29,7 +29,7 @@ bool is_quaternion(const std::string& name) {
 
 /// Returns true for an unnamed column of 1, 2, 3 ...
 bool is_unnamed_counter(const Table& table, int column) {
-  const std::string& name = table.names()[static_cast<std::size_t>(column)];
+  const std::string& name = table.name(column);
   if (!table.has_header() || name != "column " + std::to_string(column + 1)) return false;
   try {
     const std::vector<double> values = table.numbers(column);

@@ -108,7 +108,7 @@ std::vector<Divider> dividers(const Table& table, int sway, int time, bool named
 std::string listed(const Table& table, const std::vector<int>& columns) {
   std::string list;
   for (const int column : columns) {
-    const std::string& name = table.names()[static_cast<std::size_t>(column)];
+    const std::string& name = table.name(column);
     const bool is_clear = name.find(',') == std::string::npos && std::ranges::count(table.names(), name) == 1;
     list += (list.empty() ? "" : ",") + (is_clear ? name : std::to_string(column + 1));
   }
@@ -231,7 +231,7 @@ void refuse_several_trials(const Table& table, int sway, int time, const std::st
       changing.push_back(std::move(one));
   if (changing.empty()) return;
   const RowLabels& labels = changing.front().labels;
-  const std::string& name = table.names()[static_cast<std::size_t>(changing.front().column)];
+  const std::string& name = table.name(changing.front().column);
   const std::vector<std::uint32_t>& of_row = labels.of_row;
   const auto is_filled = [&](std::uint32_t label) { return !labels.values[label].empty(); };
   const std::uint32_t first = *std::ranges::find_if(of_row, is_filled);
@@ -253,7 +253,7 @@ std::string exchanged_with_time(const Table& table, int sway, int time) {
   for (int column = 0; column < table.columns(); ++column)
     if (column != time && (column == sway || is_named_trial(table, column)) && table.rows(column) == table.rows(time) &&
         is_one_clock(table, column))
-      return table.names()[static_cast<std::size_t>(column)];
+      return table.name(column);
   return {};
 }
 

@@ -73,7 +73,7 @@ class Identification(WithFolder):
             expected = json.loads(program("identify", path, "--json", *options))
             result = decid.identify(path, **keywords)
             self.check_same(result, expected["recordings"][0])
-            del expected["body"]["person"]  # Python gives the body alone
+            del expected["body"]["participant"]  # Python gives the body alone
             body = dict(vars(result.body))
             self.assertEqual(body, expected["body"])
 

@@ -37,7 +37,7 @@ using Values = std::array<double, count>;
 // As fractions of the ranges: the controls' means and the persons' standard deviation; a Kp 15% lower, a delay 20 ms
 // longer.
 constexpr Values population{0.50, 0.50, 0.40, 0.45, 0.40, 0.45, 0.55},
-    person_sd{0.12, 0.13, 0.15, 0.15, 0.13, 0.15, 0.09};
+    participant_sd{0.12, 0.13, 0.15, 0.15, 0.13, 0.15, 0.09};
 constexpr Values effect{-0.175, 0.0, 0.0, 0.0, 0.0, 0.0, 20.0 / 240.0};
 // Standard deviation of a measurement: fit and identify with 0.02 degrees of noise. Stiffness and damping trade off.
 constexpr Values of_fit{0.065, 0.05, 0.15, 0.087, 0.034, 0.044, 0.042};
@@ -81,10 +81,10 @@ Values errors(Dice& dice) {
 }
 
 /// A person's true parameters, within the ranges.
-Values find_person(Dice& dice, double effects) {
+Values find_participant(Dice& dice, double effects) {
   Values values{};
   for (std::size_t p = 0; p < count; ++p) do {
-      values[p] = population[p] + effects * effect[p] + person_sd[p] * dice.normal();
+      values[p] = population[p] + effects * effect[p] + participant_sd[p] * dice.normal();
     } while (values[p] < 0.01 || values[p] > 0.99);
   return values;
 }
@@ -121,12 +121,12 @@ struct Study {
   std::vector<GroupedRecording> means;  ///< for the t-test
 };
 
-Study made_up(std::uint64_t number, int persons, double effects, bool skew) {
+Study made_up(std::uint64_t number, int participants, double effects, bool skew) {
   Dice dice{Random(11, Stream::user, number)};
   Study study;
   for (const char* group : {"controls", "patients"})
-    for (int i = 0; i < persons; ++i) {
-      const Values truth = find_person(dice, *group == 'p' ? effects : 0.0);
+    for (int i = 0; i < participants; ++i) {
+      const Values truth = find_participant(dice, *group == 'p' ? effects : 0.0);
       const std::vector<double> draws = posterior_of(truth, skew, dice);
       std::vector<double> means(count, 0.0);
       for (std::size_t j = 0; j < draws.size(); ++j) means[j % count] += draws[j] / 320.0;
@@ -138,18 +138,18 @@ Study made_up(std::uint64_t number, int persons, double effects, bool skew) {
 }
 
 /// Studies whose recordings the built-in network reads, with the artefacts of its training.
-std::vector<Study> read_by_network(int studies, int persons, double effects) {
+std::vector<Study> read_by_network(int studies, int participants, double effects) {
   const decid::Model model = decid::built_in_model();
   const decid::sim::Simulator simulator(model.protocol);
   const decid::sim::ParameterTable& table = model.parameters();
-  const int trials = 2 * persons * studies;
+  const int trials = 2 * participants * studies;
   std::vector<decid::recording::Trial> read(static_cast<std::size_t>(trials));
   simulator.run_until_valid(
       trials, 1000,
       [&](int index, int attempt) {
         const auto item = static_cast<std::uint64_t>(index) * 1000 + static_cast<std::uint64_t>(attempt);
         Dice dice{Random(12, Stream::user, item)};
-        const Values truth = find_person(dice, index / persons % 2 == 1 ? effects : 0.0);
+        const Values truth = find_participant(dice, index / participants % 2 == 1 ? effects : 0.0);
         return decid::sim::TrialInput{table.from_unit(truth), Random(12, decid::sim::streams::vestibular_noise, item)};
       },
       [&](int index, const decid::sim::TrialInput&, std::span<double> sway) {
@@ -161,9 +161,9 @@ std::vector<Study> read_by_network(int studies, int persons, double effects) {
   std::vector<Study> all(static_cast<std::size_t>(studies));
   for (std::size_t i = 0; i < estimates.size(); ++i) {
     const auto place = static_cast<int>(i);
-    const char* group = place / persons % 2 == 1 ? "patients" : "controls";
-    const std::string name = group + std::to_string(place % persons);
-    Study& study = all[static_cast<std::size_t>(place / (2 * persons))];
+    const char* group = place / participants % 2 == 1 ? "patients" : "controls";
+    const std::string name = group + std::to_string(place % participants);
+    Study& study = all[static_cast<std::size_t>(place / (2 * participants))];
     study.recordings.push_back({name, "", group, "", {}, Measurement::of_distribution(*estimates[i].distribution)});
     study.means.push_back({group, name, table.to_unit(estimates[i].parameters)});
   }
@@ -198,7 +198,7 @@ Figures figures_of_study(const Study& study, double effects, const decid::cohort
     const std::array<double, 2>& t_interval = t_test.pairs.at(0).parameters[p].interval95;
     one.covered += leaves_out(here.difference.interval95, truth) ? 0.0 : 1.0 / count;
     one.t_covered += leaves_out(t_interval, truth) ? 0.0 : 1.0 / count;
-    one.standardised += leaves_out(here.standardised.interval95, truth / person_sd[p]) ? 0.0 : 1.0 / count;
+    one.standardised += leaves_out(here.standardised.interval95, truth / participant_sd[p]) ? 0.0 : 1.0 / count;
     one.bias[p] = here.difference.mean - truth;
     one.found[p] = leaves_out(here.difference.interval95, 0.0) ? 1.0 : 0.0;
     one.t_found[p] = leaves_out(t_interval, 0.0) ? 1.0 : 0.0;
@@ -252,14 +252,14 @@ void check_long(double effects, const Figures& figures) {
     if (effect[p] != 0.0) CHECK(figures.found[p] >= figures.t_found[p] - 0.01);
 }
 
-void measure(int persons, double effects, bool skew = false) {
+void measure(int participants, double effects, bool skew = false) {
   check_long(effects, figures_of(long_studies, effects, long_draws, [&](int number) {
-               return made_up(static_cast<std::uint64_t>(number), persons, effects, skew);
+               return made_up(static_cast<std::uint64_t>(number), participants, effects, skew);
              }));
 }
 
-void measure_network(int persons, double effects) {
-  const std::vector<Study> studies = read_by_network(long_studies, persons, effects);
+void measure_network(int participants, double effects) {
+  const std::vector<Study> studies = read_by_network(long_studies, participants, effects);
   check_long(effects, figures_of(long_studies, effects, long_draws,
                                  [&](int number) { return studies[static_cast<std::size_t>(number)]; }));
 }
@@ -290,9 +290,9 @@ TEST_CASE("cohort: 200 studies, network, Kp and delay differ" * doctest::test_su
 // of 2.0 points at most, the prediction about 1. The bound of four of both is 0.09; docs/guide/groups.md has the
 // figures.
 TEST_CASE("cohort: predicted power of the network's values" * doctest::test_suite("long")) {
-  constexpr int studies = 600, persons = 12;
+  constexpr int studies = 600, participants = 12;
   Values found{};
-  for (const Study& study : read_by_network(studies, persons, 1.0)) {
+  for (const Study& study : read_by_network(studies, participants, 1.0)) {
     const decid::GroupComparison t_test = decid::compare_groups(study.means, count);
     for (std::size_t p = 0; p < count; ++p)
       found[p] += leaves_out(t_test.pairs.at(0).parameters[p].interval95, 0.0) ? 1.0 / studies : 0.0;
@@ -303,13 +303,13 @@ TEST_CASE("cohort: predicted power of the network's values" * doctest::test_suit
                                       decid::sim::Parameters(count)};
   for (std::size_t p = 0; p < count; ++p) {
     groups.difference[p] = effect[p] * table[p].range();
-    groups.person_sd[p] = person_sd[p] * table[p].range();
+    groups.participant_sd[p] = participant_sd[p] * table[p].range();
   }
   const decid::cohort::ValueSpread spread = decid::cohort::spread_of_network(model, model.protocol, groups, 500, 1);
   for (std::size_t p = 0; p < count; ++p) {
     if (effect[p] == 0.0) continue;
-    decid::cohort::PowerDesign design{.persons = persons};
-    design.person_sd = spread.person_sd[p];
+    decid::cohort::PowerDesign design{.participants = participants};
+    design.participant_sd = spread.participant_sd[p];
     design.measurement_sd = spread.measurement_sd[p];
     const double predicted = decid::cohort::power_of(design, groups.difference[p]);
     MESSAGE(table[p].name << ": predicted " << predicted << ", t-test of " << studies << " studies " << found[p]);

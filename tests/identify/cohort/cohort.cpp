@@ -48,11 +48,11 @@ double log_normal(double off, double variance) {
 }
 
 /// Persons of two groups with two parameters, evidence with sd 0.3 about coordinates with sd 0.4 between persons.
-std::vector<Recording> study(int persons, double difference, int recordings = 1, double trial_sd = 0.0) {
+std::vector<Recording> study(int participants, double difference, int recordings = 1, double trial_sd = 0.0) {
   Normals normal(3);
   std::vector<Recording> all;
   for (const char* group : {"a", "b"})
-    for (int i = 0; i < persons; ++i) {
+    for (int i = 0; i < participants; ++i) {
       const double shift = *group == 'a' ? difference : 0.0;
       const double one = shift + 0.4 * normal(), other = 0.4 * normal();
       for (int t = 0; t < recordings; ++t) {
@@ -90,7 +90,7 @@ TEST_CASE("cohort: a group's mean is that of the exact posterior") {
   CAPTURE(mean);
   CAPTURE(stddev);
   REQUIRE(found.cells.size() == 1);
-  CHECK(found.cells[0].persons == 5);
+  CHECK(found.cells[0].participants == 5);
   // 6,000 draws, at least 1,500 of them effective: four standard errors.
   CHECK(within(found.cells[0].mean[0].mean, mean, 4.0 * stddev / std::sqrt(1500.0)));
   CHECK(near(found.cells[0].mean[0].sd, stddev, 4.0 / std::sqrt(2.0 * 1500.0)));
@@ -129,7 +129,7 @@ TEST_CASE("cohort: evidence with two modes, from draws, is that of the exact pos
 TEST_CASE("cohort: a difference is found, in units and over the persons' standard deviation") {
   const Result found = analyse(study(40, 0.6), 2);
   REQUIRE(found.comparisons.size() == 1);
-  CHECK(found.comparisons[0].persons_in_both == 0);
+  CHECK(found.comparisons[0].participants_in_both == 0);
   const auto& effects = found.comparisons[0].effects;
   const double total = std::sqrt(1.0 + 0.16);
   CHECK(holds(effects[0].difference, decid::normal_distribution(0.6 / total) - 0.5));
@@ -143,7 +143,7 @@ TEST_CASE("cohort: a difference is found, in units and over the persons' standar
     CHECK(effect.simultaneous95[1] >= effect.difference.interval95[1]);
   }
   CHECK(holds(found.cells[1].between_sd[1], 0.4 * decid::normal_density(0.0)));
-  CHECK(holds(found.variances[1].person, 0.4 * decid::normal_density(0.0)));
+  CHECK(holds(found.variances[1].participant, 0.4 * decid::normal_density(0.0)));
   CHECK(found.variances[1].trial.mean == 0.0);
   CHECK(found.visits.size() == 80);
   CHECK(found.changes.empty());
@@ -181,7 +181,7 @@ TEST_CASE("cohort: persons in two sessions are compared in pairs, and their chan
   }
   const Result found = analyse(recordings, 1);
   REQUIRE(found.comparisons.size() == 1);
-  CHECK(found.comparisons[0].persons_in_both == 15);
+  CHECK(found.comparisons[0].participants_in_both == 15);
   const Quantity& difference = found.comparisons[0].effects[0].difference;
   CHECK(difference.interval95[1] < 0.0);  // first less second
   // An unpaired comparison would have 0.8 phi sqrt(2 / 15) = 0.11 for its standard deviation.
@@ -252,7 +252,7 @@ TEST_CASE("cohort: several recordings of a person share the person's level") {
   CHECK(found.visits[0].recordings == 4);
   CHECK(found.cells[0].recordings == 80);
   CHECK(holds(found.variances[0].trial, 0.2 * decid::normal_density(0.0)));
-  CHECK(holds(found.variances[0].person, 0.4 * decid::normal_density(0.0)));
+  CHECK(holds(found.variances[0].participant, 0.4 * decid::normal_density(0.0)));
 }
 
 TEST_CASE("cohort: a covariate's effect is per unit, and groups are compared at its mean") {
@@ -283,9 +283,8 @@ TEST_CASE("cohort: a covariate's effect is per unit, and groups are compared at 
 }
 
 TEST_CASE("cohort: an unknown covariate is the person's in another visit, else the group's mean") {
-  const auto made = [](const std::string& person, const std::string& session, const std::string& group, double age) {
-    return Recording{person, session, group, "", {age}, gaussian({0.0}, 0.2)};
-  };
+  const auto made = [](const std::string& participant, const std::string& session, const std::string& group,
+                       double age) { return Recording{participant, session, group, "", {age}, gaussian({0.0}, 0.2)}; };
   const double unknown = std::nan("");
   const std::vector<Recording> recordings{made("p", "1", "old", 80.0), made("p", "2", "old", unknown),
                                           made("q", "1", "old", unknown), made("r", "1", "young", 20.0),

@@ -75,11 +75,11 @@ RecordingResult fitted(const Report& report, double at, std::size_t draws = 64) 
 struct TwoGroups {
   Report report;
   GroupTable table{"subject", {}};
-  explicit TwoGroups(bool same_persons) {
+  explicit TwoGroups(bool same_participants) {
     for (const bool second : {false, true})
       for (int i = 0; i < 3; ++i) {
         report.recordings.push_back(read_by_network(report, 0.2 * i + (second ? 0.5 : -0.5) + 0.01 * i * i));
-        table.members.push_back({second ? "b" : "a", (second && !same_persons ? "x" : "y") + std::to_string(i)});
+        table.members.push_back({second ? "b" : "a", (second && !same_participants ? "x" : "y") + std::to_string(i)});
       }
   }
   decid::GroupReport compared() const { return decid::report_groups(table, report); }
@@ -93,7 +93,7 @@ TEST_CASE("cohort: groups of a report are analysed by their distributions") {
   REQUIRE(groups.hierarchical);
   REQUIRE(groups.hierarchical->comparisons.size() == 1);
   CHECK(groups.hierarchical->cells[0].group == "a");
-  CHECK(groups.hierarchical->cells[1].persons == 3);
+  CHECK(groups.hierarchical->cells[1].participants == 3);
   const decid::cohort::Effect& effect = groups.hierarchical->comparisons[0].effects[decid::sim::Delay];
   // In seconds, larger than the difference of the posteriors' means, which shrink towards the middle.
   const double of_means = groups.comparison.pairs[0].parameters[decid::sim::Delay].difference;
@@ -109,7 +109,7 @@ TEST_CASE("cohort: recordings without a distribution over the ranges are not in 
   Report& report = made.report;
   report.recordings[0].estimate.distribution.reset();
   REQUIRE(made.compared().hierarchical);
-  CHECK(made.compared().hierarchical->cells[0].persons == 2);
+  CHECK(made.compared().hierarchical->cells[0].participants == 2);
   CHECK(made.compared().without_distribution == Without{{0, "no_distribution"}});
   report.recordings[1].estimate.distribution.reset();  // one person is left
   CHECK_FALSE(made.compared().hierarchical);
@@ -146,9 +146,9 @@ TEST_CASE("cohort: each recording that the hierarchical model cannot use has its
 TEST_CASE("cohort: fixed parameters are not compared, by no model and no reliability") {
   using decid::posterior::ParameterPrior;
   constexpr std::size_t delay = 5;  // its place among the others
-  for (const bool same_persons : {false, true}) {
-    CAPTURE(same_persons);
-    TwoGroups made(same_persons);
+  for (const bool same_participants : {false, true}) {
+    CAPTURE(same_participants);
+    TwoGroups made(same_participants);
     Report& report = made.report;
     report.fit.emplace().priors.parameters = {{.name = "Kp", .fixed = 839.0}};
     for (std::size_t i = 0; i < 6; ++i) {
@@ -175,8 +175,8 @@ TEST_CASE("cohort: fixed parameters are not compared, by no model and no reliabi
     CHECK(groups.hierarchical->comparisons[0].effects[delay].difference.mean < -0.05);
     CHECK(groups.hierarchical->comparisons[0].effects[0].difference.mean < -20.0);  // Kd, of 125 to 378 N m s/rad
     REQUIRE(groups.reliability.size() == 1);
-    CHECK(groups.reliability[0].size() == (same_persons ? 6 : 0));
-    if (same_persons) CHECK(groups.reliability[0][delay].has_value());
+    CHECK(groups.reliability[0].size() == (same_participants ? 6 : 0));
+    if (same_participants) CHECK(groups.reliability[0][delay].has_value());
   }
 }
 
@@ -282,7 +282,7 @@ TEST_CASE("cohort: people of other bodies are compared at one body's m g h") {
   // Reliability of values over m g h: of two visits of other bodies.
   std::vector<decid::cohort::Recording> members;
   for (const decid::GroupMember& member : table.members)
-    members.push_back({member.person.substr(1), {}, member.group, {}, {}, {}});
+    members.push_back({member.participant.substr(1), {}, member.group, {}, {}, {}});
   const auto scaled = decid::cohort::compute_reliability(report, members, "a", "b", mgh),
              unscaled = decid::cohort::compute_reliability(report, members, "a", "b");
   REQUIRE(scaled[decid::sim::Kp]);
@@ -376,12 +376,12 @@ TEST_CASE("cohort: persons in both groups have a reliability and changes") {
   Report& report = made.report;
   const decid::GroupReport groups = made.compared();
   REQUIRE(groups.hierarchical);
-  CHECK(groups.hierarchical->comparisons[0].persons_in_both == 3);
+  CHECK(groups.hierarchical->comparisons[0].participants_in_both == 3);
   CHECK(groups.hierarchical->changes.size() == 3);
   REQUIRE(groups.reliability.size() == 1);
   REQUIRE(groups.reliability[0].size() == 7);
   REQUIRE(groups.reliability[0][0]);
-  CHECK(groups.reliability[0][0]->persons == 3);
+  CHECK(groups.reliability[0][0]->participants == 3);
   const decid::cohort::Reliability& kp = *groups.reliability[0][0];
   CHECK(kp.measurement_sd > 0.0);
   // The values are means of posteriors: they show a part of a change, and vary by as much less.

@@ -2,7 +2,6 @@
 // to 30 s of a core, so the test has the suite long; tests/posterior/planning/ has the fast ones.
 #include <doctest/doctest.h>
 
-#include <array>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -20,16 +19,16 @@ struct Variances {
 };
 
 /// Sums over persons, relative to the prior's variance; per parameter.
-std::vector<Variances> beside_fits(sim::Protocol protocol, int persons) {
+std::vector<Variances> beside_fits(sim::Protocol protocol, int participants) {
   constexpr double noise_deg = 0.02;
   protocol.noise.sensor = {noise_deg, noise_deg};
   const posterior::Priors priors{.start_s = 0.0, .gain = 0.0};
   const posterior::Density density(protocol, priors);
-  CalibrationTrials source(protocol, priors, 901);
+  CalibrationTrials source(std::span(&protocol, 1), priors, 901);
   std::vector<CalibrationTrials::Trial> trials;
-  for (int i = 0; i < persons; ++i) trials.push_back(source.next());
+  for (int i = 0; i < participants; ++i) trials.push_back(source.next());
   std::vector<std::vector<Variances>> all(trials.size());
-  parallel_for(persons, [&](int i) {
+  parallel_for(participants, [&](int i) {
     const CalibrationTrials::Trial& trial = trials[static_cast<std::size_t>(i)];
     posterior::Settings settings;
     settings.seed = trial.attempt;
@@ -46,9 +45,9 @@ std::vector<Variances> beside_fits(sim::Protocol protocol, int persons) {
   std::vector<Variances> sums(trials.front().truth.size());
   for (const std::vector<Variances>& one : all)
     for (std::size_t p = 0; p < one.size(); ++p) {
-      sums[p].predicted += one[p].predicted / persons;
-      sums[p].fitted += one[p].fitted / persons;
-      sums[p].squared_error += one[p].squared_error / persons;
+      sums[p].predicted += one[p].predicted / participants;
+      sums[p].fitted += one[p].fitted / participants;
+      sums[p].squared_error += one[p].squared_error / participants;
     }
   return sums;
 }

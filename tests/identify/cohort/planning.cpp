@@ -18,7 +18,7 @@ namespace {
 
 PlannedGroups later_in_the_middle(const decid::sim::ParameterTable& table) {
   PlannedGroups groups{table.middle(), decid::sim::Parameters(table.size()), decid::sim::Parameters(table.size())};
-  for (std::size_t p = 0; p < table.size(); ++p) groups.person_sd[p] = table[p].range() / 10.0;
+  for (std::size_t p = 0; p < table.size(); ++p) groups.participant_sd[p] = table[p].range() / 10.0;
   groups.difference[decid::sim::Delay] = 0.02;
   return groups;
 }
@@ -36,7 +36,7 @@ TEST_CASE("cohort: more measurement noise makes a network's values less certain"
   CHECK(much.measurement_sd[decid::sim::Delay] > 1.2 * little.measurement_sd[decid::sim::Delay]);
   CHECK(little.measurement_sd[decid::sim::Delay] > 0.004);
   CHECK(little.measurement_sd[decid::sim::Delay] < 0.05);
-  CHECK(little.person_sd[decid::sim::Delay] > 0.5 * groups.person_sd[decid::sim::Delay]);
+  CHECK(little.participant_sd[decid::sim::Delay] > 0.5 * groups.participant_sd[decid::sim::Delay]);
   CHECK(little.measurement_sd[decid::sim::Kp] == 0.0);  // no difference
   CHECK(spread_of_network(model, quiet, groups, 40, 1).measurement_sd == little.measurement_sd);
 
@@ -57,7 +57,7 @@ TEST_CASE("cohort: fits of quieter recordings differ less") {
   const PlannedGroups groups = later_in_the_middle(protocol.ranges());
   const ValueSpread little = spread_of_fits(protocol, {}, groups, 0.01, 8, 1);
   const ValueSpread much = spread_of_fits(protocol, {}, groups, 0.1, 8, 1);
-  CHECK(little.person_sd == groups.person_sd);
+  CHECK(little.participant_sd == groups.participant_sd);
   CHECK(much.measurement_sd[decid::sim::Delay] > 1.3 * little.measurement_sd[decid::sim::Delay]);
   CHECK(much.measurement_sd[decid::sim::Kp_pass] > little.measurement_sd[decid::sim::Kp_pass]);
   check_error([&] { (void)spread_of_fits(protocol, {}, groups, 0.0, 8, 1); }, Code::setting_out_of_range);

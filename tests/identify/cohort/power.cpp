@@ -14,17 +14,17 @@
 #include "tests/near.hpp"
 
 using decid::Code;
-using decid::cohort::persons_for;
+using decid::cohort::participants_for;
 using decid::cohort::power_of;
 using decid::cohort::PowerDesign;
 using namespace decid::test;
 
 namespace {
 
-PowerDesign standard(std::size_t persons) {
+PowerDesign standard(std::size_t participants) {
   PowerDesign design;
-  design.persons = persons;
-  design.person_sd = 1.0;
+  design.participants = participants;
+  design.participant_sd = 1.0;
   return design;
 }
 
@@ -36,10 +36,10 @@ double simulated(const PowerDesign& design, double difference, int studies) {
   int found = 0;
   for (int study = 0; study < studies; ++study) {
     std::vector<decid::GroupedRecording> recordings;
-    for (std::size_t i = 0; i < design.persons; ++i) {
-      const double shared = design.person_sd * normal();
+    for (std::size_t i = 0; i < design.participants; ++i) {
+      const double shared = design.participant_sd * normal();
       for (const char* group : {"a", "b"}) {
-        const double own = design.paired ? shared + design.visit_sd * normal() : design.person_sd * normal();
+        const double own = design.paired ? shared + design.visit_sd * normal() : design.participant_sd * normal();
         for (std::size_t trial = 0; trial < design.trials; ++trial) {
           double value = own + (*group == 'b' ? difference : 0.0) + design.trial_sd * normal();
           value += design.measurement_sd * normal();
@@ -64,13 +64,13 @@ TEST_CASE("power: two groups and pairs") {
   pairs.visit_sd = 1.0;
   CHECK(near(power_of(pairs, 0.8), 0.204917559714, 1e-7));
   CHECK(near(power_of(standard(12), 0.0), 0.05, 1e-7));
-  CHECK(persons_for(standard(2), 0.5, 0.8) == 64);
-  CHECK(persons_for(standard(2), 1e-4, 0.8) == 0);
+  CHECK(participants_for(standard(2), 0.5, 0.8) == 64);
+  CHECK(participants_for(standard(2), 1e-4, 0.8) == 0);
   PowerDesign noisy = standard(12);
   noisy.measurement_sd = 1.0;
   noisy.trials = 4;
   PowerDesign wider = standard(12);
-  wider.person_sd = std::sqrt(1.25);
+  wider.participant_sd = std::sqrt(1.25);
   CHECK(near(power_of(noisy, 1.0), power_of(wider, 1.0), 1e-12));
 }
 
@@ -101,5 +101,5 @@ TEST_CASE("power: designs that cannot be are refused") {
   design = standard(5);
   design.trials = 0;
   check_error([&] { (void)power_of(design, 1.0); }, Code::setting_out_of_range);
-  check_error([&] { (void)persons_for(standard(5), 1.0, 1.0); }, Code::setting_out_of_range);
+  check_error([&] { (void)participants_for(standard(5), 1.0, 1.0); }, Code::setting_out_of_range);
 }

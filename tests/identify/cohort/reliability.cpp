@@ -19,7 +19,7 @@ using namespace decid::test;
 TEST_CASE("reliability: Shrout and Fleiss 1979, table 2") {
   const std::vector<double> values{9, 2, 5, 8, 6, 1, 3, 2, 8, 4, 6, 8, 7, 1, 2, 6, 10, 5, 6, 9, 6, 2, 4, 7};
   const Reliability found = reliability(4, values);
-  CHECK(found.persons == 6);
+  CHECK(found.participants == 6);
   CHECK(near(found.icc_single, 184.0 / 635.0, 1e-12));
   CHECK(near(found.icc_average, 736.0 / 1187.0, 1e-12));
   CHECK(near(found.icc_single95[0], 0.0187865133747119876, 1e-10));
@@ -38,10 +38,11 @@ TEST_CASE("reliability: two visits of five persons, split into measurement and p
   CHECK(near(found.icc_single95[0], 0.606713569530367602, 1e-10));
   CHECK(near(found.icc_average95[1], 0.99730068228272757, 1e-10));
   CHECK(near(found.minimal_detectable_change, 42.9048606439483166, 1e-12));
-  CHECK(near(found.rest_sd * found.rest_sd,
-             found.measurement_sd * found.measurement_sd + found.within_person_sd * found.within_person_sd, 1e-12));
+  CHECK(near(found.standard_error * found.standard_error - found.visit_sd * found.visit_sd,
+             found.measurement_sd * found.measurement_sd + found.within_participant_sd * found.within_participant_sd,
+             1e-11));
   CHECK(found.measurement_sd == 10.0);
-  CHECK(reliability(2, values, std::vector<double>(10, 1e4)).within_person_sd == 0.0);
+  CHECK(reliability(2, values, std::vector<double>(10, 1e4)).within_participant_sd == 0.0);
 }
 
 TEST_CASE("reliability: visits that agree exactly have a reliability of 1") {

@@ -22,7 +22,7 @@ namespace {
 constexpr std::size_t parameters = 3;
 // Standard deviations of coordinates: persons, and a person's sessions. The first parameter changes in one group, the
 // second with age, the third not at all.
-constexpr double person_sd = 0.4, visit_sd = 0.15, change = 0.4, per_year = -0.025;
+constexpr double participant_sd = 0.4, visit_sd = 0.15, change = 0.4, per_year = -0.025;
 // Standard deviation of a recording's evidence about a coordinate.
 constexpr double of_fit = 0.25, of_network = 0.7;
 
@@ -37,14 +37,14 @@ Measurement draws_of(const std::vector<double>& measured, Normals& normal) {
   return Measurement::of_draws(parameters, fractions);
 }
 
-std::vector<Recording> study(std::uint64_t number, int persons, bool differ, bool by_fit) {
+std::vector<Recording> study(std::uint64_t number, int participants, bool differ, bool by_fit) {
   Normals normal(1000 + number);
   std::vector<Recording> all;
   for (const char* group : {"a", "b"})
-    for (int i = 0; i < persons; ++i) {
+    for (int i = 0; i < participants; ++i) {
       const double age = (*group == 'a' ? 60.0 : 50.0) + 8.0 * normal();
       std::vector<double> own;
-      for (std::size_t p = 0; p < parameters; ++p) own.push_back(person_sd * normal());
+      for (std::size_t p = 0; p < parameters; ++p) own.push_back(participant_sd * normal());
       if (differ) own[1] += per_year * (age - 55.0);
       for (const char* session : {"1", "2"}) {
         std::vector<double> measured;
@@ -93,15 +93,15 @@ bool leaves_out_zero(const std::array<double, 2>& interval) {
   return interval[0] > 0.0 || interval[1] < 0.0;
 }
 
-Figures figures_of_study(std::uint64_t number, int persons, bool differ, bool by_fit, int draws) {
+Figures figures_of_study(std::uint64_t number, int participants, bool differ, bool by_fit, int draws) {
   decid::cohort::Settings settings;
   settings.seed = number + 1;
   settings.chains = 2;
   settings.warm_up = 150;
   settings.draws = draws;
   settings.covariates = {"age"};
-  const Result found = analyse(study(number, persons, differ, by_fit), parameters, settings);
-  const double total = std::sqrt(1.0 + person_sd * person_sd + visit_sd * visit_sd);
+  const Result found = analyse(study(number, participants, differ, by_fit), parameters, settings);
+  const double total = std::sqrt(1.0 + participant_sd * participant_sd + visit_sd * visit_sd);
   const double truth = differ ? 0.5 - decid::normal_distribution(change / total) : 0.0;  // first session less second
   Figures one;
   bool alarm = false;
@@ -126,11 +126,11 @@ Figures figures_of_study(std::uint64_t number, int persons, bool differ, bool by
   return one;
 }
 
-Figures figures_of(int studies, int persons, bool differ, bool by_fit, int draws) {
+Figures figures_of(int studies, int participants, bool differ, bool by_fit, int draws) {
   std::vector<Figures> of_studies(static_cast<std::size_t>(studies));
   decid::parallel_for(studies, [&](int number) {
     of_studies[static_cast<std::size_t>(number)] =
-        figures_of_study(static_cast<std::uint64_t>(number), persons, differ, by_fit, draws);
+        figures_of_study(static_cast<std::uint64_t>(number), participants, differ, by_fit, draws);
   });
   Figures all;
   for (const Figures& one : of_studies) {
@@ -141,12 +141,13 @@ Figures figures_of(int studies, int persons, bool differ, bool by_fit, int draws
          {&Figures::families, &Figures::found_change, &Figures::found_interaction, &Figures::found_slope})
       all.*figure += one.*figure / studies;
   }
-  MESSAGE(persons << " and " << persons << std::string(by_fit ? ", fits" : ", networks")
-                  << std::string(differ ? "" : ", no difference") << ": changes hold the truth in "
-                  << all.changes.coverage() << ", alarms " << all.changes.alarm_rate() << "; differences of changes "
-                  << all.interactions.coverage() << ", " << all.interactions.alarm_rate() << "; slopes "
-                  << all.slopes.coverage() << ", " << all.slopes.alarm_rate() << "; any simultaneous " << all.families
-                  << "; found " << all.found_change << " " << all.found_interaction << " " << all.found_slope);
+  MESSAGE(participants << " and " << participants << std::string(by_fit ? ", fits" : ", networks")
+                       << std::string(differ ? "" : ", no difference") << ": changes hold the truth in "
+                       << all.changes.coverage() << ", alarms " << all.changes.alarm_rate()
+                       << "; differences of changes " << all.interactions.coverage() << ", "
+                       << all.interactions.alarm_rate() << "; slopes " << all.slopes.coverage() << ", "
+                       << all.slopes.alarm_rate() << "; any simultaneous " << all.families << "; found "
+                       << all.found_change << " " << all.found_interaction << " " << all.found_slope);
   return all;
 }
 

@@ -14,13 +14,13 @@ using namespace decid;
 TEST_CASE("CalibrationTrials: an attempt gives the same trial, and trials differ") {
   const sim::Protocol protocol = sim::default_protocol();
   const posterior::Priors priors{.start_s = 0.1, .gain = 0.0};
-  CalibrationTrials trials(protocol, priors, 7), again(protocol, priors, 7);
+  CalibrationTrials trials(std::span(&protocol, 1), priors, 7), again(std::span(&protocol, 1), priors, 7);
   const CalibrationTrials::Trial first = trials.next(), second = trials.next();
   CHECK(first.attempt < second.attempt);
   CHECK(first.sway_rad != second.sway_rad);
   again.seek(second.attempt);
   CHECK(again.next().sway_rad == second.sway_rad);
-  CalibrationTrials known(protocol, {.start_s = 0.0, .gain = 0.0}, 7);
+  CalibrationTrials known(std::span(&protocol, 1), {.start_s = 0.0, .gain = 0.0}, 7);
   known.seek(second.attempt);
   const CalibrationTrials::Trial unmoved = known.next();
   CHECK(unmoved.truth == second.truth);
@@ -32,7 +32,7 @@ TEST_CASE("CalibrationTrials: later recordings of a person have the same paramet
   const std::vector<sim::Protocol> protocols{sim::default_protocol(), sim::short_protocol(), sim::default_protocol()};
   const CalibrationTrials::Trial trial = CalibrationTrials(protocols, priors, 7).next();
   REQUIRE(trial.others_rad.size() == 2);
-  CHECK(trial.sway_rad == CalibrationTrials(protocols[0], priors, 7).next().sway_rad);
+  CHECK(trial.sway_rad == CalibrationTrials(std::span(protocols).first(1), priors, 7).next().sway_rad);
   CHECK(trial.others_rad[0].size() == static_cast<std::size_t>(protocols[1].samples()));
   CHECK(trial.others_rad[1].size() == trial.sway_rad.size());
   CHECK(trial.others_rad[1] != trial.sway_rad);
@@ -74,7 +74,7 @@ TEST_CASE("CalibrationTrials: a protocol in which every trial falls is refused")
   const sim::BodyModel model{
       .name = "weak", .parameters = sim::ParameterTable(weak), .family = sim::single_pendulum().family};
   protocol.experiment.body_model = &model;
-  CalibrationTrials trials(protocol, {}, 7);
+  CalibrationTrials trials(std::span(&protocol, 1), {}, 7);
   test::check_error([&] { trials.next(); }, Code::body_falls, "tiny");
 }
 
@@ -93,13 +93,13 @@ TEST_CASE("calibrate_trial: stops when asked") {
   const posterior::Priors priors{.start_s = 0.0, .gain = 0.0};
   std::deque<posterior::Density> densities;
   densities.emplace_back(protocol, priors);
-  CalibrationTrials trials(protocol, priors, 7);
+  CalibrationTrials trials(std::span(&protocol, 1), priors, 7);
   CHECK_FALSE(calibrate_trial(densities, trials.next(), protocol.ranges(), {}, [] { return true; }).has_value());
 }
 
 TEST_CASE("NetworkAnswers: answers of a network for its own experiment only") {
   const Model model = built_in_model();
-  CalibrationTrials trials(model.protocol, {.start_s = 0.0, .gain = 0.0}, 7);
+  CalibrationTrials trials(std::span(&model.protocol, 1), {.start_s = 0.0, .gain = 0.0}, 7);
   const CalibrationTrials::Trial trial = trials.next();
   CalibratedTrial calibrated;
   calibrated.truth = trial.truth;

@@ -8,7 +8,6 @@
 
 #include "base/error.hpp"
 #include "base/files/json_object.hpp"
-#include "base/files/sha256.hpp"
 #include "identify/network/prediction.hpp"
 #include "identify/training/checkpoint.hpp"
 #include "identify/training/presets.hpp"

@@ -1,8 +1,6 @@
 // Copies among the recordings of a plan, and recordings that are given twice.
 #include <doctest/doctest.h>
 
-#include <algorithm>
-
 #include "identify/study/recording_plan.hpp"
 #include "identify/study/study_results.hpp"
 #include "tests/helpers.hpp"

@@ -240,7 +240,7 @@ TEST_CASE("plan_of a sheet of files: the call's recordings, their own options, t
   CHECK(a.entry.participant == "A");
   CHECK(a.reading.recording.invert_sway);
   CHECK(a.reading.recording.body_height_m == 1.75);
-  CHECK(a.reading.body == sim::body_of_person({.mass_kg = 70.0, .height_m = 1.75}));
+  CHECK(a.reading.body == sim::body_of_participant({.mass_kg = 70.0, .height_m = 1.75}));
   const PlannedRecording& b = plan.recordings[1];
   CHECK(b.entry.participant == "B");
   CHECK_FALSE(b.reading.recording.invert_sway);
@@ -422,8 +422,8 @@ TEST_CASE("StudySheet::reader_of: columns by any spelling; joint_groups: persons
   CHECK(sheet.reader_for("eyes")(sheet.lines[1].entry) == "Open");
   check_error([&] { sheet.reader_for("shoe"); }, Code::column_missing, "shoe");
   check_error([&] { sheet.reader_for("file"); }, Code::column_missing, "file");
-  CHECK(names_persons("Patient ID"));
-  CHECK_FALSE(names_persons("group"));
+  CHECK(names_participants("Patient ID"));
+  CHECK_FALSE(names_participants("group"));
   const RecordingPlan plan =
       make_plan(sheet, sources(folder, {"a.csv", "b.csv", "c.csv", "d.csv"}), Choice::by_sheet, {});
   const std::vector<FitGroup> groups = joint_groups(plan, "subject", "eyes");
@@ -480,9 +480,9 @@ TEST_CASE("groups of a plan: sessions, conditions and covariates of its sheet") 
   check_error([&] { read_covariate(without, "age"); }, Code::setting_missing, "covariates");
 
   GroupTable groups = groups_of_plan(plan, true);
-  CHECK(groups.person_column == "participant_id");
+  CHECK(groups.participant_column == "participant_id");
   CHECK(groups.members[1].group == "x");
-  CHECK(groups.members[1].person == "A");
+  CHECK(groups.members[1].participant == "A");
   CHECK(groups.members[3].group.empty());
   refuse_groups(groups.members, "here");
   check_error([&] { refuse_groups(groups.members, "here", 3); }, Code::setting_out_of_range, "2 groups");

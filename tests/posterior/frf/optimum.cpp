@@ -1,6 +1,5 @@
 #include "posterior/frf/optimum.hpp"
 
-#include <cmath>
 #include <limits>
 
 #include "tests/helpers.hpp"

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "base/math/cholesky.hpp"
 #include "tests/helpers.hpp"
 
 using namespace decid;
@@ -107,7 +106,7 @@ TEST_CASE("settings that are too small are errors") {
     };
   };
   check_error(with([](auto& s) { s.population = 4; }), Code::setting_out_of_range, "16 or more");
-  check_error(with([](auto& s) { s.stage_moves = 0; }), Code::setting_out_of_range, "stage_moves");
+  check_error(with([](auto& s) { s.stage_transitions = 0; }), Code::setting_out_of_range, "stage_transitions");
   check_error(with([](auto& s) { s.settling_transitions = -1; }), Code::setting_out_of_range, "settling_transitions");
   check_error(with([](auto& s) { s.chains = 0; }), Code::setting_out_of_range);
   check_error(with([](auto& s) { s.thinning = 0; }), Code::setting_out_of_range);

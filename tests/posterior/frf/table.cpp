@@ -1,6 +1,5 @@
 #include "posterior/frf/table.hpp"
 
-#include "sim/protocol/protocol.hpp"
 #include "tests/helpers.hpp"
 
 using namespace decid;

@@ -1,7 +1,6 @@
 // Tests of sim/protocol/protocol.hpp: every bound of the settings.
 #include "sim/protocol/protocol.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>

@@ -235,9 +235,9 @@ TEST_CASE("values that no protocol may have are refused with the file's name") {
   check_error(parsing(R"({"sensor_noise_deg": [0.1, 0.01]})"), Code::setting_out_of_range, "sensor_noise");
 }
 
-TEST_CASE("a body may be that of a subject") {
+TEST_CASE("a body may be given by a mass and a height") {
   const sim::Protocol protocol =
-      sim::protocol_from_json(R"({"body": {"subject": {"mass_kg": 88.86, "height_m": 1.80}}})", "my.json");
+      sim::protocol_from_json(R"({"body": {"participant": {"mass_kg": 88.86, "height_m": 1.80}}})", "my.json");
   // Half a unit of what the default is printed with.
   CHECK(std::abs(protocol.experiment.body.mass_kg - 86.283) <= 0.0005);
   CHECK(std::abs(protocol.experiment.body.com_height_m - 0.99119) <= 0.000005);
@@ -245,15 +245,20 @@ TEST_CASE("a body may be that of a subject") {
   CHECK_FALSE(protocol.experiment == sim::default_protocol().experiment);
   const sim::Protocol again = sim::protocol_from_json(to_json(protocol), "again");
   CHECK(again.experiment.body == protocol.experiment.body);
-  check_error(parsing(R"({"body": {"subject": {"mass_kg": 80}}})"), Code::setting_missing, "'body.subject.height_m'");
-  check_error(parsing(R"({"body": {"subject": {"height_m": 1.8}}})"), Code::setting_missing, "'body.subject.mass_kg'");
-  check_error(parsing(R"({"body": {"subject": {"mass_kg": 80, "height_m": 18}}})"), Code::setting_out_of_range,
-              "body.subject");
-  check_error(parsing(R"({"body": {"subject": {"mass_kg": -1, "height_m": 1.8}}})"), Code::setting_out_of_range,
-              "body.subject");
-  check_error(parsing(R"({"body": {"subject": {"mass_kg": 80, "height_m": 1.8, "age": 30}}})"), Code::setting_unknown,
-              "'body.subject.age'");
-  check_error(parsing(R"({"body": {"mass_kg": 80, "subject": {"mass_kg": 80, "height_m": 1.8}}})"),
+  const sim::Protocol old =
+      sim::protocol_from_json(R"({"body": {"subject": {"mass_kg": 88.86, "height_m": 1.80}}})", "old");
+  CHECK(old.experiment == protocol.experiment);  // the key of decid 0.1
+  check_error(parsing(R"({"body": {"participant": {"mass_kg": 80}}})"), Code::setting_missing,
+              "'body.participant.height_m'");
+  check_error(parsing(R"({"body": {"participant": {"height_m": 1.8}}})"), Code::setting_missing,
+              "'body.participant.mass_kg'");
+  check_error(parsing(R"({"body": {"participant": {"mass_kg": 80, "height_m": 18}}})"), Code::setting_out_of_range,
+              "body.participant");
+  check_error(parsing(R"({"body": {"participant": {"mass_kg": -1, "height_m": 1.8}}})"), Code::setting_out_of_range,
+              "body.participant");
+  check_error(parsing(R"({"body": {"participant": {"mass_kg": 80, "height_m": 1.8, "age": 30}}})"),
+              Code::setting_unknown, "'body.participant.age'");
+  check_error(parsing(R"({"body": {"mass_kg": 80, "participant": {"mass_kg": 80, "height_m": 1.8}}})"),
               Code::setting_conflict, "'body.mass_kg'");
 }
 

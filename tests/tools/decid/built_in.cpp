@@ -147,7 +147,7 @@ TEST_CASE("another body: answers times its m g h, trials of it, and heights that
   check_refused(identify + " --mass 60 --height 1.3", "body_heights");
 
   const auto error_on = [&](const std::string& mass) {
-    write_text(folder / "p.json", R"({"body": {"subject": {"mass_kg": )" + mass + R"(, "height_m": 1.80}}})");
+    write_text(folder / "p.json", R"({"body": {"participant": {"mass_kg": )" + mass + R"(, "height_m": 1.80}}})");
     run_ok("dataset --count 60 --seed 8 --protocol " + folder / "p.json" + " -o " + folder / "d.npz");
     const Json found = run_json("evaluate --json --data " + folder / "d.npz");
     std::filesystem::remove(folder / "d.npz");

@@ -249,7 +249,7 @@ TEST_CASE("a model for bodies of many heights: trained, identified with, evaluat
   };
   CHECK(over_mgh(small) != over_mgh(tall));
   check_refused(identify + " --mass 60 --height 1.3", "m.safetensors");
-  const std::string other = protocol("other.json", R"(, "body": {"subject": {"mass_kg": 60, "height_m": 1.65}})");
+  const std::string other = protocol("other.json", R"(, "body": {"participant": {"mass_kg": 60, "height_m": 1.65}})");
   run_ok("dataset --quiet --count 20 --seed 9" + other + " -o " + folder / "d.npz");
   CHECK(run_json("evaluate --json --data " + folder / "d.npz" + model).at("trials") == 20);
   run_ok("study --quiet --trials 16 --realisations 3 --sensor-noise 0 -o " + folder / "study" + model);

@@ -1,7 +1,6 @@
 // --controller: the commands with each controller's own parameters, and what contradicts a protocol, a model or a
 // result.
 
-#include "base/text.hpp"
 #include "sim/protocol/protocol_json.hpp"
 #include "tests/tools/decid/run.hpp"
 

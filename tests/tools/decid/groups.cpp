@@ -39,9 +39,9 @@ Names read(const std::string& table, const Names& recordings) {
   return groups;
 }
 
-Names people(const std::string& table, const Names& recordings) {
+Names participants(const std::string& table, const Names& recordings) {
   Names names;
-  for (const auto& member : read_table(table, recordings).members) names.push_back(member.person);
+  for (const auto& member : read_table(table, recordings).members) names.push_back(member.participant);
   return names;
 }
 
@@ -97,18 +97,20 @@ TEST_CASE("groups that cannot be read are refused") {
 
 TEST_CASE("a column names the person of each recording") {
   const Names recordings{"in/a.csv", "in/b.csv", "in/c.csv"};
-  CHECK(people("file,group,subject\na.csv,old, S1 \nb.csv,young,S2\nc.csv,,\n", recordings) == Names{"S1", "S2", ""});
+  CHECK(participants("file,group,subject\na.csv,old, S1 \nb.csv,young,S2\nc.csv,,\n", recordings) ==
+        Names{"S1", "S2", ""});
   for (const char* name : {"Participant ID", "participant-id", "Person", "patient_id", "SUBJECT"})
-    CHECK(people(std::string("file,group,") + name + "\na.csv,old,P1\nb.csv,old,P1\nc.csv,young,P2\n", recordings) ==
-          people("file,group,subject\na.csv,old,P1\nb.csv,old,P1\nc.csv,young,P2\n", recordings));
-  CHECK(people("participant_id;group;file\nP1;old;a.csv\nP1;old;b.csv\nP2;young;c.csv\n", recordings) ==
+    CHECK(participants(std::string("file,group,") + name + "\na.csv,old,P1\nb.csv,old,P1\nc.csv,young,P2\n",
+                       recordings) ==
+          participants("file,group,subject\na.csv,old,P1\nb.csv,old,P1\nc.csv,young,P2\n", recordings));
+  CHECK(participants("participant_id;group;file\nP1;old;a.csv\nP1;old;b.csv\nP2;young;c.csv\n", recordings) ==
         Names{"P1", "P1", "P2"});
-  CHECK(read_table("file,group,Participant\na.csv,x,1\nb.csv,y,2\nc.csv,y,3\n", recordings).person_column ==
+  CHECK(read_table("file,group,Participant\na.csv,x,1\nb.csv,y,2\nc.csv,y,3\n", recordings).participant_column ==
         "Participant");
   // Without one each recording is a person.
   const GroupTable without = read_table("file,group\na.csv,x\nb.csv,y\nc.csv,y\n", recordings);
-  CHECK(without.person_column.empty());
-  CHECK(without.members[1].person == "in/b.csv");
+  CHECK(without.participant_column.empty());
+  CHECK(without.members[1].participant == "in/b.csv");
 }
 
 TEST_CASE("columns of people that cannot be read are refused") {
@@ -123,11 +125,11 @@ TEST_CASE("columns of people that cannot be read are refused") {
 namespace {
 
 /// The refusal of a table of two groups, of `people` each, that share the first `both`.
-std::string refusal_of_shared(int people, int both) {
+std::string refusal_of_shared(int participants, int both) {
   std::string table = "file,group,subject\n";
   Names recordings;
   for (const char* group : {"controls", "patients"})
-    for (int i = 0; i < people; ++i) {
+    for (int i = 0; i < participants; ++i) {
       recordings.push_back(group + std::to_string(i) + ".csv");
       table += recordings.back() + "," + group + "," + (i < both ? "s" : group) + std::to_string(i) + "\n";
     }
@@ -174,9 +176,10 @@ RecordingResult of_other_tilt(const std::string& file) {
 }
 
 /// Adds a recording of `person` in `group`.
-void add(Report& report, GroupTable& table, const std::string& group, const std::string& person, RecordingResult made) {
+void add(Report& report, GroupTable& table, const std::string& group, const std::string& participant,
+         RecordingResult made) {
   report.recordings.push_back(std::move(made));
-  table.members.push_back({group, person});
+  table.members.push_back({group, participant});
 }
 
 Json compared(Report& report, GroupTable table) {
@@ -206,14 +209,14 @@ TEST_CASE("people are compared by the recordings that can be used, the others ar
   const Json found = compared(report, table);
   REQUIRE(found["groups"].size() == 2);
   CHECK(found["groups"][0]["name"] == "a");
-  CHECK(found["groups"][0]["people"] == 5);
+  CHECK(found["groups"][0]["participants"] == 5);
   CHECK(found["groups"][0]["recordings"] == 15);
-  CHECK(found["groups"][1]["people"] == 4);
+  CHECK(found["groups"][1]["participants"] == 4);
   CHECK(near(found["groups"][0]["parameters"][3]["sd"].get<double>(), 63.37744078140107, 1e-14));
   REQUIRE(found["comparisons"].size() == 1);
   CHECK(found["comparisons"][0]["groups"] == Json{"a", "b"});
   CHECK(found["comparisons"][0]["paired"] == false);
-  CHECK(found["comparisons"][0]["people"] == Json{5, 4});
+  CHECK(found["comparisons"][0]["participants"] == Json{5, 4});
   const Json& last = found["comparisons"][0]["parameters"][6];
   CHECK(last["name"] == "delay");
   CHECK(near(last["difference"].get<double>(), 132.3, 1e-13));
@@ -221,7 +224,7 @@ TEST_CASE("people are compared by the recordings that can be used, the others ar
   CHECK(near(last["interval95"][1].get<double>(), 232.90206246259245, 1e-12));
   CHECK(near(last["adjusted_interval95"][1].get<double>(), 293.49617439784564, 1e-12));
   const Json& settings = found["group_comparison"];
-  CHECK(settings["person_column"] == "subject");
+  CHECK(settings["participant_column"] == "subject");
   CHECK(settings["parameters"] == 7);
   CHECK(settings["intervals"] == 7);
   CHECK(settings["adjustment"] == "bonferroni");
@@ -236,13 +239,13 @@ TEST_CASE("people are compared by the recordings that can be used, the others ar
   CHECK(found["reliability"].is_array());
   const Json recordings = decid::tools::recordings_json(report);
   CHECK(recordings[0]["group"] == "a");
-  CHECK(recordings[20]["subject"] == "a1");
+  CHECK(recordings[20]["participant_id"] == "a1");
   CHECK_FALSE(recordings[22].contains("group"));
 
   const std::string text = groups_text(report);
   CAPTURE(text);
   CHECK(contains(text, "a: 5 people, 15 recordings\n    Kp              856.8 +- 63.4 N m/rad\n"));
-  CHECK(contains(text, "a less b: 5 people and 4 people"));
+  CHECK(contains(text, "a minus b: 5 people and 4 people"));
   CHECK(contains(text, "7 parameters were compared"));
   CHECK(contains(text, "Left out: 3 recordings"));
   CHECK(contains(text, "twice.csv (a): tilt_of_other_size"));
@@ -261,8 +264,8 @@ TEST_CASE("people are compared by the recordings that can be used, the others ar
 TEST_CASE("fixed parameters are not compared: text and JSON name them") {
   Report report;
   GroupTable table{"subject", {}};
-  for (const auto& [group, person, value] : {std::tuple("a", "s1", 700.0), {"a", "s2", 655.0}, {"b", "s3", 742.0}})
-    add(report, table, group, person, recording("f", value));
+  for (const auto& [group, participant, value] : {std::tuple("a", "s1", 700.0), {"a", "s2", 655.0}, {"b", "s3", 742.0}})
+    add(report, table, group, participant, recording("f", value));
   report.fit.emplace().priors.parameters = {{.name = "Kd", .fixed = 250.0}, {.name = "Kp", .fixed = 839.0}};
   const Json found = compared(report, table);
   const Json& settings = found["group_comparison"];
@@ -291,17 +294,17 @@ TEST_CASE("fixed parameters are not compared: text and JSON name them") {
 TEST_CASE("people in two groups are compared in pairs, and the text says so") {
   Report report;
   GroupTable table{"participant_id", {}};
-  for (const auto& [person, before, after] :
+  for (const auto& [participant, before, after] :
        {std::tuple("s1", 700.0, 812.0), {"s2", 655.0, 905.0}, {"s3", 742.0, 777.0}}) {
-    add(report, table, "before", person, recording("f", before));
-    add(report, table, "after", person, recording("f", after));
+    add(report, table, "before", participant, recording("f", before));
+    add(report, table, "after", participant, recording("f", after));
   }
   add(report, table, "before", "s4", recording("f", 1e5));
   const Json found = compared(report, table);
   const Json& pair = found["comparisons"][0];
   CHECK(pair["paired"] == true);
-  CHECK(pair["people"] == Json{3, 3});
-  CHECK(pair["unpaired_people"] == 1);
+  CHECK(pair["participants"] == Json{3, 3});
+  CHECK(pair["unpaired_participants"] == 1);
   CHECK(near(pair["parameters"][0]["difference"].get<double>(), 397.0 / 3.0, 1e-14));
   const std::string text = groups_text(report);
   CHECK(contains(text, "paired: 3 people in both groups"));
@@ -311,9 +314,9 @@ TEST_CASE("people in two groups are compared in pairs, and the text says so") {
 TEST_CASE("two people in two groups have an interval and no Hedges' g") {
   Report report;
   GroupTable table{"subject", {}};
-  for (const auto& [person, before, after] : {std::tuple("s1", 700.0, 812.0), {"s2", 655.0, 905.0}}) {
-    add(report, table, "before", person, recording("f", before));
-    add(report, table, "after", person, recording("f", after));
+  for (const auto& [participant, before, after] : {std::tuple("s1", 700.0, 812.0), {"s2", 655.0, 905.0}}) {
+    add(report, table, "before", participant, recording("f", before));
+    add(report, table, "after", participant, recording("f", after));
   }
   const Json found = compared(report, table);
   const Json& effect = found["comparisons"][0]["parameters"][0];
@@ -330,14 +333,14 @@ TEST_CASE("a group of one has no interval, and three groups have three compariso
     add(report, table, group, group, recording("f", static_cast<double>(report.recordings.size())));
   const Json found = compared(report, table);
   REQUIRE(found["comparisons"].size() == 3);
-  CHECK(found["group_comparison"]["person_column"].is_null());
+  CHECK(found["group_comparison"]["participant_column"].is_null());
   CHECK(found["group_comparison"]["intervals"] == 21);
   CHECK(found["comparisons"][2]["groups"] == Json{"b", "c"});
   CHECK(found["comparisons"][1]["parameters"][0]["difference"] == -2.0);
   CHECK(found["comparisons"][1]["parameters"][0]["hedges_g"].is_null());
   CHECK(found["comparisons"][1]["parameters"][0]["interval95"][0].is_null());
   CHECK(found["groups"][0]["parameters"][0]["sd"].is_null());
-  CHECK_FALSE(decid::tools::recordings_json(report)[0].contains("subject"));
+  CHECK_FALSE(decid::tools::recordings_json(report)[0].contains("participant_id"));
   const std::string text = groups_text(report);
   CHECK(contains(text, "each recording counts as a person"));
   CHECK(contains(text, "in 3 pairs of groups"));
@@ -348,8 +351,8 @@ TEST_CASE("a group of one has no interval, and three groups have three compariso
 TEST_CASE("values that are the same for all people have no interval, and the text says so") {
   Report report;
   GroupTable table{"subject", {}};
-  for (const auto& [group, person] : {std::tuple("a", "s1"), {"a", "s2"}, {"b", "s3"}, {"b", "s4"}})
-    add(report, table, group, person, recording("f", 700.0));
+  for (const auto& [group, participant] : {std::tuple("a", "s1"), {"a", "s2"}, {"b", "s3"}, {"b", "s4"}})
+    add(report, table, group, participant, recording("f", 700.0));
   compared(report, table);
   CHECK(contains(groups_text(report), "identical values"));
   CHECK(contains(groups_text(report), "no interval of: Kp"));
@@ -406,11 +409,11 @@ TEST_CASE("groups of recordings with distributions also have a hierarchical mode
   const Json& model = found["hierarchical"];
   CHECK(model["draws"] == 4000);
   CHECK(model["max_rhat"].get<double>() < 1.2);
-  CHECK(model["groups"][0]["persons"] == 3);
+  CHECK(model["groups"][0]["participants"] == 3);
   CHECK(model["groups"][1]["parameters"][6]["between_sd"].get<double>() > 0.0);
   const Json& pair = model["comparisons"][0];
   CHECK(pair["groups"] == Json{"a", "b"});
-  CHECK(pair["persons_in_both"] == 3);
+  CHECK(pair["participants_in_both"] == 3);
   const Json& effect = pair["parameters"][6];
   CHECK(effect["name"] == "delay");
   CHECK(effect["difference"].get<double>() > 0.05);
@@ -420,7 +423,7 @@ TEST_CASE("groups of recordings with distributions also have a hierarchical mode
   CHECK(model["changes"].size() == 3);
   CHECK(model["changes"][0]["parameters"][0].contains("changed"));
   REQUIRE(found["reliability"].size() == 1);
-  CHECK(found["reliability"][0]["persons"] == 3);
+  CHECK(found["reliability"][0]["participants"] == 3);
   CHECK(found["reliability"][0]["parameters"][0]["icc_single"] == 1.0);  // the values agree exactly
   const std::string text = groups_text(report);
   CAPTURE(text);
@@ -432,6 +435,6 @@ TEST_CASE("groups of recordings with distributions also have a hierarchical mode
   CHECK(whole.starts_with("6 recordings: 6 usable\nDo the groups differ?"));
   CHECK(whole.find("Groups: mean") > whole.find("f ()"));
   CHECK(decid::tools::page_groups(report)["verdicts"]["sentences"].size() == 1);
-  CHECK(contains(text, "a less b, 3 people in both"));
+  CHECK(contains(text, "a minus b, 3 people in both"));
   CHECK(decid::tools::page_groups(report)["hierarchical"]["draws"] == 4000);
 }

@@ -75,7 +75,7 @@ TEST_CASE_FIXTURE(People, "fit --joint --group: recordings that are fitted toget
       run_ok(command(files + " --study " + folder / "three.csv" + " --joint subject --group " + table)).out);
   CHECK(json["recordings"][1]["joint"]["recordings"].size() == 2);
   const Json& group = json["groups"][0];
-  CHECK(group["people"] == 1);
+  CHECK(group["participants"] == 1);
   CHECK(group["parameters"][0]["mean"] == parameter(json, 0, 0)["value"]);
 }
 

@@ -77,9 +77,9 @@ TEST_CASE("identify: a folder, a quoted pattern, a table and groups") {
   check_table(read_text(folder / "in/results.csv"), json);
   CHECK(json["recordings"][1]["group"] == "fast");
   CHECK(json["groups"][0]["name"] == "fast");
-  CHECK(json["groups"][0]["people"] == 2);
+  CHECK(json["groups"][0]["participants"] == 2);
   CHECK(json["groups"][0]["recordings"] == 2);
-  CHECK(json["recordings"][4]["subject"] == "b");
+  CHECK(json["recordings"][4]["participant_id"] == "b");
   CHECK(json["group_comparison"]["left_out"][0]["reason"] == "error");
   const Json& delay = json["comparisons"][0]["parameters"][6];
   CHECK(delay["difference"].get<double>() < -0.05);
@@ -93,7 +93,7 @@ TEST_CASE("identify: a folder, a quoted pattern, a table and groups") {
   CHECK(contains(run_decid("identify " + folder / "in/s1.csv" + " " + folder / "in/s2.csv" + " --group " +
                            folder / "in/groups.csv")
                      .out,
-                 "fast less slow"));
+                 "fast minus slow"));
 }
 
 namespace {

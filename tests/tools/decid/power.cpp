@@ -7,27 +7,29 @@ using Json = nlohmann::json;
 
 TEST_CASE("decid/power: given standard deviations have the power of Cohen's table") {
   const Json found = run_json(
-      "power --difference delay=0.01 --person-sd delay=0.016 --measurement-sd delay=0.012 --persons 64 --json");
-  CHECK(found["persons"] == 64);
+      "power --difference delay=0.01 --participant-sd delay=0.016 --measurement-sd delay=0.012 --participants 64 "
+      "--json");
+  CHECK(found["participants"] == 64);
   const Json& delay = found["parameters"].at(0);
   CHECK(delay["name"] == "delay");
   CHECK(near(delay["power"].get<double>(), 0.801459557922, 1e-7));  // 0.5 standard deviations, 64 per group
-  CHECK(delay["persons_needed"] == 64);
+  CHECK(delay["participants_needed"] == 64);
   // Seven intervals that hold together: a difference of 2.83 standard errors against 2.7 of them.
   const Json together = run_json(
-      "power --difference delay=0.01 --person-sd delay=0.016 --measurement-sd delay=0.012 --persons 64 --intervals 7 "
+      "power --difference delay=0.01 --participant-sd delay=0.016 --measurement-sd delay=0.012 --participants 64 "
+      "--intervals 7 "
       "--json");
   CHECK(together["intervals"] == 7);
   CHECK(within(together["parameters"][0]["power"].get<double>(), 0.54, 0.02));
-  CHECK(together["parameters"][0]["persons_needed"].get<int>() > 95);
+  CHECK(together["parameters"][0]["participants_needed"].get<int>() > 95);
   // Per cent are of the mean; four trials quarter the recording's variance.
-  const Json other =
-      run_json("power --difference kp=-15% --at Kp=800 --person-sd Kp=10% --measurement-sd Kp=60 --trials 4 --json");
+  const Json other = run_json(
+      "power --difference kp=-15% --at Kp=800 --participant-sd Kp=10% --measurement-sd Kp=60 --trials 4 --json");
   CHECK(near(other["parameters"][0]["difference"].get<double>(), -120.0, 1e-12));
-  CHECK(near(other["parameters"][0]["person_sd"].get<double>(), 80.0, 1e-12));
+  CHECK(near(other["parameters"][0]["participant_sd"].get<double>(), 80.0, 1e-12));
   CHECK(other["trials"] == 4);
   const Json pairs =
-      run_json("power --difference kp=30 --visit-sd Kp=20 --measurement-sd Kp=20 --paired --persons 10 --json");
+      run_json("power --difference kp=30 --visit-sd Kp=20 --measurement-sd Kp=20 --paired --participants 10 --json");
   CHECK(pairs["paired"] == true);
   CHECK(pairs["parameters"][0]["power"].get<double>() > 0.5);
 }
@@ -39,7 +41,7 @@ TEST_CASE("decid/power: recordings are simulated where their standard deviation 
   CHECK(sd < 0.06);
   const Result text = run_ok("power --difference delay=0.02 --recordings 20 --sensor-noise 0.02");
   CHECK(contains(text.out, "delay"));
-  CHECK(contains(text.out, "12 persons per group, 1 trial each"));
+  CHECK(contains(text.out, "12 participants per group, 1 trial each"));
   const std::string units =
       run_ok(
           "power --difference Kp=-15% --difference Nv=0.1 --difference delay=0.02 --measurement-sd Kp=50 "
@@ -54,7 +56,7 @@ TEST_CASE("decid/power: values that cannot be are refused") {
   check_refused("power --difference delay=much", "much");
   check_refused("power --difference delay=0.02 --at delay=0.5", "0.24");
   check_refused("power --difference delay=0.02 --measurement-sd delay=-0.01", "-0.01");
-  for (const char* option : {"--measurement-sd", "--person-sd", "--visit-sd", "--trial-sd"})
+  for (const char* option : {"--measurement-sd", "--participant-sd", "--visit-sd", "--trial-sd"})
     check_refused("power --difference delay=0.02 --measurement-sd delay=0.01 " + std::string(option) + " delay=20",
                   "20 ms is 0.02");
   check_refused("power --difference delay=20 --measurement-sd delay=0.01", "20 ms is 0.02");

@@ -7,7 +7,6 @@
 
 #include "base/text.hpp"
 #include "dataset/sets/dataset.hpp"
-#include "sim/segments.hpp"
 #include "tests/helpers.hpp"
 #include "tests/near.hpp"
 #include "tests/sim/made_up_body.hpp"

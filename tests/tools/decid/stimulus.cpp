@@ -141,7 +141,7 @@ TEST_CASE("simulate --model dip: columns, defaults, options of the hip") {
   CHECK(header == "time,com_sway_deg,tilt_deg,leg_deg,trunk_deg");
   REQUIRE(columns[0].size() == 12100);
   // The centre of mass lies between leg and trunk, at its shares of both (77% and 23%), to the digits written.
-  const sim::Segments s = sim::make_segments(sim::make_subject(sim::Body{}));
+  const sim::Segments s = sim::make_segments(sim::make_participant(sim::Body{}));
   const double trunk_share = s.trunk_mass_kg * s.trunk_com_m / (s.mass_kg() * s.com_height_m());
   double largest = 0.0;
   for (std::size_t k = 0; k < columns[0].size(); ++k) {
@@ -170,7 +170,7 @@ TEST_CASE("a data set and a model carry their protocol, whatever its kind; other
     write_text(
         folder / file,
         R"({"name": ")" + file +
-            R"(", "measured": {"file": "tilt.csv", "cycles": 2}, "body": {"subject": {"mass_kg": 70, "height_m": 1.7}}})");
+            R"(", "measured": {"file": "tilt.csv", "cycles": 2}, "body": {"participant": {"mass_kg": 70, "height_m": 1.7}}})");
     std::string tilt = "time,tilt_deg\n";
     for (int k = 0; k < 500; ++k)
       tilt += std::to_string(0.02 * k) + "," + std::to_string(amplitude_deg * std::sin(0.05 * k)) + "\n";

@@ -1,7 +1,6 @@
 // A study in one call: decid identify and fit with --study, their tables, draws, and decid rerun.
 
 #include <cmath>
-#include <map>
 
 #include "recording/formats/xlsx.hpp"
 #include "tests/tools/decid/run.hpp"
@@ -205,8 +204,8 @@ TEST_CASE("a sheet is a table of groups, too; n/a is no group") {
   const Json json =
       run_json("identify --quiet --json --study " + path + " --group " + path + " --table " + folder / "t.csv");
   REQUIRE(json["groups"].size() == 2);
-  CHECK(json["groups"][0]["people"] == 2);
-  CHECK(json["recordings"][0]["subject"] == "p0");
+  CHECK(json["groups"][0]["participants"] == 2);
+  CHECK(json["recordings"][0]["participant_id"] == "p0");
   CHECK(json["recordings"][3]["group"].is_null());
   const auto rows = cells_of(read_text(folder / "t.csv"), ',');
   CHECK(cell(rows, 3, "group") == "b");
@@ -238,7 +237,7 @@ TEST_CASE("a study in two sessions: changes within persons, between groups, and 
   CHECK(model["groups"][3]["session"] == "2");
   CHECK(model["groups"][3]["condition"].is_null());
   CHECK(model["comparisons"][0]["groups"] == Json::array({"a, 1", "a, 2"}));
-  CHECK(model["comparisons"][0]["persons_in_both"] == 2);
+  CHECK(model["comparisons"][0]["participants_in_both"] == 2);
   CHECK(model["interactions"].size() == 1);
   CHECK(model["interactions"][0]["second"] == Json::array({"b, 1", "b, 2"}));
   CHECK(model["interactions"][0]["parameters"].size() == 7);
@@ -250,7 +249,7 @@ TEST_CASE("a study in two sessions: changes within persons, between groups, and 
   // Without groups all persons are compared with themselves. A later delay is found in four of them.
   const Result result =
       run_ok(study + " --quiet --within session -o " + folder / "o.json" + " --report " + folder / "r.html");
-  CHECK(contains(result.out, "1 less 2, 4 people in both"));
+  CHECK(contains(result.out, "1 minus 2, 4 people in both"));
   const Json within = read_json(folder / "o.json");
   CHECK(within["recordings"][0]["group"] == "a");  // by the sheet
   CHECK(within["hierarchical"]["comparisons"].size() == 1);

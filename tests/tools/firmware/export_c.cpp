@@ -74,13 +74,13 @@ std::string with_distances(const Model& model, const ForBody& body, const datase
 /// Exports `model` and runs the harness on its trials: their parameters. subject: whose trials they are, the model's
 /// own body if empty.
 void check_bits(Model model, int trials, const std::string& options, std::size_t max_compilers,
-                const std::optional<sim::Subject>& subject = {}) {
+                const std::optional<sim::Participant>& participant = {}) {
   const Folder folder;
   std::optional<sim::Body> told;
   std::string body_options;
-  if (subject) {
-    told = sim::make_body(sim::make_segments(*subject));
-    body_options = format(" --mass %.17g --height %.17g ", subject->mass_kg, subject->height_m);
+  if (participant) {
+    told = sim::make_body(sim::make_segments(*participant));
+    body_options = format(" --mass %.17g --height %.17g ", participant->mass_kg, participant->height_m);
   }
   const ForBody body = for_body(model, "model", told);
   const dataset::Dataset data = test::noisy_trials(model, trials, 31);
@@ -221,7 +221,7 @@ TEST_CASE("exported networks have the bits of identify for every kind of layer a
     check_bits(model, 2, "", 1);
     check_bits(model, 2, "--incremental --int8", 2);
     for (const char* options : {"--incremental", "--int8"})
-      check_bits(model, 2, options, 2, sim::Subject{.mass_kg = 60.0, .height_m = 1.65});
+      check_bits(model, 2, options, 2, sim::Participant{.mass_kg = 60.0, .height_m = 1.65});
   }
   SUBCASE("time series of three cycles behind a lead-in") {
     const dataset::ImageSettings series{.window = 2000,
@@ -242,7 +242,7 @@ TEST_CASE("exported networks have the bits of identify for every kind of layer a
                "--incremental --int8", 1);
   }
   SUBCASE("the built-in model") {
-    check_bits(built_in_model(), 2, "--familiarity", 1, sim::Subject{.mass_kg = 60.0, .height_m = 1.65});
+    check_bits(built_in_model(), 2, "--familiarity", 1, sim::Participant{.mass_kg = 60.0, .height_m = 1.65});
   }
 }
 
@@ -432,7 +432,7 @@ TEST_CASE("bad input of decid export") {
   fails("c " + model + " --int8 --familiarity" + out, "not of 8-bit integers");
   test::write_text(folder / "knows.safetensors",
                    to_bytes(test::made_up_model(sim::short_protocol(), {.window = 1000}, "fc 9; fc 7")));
-  fails("c " + folder / "knows.safetensors" + " --familiarity" + out, "does not know what is familiar");
+  fails("c " + folder / "knows.safetensors" + " --familiarity" + out, "has no features of its training trials");
   // More layers than a byte can number.
   std::string deep = "conv 1 1x1";
   for (int i = 0; i < 260; ++i) deep += "; conv 1 1x1";

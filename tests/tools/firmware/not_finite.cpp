@@ -3,7 +3,6 @@
 #include <cmath>
 #include <limits>
 
-#include "base/text.hpp"
 #include "tests/tools/firmware/models.hpp"
 #include "tools/firmware/c_text.hpp"
 #include "tools/firmware/text.hpp"

@@ -142,8 +142,7 @@ TEST_CASE("the body of a controller's self-test has the simulator's bits at 1 ms
     REQUIRE(simulator.run(p, Random(0, sim::streams::vestibular_noise, 0), sway).valid);
     const sim::Stimulus& stimulus = simulator.stimulus();
     const std::vector<double> mine =
-        balance(protocol.family(), protocol.family().coefficients(p), protocol.experiment.body,
-                {stimulus.tilt_rad, stimulus.rate_rad_s, stimulus.interval_steps}, 1000);
+        balance(protocol.family(), protocol.family().coefficients(p), protocol.experiment.body, stimulus, 1000);
     const auto apart = static_cast<std::size_t>(protocol.experiment.steps_per_sample() / stimulus.interval_steps);
     REQUIRE(mine.size() >= sway.size() * apart);
     std::size_t different = 0;
@@ -152,21 +151,21 @@ TEST_CASE("the body of a controller's self-test has the simulator's bits at 1 ms
   }
 }
 
-TEST_CASE("a course at another step is the stimulus, straight within 10 ms") {
+TEST_CASE("a stimulus at another step is the same, straight within 10 ms") {
   const sim::Simulator simulator(sim::short_protocol());
   for (const int steps_per_second : {2000, 1000, 500, 300, 125, 100}) {
     CAPTURE(steps_per_second);
-    const Course course = course_at(simulator.stimulus(), steps_per_second);
-    const double interval_s = static_cast<double>(course.interval_steps) / steps_per_second;
+    const sim::Stimulus stimulus = stimulus_at(simulator.stimulus(), steps_per_second);
+    const double interval_s = static_cast<double>(stimulus.interval_steps) / steps_per_second;
     CHECK(interval_s <= 0.0101);
-    REQUIRE(course.tilt_rad.size() == course.rate_rad_s.size());
+    REQUIRE(stimulus.tilt_rad.size() == stimulus.rate_rad_s.size());
     double worst = 0.0;
-    for (std::size_t i = 0; i < course.tilt_rad.size(); i += 17) {
+    for (std::size_t i = 0; i < stimulus.tilt_rad.size(); i += 17) {
       const int step = static_cast<int>(static_cast<double>(i) * interval_s * 1000.0);  // rounded down to 1 ms
       if (step >= simulator.samples() * 10) break;
-      worst = std::max(worst, std::abs(course.tilt_rad[i] - simulator.stimulus().tilt_at(step)));
+      worst = std::max(worst, std::abs(stimulus.tilt_rad[i] - simulator.stimulus().tilt_at(step)));
     }
-    CHECK(worst < 0.001 * largest(course.rate_rad_s) + 1e-12);
+    CHECK(worst < 0.001 * largest(stimulus.rate_rad_s) + 1e-12);
   }
 }
 

@@ -5,6 +5,8 @@
 
 #include <filesystem>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
@@ -48,8 +50,12 @@ inline Report fitted_recordings() {
     csv += format("%.2f,%.6f\n", 0.01 * static_cast<double>(k), sway[k] / sim::rad_per_deg + noise_deg);
   }
   write_file(file, csv);
-  Report all = fit_recordings(nullptr, protocol, {file, "none/<b>.csv", file}, reading, quick_request());
+  std::vector<RecordingResult> read = read_recordings(protocol, {file, "none/<b>.csv", file}, reading);
   std::filesystem::remove(file);
+  Fitter fitter(nullptr, protocol, {}, quick_request());
+  fitter.fit(read);
+  Report all = fitter.report();
+  all.recordings = std::move(read);
   all.network_answers = true;
   all.recordings[0].file = "recordings/subject-04/trial-2.csv";
   FitFigures& first = *all.recordings[0].fit;

@@ -20,7 +20,6 @@
 #include "tools/report/dataset_page.hpp"
 #include "tools/report/fit_page.hpp"
 #include "tools/report/identify_page.hpp"
-#include "tools/report/json/frf.hpp"
 
 namespace {
 

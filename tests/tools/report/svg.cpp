@@ -41,12 +41,12 @@ std::string plotted(PlotAxis x, PlotAxis y, const Draw& draw) {
   return svg.substr(frame.size() - end.size(), svg.size() - frame.size());
 }
 
-struct Place {
+struct Point {
   double x, y;
 };
 /// The points of the paths in an SVG.
-std::vector<std::vector<Place>> paths_of(const std::string& svg) {
-  std::vector<std::vector<Place>> paths;
+std::vector<std::vector<Point>> paths_of(const std::string& svg) {
+  std::vector<std::vector<Point>> paths;
   for (std::size_t at = svg.find("d=\"M"); at != std::string::npos; at = svg.find("d=\"M", at + 1)) {
     paths.emplace_back();
     const char* next = svg.c_str() + at + 3;
@@ -140,7 +140,7 @@ TEST_CASE("svg: data stand in the frame by their axes, and are cut at it") {
   const std::vector<double> x{0, 1, 2, 9, -1};
   const auto line = paths_of(plotted(linear, unit, [&](Plot& p) { p.line(x, y, {"#123456"}); }));
   REQUIRE(line.size() == 1);
-  const std::vector<Place> expected{{50, 120}, {100, 20}, {150, 120}, {250, 20}, {50, 95}};
+  const std::vector<Point> expected{{50, 120}, {100, 20}, {150, 120}, {250, 20}, {50, 95}};
   REQUIRE(line[0].size() == expected.size());
   for (std::size_t i = 0; i < expected.size(); ++i) {
     CHECK(line[0][i].x == expected[i].x);

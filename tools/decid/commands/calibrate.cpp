@@ -86,7 +86,7 @@ std::string network_text(const ParameterCalibration& of) {
 /// Returns the line of the log scores; empty for trials of an earlier version, which have none.
 std::string scores_text(const Calibration& found) {
   if (std::isnan(found.log_score)) return {};
-  std::string text = format("\nlog score %.3f nats a parameter", found.log_score);
+  std::string text = format("\nlog score %.3f nats per parameter", found.log_score);
   if (!std::isnan(found.network_log_score)) text += format(", the network's %.3f", found.network_log_score);
   return text + "\n";
 }
@@ -363,7 +363,7 @@ void run_calibrate(const CalibrateOptions& options, const Command& command) {
     }
   }
   if (!is_root()) return;
-  if (trials.empty()) throw std::runtime_error("stopped before a trial was done");
+  if (trials.empty()) throw std::runtime_error("stopped before the first trial was done");
   const Calibration found = compute_calibration(trials, stddev);
   if (options.common.json) {
     std::cout << document();
@@ -391,13 +391,13 @@ void add_calibrate(const Command& program) {
                      "Compare with the network of this model file; default: the built-in model");
   command
       .add_option("--prior-start", options->priors.start_s,
-                  "Draw each trial's start, and let fit expect it, within this many seconds; 0: known")
+                  "Shift each trial's start by up to this many seconds, which fit has to estimate; 0: known")
       .show_default()
       .range(0.0, 0.5);
   command
-      .add_option(
-          "--prior-gain", options->priors.gain,
-          "Draw each trial's gain with this standard deviation of its logarithm, and let fit expect it; 0: known")
+      .add_option("--prior-gain", options->priors.gain,
+                  "Scale each trial's sway by a random factor, which fit has to estimate, with this standard deviation "
+                  "of its logarithm; 0: known")
       .show_default()
       .range(0.0, 0.5);
   command
@@ -407,7 +407,8 @@ void add_calibrate(const Command& program) {
       .range(0.0, 60.0);
   command
       .add_option("--with", options->with,
-                  "Record each person once more, with this protocol, and fit the recordings together; may be repeated")
+                  "Record each simulated person once more, with this protocol, and fit the recordings together; may be "
+                  "repeated")
       .repeatable()
       .shown_as("PROTOCOL");
   command.add_option("--conditions", options->conditions,

@@ -139,8 +139,8 @@ void add_compare(const Command& program) {
   add_seed_option(command, options->settings.seed, "Seed the trials and the fits");
   command
       .add_option("--sensor-noise", options->sensor_noise_deg,
-                  "Add measurement noise with this standard deviation in degrees, or one drawn from LOW HIGH for each "
-                  "trial; default: none")
+                  "Add measurement noise with this standard deviation in degrees, or, for two numbers LOW HIGH, one "
+                  "drawn between them for each trial; default: none")
       .values(1, 2);
   command.add_option("--data", options->data, "Use the trials of this data set instead of new ones");
   command.add_option("--model", options->model, "Use this model file; default: the built-in model");

@@ -81,8 +81,8 @@ void warn_of_little_space(const DatasetOptions& options, std::uint64_t bytes, co
   // A file system that holds no files, /proc for one, has no size.
   if (error || space.capacity == 0 || options.common.quiet || space.available + there >= bytes) return;
   std::cerr << format(
-      "warning: %s needs %s, its disk has %s left; a full disk stops the work, and the same command goes "
-      "on when there is space\n",
+      "warning: %s needs %s, its disk has %s left; if the disk is full the work stops; the same command continues when "
+      "there is space\n",
       options.output.c_str(), megabytes(bytes).c_str(), megabytes(space.available).c_str());
 }
 

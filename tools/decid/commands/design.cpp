@@ -195,15 +195,15 @@ void add_design(const Command& program) {
       .add_option("--amplitude", options->amplitudes_deg,
                   "Scale each protocol's stimulus to these tilts, peak to peak in degrees, such as 1 2 4")
       .values(1, 50);
-  command.add_option("--cycles", options->cycles, "Play each protocol's cycle this often, such as 1 2 4").values(1, 50);
+  command.add_option("--cycles", options->cycles, "Play each protocol's cycle this many times, such as 1 2 4")
+      .values(1, 50);
   add_controller_option(command, options->controller,
                         "Plan for this controller (decid info --controllers); default: the protocols', else dec");
   add_body_options(command, options->body);
   command
-      .add_option(
-          "--at", options->at,
-          "Plan for a person with this parameter, in SI units, and the middle of the range for those not given; "
-          "may be repeated; default: all persons of the prior")
+      .add_option("--at", options->at,
+                  "Plan for a person with this parameter, in SI units; may be repeated; other parameters: the middle "
+                  "of their ranges; default: people drawn from the prior")
       .repeatable()
       .shown_as("NAME=VALUE");
   command.add_option("--fix", options->fixed, "Plan for fits that fix this parameter; may be repeated")
@@ -221,15 +221,16 @@ void add_design(const Command& program) {
       .show_default()
       .range(0.0, 0.5);
   command
-      .add_option("--prior-gain", options->priors.gain,
-                  "Expect the scale of the sway sensor within this standard deviation of its logarithm; 0: exact")
+      .add_option(
+          "--prior-gain", options->priors.gain,
+          "Expect this relative error of the sway sensor's scale (standard deviation of its logarithm); 0: exact")
       .show_default()
       .range(0.0, 0.5);
   command.section("Calculation");
-  command.add_option("--draws", options->planned.draws, "Average over this number of persons")
+  command.add_option("--draws", options->planned.draws, "Average over this number of simulated people")
       .range(1, 100'000)
       .show_default();
-  add_seed_option(command, options->planned.seed, "Seed the persons");
+  add_seed_option(command, options->planned.seed, "Seed the simulated people");
   add_common_options(command, options->common, true);
   command.footer(
       "Examples:\n"

@@ -90,7 +90,7 @@ TestVector test_vector(const Model& model, const ForBody& body, const FirmwarePl
 void export_alone(const ExportOptions& options, const nn::Network<float>& network, const std::string& name) {
   if (options.firmware.incremental || options.firmware.int8 || options.firmware.familiarity || options.body.mass_kg)
     throw Error(Code::setting_conflict, options.model,
-                "is a network without a model, which --incremental, --int8, --familiarity and --mass do not fit",
+                "is a network without a model, so --incremental, --int8, --familiarity and --mass cannot be used",
                 "leave them out, or give a model");
   const std::string hash = nn::weights_sha256(network);
   const std::string origin = format("Made by decid %s from %s, weights SHA-256\n   %s.", version,
@@ -154,7 +154,7 @@ void add_export_c(const Command& parent) {
   auto options = std::make_shared<ExportOptions>();
   const Command command = parent.add_subcommand("c", "Write a model as one C file and its header");
   command.add_option("model", options->model,
-                     "File of a model, or of a network without a model; default: the built-in model");
+                     "Export this file of a model, or of a network only; default: the built-in model");
   add_output_option(command, "-o,--output", options->output, Written::folder,
                     "Write NAME.c and NAME.h to this folder, created if missing")
       .required();
@@ -201,7 +201,7 @@ bool are_one_body(const sim::Body& a, const sim::Body& b) {
 /// there is no inertia.
 std::optional<sim::Body> given_body(const ControllerOptions& options, const sim::Body& like) {
   if (options.mass_kg.has_value() != options.com_height_m.has_value() || (options.inertia_kgm2 && !options.mass_kg))
-    throw Error(Code::setting_missing, "export controller", "has a part of a body",
+    throw Error(Code::setting_missing, "export controller", "has an incomplete body",
                 "give --mass and --com-height together, and --inertia with both or not at all");
   if (!options.mass_kg) return {};
   const double mass = *options.mass_kg, height = *options.com_height_m;
@@ -247,7 +247,7 @@ void warn(const ControllerOptions& options, bool knows_body, const sim::Paramete
           const sim::Protocol& protocol) {
   const sim::Body& body = protocol.experiment.body;
   if (!knows_body)
-    std::cerr << options.result << ": does not say whose body its gains are for: they are only right for the default, "
+    std::cerr << options.result << ": does not say whose body its gains are for: they fit the default body only, "
               << shown(body) << "; give identify --mass and --height, or fit a --protocol that has the body\n";
   sim::Coefficients sampled = protocol.family().coefficients(parameters);
   sampled[sim::Coefficient::delay] += options.step_s;
@@ -302,10 +302,11 @@ void export_controller(const ControllerOptions& options) {
 void add_export_controller(const Command& parent) {
   auto options = std::make_shared<ControllerOptions>();
   const Command command = parent.add_subcommand("controller", "Write a posture controller as one C file");
-  command.add_option("result", options->result, "Result of decid identify -o; default: the middle of every range");
+  command.add_option("result", options->result,
+                     "Use the estimates in this result of decid identify -o; default: the middle of every range");
   command.add_option("--recording", options->recording, "Use this recording of the result, counted from 1")
       .show_default();
-  command.add_flag("--force", options->force, "Accept a result that is not usable");
+  command.add_flag("--force", options->force, "Accept estimates that are not usable");
   add_controller_option(command, options->controller,
                         "Write this controller (decid info --controllers); default: the result's or the protocol's");
   options->parameters.add(command, [](const sim::BodyModel& model, std::size_t i) {
@@ -434,7 +435,7 @@ void add_export_onnx(const Command& parent) {
   const Command command =
       parent.add_subcommand("onnx", "Write a model's network as ONNX: its inputs are the arrays of decid image");
   command.add_option("model", options->model,
-                     "File of a model, or of a network without a model; default: the built-in model");
+                     "Export this file of a model, or of a network only; default: the built-in model");
   add_output_option(command, "-o,--output", options->output, Written::onnx, "Write this file (.onnx)").required();
   add_common_options(command, options->common, false);
   command.footer(

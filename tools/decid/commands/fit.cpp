@@ -3,14 +3,11 @@
 #include <cmath>
 #include <iostream>
 #include <memory>
-#include <numeric>
 #include <optional>
 #include <sstream>
 
 #include "base/error.hpp"
-#include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
-#include "base/files/sha256.hpp"
 #include "base/number.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
@@ -22,7 +19,6 @@
 #include "identify/study/plan_groups.hpp"
 #include "identify/study/study_results.hpp"
 #include "sim/protocol/protocol_object.hpp"
-#include "sim/segments.hpp"
 #include "tools/decid/command.hpp"
 #include "tools/decid/commands/fit_all.hpp"
 #include "tools/decid/commands/fit_frf.hpp"
@@ -70,8 +66,10 @@ void check_kind(const FitOptions& options, const Command& command) {
   const auto refuse = [&](const char* option) {
     if (command.count(option) == 0) return;
     if (is_table && std::string(option) == "recordings")
-      throw Error(Code::setting_conflict, "--frf", "does not go with recordings", "fit them in a call of their own");
-    throw Error(Code::setting_conflict, option, is_table ? "is not for --frf" : "is only for --frf", "leave it out");
+      throw Error(Code::setting_conflict, "--frf", "cannot be combined with recordings",
+                  "fit them in a call of their own");
+    throw Error(Code::setting_conflict, option, is_table ? "cannot be combined with --frf" : "applies to --frf only",
+                "leave it out");
   };
   if (is_table) std::ranges::for_each(of_recordings, refuse);
   if (is_table) std::ranges::for_each(reading_options, refuse);
@@ -167,7 +165,7 @@ std::vector<const sim::BodyModel*> controllers_of(const FitOptions& options, con
   return all;
 }
 
-/// Returns the chosen protocol, with the subject's body if the options describe one.
+/// Returns the chosen protocol, with the person's body if the options describe one.
 sim::Protocol protocol_for(const FitOptions& options, sim::Protocol protocol) {
   if (const std::optional<sim::Body> body = options.recordings.body()) protocol.experiment.body = *body;
   if (options.amplitude_deg) {
@@ -228,12 +226,12 @@ void run_table(const FitOptions& options, const Command& command) {
     asked.controllers.push_back({protocol, std::move(priors)});
   }
   if (asked.log_ratio && !options.priors.empty())
-    throw Error(Code::setting_conflict, "--prior", "is not for --objective log-ratio, which has only ranges",
-                "give --range or --fix");
+    throw Error(Code::setting_conflict, "--prior",
+                "cannot be combined with --objective log-ratio, which uses ranges only", "give --range or --fix");
   const sim::ParameterTable& parameters = asked.controllers.front().protocol.parameters();
   if (asked.controllers.size() == 1) asked.truth = options.recordings.known(parameters);
   if (asked.controllers.size() > 1 && command.count("--truth") > 0)
-    throw Error(Code::setting_conflict, "--truth", "does not go with several controllers",
+    throw Error(Code::setting_conflict, "--truth", "cannot be combined with several controllers",
                 "name one with --controller");
   run_frf_fit(asked);
 }
@@ -267,12 +265,13 @@ Report make_report(const FitOptions& options, const PlanFitter& fitter, FitResul
 
 void run_fit(FitOptions options, const Command& command) {
   if (!options.free.empty() && options.joint.empty())
-    throw Error(Code::setting_conflict, "--free", "is for recordings that are fitted together", "give --joint too");
+    throw Error(Code::setting_conflict, "--free", "applies to recordings that are fitted together only",
+                "give --joint too");
   if (!options.free.empty() && options.groups.given())
     throw Error(Code::setting_conflict, "--free",
-                "does not go with a comparison of persons: a person's joint fit counts once, with one value of each "
-                "parameter",
-                "compare persons in a call without it");
+                "cannot be combined with a comparison of participants: a person's joint fit counts once, with one "
+                "value of each parameter",
+                "leave it out to compare participants");
   RecordingFlags& recordings = options.recordings;
   ReadOptions reading = recordings.read_options();
   std::vector<std::string> inputs = options.outputs.files();
@@ -296,7 +295,7 @@ void run_fit(FitOptions options, const Command& command) {
       options.request.others.push_back({controller, std::move(priors)});
   }
   if (!options.joint.empty() && controllers.size() > 1)
-    throw Error(Code::setting_conflict, "--joint", "does not go with several controllers",
+    throw Error(Code::setting_conflict, "--joint", "cannot be combined with several controllers",
                 "name one with --controller");
   const FreedParameters freed = read_freed(options.free, protocol.parameters());
   options.request.freed = freed.names;
@@ -345,8 +344,8 @@ void run_fit(FitOptions options, const Command& command) {
   const bool failed = std::ranges::any_of(begun, [](const RecordingResult& id) { return id.error.has_value(); });
   if (journal && !failed && begun.size() == options.outputs.count && !interrupted()) journal->remove();
   if (interrupted())
-    throw std::runtime_error(format("stopped at recording %zu of %zu; what was drawn until then was written%s",
-                                    begun.size(), options.outputs.count, journal ? "; --resume continues" : ""));
+    throw std::runtime_error(format("stopped at recording %zu of %zu; decid wrote the draws until then%s", begun.size(),
+                                    options.outputs.count, journal ? "; --resume continues" : ""));
   if (journal && failed && !options.common.quiet)
     std::cerr << "decid: correct these recordings, then --resume fits only them\n";
   tell_errors("fit", begun);
@@ -376,11 +375,11 @@ void add_fit(const Command& program) {
                      "Use this protocol: default, short, or a JSON file; default: the model's");
   command.add_option(
       "--model", options->model,
-      "Use this model file for the protocol, and for the estimate where chains disagree; default: the built-in model");
+      "Use this model file for the protocol, and for the estimate if the chains disagree; default: the built-in model");
   command
       .add_option("--controller", options->controllers,
-                  "Fit this controller: dec, dec2015 or ic; several, separated by commas, are compared, and the first "
-                  "one answers; default: the protocol's")
+                  "Fit this controller: dec, dec2015 or ic; compare several, separated by commas, and report the "
+                  "estimates of the first one; default: the protocol's")
       .shown_as("NAME,...");
   command.section("Advanced");
   command
@@ -391,26 +390,25 @@ void add_fit(const Command& program) {
       .one_of({"posterior", "log-ratio"});
   command
       .add_option("--joint", options->joint,
-                  "Fit recordings with the same value in this column of the sheet together, as of one person, such as "
-                  "participant_id; all: all recordings of a call without a sheet")
+                  "Fit recordings together that have the same value in this column of the sheet, such as "
+                  "participant_id; all: fit all recordings of a call without a sheet together")
       .shown_as("COLUMN");
   command
       .add_option("--free", options->free,
-                  "Let these parameters differ between values of a sheet's column in --joint fits, such as "
+                  "Let these parameters of --joint fits differ between the values of a column of the sheet, such as "
                   "theta,Nv:condition")
       .shown_as("NAME,..:COLUMN");
   command
       .add_option("--prior-start", options->request.priors.start_s,
-                  "Allow the recording to start up to this many seconds before or after the protocol; 0: it starts "
-                  "with it; a tilt column overrides this")
+                  "Allow the recording to start up to this many seconds before or after the protocol; 0: both start "
+                  "together; a tilt column overrides this")
       .show_default()
       .range(0.0, 0.5);
   command
-      .add_option(
-          "--prior-gain", options->prior_gain,
-          format("Expect the scale of the sway sensor within this standard deviation of its logarithm; 0: exact; "
-                 "default: %g. With --frf, expect the gains within 1 +- this; default: %g",
-                 posterior::Priors{}.gain, frf::Priors{}.gain))
+      .add_option("--prior-gain", options->prior_gain,
+                  format("Expect this relative error of the sway sensor's scale (standard deviation of its logarithm); "
+                         "0: exact; default: %g. With --frf, expect this relative error of all gains; default: %g",
+                         posterior::Priors{}.gain, frf::Priors{}.gain))
       .range(0.0, 0.5);
   command
       .add_option("--prior-noise", options->request.priors.sensor_noise_deg,
@@ -419,13 +417,14 @@ void add_fit(const Command& program) {
       .range(1e-6, 10.0);
   command
       .add_option("--range", options->ranges,
-                  "Limit a parameter to LOW to HIGH in its JSON unit, for example delay=0.05,0.2; may be repeated")
+                  "Limit a parameter to the range from LOW to HIGH in its JSON unit, for example delay=0.05,0.2; may "
+                  "be repeated")
       .repeatable()
       .shown_as("NAME=LOW,HIGH");
   command
       .add_option("--prior", options->priors,
                   "Use a normal prior with this mean and standard deviation for a parameter, for example "
-                  "delay=0.12,0.02; default: uniform in its range; may be repeated")
+                  "delay=0.12,0.02; default: uniform within its range; may be repeated")
       .repeatable()
       .shown_as("NAME=MEAN,SD");
   command
@@ -437,12 +436,12 @@ void add_fit(const Command& program) {
                    "Assume that the platform played the end of a cycle before the recording; default: it rested");
   command
       .add_option("--prior-error", options->prior_error,
-                  "Allow errors of an --frf table beyond its confidence, as a fraction of the response, within a "
-                  "factor of 3; default: 0.01, or 0.05 for a table without confidence")
+                  "Allow errors of an --frf table beyond its confidence intervals, as a fraction of the response, "
+                  "within a factor of 3; default: 0.01, or 0.05 for a table without confidence intervals")
       .range(0.0, 1.0);
   command
       .add_option("--max-draws,--most-draws", options->request.settings.max_draws,
-                  "Take at most this many draws per chain; fewer where they suffice")
+                  "Take at most this many draws per chain; decid stops earlier if fewer suffice")
       .show_default()
       .range(8, 1'000'000);
   add_seed_option(command, options->request.settings.seed, "Seed the chains");
@@ -450,12 +449,12 @@ void add_fit(const Command& program) {
   add_group_options(command, options->groups);
   command.section("Output");
   command.add_flag("--resume", options->resume,
-                   "Continue a stopped call: skip the recordings that its journal OUTPUT.journal holds");
+                   "Continue a stopped call: skip the recordings that are done, which OUTPUT.journal holds");
   add_common_options(command, options->common, true);
   command.footer(
       "Examples:\n"
       "  decid fit recording.csv --mass 70 --height 1.75 -o result.json --report report.html\n"
-      "  decid fit subjects -o results.json --table results.csv --resume\n"
+      "  decid fit recordings -o results.json --table results.csv --resume\n"
       "  decid fit --study participants.tsv -o results.json --long long.csv\n"
       "  decid fit recording.csv --range delay=0.05,0.2 --prior Kp=900,100 --draws draws.npz\n"
       "  decid fit --frf response.csv --amplitude 1 --mass 70 --height 1.75 --report response.html");

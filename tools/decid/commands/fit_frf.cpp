@@ -39,7 +39,7 @@ void write(const FrfFit& asked, Json result, const std::string& text) {
 void run_log_ratio(const FrfFit& asked, const frf::Table& table) {
   if (!asked.draws.empty() || !asked.page.empty())
     throw Error(Code::setting_conflict, asked.page.empty() ? "--draws" : "--report",
-                "is not for --objective log-ratio, which draws nothing", "leave it out");
+                "cannot be combined with --objective log-ratio, which has no draws", "leave it out");
   const auto begin = Clock::now();
   LogRatioReport report{{}, asked.truth, 0.0, asked.options, asked.body_assumed};
   for (const FrfFit::Controller& controller : asked.controllers) {

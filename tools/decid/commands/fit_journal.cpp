@@ -37,7 +37,7 @@ bool FitJournal::read(const std::string& settings) {
   const std::optional<std::string> found = journal_.request();
   if (!found) return false;
   if (*found != settings)
-    throw Error(Code::file_differs, journal_.path().string(), "is of other settings",
+    throw Error(Code::file_differs, journal_.path().string(), "was written with other settings",
                 "give the options of the call that wrote it, or leave out --resume to start again");
   while (const std::optional<std::string> bytes = journal_.next()) {
     try {

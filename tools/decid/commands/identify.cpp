@@ -114,7 +114,7 @@ void add_identify(const Command& program) {
       "  decid identify trial.mat --column COM_x --unit rad --detrend offset\n"
       "  decid identify trial.c3d --hip HIP_x --shoulder ACROMION_x --ankle ANK_x --mass 70 --height 1.75\n"
       "  decid identify lab.csv --tilt-column platform_deg --fill-gaps 0.1\n"
-      "  decid identify subjects --table results.csv --group groups.csv\n"
+      "  decid identify recordings --table results.csv --group groups.csv\n"
       "  decid identify long.csv --trial subject,trial --table results.csv\n"
       "  decid identify --study participants.tsv --table results.xlsx --long long.csv\n"
       "A recording that cannot be used does not stop the others: its JSON entry has \"error\", and the exit code is "

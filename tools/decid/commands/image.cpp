@@ -108,7 +108,7 @@ void add_image(const Command& program) {
   auto options = std::make_shared<ImageOptions>();
   const Command command = program.add_subcommand("image", "Write a data set's trials as network input");
   command.section("Input");
-  command.add_option("data", options->data, "Data set of decid dataset").required();
+  command.add_option("data", options->data, "Convert this data set of decid dataset").required();
   command.add_option("--model", options->model, "Use this model file; default: the built-in model");
   command.add_option("--preset", options->preset,
                      "Use the network input of this preset of decid train instead of a model's, scaled as training on "

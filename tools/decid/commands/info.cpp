@@ -161,10 +161,10 @@ void add_info(const Command& program) {
   const Command command = program.add_subcommand("info", "Describe a model: layers, size, protocol, hashes");
   command.section("Input");
   const Option model = command.add_option(
-      "model", options->model, "File of a model, or of a network without a model; default: the built-in model");
+      "model", options->model, "Describe this file of a model, or of a network only; default: the built-in model");
   command
       .add_flag("--controllers", options->controllers,
-                "List the controllers that decid simulates instead: parameters, options, ranges, sources")
+                "Instead of a model, list the controllers that decid simulates: parameters, options, ranges, sources")
       .excludes(model);
   add_common_options(command, options->common, true);
   command.footer(

@@ -1,11 +1,10 @@
-// decid power: how many persons and trials a difference between two groups or visits needs.
+// decid power: how many participants and trials a difference between two groups or visits needs.
 #include "identify/cohort/power.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <iostream>
 #include <memory>
-#include <optional>
 
 #include "base/error.hpp"
 #include "base/files/json_object.hpp"
@@ -23,9 +22,9 @@ constexpr int max_fits = 128;
 
 struct PowerOptions {
   CommonOptions common;
-  std::vector<std::string> differences, at, person_sd, visit_sd, trial_sd, measurement_sd;
+  std::vector<std::string> differences, at, participant_sd, visit_sd, trial_sd, measurement_sd;
   cohort::PowerDesign design;
-  int persons = 12, trials = 1, recordings = 2000, intervals = 1;
+  int participants = 12, trials = 1, recordings = 2000, intervals = 1;
   double power = 0.8;
   std::vector<double> sensor_noise_deg;
   std::uint64_t seed = 1;
@@ -75,12 +74,12 @@ void run_power(const PowerOptions& options) {
                 "add --by fit, or leave it out");
   const Model model = model_or_built_in(options.model);
   const sim::ParameterTable& table = model.parameters();
-  sim::Parameters at = table.middle(), difference(table.size()), person(table.size()), visit(table.size()),
+  sim::Parameters at = table.middle(), difference(table.size()), participant(table.size()), visit(table.size()),
                   trial(table.size());
   read_named_values("--at", options.at, table, table.middle(), at);
   const std::vector<bool> wanted = read_named_values("--difference", options.differences, table, at, difference);
   for (std::size_t p = 0; p < table.size(); ++p) {
-    person[p] = table[p].range() / 8.0;
+    participant[p] = table[p].range() / 8.0;
     visit[p] = table[p].range() / 24.0;
   }
   const auto read_sd = [&](const char* option, const std::vector<std::string>& texts, sim::Parameters& values) {
@@ -89,53 +88,53 @@ void run_power(const PowerOptions& options) {
     return given;
   };
   refuse_beyond_range("--difference", wanted, difference, table);
-  read_sd("--person-sd", options.person_sd, person);
+  read_sd("--participant-sd", options.participant_sd, participant);
   read_sd("--visit-sd", options.visit_sd, visit);
   read_sd("--trial-sd", options.trial_sd, trial);
-  sim::Parameters measured(table.size()), of_values = person;
+  sim::Parameters measured(table.size()), of_values = participant;
   const std::vector<bool> known = read_sd("--measurement-sd", options.measurement_sd, measured);
   if (!std::ranges::equal(wanted, known, [](bool is_wanted, bool is_known) { return is_known || !is_wanted; })) {
-    const cohort::ValueSpread spread = spread_of(options, model, {at, difference, person});
+    const cohort::ValueSpread spread = spread_of(options, model, {at, difference, participant});
     for (std::size_t p = 0; p < table.size(); ++p) {
       if (known[p]) continue;
       measured[p] = spread.measurement_sd[p];
-      of_values[p] = spread.person_sd[p];
+      of_values[p] = spread.participant_sd[p];
     }
   }
 
   const double significance = 0.05 / options.intervals;  // Bonferroni
   Json list = Json::array();
-  std::string text = format("%-22s %12s %12s %12s %12s %10s %8s\n", "parameter, unit", "mean", "difference",
-                            "person sd", "recording sd", "power", "persons");
+  std::string text = format("%-22s %12s %12s %14s %12s %10s %12s\n", "parameter, unit", "mean", "difference",
+                            "participant sd", "recording sd", "power", "participants");
   for (std::size_t p = 0; p < table.size(); ++p) {
     if (!wanted[p]) continue;
     cohort::PowerDesign design = options.design;
-    design.persons = static_cast<std::size_t>(options.persons);
+    design.participants = static_cast<std::size_t>(options.participants);
     design.trials = static_cast<std::size_t>(options.trials);
-    design.person_sd = of_values[p];
+    design.participant_sd = of_values[p];
     design.visit_sd = visit[p];
     design.trial_sd = trial[p];
     design.measurement_sd = measured[p];
     const double power = cohort::power_of(design, difference[p], significance);
-    const std::size_t needed = cohort::persons_for(design, difference[p], options.power, significance);
-    text +=
-        format("%-22s %12.5g %12.4g %12.4g %12.4g %9.1f%% %8s\n", name_and_unit(table[p]).c_str(), at[p], difference[p],
-               person[p], measured[p], 100.0 * power, needed > 0 ? std::to_string(needed).c_str() : "-");
+    const std::size_t needed = cohort::participants_for(design, difference[p], options.power, significance);
+    text += format("%-22s %12.5g %12.4g %14.4g %12.4g %9.1f%% %12s\n", name_and_unit(table[p]).c_str(), at[p],
+                   difference[p], participant[p], measured[p], 100.0 * power,
+                   needed > 0 ? std::to_string(needed).c_str() : "-");
     list.push_back({{"name", table[p].name},
                     {"unit", table[p].unit},
                     {"mean", at[p]},
                     {"difference", difference[p]},
-                    {"person_sd", person[p]},
-                    {"person_sd_of_values", of_values[p]},
+                    {"participant_sd", participant[p]},
+                    {"participant_sd_of_values", of_values[p]},
                     {"visit_sd", visit[p]},
                     {"trial_sd", trial[p]},
                     {"measurement_sd", measured[p]},
                     {"power", power},
-                    {"persons_needed", needed > 0 ? Json(needed) : Json(nullptr)}});
+                    {"participants_needed", needed > 0 ? Json(needed) : Json(nullptr)}});
   }
   if (options.common.json) {
     std::cout << print_json({{"decid", version},
-                             {"persons", options.persons},
+                             {"participants", options.participants},
                              {"trials", options.trials},
                              {"paired", options.design.paired},
                              {"power_wanted", options.power},
@@ -146,12 +145,12 @@ void run_power(const PowerOptions& options) {
   }
   std::cout << text
             << format(
-                   "Power of %s: %d persons%s, %s each. Persons: the number%s for a power of %g%%.\n"
+                   "Power of %s: %d participants%s, %s each. Participants: the number%s for a power of %g%%.\n"
                    "Means, differences and standard deviations (sd) are in the parameter's unit.\n",
                    options.intervals == 1
                        ? "a 95% interval"
                        : format("one of %d 95%% intervals that hold together", options.intervals).c_str(),
-                   options.persons, options.design.paired ? " in pairs" : " per group",
+                   options.participants, options.design.paired ? " in pairs" : " per group",
                    counted(options.trials, "trial").c_str(), options.design.paired ? " of pairs" : " per group",
                    100.0 * options.power);
 }
@@ -160,48 +159,53 @@ void run_power(const PowerOptions& options) {
 
 void add_power(const Command& program) {
   auto options = std::make_shared<PowerOptions>();
-  const Command command =
-      program.add_subcommand("power", "Predict how many persons and trials a difference between groups needs");
+  const Command command = program.add_subcommand(
+      "power", "Predict how many participants and trials you need to find a difference between groups");
   command.section("Difference");
   command
-      .add_option("--difference", options->differences,
-                  "Look for this difference of the groups' means: NAME=VALUE in SI units, or per cent of the mean")
+      .add_option(
+          "--difference", options->differences,
+          "Look for this difference of the groups' means: NAME=VALUE in SI units, or as a percentage of the mean")
       .repeatable()
       .required();
   command
       .add_option("--at", options->at, "Set a group's mean: NAME=VALUE, in SI units; default: the middle of the range")
       .repeatable();
   command
-      .add_option("--person-sd", options->person_sd,
-                  "Set the standard deviation between persons: NAME=VALUE, or per cent of the mean; default: an eighth "
-                  "of the range")
+      .add_option("--participant-sd", options->participant_sd,
+                  "Set the standard deviation between participants: NAME=VALUE, or as a percentage of the mean; "
+                  "default: an eighth of the range")
       .repeatable();
   command
-      .add_option("--visit-sd", options->visit_sd,
-                  "Set a person's standard deviation from visit to visit, with --paired; default: a 24th of the range")
+      .add_option(
+          "--visit-sd", options->visit_sd,
+          "Set a participant's standard deviation from visit to visit, with --paired; default: a 24th of the range")
       .repeatable();
   command
-      .add_option("--trial-sd", options->trial_sd, "Set a person's standard deviation from trial to trial; default: 0")
+      .add_option("--trial-sd", options->trial_sd,
+                  "Set a participant's standard deviation from trial to trial; default: 0")
       .repeatable();
   command
       .add_option("--measurement-sd", options->measurement_sd,
-                  "Set the standard deviation of one recording; default: --by simulates it")
+                  "Set the standard deviation of one recording's estimate; default: simulated or predicted, see --by")
       .repeatable();
   command.section("Study");
-  command.add_option("--persons", options->persons, "Predict the power for this number of persons per group")
+  command
+      .add_option("--participants", options->participants,
+                  "Predict the power for this number of participants per group")
       .range(2, 10000)
       .show_default();
-  command.add_option("--trials", options->trials, "Record this number of trials per person and visit")
+  command.add_option("--trials", options->trials, "Record this number of trials per participant and visit")
       .range(1, 1000)
       .show_default();
-  command.add_flag("--paired", options->design.paired, "Compare two visits of the same persons");
+  command.add_flag("--paired", options->design.paired, "Compare two visits of the same participants");
   command
       .add_option("--intervals", options->intervals,
                   "Plan for this number of intervals that hold together (simultaneous intervals), for example 7: one "
                   "per parameter and pair of groups")
       .range(1, 1000)
       .show_default();
-  command.add_option("--power", options->power, "Find the number of persons for this power")
+  command.add_option("--power", options->power, "Find the number of participants for this power")
       .range(0.01, 0.999)
       .show_default();
   command.section("Model");
@@ -218,7 +222,7 @@ void add_power(const Command& program) {
           "Simulate recordings with this measurement noise in degrees, or from LOW to HIGH; default: the model's; "
           "with --by fit: 0.02")
       .values(1, 2);
-  command.add_option("--recordings", options->recordings, "Simulate this number of recordings, four per person")
+  command.add_option("--recordings", options->recordings, "Simulate this number of recordings, four per participant")
       .range(8, 100000)
       .show_default();
   add_seed_option(command, options->seed, "Seed the simulated recordings");
@@ -226,11 +230,11 @@ void add_power(const Command& program) {
   command.footer(
       "Examples:\n"
       "  decid power --difference delay=0.02 --difference Kp=-15%\n"
-      "  decid power --difference delay=0.02 --person-sd delay=0.015 --persons 20 --trials 3\n"
+      "  decid power --difference delay=0.02 --participant-sd delay=0.015 --participants 20 --trials 3\n"
       "  decid power --difference Kp=10% --paired --visit-sd Kp=30 --json\n"
       "  decid power --difference Kp=-15% --by fit --protocol short\n"
       "  decid power --difference delay=0.02 --intervals 7\n"
-      "The prediction is for the t-test of the persons' means. Where recordings leave much uncertainty, decid's "
+      "The prediction is for the t-test of the participants' means. If the estimates are uncertain, decid's "
       "hierarchical model finds more.");
   command.callback([options] {
     apply(options->common);

@@ -12,7 +12,6 @@
 #include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
 #include "base/files/sha256.hpp"
-#include "base/text.hpp"
 #include "base/version.hpp"
 #include "identify/result.hpp"
 #include "tools/decid/command.hpp"
@@ -183,8 +182,9 @@ void run_rerun(const RerunOptions& options) {
 
 void add_rerun(const Command& program) {
   auto options = std::make_shared<RerunOptions>();
-  const Command command = program.add_subcommand(
-      "rerun", "Compute the JSON of identify, fit, calibrate, compare or study again, and compare the bytes");
+  const Command command = program.add_subcommand("rerun",
+                                                 "Repeat the call that wrote a JSON of identify, fit, calibrate, "
+                                                 "compare or study, and check that the result is the same");
   command.section("Input");
   command.add_option("result", options->result, "Repeat the call that wrote this JSON, from the same folder")
       .required();
@@ -195,9 +195,8 @@ void add_rerun(const Command& program) {
       "  decid rerun result.json\n"
       "  decid rerun result.json -o again.json\n"
       "  decid rerun result.json --quiet && echo the same bytes\n"
-      "Inputs that have changed, and another version of decid, are refused; other bytes end with exit code 1. "
-      "Computing\n"
-      "times may differ.");
+      "decid refuses inputs that have changed, and results of another version. If the new result differs, the exit "
+      "code is 1; computing times may differ.");
   command.callback([options] {
     apply(options->common);
     run_rerun(*options);

@@ -43,7 +43,7 @@ struct OwnHashes {
 
 void run_selftest(const SelftestOptions& options) {
   if (options.mpi && ranks() == nullptr)
-    throw Error(Code::not_supported, "--mpi", "is for several processes, and there is one",
+    throw Error(Code::not_supported, "--mpi", "needs several processes, but there is only one",
                 "start it with mpirun or srun, and a decid that was built with -DDECID_MPI=ON");
   const auto start = std::chrono::steady_clock::now();
   const std::vector<SelfCheck> checks = self_checks();

@@ -4,7 +4,6 @@
 #include <functional>
 #include <iostream>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "base/error.hpp"
@@ -33,7 +32,7 @@ struct SimulateOptions {
   std::string model = "sip", protocol = "default", controller, output;
 };
 
-std::vector<double> room(int samples) {
+std::vector<double> zeros(int samples) {
   return std::vector<double>(static_cast<std::size_t>(samples));
 }
 
@@ -58,11 +57,12 @@ void require_standing(const sim::Outcome& outcome, const sim::Protocol& protocol
                       const std::string& other_gains) {
   if (outcome.valid) return;
   const bool fell = outcome.max_sway_rad > sim::sway_limit_rad;
-  const std::string what = fell ? "the body leaves 5 degrees"
-                                : format("leg or trunk leaves %.0f degrees", sim::segment_limit_rad / sim::rad_per_deg);
+  const std::string what =
+      fell ? "the body leans by more than 5 degrees"
+           : format("leg or trunk leans by more than %.0f degrees", sim::segment_limit_rad / sim::rad_per_deg);
   const std::string remedy =
-      stands(protocol, true)            ? "without vestibular noise it stands: lower --nv or the noise's scale"
-      : stands(at_rest(protocol), true) ? "on a platform at rest it stands: lower the amplitude of the tilt"
+      stands(protocol, true)            ? "it stands without vestibular noise: lower --nv or the noise's scale"
+      : stands(at_rest(protocol), true) ? "it stands on a platform at rest: lower the amplitude of the tilt"
                                         : other_gains;
   throw Error(Code::body_falls, "simulate", format("%s after %.2f s", what.c_str(), outcome.end_s), remedy);
 }
@@ -94,7 +94,7 @@ void simulate_single(const SimulateOptions& options, sim::Protocol protocol) {
   const sim::Simulator simulator(std::move(protocol));
   const sim::BodyModel& model = *simulator.protocol().experiment.body_model;
   const sim::Parameters parameters = filled(simulator.protocol().ranges().middle(), options.parameters.of(model));
-  std::vector<double> sway = room(simulator.samples());
+  std::vector<double> sway = zeros(simulator.samples());
   const sim::Outcome outcome = simulator.run(parameters, Random(options.seed, sim::streams::vestibular_noise, 0), sway);
   const sim::Coefficients of = model.family.coefficients(parameters);
   const double responses = of[sim::Coefficient::position] + of[sim::Coefficient::gravity],
@@ -106,7 +106,7 @@ void simulate_single(const SimulateOptions& options, sim::Protocol protocol) {
       [&](const sim::Protocol& other, bool without_noise) {
         const sim::Parameters same = without_noise ? model.family.without_noise(parameters) : parameters;
         const sim::Simulator again(other);
-        std::vector<double> unused = room(again.samples());
+        std::vector<double> unused = zeros(again.samples());
         return again.run(same, Random(options.seed, sim::streams::vestibular_noise, 0), unused).valid;
       },
       stiffness <= mgh
@@ -128,7 +128,7 @@ void simulate_double(const SimulateOptions& options, sim::Protocol protocol) {
   sim::DoubleParameters parameters = sim::default_double_parameters(simulator.segments());
   parameters = {filled(parameters.ankle, options.parameters.of(sim::single_pendulum())),
                 filled(parameters.hip, options.hip)};
-  std::vector<double> com = room(simulator.samples()), leg = com, trunk = com;
+  std::vector<double> com = zeros(simulator.samples()), leg = com, trunk = com;
   const sim::Outcome outcome =
       simulator.run(parameters, Random(options.seed, sim::streams::vestibular_noise, 0), {com, leg, trunk});
   require_standing(
@@ -137,7 +137,7 @@ void simulate_double(const SimulateOptions& options, sim::Protocol protocol) {
         sim::DoubleParameters same = parameters;
         if (without_noise) same.ankle[sim::Nv] = same.hip[sim::Nv] = 0.0;
         const sim::DoubleSimulator again(other);
-        std::vector<double> unused = room(again.samples()), leg_unused = unused, trunk_unused = unused;
+        std::vector<double> unused = zeros(again.samples()), leg_unused = unused, trunk_unused = unused;
         return again
             .run(same, Random(options.seed, sim::streams::vestibular_noise, 0), {unused, leg_unused, trunk_unused})
             .valid;

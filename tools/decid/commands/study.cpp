@@ -46,7 +46,7 @@ void add_recording(const StudyOptions& options, const Model& model, ModelStudy& 
   if (sources.size() != 1)
     throw Error(Code::recording_ambiguous, options.recording,
                 "holds " + counted(std::ssize(sources), "recording") + " by --trial " + options.reading.trial +
-                    ", and a study has one",
+                    ", but a study uses one",
                 "save that recording as a file of its own");
   study.recording = std::move(identify_files(model, model_name(options.model), sources, reading).recordings.front());
   if (study.recording->error) throw *study.recording->error;
@@ -134,10 +134,10 @@ void add_study(const Command& program) {
   add_controller_of_model(command, options->controller);
   command.add_option(
       "--data", options->data,
-      "Show the training and validation errors of this data set, on which the model was trained, and its figures");
+      "Show the training and validation errors and the figures of this data set, on which the model was trained");
   command.add_option("--log", options->log, "Read this training log; default: MODEL.log.csv, if it exists");
   command.add_option("--recording", options->recording,
-                     "Treat this CSV, MAT, C3D or .xlsx file like the paper's human trial");
+                     "Use this CSV, MAT, C3D or .xlsx file instead of the paper's human trial");
   add_reading_options(command, options->reading);
   command.section("Trials");
   command.add_option("--trials", options->trials, "Evaluate on this many test trials")
@@ -157,7 +157,7 @@ void add_study(const Command& program) {
       .range(1, 10'000);
   command.add_flag(
       "--faults", options->faults,
-      "Measure recording artefacts too, at 0.02 degrees of measurement noise; takes 6 minutes more for 2000 trials");
+      "Also measure recording artefacts, at 0.02 degrees of measurement noise; takes 6 minutes more for 2000 trials");
   command.add_option("--learning-curve", options->learning_curve,
                      "Plot the error over the number of training trials from this CSV file: columns trials and mse");
   command

@@ -134,7 +134,7 @@ void write_report(const TrainOptions& options, const Model& model, const std::ve
 void say_done(const TrainOptions& options, const Model& model) {
   if (!options.common.quiet)
     std::cerr << format(
-        "%s is the model of this very training (%zu epochs, weights SHA-256 %s): done, nothing is left to do\n",
+        "%s is already the model of this training (%zu epochs, weights SHA-256 %s): nothing is left to do\n",
         options.output.c_str(), model.log.size(), nn::weights_sha256(model.network).c_str());
   write_report(options, model, model.log, true);
   if (options.common.json) print_summary(options, model);
@@ -301,7 +301,7 @@ void train(const TrainOptions& options) {
   const long long total =
       static_cast<long long>(trials) * (preset.epochs - static_cast<int>(state.log.size())) - state.part.trials;
   ProgressBar bar("train", "samples", total, options.common.quiet);
-  bar.line(format("%s: %zu parameters, %.1f MFLOP a sample; %d training and %d validation trials; kernels %s",
+  bar.line(format("%s: %zu parameters, %.1f MFLOP per sample; %d training and %d validation trials; kernels %s",
                   preset.name.c_str(), state.model.network.parameter_count(),
                   static_cast<double>(state.model.network.flops()) * 1e-6, trials,
                   source->trials(dataset::Part::validation), nn::kernels<float>().name));
@@ -391,7 +391,7 @@ void add_train(const Command& program) {
   command.add_flag("--resume", options->resume,
                    "Continue a stopped training, or a finished one with more --epochs; fails if there is none");
   command.add_flag("--stop-at-usr1", options->usr1,
-                   "Stop with a checkpoint at SIGUSR1 too, which a cluster may send before the time limit");
+                   "Also stop with a checkpoint at SIGUSR1, which a cluster may send before the time limit");
   add_output_option(command, "--report", options->report, Written::html,
                     "Update this HTML page after each epoch: training and validation error");
   add_output_option(

@@ -149,7 +149,7 @@ std::string headline(const frf::Table& table) {
 std::string misfit_text(const FrfAnswer& answer) {
   const frf::Table& table = answer.density.table();
   const frf::Misfit& misfit = answer.found.misfit();
-  if (!table.has_confidence()) return ", without confidence\n";
+  if (!table.has_confidence()) return ", without confidence intervals\n";
   return format("; by its %s chi-square is %.3g at %d degrees of freedom, p = %.2g\n", table.confidence.c_str(),
                 misfit.chi_square, misfit.degrees_of_freedom, misfit.p_value);
 }
@@ -157,7 +157,8 @@ std::string misfit_text(const FrfAnswer& answer) {
 std::string parameters_text(const FrfAnswer& answer, const std::optional<sim::Parameters>& truth) {
   const frf::Fit& found = answer.found;
   if (!found.explained())
-    return "  no parameters are shown, as no controller of the model has this response; the nearest ones have:\n";
+    return "  decid shows no parameters, because no controller of the model has this response; the nearest ones "
+           "have:\n";
   const sim::ParameterTable& ranges = answer.density.ranges();
   std::string text = table_heading(name_width(ranges), "estimate", truth.has_value(), " contraction");
   const sim::Parameters mean = means(answer);
@@ -192,7 +193,7 @@ std::string answer_text(const FrfAnswer& answer, const std::optional<sim::Parame
                    found.stddev(found.gain()));
   if (found.stddev(found.error()) > 0.0)
     text += format("  errors%s %.2g +- %.1g%% of the response\n",
-                   answer.density.table().has_confidence() ? " beyond the table's confidence" : "",
+                   answer.density.table().has_confidence() ? " beyond the table's confidence intervals" : "",
                    100.0 * found.mean(found.error()), 100.0 * found.stddev(found.error()));
   text += rows_text(answer);
   text += format("  the mean response leaves %.1f%% (root mean square of the relative error)\n", 100.0 * found.left());
@@ -330,14 +331,14 @@ std::string answer_text(const LogRatioReport::Answer& answer, const std::optiona
                    : answer.found.at_end[p]   ? ", at its end"
                                               : "");
   }
-  text +=
-      format("  the dead band passes %.2f; the response shows only this of Nv and theta\n", answer.found.passing_gain);
+  text += format("  the dead band passes %.2f; the response determines only this combination of Nv and theta\n",
+                 answer.found.passing_gain);
   text += format("  %8s %9s %9s %9s %9s\n", "Hz", "gain", "model", "phase", "model");
   const std::vector<PointRow> rows = rows_of(answer);
   for (std::size_t i = 0; i < rows.size(); ++i)
     text += format("  %8.4g %9.4g %9.4g %9.1f %9.1f\n", answer.density.table().rows[i].frequency_hz, rows[i].table.gain,
                    rows[i].model.gain, rows[i].table.phase_deg, rows[i].model.phase_deg);
-  text += format("  it leaves %.1f%% (root mean square of the relative error); %d starts agree\n",
+  text += format("  the fit leaves %.1f%% (root mean square of the relative error); %d starts agree\n",
                  100.0 * answer.found.left, answer.found.agreeing);
   return text + warnings_text(answer.found.warnings);
 }

@@ -26,7 +26,7 @@ std::string people_text(std::size_t count) {
 }
 
 std::string group_text(const Group& group, const sim::ParameterTable& table) {
-  std::string text = "  " + one_line(group.name) + ": " + people_text(group.people) + ", " +
+  std::string text = "  " + one_line(group.name) + ": " + people_text(group.participants) + ", " +
                      counted(static_cast<long long>(group.recordings), "recording") + "\n";
   for (std::size_t p = 0; p < table.size(); ++p) {
     const std::string unit = table[p].shown_unit();
@@ -34,7 +34,7 @@ std::string group_text(const Group& group, const sim::ParameterTable& table) {
         format("    %-8s %12s +- %s%s\n", table[p].name.c_str(), number_text(group.parameters[p].mean, "%.5g").c_str(),
                number_text(group.parameters[p].sd, "%.3g").c_str(), unit.empty() ? "" : (" " + unit).c_str());
   }
-  return group.people == 1 ? text + "    one person: no standard deviation; record more people\n" : text;
+  return group.participants == 1 ? text + "    one person: no standard deviation; record more people\n" : text;
 }
 
 /// Returns the labels of a table's rows, "Kp, N m/rad", all of one width. per: what follows the unit, such as " per
@@ -62,18 +62,18 @@ std::string missing_intervals_text(const GroupPair& pair, const sim::ParameterTa
   for (std::size_t p = 0; p < table.size(); ++p)
     if (!std::isfinite(pair.parameters[p].interval95[0])) without += (without.empty() ? "" : ", ") + table[p].name;
   if (without.empty()) return {};
-  if (std::min(pair.people[0], pair.people[1]) < 2)
+  if (std::min(pair.participants[0], pair.participants[1]) < 2)
     return pair.paired ? "    one person in both groups: no interval; record more people\n"
                        : "    a group of one person: no interval; record more people\n";
   return "    identical values of all people: no interval of " + without + "\n";
 }
 
 std::string pair_text(const GroupPair& pair, const std::vector<Group>& groups, const sim::ParameterTable& table) {
-  std::string text = "  " + one_line(groups[pair.first].name) + " less " + one_line(groups[pair.second].name);
-  text += pair.paired ? ", paired: " + people_text(pair.people[0]) + " in both groups\n"
-                      : ": " + people_text(pair.people[0]) + " and " + people_text(pair.people[1]) + "\n";
-  if (pair.unpaired_people != 0)
-    text += "    without " + people_text(pair.unpaired_people) + " in only one of the two groups\n";
+  std::string text = "  " + one_line(groups[pair.first].name) + " minus " + one_line(groups[pair.second].name);
+  text += pair.paired ? ", paired: " + people_text(pair.participants[0]) + " in both groups\n"
+                      : ": " + people_text(pair.participants[0]) + " and " + people_text(pair.participants[1]) + "\n";
+  if (pair.unpaired_participants != 0)
+    text += "    without " + people_text(pair.unpaired_participants) + " in only one of the two groups\n";
   const std::vector<std::string> labels = row_labels(table);
   text +=
       headings(labels, format(" %12s %24s %24s %10s", "difference", "95% interval", "adjusted interval", "Hedges' g"));
@@ -104,9 +104,10 @@ std::string reason_text(const std::string& reason) {
   if (reason == "no_distribution") return "has no distribution of these parameters";
   if (reason == "few_draws") return "has fewer than 16 draws";
   if (reason == "other_ranges")
-    return "its ranges over m g h are not the first recording's: a range in N m/rad is another one for each body";
-  if (reason == "narrow_prior") return "its normal prior is narrower than what the recording tells";
-  return "its draws do not spread in every parameter";
+    return "its ranges relative to m g h differ from the first recording's: the same range in N m/rad is another one "
+           "for each body";
+  if (reason == "narrow_prior") return "its normal prior is narrower than the information of the recording";
+  return "its draws do not vary in every parameter";
 }
 
 std::string without_distribution_text(const Report& report) {
@@ -138,13 +139,13 @@ std::string bodies_text(const GroupReport& groups) {
 }
 
 std::string difference_name(const cohort::Result& found, const cohort::Comparison& comparison) {
-  return one_line(found.cells[comparison.first].name()) + " less " + one_line(found.cells[comparison.second].name());
+  return one_line(found.cells[comparison.first].name()) + " minus " + one_line(found.cells[comparison.second].name());
 }
 
 std::string effects_text(const std::vector<cohort::Effect>& effects, const sim::ParameterTable& table) {
   const std::vector<std::string> labels = row_labels(table);
   std::string text = headings(labels, format(" %12s %24s %24s %24s %9s", "difference", "95% interval",
-                                             "simultaneous interval", "over the person sd", "direction"));
+                                             "simultaneous interval", "over participant sd", "direction"));
   for (std::size_t p = 0; p < table.size(); ++p) {
     const cohort::Effect& effect = effects[p];
     text += format("    %s %12.4g %24s %24s %24s %8.1f%%\n", labels[p].c_str(), effect.difference.mean,
@@ -183,19 +184,20 @@ std::string cohort_text(const cohort::Result& found, const sim::ParameterTable& 
   const std::vector<std::string> labels = row_labels(table);
   std::string text = "Groups, hierarchical model: every recording with its whole uncertainty\n";
   for (const cohort::Cell& cell : found.cells) {
-    text += "  " + one_line(cell.name()) + ": " + people_text(cell.persons) + "\n";
-    text += headings(labels, format(" %12s %24s %12s", "mean", "95% interval", "person sd"));
+    text += "  " + one_line(cell.name()) + ": " + people_text(cell.participants) + "\n";
+    text += headings(labels, format(" %12s %24s %14s", "mean", "95% interval", "participant sd"));
     for (std::size_t p = 0; p < table.size(); ++p)
-      text += format("    %s %12.5g %24s %12.3g\n", labels[p].c_str(), cell.mean[p].mean,
+      text += format("    %s %12.5g %24s %14.3g\n", labels[p].c_str(), cell.mean[p].mean,
                      interval_text(cell.mean[p].interval95).c_str(), cell.between_sd[p].mean);
   }
   for (const cohort::Comparison& comparison : found.comparisons) {
     text += "  " + difference_name(found, comparison);
-    text += comparison.persons_in_both > 0 ? ", " + people_text(comparison.persons_in_both) + " in both\n" : "\n";
+    text +=
+        comparison.participants_in_both > 0 ? ", " + people_text(comparison.participants_in_both) + " in both\n" : "\n";
     text += effects_text(comparison.effects, table);
   }
   for (const cohort::Interaction& interaction : found.interactions)
-    text += "  (" + difference_name(found, found.comparisons[interaction.first]) + ") less (" +
+    text += "  (" + difference_name(found, found.comparisons[interaction.first]) + ") minus (" +
             difference_name(found, found.comparisons[interaction.second]) + ")\n" +
             effects_text(interaction.effects, table);
   for (const cohort::Covariate& covariate : found.covariates) text += covariate_text(covariate, table);
@@ -217,13 +219,13 @@ std::string verdicts_text(const Report& report) {
 std::string groups_text(const Report& report) {
   if (!report.groups) return {};
   const GroupComparison& found = report.groups->comparison;
-  const std::string& person_column = report.groups->table.person_column;
+  const std::string& participant_column = report.groups->table.participant_column;
   const sim::ParameterTable parameters = report.compared_parameters();
   std::string text = "Groups: mean +- standard deviation of people\n";
-  text +=
-      person_column.empty()
-          ? "  No column names the person (subject or participant_id): each recording counts as a person.\n"
-          : "  Recordings with the same " + one_line(person_column) + " are one person's; their mean counts once.\n";
+  text += participant_column.empty()
+              ? "  No column names the person (participant_id): each recording counts as a person.\n"
+              : "  Recordings with the same " + one_line(participant_column) +
+                    " are one person's; their mean counts once.\n";
   text += fixed_text(report) + bodies_text(*report.groups);
   for (const Group& group : found.groups) text += group_text(group, parameters);
   for (const GroupPair& pair : found.pairs) text += pair_text(pair, found.groups, parameters);

@@ -50,8 +50,8 @@ Identified identified(const std::string& path, int recording, bool force) {
   const Json& all = json["recordings"];
   if (recording < 1 || static_cast<std::size_t>(recording) > all.size())
     throw Error(Code::setting_out_of_range, path,
-                format("has %s, and none of number %d", counted(std::ssize(all), "recording").c_str(), recording),
-                "choose one: --recording");
+                format("has %s, but no recording %d", counted(std::ssize(all), "recording").c_str(), recording),
+                "choose one with --recording");
   const Json& chosen = all.at(static_cast<std::size_t>(recording) - 1);
   std::string caution;
   if (const auto trust = chosen.find("trust"); trust != chosen.end() && *trust != name(Trust::usable)) {

@@ -46,7 +46,7 @@ void write_figures(const std::filesystem::path& folder, const Report& report) {
 void Outputs::check(std::vector<std::string> inputs) const {
   const auto is_csv = [](const std::string& path) { return !path.empty() && !path.ends_with(".xlsx"); };
   if (!excel.empty() && !is_csv(table) && !is_csv(long_table))
-    throw Error(Code::setting_conflict, "--excel", "is for CSV tables, and there is none",
+    throw Error(Code::setting_conflict, "--excel", "applies to CSV tables, and this call writes none",
                 "give --table or --long with a name ending in .csv; .xlsx opens in any language");
   for (const std::string& path : files()) {
     refuse_same_file(path, inputs);
@@ -86,8 +86,8 @@ void add_report_options(const Command& command, Outputs& outputs, bool of_fit) {
   command.section("Output");
   command
       .add_option("--excel", outputs.excel,
-                  "Write CSV tables for Excel: with decimal commas (comma), points (point), or as the system's "
-                  "language writes numbers (locale); default: points, for R and pandas")
+                  "Write CSV tables for Excel: with decimal commas (comma), points (point), or as numbers are written "
+                  "in the system's language (locale); default: points, for R and pandas")
       .one_of({"comma", "point", "locale"});
 }
 

@@ -58,10 +58,11 @@ std::vector<std::string> who_names(const Report& report) {
 std::vector<Cell> who_cells(const Report& report, std::size_t i) {
   const SheetEntry& entry = report.recordings[i].entry;
   const GroupMember member = report.groups ? report.groups->table.members.at(i) : GroupMember{};
-  const bool has_person = report.groups && !report.groups->table.person_column.empty();
-  std::vector<Cell> cells{text_cell(entry.participant.empty() && has_person ? member.person : entry.participant),
-                          text_cell(entry.session), text_cell(entry.group.empty() ? member.group : entry.group),
-                          text_cell(entry.condition)};
+  const bool has_participant = report.groups && !report.groups->table.participant_column.empty();
+  std::vector<Cell> cells{
+      text_cell(entry.participant.empty() && has_participant ? member.participant : entry.participant),
+      text_cell(entry.session), text_cell(entry.group.empty() ? member.group : entry.group),
+      text_cell(entry.condition)};
   for (const std::string& cell : entry.cells) cells.push_back(text_cell(cell));
   return cells;
 }

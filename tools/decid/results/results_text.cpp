@@ -149,15 +149,15 @@ std::string recording_text(const RecordingResult& id, const Report& report) {
          warnings_text(id.warnings);
 }
 
-std::string person_text(const sim::Body& body) {
-  const std::optional<sim::Subject> person = find_person(body);
-  return person ? format("a person of %.1f kg and %.2f m, ", person->mass_kg, person->height_m) : "";
+std::string participant_text(const sim::Body& body) {
+  const std::optional<sim::Participant> participant = find_participant(body);
+  return participant ? format("a person of %.1f kg and %.2f m, ", participant->mass_kg, participant->height_m) : "";
 }
 
 }  // namespace
 
 std::string body_text(const sim::Body& body, bool assumed, const std::string& remedy) {
-  std::string text = std::string(assumed ? "Body (assumed): " : "Body: ") + person_text(body) +
+  std::string text = std::string(assumed ? "Body (assumed): " : "Body: ") + participant_text(body) +
                      format("%.1f kg above the ankles, centre of mass at %.3f m, m g h %.0f N m/rad.\n", body.mass_kg,
                             body.com_height_m, body.mgh());
   if (assumed) return text + "Values in N m/rad and N m s/rad are not this person's: " + remedy + ".\n";
@@ -181,7 +181,7 @@ std::string warnings_text(const Warnings& warnings) {
 }
 
 std::string controller_sums_text(const ControllerSums& sums) {
-  std::string text = format("Controllers over %zu recordings, not persons\n", sums.recordings) +
+  std::string text = format("Controllers over %zu recordings, not people\n", sums.recordings) +
                      format("  %-10s %24s %26s %8s\n", "controller", "log predictive density", "difference", "best in");
   for (const SummedController& one : sums.controllers)
     text += format("  %-10s %24.1f %26s %8zu\n", one.name.c_str(), one.log_density,

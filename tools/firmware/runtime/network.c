@@ -3,6 +3,17 @@
    an input no more lines are kept than one output needs. A line is a row or a column of the image, see STREAM_ROWS.
    The order of every sum is that of decid's nn/kernels/kernels.hpp. */
 
+/* Value k of the self-test's sway or input: a slow triangle with noise on it, in exact arithmetic. */
+static float self_test_value(int32_t k) {
+  uint32_t x = (uint32_t)k * 2654435761U;
+  const int32_t ramp = (k % 2420) - 1210;
+  const int32_t triangle = 605 - ((ramp < 0) ? -ramp : ramp);
+  x ^= x >> 15;
+  x *= 2246822519U;
+  x ^= x >> 13;
+  return ((float)triangle * 1.52587890625e-05F) + ((float)((int32_t)(x >> 8) - 8388608) * 1.1641532182693481e-10F);
+}
+
 #if QUANTISED
 static int32_t to_integer(float value, const quantisation_scale* to) {
   float steps = (value * to->steps_per_unit) + (float)to->zero;

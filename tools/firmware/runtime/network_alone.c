@@ -8,17 +8,6 @@ static activation* patch_of(void* arena) {
   return (activation*)(void*)&((unsigned char*)arena)[PATCH_OFFSET];
 }
 
-/* Value k of the self-test's input: a slow triangle with noise on it, in exact arithmetic. */
-static float test_input(int32_t k) {
-  uint32_t x = (uint32_t)k * 2654435761U;
-  const int32_t ramp = (k % 2420) - 1210;
-  const int32_t triangle = 605 - ((ramp < 0) ? -ramp : ramp);
-  x ^= x >> 15;
-  x *= 2246822519U;
-  x ^= x >> 13;
-  return ((float)triangle * 1.52587890625e-05F) + ((float)((int32_t)(x >> 8) - 8388608) * 1.1641532182693481e-10F);
-}
-
 /* input NULL: the self-test's. */
 static int32_t run_network(const float* input, float* outputs, void* arena) {
   int32_t* const ready = (int32_t*)arena;
@@ -30,7 +19,7 @@ static int32_t run_network(const float* input, float* outputs, void* arena) {
     return DECID_FW_ERROR_ALIGNMENT;
   }
   for (i = 0; i < INPUTS; ++i) {
-    const float value = (input == NULL) ? test_input(i) : input[i];
+    const float value = (input == NULL) ? self_test_value(i) : input[i];
     if (is_finite_float(value) == 0) {
       return DECID_FW_ERROR_NOT_FINITE;
     }

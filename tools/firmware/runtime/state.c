@@ -59,17 +59,6 @@ static void start(void* arena) {
   }
 }
 
-/* A sway for the self-test: a slow triangle with noise on it, in exact arithmetic. */
-static float test_sample(int32_t k) {
-  uint32_t x = (uint32_t)k * 2654435761U;
-  const int32_t ramp = (k % 2420) - 1210;
-  const int32_t triangle = 605 - ((ramp < 0) ? -ramp : ramp);
-  x ^= x >> 15;
-  x *= 2246822519U;
-  x ^= x >> 13;
-  return ((float)triangle * 1.52587890625e-05F) + ((float)((int32_t)(x >> 8) - 8388608) * 1.1641532182693481e-10F);
-}
-
 /* A trial that the self-test feeds, all of it NaN: its address stands for it, and no other sample is read there. */
 static const union {
   uint32_t bits;
@@ -80,7 +69,7 @@ static const union {
 static float sample_of(const float* sway, int32_t own, int32_t k) {
   float value;
   if (sway == NULL) {
-    value = test_sample(k);
+    value = self_test_value(k);
   } else if (sway == &not_a_number.value) {
     value = sway[0];
   } else {

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <span>
 #include <string>
 
@@ -36,7 +35,7 @@ Estimates estimates_of(const Report& report, std::size_t i, std::span<const std:
   const RecordingResult& id = report.recordings[i];
   Estimates made{&id, id.entry, {}, {}, {}};
   if (report.groups && made.who.group.empty()) made.who.group = report.groups->table.members.at(i).group;
-  if (report.groups && made.who.participant.empty()) made.who.participant = report.groups->table.members[i].person;
+  if (report.groups && made.who.participant.empty()) made.who.participant = report.groups->table.members[i].participant;
   if (made.who.participant.empty()) made.who.participant = id.file;
   std::vector<double> scale;  // to the body of the comparison
   for (const std::size_t p : places) {
@@ -112,11 +111,12 @@ void add_legend(Sheet& sheet, const std::vector<std::string>& groups) {
 }
 
 /// Returns each person's mean of a parameter, in the order of `people`; NaN for a person without one.
-std::vector<double> means_of_people(const std::vector<Estimates>& all, const std::vector<std::string>& people,
-                                    std::size_t p, const auto& counts) {
-  std::vector<std::vector<double>> values(people.size());
+std::vector<double> means_of_participants(const std::vector<Estimates>& all,
+                                          const std::vector<std::string>& participants, std::size_t p,
+                                          const auto& counts) {
+  std::vector<std::vector<double>> values(participants.size());
   for (const Estimates& one : all)
-    if (counts(one)) values[place_in(people, one.who.participant)].push_back(one.value[p]);
+    if (counts(one)) values[place_in(participants, one.who.participant)].push_back(one.value[p]);
   std::vector<double> means;
   for (const std::vector<double>& some : values) means.push_back(some.empty() ? unknown : mean(some));
   return means;
@@ -133,9 +133,9 @@ std::string who_cells(const SheetEntry& who) {
 
 Figure estimates_figure(const std::vector<Estimates>& all, const sim::ParameterTable& table) {
   const std::vector<std::string> groups = distinct(all, &SheetEntry::group);
-  std::vector<std::vector<std::string>> people(groups.size());
+  std::vector<std::vector<std::string>> participants(groups.size());
   for (const Estimates& one : all) {
-    std::vector<std::string>& of_group = people[place_in(groups, one.who.group)];
+    std::vector<std::string>& of_group = participants[place_in(groups, one.who.group)];
     if (std::ranges::find(of_group, one.who.participant) == of_group.end()) of_group.push_back(one.who.participant);
   }
   Panels panels(table.size());
@@ -146,8 +146,8 @@ Figure estimates_figure(const std::vector<Estimates>& all, const sim::ParameterT
     Plot plot = panels.add(axis_of_names(groups), axis_for(table[p].shown_unit(), {values}, false), table[p].name);
     for (const Estimates& one : all) {
       const std::size_t g = place_in(groups, one.who.group);
-      const double count = static_cast<double>(people[g].size()),
-                   place = static_cast<double>(place_in(people[g], one.who.participant));
+      const double count = static_cast<double>(participants[g].size()),
+                   place = static_cast<double>(place_in(participants[g], one.who.participant));
       const std::vector<double> x(2, static_cast<double>(g) + 0.7 * ((place + 0.5) / count - 0.5)),
           interval{one.low90[p], one.high90[p]};
       plot.line(x, interval, {.colour = colour_of(g), .width = 1.0});
@@ -157,8 +157,8 @@ Figure estimates_figure(const std::vector<Estimates>& all, const sim::ParameterT
              number_text(one.high90[p]) + '\n';
     }
     for (std::size_t g = 0; g < groups.size(); ++g) {
-      const double middle =
-          mean(means_of_people(all, people[g], p, [&](const Estimates& one) { return one.who.group == groups[g]; }));
+      const double middle = mean(means_of_participants(
+          all, participants[g], p, [&](const Estimates& one) { return one.who.group == groups[g]; }));
       const double at = static_cast<double>(g);
       plot.line(std::vector{at - 0.4, at + 0.4}, std::vector(2, middle), {.colour = "#1c2733", .width = 1.8});
     }
@@ -173,7 +173,7 @@ Figure estimates_figure(const std::vector<Estimates>& all, const sim::ParameterT
 Figure change_figure(const std::vector<Estimates>& all, const sim::ParameterTable& table, const std::string& id,
                      std::string SheetEntry::*visit) {
   const std::vector<std::string> groups = distinct(all, &SheetEntry::group), visits = distinct(all, visit),
-                                 people = distinct(all, &SheetEntry::participant);
+                                 participants = distinct(all, &SheetEntry::participant);
   Panels panels(table.size());
   std::string csv = "parameter,unit,participant_id,group," + id.substr(0, id.size() - 1) + ",value\n";
   std::vector<double> x;
@@ -183,18 +183,18 @@ Figure change_figure(const std::vector<Estimates>& all, const sim::ParameterTabl
     std::vector<std::span<const double>> shown;
     for (std::size_t g = 0; g < groups.size(); ++g)
       for (const std::string& name : visits)
-        means[g].push_back(means_of_people(all, people, p, [&](const Estimates& one) {
+        means[g].push_back(means_of_participants(all, participants, p, [&](const Estimates& one) {
           return one.who.group == groups[g] && one.who.*visit == name;
         }));
     for (const auto& of_group : means) shown.insert(shown.end(), of_group.begin(), of_group.end());
     Plot plot = panels.add(axis_of_names(visits), axis_for(table[p].shown_unit(), shown, false), table[p].name);
     for (std::size_t g = 0; g < groups.size(); ++g)
-      for (std::size_t person = 0; person < people.size(); ++person) {
+      for (std::size_t participant = 0; participant < participants.size(); ++participant) {
         std::vector<double> y;
         for (std::size_t v = 0; v < visits.size(); ++v) {
-          y.push_back(means[g][v][person]);
+          y.push_back(means[g][v][participant]);
           if (std::isfinite(y.back()))
-            csv += cell(table[p].name) + ',' + cell(table[p].unit) + ',' + cell(people[person]) + ',' +
+            csv += cell(table[p].name) + ',' + cell(table[p].unit) + ',' + cell(participants[participant]) + ',' +
                    cell(groups[g]) + ',' + cell(visits[v]) + ',' + number_text(y.back()) + '\n';
         }
         plot.line(x, y, {.colour = colour_of(g), .width = 1.0});

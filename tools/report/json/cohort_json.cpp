@@ -62,7 +62,7 @@ Json cohort_json(const Report& report) {
                       {"group", cell.group},
                       {"session", text_or_null(cell.session)},
                       {"condition", text_or_null(cell.condition)},
-                      {"persons", cell.persons},
+                      {"participants", cell.participants},
                       {"recordings", cell.recordings},
                       {"parameters", each_parameter(parameters, [&](std::size_t p, Json& one) {
                          one["mean"] = cell.mean[p].mean;
@@ -73,7 +73,7 @@ Json cohort_json(const Report& report) {
                        })}});
   for (const cohort::Comparison& comparison : found.comparisons)
     comparisons.push_back({{"groups", pair_of(found, comparison)},
-                           {"persons_in_both", comparison.persons_in_both},
+                           {"participants_in_both", comparison.participants_in_both},
                            {"parameters", effects_json(comparison.effects, parameters)}});
   for (const cohort::Interaction& one : found.interactions)
     interactions.push_back({{"first", pair_of(found, found.comparisons[one.first])},
@@ -83,7 +83,7 @@ Json cohort_json(const Report& report) {
     covariates.push_back(covariate_json(covariate, parameters));
   for (const cohort::Change& change : found.changes) {
     const cohort::Comparison& comparison = found.comparisons[change.comparison];
-    changes.push_back({{"subject", found.visits[change.first].participant},
+    changes.push_back({{"participant_id", found.visits[change.first].participant},
                        {"groups", pair_of(found, comparison)},
                        {"parameters", each_parameter(parameters, [&](std::size_t p, Json& one) {
                           one["difference"] = change.difference[p].mean;
@@ -99,7 +99,7 @@ Json cohort_json(const Report& report) {
           {"covariates", std::move(covariates)},
           {"variance", each_parameter(parameters,
                                       [&](std::size_t p, Json& one) {
-                                        one["person_sd"] = found.variances[p].person.mean;
+                                        one["participant_sd"] = found.variances[p].participant.mean;
                                         one["visit_sd"] = found.variances[p].visit.mean;
                                         one["trial_sd"] = found.variances[p].trial.mean;
                                         one["measurement_sd"] = found.variances[p].measurement;
@@ -117,7 +117,7 @@ Json reliability_json(const Report& report) {
     const GroupPair& pair = compared.pairs[i];
     if (of_pair.empty()) continue;
     list.push_back({{"groups", {compared.groups[pair.first].name, compared.groups[pair.second].name}},
-                    {"persons", pair.people[0]},
+                    {"participants", pair.participants[0]},
                     {"parameters", each_parameter(parameters, [&](std::size_t p, Json& one) {
                        if (!of_pair[p]) return;
                        const cohort::Reliability& found = *of_pair[p];
@@ -127,10 +127,10 @@ Json reliability_json(const Report& report) {
                        one["icc_average_interval95"] = found.icc_average95;
                        one["standard_error"] = found.standard_error;
                        one["minimal_detectable_change"] = found.minimal_detectable_change;
-                       one["person_sd"] = found.person_sd;
+                       one["participant_sd"] = found.participant_sd;
                        one["visit_sd"] = found.visit_sd;
                        one["measurement_sd"] = found.measurement_sd;
-                       one["within_person_sd"] = found.within_person_sd;
+                       one["within_participant_sd"] = found.within_participant_sd;
                        one["shown_fraction"] = found.shown_fraction;
                      })}});
   }

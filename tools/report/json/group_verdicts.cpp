@@ -1,7 +1,6 @@
 // Comparisons in sentences: see group_verdicts.hpp.
 #include "tools/report/json/group_verdicts.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -73,7 +72,7 @@ std::vector<std::string> sentences_of(const cohort::Result& found, const sim::Pa
     sentences.push_back(sentence(name(one.first), name(one.second), parameters, decided(one.effects)));
   const auto change = [&](std::size_t comparison) {
     const cohort::Comparison& one = found.comparisons[comparison];
-    return "(" + name(one.first) + " less " + name(one.second) + ")";
+    return "(" + name(one.first) + " minus " + name(one.second) + ")";
   };
   for (const cohort::Interaction& one : found.interactions)
     sentences.push_back(sentence(change(one.first), change(one.second), parameters, decided(one.effects)));

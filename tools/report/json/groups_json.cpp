@@ -16,7 +16,7 @@ Json group_json(const Group& group, const sim::ParameterTable& parameters) {
                     {"mean", number_or_null(group.parameters[p].mean)},
                     {"sd", number_or_null(group.parameters[p].sd)}});
   return {{"name", group.name},
-          {"people", group.people},
+          {"participants", group.participants},
           {"recordings", group.recordings},
           {"parameters", std::move(list)}};
 }
@@ -37,8 +37,8 @@ Json pair_json(const GroupPair& pair, const std::vector<Group>& groups, const si
   }
   return {{"groups", {groups[pair.first].name, groups[pair.second].name}},
           {"paired", pair.paired},
-          {"people", pair.people},
-          {"unpaired_people", pair.unpaired_people},
+          {"participants", pair.participants},
+          {"unpaired_participants", pair.unpaired_participants},
           {"parameters", std::move(list)}};
 }
 
@@ -64,7 +64,7 @@ Json groups_json(const Report& report) {
   return {{"groups", std::move(groups)},
           {"comparisons", std::move(comparisons)},
           {"group_comparison",
-           {{"person_column", table.person_column.empty() ? Json(nullptr) : Json(table.person_column)},
+           {{"participant_column", table.participant_column.empty() ? Json(nullptr) : Json(table.participant_column)},
             {"parameters", parameters.size()},
             {"fixed_parameters", report.fixed_parameters()},
             {"pairs", found.pairs.size()},

@@ -7,10 +7,10 @@
 namespace decid::tools {
 
 /// Returns
-///   {"groups": [{"name", "people", "recordings", "parameters": [{"name", "mean", "sd"}]}],
-///    "comparisons": [{"groups": [a, b], "paired", "people": [in a, in b], "unpaired_people",
+///   {"groups": [{"name", "participants", "recordings", "parameters": [{"name", "mean", "sd"}]}],
+///    "comparisons": [{"groups": [a, b], "paired", "participants": [in a, in b], "unpaired_participants",
 ///                     "parameters": [{"name", "difference", "interval95", "adjusted_interval95", "hedges_g"}]}],
-///    "group_comparison": {"person_column", "parameters", "pairs", "intervals", "adjustment", "covariates",
+///    "group_comparison": {"participant_column", "parameters", "pairs", "intervals", "adjustment", "covariates",
 ///                         "left_out": [{"file", "group", "reason"}], "unused_lines": [{"line", "file"}]},
 ///    "hierarchical": cohort_json(), "reliability": reliability_json()}
 /// with every pair that is compared, groups in the order of their names; null of a report without groups.

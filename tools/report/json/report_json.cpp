@@ -2,7 +2,6 @@
 #include "tools/report/json/report_json.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <set>
 
@@ -223,14 +222,15 @@ Json recordings_json(const Report& report) {
     Json& recording = list.emplace_back(recording_json(report.recordings[i], report));
     if (!report.groups || report.groups->table.members[i].group.empty()) continue;
     if (report.groups->table.has_groups) recording["group"] = report.groups->table.members[i].group;
-    if (!report.groups->table.person_column.empty()) recording["subject"] = report.groups->table.members[i].person;
+    if (!report.groups->table.participant_column.empty())
+      recording["participant_id"] = report.groups->table.members[i].participant;
   }
   return list;
 }
 
-std::optional<sim::Subject> find_person(const sim::Body& body) {
+std::optional<sim::Participant> find_participant(const sim::Body& body) {
   try {
-    return sim::make_subject(body);
+    return sim::make_participant(body);
   } catch (const Error&) {
     return {};
   }
@@ -258,8 +258,8 @@ Json body_json(const sim::Body& body, bool assumed) {
             {"com_height_m", body.com_height_m},
             {"inertia_kgm2", body.inertia_kgm2},
             {"assumed", assumed}};
-  if (const std::optional<sim::Subject> person = find_person(body))
-    json["person"] = Json{{"mass_kg", person->mass_kg}, {"height_m", person->height_m}};
+  if (const std::optional<sim::Participant> participant = find_participant(body))
+    json["participant"] = Json{{"mass_kg", participant->mass_kg}, {"height_m", participant->height_m}};
   return json;
 }
 

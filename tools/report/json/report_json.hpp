@@ -21,7 +21,7 @@ std::string report_json(const Report& report);
 Json recordings_json(const Report& report);
 Json body_json(const sim::Body& body, bool assumed);
 /// Returns the weight and height of a person with this body, or nothing if no person has it.
-std::optional<sim::Subject> find_person(const sim::Body& body);
+std::optional<sim::Participant> find_participant(const sim::Body& body);
 
 /// Returns files and the files beside them that belong to them, such as the sidecars of BIDS, each once, with their
 /// SHA-256. Empty names do not count.

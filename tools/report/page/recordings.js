@@ -132,11 +132,11 @@ function verdictsBox({ intervals, sentences }) {
 }
 
 // Describes how the people of two groups are compared.
-function pairedText({ paired, people, unpaired_people: unpaired }, [a, b]) {
-  const summary = group => `${group.name}: ${peopleText(group.people)}, ${group.recordings} ${group.recordings === 1 ? "recording" : "recordings"}`;
+function pairedText({ paired, participants, unpaired_participants: unpaired }, [a, b]) {
+  const summary = group => `${group.name}: ${peopleText(group.participants)}, ${group.recordings} ${group.recordings === 1 ? "recording" : "recordings"}`;
   const samples = `${summary(a)}; ${summary(b)}. `;
   if (!paired) return samples + "Different people: Welch\u2019s interval of the difference.";
-  return samples + `Paired: the difference is within each of the ${peopleText(people[0])} in both groups` +
+  return samples + `Paired: the difference is within each of the ${peopleText(participants[0])} in both groups` +
     (unpaired > 0 ? `, without ${peopleText(unpaired)} in only one of them.` : ".");
 }
 
@@ -198,10 +198,10 @@ function cohortTable(comparison) {
     return element("tr", {}, nameCell(shown), mean(a), mean(b), ...effectCells(parameter, shown));
   });
   return element("div", {}, element("h3", {}, `${a.name} and ${b.name}, hierarchical model`), element("div", { class: "scroll" }, element("table", { class: "answer compared" },
-    element("caption", {}, "Population mean \u00b1 standard deviation between persons, from the whole distribution of every recording: uncertain recordings count less, and " +
-      "measurement noise is not counted as a difference between persons. The simultaneous intervals hold together with 95%, and are bold where they leave out 0. " +
-      "Over sd: the difference over the standard deviation between persons. Below a difference: the probability of its sign. " +
-      (comparison.persons_in_both > 0 ? `${peopleText(comparison.persons_in_both)} in both. ` : "") + `${draws} draws.`),
+    element("caption", {}, "Population mean \u00b1 standard deviation between people, from the whole distribution of every recording: uncertain recordings count less, and " +
+      "measurement noise is not counted as a difference between people. The simultaneous intervals hold together with 95%, and are bold where they leave out 0. " +
+      "Over sd: the difference over the standard deviation between people. Below a difference: the probability of its sign. " +
+      (comparison.participants_in_both > 0 ? `${peopleText(comparison.participants_in_both)} in both. ` : "") + `${draws} draws.`),
     element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), numberHeading(a.name), numberHeading(b.name), ...effectHeadings())),
     element("tbody", {}, ...rows))));
 }
@@ -212,7 +212,7 @@ function interactionTable({ first, second, parameters }) {
     const shown = shownAs(parameter);
     return element("tr", {}, nameCell(shown), ...effectCells(parameter, shown));
   });
-  return element("div", {}, element("h3", {}, `Change from ${first[1]} to ${first[0]}, less the change from ${second[1]} to ${second[0]}`),
+  return element("div", {}, element("h3", {}, `Change from ${first[1]} to ${first[0]}, minus the change from ${second[1]} to ${second[0]}`),
     element("div", { class: "scroll" }, element("table", { class: "answer compared" },
       element("caption", {}, "Difference of two differences by the hierarchical model: 0 where both change alike."),
       element("thead", {}, element("tr", {}, element("th", { scope: "col" }, "Parameter"), ...effectHeadings())),
@@ -238,8 +238,8 @@ function covariateTable({ name, mean, unknown, parameters }) {
 
 // Describes what counts as a person, and which recordings no comparison of groups includes.
 function groupNotes() {
-  const { person_column: column, left_out: out } = report.groups.group_comparison;
-  const people = absent(column) ? "The table of groups has no column \u201csubject\u201d: each recording counts as a person. Several recordings of one person would make the intervals too narrow."
+  const { participant_column: column, left_out: out } = report.groups.group_comparison;
+  const people = absent(column) ? "The table of groups has no column \u201cparticipant_id\u201d: each recording counts as a person. Several recordings of one person would make the intervals too narrow."
     : `Recordings with the same \u201c${column}\u201d are of one person and are averaged first; people are compared.`;
   const notInferred = report.groups.group_comparison.fixed_parameters;
   return element("div", {}, element("h3", {}, "Who is compared"), element("p", { class: "about" }, people),

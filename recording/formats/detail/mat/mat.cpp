@@ -36,9 +36,9 @@ MatTable::MatTable(std::string_view bytes, const std::filesystem::path& path) : 
                           where_);
   const std::vector<MatColumn>& columns = content_.columns;
   if (columns.empty()) {
-    const std::string& held = content_.held;
+    const std::string& variables = content_.variables;
     throw Error(Code::file_empty, where_,
-                held.empty() ? "holds no variables" : "holds no vector or matrix of numbers: " + held,
+                variables.empty() ? "holds no variables" : "holds no vector or matrix of numbers: " + variables,
                 remedy_for(content_.unread));
   }
   const bool all_count = std::ranges::all_of(content_.arrays, &TableArray::is_matrix);

@@ -119,7 +119,7 @@ class Collector {
     add_interval(variables, scope);
     const Labels labels = labels_in(variables);
     for (MatVariable& variable : variables) {
-      describe(variable, made.held);
+      describe(variable, made.variables);
       if (variable.values.size() < 2 || own.find("|" + variable.name + "|") == own.npos) add(variable, scope, labels);
     }
   }

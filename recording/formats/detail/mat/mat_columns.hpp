@@ -36,7 +36,7 @@ struct MatColumns {
   std::vector<MatColumn> columns;
   std::vector<TableArray> arrays;  ///< arrays whose elements may be recordings
   std::vector<MatRate> rates;
-  std::string held, unread;  ///< all variables, and variables whose kind cannot be a column; for an Error
+  std::string variables, unread;  ///< all variables, and variables whose kind cannot be a column; for an Error
 };
 
 /// Returns the columns that variables hold. A vector is one column. A matrix has a column per matrix column, or per row

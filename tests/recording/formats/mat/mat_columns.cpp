@@ -143,7 +143,7 @@ TEST_CASE("pages are read where the dimension of the samples is plain") {
   CHECK(columns(30, 30, 3).columns.empty());
   CHECK(columns(30, 2, 30).columns.empty());
   CHECK(columns(103, 102, 99).columns.empty());  // more than any file's columns
-  CHECK(columns(2, 3, 30).held == "x (2 x 3 x 30 numbers)");
+  CHECK(columns(2, 3, 30).variables == "x (2 x 3 x 30 numbers)");
   CHECK(columns(2, 3, 30).unread == "x (2 x 3 x 30 numbers)");
   CHECK(paths(columns(1, 2, 30)) == Strings{"x(1,:)", "x(2,:)"});
   CHECK(paths(columns(1, 1, 30)) == Strings{"x"});

@@ -1,0 +1,190 @@
+// The sway in radians: see read_sway.hpp.
+#include "recording/detail/sway/read_sway.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include "base/error.hpp"
+#include "base/math/statistics.hpp"
+#include "base/setting.hpp"
+#include "recording/detail/sway/sway_name.hpp"
+#include "recording/quality/detail/block_means.hpp"
+#include "recording/table/columns.hpp"
+#include "sim/double_pendulum.hpp"
+#include "sim/segments.hpp"
+
+namespace decid::recording {
+
+namespace {
+
+/// Returns a column of lengths in metres.
+std::vector<double> read_metres(const Table& table, int column, const RecordingOptions& options,
+                                const std::function<std::vector<double>(int)>& read, const std::string& where) {
+  const std::string& name = table.name(column);
+  const std::optional<double> metres = options.metres_per_unit ? options.metres_per_unit : find_metres_per_unit(name);
+  if (!metres)
+    throw Error(Code::unit_unknown, where, "the name of " + name + " has no unit",
+                "give " + setting("unit") + " mm, cm or m");
+  std::vector<double> values = read(column);
+  for (double& value : values) value *= *metres;
+  return values;
+}
+
+void subtract_mean(std::vector<double>& values) {
+  const double middle = mean(values);
+  for (double& value : values) value -= middle;
+}
+
+/// Returns the angles of displacements at the top of a rod of this length.
+std::vector<double> angles(const std::vector<double>& displacement_m, double length_m, const std::string& what,
+                           const std::string& where) {
+  std::vector<double> result;
+  result.reserve(displacement_m.size());
+  for (const double x : displacement_m) {
+    if (!(std::abs(x) < length_m))
+      throw Error(
+          Code::value_invalid, where,
+          what + " is " + three_digits(x) + " m from the upright, at a height of " + three_digits(length_m) + " m",
+          "check units and columns; positions count from the ankle (" + setting("ankle") + " COLUMN)");
+    result.push_back(std::asin(x / length_m));
+  }
+  return result;
+}
+
+/// Returns the sway of a body of any height: Winter's proportions hold for all heights.
+std::vector<double> sway_of(const std::vector<double>& leg, const std::vector<double>& trunk) {
+  const sim::DoubleBody body(sim::make_segments({}));
+  std::vector<double> sway(leg.size());
+  for (std::size_t k = 0; k < leg.size(); ++k) sway[k] = body.centre_of_mass(leg[k], trunk[k]);
+  return sway;
+}
+
+/// Returns the standard deviation of block means about their line: without a sensor's noise, offset and drift.
+double slow_deviation(const std::vector<double>& values) {
+  constexpr std::size_t blocks = 240;
+  std::vector<double> means = block_means(values, std::max<std::size_t>(1, values.size() / blocks));
+  std::erase_if(means, [](double value) { return std::isnan(value); });
+  if (means.size() < 3) return 0.0;
+  const double middle = 0.5 * static_cast<double>(means.size() - 1), centre = mean(means);
+  double with_place = 0.0, places = 0.0;
+  for (std::size_t i = 0; i < means.size(); ++i) {
+    const double place = static_cast<double>(i) - middle;
+    with_place += place * (means[i] - centre);
+    places += place * place;
+  }
+  double squares = 0.0;
+  for (std::size_t i = 0; i < means.size(); ++i) {
+    const double off = means[i] - centre - with_place / places * (static_cast<double>(i) - middle);
+    squares += off * off;
+  }
+  return std::sqrt(squares / static_cast<double>(means.size()));
+}
+
+/// Returns the sway of both segments. Warns if the hip moves, because the model is one segment.
+std::vector<double> join_segments(const std::vector<double>& leg, const std::vector<double>& trunk,
+                                  Recording& recording) {
+  constexpr double max_ratio = 0.2;
+  std::vector<double> sway = sway_of(leg, trunk), hip(leg.size());
+  for (std::size_t k = 0; k < hip.size(); ++k) hip[k] = trunk[k] - leg[k];
+  const double of_hip = slow_deviation(hip), of_sway = slow_deviation(sway);
+  if (of_hip > max_ratio * of_sway)
+    add_caution(recording.warnings, "hip_moves",
+                "the hip angle varies by " + three_digits(of_hip / sim::rad_per_deg) + " degrees rms, the sway by " +
+                    three_digits(of_sway / sim::rad_per_deg) +
+                    ": the model is one segment, so these values are biased, most of all stiffness and delay");
+  return sway;
+}
+
+/// Removes steps of about 360 degrees, which programs cause that keep angles within one turn.
+void unwrap(std::vector<double>& rad, const std::string& name, Recording& recording) {
+  constexpr double turn = 360.0 * sim::rad_per_deg, margin = 60.0 * sim::rad_per_deg;
+  double turns = 0.0, sum = 0.0;
+  bool any = false;
+  for (std::size_t k = 0; k < rad.size(); ++k) {
+    const double step = k > 0 ? rad[k] + turns * turn - rad[k - 1] : 0.0;
+    if (std::abs(std::abs(step) - turn) < margin) {
+      turns += step > 0.0 ? -1.0 : 1.0;
+      any = true;
+    }
+    if (turns != 0.0) rad[k] += turns * turn;  // keeps -0
+    sum += rad[k];
+  }
+  if (!any) return;
+  const double whole = turn * std::round(sum / static_cast<double>(rad.size()) / turn);
+  for (double& value : rad) value -= whole;
+  add_info(recording.warnings, "unwrapped", name + " jumps by 360 degrees: decid removed whole turns");
+}
+
+/// Returns angles of leg or trunk, rad.
+std::vector<double> read_angles(const Table& table, int column, const RecordingOptions& options,
+                                const std::function<std::vector<double>(int)>& read, Recording& recording) {
+  const std::string& name = table.name(column);
+  const double unit_rad = rad_in(angle_unit(table, column, options.unit, setting("unit"), recording));
+  if (!options.unit && !unit_in(name) && !table.unit() && is_position_name(name))
+    add_caution(recording.warnings, "perhaps_a_length",
+                name + " is a position by its name; decid reads it in degrees: if it is a length, give " +
+                    setting("com_height") + " and " + setting("unit") + " mm, cm or m; if not, " + setting("unit") +
+                    " deg");
+  std::vector<double> values = read(column);
+  for (double& value : values) value *= unit_rad;
+  unwrap(values, name, recording);
+  return values;
+}
+
+}  // namespace
+
+Signal<double> read_sway(const Table& table, const SwaySource& source, const RecordingOptions& options,
+                         const std::function<std::vector<double>(int column)>& read, Recording& recording) {
+  using Kind = SwaySource::Kind;
+  const std::vector<int>& columns = source.columns;
+  const std::string& where = recording.file;
+  Signal<double> sway{com_sway, table.name(columns.front()), {}};
+  if (source.kind == Kind::angle) {
+    if (options.metres_per_unit)
+      throw Error(Code::setting_missing, where, sway.column + " was declared a length",
+                  "give the height of the centre of mass above the "
+                  "ankles as " +
+                      setting("com_height"));
+    sway.rad = read_angles(table, columns[0], options, read, recording);
+    return sway;
+  }
+  if (source.kind == Kind::segments) {
+    sway.column += ", " + table.name(columns[1]);
+    sway.rad = join_segments(read_angles(table, columns[0], options, read, recording),
+                             read_angles(table, columns[1], options, read, recording), recording);
+    return sway;
+  }
+  std::vector<std::vector<double>> positions;
+  for (const int column : columns) positions.push_back(read_metres(table, column, options, read, where));
+  const std::size_t markers = positions.size() - (options.ankle_column.empty() ? 0 : 1);
+  for (std::size_t marker = 0; marker < markers; ++marker) {
+    if (marker > 0) sway.column += ", " + table.name(columns[marker]);
+    if (options.ankle_column.empty()) {
+      subtract_mean(positions[marker]);
+    } else {
+      for (std::size_t k = 0; k < positions[marker].size(); ++k) positions[marker][k] -= positions.back()[k];
+    }
+  }
+  if (options.ankle_column.empty())
+    add_info(recording.warnings, "mean_is_upright",
+             "the ankle's position is unknown (" + setting("ankle") + "): decid assumes that the mean of " +
+                 sway.column + " is upright");
+  if (source.kind == Kind::displacement) {
+    sway.rad = angles(positions[0], *options.com_height_m, sway.column, where);
+    return sway;
+  }
+  if (stddev(positions[1]) < stddev(positions[0]))
+    add_caution(recording.warnings, "shoulder_moves_less",
+                "the shoulder " + table.name(columns[1]) + " moves less than the hip " + table.name(columns[0]) +
+                    ": check whether the two are swapped");
+  const sim::Segments segments = sim::make_segments({.height_m = *options.body_height_m});
+  std::vector<double> between(positions[0].size());
+  for (std::size_t k = 0; k < between.size(); ++k) between[k] = positions[1][k] - positions[0][k];
+  sway.rad = join_segments(angles(positions[0], segments.leg_length_m, "the hip", where),
+                           angles(between, segments.trunk_length_m, "the shoulder", where), recording);
+  return sway;
+}
+
+}  // namespace decid::recording

@@ -1,0 +1,21 @@
+// The sway in radians, from the columns of its source. Not installed.
+//   displacement x at the height h above the ankles:  sway = asin(x / h)
+//   leg and trunk in space, p1 and p2:                sway = the centre of mass of sim/double_pendulum.hpp
+//   markers:  p1 = asin((hip - ankle) / l_L),  p2 = asin((shoulder - hip) / l_T),  lengths of sim/segments.hpp
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "recording/detail/sway/sway_source.hpp"
+#include "recording/recording.hpp"
+#include "recording/table/table.hpp"
+
+namespace decid::recording {
+
+/// Returns the sway in radians, named after its columns. `read`: returns the numbers of a column, evenly spaced,
+/// without gaps. Throws Error for displacements beyond their height, and for ambiguous units.
+Signal<double> read_sway(const Table& table, const SwaySource& source, const RecordingOptions& options,
+                         const std::function<std::vector<double>(int column)>& read, Recording& recording);
+
+}  // namespace decid::recording

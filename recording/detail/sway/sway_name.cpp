@@ -1,0 +1,95 @@
+// Names of columns of sway: see sway_name.hpp.
+#include "recording/detail/sway/sway_name.hpp"
+
+#include <algorithm>
+#include <initializer_list>
+#include <string_view>
+#include <vector>
+
+#include "base/error.hpp"
+#include "recording/table/columns.hpp"
+
+namespace decid::recording {
+
+namespace {
+
+/// Returns true if the name has one of the words, also after the letter of a side: "lankle", "RKNEE".
+bool has_word(std::string_view name, std::initializer_list<std::string_view> list) {
+  return std::ranges::any_of(words_in(name), [&](std::string_view word) {
+    const bool may_have_side = word.size() > 3 && (word.front() == 'l' || word.front() == 'r');
+    return one_of(word, list) || (may_have_side && one_of(word.substr(1), list));
+  });
+}
+
+/// Words of names and labels of markers (Plug-in Gait's among them), with the part of the body. Vertebrae between T10
+/// and the sacrum are missing: they are near the centre of mass.
+struct PartWord {
+  std::string_view word;
+  const char* part;
+};
+constexpr PartWord part_words[] = {
+    {"head", "head"},         {"kopf", "head"},       {"fhd", "head"},          {"bhd", "head"},
+    {"neck", "neck"},         {"nacken", "neck"},     {"c7", "neck"},           {"shoulder", "shoulder"},
+    {"schulter", "shoulder"}, {"sho", "shoulder"},    {"acromion", "shoulder"}, {"akromion", "shoulder"},
+    {"acr", "shoulder"},      {"trunk", "trunk"},     {"rumpf", "trunk"},       {"thorax", "trunk"},
+    {"chest", "trunk"},       {"brust", "trunk"},     {"sternum", "trunk"},     {"strn", "trunk"},
+    {"clavicle", "trunk"},    {"clavicula", "trunk"}, {"clav", "trunk"},        {"scapula", "trunk"},
+    {"spine", "spine"},       {"t8", "spine"},        {"t10", "spine"},         {"th10", "spine"},
+    {"foot", "foot"},         {"fuss", "foot"},       {"fu\xC3\x9F", "foot"},   {"knee", "knee"},
+    {"knie", "knee"},         {"thigh", "thigh"},     {"pelvis", "pelvis"},     {"hip", "hip"},
+};
+
+}  // namespace
+
+void refuse_ankle(const std::string& name, const std::string& where) {
+  if (other_quantity(name) != nullptr) return;              // another error names that quantity
+  for (const char* whole : {"com", "cog", "sway", "body"})  // such as "com_sway about the ankle", "CoMAnkleAngle"
+    if (words(name).front().starts_with(whole)) return;
+  if (!has_word(name, {"ankle", "sprunggelenk", "sprunggelenkswinkel", "sprunggelenkwinkel", "osg", "dorsiflexion",
+                       "plantarflexion"}))
+    return;
+  throw Error(Code::column_unsuitable, where,
+              name + " is an ankle angle by its name: relative to the platform, not in space",
+              "add the platform's tilt, and name the sum sway");
+}
+
+void warn_of_part(const std::string& name, Recording& recording) {
+  std::string_view warned;
+  for (const auto& [word, part] : part_words) {
+    // A hip marker may stand for the centre of mass, a hip joint's angle may not.
+    if (part == warned || !has_word(name, {word}) || (word == "hip" && !has_word(name, {"angle", "angles", "flexion"})))
+      continue;
+    add_caution(
+        recording.warnings, "sway_of_a_part",
+        name + " belongs to the " + part + " by its name; the model needs the sway of the body's centre of mass");
+    warned = part;
+  }
+  for (const char* other : {"ml", "lateral", "mediolateral", "yaw", "heading", "gaze", "eye", "target", "setpoint"})
+    if (has_word(name, {other}))
+      add_caution(recording.warnings, "not_this_sway",
+                  name + " is '" + other + "' by its name; the model needs the forward sway");
+}
+
+bool is_position_name(const std::string& name) {
+  if (has_word(name, {"angle", "angles", "angular", "winkel", "rotation", "rot", "orientation", "euler", "pitch",
+                      "roll", "yaw", "tilt", "lean", "inclination", "neigung", "flexion"}))
+    return false;
+  if (has_word(name, {"displacement", "displacements", "position", "positions", "pos", "trajectory", "comx", "comy",
+                      "comz", "cogx", "cogy", "cogz", "tx", "ty", "tz"}))  // NDI's tools
+    return true;
+  const std::vector<std::string> parts = words(name);
+  if (parts.front() == "sway" || parts.front() == "body") return false;
+  const bool is_centre = one_of(parts.front(), {"com", "cog"});
+  return std::any_of(parts.begin() + 1, parts.end(), [&](const std::string& part) {
+    return one_of(part, {"x", "y", "z"}) || (is_centre && one_of(part, {"ap", "ml"}));
+  });
+}
+
+char axis_of(const std::string& name) {
+  std::vector<std::string> parts = words(name);
+  if (one_of(parts.back(), {"mm", "cm", "m"})) parts.pop_back();
+  const bool is_axis = parts.size() > 1 && one_of(parts.back(), {"x", "y", "z"});
+  return is_axis ? parts.back().front() : '\0';
+}
+
+}  // namespace decid::recording

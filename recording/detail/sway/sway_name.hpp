@@ -1,0 +1,23 @@
+// Conclusions from the name of a column of sway: another angle, a part of the body, another direction, a position. Not
+// installed.
+#pragma once
+
+#include <string>
+
+#include "recording/recording.hpp"
+
+namespace decid::recording {
+
+/// Throws Error for the name of an ankle angle, which is relative to the platform, not in space.
+void refuse_ankle(const std::string& name, const std::string& where);
+
+/// Warns of a name of a body part or another direction: the model sways as a whole, about the ankles, in one direction.
+void warn_of_part(const std::string& name, Recording& recording);
+
+/// Returns true for "COM_x", "C7 X", "com_position", "COM displacement", and false for "sway_x" and "Trunk Angle X".
+bool is_position_name(const std::string& name);
+
+/// Returns the axis at the end of a name, apart from units: 'x' for "HIP_X (mm)", "hip.x" and "Hip X"; 0: none.
+char axis_of(const std::string& name);
+
+}  // namespace decid::recording

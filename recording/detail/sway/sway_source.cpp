@@ -1,0 +1,218 @@
+// Sources of the sway: see sway_source.hpp.
+#include "recording/detail/sway/sway_source.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <string_view>
+
+#include "base/error.hpp"
+#include "base/setting.hpp"
+#include "recording/detail/sway/sway_name.hpp"
+#include "recording/table/columns.hpp"
+#include "recording/table/detail/candidates.hpp"
+#include "recording/table/detail/trials.hpp"
+
+namespace decid::recording {
+
+namespace {
+
+/// Throws Error for a frequency response, whose table has lines of frequencies instead of samples.
+void refuse_response(const Table& table, const std::string& where) {
+  const auto has = [&](std::string_view part) {
+    return std::ranges::any_of(table.names(), [&](const std::string& name) { return words(name).front() == part; });
+  };
+  if (has("frequency") && has("gain"))
+    throw Error(Code::file_unsupported, where, "is a frequency response, not a recording",
+                "fit it with " + setting("frf") + " " + where);
+}
+
+/// Throws Error if every candidate is a quantity by its name that is neither an angle nor a length.
+void refuse_other_quantities(const Table& table, const std::vector<int>& candidates, const std::string& where) {
+  std::string list;
+  for (const int column : candidates) {
+    const std::string& name = table.name(column);
+    const char* quantity = other_quantity(name);
+    if (!table.has_header() || quantity == nullptr || find_metres_per_unit(name)) return;
+    if (list.size() < 200) list += (list.empty() ? "'" : ", '") + name + "' is " + quantity;
+  }
+  throw Error(
+      Code::column_unsuitable, where, "has no column of angles by the names: " + list,
+      "convert the sway to degrees, or name its column with " + setting("column") + " and give " + setting("unit"));
+}
+
+/// Includes displacements: they may be the only column, and their unit is checked later.
+int find_sway(const Table& table, int time, const RecordingOptions& options, Recording& recording) {
+  const int named = find_named(table, time,
+                               {"com_sway",
+                                "com_x",
+                                "sway",
+                                "body_sway",
+                                "com_ap",
+                                "sway_ap",
+                                "com_angle",
+                                "sway_angle",
+                                "a_bs",
+                                "com",
+                                "ksp",
+                                "k\xC3\xB6rperschwerpunkt",
+                                "schwankung",
+                                "body_sway_angle",
+                                "bodysway",
+                                "swayap",
+                                "cog_x",
+                                "cog_ap",
+                                "cog_angle",
+                                "cog",
+                                "body_angle",
+                                "body_lean",
+                                "lean_angle",
+                                "neigung",
+                                "k\xC3\xB6rperneigung"},
+                               recording.file, setting("column"));
+  if (named >= 0) return named;
+  std::vector<int> candidates = sway_candidates(table, time);
+  const std::string unread = table.unread().empty() ? std::string() : "; not read: " + table.unread();
+  const std::string add = unread.empty()
+                              ? "add the sway, or name it with " + setting("column")
+                              : "save the sway as a vector of real numbers, or name it with " + setting("column");
+  if (candidates.empty())
+    throw Error(Code::column_missing, recording.file, "has a time column but no sway column" + unread, add);
+  const int tilt = find_tilt_column(table, time, recording.file, setting("column"));
+  std::erase(candidates, tilt);
+  if (!options.trial_column.empty())
+    for (const int column : trial_columns(table, options.trial_column, recording.file)) std::erase(candidates, column);
+  if (candidates.size() > 1) refuse_other_quantities(table, candidates, recording.file);
+  if (candidates.size() > 1) {
+    // "0,01,0,02": half as many names as cells, so they are not a header.
+    const bool decimal_commas = !table.has_header() && table.columns() % 2 == 0 && table.arrays().empty();
+    std::string list;
+    for (const int column : candidates)
+      list += list.size() > 200 ? "" : (list.empty() ? "'" : ", '") + table.name(column) + "'";
+    throw Error(
+        Code::column_ambiguous, recording.file, "has several columns that may be the sway: " + list,
+        std::string("name one with " + setting("column") + ", or the sway's parts with " + setting("leg") + " and " +
+                    setting("trunk") + ", or " + setting("hip") + " and " + setting("shoulder")) +
+            (decimal_commas ? "; if its numbers have decimal commas, save it with semicolons between them" : "") +
+            trial_advice(table));
+  }
+  if (candidates.empty() && tilt < 0)
+    throw Error(Code::column_missing, recording.file,
+                "has no sway column except '" + options.trial_column + "' of " + setting("trial_column") + unread, add);
+  if (candidates.empty())
+    throw Error(Code::column_missing, recording.file,
+                "has a column of the platform's tilt, '" + table.name(tilt) + "', but no sway column" + unread, add);
+  const int sway = candidates.front();
+  if (table.has_header()) {
+    add_info(recording.warnings, "column_assumed",
+             "column '" + table.name(sway) + "' is assumed to be the sway: it is the only candidate" +
+                 (tilt >= 0 ? " except the platform's tilt" : ""));
+  }
+  return sway;
+}
+
+void refuse_same_column(const Table& table, const std::vector<int>& columns, const std::string& where) {
+  for (std::size_t i = 0; i < columns.size(); ++i)
+    if (std::find(columns.begin(), columns.begin() + static_cast<std::ptrdiff_t>(i), columns[i]) !=
+        columns.begin() + static_cast<std::ptrdiff_t>(i))
+      throw Error(Code::setting_conflict, where, "'" + table.name(columns[i]) + "' is named for two signals",
+                  "name a column for each");
+}
+
+void warn_of_axes(const Table& table, const std::vector<int>& columns, Recording& recording) {
+  const std::string& first = table.name(columns.front());
+  for (const int column : columns) {
+    const std::string& name = table.name(column);
+    const char axis = axis_of(first), other = axis_of(name);
+    if (axis == '\0' || other == '\0' || axis == other) continue;
+    add_caution(recording.warnings, "axes_differ",
+                first + " and " + name + " have different axes: name columns in the direction of the tilt");
+    return;
+  }
+}
+
+bool names_segments(const RecordingOptions& options) {
+  return !options.leg_column.empty() || !options.trunk_column.empty();
+}
+
+bool names_markers(const RecordingOptions& options) {
+  return !options.hip_column.empty() || !options.shoulder_column.empty();
+}
+
+/// Throws Error for options that contradict each other, lack another one, or have no meaning.
+void check_options(const RecordingOptions& options) {
+  const bool segments = names_segments(options);
+  const bool markers = names_markers(options);
+  if ((segments && markers) || ((segments || markers) && (!options.column.empty() || options.com_height_m))) {
+    throw Error(Code::setting_conflict,
+                setting("column") + ", " + setting("com_height") + ", " + setting("leg") + " and " + setting("trunk") +
+                    ", " + setting("hip") + " and " + setting("shoulder"),
+                "contradict each other: they name several sources of the sway", "give one of them");
+  }
+  if (segments && (options.leg_column.empty() || options.trunk_column.empty()))
+    throw Error(Code::setting_missing, setting("leg") + ", " + setting("trunk"), "one is missing", "give both columns");
+  if (markers && (options.hip_column.empty() || options.shoulder_column.empty()))
+    throw Error(Code::setting_missing, setting("hip") + ", " + setting("shoulder"), "one is missing",
+                "give both columns");
+  if (markers && !options.body_height_m)
+    throw Error(Code::setting_missing, setting("hip") + ", " + setting("shoulder"),
+                "the lengths of the segments are unknown", "give " + setting("mass") + " and " + setting("height"));
+  if (!options.ankle_column.empty() && !markers && !options.com_height_m)
+    throw Error(Code::setting_missing, setting("ankle"), "no positions refer to it",
+                "give " + setting("com_height") + ", or " + setting("hip") + " and " + setting("shoulder"));
+  if (options.com_height_m && !(*options.com_height_m > 0.0 && std::isfinite(*options.com_height_m)))
+    throw Error(Code::setting_out_of_range, setting("com_height"), "is " + three_digits(*options.com_height_m) + " m",
+                "give metres above the ankles");
+  // Without hip and shoulder the height is the person's, which programs give for every recording.
+  if (options.body_height_m && !(*options.body_height_m > 0.0 && std::isfinite(*options.body_height_m)))
+    throw Error(Code::setting_out_of_range, setting("height"), "is " + three_digits(*options.body_height_m) + " m",
+                "give the person's height in metres");
+}
+
+}  // namespace
+
+SwaySource find_sway_source(const Table& table, int time, const RecordingOptions& options, Recording& recording) {
+  using Kind = SwaySource::Kind;
+  const std::string& where = recording.file;
+  check_options(options);
+  SwaySource source;
+  const auto add = [&](const std::string& column, const std::string& setting_name) {
+    source.columns.push_back(named_column(table, column, where, setting_name));
+  };
+  if (names_segments(options)) {
+    source.kind = Kind::segments;
+    add(options.leg_column, setting("leg"));
+    add(options.trunk_column, setting("trunk"));
+  } else if (names_markers(options)) {
+    source.kind = Kind::markers;
+    add(options.hip_column, setting("hip"));
+    add(options.shoulder_column, setting("shoulder"));
+  } else {
+    source.kind = options.com_height_m ? Kind::displacement : Kind::angle;
+    if (options.column.empty()) {
+      refuse_response(table, where);
+      source.columns.push_back(find_sway(table, time, options, recording));
+    } else {
+      add(options.column, setting("column"));
+    }
+    const std::string& name = table.name(source.columns.front());
+    if (!options.com_height_m) refuse_ankle(name, where);
+    if (options.com_height_m && other_quantity(name) == centre_of_pressure)
+      static_cast<void>(find_unit(name, {}, where, setting("unit")));  // throws: not a position of the centre of mass
+    warn_of_part(name, recording);
+  }
+  if (!options.ankle_column.empty()) add(options.ankle_column, setting("ankle"));
+  refuse_same_column(table, source.columns, where);
+  warn_of_axes(table, source.columns, recording);
+  const int first = source.columns.front();
+  for (const int column : source.columns) {
+    if (table.rows(column) == table.rows(first)) continue;
+    throw Error(Code::size_mismatch, where,
+                table.name(first) + " has " + std::to_string(table.rows(first)) + " values, " + table.name(column) +
+                    " " + std::to_string(table.rows(column)),
+                "name signals of equal length");
+  }
+  return source;
+}
+
+}  // namespace decid::recording
