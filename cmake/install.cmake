@@ -1,5 +1,5 @@
-# What `cmake --install` puts where, and the package that other projects find with
-# find_package(decid 0.2 COMPONENTS ..).
+# What `cmake --install` puts where, the package that other projects find with find_package(decid 0.2 COMPONENTS ..), and
+# a pkg-config file decid-<name>.pc for each component.
 include(CMakePackageConfigHelpers)
 
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/decid)
@@ -32,6 +32,8 @@ endif()")
 # An export a component, so that a component is found without what only others need.
 set(DECID_PACKAGE_COMPONENTS ${components})
 set(DECID_PACKAGE_STEPS "")
+file(RELATIVE_PATH up /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+string(REGEX REPLACE "/$" "" up ${up})
 foreach(name IN LISTS components)
   get_target_property(more_headers decid_${name} INTERFACE_HEADER_SETS)
   list(REMOVE_ITEM more_headers HEADERS)
@@ -47,6 +49,21 @@ foreach(name IN LISTS components)
     list(FILTER finds INCLUDE REGEX "^OpenMP ")
   endif()
   string(APPEND DECID_PACKAGE_STEPS "set(decid_finds_${name} \"${finds}\")\n")
+  # OpenMP has no pkg-config file, but a flag of this compiler.
+  list(TRANSFORM DECID_NEEDS_${name} PREPEND decid- OUTPUT_VARIABLE requires)
+  set(flags "")
+  foreach(find IN LISTS finds)
+    if(find MATCHES "^OpenMP ")
+      set(flags ${OpenMP_CXX_FLAGS})
+    else()
+      string(REPLACE " " " >= " find "${find}")
+      string(TOLOWER "${find}" find)
+      list(APPEND requires "${find}")
+    endif()
+  endforeach()
+  list(JOIN requires ", " requires)
+  configure_file(${CMAKE_CURRENT_LIST_DIR}/component.pc.in ${CMAKE_CURRENT_BINARY_DIR}/decid-${name}.pc @ONLY)
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/decid-${name}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 endforeach()
 if(DECID_C)
   # The component c: it stands on nothing that has to be found.
@@ -54,8 +71,6 @@ if(DECID_C)
           FILE_SET HEADERS DESTINATION ${headers})
   install(EXPORT decid-c NAMESPACE decid:: DESTINATION ${package})
   list(APPEND DECID_PACKAGE_COMPONENTS c)
-  file(RELATIVE_PATH up /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
-  string(REGEX REPLACE "/$" "" up ${up})
   configure_file(${PROJECT_SOURCE_DIR}/bindings/c/decid.pc.in ${CMAKE_CURRENT_BINARY_DIR}/decid.pc @ONLY)
   install(FILES ${CMAKE_CURRENT_BINARY_DIR}/decid.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 endif()

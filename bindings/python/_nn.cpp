@@ -1,85 +1,19 @@
 // decid::nn as Python sees it, with NumPy arrays. Users call nn.py beside it.
-#include <pybind11/functional.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
 #include <memory>
-#include <optional>
-#include <thread>
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
+#include "bindings/python/functions.hpp"
+#include "bindings/python/network.hpp"
 #include "nn/fit.hpp"
 #include "nn/network_file.hpp"
 
 namespace decid::python {
 namespace {
-
-namespace py = pybind11;
-
-/// A network and who uses it. Read and changed only with the interpreter's lock.
-struct Network : nn::Network<float> {
-  using nn::Network<float>::Network;
-  explicit Network(nn::Network<float>&& of) : nn::Network<float>(std::move(of)) {}
-
-  int readers = 0;  // calls that read it without the lock
-  bool in_fit = false;
-  std::optional<std::thread::id> in_callback = {};  // the thread of a fit's callback
-};
-
-[[noreturn]] void refuse_use(const char* problem, const char* remedy) {
-  throw Error(Code::not_supported, "network", problem, remedy);
-}
-
-/// Raises decid.Error if a fit changes the network. A fit's callback may read it.
-void require_readable(const Network& network) {
-  if (network.in_fit && network.in_callback != std::this_thread::get_id())
-    refuse_use("is in fit(), which changes it", "wait until fit() returns, or use the network in its callback");
-}
-
-/// Raises decid.Error if other calls use the network.
-void require_changeable(const Network& network) {
-  if (network.in_fit)
-    refuse_use("is in fit(), which changes it", "wait until fit() returns, or change another network");
-  if (network.readers > 0)
-    refuse_use("is used by another thread's call", "wait until that call returns, or change a copy");
-}
-
-/// Runs an action at the end of its scope.
-template <class Action>
-class AtExit {
- public:
-  explicit AtExit(Action action) : action_(action) {}
-  ~AtExit() { action_(); }
-  AtExit(const AtExit&) = delete;
-  AtExit& operator=(const AtExit&) = delete;
-
- private:
-  Action action_;
-};
-
-/// Begins a call that reads the network without the interpreter's lock, until the result is destroyed.
-auto reading(Network& network) {
-  require_readable(network);
-  ++network.readers;
-  return AtExit([&network] { --network.readers; });
-}
-
-/// Begins a fit of the network.
-auto fitting(Network& network) {
-  require_changeable(network);
-  network.in_fit = true;
-  return AtExit([&network] { network.in_fit = false; });
-}
-
-/// Begins a fit's callback.
-auto in_callback(Network& network) {
-  network.in_callback = std::this_thread::get_id();
-  return AtExit([&network] { network.in_callback.reset(); });
-}
-
-using FloatsIn = py::array_t<float, py::array::c_style | py::array::forcecast>;
 
 std::span<const float> values_of(const FloatsIn& array) {
   return {array.data(), static_cast<std::size_t>(array.size())};
@@ -136,15 +70,25 @@ py::array predict(Network& network, const FloatsIn& inputs) {
   refuse_fork();
   const auto scope = reading(network);
   const auto count = static_cast<py::ssize_t>(samples_in(inputs, network));
-  const nn::Shape out = network.output_shape();
-  std::vector<py::ssize_t> shape{count, out.channels};
-  if (out.rows > 1 || out.columns > 1) shape.insert(shape.end(), {out.rows, out.columns});
   std::vector<float> outputs;
   {
     const py::gil_scoped_release unlocked;
     outputs = nn::predict(network, values_of(inputs));
   }
-  return py::array_t<float>(std::move(shape), outputs.data());
+  return py::array_t<float>(with_first(count, output_axes(network)), outputs.data());
+}
+
+/// by_output: of the outputs' shape. The result has the inputs' shape.
+py::array input_gradient(Network& network, const FloatsIn& inputs, const FloatsIn& by_output) {
+  refuse_fork();
+  const auto scope = reading(network);
+  samples_in(inputs, network);
+  std::vector<float> gradient;
+  {
+    const py::gil_scoped_release unlocked;
+    gradient = nn::input_gradient(network, values_of(inputs), values_of(by_output));
+  }
+  return py::array_t<float>(Axes(inputs.shape(), inputs.shape() + inputs.ndim()), gradient.data());
 }
 
 /// Views of the parameters and statistics, by their names in files; they keep the network.
@@ -165,19 +109,35 @@ py::dict tensors(const py::object& self) {
   return all;
 }
 
-using Validation = std::optional<std::pair<FloatsIn, FloatsIn>>;
+/// Views what `given` keeps.
+nn::Samples samples_of(const GivenSamples& given, Network& network) {
+  if (!given.load) return samples_of(given.inputs, given.targets, network);
+  return {given.count, nn::Samples::LoadBatch([&given, &network](const nn::Samples::Batch& batch) {
+            load_samples(given, network, batch);
+          })};
+}
 
-/// callback(epoch, training loss, validation loss, learning rate) after each epoch. Returns the log's rows, and the
-/// epoch that is kept.
-py::tuple fit(Network& network, const FloatsIn& inputs, const FloatsIn& targets, nn::FitOptions options,
-              const std::string& loss, const std::string& optimiser, const Validation& validation,
-              const py::object& callback) {
+/// loss: a name, or a pair of a function and its name. optimiser: a name, or a function, its name and the number of
+/// arrays that it keeps for each parameter. callback(epoch, training loss, validation loss, learning rate) after each
+/// epoch. Returns the log's rows, and the epoch that is kept.
+py::tuple fit(Network& network, const GivenSamples& given, nn::FitOptions options, const py::object& loss,
+              const py::object& optimiser, const GivenSamples* validation, const py::object& callback) {
   refuse_fork();
   const auto scope = fitting(network);
-  const nn::Samples samples = samples_of(inputs, targets, network);
-  options.loss = nn::loss_named(loss);
-  options.optimiser = nn::optimiser_named(optimiser);
-  if (validation) options.validation_samples = samples_of(validation->first, validation->second, network);
+  const nn::Samples samples = samples_of(given, network);
+  if (py::isinstance<py::str>(loss)) {
+    options.loss = nn::loss_named(loss.cast<std::string>());
+  } else {
+    const auto [call, name] = loss.cast<std::pair<py::object, std::string>>();
+    options.loss = std::make_shared<FunctionLoss>(call, name, given.target, network);
+  }
+  if (py::isinstance<py::str>(optimiser)) {
+    options.optimiser = nn::optimiser_named(optimiser.cast<std::string>());
+  } else {
+    const auto [call, name, memory] = optimiser.cast<std::tuple<py::object, std::string, int>>();
+    options.optimiser = std::make_shared<FunctionOptimiser>(call, name, memory, network);
+  }
+  if (validation != nullptr) options.validation_samples = samples_of(*validation, network);
   options.after_batch = [](int, int, double) {
     const py::gil_scoped_acquire locked;
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();  // Ctrl-C
@@ -214,6 +174,7 @@ void raise(const Error& error) {
 
 PYBIND11_MODULE(_nn, module) {
   using namespace decid::python;
+  using namespace py::literals;
   namespace nn = decid::nn;
   module.doc() = "decid::nn for decid.nn, which is what to import.";
   // pybind11 takes a function of a pointer by value.
@@ -225,6 +186,21 @@ PYBIND11_MODULE(_nn, module) {
       raise(error);
     }
   });
+  py::class_<SamplesRandom>(
+      module, "Random",
+      "Counted random numbers of an epoch's samples, the same in any batch. Each call goes on with the next numbers of "
+      "each sample.")
+      .def("uniform", &SamplesRandom::uniform, "count"_a, "Returns (samples, count) uniform numbers between 0 and 1.")
+      .def("normal", &SamplesRandom::normal, "count"_a, "Returns (samples, count) standard normal numbers.");
+  py::class_<GivenSamples>(module, "Samples")
+      .def(py::init([](const FloatsIn& inputs, const FloatsIn& targets) {
+        GivenSamples given{inputs, targets};
+        if (targets.ndim() > 0) given.target.assign(targets.shape() + 1, targets.shape() + targets.ndim());
+        return given;
+      }))
+      .def(py::init([](int count, const py::object& load, const Axes& target) {
+        return GivenSamples{{}, {}, count, load, target};
+      }));
   py::class_<Network>(module, "Network")
       .def(py::init([](const std::array<int, 3>& shape, const std::string& architecture) {
         return std::make_unique<Network>(nn::Shape{shape[0], shape[1], shape[2]}, architecture);
@@ -245,6 +221,7 @@ PYBIND11_MODULE(_nn, module) {
              n.initialise(seed);
            })
       .def("predict", predict)
+      .def("input_gradient", input_gradient)
       .def("accuracy",
            [](Network& n, const FloatsIn& inputs, const FloatsIn& targets) {
              refuse_fork();
@@ -263,12 +240,12 @@ PYBIND11_MODULE(_nn, module) {
              require_readable(n);
              return py::bytes(nn::to_safetensors(nn::to_tensors(n)));
            })
-      .def("fit", [](Network& network, const FloatsIn& inputs, const FloatsIn& targets, const std::string& loss,
-                     const std::string& optimiser, int epochs, int batch, double learning_rate,
-                     const std::string& schedule, double warmup_epochs, double clip_norm, double average,
-                     int frozen_lines, double validation, const Validation& validation_samples, int patience,
-                     std::uint64_t seed, const std::string& checkpoint, const py::object& callback) {
-        return fit(network, inputs, targets,
+      .def("fit", [](Network& network, const GivenSamples& samples, const py::object& loss, const py::object& optimiser,
+                     int epochs, int batch, double learning_rate, const std::string& schedule, double warmup_epochs,
+                     double clip_norm, double average, int frozen_lines, double validation,
+                     const GivenSamples* validation_samples, int patience, std::uint64_t seed,
+                     const std::string& checkpoint, const py::object& callback) {
+        return fit(network, samples,
                    {.epochs = epochs,
                     .batch = batch,
                     .learning_rate = learning_rate,

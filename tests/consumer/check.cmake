@@ -67,6 +67,24 @@ run(${CMAKE_COMMAND} --build ${scratch}/engine --config ${CONFIG})
 run(${scratch}/engine/engine)
 message(STATUS "${output}")
 
+# Without CMake, by pkg-config's flags. Programs that use sanitized libraries would need the sanitizers' flags, too.
+file(STRINGS ${BUILD}/CMakeCache.txt instrumented REGEX "^(DECID_SANITIZE:.*=.+|DECID_COVERAGE:.*=ON)$")
+if(NOT instrumented)
+  find_program(PKG_CONFIG pkg-config REQUIRED)
+  file(GLOB_RECURSE description ${scratch}/moved/decid-nn.pc)
+  cmake_path(GET description PARENT_PATH folder)
+  cmake_path(GET folder PARENT_PATH libraries)
+  set(ENV{PKG_CONFIG_PATH} ${folder})
+  file(GLOB components RELATIVE ${folder} ${folder}/decid-*.pc)
+  list(TRANSFORM components REPLACE "\\.pc$" "")
+  run(${PKG_CONFIG} --exists --print-errors ${components})  # and what they require
+  run(${PKG_CONFIG} --cflags --libs decid-nn)
+  separate_arguments(flags UNIX_COMMAND "${output}")
+  run(${COMPILER} -std=c++20 ${CMAKE_CURRENT_LIST_DIR}/engine.cpp -o ${scratch}/engine/engine_without_cmake ${flags}
+      -Wl,-rpath,${libraries})
+  run(${scratch}/engine/engine_without_cmake)
+endif()
+
 # No header that is private is there.
 foreach(header base/files/json_object.hpp sim/protocol/detail/stimulus_json.hpp dataset/npz/detail/zip.hpp nn/kernels/generic.hpp)
   if(EXISTS ${scratch}/moved/include/decid/${header})

@@ -10,21 +10,25 @@ Arrays have a sample along the first axis and become float32. Behind it inputs h
 axes of length 1 may be left out, or are flat. Equal arguments give equal bits, for any number of threads.
 docs/guide/engine.md lists layers, losses, optimisers and options. Bad input raises decid.Error.
 
+fit() also takes functions of yours: a loss, an Optimiser, Samples that are made as they are needed, a callback. It calls
+them one after the other, in its own thread. docs/reference/python-nn.md has an example of each.
+
 Threads may use one network at once for predictions and files. While fit() changes a network, its other calls raise
-decid.Error; only the callback of fit() may read it. Different networks are independent.
+decid.Error; only the functions that fit() calls may read it. Different networks are independent.
 """
 from dataclasses import dataclass
 from os import PathLike, fspath
 from types import MappingProxyType
-from typing import Any, Callable, Mapping, Optional, Union
+from typing import Any, Callable, Mapping, Optional, Tuple, Union
 
 import numpy as np
 
 from . import _nn
 from ._checks import error, number, numbers_of, seed_of, whole
 from ._decid import Error
+from ._nn import Random
 
-__all__ = ["Epoch", "Error", "Log", "Network", "load"]
+__all__ = ["Epoch", "Error", "Log", "Network", "Optimiser", "Random", "Samples", "load"]
 
 
 @dataclass(frozen=True)
@@ -43,6 +47,28 @@ class Log:
 
     epochs: list[Epoch]
     kept: int
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Samples that a function makes. load(samples, epoch, random, inputs, targets) gets the numbers of some samples, from
+    0, and writes all their values: inputs (samples, channels, rows, columns) and targets (samples, *target_shape). epoch
+    counts from 1. random has numbers for augmentation; it is None in validation. target_shape: by default the outputs',
+    and () for the loss "cross-entropy"."""
+
+    count: int
+    load: Callable[[np.ndarray, int, Optional[Random], np.ndarray, np.ndarray], Any]
+    target_shape: Optional[Tuple[int, ...]] = None
+
+
+@dataclass(frozen=True)
+class Optimiser:
+    """A step of your own: update(value, gradient, learning_rate, step, *memory) changes the array value in place, for one
+    parameter after the other; step counts from 1. memory: the number of arrays of the parameter's shape that fit() keeps
+    for update(), 0 before the first step. Checkpoints have them."""
+
+    update: Callable[..., Any]
+    memory: int = 0
 
 
 class Network:
@@ -78,34 +104,69 @@ class Network:
         """Draws new weights (He et al., 2015). fit() does so for a network whose values are all as new."""
         self._network.initialise(seed_of(seed))
 
-    def fit(self, inputs, targets, *, loss: str = "squared-error", optimiser: str = "adamw", epochs: int = 10,
-            batch: int = 64, learning_rate: float = 1e-3, schedule: str = "cosine", warmup_epochs: float = 0,
-            clip_norm: float = 0, average: float = 0, frozen_lines: int = 0, validation=0.1, patience: int = 0,
-            seed: int = 1, checkpoint: Union[str, PathLike] = "",
+    def fit(self, inputs, targets=None, *, loss: Union[str, Callable[[np.ndarray, np.ndarray], Tuple[Any, Any]]] = "squared-error",
+            optimiser: Union[str, Optimiser] = "adamw", epochs: int = 10, batch: int = 64, learning_rate: float = 1e-3,
+            schedule: str = "cosine", warmup_epochs: float = 0, clip_norm: float = 0, average: float = 0,
+            frozen_lines: int = 0, validation=0.1, patience: int = 0, seed: int = 1, checkpoint: Union[str, PathLike] = "",
             callback: Optional[Callable[[Epoch], None]] = None) -> Log:
-        """Trains the network. loss: "squared-error", "cross-entropy", "huber" or "huber DELTA". optimiser: "adamw", "sgd"
-        or "nesterov", then settings: "adamw weight_decay 0.05 beta2 0.99", "sgd momentum 0.8". validation: a fraction of
-        the samples, or a pair (inputs, targets). checkpoint: a file from which a stopped fit continues; one of another
-        network, other arrays or options raises decid.Error, and callbacks are not compared. callback: called after each
-        epoch; an exception in it stops the training. nn/fit.hpp explains each option."""
+        """Trains the network. inputs and targets: arrays, or Samples and None.
+
+        loss: "squared-error", "cross-entropy", "huber" or "huber DELTA", or a function of a batch's outputs and targets. It
+        returns the mean of the samples' losses, or each sample's, and the derivatives of the mean by the outputs.
+        optimiser: "adamw", "sgd" or "nesterov", then settings: "adamw weight_decay 0.05 beta2 0.99", "sgd momentum 0.8";
+        or an Optimiser. validation: a fraction of the samples, a pair (inputs, targets), or Samples. checkpoint: a file from
+        which a stopped fit continues; one of another network, other arrays or options raises decid.Error. Functions are
+        compared by their names. callback: called after each epoch. nn/fit.hpp explains each option.
+
+        An exception of one of these functions ends the training, and fit() raises it. Then the parameters are those of the
+        last complete step, not of the best epoch or the average; BatchNorm's statistics may include one more batch."""
         fraction, samples = 0.0, None
-        if isinstance(validation, (tuple, list)):
+        if isinstance(validation, Samples):
+            samples = self._samples(validation, None, loss, "validation ")
+        elif isinstance(validation, (tuple, list)):
             if len(validation) != 2:
                 raise error("setting_malformed", "validation", f"has {len(validation)} elements", "give a fraction, or inputs and targets")
-            samples = _floats(validation[0], "validation inputs"), _floats(validation[1], "validation targets")
+            samples = self._samples(*validation, loss, "validation ")
         else:
             fraction = number(validation, "validation")
         rows, kept = self._network.fit(
-            _floats(inputs, "inputs"), _floats(targets, "targets"), loss, optimiser, whole(epochs, "epochs"),
+            self._samples(inputs, targets, loss, ""), _loss_of(loss), _optimiser_of(optimiser), whole(epochs, "epochs"),
             whole(batch, "batch"), number(learning_rate, "learning_rate"), schedule, number(warmup_epochs, "warmup_epochs"),
             number(clip_norm, "clip_norm"), number(average, "average"), whole(frozen_lines, "frozen_lines"), fraction,
             samples, whole(patience, "patience"), seed_of(seed), fspath(checkpoint),
             None if callback is None else lambda *row: callback(Epoch(*row)))
         return Log([Epoch(*row) for row in rows], kept)
 
+    def _output_axes(self) -> Tuple[int, ...]:
+        """The shape of a sample's outputs in predict()."""
+        channels, *plane = self.output_shape
+        return (channels,) if plane == [1, 1] else self.output_shape
+
+    def _samples(self, inputs: Any, targets: Any, loss: Any, prefix: str) -> _nn.Samples:
+        if not isinstance(inputs, Samples):
+            return _nn.Samples(_floats(inputs, prefix + "inputs"), _floats(targets, prefix + "targets"))
+        if targets is not None:
+            raise error("setting_conflict", prefix + "targets", "are given with Samples", "leave them out: load() writes them")
+        shape = inputs.target_shape
+        if shape is None:
+            shape = () if loss == "cross-entropy" else self._output_axes()
+        return _nn.Samples(whole(inputs.count, "count", 1), _function(inputs.load, prefix + "samples"),
+                           [whole(extent, "target_shape", 0) for extent in shape])
+
     def predict(self, inputs) -> np.ndarray:
         """Returns (samples, outputs), or (samples, channels, rows, columns) for outputs in planes."""
         return self._network.predict(_floats(inputs, "inputs"))
+
+    def input_gradient(self, inputs, by_output) -> np.ndarray:
+        """Returns the derivatives of (by_output * predict(inputs)).sum() by the inputs, in their shape. by_output: an array of
+        the outputs' shape, such as a loss's gradient, or one that broadcasts to it: [0, 1, 0] for output 1 of 3."""
+        values, by = _floats(inputs, "inputs"), _floats(by_output, "by_output")
+        outputs = (values.shape[0] if values.ndim else 0, *self._output_axes())
+        try:
+            by = np.broadcast_to(by, outputs)
+        except ValueError:
+            raise error("size_mismatch", "by_output", f"has the shape {by.shape}", f"give one that broadcasts to {outputs}") from None
+        return self._network.input_gradient(values, by)
 
     def accuracy(self, inputs, labels) -> float:
         """Returns the fraction of samples whose largest output is that of their label, a class from 0."""
@@ -125,6 +186,46 @@ class Network:
 
 def _floats(values: Any, name: str) -> np.ndarray:
     return numbers_of(values, name, np.float32)
+
+
+def _function(given: Any, name: str) -> Callable[..., Any]:
+    if not callable(given):
+        raise error("setting_malformed", name, f"has a {type(given).__name__} instead of a function", "give a function")
+    return given
+
+
+def _name_of(function: Callable[..., Any]) -> str:
+    """By which a checkpoint is compared."""
+    named = function if hasattr(function, "__qualname__") else type(function)
+    return f"{named.__module__}.{named.__qualname__}"
+
+
+def _loss_of(loss: Any) -> Any:
+    """A name, or a function whose results have the shapes that the engine takes, and its name."""
+    if isinstance(loss, str):
+        return loss
+    _function(loss, "loss")
+
+    def call(outputs: np.ndarray, targets: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+        shape, found = outputs.shape, loss(outputs, targets)
+        if not isinstance(found, tuple) or len(found) != 2:
+            raise error("setting_malformed", "loss", f"returns a {type(found).__name__}", "return a value and a gradient")
+        value, gradient = numbers_of(found[0], "loss"), numbers_of(found[1], "loss")
+        if value.shape not in ((), shape[:1]) or gradient.shape != shape:
+            raise error("size_mismatch", "loss", f"returns shapes {value.shape} and {gradient.shape} for outputs of {shape}",
+                        "return the mean, or a loss of each sample, and a derivative by each output")
+        return np.broadcast_to(value, shape[:1]), gradient
+
+    return call, _name_of(loss)
+
+
+def _optimiser_of(optimiser: Any) -> Any:
+    """A name, or a function, its name and the number of arrays that it keeps."""
+    if isinstance(optimiser, str):
+        return optimiser
+    if not isinstance(optimiser, Optimiser):
+        raise error("setting_malformed", "optimiser", f"is a {type(optimiser).__name__}", "give a name or an Optimiser")
+    return _function(optimiser.update, "optimiser"), _name_of(optimiser.update), whole(optimiser.memory, "memory", 0, 1000)
 
 
 def _of(handle: _nn.Network) -> Network:
