@@ -81,7 +81,7 @@ class ChainGroup {
   int leapfrog_steps_ = 0;  // per transition
   int windows_ = 0;         // and annealings
   int restarts_ = 0;
-  std::vector<double> information_;  // of a trial, while a metric is made: megabytes that the system would clear anew
+  std::vector<double> information_;  // of a trial, while a metric is made: megabytes that the system would clear again
 
   // The current window:
   std::vector<std::vector<double>> globals_;
