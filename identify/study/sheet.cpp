@@ -159,7 +159,9 @@ double mass_of(const std::string& cell, double kg_per_unit, const std::string& w
   const std::optional<double> given = read_number(cell);
   const double kg = given.value_or(0.0) * kg_per_unit;
   if (kg < 1.0 || kg > 250.0)
-    throw Error(Code::value_invalid, where, "'" + cell + "' is not a weight from 1 to 250 kg", "give it in kg, or n/a");
+    throw Error(Code::value_invalid, where, "'" + cell + "' is not a weight from 1 to 250 kg",
+                kg_per_unit == 1.0 ? "give it in kg, or n/a; name a column of pounds weight_lb"
+                                   : "give it in the column's unit, or n/a");
   return kg;
 }
 

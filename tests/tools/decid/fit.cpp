@@ -245,7 +245,7 @@ TEST_CASE("fit: Ctrl-C keeps the draws" * doctest::test_suite("slow")) {
                                                 folder / "o.json" + " --report " + folder / "r.html",
                                             "grep -q R-hat $err");
   CAPTURE(err);
-  CHECK(contains(err, "what was drawn until then was written; --resume continues"));
+  CHECK(contains(err, "decid wrote the draws until then; --resume continues"));
   CHECK(contains(err, " of 100 recordings, "));
   CHECK(std::filesystem::exists(folder / "o.json.journal"));
   CHECK(contains(err, ", drawing, R-hat "));

@@ -355,7 +355,7 @@ TEST_CASE("values that are the same for all people have no interval, and the tex
     add(report, table, group, participant, recording("f", 700.0));
   compared(report, table);
   CHECK(contains(groups_text(report), "identical values"));
-  CHECK(contains(groups_text(report), "no interval of: Kp"));
+  CHECK(contains(groups_text(report), "no interval of Kp"));
 }
 
 TEST_CASE("group_verdicts: the parameters whose deciding interval leaves out 0, in people's units") {

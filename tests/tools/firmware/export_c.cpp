@@ -458,7 +458,7 @@ TEST_CASE("bad input of decid export") {
   fails("controller --kp -1" + out, "Kp");
   test::write_text(folder / "r.json", R"({"recordings": [{"file": "x", "error": "y"}]})");
   fails("controller " + folder / "r.json" + out, "recording 1");
-  fails("controller " + folder / "r.json --recording 2" + out, "has 1 recording, and none of number 2");
+  fails("controller " + folder / "r.json --recording 2" + out, "has 1 recording, but no recording 2");
   CHECK(!std::filesystem::exists(folder / "s.bin"));
 }
 

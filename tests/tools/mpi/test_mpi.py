@@ -202,7 +202,7 @@ class Processes(unittest.TestCase):
         self.assertTrue(found["ok"])
         self.assertEqual(sum("3 ranks together" in check["of"] for check in found["checks"]), 3)
         err = self.run_decid(0, ["selftest", "--mpi"], fails=True)[1]
-        self.assertIn("--mpi: is for several processes", err)
+        self.assertIn("--mpi: needs several processes", err)
 
     # Ranks that have been started differently, and errors: one line, by one rank.
 
