@@ -154,6 +154,25 @@ TEST_CASE("read_sheet: columns by BIDS' names, units, decimal commas, missing va
   CHECK(german.file == "a.csv");
 }
 
+TEST_CASE("read_spreadsheet: a quote within a cell is text, and one without its pair is an error") {
+  const TemporaryFolder folder;
+  using Rows = std::vector<std::vector<std::string>>;
+  const auto rows = [&](const std::string& text) { return read_spreadsheet(write_text(folder / "q.tsv", text)); };
+  // Inches: the lines between two of them stay.
+  CHECK(rows("ID\tremark\nS1\tfoam 3\"\nS2\tn/a\nS3\tfoam 3\"\n") ==
+        Rows{{"ID", "remark"}, {"S1", "foam 3\""}, {"S2", "n/a"}, {"S3", "foam 3\""}, {""}});
+  CHECK(rows("a,b\n1, \"x, y\" \n2,\"\"\"x\"\" y\"\n3,\"x\" y") ==
+        Rows{{"a", "b"}, {"1", "x, y"}, {"2", "\"x\" y"}, {"3", "x y"}});
+  CHECK(rows("a,b\n\"two\nlines, one cell\",1\n\"\",\n") ==
+        Rows{{"a", "b"}, {"two\nlines, one cell", "1"}, {"", ""}, {""}});
+  for (const char* text : {"a,b\n1,2\n3,\"x\n4,5\n", "a,b\n1,2\n3,\"x\n4,y\n5,\"z\n",
+                           "a\tb\n1\t2\n3\t\"\n4\t\"\n5\tx\n", "a,b\n\"two\nlines\",2\n3,\"", "a,b\n1,2\n3,\"\"\""}) {
+    CAPTURE(text);
+    const bool is_later = contains(text, "lines");
+    check_error([&] { rows(text); }, Code::table_unclear, is_later ? "q.tsv, line 4" : "q.tsv, line 3");
+  }
+}
+
 TEST_CASE("read_sheet: a sidecar of BIDS gives the units of weights and heights whose names have none") {
   const TemporaryFolder folder;
   const auto path = write_text(folder / "participants.tsv", "participant_id\tweight\theight\tage\nA\t154\t70\t60\n");
