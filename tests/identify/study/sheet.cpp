@@ -80,16 +80,6 @@ TEST_CASE("path_match: how alike a path and a cell are") {
   CHECK(likeness("long.csv#2", "long.csv#2") == Likeness::exact);
   CHECK(likeness("long.csv#2", "long.csv#1") == Likeness::none);
   CHECK(likeness("long.csv", "") == Likeness::none);
-
-  CHECK(PathKey("data/sub-01/ses-2/t.csv").names_participant("sub-01"));
-  CHECK(PathKey("data/sub-01/ses-2/t.csv").names_participant("01"));
-  CHECK(PathKey("data/sub-01/ses-2/t.csv").names_session("2"));
-  CHECK_FALSE(PathKey("data/sub-010/t.csv").names_participant("sub-01"));
-  CHECK(PathKey("P1_closed.csv").names_participant("p1"));
-  CHECK_FALSE(PathKey("P10_closed.csv").names_participant("P1"));
-  CHECK_FALSE(PathKey("trial_1.csv").names_participant("1"));
-  CHECK(PathKey("1/trial.csv").names_participant("1"));
-  CHECK_FALSE(PathKey("t.csv").names_participant(""));
 }
 
 TEST_CASE("read_sheet: columns by BIDS' names, units, decimal commas, missing values") {
