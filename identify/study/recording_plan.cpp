@@ -304,6 +304,18 @@ class Planner {
   std::vector<std::vector<std::size_t>> found_;  // recordings of each line with a file
 };
 
+/// Throws Error if commas stand between thousands: read as decimals, "12,300" steps would be fewer than 980.
+void refuse_thousands(const std::vector<std::string>& cells, const std::string& where, const std::string& column) {
+  recording::CommaFinder finder;
+  for (const std::string& cell : cells)
+    if (finder.see(cell)) break;
+  if (!finder.example().empty() && finder.found(false, false) == recording::Commas::thousands)
+    throw Error(Code::value_invalid, where,
+                "column " + column + " has '" + std::string(finder.example()) +
+                    "', whose comma may stand between thousands, beside numbers without a comma",
+                "write its numbers without separators between thousands, and with decimal points");
+}
+
 }  // namespace
 
 RecordingPlan make_plan(const std::vector<RecordingSource>& sources, const ReadOptions& reading) {
@@ -344,6 +356,9 @@ std::vector<double> read_covariate(const RecordingPlan& plan, const std::string&
   const bool of_weight = names_weights(column), of_height = names_heights(column);
   std::function<std::string(const SheetEntry& entry)> text_of;
   if (!of_weight && !of_height) text_of = plan.sheet->reader_for(column);
+  std::vector<std::string> cells;
+  for (const PlannedRecording& one : plan.recordings) cells.push_back(text_of ? text_of(one.entry) : std::string());
+  refuse_thousands(cells, plan.sheet->file.string(), column);
   std::vector<double> values;
   for (const PlannedRecording& one : plan.recordings) {
     std::optional<double> value = of_weight ? one.mass_kg : one.height_m;

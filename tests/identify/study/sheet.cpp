@@ -485,6 +485,12 @@ TEST_CASE("groups of a plan: sessions, conditions and covariates of its sheet") 
   CHECK(read_covariate(plan, "body height")[0] == 1.75);
   check_error([&] { read_covariate(plan, "sex"); }, Code::value_invalid, "'F'");
   check_error([&] { read_covariate(plan, "shoe"); }, Code::column_missing, "shoe");
+  const auto steps = [&](const std::string& cells) {  // of four recordings
+    return read_covariate(plan_of_text(folder, "steps\tfile\n" + cells, files, Choice::by_sheet), "steps");
+  };
+  check_error([&] { steps("7,500\ta.csv\n12,300\tb.csv\n980\tc.csv\nn/a\td.csv\n"); }, Code::value_invalid, "'7,500'");
+  CHECK(steps("7,500\ta.csv\n12,3\tb.csv\n980\tc.csv\n0\td.csv\n") == std::vector<double>{7.5, 12.3, 980.0, 0.0});
+  CHECK(steps("0,500\ta.csv\n1,250\tb.csv\n2\tc.csv\n1\td.csv\n") == std::vector<double>{0.5, 1.25, 2.0, 1.0});
   const RecordingPlan without = make_plan(sources(folder, {"a.csv"}), {});
   check_error([&] { read_covariate(without, "age"); }, Code::setting_missing, "covariates");
 
