@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <tuple>
@@ -327,7 +328,13 @@ RecordingPlan make_plan(const std::vector<RecordingSource>& sources, const ReadO
 
 RecordingPlan make_plan(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice,
                         const ReadOptions& reading) {
-  RecordingPlan plan = Planner(std::move(sheet), sources, choice, reading)();
+  std::vector<RecordingSource> others;  // all but the sheet, which may lie among its recordings
+  std::ranges::copy_if(sources, std::back_inserter(others), [&](const RecordingSource& source) {
+    std::error_code ignored;
+    return source.file.filename() != sheet.file.filename() ||
+           !std::filesystem::equivalent(source.file, sheet.file, ignored);
+  });
+  RecordingPlan plan = Planner(std::move(sheet), others, choice, reading)();
   warn_of_contradictions(plan);
   warn_of_copies(plan);
   return plan;

@@ -322,6 +322,19 @@ TEST_CASE("plan_of: a person's line fills the lines of recordings; what is not c
   check_has(part.recordings[1].error, Code::file_missing, "gone.csv");
 }
 
+TEST_CASE("plan_of: the sheet among its recordings is none of them, although its name is a person's") {
+  const TemporaryFolder folder;
+  const std::filesystem::path path = write_text(folder / "A.csv", "participant_id,group\nA,x\nB,y\n");
+  std::vector<RecordingSource> all = sources(folder, {"A_1.csv", "B.csv"});
+  all.emplace_back(folder.path() / "." / "A.csv");
+  for (const Choice choice : {Choice::by_sheet, Choice::by_call}) {
+    const RecordingPlan plan = make_plan(read_sheet(path), all, choice, {});
+    REQUIRE(plan.recordings.size() == 2);
+    CHECK(plan.recordings[0].source.file == folder / "A_1.csv");
+    CHECK(plan.recordings[1].entry.participant == "B");
+  }
+}
+
 TEST_CASE("plan_of: a recording named twice, and cells beyond the names, are errors of their lines") {
   const TemporaryFolder folder;
   const RecordingPlan plan = plan_of_text(
