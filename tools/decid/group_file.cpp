@@ -89,9 +89,9 @@ Row read_row(const Table& table, const Cells& cells, const std::string& where) {
         Code::value_missing, where, "is too short",
         table.person ? "give file, group and " + trimmed(table.rows.front()[*table.person]) : "give file and group");
   Row row{trimmed(cells[table.file]), trimmed(cells[table.group]), {}};
-  if (row.group == "n/a") row.group.clear();  // as BIDS has it
+  if (has_no_value(row.group)) row.group.clear();
   if (row.file.empty()) throw Error(Code::value_missing, where, "names no file", "give one, or take the line away");
-  if (table.person) row.person = trimmed(cells[*table.person]);
+  if (table.person && !has_no_value(cells[*table.person])) row.person = trimmed(cells[*table.person]);
   if (table.person && row.person.empty() && !row.group.empty())
     throw Error(Code::value_missing, where, "has no " + trimmed(table.rows.front()[*table.person]),
                 "say whose recording it is, or leave its group empty too");
@@ -127,6 +127,7 @@ GroupTable read_group_table(const std::string& table_name, const std::vector<std
   const std::string person_column = table.person ? trimmed(table.rows.front()[*table.person]) : std::string();
   GroupTable result{person_column, {}};
   std::vector<std::optional<GroupMember>> found(recordings.size());
+  Spelling of_group, of_person;
   for (std::size_t line = 1; line < table.rows.size(); ++line) {
     const Cells& cells = table.rows[line];
     if (std::ranges::all_of(cells, [](const std::string& cell) { return trimmed(cell).empty(); })) continue;
@@ -137,7 +138,7 @@ GroupTable read_group_table(const std::string& table_name, const std::vector<std
     for (std::size_t i = 0; i < recordings.size(); ++i) {
       if (!recordings[i].ends_with(last) || !ends_with(recordings[i], row.file)) continue;
       is_used = true;
-      const GroupMember member{row.group, table.person ? row.person : recordings[i]};
+      const GroupMember member{of_group(row.group), table.person ? of_person(row.person) : recordings[i]};
       if (!found[i]) found[i] = member;
       refuse_contradiction(where, recordings[i], "group", found[i]->group, member.group);
       refuse_contradiction(where, recordings[i], person_column, found[i]->person, member.person);
