@@ -38,18 +38,11 @@ void refuse_without_groups(const StudySheet& sheet) {
               "name the column of the groups so");
 }
 
-/// Gives texts that differ in letter case or the form of accents one spelling, the first.
-class Spelling {
- public:
-  const std::string& operator()(const std::string& text) {
-    return first_.try_emplace(text_key(text), text).first->second;
-  }
-
- private:
-  std::map<std::string, std::string> first_{};
-};
-
 }  // namespace
+
+const std::string& Spelling::operator()(const std::string& text) {
+  return first_.try_emplace(text_key(text), text).first->second;
+}
 
 std::vector<std::string> split_columns(const std::string& text) {
   std::vector<std::string> parts;

@@ -6,6 +6,7 @@
 //   report.groups = report_groups(groups, report);      // identify/result.hpp
 #pragma once
 
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,6 +16,15 @@
 #include "identify/study/recording_plan.hpp"
 
 namespace decid {
+
+/// Gives texts that differ in letter case or the form of accents one spelling, the first.
+class Spelling {
+ public:
+  const std::string& operator()(const std::string& text);
+
+ private:
+  std::map<std::string, std::string> first_{};  // by text_key()
+};
 
 /// Splits "age,weight" into names of columns.
 std::vector<std::string> split_columns(const std::string& text);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <tuple>
@@ -13,8 +14,10 @@
 #include "base/text.hpp"
 #include "identify/study/detail/contradictions.hpp"
 #include "identify/study/detail/path_match.hpp"
+#include "identify/study/detail/person_lines.hpp"
 #include "identify/study/detail/same_content.hpp"
 #include "identify/study/reading_option.hpp"
+#include "recording/table/cells.hpp"
 #include "sim/segments.hpp"
 
 namespace decid {
@@ -33,6 +36,7 @@ class Planner {
   Planner(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice, const ReadOptions& reading)
       : sources_(sources), choice_(choice), reading_(reading) {
     plan_.sheet = std::move(sheet);
+    people_ = PersonLines(lines());
     for (const SheetLine& line : lines()) line_keys_.emplace_back(line.file);
     for (const RecordingSource& source : sources) source_keys_.emplace_back(shown(source));
     used_.assign(lines().size(), false);
@@ -68,7 +72,7 @@ class Planner {
         plan_.notes.push_back(plan_.sheet->locate(unused) + ": no recording of this call is of " +
                               (unused.file.empty() ? unused.entry.participant : unused.file));
       else
-        add_missing(unused, "names " + unused.file + ", which does not exist");
+        add_missing(line, "names " + unused.file + ", which does not exist");
     }
   }
 
@@ -111,9 +115,11 @@ class Planner {
                        "is the file of " + plan_.sheet->locate(lines()[best[0]]) + " and of line " +
                            std::to_string(lines()[best[1]].number),
                        "keep one line, or put folders before the names"));
-    if (!best.empty()) return add(sources_[i], with_participant(lines()[best[0]]));
-    const std::optional<std::size_t> participant = find_participant(i);
-    if (participant) return add(sources_[i], lines()[*participant]);
+    if (!best.empty()) return add(sources_[i], with_person(best[0]));
+    const FittingLines found = people_.find(source_keys_[i]);
+    for (const std::size_t line : found.fitting) used_[line] = true;
+    if (found.line) return add(sources_[i], lines()[*found.line]);
+    if (!found.fitting.empty()) return add_unclear(i, found.fitting[0], found.fitting[1]);
     add(sources_[i], SheetLine{},
         Error(Code::value_missing, sources_[i].name(), "has no line in " + plan_.sheet->file.string(),
               "add a line with its file or its participant_id"));
@@ -126,35 +132,26 @@ class Planner {
     return PathKey(sources_[source].file.string()).ends_with(line_keys_[line]);
   }
 
-  /// Returns the person's line of a recording, the line with its session rather than one without.
-  std::optional<std::size_t> find_participant(std::size_t source) {
-    std::optional<std::size_t> found;
-    for (std::size_t line = 0; line < lines().size(); ++line) {
-      if (!lines()[line].file.empty() || !is_of(source, lines()[line])) continue;
-      used_[line] = true;
-      if (!found || (lines()[*found].entry.session.empty() && !lines()[line].entry.session.empty())) found = line;
-    }
-    return found;
+  /// Adds a recording whose path fits two people, or two sessions of a person, equally well.
+  void add_unclear(std::size_t source, std::size_t one, std::size_t other) {
+    const auto shown = [&](std::size_t line) {
+      const SheetEntry& entry = lines()[line].entry;
+      return " (" + entry.participant + (entry.session.empty() ? "" : ", session " + entry.session) + ")";
+    };
+    add(sources_[source], SheetLine{},
+        Error(Code::value_invalid, sources_[source].name(),
+              "has a path that fits " + plan_.sheet->locate(lines()[one]) + shown(one) + " and line " +
+                  std::to_string(lines()[other].number) + shown(other),
+              "name its line in a column \"file\", or name folders by participant_id: sub-ID, and ses-ID by session"));
   }
 
-  bool is_of(std::size_t source, const SheetLine& participant) const {
-    const PathKey& key = source_keys_[source];
-    return key.names_participant(participant.entry.participant) &&
-           (participant.entry.session.empty() || key.names_session(participant.entry.session));
-  }
-
-  /// Fills a recording's line from the line of its person, if the sheet has one.
-  SheetLine with_participant(const SheetLine& recording) {
-    SheetLine line = recording;
+  /// Fills a recording's line from the lines of its person, if the sheet has some.
+  SheetLine with_person(std::size_t recording) {
+    SheetLine line = lines()[recording];
     for (std::size_t i = 0; i < lines().size(); ++i) {
-      const SheetLine& participant = lines()[i];
-      const bool same_session =
-          participant.entry.session.empty() || participant.entry.session == recording.entry.session;
-      if (!participant.file.empty() || participant.entry.participant.empty() || !same_session ||
-          participant.entry.participant != recording.entry.participant)
-        continue;
+      if (!people_.covers(i, recording)) continue;
       used_[i] = true;
-      line = merged(std::move(line), participant);
+      line = merged(std::move(line), lines()[i]);
     }
     return line;
   }
@@ -168,12 +165,14 @@ class Planner {
         found_.emplace_back();
     for (const std::vector<std::size_t>& some : found_)
       if (some.size() == 1) taken[some[0]] = true;
+    std::vector<FittingLines> of_people(sources_.size());
+    for (std::size_t i = 0; i < sources_.size(); ++i)
+      if (!taken[i]) of_people[i] = people_.find(source_keys_[i]);
     for (std::size_t line = 0; line < lines().size(); ++line) {
-      const SheetLine& here = lines()[line];
-      if (!here.file.empty())
+      if (!lines()[line].file.empty())
         plan_line(line);
       else
-        plan_participant(here, taken);
+        plan_person(line, of_people);
     }
   }
 
@@ -195,7 +194,7 @@ class Planner {
   }
 
   void plan_line(std::size_t line) {
-    const SheetLine here = with_participant(lines()[line]);
+    const SheetLine here = with_person(line);
     const std::vector<std::size_t>& best = found_[line];
     std::error_code ignored;
     const std::filesystem::path direct = path_beside(*plan_.sheet, here.file);
@@ -212,7 +211,7 @@ class Planner {
     }
     if (!best.empty()) return;
     if (std::filesystem::is_regular_file(direct, ignored)) return add(direct, here);
-    add_missing(here, "names " + here.file + ", which does not exist");
+    add_missing(line, "names " + here.file + ", which does not exist");
   }
 
   /// Returns an error if a line before names the same recording with the same protocol and options of reading.
@@ -224,44 +223,39 @@ class Planner {
                  "delete one of them");
   }
 
-  void plan_participant(const SheetLine& participant, std::vector<bool>& taken) {
-    bool has_one = !participant.entry.participant.empty() && std::ranges::any_of(lines(), [&](const SheetLine& line) {
-      return !line.file.empty() && line.entry.participant == participant.entry.participant;
-    });
+  void plan_person(std::size_t line, const std::vector<FittingLines>& of_people) {
+    const SheetLine& person = lines()[line];
+    bool has_one = people_.has_recording_line(line);
     for (std::size_t i = 0; i < sources_.size(); ++i) {
-      if (taken[i] || !is_of(i, participant)) continue;
-      if (participant.entry.session.empty() && has_session_line(i, participant)) continue;
-      taken[i] = has_one = true;
-      add(sources_[i], participant);
+      const FittingLines& found = of_people[i];
+      const bool is_unclear = !found.line && std::ranges::find(found.fitting, line) != found.fitting.end();
+      if (!is_unclear && found.line != line) continue;
+      has_one = true;
+      if (!is_unclear)
+        add(sources_[i], person);
+      else if (line == found.fitting[0])
+        add_unclear(i, found.fitting[0], found.fitting[1]);
     }
-    if (!has_one || participant.error) add_without_recording(participant, has_one);
+    if (!has_one || person.error) add_without_recording(person, has_one);
   }
 
-  bool has_session_line(std::size_t source, const SheetLine& participant) const {
-    return std::ranges::any_of(lines(), [&](const SheetLine& line) {
-      return line.file.empty() && !line.entry.session.empty() &&
-             line.entry.participant == participant.entry.participant && is_of(source, line);
-    });
-  }
-
-  void add_without_recording(const SheetLine& participant, bool has_one) {
+  void add_without_recording(const SheetLine& person, bool has_one) {
     if (has_one) return;  // its recordings have the error of the line
-    const std::string name =
-        participant.entry.participant.empty() ? plan_.sheet->locate(participant) : participant.entry.participant;
-    add(std::filesystem::path(name), participant,
-        participant.error
-            ? *participant.error
-            : Error(Code::file_missing, plan_.sheet->locate(participant),
+    const std::string name = person.entry.participant.empty() ? plan_.sheet->locate(person) : person.entry.participant;
+    add(std::filesystem::path(name), person,
+        person.error
+            ? *person.error
+            : Error(Code::file_missing, plan_.sheet->locate(person),
                     "no recording below its folder is of " + name +
-                        (participant.entry.session.empty() ? "" : " in session " + participant.entry.session),
-                    std::string("put the participant_id") +
-                        (participant.entry.session.empty() ? "" : " and the session") +
+                        (person.entry.session.empty() ? "" : " in session " + person.entry.session),
+                    std::string("put the participant_id") + (person.entry.session.empty() ? "" : " and the session") +
                         " into the names of files or folders, or add a column \"file\""));
   }
 
-  void add_missing(const SheetLine& line, const std::string& problem) {
-    add(path_beside(*plan_.sheet, line.file), with_participant(line),
-        Error(Code::file_missing, plan_.sheet->locate(line), problem, "correct the name, or copy the file there"));
+  void add_missing(std::size_t line, const std::string& problem) {
+    add(path_beside(*plan_.sheet, lines()[line].file), with_person(line),
+        Error(Code::file_missing, plan_.sheet->locate(lines()[line]), problem,
+              "correct the name, or copy the file there"));
   }
 
   void add(const RecordingSource& source, const SheetLine& line, const std::optional<Error>& error = {}) {
@@ -303,12 +297,25 @@ class Planner {
   const ReadOptions& reading_;
   RecordingPlan plan_;
   std::vector<PathKey> line_keys_, source_keys_;
+  PersonLines people_;
   std::optional<std::vector<PathKey>> near_;  // files below the sheet's folder, once they are needed
   std::vector<bool> used_;                    // lines
   /// Numbers of the lines that name recordings: of a recording, a protocol and options of reading.
   std::map<std::tuple<std::string, std::string, std::vector<std::pair<std::string, std::string>>>, std::size_t> named_;
   std::vector<std::vector<std::size_t>> found_;  // recordings of each line with a file
 };
+
+/// Throws Error if commas stand between thousands: read as decimals, "12,300" steps would be fewer than 980.
+void refuse_thousands(const std::vector<std::string>& cells, const std::string& where, const std::string& column) {
+  recording::CommaFinder finder;
+  for (const std::string& cell : cells)
+    if (finder.see(cell)) break;
+  if (!finder.example().empty() && finder.found(false, false) == recording::Commas::thousands)
+    throw Error(Code::value_invalid, where,
+                "column " + column + " has '" + std::string(finder.example()) +
+                    "', whose comma may stand between thousands, beside numbers without a comma",
+                "write its numbers without separators between thousands, and with decimal points");
+}
 
 }  // namespace
 
@@ -321,7 +328,13 @@ RecordingPlan make_plan(const std::vector<RecordingSource>& sources, const ReadO
 
 RecordingPlan make_plan(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice,
                         const ReadOptions& reading) {
-  RecordingPlan plan = Planner(std::move(sheet), sources, choice, reading)();
+  std::vector<RecordingSource> others;  // all but the sheet, which may lie among its recordings
+  std::ranges::copy_if(sources, std::back_inserter(others), [&](const RecordingSource& source) {
+    std::error_code ignored;
+    return source.file.filename() != sheet.file.filename() ||
+           !std::filesystem::equivalent(source.file, sheet.file, ignored);
+  });
+  RecordingPlan plan = Planner(std::move(sheet), others, choice, reading)();
   warn_of_contradictions(plan);
   warn_of_copies(plan);
   return plan;
@@ -350,6 +363,9 @@ std::vector<double> read_covariate(const RecordingPlan& plan, const std::string&
   const bool of_weight = names_weights(column), of_height = names_heights(column);
   std::function<std::string(const SheetEntry& entry)> text_of;
   if (!of_weight && !of_height) text_of = plan.sheet->reader_for(column);
+  std::vector<std::string> cells;
+  for (const PlannedRecording& one : plan.recordings) cells.push_back(text_of ? text_of(one.entry) : std::string());
+  refuse_thousands(cells, plan.sheet->file.string(), column);
   std::vector<double> values;
   for (const PlannedRecording& one : plan.recordings) {
     std::optional<double> value = of_weight ? one.mass_kg : one.height_m;

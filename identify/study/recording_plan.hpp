@@ -50,10 +50,10 @@ enum class Choice { by_call, by_sheet };
 /// Plans the recordings of a sheet. A line with a file is of the recordings whose path ends with it (path_match.hpp); a
 /// line without one is of all recordings whose path names its participant, and its session if it has one. Both lines
 /// count for a recording; its own comes first, then `reading` and reading.body. Paths in the sheet are relative to its
-/// folder. These recordings have an error: a recording of the call without a line; a line whose file is missing; a
-/// person without a recording, by_sheet; a recording with two lines, and a line with two recordings, that are equally
-/// alike; a wrong cell; and one without the other of mass and height. Recordings of a person with two bodies or two
-/// ages in one session have warnings, and so have copies of one file.
+/// folder. The sheet is no recording. These recordings have an error: one of the call without a line; a line whose file
+/// is missing; a person without a recording, by_sheet; a recording with two lines, or with two people or sessions, and
+/// a line with two recordings, that are equally alike; a wrong cell; and one without the other of mass and height.
+/// Recordings of a person with two bodies or two ages in one session have warnings, and so have copies of one file.
 RecordingPlan make_plan(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice,
                         const ReadOptions& reading);
 
@@ -62,7 +62,8 @@ RecordingPlan make_plan(StudySheet sheet, const std::vector<RecordingSource>& so
 void refuse_repeated(const RecordingPlan& plan, const std::string& option);
 
 /// Returns the numbers in a column of the plan's sheet, one per recording; NaN: n/a. Weights are in kg, heights in m.
-/// Throws Error for a plan without a sheet, a column that the sheet does not have, and a text that is not a number.
+/// Throws Error for a plan without a sheet, a column that the sheet does not have, a text that is not a number, and
+/// numbers that seem to have commas between thousands.
 std::vector<double> read_covariate(const RecordingPlan& plan, const std::string& column);
 
 }  // namespace decid

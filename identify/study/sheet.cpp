@@ -150,11 +150,6 @@ void set_sidecar_unit(const std::string& unit, Column& column) {
   column.per_unit = found == known_units.end() ? 0.0 : found->size;
 }
 
-bool has_no_value(const std::string& cell) {
-  const std::string key = text_key(cell);
-  return key.empty() || key == "n/a" || key == "na" || key == "nan" || key == "#n/a";
-}
-
 double mass_of(const std::string& cell, double kg_per_unit, const std::string& where) {
   const std::optional<double> given = read_number(cell);
   const double kg = given.value_or(0.0) * kg_per_unit;
@@ -318,6 +313,11 @@ bool names_ages(const std::string& column) {
       std::to_array<std::string_view>({"age", "age_years", "age_in_years", "alter", "alter_jahre", "alter_in_jahren"});
   return std::ranges::any_of(known,
                              [key = column_key(column)](std::string_view name) { return column_key(name) == key; });
+}
+
+bool has_no_value(const std::string& cell) {
+  const std::string key = text_key(cell);
+  return key.empty() || key == "n/a" || key == "na" || key == "nan" || key == "#n/a";
 }
 
 std::optional<double> read_number(std::string cell) {

@@ -43,8 +43,8 @@ struct StudySheet {
 /// - participant_id (or participant, subject, person, patient, proband, with or without id, or id), session, group,
 /// condition;
 /// - file (or filename, path, recording): a path from the sheet's folder, or the end of one;
-/// - mass or weight in kg; height in m, or in cm from 30 up; other units by the name (weight_lb, height_in) or, of BIDS'
-/// sheets, by the sidecar (sidecar.hpp);
+/// - mass or weight in kg; height in m, or in cm from 30 up; other units by the name (weight_lb, height_in) or, of
+/// BIDS' sheets, by the sidecar (sidecar.hpp);
 /// - protocol: a name or a file; and options of reading (set_reading_option()).
 /// Other columns, age and sex among them, are SheetEntry::cells. Empty cells and n/a have no value. Throws Error for an
 /// unreadable file, a sheet without participant_id and file, two columns of one meaning, a weight or height in a unit
@@ -60,6 +60,8 @@ bool names_weights(const std::string& column);
 bool names_heights(const std::string& column);
 /// Returns true for the names of a column of ages in years.
 bool names_ages(const std::string& column);
+/// Returns true for a cell without a value: empty, n/a, NA, NaN and #N/A.
+bool has_no_value(const std::string& cell);
 /// Reads the number of a cell, with a decimal point or comma; nothing for another text.
 std::optional<double> read_number(std::string cell);
 

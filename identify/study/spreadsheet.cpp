@@ -2,8 +2,11 @@
 #include "identify/study/spreadsheet.hpp"
 
 #include <algorithm>
+#include <utility>
 
+#include "base/error.hpp"
 #include "base/files/file.hpp"
+#include "base/text.hpp"
 #include "recording/formats/encoding.hpp"
 #include "recording/formats/xlsx.hpp"
 #include "recording/table/cells.hpp"
@@ -19,26 +22,81 @@ char separator_of(const std::string& text) {
   return at == std::string::npos || text[at] == '\n' ? ',' : text[at];
 }
 
-std::vector<std::vector<std::string>> rows_of(const std::string& text, char separator) {
-  std::vector<std::vector<std::string>> rows(1, std::vector<std::string>(1));
-  bool quoted = false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const char c = text[i];
-    std::string& cell = rows.back().back();
-    if (c == '"' && quoted && i + 1 < text.size() && text[i + 1] == '"') {
-      cell += text[++i];
-    } else if (c == '"') {
-      quoted = !quoted;
-    } else if (c == separator && !quoted) {
-      rows.back().emplace_back();
-    } else if (c == '\n' && !quoted) {
-      rows.emplace_back(1);
-    } else if (c != '\r' || quoted) {
+/// Splits text into cells. A quote opens a quoted text only at the start of a cell: in a remark it may mean inches.
+class RowReader {
+ public:
+  RowReader(const std::string& text, char separator, const std::string& where)
+      : text_(text), separator_(separator), where_(where) {}
+
+  std::vector<std::vector<std::string>> operator()() {
+    for (; at_ < text_.size(); ++at_) {
+      const char c = text_[at_];
+      if (c == separator_)
+        begin_cell(rows_.back());
+      else if (c == '\n')
+        begin_row();
+      else if (c == '"' && at_start_)
+        read_quoted();
+      else if (c != '\r')
+        add(c);
+    }
+    return std::move(rows_);
+  }
+
+ private:
+  void begin_cell(std::vector<std::string>& row) {
+    row.emplace_back();
+    at_start_ = true;
+    quoted_lines_ = false;
+  }
+  void begin_row() {
+    ++line_;
+    begin_cell(rows_.emplace_back());
+  }
+
+  void add(char c) {
+    const bool is_blank = c == ' ' || c == '\t';
+    if (!is_blank && quoted_lines_) refuse_quote("whose pair in line " + std::to_string(line_) + " is within a cell");
+    at_start_ = at_start_ && is_blank;
+    rows_.back().back() += c;
+  }
+
+  /// Reads from a quote to its pair.
+  void read_quoted() {
+    std::string& cell = rows_.back().back();
+    const std::size_t begin = cell.size();
+    opened_ = line_;
+    at_start_ = false;
+    for (++at_; at_ < text_.size(); ++at_) {
+      const char c = text_[at_];
+      if (c == '"' && text_.compare(at_, 2, "\"\"") != 0) return end_quoted(cell.substr(begin));
+      if (c == '"') ++at_;
+      if (c == '\n') ++line_;
       cell += c;
     }
+    refuse_quote("without a pair");
   }
-  return rows;
-}
+
+  void end_quoted(const std::string& quoted) {
+    quoted_lines_ = line_ > opened_;
+    if (quoted_lines_ && separator_ == '\t' && quoted.find('\t') != std::string::npos)
+      refuse_quote("whose pair is in line " + std::to_string(line_) + ", with tabs between them");
+  }
+
+  [[noreturn]] void refuse_quote(const std::string& problem) const {
+    throw Error(Code::table_unclear, format("%s, line %zu", where_.c_str(), opened_),
+                "has a cell that begins with a quote " + problem,
+                "delete the quote, or put the cell in quotes and double each quote within");
+  }
+
+  const std::string& text_;
+  char separator_;
+  const std::string& where_;
+  std::vector<std::vector<std::string>> rows_{std::vector<std::string>(1)};
+  std::size_t at_ = 0, line_ = 1, opened_ = 0;  // opened_: the line of the last quoted text's first quote
+  bool at_start_ = true;                        // of a cell, except for blanks
+  bool quoted_lines_ = false;                   // the cell has a quoted text of several lines
+};
 
 }  // namespace
 
@@ -47,7 +105,7 @@ std::vector<std::vector<std::string>> read_spreadsheet(const std::filesystem::pa
   text = recording::is_xlsx(text) ? recording::read_xlsx(text, path.string()).text
                                   : recording::to_utf8(std::move(text), path.string());
   if (text.starts_with("sep=")) text.erase(0, std::min(text.find('\n'), text.size() - 1) + 1);
-  std::vector<std::vector<std::string>> rows = rows_of(text, separator_of(text));
+  std::vector<std::vector<std::string>> rows = RowReader(text, separator_of(text), path.string())();
   for (std::vector<std::string>& row : rows)
     for (std::string& cell : row) cell = std::string(recording::trim(cell));
   return rows;

@@ -88,9 +88,10 @@ Row read_row(const Table& table, const Cells& cells, const std::string& where) {
                 table.participant ? "give file, group and " + trimmed(table.rows.front()[*table.participant])
                                   : "give file and group");
   Row row{trimmed(cells[table.file]), trimmed(cells[table.group]), {}};
-  if (row.group == "n/a") row.group.clear();  // as BIDS has it
+  if (has_no_value(row.group)) row.group.clear();
   if (row.file.empty()) throw Error(Code::value_missing, where, "names no file", "give one, or take the line away");
-  if (table.participant) row.participant = trimmed(cells[*table.participant]);
+  if (table.participant && !has_no_value(cells[*table.participant]))
+    row.participant = trimmed(cells[*table.participant]);
   if (table.participant && row.participant.empty() && !row.group.empty())
     throw Error(Code::value_missing, where, "has no " + trimmed(table.rows.front()[*table.participant]),
                 "say whose recording it is, or leave its group empty too");
@@ -128,6 +129,7 @@ GroupTable read_group_table(const std::string& table_name, const std::vector<std
       table.participant ? trimmed(table.rows.front()[*table.participant]) : std::string();
   GroupTable result{participant_column, {}};
   std::vector<std::optional<GroupMember>> found(recordings.size());
+  Spelling of_group, of_person;
   for (std::size_t line = 1; line < table.rows.size(); ++line) {
     const Cells& cells = table.rows[line];
     if (std::ranges::all_of(cells, [](const std::string& cell) { return trimmed(cell).empty(); })) continue;
@@ -138,7 +140,7 @@ GroupTable read_group_table(const std::string& table_name, const std::vector<std
     for (std::size_t i = 0; i < recordings.size(); ++i) {
       if (!recordings[i].ends_with(last) || !ends_with(recordings[i], row.file)) continue;
       is_used = true;
-      const GroupMember member{row.group, table.participant ? row.participant : recordings[i]};
+      const GroupMember member{of_group(row.group), table.participant ? of_person(row.participant) : recordings[i]};
       if (!found[i]) found[i] = member;
       refuse_contradiction(where, recordings[i], "group", found[i]->group, member.group);
       refuse_contradiction(where, recordings[i], participant_column, found[i]->participant, member.participant);

@@ -13,11 +13,11 @@ namespace decid::tools {
 /// Reads the group and the person of each recording from a CSV file (RFC 4180; comma, semicolon or tab) with the
 /// columns "file" and "group", if it has one "subject", "participant", "person" or "patient", with or without "id", and
 /// any others. A line is of the recordings whose path ends with its file: "trial.csv" is that of any folder,
-/// "patients/trial.csv" of one. An empty group keeps a recording out of the comparison. Throws Error, with the line,
-/// for a table without these columns or with two columns of people, for two lines that contradict each other, for a
-/// line with a group and no person, for a recording without a line, for fewer groups than `least`, and for two groups
-/// that share some people, but fewer than half of the smaller one's: more likely a name given twice than a comparison
-/// in pairs.
+/// "patients/trial.csv" of one. An empty group, or n/a, keeps a recording out of the comparison. Letter case of groups
+/// and people does not count. Throws Error, with the line, for a table without these columns or with two columns of
+/// people, for two lines that contradict each other, for a line with a group and no person, for a recording without a
+/// line, for fewer groups than `least`, and for two groups that share some people, but fewer than half of the smaller
+/// one's: more likely a name given twice than a comparison in pairs.
 GroupTable read_group_table(const std::string& table, const std::vector<std::string>& recordings,
                             std::size_t least = 2);
 

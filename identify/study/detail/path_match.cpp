@@ -44,11 +44,12 @@ bool is_of_a_word(char c) {
   return is_digit(c) || (c >= 'a' && c <= 'z') || static_cast<unsigned char>(c) >= 0x80;
 }
 
-/// Returns true if `text` has `word` with no letter or digit next to it.
-bool has_word(const std::string& text, const std::string& word) {
+/// Returns true if `text` has `word` with no letter or digit next to it, and none of `beyond` behind it.
+bool has_word(const std::string& text, const std::string& word, std::string_view beyond = {}) {
   for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) {
     const std::size_t end = at + word.size();
-    if ((at == 0 || !is_of_a_word(text[at - 1])) && (end == text.size() || !is_of_a_word(text[end]))) return true;
+    const bool ends = end == text.size() || (!is_of_a_word(text[end]) && beyond.find(text[end]) == beyond.npos);
+    if (ends && (at == 0 || !is_of_a_word(text[at - 1]))) return true;
   }
   return false;
 }
@@ -73,15 +74,21 @@ PathKey::Likeness PathKey::ends_with(const PathKey& end) const {
   return end_folders.empty() || same_end(folders, end_folders) ? Likeness::without_ending : Likeness::none;
 }
 
-bool PathKey::names(const std::string& wanted, const std::string& prefix) const {
+PathKey::Naming PathKey::naming_of(const std::string& wanted, const std::string& prefix) const {
   const std::string key = text_key(wanted);
-  if (key.empty()) return false;
+  if (key.empty()) return Naming::none;
+  const std::string with_prefix = key.starts_with(prefix) ? key : prefix + key;
   const bool is_number = std::ranges::all_of(key, is_digit);
+  Naming found = Naming::none;
   for (std::size_t i = 0; i < forgiving_.size(); ++i) {
-    const std::string& part = i + 1 == forgiving_.size() ? stem_ : forgiving_[i];
-    if (part == key || has_word(part, prefix + key) || (!is_number && has_word(part, key))) return true;
+    const bool is_file = i + 1 == forgiving_.size();
+    const std::string& part = is_file ? stem_ : forgiving_[i];
+    if (has_word(part, with_prefix, "-")) return Naming::prefixed;  // not "sub-01" in "sub-01-b"
+    if (!is_file && part == key) found = Naming::folder;
+    if (part == key || has_word(part, with_prefix) || (!is_number && has_word(part, key)))
+      found = std::max(found, Naming::within);
   }
-  return false;
+  return found;
 }
 
 }  // namespace decid

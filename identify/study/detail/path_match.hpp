@@ -20,13 +20,16 @@ class PathKey {
   /// Returns the number of parts.
   std::size_t parts() const { return exact_.size(); }
 
-  /// Returns true if a part of the path names the participant, alone or within other text: "sub-01" or "01" names
+  /// The clarity of a name in a path: not there; within a part, or a file's whole name; a folder; after "sub-" or
+  /// "ses-".
+  enum class Naming { none, within, folder, prefixed };
+  /// Finds a participant in the parts of the path, alone or within other text: "sub-01" or "01" names
   /// "data/sub-01/ses-1/trial.csv", "P1" names "P1_closed.csv" but not "P10.csv". Numbers need "sub-" or a folder.
-  bool names_participant(const std::string& participant) const { return names(participant, "sub-"); }
-  bool names_session(const std::string& session) const { return names(session, "ses-"); }
+  Naming naming_of_participant(const std::string& participant) const { return naming_of(participant, "sub-"); }
+  Naming naming_of_session(const std::string& session) const { return naming_of(session, "ses-"); }
 
  private:
-  bool names(const std::string& wanted, const std::string& prefix) const;
+  Naming naming_of(const std::string& wanted, const std::string& prefix) const;
 
   std::vector<std::string> exact_, forgiving_;  // parts
   std::string stem_;                            // the last part of forgiving_ without its ending

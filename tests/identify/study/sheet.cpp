@@ -80,16 +80,6 @@ TEST_CASE("path_match: how alike a path and a cell are") {
   CHECK(likeness("long.csv#2", "long.csv#2") == Likeness::exact);
   CHECK(likeness("long.csv#2", "long.csv#1") == Likeness::none);
   CHECK(likeness("long.csv", "") == Likeness::none);
-
-  CHECK(PathKey("data/sub-01/ses-2/t.csv").names_participant("sub-01"));
-  CHECK(PathKey("data/sub-01/ses-2/t.csv").names_participant("01"));
-  CHECK(PathKey("data/sub-01/ses-2/t.csv").names_session("2"));
-  CHECK_FALSE(PathKey("data/sub-010/t.csv").names_participant("sub-01"));
-  CHECK(PathKey("P1_closed.csv").names_participant("p1"));
-  CHECK_FALSE(PathKey("P10_closed.csv").names_participant("P1"));
-  CHECK_FALSE(PathKey("trial_1.csv").names_participant("1"));
-  CHECK(PathKey("1/trial.csv").names_participant("1"));
-  CHECK_FALSE(PathKey("t.csv").names_participant(""));
 }
 
 TEST_CASE("read_sheet: columns by BIDS' names, units, decimal commas, missing values") {
@@ -152,6 +142,25 @@ TEST_CASE("read_sheet: columns by BIDS' names, units, decimal commas, missing va
   CHECK(german.height_m == 1.7);
   CHECK(german.mass_kg == 70.5);
   CHECK(german.file == "a.csv");
+}
+
+TEST_CASE("read_spreadsheet: a quote within a cell is text, and one without its pair is an error") {
+  const TemporaryFolder folder;
+  using Rows = std::vector<std::vector<std::string>>;
+  const auto rows = [&](const std::string& text) { return read_spreadsheet(write_text(folder / "q.tsv", text)); };
+  // Inches: the lines between two of them stay.
+  CHECK(rows("ID\tremark\nS1\tfoam 3\"\nS2\tn/a\nS3\tfoam 3\"\n") ==
+        Rows{{"ID", "remark"}, {"S1", "foam 3\""}, {"S2", "n/a"}, {"S3", "foam 3\""}, {""}});
+  CHECK(rows("a,b\n1, \"x, y\" \n2,\"\"\"x\"\" y\"\n3,\"x\" y") ==
+        Rows{{"a", "b"}, {"1", "x, y"}, {"2", "\"x\" y"}, {"3", "x y"}});
+  CHECK(rows("a,b\n\"two\nlines, one cell\",1\n\"\",\n") ==
+        Rows{{"a", "b"}, {"two\nlines, one cell", "1"}, {"", ""}, {""}});
+  for (const char* text : {"a,b\n1,2\n3,\"x\n4,5\n", "a,b\n1,2\n3,\"x\n4,y\n5,\"z\n",
+                           "a\tb\n1\t2\n3\t\"\n4\t\"\n5\tx\n", "a,b\n\"two\nlines\",2\n3,\"", "a,b\n1,2\n3,\"\"\""}) {
+    CAPTURE(text);
+    const bool is_later = contains(text, "lines");
+    check_error([&] { rows(text); }, Code::table_unclear, is_later ? "q.tsv, line 4" : "q.tsv, line 3");
+  }
 }
 
 TEST_CASE("read_sheet: a sidecar of BIDS gives the units of weights and heights whose names have none") {
@@ -311,6 +320,19 @@ TEST_CASE("plan_of: a person's line fills the lines of recordings; what is not c
   REQUIRE(part.recordings.size() == 2);  // A_open.csv exists, so the call left it out
   CHECK(part.notes.size() == 1);
   check_has(part.recordings[1].error, Code::file_missing, "gone.csv");
+}
+
+TEST_CASE("plan_of: the sheet among its recordings is none of them, although its name is a person's") {
+  const TemporaryFolder folder;
+  const std::filesystem::path path = write_text(folder / "A.csv", "participant_id,group\nA,x\nB,y\n");
+  std::vector<RecordingSource> all = sources(folder, {"A_1.csv", "B.csv"});
+  all.emplace_back(folder.path() / "." / "A.csv");
+  for (const Choice choice : {Choice::by_sheet, Choice::by_call}) {
+    const RecordingPlan plan = make_plan(read_sheet(path), all, choice, {});
+    REQUIRE(plan.recordings.size() == 2);
+    CHECK(plan.recordings[0].source.file == folder / "A_1.csv");
+    CHECK(plan.recordings[1].entry.participant == "B");
+  }
 }
 
 TEST_CASE("plan_of: a recording named twice, and cells beyond the names, are errors of their lines") {
@@ -476,6 +498,12 @@ TEST_CASE("groups of a plan: sessions, conditions and covariates of its sheet") 
   CHECK(read_covariate(plan, "body height")[0] == 1.75);
   check_error([&] { read_covariate(plan, "sex"); }, Code::value_invalid, "'F'");
   check_error([&] { read_covariate(plan, "shoe"); }, Code::column_missing, "shoe");
+  const auto steps = [&](const std::string& cells) {  // of four recordings
+    return read_covariate(plan_of_text(folder, "steps\tfile\n" + cells, files, Choice::by_sheet), "steps");
+  };
+  check_error([&] { steps("7,500\ta.csv\n12,300\tb.csv\n980\tc.csv\nn/a\td.csv\n"); }, Code::value_invalid, "'7,500'");
+  CHECK(steps("7,500\ta.csv\n12,3\tb.csv\n980\tc.csv\n0\td.csv\n") == std::vector<double>{7.5, 12.3, 980.0, 0.0});
+  CHECK(steps("0,500\ta.csv\n1,250\tb.csv\n2\tc.csv\n1\td.csv\n") == std::vector<double>{0.5, 1.25, 2.0, 1.0});
   const RecordingPlan without = make_plan(sources(folder, {"a.csv"}), {});
   check_error([&] { read_covariate(without, "age"); }, Code::setting_missing, "covariates");
 

@@ -139,3 +139,16 @@ TEST_CASE("journal: a recording is its name and its content") {
   CHECK(key != FitJournal::key(folder / "a"));
   CHECK(FitJournal::key(folder / "none").empty());
 }
+
+TEST_CASE("journal: the files beside a recording of BIDS, its rate and channels, are part of it") {
+  const Folder folder;
+  write_text(folder / "a_motion.tsv", "1");
+  const std::string alone = FitJournal::key(folder / "a_motion.tsv");
+  write_text(folder / "a_channels.tsv", "name\nx\n");
+  write_text(folder / "a_motion.json", R"({"SamplingFrequency": 100})");
+  const std::string with_both = FitJournal::key(folder / "a_motion.tsv");
+  CHECK(alone != with_both);
+  CHECK(with_both == FitJournal::key(folder / "a_motion.tsv"));
+  write_text(folder / "a_motion.json", R"({"SamplingFrequency": 50})");
+  CHECK(with_both != FitJournal::key(folder / "a_motion.tsv"));
+}

@@ -113,6 +113,19 @@ TEST_CASE("a column names the person of each recording") {
   CHECK(without.members[1].participant == "in/b.csv");
 }
 
+TEST_CASE("groups and people of a table follow the rules of a study's sheet: n/a, letter case, accents") {
+  const Names recordings{"a.csv", "b.csv", "c.csv", "d.csv", "e.csv"};
+  for (const char* none : {"n/a", "NA", "N/A", "#N/A", "nan"}) {
+    const std::string table = std::string("file,group,subject\na.csv,Patients,s01\nb.csv,patients,S01\n") +
+                              "c.csv,J\u00FCnger,S2\nd.csv,ju\u0308nger,s3\ne.csv," + none + "," + none + "\n";
+    CHECK(read(table, recordings) == Names{"Patients", "Patients", "J\u00FCnger", "J\u00FCnger", ""});
+    CHECK(participants(table, recordings) == Names{"s01", "s01", "S2", "s3", ""});
+    CHECK(contains(refusal(std::string("file,group,subject\na.csv,x,") + none + "\n", {"a.csv"}), "line 2"));
+  }
+  // Two lines of one recording that differ in letter case do not contradict each other.
+  CHECK(read("file,group\na.csv,Old\na.csv,old\nb.csv,young\n", {"a.csv", "b.csv"}) == Names{"Old", "young"});
+}
+
 TEST_CASE("columns of people that cannot be read are refused") {
   const Names recordings{"a.csv", "b.csv"};
   CHECK(contains(refusal("file,group,subject\na.csv,x,1\nb.csv,y,\n", recordings), "line 3: has no subject"));

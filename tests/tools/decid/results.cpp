@@ -76,6 +76,20 @@ TEST_CASE("fourteen parameters as results: JSON, text and page") {
   CHECK(page.find("\"densities\":") == std::string::npos);
 }
 
+TEST_CASE("gaps of a recording are in seconds of its own protocol") {
+  Report all = identified();
+  all.other_settings.emplace_back().protocol = all.protocol;
+  all.other_settings[0].protocol.experiment.sample_rate_hz = 0.5 * all.protocol.experiment.sample_rate_hz;
+  all.other_settings[0].tilt_rad = all.tilt_rad;
+  all.recordings.push_back(all.recordings[0]);
+  all.recordings[1].setting = 1;
+  for (RecordingResult& id : all.recordings) id.trial.gaps = {{100, 200}};
+  const Json recordings = recordings_json(all);
+  const double rate_hz = all.protocol.experiment.sample_rate_hz;
+  CHECK(recordings[0].at("gaps")[0] == Json{{"begin_s", 100.0 / rate_hz}, {"end_s", 200.0 / rate_hz}});
+  CHECK(recordings[1].at("gaps")[0] == Json{{"begin_s", 200.0 / rate_hz}, {"end_s", 400.0 / rate_hz}});
+}
+
 TEST_CASE("fourteen parameters as a distribution: JSON, text and page") {
   Report all = identified();
   std::vector<double> outputs(mixture_outputs(1, 14), 0.0);

@@ -7,6 +7,7 @@
 #include "base/files/file.hpp"
 #include "base/files/sha256.hpp"
 #include "identify/result_archive.hpp"
+#include "recording/formats/motion_bids.hpp"
 
 namespace decid::tools {
 namespace {
@@ -53,7 +54,10 @@ bool FitJournal::read(const std::string& settings) {
 
 std::string FitJournal::key(const RecordingSource& recording, const std::string& settings) {
   try {
-    return sha256(recording.name() + '\n' + sha256(read_file(recording.file)) + settings);
+    std::string content = recording.name() + '\n' + sha256(read_file(recording.file));
+    for (const std::filesystem::path& beside : recording::files_beside(recording.file))
+      content += '\n' + beside.string() + '\n' + sha256(read_file(beside));
+    return sha256(content + settings);
   } catch (const Error&) {
     return {};  // whoever reads the recording reports it
   }

@@ -18,7 +18,8 @@ class FitJournal {
   /// file, or if it has other settings.
   FitJournal(const std::filesystem::path& path, const std::string& settings, bool resume);
 
-  /// Returns a hash of the recording's name, its file's content and its own settings; empty if the file cannot be read.
+  /// Returns a hash of the recording's name, its file's content, the files beside it (BIDS' channels and rate) and its
+  /// own settings; empty if a file cannot be read.
   static std::string key(const RecordingSource& recording, const std::string& settings = {});
   /// Returns nothing if the journal does not have this recording.
   std::optional<RecordingResult> find(const std::string& key) const;

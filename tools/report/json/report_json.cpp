@@ -186,7 +186,7 @@ Json recording_json(const RecordingResult& id, const Report& report) {
   }
   recording["gaps"] = Json::array();
   for (const SampleRange& gap : id.trial.gaps) {
-    const double rate_hz = report.protocol.experiment.sample_rate_hz;
+    const double rate_hz = report.protocol_for(id).experiment.sample_rate_hz;
     recording["gaps"].push_back(
         {{"begin_s", static_cast<double>(gap.first) / rate_hz}, {"end_s", static_cast<double>(gap.end) / rate_hz}});
   }

@@ -1,0 +1,69 @@
+// Lines of people: see person_lines.hpp.
+#include "identify/study/detail/person_lines.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "identify/study/detail/text_key.hpp"
+
+namespace decid {
+namespace {
+
+/// Keeps the lines with the clearest names.
+std::vector<std::size_t> clearest(std::vector<std::size_t> lines, const std::vector<PathKey::Naming>& naming) {
+  PathKey::Naming best = PathKey::Naming::none;
+  for (const std::size_t line : lines) best = std::max(best, naming[line]);
+  std::erase_if(lines, [&](std::size_t line) { return naming[line] != best; });
+  return lines;
+}
+
+}  // namespace
+
+PersonLines::PersonLines(const std::vector<SheetLine>& lines) {
+  for (const SheetLine& line : lines)
+    lines_.push_back({text_key(line.entry.participant), text_key(line.entry.session), !line.file.empty()});
+}
+
+FittingLines PersonLines::find(const PathKey& path) const {
+  constexpr PathKey::Naming none = PathKey::Naming::none;
+  std::vector<PathKey::Naming> participants(lines_.size(), none), sessions = participants;
+  std::vector<std::size_t> named;
+  for (std::size_t line = 0; line < lines_.size(); ++line) {
+    if (lines_[line].is_recording) continue;
+    participants[line] = path.naming_of_participant(lines_[line].participant);
+    if (participants[line] == none) continue;
+    sessions[line] = path.naming_of_session(lines_[line].session);
+    named.push_back(line);
+  }
+  // Before sessions: a folder of a person whose lines are of other sessions does not leave its files to other people.
+  std::vector<std::size_t> fitting = clearest(std::move(named), participants);
+  std::erase_if(fitting, [&](std::size_t line) { return !lines_[line].session.empty() && sessions[line] == none; });
+  if (fitting.empty()) return {};
+  if (std::vector<std::size_t> two = find_unlike(fitting, &Line::participant); !two.empty())
+    return {std::nullopt, std::move(two)};
+  const std::vector<std::size_t> best = clearest(fitting, sessions);
+  if (std::vector<std::size_t> two = find_unlike(best, &Line::session); !two.empty())
+    return {std::nullopt, std::move(two)};
+  return {best.front(), std::move(fitting)};
+}
+
+bool PersonLines::covers(std::size_t person, std::size_t recording) const {
+  const Line &all = lines_[person], &one = lines_[recording];
+  return !all.is_recording && !all.participant.empty() && all.participant == one.participant &&
+         (all.session.empty() || all.session == one.session);
+}
+
+bool PersonLines::has_recording_line(std::size_t person) const {
+  const std::string& participant = lines_[person].participant;
+  return !participant.empty() && std::ranges::any_of(lines_, [&](const Line& line) {
+    return line.is_recording && line.participant == participant;
+  });
+}
+
+std::vector<std::size_t> PersonLines::find_unlike(const std::vector<std::size_t>& some, std::string Line::*text) const {
+  const std::string& first = lines_[some.front()].*text;
+  const auto other = std::ranges::find_if(some, [&](std::size_t line) { return lines_[line].*text != first; });
+  return other == some.end() ? std::vector<std::size_t>() : std::vector<std::size_t>{some.front(), *other};
+}
+
+}  // namespace decid

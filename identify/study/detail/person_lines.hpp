@@ -1,0 +1,45 @@
+// Finds the line of a sheet that a person's recordings share, by the recordings' paths. Not installed.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "identify/study/detail/path_match.hpp"
+#include "identify/study/sheet.hpp"
+
+namespace decid {
+
+/// The lines of people that a recording's path fits, by their places in the sheet.
+struct FittingLines {
+  std::optional<std::size_t> line;   ///< the recording's; none if the path fits no line, or several equally well
+  std::vector<std::size_t> fitting;  ///< all of the recording's person; without `line` two of other people or sessions
+};
+
+/// The participants and sessions of a sheet's lines, as text_key() compares them.
+class PersonLines {
+ public:
+  PersonLines() = default;
+  explicit PersonLines(const std::vector<SheetLine>& lines);
+
+  /// Finds the line without a file whose participant and session the path names. The participant with the clearest name
+  /// comes first, then the line with the clearest session, then lines without a session.
+  FittingLines find(const PathKey& path) const;
+  /// Returns true if the line `person` is of all recordings of a person, among them those of the line `recording`.
+  bool covers(std::size_t person, std::size_t recording) const;
+  /// Returns true if another line has a file of this line's participant.
+  bool has_recording_line(std::size_t person) const;
+
+ private:
+  struct Line {
+    std::string participant, session;
+    bool is_recording;
+  };
+  /// Returns two of the lines whose texts differ; none if all are alike.
+  std::vector<std::size_t> find_unlike(const std::vector<std::size_t>& some, std::string Line::*text) const;
+
+  std::vector<Line> lines_;
+};
+
+}  // namespace decid

@@ -1,0 +1,110 @@
+// The lines of a sheet that paths of recordings fit: which person, which session, and what is unclear.
+#include "identify/study/detail/person_lines.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+
+#include "identify/study/recording_plan.hpp"
+#include "tests/helpers.hpp"
+
+using namespace decid;
+using namespace decid::test;
+
+namespace {
+
+using Naming = PathKey::Naming;
+
+Naming participant(const std::string& path, const std::string& name) {
+  return PathKey(path).naming_of_participant(name);
+}
+
+/// The participant and the session of each file's recording, in the order of the files; the code of an error.
+std::vector<std::string> people(const std::string& sheet, const std::vector<std::string>& files, Choice choice) {
+  const TemporaryFolder folder;
+  const std::filesystem::path path = write_text(folder / "participants.tsv", sheet);
+  std::vector<RecordingSource> sources;
+  for (const std::string& file : files) {
+    std::filesystem::create_directories((folder / file).parent_path());
+    sources.emplace_back(write_text(folder / file, file));
+  }
+  std::vector<std::string> found(files.size(), "none");
+  for (const PlannedRecording& one : make_plan(read_sheet(path), sources, choice, {}).recordings)
+    for (std::size_t i = 0; i < files.size(); ++i)
+      if (one.source.name() == (folder / files[i]).string())
+        found[i] = one.error ? name(one.error->code()) : one.entry.participant + one.entry.session;
+  return found;
+}
+
+/// expected: "none" for a recording without a line, which is an error only if the call names it.
+void check_people(const std::string& sheet, const std::vector<std::string>& files, std::vector<std::string> expected) {
+  CAPTURE(sheet);
+  CHECK(people(sheet, files, Choice::by_sheet) == expected);
+  std::ranges::replace(expected, std::string("none"), std::string("value_missing"));
+  CHECK(people(sheet, files, Choice::by_call) == expected);
+}
+
+}  // namespace
+
+TEST_CASE("path_match: how clearly a path names a participant") {
+  CHECK(participant("data/sub-01/ses-2/t.csv", "sub-01") == Naming::prefixed);
+  CHECK(participant("data/sub-01/ses-2/t.csv", "01") == Naming::prefixed);
+  CHECK(participant("sub-01_ses-2_t.csv", "SUB-01") == Naming::prefixed);
+  CHECK(PathKey("data/sub-01/ses-2/t.csv").naming_of_session("2") == Naming::prefixed);
+  CHECK(participant("data/sub-010/t.csv", "sub-01") == Naming::none);
+  CHECK(participant("sub-01-b/t.csv", "sub-01") == Naming::within);
+  CHECK(participant("sub-01-b/t.csv", "sub-01-b") == Naming::prefixed);
+  CHECK(participant("1/trial.csv", "1") == Naming::folder);
+  CHECK(participant("P1/P1_closed.csv", "p1") == Naming::folder);
+  CHECK(participant("P1_closed.csv", "p1") == Naming::within);
+  CHECK(participant("2/1.csv", "1") == Naming::within);
+  CHECK(participant("P10_closed.csv", "P1") == Naming::none);
+  CHECK(participant("trial_1.csv", "1") == Naming::none);
+  CHECK(participant("t.csv", "") == Naming::none);
+}
+
+TEST_CASE("lines of people: a folder and sub- come before a file's name; two people equally clear are an error") {
+  check_people("participant_id\tgroup\n1\tx\n2\ty\n", {"1/1.csv", "1/2.csv", "2/1.csv", "2/2.csv"},
+               {"1", "1", "2", "2"});
+  check_people("participant_id\tgroup\nEC\tx\nAB\ty\n", {"AB_EC.csv", "AB/EC.csv", "EC_1.csv", "EC/sub-AB_1.csv"},
+               {"value_invalid", "AB", "EC", "AB"});
+  check_people("participant_id\tgroup\nS01\tx\nS01-B\ty\n", {"S01-B/t.csv", "S01/t.csv", "S01-B_t.csv"},
+               {"S01-B", "S01", "value_invalid"});
+  // Two lines of one person, however it is spelled, are no contradiction.
+  check_people("participant_id\tsession\nP1\t1\np1\t2\nP1\tn/a\n", {"p1/ses-1/t.csv", "P1/ses-2/t.csv", "P1/t.csv"},
+               {"P11", "p12", "P1"});
+  // The folder is of AB, who has a line of another session only.
+  check_people("participant_id\tsession\nAB\t1\nEC\tn/a\n", {"AB/ses-1/t.csv", "AB/ses-2/EC.csv", "EC/t.csv"},
+               {"AB1", "none", "EC"});
+  check_people("participant_id\tsession\nP\t1\nP\t2\n", {"P/1/2.csv", "P/2/1.csv", "P/1-2.csv", "P/ses-1_ses-2.csv"},
+               {"P1", "P2", "none", "value_invalid"});
+}
+
+TEST_CASE("lines of people: an unclear recording names both lines, and neither person lacks a recording") {
+  const TemporaryFolder folder;
+  const std::filesystem::path path = write_text(folder / "participants.tsv", "ID\tgroup\nAB\tx\nEC\ty\n");
+  const RecordingPlan plan = make_plan(read_sheet(path), {write_text(folder / "AB_EC.csv", "1")}, Choice::by_sheet, {});
+  REQUIRE(plan.recordings.size() == 1);
+  REQUIRE(plan.recordings[0].error);
+  check_error([&] { throw *plan.recordings[0].error; }, Code::value_invalid, "line 2 (AB) and line 3 (EC)");
+  CHECK(plan.recordings[0].entry.participant.empty());
+  CHECK(plan.recordings[0].entry.group.empty());
+}
+
+TEST_CASE("lines of people: a person's line fills lines of recordings in any spelling of participant and session") {
+  const TemporaryFolder folder;
+  const std::filesystem::path path = write_text(
+      folder / "participants.tsv",
+      "participant_id\tsession\tfile\tgroup\tweight\theight\nP1\tPre\tn/a\tx\t70\t175\np1\tpre\ta.csv\tn/a\tn/a\tn/a\n"
+      "P1\tpost\tb.csv\tn/a\tn/a\tn/a\n");
+  std::vector<RecordingSource> sources;
+  for (const char* file : {"a.csv", "b.csv"}) sources.emplace_back(write_text(folder / file, file));
+  for (const Choice choice : {Choice::by_sheet, Choice::by_call}) {
+    const RecordingPlan plan = make_plan(read_sheet(path), sources, choice, {});
+    REQUIRE(plan.recordings.size() == 2);  // P1 has recordings, so its line is no error
+    CHECK(plan.notes.empty());
+    CHECK(plan.recordings[0].entry.group == "x");
+    CHECK(plan.recordings[0].mass_kg == 70.0);
+    CHECK_FALSE(plan.recordings[1].mass_kg);  // of another session
+  }
+}
