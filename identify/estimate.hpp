@@ -39,7 +39,8 @@ struct FrequencyResponses {
 
 /// Comparison of a trial with trials simulated from the parameters identified in it.
 struct Explanation {
-  std::vector<float> fitted_rad;  ///< the noise-free trial; shorter than the protocol if the body fell
+  /// The noise-free trial, for a posterior from its mean start on; shorter than the protocol if the body fell.
+  std::vector<float> fitted_rad;
   /// Residual between the noise-free trial and the recording, means removed; NaN if the body fell.
   double rms_residual_deg = std::numeric_limits<double>::quiet_NaN();
   double variance_accounted_for = std::numeric_limits<double>::quiet_NaN();  ///< 1 - var(residual) / var(sway)

@@ -9,6 +9,7 @@
 #include "base/math/statistics.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
+#include "identify/detail/started_later.hpp"
 #include "sim/streams.hpp"
 
 namespace decid {
@@ -120,11 +121,14 @@ std::vector<Explainer::Simulated> Explainer::simulate(std::span<const Answer> an
       },
       [&](int i, const sim::Outcome& outcome, std::span<double> sway) {
         const int trial = i % trials_of_answer - 1;
+        const double rate_hz = simulator_.protocol().experiment.sample_rate_hz;
+        const auto part = standing(outcome, sway, rate_hz);
+        if (const double start_s = answers[static_cast<std::size_t>(i / trials_of_answer)].start_s; start_s != 0.0)
+          std::ranges::copy(started_later(part, start_s * rate_hz), sway.begin());
         Simulated& simulated = all[static_cast<std::size_t>(i / trials_of_answer)];
         if (trial >= 0 && outcome.valid) simulated.sways.put(trial, sway);
         if (trial >= compared) return;
         std::vector<float>& kept = trial < 0 ? simulated.fitted : simulated.noisy[static_cast<std::size_t>(trial)];
-        const auto part = standing(outcome, sway, simulator_.protocol().experiment.sample_rate_hz);
         kept.assign(part.begin(), part.end());
       });
   return all;

@@ -21,6 +21,7 @@ struct Answer {
   /// Level of the warning that the parameters explain less of the trial than of simulated ones. For a posterior it is
   /// info, because its noise explains the rest and is checked separately.
   Severity little_explained = Severity::caution;
+  double start_s = 0.0;  ///< of the trial after the protocol's: simulated trials are compared from there on
 };
 
 /// The plans for trials of one protocol, made once: immutable, so one serves all threads.

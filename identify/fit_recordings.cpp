@@ -94,11 +94,14 @@ void compare(std::span<const std::vector<double>> pointwise, const std::string& 
   warnings = most_severe_first({better, warnings});
 }
 
-/// Returns the trial as it was before a low-pass; warns if it is unknown.
+/// Returns the trial as it was before a low-pass; warns if it is unknown. The warning of the sway as recorded then is
+/// information.
 recording::Trial without_low_pass(const recording::Trial& trial, double rate_hz, Warnings& warnings) {
   recording::Trial before = trial;
   if (!trial.low_pass) return before;
   const recording::LowPass& filter = *trial.low_pass;
+  for (Warning& warning : warnings)
+    if (warning.code == "smooth") warning.severity = Severity::info;
   if (can_undo(filter)) {
     before.sway_rad() = undo(filter, trial.sway_rad(), rate_hz);
     return before;
@@ -350,13 +353,16 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
   }
   const bool from_network = figures.answer == FitFigures::Answer::network;
   // A start well within its prior explains such a recording.
-  if (!from_network && density.infers(Density::start) &&
-      std::ranges::count(at_edge(density, found, start_edge_probability), int{Density::start}) == 0)
-    std::erase_if(result.warnings, [](const Warning& warning) { return warning.code == "other_start"; });
+  const auto is_other_start = [](const Warning& warning) { return warning.code == "other_start"; };
+  const bool start_explains =
+      !from_network && density.infers(Density::start) &&
+      std::ranges::count(at_edge(density, found, start_edge_probability), int{Density::start}) == 0 &&
+      std::erase_if(result.warnings, is_other_start) > 0;
   // The inferred noise explains the rest of the sway, and the predictive check tests whether such noise is usual. So a
   // noise-free trial that explains little is not a fault of the recording.
-  result.explanation = plan_->own.explainer.explain(
-      {result.estimate.parameters, trial, from_network ? Severity::caution : Severity::info});
+  result.explanation = plan_->own.explainer.explain({result.estimate.parameters, trial,
+                                                     from_network ? Severity::caution : Severity::info,
+                                                     from_network ? 0.0 : found.mean(Density::start)});
   result.explanation.ood_score = network_ood_score;
   figures.check = plan_->own.checker.check(found.states(), trial, settings.seed);
   Warnings unlike_simulated, out_of_distribution;
@@ -367,9 +373,11 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
   if (!unlike_training.empty())
     out_of_distribution.push_back({!odd.empty() || found.max_rhat() > odd_rhat ? Severity::invalid : Severity::caution,
                                    "out_of_distribution", "by the network, " + unlike_training});
-  result.warnings = most_severe_first({result.warnings, unlike_simulated, result.explanation.warnings,
-                                       out_of_distribution, response_ratio_warnings(result.explanation),
-                                       posterior_warnings(density, observation, found, from_network), contradictions});
+  Warnings following = response_ratio_warnings(result.explanation);
+  if (start_explains) std::erase_if(following, [](const Warning& warning) { return warning.code == "weak_response"; });
+  result.warnings =
+      most_severe_first({result.warnings, unlike_simulated, result.explanation.warnings, out_of_distribution, following,
+                         posterior_warnings(density, observation, found, from_network), contradictions});
   figures.inferred = posterior::infer(density, observation, found, report_.fit->keeps_log_likelihood);
   for (int i = 0; i < found.points(); ++i) figures.stored_draws.push_back(found.draw_of_point(i));
   figures.posterior.drop_points();

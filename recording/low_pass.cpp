@@ -23,13 +23,17 @@ constexpr int all_bands = 48, min_bands = 24;
 constexpr double min_bins = 2.0, bins_per_independent = 1.5;  // of a band, under Hann's window
 constexpr int max_order = 4, cutoffs = 14, finer_cutoffs = 13, finer_candidates = 3;
 constexpr double lowest_cutoff_hz = 1.8, min_cutoff_hz = 2.2, max_cutoff_fraction = 0.3, finer_factor = 0.15;
+constexpr int lower_cutoffs = 7;
+constexpr double lower_factor = 1.292;  // 1.8 Hz over its seventh power are 0.3 Hz
 constexpr int coarse_updates = 25, finer_updates = 100;
 /// A filter has to lower the deviance by this. Unfiltered sway in white and slow noise gives up to 100.
 constexpr double min_gain_of_deviance = 200.0;
-constexpr double max_deviance_of_band = 3.0;  // 1 for the true model
-constexpr double as_likely_deviance = 6.0;    // a likelihood ratio of 20, with a deviance of 1 a band
+constexpr double min_deviance_of_band = 0.3, max_deviance_of_band = 3.0;  // 1 for the true model and noise
+/// The updates leave this part of the deviance behind steep filters. Unfiltered sway has more.
+constexpr double max_deviance_left = 0.02;
+constexpr double as_likely_deviance = 6.0;  // a likelihood ratio of 20, with a deviance of 1 a band
 constexpr double min_effect = 0.01, min_delay_s = 0.005;
-constexpr double min_gain = 0.1, max_gain_range = 0.05, smallest_gain = 0.05;
+constexpr double min_gain = 0.1, max_gain_range = 0.08, smallest_gain = 0.05, much_gain = 0.7;
 
 double tan_of(double hz, double rate_hz) {
   constexpr long long parts = 1LL << 40;
@@ -131,35 +135,57 @@ struct Candidate {
   double deviance = std::numeric_limits<double>::infinity();
 };
 
-/// Returns the likelier of a candidate and its filter with another cutoff.
-Candidate likelier(const Candidate& known, double cutoff_hz, int updates, const Spectra& spectra, const Bands& bands) {
-  LowPass filter = known.filter;
-  filter.cutoff_hz = cutoff_hz;
-  const double deviance = deviance_of(filtered(spectra, filter, bands), bands, updates);
-  return deviance < known.deviance ? Candidate{filter, deviance} : known;
-}
+/// Compares filters with a spectrum, and keeps all of them.
+struct Comparison {
+  const Spectra& spectra;
+  const Bands& bands;
+  std::vector<Candidate> all = {};
 
-/// Returns the likeliest filter of each order and number of passes, the likeliest of all first.
-std::vector<Candidate> likeliest(double rate_hz, const Spectra& spectra, const Bands& bands) {
-  std::vector<Candidate> candidates;
+  const Candidate& add(LowPass filter, double cutoff_hz, int updates) {
+    filter.cutoff_hz = cutoff_hz;
+    return all.emplace_back(Candidate{filter, deviance_of(filtered(spectra, filter, bands), bands, updates)});
+  }
+};
+
+/// Adds the filters of each order and number of passes, each with the same number of cutoffs from the lowest on.
+/// Returns the likeliest of each, the likeliest of all first.
+std::vector<Candidate> likeliest_of_each(double rate_hz, Comparison& comparison) {
+  std::vector<Candidate> likeliest;
   const double width = decid::log(max_cutoff_fraction * rate_hz / lowest_cutoff_hz);
   for (int order = 1; order <= max_order; ++order)
     for (const bool both_ways : {false, true}) {
-      Candidate& candidate = candidates.emplace_back(Candidate{{order, both_ways, 0.0, rate_hz}});
-      for (int i = 0; i < cutoffs; ++i)
-        candidate = likelier(candidate, lowest_cutoff_hz * decid::exp(width * i / (cutoffs - 1)), coarse_updates,
-                             spectra, bands);
+      Candidate& best = likeliest.emplace_back();
+      for (int i = 0; i < cutoffs; ++i) {
+        const Candidate& next =
+            comparison.add(LowPass{order, both_ways, 0.0, rate_hz},
+                           lowest_cutoff_hz * decid::exp(width * i / (cutoffs - 1)), coarse_updates);
+        if (next.deviance < best.deviance) best = next;
+      }
     }
-  std::ranges::stable_sort(candidates, {}, &Candidate::deviance);
-  if (candidates.front().filter.cutoff_hz < min_cutoff_hz) return candidates;
-  for (Candidate& candidate : std::span(candidates).first(finer_candidates)) {
-    const double middle_hz = candidate.filter.cutoff_hz;
-    for (int i = 0; i < finer_cutoffs; ++i)
-      candidate = likelier(candidate, middle_hz * decid::exp(finer_factor * (2.0 * i / (finer_cutoffs - 1) - 1.0)),
-                           finer_updates, spectra, bands);
+  std::ranges::stable_sort(likeliest, {}, &Candidate::deviance);
+  return likeliest;
+}
+
+/// Adds cutoffs near those of the likeliest filters. Returns the likeliest of all.
+Candidate refined(std::span<const Candidate> likeliest, Comparison& comparison) {
+  Candidate best = likeliest.front();
+  for (const Candidate& middle : likeliest)
+    for (int i = 0; i < finer_cutoffs; ++i) {
+      const double factor = decid::exp(finer_factor * (2.0 * i / (finer_cutoffs - 1) - 1.0));
+      const Candidate& next = comparison.add(middle.filter, middle.filter.cutoff_hz * factor, finer_updates);
+      if (next.deviance < best.deviance) best = next;
+    }
+  return best;
+}
+
+/// Adds lower cutoffs where the lowest one is as likely: below the bands only a filter's slope shows, so a sum of
+/// slopes in front of it may hide its cutoff.
+void add_lower_cutoffs(double most_deviance, Comparison& comparison) {
+  for (std::size_t kind = 0; kind < std::size_t{2} * max_order; ++kind) {
+    Candidate last = comparison.all[kind * cutoffs];
+    for (int i = 0; i < lower_cutoffs && last.deviance <= most_deviance; ++i)
+      last = comparison.add(last.filter, last.filter.cutoff_hz / lower_factor, coarse_updates);
   }
-  std::ranges::stable_sort(candidates, {}, &Candidate::deviance);
-  return candidates;
 }
 
 }  // namespace
@@ -187,17 +213,33 @@ std::optional<LowPass> find_low_pass(std::span<const double> sway_rad, double ra
   const Spectra spectra = unfiltered(bands);
   const double without = deviance_of(spectra, bands, coarse_updates);
   if (without < min_gain_of_deviance) return {};
-  const std::vector<Candidate> candidates = likeliest(rate_hz, spectra, bands);
-  const Candidate& best = candidates.front();
+  Comparison comparison{spectra, bands};
+  const std::vector<Candidate> likeliest = likeliest_of_each(rate_hz, comparison);
+  const double max_deviance = max_deviance_of_band * static_cast<double>(bands.hz.size());
+  const double max_steep_deviance = std::max(max_deviance, max_deviance_left * without);
+  // Only a slope shows, and it explains the spectrum badly, or better than that of noise: sway without noise.
+  const auto is_noiseless = [&](const Candidate& of) {
+    return of.filter.cutoff_hz < min_cutoff_hz &&
+           (of.deviance > max_steep_deviance ||
+            of.deviance < min_deviance_of_band * static_cast<double>(bands.hz.size()));
+  };
+  if (is_noiseless(likeliest.front())) return {};
+  const Candidate best = refined(std::span(likeliest).first(finer_candidates), comparison);
+  if (is_noiseless(best) || best.deviance > max_steep_deviance || without - best.deviance < min_gain_of_deviance)
+    return {};
   const double of_band = best.deviance / static_cast<double>(bands.hz.size());
-  if (of_band > max_deviance_of_band || without - best.deviance < min_gain_of_deviance) return {};
-  if (best.filter.cutoff_hz < min_cutoff_hz) return {};  // only its slope is in the spectrum, which sway has too
+  const double most_deviance = best.deviance + as_likely_deviance * std::max(1.0, of_band);
+  add_lower_cutoffs(most_deviance, comparison);
   LowPass found = best.filter;
   found.gain_low = found.gain_high = found.gain_at(low_pass_hz);
-  for (const Candidate& other : candidates) {
-    if (other.deviance > best.deviance + as_likely_deviance * std::max(1.0, of_band)) continue;
+  for (const Candidate& other : comparison.all) {
+    if (other.deviance > most_deviance) continue;
     found.gain_low = std::min(found.gain_low, other.filter.gain_at(low_pass_hz));
     found.gain_high = std::max(found.gain_high, other.filter.gain_at(low_pass_hz));
+  }
+  if (best.deviance > max_deviance) {  // too unlike this filter to undo it
+    if (found.gain_low >= much_gain) return {};
+    found.gain_high = 1.0;
   }
   if (found.gain_low > 1.0 - min_effect && found.delay_s() < min_delay_s) return {};
   return found;
@@ -205,6 +247,10 @@ std::optional<LowPass> find_low_pass(std::span<const double> sway_rad, double ra
 
 bool can_undo(const LowPass& filter) {
   return filter.gain_low >= min_gain && filter.gain_high - filter.gain_low <= max_gain_range;
+}
+
+bool removes_much(const LowPass& filter) {
+  return !can_undo(filter) || filter.gain_at(low_pass_hz) < much_gain;
 }
 
 std::vector<float> undo(const LowPass& filter, std::span<const float> sway_rad, double rate_hz) {

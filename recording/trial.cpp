@@ -96,9 +96,8 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   const double from_hz = same_rate ? rate : recording.rate_hz;
   const double recorded_s = static_cast<double>(recording.signals.samples()) / from_hz;
   if (recording.rate_hz < rate && !same_rate) check_rate(recording, rate);
-  if (options.start_s && recording.tilt_was_found) recording.signals.remove(platform_tilt);
   const Signal<double>* tilt = recording.signals.find(platform_tilt);
-  if (options.start_s && tilt) {
+  if (options.start_s && tilt && !recording.tilt_was_found) {
     throw Error(Code::setting_conflict, where(recording), "a start and a tilt both define the protocol's start",
                 either(recording, "give one of them",
                        "give " + setting("begin") + " or " + setting("tilt_column") + ", not both"));
@@ -113,7 +112,7 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   Trial trial;
   trial.is_large = recording.is_large;
   TrialPlacement place{options.start_s.value_or(0.0), 0, needed - 1};
-  if (tilt) {
+  if (tilt && !options.start_s) {
     trial.tilt =
         recording.tilt_was_found ? try_start(plan, from_hz, recording) : find_start(*tilt, plan, from_hz, recording);
     tilt = recording.signals.find(platform_tilt);
@@ -128,6 +127,10 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   if (place.first > most || needed - 1 - place.last > most || 2 * (place.last - place.first) < needed) {
     refuse_length(recording, protocol, place.start_s);
   }
+  if (tilt && options.start_s) {
+    check_at_start(plan, from_hz, *options.start_s, recording);
+    tilt = recording.signals.find(platform_tilt);
+  }
   const auto samples = static_cast<std::size_t>(needed);
   const FoundInSway found = look_for_faults_within(recording, from_hz, place, protocol);
   trial.gaps = gaps_in_trial(found.unmeasured, from_hz, rate, place, samples);
@@ -139,7 +142,7 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   for (const Signal<double>& signal : recording.signals) {
     std::vector<double> values = cut(signal.rad, from_hz, rate, place, samples);
     if (signal.name == com_sway) look_for_changes(plan.response(), values, recording.warnings);
-    if (&signal == tilt) look_for_tilt_slips(values, plan, recording.warnings);
+    if (&signal == tilt) look_for_tilt_slips(values, plan, options.start_s.has_value(), recording.warnings);
     if (&signal != tilt) detrend(values, protocol, options.detrend, recording.warnings);
     trial.signals.add({signal.name, signal.column, std::vector<float>(values.begin(), values.end())});
   }

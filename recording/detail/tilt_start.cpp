@@ -71,29 +71,11 @@ void refuse_rest(const Signal<double>& tilt, const std::vector<double>& measured
                  setting("protocol") + " of decid fit"));
 }
 
-}  // namespace
-
-std::vector<double> prescribed_tilt(const sim::Protocol& protocol) {
-  const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
-  const int samples = protocol.samples(), steps_per_sample = protocol.experiment.steps_per_sample();
-  std::vector<double> tilt;
-  tilt.reserve(static_cast<std::size_t>(samples));
-  for (int k = 0; k < samples; ++k) tilt.push_back(stimulus.tilt_at(k * steps_per_sample));
-  return tilt;
-}
-
-std::size_t overhang_of(std::size_t samples) {
-  return samples / 4;
-}
-
-TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, double from_hz, Recording& recording) {
-  const sim::Protocol& protocol = plan.protocol();
-  const double rate = protocol.experiment.sample_rate_hz;
-  const auto needed = static_cast<std::size_t>(protocol.samples());
-  const std::vector<double> measured = from_hz == rate ? tilt.rad : resample(tilt.rad, from_hz, rate);
-  if (measured.size() + 2 * overhang_of(needed) < needed) refuse_length(recording, protocol, 0.0);
-  const Match match = plan.tilt().match(measured);
-  TiltMatch result{match.delay_samples / rate, match.correlation, match.gain};
+/// Throws OtherStimulus if the platform played another stimulus; adds warnings of what differs. `measured`: the tilt at
+/// the protocol's rate; at: the place of the match, for texts.
+TiltMatch judged(const Signal<double>& tilt, const std::vector<double>& measured, const Match& match,
+                 const std::string& at, const sim::Protocol& protocol, Recording& recording) {
+  TiltMatch result{match.delay_samples / protocol.experiment.sample_rate_hz, match.correlation, match.gain};
   if (match.correlation < min_correlation) refuse_comtest(tilt, measured, protocol, match.correlation, recording);
   const std::string figures = "correlation " + six_digits(std::round(1e4 * match.correlation) / 1e4);
   if (match.correlation < good_correlation && match.correlation > -good_correlation)
@@ -102,7 +84,8 @@ TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, doubl
   if (match.correlation < min_correlation && match.correlation > -good_correlation) {
     throw OtherStimulus(
         Code::protocol_mismatch, where(recording),
-        "the tilt " + tilt.column + " does not follow the protocol '" + protocol.name + "' (" + figures + " at best)",
+        "the tilt " + tilt.column + " does not follow the protocol '" + protocol.name + "' (" + figures + " at " + at +
+            ")",
         either(recording, "give another tilt, or a model for the protocol that was played",
                "name another " + setting("tilt_column") + ", or a model for the protocol that was played"));
   }
@@ -130,6 +113,32 @@ TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, doubl
             "), or check " + either(recording, "the tilt's unit", setting("tilt_unit")) +
             (std::abs(match.gain / sim::rad_per_deg - 1.0) < good_gain ? ", because these may be radians" : ""));
   }
+  return result;
+}
+
+}  // namespace
+
+std::vector<double> prescribed_tilt(const sim::Protocol& protocol) {
+  const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
+  const int samples = protocol.samples(), steps_per_sample = protocol.experiment.steps_per_sample();
+  std::vector<double> tilt;
+  tilt.reserve(static_cast<std::size_t>(samples));
+  for (int k = 0; k < samples; ++k) tilt.push_back(stimulus.tilt_at(k * steps_per_sample));
+  return tilt;
+}
+
+std::size_t overhang_of(std::size_t samples) {
+  return samples / 4;
+}
+
+TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, double from_hz, Recording& recording) {
+  const sim::Protocol& protocol = plan.protocol();
+  const double rate = protocol.experiment.sample_rate_hz;
+  const auto needed = static_cast<std::size_t>(protocol.samples());
+  const std::vector<double> measured = from_hz == rate ? tilt.rad : resample(tilt.rad, from_hz, rate);
+  if (measured.size() + 2 * overhang_of(needed) < needed) refuse_length(recording, protocol, 0.0);
+  const Match match = plan.tilt().match(measured);
+  TiltMatch result = judged(tilt, measured, match, "best", protocol, recording);
   const std::vector<double> expected = prescribed_tilt(protocol);
   const TiltBefore before = tilt_before(measured, match.delay_samples, expected, match.gain, rate);
   if (before == TiltBefore::at_rest || before == TiltBefore::cycle_end)
@@ -142,7 +151,8 @@ TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, doubl
   return result;
 }
 
-void look_for_tilt_slips(const std::vector<double>& tilt, const ProtocolPlan& plan, Warnings& warnings) {
+void look_for_tilt_slips(const std::vector<double>& tilt, const ProtocolPlan& plan, bool start_was_given,
+                         Warnings& warnings) {
   constexpr int parts = 8;
   constexpr double max_slip_s = 0.1, shortest_part_s = 5.0;
   const double rate = plan.protocol().experiment.sample_rate_hz;
@@ -160,22 +170,24 @@ void look_for_tilt_slips(const std::vector<double>& tilt, const ProtocolPlan& pl
     const Match match = TiltMatcher(played, 0).match(about);
     const double slip_s = (match.delay_samples + static_cast<double>(from) - static_cast<double>(begin)) / rate;
     if (match.correlation < good_correlation || std::abs(slip_s) <= max_slip_s) continue;
-    add_caution(
-        warnings, "time_slips",
-        "after " + three_digits(static_cast<double>(begin) / rate) + " s of the protocol the measured tilt is " +
-            three_digits(std::abs(slip_s)) + " s " +
-            (slip_s > 0.0 ? "early: a stretch of the recording is missing" : "late: a stretch was recorded twice"));
+    add_caution(warnings, "time_slips",
+                "after " + three_digits(static_cast<double>(begin) / rate) +
+                    " s of the protocol the measured tilt is " + three_digits(std::abs(slip_s)) + " s " +
+                    (slip_s > 0.0 ? "early: " : "late: ") +
+                    (start_was_given && part == 0 ? "check " + setting("begin")
+                     : slip_s > 0.0               ? "a stretch of the recording is missing"
+                                                  : "a stretch was recorded twice"));
     return;
   }
 }
 
-std::optional<TiltMatch> try_start(const ProtocolPlan& plan, double from_hz, Recording& recording) {
-  const Signal<double>& tilt = *recording.signals.find(platform_tilt);
+namespace {
+
+/// Runs a comparison with a tilt that was found by its name only. If it throws, removes the tilt, with a warning.
+template <class Compare>
+void try_to(const Compare& compare, Recording& recording) {
   try {
-    const TiltMatch match = find_start(tilt, plan, from_hz, recording);
-    add_info(recording.warnings, "tilt_found",
-             "the column " + tilt.column + " is assumed to be the platform's tilt and gives the protocol's start");
-    return match;
+    compare();
   } catch (const OtherStimulus& error) {
     add_invalid(recording.warnings, "tilt_not_used",
                 "the platform played another stimulus, if this column is its tilt: " + error.problem() + "; " +
@@ -183,13 +195,39 @@ std::optional<TiltMatch> try_start(const ProtocolPlan& plan, double from_hz, Rec
                     either(recording, ", or leave it out",
                            ", or give " + setting("tilt_column") + " none if it is not the tilt"));
     recording.signals.remove(platform_tilt);
-    return {};
   } catch (const Error& error) {
     add_caution(recording.warnings, "tilt_not_used",
                 "decid ignores a column that may be the platform's tilt: " + error.problem() + "; " + error.remedy());
     recording.signals.remove(platform_tilt);
-    return {};
   }
+}
+
+}  // namespace
+
+std::optional<TiltMatch> try_start(const ProtocolPlan& plan, double from_hz, Recording& recording) {
+  const Signal<double>& tilt = *recording.signals.find(platform_tilt);
+  std::optional<TiltMatch> match;
+  try_to(
+      [&] {
+        match = find_start(tilt, plan, from_hz, recording);
+        add_info(recording.warnings, "tilt_found",
+                 "the column " + tilt.column + " is assumed to be the platform's tilt and gives the protocol's start");
+      },
+      recording);
+  return match;
+}
+
+void check_at_start(const ProtocolPlan& plan, double from_hz, double start_s, Recording& recording) {
+  const sim::Protocol& protocol = plan.protocol();
+  const double rate = protocol.experiment.sample_rate_hz;
+  const Signal<double>& tilt = *recording.signals.find(platform_tilt);
+  std::vector<double> measured = from_hz == rate ? tilt.rad : resample(tilt.rad, from_hz, rate);
+  // The length was checked: what is missing at the end is the held value.
+  const auto begin = std::min(static_cast<std::size_t>(std::lround(start_s * rate)), measured.size() - 1);
+  measured.erase(measured.begin(), measured.begin() + static_cast<std::ptrdiff_t>(begin));
+  measured.resize(static_cast<std::size_t>(protocol.samples()), measured.back());
+  const Match match = TiltMatcher(prescribed_tilt(protocol), 0).match(measured);
+  try_to([&] { judged(tilt, measured, match, "the given start", protocol, recording); }, recording);
 }
 
 }  // namespace decid::recording

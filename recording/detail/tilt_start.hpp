@@ -21,12 +21,17 @@ std::size_t overhang_of(std::size_t samples);
 /// samples; adds warnings of what differs.
 TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, double from_hz, Recording& recording);
 
+/// Compares a tilt that was found by its name only with the protocol at the start that was given: adds the warnings of
+/// find_start(). If it does not follow the protocol there, removes it, with a warning.
+void check_at_start(const ProtocolPlan& plan, double from_hz, double start_s, Recording& recording);
+
 /// Tries a tilt that was found by its name only. If it does not follow the protocol, nothing else is known about the
 /// stimulus: removes it, with a warning.
 std::optional<TiltMatch> try_start(const ProtocolPlan& plan, double from_hz, Recording& recording);
 
 /// Warns if a measured tilt follows the protocol with different delays in consecutive parts, as after a missing
-/// stretch. `tilt`: at the protocol's samples.
-void look_for_tilt_slips(const std::vector<double>& tilt, const ProtocolPlan& plan, Warnings& warnings);
+/// stretch. `tilt`: at the protocol's samples. start_was_given: the tilt did not determine the start.
+void look_for_tilt_slips(const std::vector<double>& tilt, const ProtocolPlan& plan, bool start_was_given,
+                         Warnings& warnings);
 
 }  // namespace decid::recording

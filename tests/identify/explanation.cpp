@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/math/random.hpp"
+#include "identify/detail/started_later.hpp"
 #include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 
@@ -64,6 +65,30 @@ TEST_CASE("explanation: without noise the controller's responses are its own") {
   REQUIRE(found.frf->recorded.size() == found.frf->model.size());
   for (std::size_t i = 0; i < found.frf->recorded.size(); ++i)
     CHECK(found.frf->recorded[i].response == found.frf->model[i].response);
+}
+
+TEST_CASE("explain: a trial that starts late is compared with simulated trials from there on") {
+  const auto later = [](const std::vector<double>& sway) { return started_later(sway, 40.0); };  // 0.4 s
+  const recording::Trial exact = as_trial(later(trial(controller(0.0), 0)));
+  const Explanation found = explainer().explain({controller(0.0), exact, Severity::caution, 0.4});
+  CHECK(found.fitted_rad == exact.sway_rad());
+  CHECK(found.variance_accounted_for == 1.0);
+  CHECK(explainer().explain({controller(0.0), exact}).variance_accounted_for < 0.9);
+
+  const sim::Parameters parameters = controller(0.3);
+  const std::vector<double> sway = trial(parameters, 0);
+  const recording::Trial late = as_trial(later(sway));
+  const double ratio = explained(sway, parameters).response_ratio;
+  CHECK(within(explainer().explain({parameters, late, Severity::caution, 0.4}).response_ratio, ratio, 0.1));
+  CHECK(explainer().explain({parameters, late}).response_ratio < ratio - 0.2);
+}
+
+TEST_CASE("started_later: places between samples are interpolated, and the ends are held") {
+  const std::vector<double> values{1.0, 3.0, 4.0};
+  CHECK(started_later(values, 0.0) == values);
+  CHECK(started_later(values, 0.5) == std::vector<double>{2.0, 3.5, 4.0});
+  CHECK(started_later(values, -1.0) == std::vector<double>{1.0, 1.0, 3.0});
+  CHECK(started_later({}, 1.0).empty());
 }
 
 TEST_CASE("explain: the residual is the recording minus the noise-free trial, without the offset") {

@@ -49,6 +49,26 @@ double rms(const std::vector<float>& a, const std::vector<float>& b, std::size_t
   return std::sqrt(squares / static_cast<double>(a.size() - 2 * margin));
 }
 
+/// Runs a Butterworth low-pass of order 1 or 2.
+std::vector<double> filtered(std::vector<double> sway, int order, bool both_ways, double cutoff_hz) {
+  const double warped = std::tan(sim::pi * cutoff_hz / rate_hz), square = warped * warped;
+  const double middle = order == 1 ? 0.0 : std::sqrt(2.0) * warped;
+  for (int pass = 0; pass < (both_ways ? 2 : 1); ++pass) {
+    double in1 = sway[0], in2 = in1, out1 = in1, out2 = in1;
+    for (double& value : sway) {
+      const double in = value;
+      value = order == 1
+                  ? (warped * (in + in1) + (1.0 - warped) * out1) / (1.0 + warped)
+                  : (square * (in + 2.0 * in1 + in2) + 2.0 * (1.0 - square) * out1 - (1.0 - middle + square) * out2) /
+                        (1.0 + middle + square);
+      in2 = std::exchange(in1, in);
+      out2 = std::exchange(out1, value);
+    }
+    if (both_ways) std::ranges::reverse(sway);
+  }
+  return sway;
+}
+
 }  // namespace
 
 TEST_CASE("a Butterworth low-pass has the gain and the delay of its definition") {
@@ -105,6 +125,31 @@ TEST_CASE("a low-pass is found, and undone it gives the sway before it") {
   CHECK(found >= 30);
 }
 
+TEST_CASE("a low-pass below the band of the noise leaves its gain open, and is not undone") {
+  struct Case {
+    int order;
+    bool both_ways;
+    double cutoff_hz;
+  };
+  for (std::uint64_t item = 0; item < 3; ++item) {
+    const std::vector<double> before = in_double(recorded(0.02, 0.0, item));
+    for (const auto& [order, both_ways, cutoff_hz] :
+         {Case{1, false, 1.0}, Case{1, false, 1.5}, Case{1, true, 1.0}, Case{2, true, 0.85}}) {
+      CAPTURE(item);
+      CAPTURE(order);
+      CAPTURE(both_ways);
+      CAPTURE(cutoff_hz);
+      const std::optional<LowPass> filter = find_low_pass(filtered(before, order, both_ways, cutoff_hz), rate_hz);
+      REQUIRE(filter);
+      const double gain = LowPass{order, both_ways, cutoff_hz, rate_hz}.gain_at(low_pass_hz);
+      CHECK(filter->gain_low <= gain + 0.05);  // the scan's steps
+      CHECK(filter->gain_high >= gain);
+      CHECK(!can_undo(*filter));
+      CHECK(removes_much(*filter));
+    }
+  }
+}
+
 TEST_CASE("sway without a low-pass has none: noise, slow noise, rounding, steps, gaps, linear interpolation") {
   const Random random(5, sim::streams::sensor_noise, 0);
   for (const double noise_deg : {0.0, 0.001, 0.02, 0.1}) {
@@ -150,4 +195,16 @@ TEST_CASE("a low-pass whose gain is uncertain or small cannot be undone") {
   CHECK(!can_undo(filter));
   filter.gain_low = filter.gain_high = 0.05;
   CHECK(!can_undo(filter));
+}
+
+TEST_CASE("a low-pass removes much if its gain is unclear or below 0.7") {
+  LowPass filter{2, true, 5.0, rate_hz};
+  filter.gain_low = filter.gain_high = filter.gain_at(low_pass_hz);
+  CHECK(!removes_much(filter));
+  filter.gain_low -= 0.2;
+  CHECK(removes_much(filter));
+  filter.cutoff_hz = 3.0;
+  filter.gain_low = filter.gain_high = filter.gain_at(low_pass_hz);
+  CHECK(can_undo(filter));
+  CHECK(removes_much(filter));
 }

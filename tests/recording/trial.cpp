@@ -278,6 +278,30 @@ TEST_CASE("a noisy, too large, inverted or different tilt is recognised") {
   check_error([&] { bring_to_protocol(large, protocol, {.start_s = 1.0}); }, Code::setting_conflict);
 }
 
+TEST_CASE("a start that is given: a tilt found by its name is compared with the protocol there") {
+  const sim::Protocol protocol = two_cycles();
+  const auto brought = [&](double factor, double start_s) {
+    Recording recording = with_tilt(protocol, 1.0, 12.0, 100.0, factor);
+    recording.tilt_was_found = true;
+    const Trial trial = bring_to_protocol(recording, protocol, {.start_s = start_s});
+    CHECK_FALSE(trial.tilt);
+    const bool removed = std::ranges::count(recording.warnings, "tilt_not_used", &Warning::code) > 0;
+    CHECK((trial.signals.find(platform_tilt) == nullptr) == removed);
+    CHECK(near(trial.sway_rad()[100], 1e-3 * (start_s + 1.0 - 1.0), 1e-9));
+    return recording.warnings;
+  };
+  const auto has = [](const Warnings& warnings, const char* code) {
+    return std::ranges::count(warnings, code, &Warning::code) > 0;
+  };
+  CHECK(worst_trust(brought(1.0, 1.0)) != Trust::not_usable);
+  for (const char* code : {"tilt_not_used", "tilt_of_other_size", "tilt_follows_roughly", "time_slips"})
+    CHECK_FALSE(has(brought(1.0, 1.0), code));
+  CHECK(has(brought(2.0, 1.0), "tilt_of_other_size"));
+  CHECK(worst_trust(brought(-1.0, 1.0)) == Trust::not_usable);
+  CHECK(worst_trust(brought(0.0, 1.0)) == Trust::not_usable);
+  CHECK(worst_trust(brought(1.0, 2.5)) != Trust::usable);
+}
+
 TEST_CASE("a platform that stopped, or began late, is named; it is not a tilt of the other sign") {
   sim::Protocol one = sim::default_protocol();
   one.sequence().cycles = 1;

@@ -159,11 +159,15 @@ double measurement_noise_deg(std::span<const double> sway, double rate_hz) {
 
 /// Describes a low-pass.
 std::string describe(const LowPass& filter) {
+  const std::string at = "at " + three_digits(low_pass_hz) + " Hz it keeps ";
+  if (!can_undo(filter))
+    return "a low-pass smoothed the sway, and the spectrum leaves open which: " + at +
+           three_digits(100.0 * filter.gain_low) + " to " + three_digits(100.0 * filter.gain_high) +
+           "% of the sway, and it may delay it; give unfiltered recordings";
   std::string text = "a low-pass of about " + three_digits(filter.cutoff_hz) +
                      " Hz smoothed the sway (like Butterworth's of order " + std::to_string(filter.order) +
-                     (filter.both_ways ? ", forwards and backwards" : "") + "): ";
-  text += "at " + three_digits(low_pass_hz) + " Hz it keeps " + three_digits(100.0 * filter.gain_at(low_pass_hz)) +
-          "% of the sway";
+                     (filter.both_ways ? ", forwards and backwards" : "") + "): " + at +
+                     three_digits(100.0 * filter.gain_at(low_pass_hz)) + "% of the sway";
   if (!filter.both_ways)
     text += ", and if it ran forwards only, it delays the sway by " + three_digits(filter.delay_s()) + " s";
   return text + "; give unfiltered recordings";
@@ -185,7 +189,9 @@ std::optional<LowPass> look_for_smoothing(std::span<const double> sway, double r
     return {};
   }
   std::optional<LowPass> low_pass = find_low_pass(sway, rate_hz);
-  if (low_pass) {
+  if (low_pass && removes_much(*low_pass)) {
+    add_caution(warnings, "smooth", describe(*low_pass));
+  } else if (low_pass) {
     add_info(warnings, "smooth", describe(*low_pass));
   } else if (rate_hz >= noise_rate_hz && measurement_noise_deg(sway, rate_hz) < smooth_deg) {
     add_info(warnings, "smooth",

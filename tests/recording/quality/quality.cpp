@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/math/random.hpp"
@@ -174,6 +175,24 @@ TEST_CASE("sway without a sensor's noise was smoothed, or simulated") {
   check_only(found(values), "smooth", Severity::info, "moving average of 0.11 s");
   for (const Warning& warning : found(sway(0.0), 20.0))
     CHECK(warning.code != "smooth");  // the rate is too low to judge
+}
+
+TEST_CASE("a low-pass that removes much is a caution") {
+  const auto smoothed = [](double cutoff_hz) {  // Butterworth, first order, both ways
+    std::vector<double> values = sway(0.1, 12000);
+    const double warped = std::tan(sim::pi * cutoff_hz / rate_hz);
+    for (int pass = 0; pass < 2; ++pass) {
+      double in = values[0], out = in;
+      for (double& value : values) {
+        out = (warped * (value + in) + (1.0 - warped) * out) / (1.0 + warped);
+        in = std::exchange(value, out);
+      }
+      std::ranges::reverse(values);
+    }
+    return values;
+  };
+  check_only(found(smoothed(1.0)), "smooth", Severity::caution, "leaves open");
+  check_only(found(smoothed(10.0)), "smooth", Severity::info, "low-pass");
 }
 
 TEST_CASE("samples that were bridged by a straight line are found, unless the reader has filled gaps itself") {
