@@ -7,7 +7,8 @@
 namespace decid {
 
 /// Returns a caution (`implausible_body`) for a person with a body mass index that few people have, as a weight in
-/// pounds gives; none for a body that is not a person's. sim::body_of_participant() refuses indexes outside 12 to 60 kg/m2.
+/// pounds gives; none for a body that is not a person's. sim::body_of_participant() refuses indexes outside 12 to 60
+/// kg/m2.
 Warnings body_warnings(const sim::Body& body);
 
 }  // namespace decid
