@@ -187,8 +187,9 @@ void Identifier::identify(std::span<RecordingResult> read) {
 
 RecordingResult identify(const Model& model, std::span<const double> sway_rad, double rate_hz,
                          const IdentifyOptions& options, const std::optional<sim::Body>& body) {
-  RecordingResult result =
-      bring(recording::make_recording(sway_rad, rate_hz), recording::ProtocolPlan(model.protocol), options, body);
+  const bool mean_is_upright = options.detrend != recording::Detrend::none;
+  RecordingResult result = bring(recording::make_recording(sway_rad, rate_hz, mean_is_upright),
+                                 recording::ProtocolPlan(model.protocol), options, body);
   Identifier(model, for_body(model, "the model", body), 1).identify(std::span(&result, 1));
   return result;
 }

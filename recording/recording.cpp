@@ -337,7 +337,7 @@ std::vector<std::string> list_trials(const std::filesystem::path& path, const Re
   return trials_in(*read_table(path, options.skip_lines, options.section), options.trial_column, path.string());
 }
 
-Recording make_recording(std::span<const double> sway_rad, double rate_hz) {
+Recording make_recording(std::span<const double> sway_rad, double rate_hz, bool mean_is_upright) {
   Recording recording;
   recording.rate_hz = rate_hz;
   if (!is_sample_rate(rate_hz))
@@ -351,7 +351,7 @@ Recording make_recording(std::span<const double> sway_rad, double rate_hz) {
       throw Error(Code::value_invalid, "recording", "sample " + std::to_string(k) + " is not finite",
                   "interpolate missing samples");
   const Signal<double>& sway = recording.signals.add({com_sway, "sway", {sway_rad.begin(), sway_rad.end()}});
-  check_size(sway, false, false, recording);
+  check_size(sway, false, mean_is_upright, recording);
   return recording;
 }
 

@@ -98,9 +98,9 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
 /// does, for a missing column, and for a column that does not distinguish recordings.
 std::vector<std::string> list_trials(const std::filesystem::path& path, const RecordingOptions& options);
 
-/// Makes a recording from samples in memory, rad. Throws Error for fewer than 2 samples, a sample that is not finite, a
-/// constant signal, sway beyond 90 degrees, and a rate outside of 1 to 100,000 Hz. Warns of implausible sizes as
-/// read_recording does.
-Recording make_recording(std::span<const double> sway_rad, double rate_hz);
+/// Makes a recording from samples in memory, rad. mean_is_upright: as of RecordingOptions. Throws Error for fewer than
+/// 2 samples, a sample that is not finite, a constant signal, sway beyond 90 degrees, and a rate outside of 1 to
+/// 100,000 Hz. Warns of implausible sizes as read_recording does.
+Recording make_recording(std::span<const double> sway_rad, double rate_hz, bool mean_is_upright = false);
 
 }  // namespace decid::recording

@@ -203,6 +203,7 @@ typedef struct decid_read_options {
   const char* trial_column;
   const char* trial;           /* the recording: a name of decid_trials_name; required with trial_column */
   const double* missing_value; /* a number that marks a missing value, in addition to the usual ones; NULL: none */
+  int mean_is_upright; /* 1: detrend will subtract the sensor's offset, so the sway's size counts from its mean */
 } decid_read_options;
 DECID_API void decid_read_defaults(decid_read_options* options, size_t size);
 
@@ -228,6 +229,7 @@ typedef struct decid_samples_options {
   int tilt_unit;                /* as unit; DECID_BY_NAME: the sway's */
   const double* tilt;           /* of the platform, sampled with the sway: as many values; NULL: not measured */
   int invert_sway, invert_tilt; /* 1: positive against the protocol's direction of tilt */
+  int mean_is_upright;          /* as in decid_read_options */
 } decid_samples_options;
 DECID_API void decid_samples_defaults(decid_samples_options* options, size_t size);
 

@@ -95,6 +95,7 @@ decid::recording::RecordingOptions reading(const decid_read_options& asked, cons
   how.hip_column = text_or_empty(asked.hip_column);
   how.shoulder_column = text_or_empty(asked.shoulder_column);
   how.ankle_column = text_or_empty(asked.ankle_column);
+  how.mean_is_upright = asked.mean_is_upright != 0;
   choose_part(asked, where, how);
   return how;
 }
@@ -140,7 +141,8 @@ std::unique_ptr<decid_recording> recording_of(const double* sway, std::size_t sa
   if (asked.tilt == nullptr && (asked.tilt_unit != DECID_BY_NAME || asked.invert_tilt != 0))
     throw decid::Error(decid::Code::setting_missing, where, "tilt_unit or invert_tilt is given without a tilt",
                        "give the tilt, or neither");
-  Recording made = make_recording(to_rad(&given(sway, where, "sway"), samples, unit), rate_hz);
+  Recording made =
+      make_recording(to_rad(&given(sway, where, "sway"), samples, unit), rate_hz, asked.mean_is_upright != 0);
   if (asked.invert_sway != 0) invert(made.signals.at(com_sway).rad);
   if (asked.tilt != nullptr) made.signals.add({platform_tilt, "tilt", tilt_of(asked, samples, where)});
   return std::make_unique<decid_recording>(std::move(made));

@@ -19,7 +19,7 @@
 %                           of samples: the tilt's unit, otherwise the sway's; true: positive against the protocol's direction
 %   "model"                 a model file; otherwise the built-in model
 %   "column", "unit", "rate", "fill_gaps", "tilt_column", "tilt_unit", "invert_sway", "invert_tilt", "section",
-%   "trial_column", "trial", "missing", "skip_lines"
+%   "trial_column", "trial", "missing", "skip_lines", "com_height", "leg", "trunk", "hip", "shoulder", "ankle"
 %                           how a file is read: see decid_read
 %
 % result: a structure of trust ("usable", "caution", "not usable"), parameters (a structure array of name, unit, value, sd,

@@ -13,7 +13,7 @@ static decid_recording* recording;
 static decid_trials* trials;
 static decid_result* result;
 static decid_study* study;
-static char texts[10][4096]; /* options that are texts */
+static char texts[16][4096]; /* options that are texts */
 static int used_texts;
 
 static void forget_call(void) {
@@ -54,15 +54,16 @@ static void require(decid_status status) {
 
 #define READ_OPTIONS                                                                                          \
   "rate", "unit", "column", "fill_gaps", "tilt_column", "invert_sway", "invert_tilt", "tilt_unit", "section", \
-      "trial_column", "trial", "missing", "skip_lines"
+      "trial_column", "trial", "missing", "skip_lines", "com_height", "leg", "trunk", "hip", "shoulder", "ankle"
 #define IDENTIFY_OPTIONS READ_OPTIONS, "tilt", "mass", "height", "begin", "detrend", "model"
 static const char* const identify_options[] = {IDENTIFY_OPTIONS, NULL};
 static const char* const fit_options[] = {IDENTIFY_OPTIONS, "protocol",     "prior_start", "prior_gain",
                                           "prior_noise",    "max_draws",    "seed",        "ranges",
                                           "priors",         "moved_before", NULL};
-static const char* const read_options[] = {READ_OPTIONS, NULL};
-static const char* const only_of_files[] = {"column",       "fill_gaps", "tilt_column", "section",
-                                            "trial_column", "trial",     "missing",     "skip_lines"};
+static const char* const read_options[] = {READ_OPTIONS, "height", NULL};
+static const char* const only_of_files[] = {"column", "fill_gaps", "tilt_column", "section",    "trial_column",
+                                            "trial",  "missing",   "skip_lines",  "com_height", "leg",
+                                            "trunk",  "hip",       "shoulder",    "ankle"};
 static const char* const trial_names_options[] = {"section", "trial_column", NULL};
 static const char* const study_options[] = {"group", "within", "covariates", "fit",  "joint",
                                             "free",  "model",  "max_draws",  "seed", NULL};
@@ -125,7 +126,7 @@ static int choice(const mxArray* options, const char* name, const char* const* n
 }
 
 enum { max_priors = 64 };
-static const char* const units[] = {"", "deg", "rad", "mrad", NULL};
+static const char* const units[] = {"", "deg", "rad", "mrad", "mm", "cm", "m", NULL};
 static const char* const detrends[] = {"none", "offset", "linear", NULL};
 
 /* ---- Values for Octave ---- */
@@ -257,6 +258,17 @@ static void take_part(const mxArray* options, decid_read_options* how) {
   how->trial = text(options, "trial");
 }
 
+/* Copies the sources of the sway where there is no column of it. */
+static void take_sources(const mxArray* options, decid_read_options* how) {
+  how->com_height_m = number(options, "com_height", 0.0);
+  how->leg_column = text(options, "leg");
+  how->trunk_column = text(options, "trunk");
+  how->hip_column = text(options, "hip");
+  how->shoulder_column = text(options, "shoulder");
+  how->ankle_column = text(options, "ankle");
+  if (how->hip_column != NULL || how->shoulder_column != NULL) how->body_height_m = number(options, "height", 0.0);
+}
+
 static int is_vector_of_doubles(const mxArray* value) {
   return mxIsDouble(value) && !mxIsComplex(value) && !mxIsSparse(value) && (mxGetM(value) == 1 || mxGetN(value) == 1);
 }
@@ -279,6 +291,7 @@ static void take_samples(const mxArray* source, const mxArray* options) {
   how.tilt_unit = choice(options, "tilt_unit", units);
   how.invert_sway = whole(options, "invert_sway", 0);
   how.invert_tilt = whole(options, "invert_tilt", 0);
+  how.mean_is_upright = choice(options, "detrend", detrends) != 0;
   if (tilt != NULL) {
     if (!is_vector_of_doubles(tilt))
       fail("decid:setting_malformed", "tilt", "is no vector of doubles", "give one value per sample of the sway");
@@ -312,7 +325,9 @@ static void take_recording(const mxArray* source, const mxArray* options) {
     how.skip_lines = whole(options, "skip_lines", -1);
     const double missing = number(options, "missing", 0.0);
     if (mxGetField(options, 0, "missing") != NULL) how.missing_value = &missing;
+    how.mean_is_upright = choice(options, "detrend", detrends) != 0;
     take_part(options, &how);
+    take_sources(options, &how);
     require(decid_recording_read(path, &how, &recording));
     return;
   }

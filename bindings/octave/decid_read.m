@@ -4,6 +4,11 @@
 %
 %   "column", "tilt_column"   by name, or a number in quotes from 1; both are found by name; tilt "none": not read
 %   "unit", "tilt_unit"       "deg", "rad" or "mrad"; otherwise from the column's name, else degrees
+%   "leg", "trunk"            instead of a column of sway: columns of angles in space
+%   "hip", "shoulder"         or of positions, with the subject's "height" in m
+%   "com_height"              or: "column" is a position at this height above the ankles, m
+%   "ankle"                   column from which positions count; otherwise their means are upright. Their "unit" may be
+%                             "mm", "cm" or "m"
 %   "rate"                    Hz, instead of the column of time
 %   "fill_gaps"               longest gap in seconds to interpolate
 %   "missing"                 a number that marks a missing value, in addition to the usual ones

@@ -79,7 +79,7 @@ Recording read_recording(const std::string& path, const OptionalText& column, in
                          bool invert_tilt, int skip_lines, double com_height_m, double body_height_m,
                          const std::array<OptionalText, 5>& columns, const OptionalText& section,
                          const OptionalText& trial_column, const OptionalText& trial,
-                         const std::optional<double>& missing) {
+                         const std::optional<double>& missing, bool mean_is_upright) {
   decid_read_options options;
   decid_read_defaults(&options, sizeof options);
   options.column = text_or_null(column);
@@ -102,6 +102,7 @@ Recording read_recording(const std::string& path, const OptionalText& column, in
   options.trial_column = text_or_null(trial_column);
   options.trial = text_or_null(trial);
   options.missing_value = missing ? &*missing : nullptr;
+  options.mean_is_upright = mean_is_upright ? 1 : 0;
   decid_recording* made = nullptr;
   run([&] { return decid_recording_read(path.c_str(), &options, &made); });
   return Recording::of(made);
@@ -124,7 +125,7 @@ std::vector<std::string> trial_names(const std::string& path, const std::string&
 
 /// tilt: as long as sway, which the caller checks.
 Recording make_recording(const DoublesIn& sway, double rate_hz, int unit, const std::optional<DoublesIn>& tilt,
-                         int tilt_unit, bool invert_sway, bool invert_tilt) {
+                         int tilt_unit, bool invert_sway, bool invert_tilt, bool mean_is_upright) {
   if (sway.ndim() != 1 || (tilt && (tilt->ndim() != 1 || tilt->size() != sway.size())))
     throw py::value_error("sway and tilt: give arrays of one dimension and length, one value per sample");
   decid_samples_options options;
@@ -134,6 +135,7 @@ Recording make_recording(const DoublesIn& sway, double rate_hz, int unit, const 
   options.tilt_unit = tilt_unit;
   options.invert_sway = invert_sway ? 1 : 0;
   options.invert_tilt = invert_tilt ? 1 : 0;
+  options.mean_is_upright = mean_is_upright ? 1 : 0;
   decid_recording* made = nullptr;
   run([&, values = sway.data(), samples = static_cast<std::size_t>(sway.size())] {
     return decid_recording_of_samples(values, samples, rate_hz, &options, &made);

@@ -142,7 +142,7 @@ TEST_CASE("a low-pass below the band of the noise leaves its gain open, and is n
       const std::optional<LowPass> filter = find_low_pass(filtered(before, order, both_ways, cutoff_hz), rate_hz);
       REQUIRE(filter);
       const double gain = LowPass{order, both_ways, cutoff_hz, rate_hz}.gain_at(low_pass_hz);
-      CHECK(filter->gain_low <= gain + 0.05);  // the scan's steps
+      CHECK(filter->gain_low <= gain + 0.1);  // noise moves the ends of the range
       CHECK(filter->gain_high >= gain);
       CHECK(!can_undo(*filter));
       CHECK(removes_much(*filter));

@@ -181,10 +181,16 @@ class Chart {
   std::vector<std::pair<std::string, std::vector<double>>> lines_;
 };
 
+/// Returns the sway that was fitted: before a low-pass that the fit has undone.
+std::vector<float> fitted_sway(const recording::Trial& trial, double rate_hz) {
+  const bool undone = trial.low_pass && can_undo(*trial.low_pass);
+  return undone ? undo(*trial.low_pass, trial.sway_rad(), rate_hz) : trial.sway_rad();
+}
+
 /// Returns the page's time series: sway about its mean, noise and tilt estimate, evenly thinned.
 Json signals_of(const RecordingResult& recording, const FitFigures& fitted, const Report& of) {
   const double rate_hz = of.protocol_for(recording).experiment.sample_rate_hz;
-  const std::vector<float>& samples = recording.trial.sway_rad();
+  const std::vector<float> samples = fitted_sway(recording.trial, rate_hz);
   const auto block = static_cast<std::size_t>(std::lround(fitted.block_s * rate_hz));
   std::vector<double> recorded;
   for (std::size_t k = 0; k + block <= samples.size(); k += block) {

@@ -60,12 +60,12 @@ class Recording:
     """Sway, and perhaps the platform's tilt, sampled together: of a file, decid.read(), or of samples."""
 
     def __init__(self, sway: ArrayLike, rate: float, unit: str, *, tilt: Optional[ArrayLike] = None, tilt_unit: Optional[str] = None,
-                 invert_sway: bool = False, invert_tilt: bool = False) -> None:
+                 invert_sway: bool = False, invert_tilt: bool = False, mean_is_upright: bool = False) -> None:
         """sway: (samples,), of the body's centre of mass, 0 upright; rate: Hz; unit: "deg", "rad" or "mrad". Copied.
 
         tilt: (samples,), the platform's, measured with the sway: it determines where the protocol starts, and its course, sign and
         size are compared with the protocol's. tilt_unit: None is the sway's unit. invert_sway, invert_tilt: positive against the
-        protocol's direction."""
+        protocol's direction. mean_is_upright: the sway's size counts from its mean, for a sensor whose offset detrend will subtract."""
         if unit is None:
             raise _error("setting_missing", "unit", "is not given", 'give "deg", "rad" or "mrad"')
         samples = _samples_of(sway)
@@ -75,7 +75,7 @@ class Recording:
         if beside is not None and beside.shape != samples.shape:
             raise _error("size_mismatch", "tilt", f"has the shape {beside.shape}, the sway {samples.shape}", "give signals that were sampled together")
         self._handle = _decid.recording_of(samples, positive_or_0(rate, "rate", "Hz"), _angle_of(unit, "unit"), beside,
-                                           _angle_of(tilt_unit, "tilt_unit"), invert_sway, invert_tilt)
+                                           _angle_of(tilt_unit, "tilt_unit"), invert_sway, invert_tilt, mean_is_upright)
 
     @property
     def sway(self) -> np.ndarray:
@@ -117,7 +117,7 @@ def read(path: Path, column: Union[str, int, None] = None, unit: Optional[str] =
          com_height: Optional[float] = None, leg: Union[str, int, None] = None, trunk: Union[str, int, None] = None,
          hip: Union[str, int, None] = None, shoulder: Union[str, int, None] = None, ankle: Union[str, int, None] = None,
          height: Optional[float] = None, section: Union[str, int, None] = None, trial_column: Union[str, int, None] = None,
-         trial: Union[str, int, None] = None, missing: Optional[float] = None) -> Recording:
+         trial: Union[str, int, None] = None, missing: Optional[float] = None, mean_is_upright: bool = False) -> Recording:
     """Reads a CSV, MAT, C3D or .xlsx file.
 
     column, tilt_column: by name, or number from 1; both are found by name unless they are given; tilt_column "none": not
@@ -132,7 +132,8 @@ def read(path: Path, column: Union[str, int, None] = None, unit: Optional[str] =
     from the column ankle, or their means are upright; their unit may be "mm", "cm" or "m".
     rate: Hz, instead of the column of time. fill_gaps: longest gap in seconds to interpolate.
     missing: a number that marks a missing value, in addition to the usual ones.
-    invert_sway, invert_tilt: positive against the protocol's direction."""
+    invert_sway, invert_tilt: positive against the protocol's direction.
+    mean_is_upright: the sway's size counts from its mean, for a sensor whose offset detrend will subtract."""
     longest = number(fill_gaps, "fill_gaps")
     if not 0.0 <= longest <= 60.0:
         raise _error("setting_out_of_range", "fill_gaps", f"is {longest:g} s", "give 0 to 60 s")
@@ -142,7 +143,8 @@ def read(path: Path, column: Union[str, int, None] = None, unit: Optional[str] =
         longest, _text_of(tilt_column), _angle_of(tilt_unit, "tilt_unit"), invert_sway, invert_tilt,
         -1 if skip_lines is None else whole(skip_lines, "skip_lines"), positive_or_0(com_height, "com_height", "m"),
         positive_or_0(height, "height", "m"), tuple(map(_text_of, (leg, trunk, hip, shoulder, ankle))), _text_of(section),
-        _text_of(trial_column), _text_of(trial), None if missing is None else number(missing, "missing"))
+        _text_of(trial_column), _text_of(trial), None if missing is None else number(missing, "missing"),
+        mean_is_upright)
     return recording
 
 
@@ -211,11 +213,16 @@ _OF_SAMPLES = ("tilt", "tilt_unit", "invert_sway", "invert_tilt")
 
 
 def _recording_of(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[float],
-                  unit: Optional[str], reading: Mapping[str, Any]) -> Recording:
+                  unit: Optional[str], reading: Mapping[str, Any], height: Optional[float] = None,
+                  detrend: str = "none") -> Recording:
+    if "mean_is_upright" in reading:
+        raise _error("setting_conflict", "mean_is_upright", "follows from detrend", "leave it out")
+    upright = detrend != "none"
     if isinstance(recording, (str, os.PathLike)):
         if "tilt" in reading:
             raise _error("setting_conflict", "tilt", "is for samples", "name the file's column with tilt_column")
-        return read(recording, rate=rate, unit=unit, **reading)
+        of_body = {"height": height} if {"hip", "shoulder"} & set(reading) else {}
+        return read(recording, rate=rate, unit=unit, mean_is_upright=upright, **of_body, **reading)
     if isinstance(recording, (Recording, Trials)):
         if reading:
             raise _error("setting_conflict", ", ".join(reading), "is for files and samples", "leave it out")
@@ -227,7 +234,7 @@ def _recording_of(recording: Union[Recording, Trials, Path, ArrayLike], rate: Op
     of_files = [name for name in reading if name not in _OF_SAMPLES]
     if of_files:
         raise _error("setting_conflict", ", ".join(of_files), "is for files", "leave it out")
-    return Recording(recording, rate, unit, **reading)
+    return Recording(recording, rate, unit, mean_is_upright=upright, **reading)
 
 
 def identify(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[float] = None,
@@ -237,12 +244,12 @@ def identify(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optiona
     """The model's answer, in milliseconds: what `decid identify` gives.
 
     recording: samples (samples,) with their rate in Hz and unit, "deg", "rad" or "mrad"; a file; a Recording; or Trials.
-    mass, height: the person's, kg and m; both or none, which is the protocol's body.
+    mass, height: the person's, kg and m; both or none, which is the protocol's body. height is read()'s too, for hip and shoulder.
     begin: where in the recording the protocol starts, s; None: at its first sample, or where its tilt says.
     detrend: "none", "offset" or "linear": what is subtracted. model: None is the built-in one. reading: of a file, other
     arguments of read(), such as fill_gaps=0.4; of samples, those of Recording(), such as tilt=platform."""
     of = as_model(model)
-    raw = _decid.identify(of._handle, _recording_of(recording, rate, unit, reading)._handle, *body_of(mass, height),
+    raw = _decid.identify(of._handle, _recording_of(recording, rate, unit, reading, height, detrend)._handle, *body_of(mass, height),
                           number_or(begin, "begin", math.nan), _number_of(_DETREND, detrend, "detrend"))
     return result_of(raw, len(of.protocol.parameters))
 
@@ -272,12 +279,12 @@ def fit(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[flo
     raises ends the fit."""
     of = as_model(model)
     played = None if protocol is None else as_protocol(protocol)
-    raw = _decid.fit(of._handle, _recording_of(recording, rate, unit, reading)._handle, *body_of(mass, height),
+    raw = _decid.fit(of._handle, _recording_of(recording, rate, unit, reading, height, detrend)._handle, *body_of(mass, height),
                      number_or(begin, "begin", math.nan), _number_of(_DETREND, detrend, "detrend"),
                      None if played is None else played._handle, number(prior_start, "prior_start"),
                      number(prior_gain, "prior_gain"), number(prior_noise, "prior_noise"), whole(max_draws, "max_draws", 8),
                      seed_of(seed), moved_before, _priors_of(ranges, priors), progress)
-    found = result_of(raw, len(of.protocol.parameters))
+    found = result_of(raw, len((of.protocol if played is None else played).parameters))
     assert isinstance(found, Fit)
     return found
 

@@ -153,6 +153,35 @@ TEST_CASE("a number stands for a missing value where a caller says so") {
   CHECK(near(double{decid_recording_sway(plain.get())[30]}, -77.5 * sim::rad_per_deg, 1e-6));
 }
 
+TEST_CASE("a sway whose offset will be subtracted is not too large") {
+  const TemporaryFolder folder;
+  std::string text = "time,sway_deg\n";
+  std::vector<double> sway;
+  for (int k = 0; k < 60; ++k) {
+    sway.push_back(25.0 + 0.01 * k);
+    text += format("%.2f,%.2f\n", k / 100.0, sway.back());
+  }
+  const auto path = write_text(folder / "offset.csv", text);
+  const auto is_large = [](const OwnedRecording& recording) {
+    for (std::size_t i = 0; i < decid_recording_warnings(recording.get()); ++i)
+      if (std::string(decid_recording_warning(recording.get(), i)->code) == "large_sway") return true;
+    return false;
+  };
+  for (const bool upright : {false, true}) {
+    decid_read_options options;
+    decid_read_defaults(&options, sizeof options);
+    options.mean_is_upright = upright ? 1 : 0;
+    CHECK(is_large(read(path, &options)) == !upright);
+    decid_samples_options how;
+    decid_samples_defaults(&how, sizeof how);
+    how.unit = DECID_DEGREES;
+    how.mean_is_upright = options.mean_is_upright;
+    decid_recording* made = nullptr;
+    REQUIRE(decid_recording_of_samples(sway.data(), sway.size(), 100.0, &how, &made) == DECID_OK);
+    CHECK(is_large(OwnedRecording(made)) == !upright);
+  }
+}
+
 TEST_CASE("a file's tables and its recordings are read as the library reads them") {
   const TemporaryFolder folder;
   const auto rows = [](int phase) {

@@ -142,6 +142,20 @@ blocks = fullfile (folder, 'blocks.csv');
 write (blocks, 'block,time,sway_deg', strcat ('1,', rows(1:30)){:}, strcat ('2,', rows(31:60)){:});
 assert (numel (decid_read (blocks, 'trial_column', 'none').sway), 60);
 
+% Markers, positions and segments; an offset of the sensor.
+markers = fullfile (folder, 'markers.csv');
+lines = arrayfun (@(k) sprintf ('%.2f,%.9f,%.9f,%.9f,%.9f', (k - 1) / 100, table(k, 2) * [1.6, 2.4, 1, 1] + [0, 0, 25, 0]), ...
+                  1:size (table, 1), 'UniformOutput', false);
+write (markers, 'time,hip_cm,shoulder_cm,sensor_deg,leg_deg', lines{:});
+same (decid_identify (markers, 'hip', 'hip_cm', 'shoulder', 'shoulder_cm', 'mass', 70, 'height', 1.75),
+      jsondecode (program (decid, 'identify --json --hip hip_cm --shoulder shoulder_cm --mass 70 --height 1.75', markers)));
+same (decid_identify (markers, 'column', 'sensor_deg', 'detrend', 'offset'),
+      jsondecode (program (decid, 'identify --json --column sensor_deg --detrend offset', markers)));
+assert (numel (decid_read (markers, 'hip', 'hip_cm', 'shoulder', 'shoulder_cm', 'height', 1.75).sway), 12100);
+assert (numel (decid_read (markers, 'column', 'hip_cm', 'unit', 'cm', 'com_height', 0.9).sway), 12100);
+assert (numel (decid_read (markers, 'leg', 'leg_deg', 'trunk', 'sensor_deg').sway), 12100);
+refused ('unit_unknown', @() decid_identify (sway, 'rate', 100, 'unit', 'mm'));
+
 % A fit of a trial of 4 s.
 golden = fullfile (fileparts (mfilename ('fullpath')), '..', '..', 'golden', '0.2.0');
 network = fullfile (golden, 'net.safetensors');

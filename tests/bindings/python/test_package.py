@@ -103,6 +103,27 @@ class Identification(WithFolder):
             decid.read(path, hip="hip", shoulder="hip")
         self.assertIn("mass and height", refused.exception.remedy)
 
+    def test_markers_and_an_offset_have_the_bits_of_the_program_in_one_call(self):
+        rows = np.loadtxt(self.trial(), delimiter=",", skiprows=1)
+        path = self.folder / "markers.csv"
+        time, sway = rows[:, 0], rows[:, 1]
+        np.savetxt(path, np.column_stack([time, 1.6 * sway, 2.4 * sway]), delimiter=",", comments="", fmt="%.9f",
+                   header="time,hip_cm,shoulder_cm")
+        expected = json.loads(program("identify", path, "--json", "--hip", "hip_cm", "--shoulder", "shoulder_cm",
+                                      "--mass", 70, "--height", 1.75))["recordings"][0]
+        self.check_same(decid.identify(path, hip="hip_cm", shoulder="shoulder_cm", mass=70, height=1.75), expected)
+        np.savetxt(path, np.column_stack([time, sway + 25]), delimiter=",", comments="", fmt="%.9f", header="time,sway_deg")
+        expected = json.loads(program("identify", path, "--json", "--detrend", "offset"))["recordings"][0]
+        self.assertNotIn("large_sway", [warning["code"] for warning in expected["warnings"]])
+        self.check_same(decid.identify(path, detrend="offset"), expected)
+        self.check_same(decid.identify(decid.read(path, mean_is_upright=True), detrend="offset"), expected)
+        codes = [notice.code for notice in decid.identify(sway + 25, 100, "deg", detrend="offset").warnings]
+        self.assertNotIn("large_sway", codes)
+        self.assertIn("large_sway", [notice.code for notice in decid.read(path).warnings])
+        with self.assertRaises(decid.Error) as refused:
+            decid.identify(path, mean_is_upright=True)
+        self.assertEqual(refused.exception.code, "setting_conflict")
+
     def test_a_number_stands_for_a_missing_value(self):
         path = self.folder / "gap.csv"
         path.write_text("time,sway_deg\n" + "".join(f"{k / 100},{-77.5 if k == 30 else k / 100}\n" for k in range(60)))
@@ -277,6 +298,14 @@ class Fits(WithFolder):
         self.assertEqual(told, sorted(told, key=lambda at: at[0]))
         self.assertEqual(told[0][1], "annealing")
         self.assertIn("sensor_noise_deg", found.to_frame().index)
+
+    def test_a_fit_with_the_protocol_of_another_controller_has_its_parameters(self):
+        golden = SOURCE / "tests/golden/0.2.0"
+        protocol = decid.Protocol(golden / "protocol.json", "dec2015")
+        path = self.trial("--protocol", golden / "protocol.json")
+        found = decid.fit(path, model=golden / "net.safetensors", protocol=protocol, max_draws=8)
+        self.assertEqual(list(found.parameters), [info.name for info in protocol.parameters])
+        self.assertEqual(list(found.quantities), ["sensor_noise_deg", "start_s", "gain"])
 
     def test_what_a_callback_raises_comes_out(self):
         def end(done, stage):

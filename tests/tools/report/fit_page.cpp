@@ -187,6 +187,20 @@ TEST_CASE("fit page") {
     check_chart(signals["tilt"], "estimate_middle", estimate, 0.0);
     CHECK(signals["tilt"]["platform"].size() == estimate.size());
   }
+  SUBCASE("the recorded sway is the one before a low-pass that was undone") {
+    Report all = fitted();
+    RecordingResult& first = all.recordings[0];
+    const auto shown = [&] { return test::data_of(page_of(all))["recordings"][0]["signals"]["sway"]; };
+    const json as_recorded = shown();
+    first.trial.low_pass = {1, true, 3.0, 100.0, 0.5, 0.9};  // unclear: it was not undone
+    CHECK(shown() == as_recorded);
+    first.trial.low_pass->gain_low = first.trial.low_pass->gain_high = 0.59;
+    const json undone = shown();
+    CHECK(undone["recorded"] != as_recorded["recorded"]);
+    first.trial.sway_rad() = undo(*first.trial.low_pass, first.trial.sway_rad(), 100.0);
+    first.trial.low_pass.reset();
+    CHECK(shown() == undone);
+  }
   SUBCASE("without trials that stand there is no band of them") {
     Report all = fitted();
     all.recordings[0].fit->check = {};
