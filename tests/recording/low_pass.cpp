@@ -133,15 +133,15 @@ TEST_CASE("a low-pass below the band of the noise leaves its gain open, and is n
   };
   for (std::uint64_t item = 0; item < 3; ++item) {
     const std::vector<double> before = in_double(recorded(0.02, 0.0, item));
-    for (const auto& [order, both_ways, cutoff_hz] :
-         {Case{1, false, 1.0}, Case{1, false, 1.5}, Case{1, true, 1.0}, Case{2, true, 0.85}}) {
+    for (const Case& of : {Case{1, false, 1.0}, Case{1, false, 1.5}, Case{1, true, 1.0}, Case{2, true, 0.85}}) {
       CAPTURE(item);
-      CAPTURE(order);
-      CAPTURE(both_ways);
-      CAPTURE(cutoff_hz);
-      const std::optional<LowPass> filter = find_low_pass(filtered(before, order, both_ways, cutoff_hz), rate_hz);
+      CAPTURE(of.order);
+      CAPTURE(of.both_ways);
+      CAPTURE(of.cutoff_hz);
+      const std::vector<double> sway = filtered(before, of.order, of.both_ways, of.cutoff_hz);
+      const std::optional<LowPass> filter = find_low_pass(sway, rate_hz);
       REQUIRE(filter);
-      const double gain = LowPass{order, both_ways, cutoff_hz, rate_hz}.gain_at(low_pass_hz);
+      const double gain = LowPass{of.order, of.both_ways, of.cutoff_hz, rate_hz}.gain_at(low_pass_hz);
       CHECK(filter->gain_low <= gain + 0.1);  // noise moves the ends of the range
       CHECK(filter->gain_high >= gain);
       CHECK(!can_undo(*filter));
