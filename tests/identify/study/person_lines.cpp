@@ -7,6 +7,7 @@
 
 #include "identify/study/recording_plan.hpp"
 #include "tests/helpers.hpp"
+#include "tests/identify/study/sheet_files.hpp"
 
 using namespace decid;
 using namespace decid::test;
@@ -22,14 +23,8 @@ Naming participant(const std::string& path, const std::string& name) {
 /// The participant and the session of each file's recording, in the order of the files; the code of an error.
 std::vector<std::string> people(const std::string& sheet, const std::vector<std::string>& files, Choice choice) {
   const TemporaryFolder folder;
-  const std::filesystem::path path = write_text(folder / "participants.tsv", sheet);
-  std::vector<RecordingSource> sources;
-  for (const std::string& file : files) {
-    std::filesystem::create_directories((folder / file).parent_path());
-    sources.emplace_back(write_text(folder / file, file));
-  }
   std::vector<std::string> found(files.size(), "none");
-  for (const PlannedRecording& one : make_plan(read_sheet(path), sources, choice, {}).recordings)
+  for (const PlannedRecording& one : plan_of_text(folder, sheet, files, choice).recordings)
     for (std::size_t i = 0; i < files.size(); ++i)
       if (one.source.name() == (folder / files[i]).string())
         found[i] = one.error ? name(one.error->code()) : one.entry.participant + one.entry.session;
@@ -82,8 +77,7 @@ TEST_CASE("lines of people: a folder and sub- come before a file's name; two peo
 
 TEST_CASE("lines of people: an unclear recording names both lines, and neither person lacks a recording") {
   const TemporaryFolder folder;
-  const std::filesystem::path path = write_text(folder / "participants.tsv", "ID\tgroup\nAB\tx\nEC\ty\n");
-  const RecordingPlan plan = make_plan(read_sheet(path), {write_text(folder / "AB_EC.csv", "1")}, Choice::by_sheet, {});
+  const RecordingPlan plan = plan_of_text(folder, "ID\tgroup\nAB\tx\nEC\ty\n", {"AB_EC.csv"}, Choice::by_sheet);
   REQUIRE(plan.recordings.size() == 1);
   REQUIRE(plan.recordings[0].error);
   check_error([&] { throw *plan.recordings[0].error; }, Code::value_invalid, "line 2 (AB) and line 3 (EC)");
@@ -93,14 +87,11 @@ TEST_CASE("lines of people: an unclear recording names both lines, and neither p
 
 TEST_CASE("lines of people: a person's line fills lines of recordings in any spelling of participant and session") {
   const TemporaryFolder folder;
-  const std::filesystem::path path = write_text(
-      folder / "participants.tsv",
+  const std::string sheet =
       "participant_id\tsession\tfile\tgroup\tweight\theight\nP1\tPre\tn/a\tx\t70\t175\np1\tpre\ta.csv\tn/a\tn/a\tn/a\n"
-      "P1\tpost\tb.csv\tn/a\tn/a\tn/a\n");
-  std::vector<RecordingSource> sources;
-  for (const char* file : {"a.csv", "b.csv"}) sources.emplace_back(write_text(folder / file, file));
+      "P1\tpost\tb.csv\tn/a\tn/a\tn/a\n";
   for (const Choice choice : {Choice::by_sheet, Choice::by_call}) {
-    const RecordingPlan plan = make_plan(read_sheet(path), sources, choice, {});
+    const RecordingPlan plan = plan_of_text(folder, sheet, {"a.csv", "b.csv"}, choice);
     REQUIRE(plan.recordings.size() == 2);  // P1 has recordings, so its line is no error
     CHECK(plan.notes.empty());
     CHECK(plan.recordings[0].entry.group == "x");

@@ -1,0 +1,110 @@
+// Groups, sessions, conditions, covariates and joint fits of a study's sheet.
+#include "identify/study/plan_groups.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "identify/study/joint_groups.hpp"
+#include "identify/study/recording_plan.hpp"
+#include "tests/helpers.hpp"
+#include "tests/identify/study/sheet_files.hpp"
+
+using namespace decid;
+using namespace decid::test;
+
+TEST_CASE("StudySheet::reader_of: columns by any spelling; joint_groups: persons and conditions by any case") {
+  const TemporaryFolder folder;
+  const std::filesystem::path path = write_text(
+      folder / "people.csv", "Subject,file,Eyes\nA,a.csv,open\na,b.csv,Open\nB,c.csv,open\na,d.csv,closed\n");
+  const StudySheet sheet = read_sheet(path);
+  CHECK(sheet.reader_for("participant_id")(sheet.lines[0].entry) == "A");
+  CHECK(sheet.reader_for("eyes")(sheet.lines[1].entry) == "Open");
+  check_error([&] { sheet.reader_for("shoe"); }, Code::column_missing, "shoe");
+  check_error([&] { sheet.reader_for("file"); }, Code::column_missing, "file");
+  CHECK(names_participants("Patient ID"));
+  CHECK_FALSE(names_participants("group"));
+  const RecordingPlan plan =
+      make_plan(sheet, sources(folder, {"a.csv", "b.csv", "c.csv", "d.csv"}), Choice::by_sheet, {});
+  const std::vector<FitGroup> groups = joint_groups(plan, "subject", "eyes");
+  REQUIRE(groups.size() == 1);
+  CHECK(groups[0].recordings == std::vector<std::size_t>{0, 1, 3});
+  CHECK(groups[0].conditions == std::vector<std::string>{"open", "open", "closed"});
+  check_error([&] { joint_groups(make_plan(sources(folder, {"a.csv"}), {}), "subject", ""); }, Code::setting_conflict);
+}
+
+TEST_CASE("groups of a plan: a sheet without groups, and a wrong cell, are named instead of a number of groups") {
+  const TemporaryFolder folder;
+  const auto plan = [&](const std::string& sheet) {
+    return plan_of_text(folder, sheet, {"a.csv", "b.csv"}, Choice::by_sheet);
+  };
+  const RecordingPlan without = plan("ID\tfile\tdiagnosis\nA\ta.csv\tx\nB\tb.csv\ty\n");
+  check_error([&] { groups_of_plan(without, true); }, Code::column_missing, "ID, file, diagnosis");
+  CHECK(groups_of_plan(without, false).members.size() == 2);
+  const RecordingPlan wrong = plan("ID\tfile\tGroup\tweight\theight\nA\ta.csv\tx\t70\t17\nB\tb.csv\tx\t70\t175\n");
+  const GroupTable groups = groups_of_plan(wrong, true);
+  check_error([&] { refuse_groups(groups.members, "here", 2, &wrong); }, Code::value_invalid, "'17'");
+  check_error([&] { refuse_groups(groups.members, "here", 2); }, Code::setting_out_of_range, "1 group");
+  refuse_groups(groups.members, "here", 1, &wrong);
+}
+
+TEST_CASE("groups of a plan: sessions, conditions and covariates of its sheet") {
+  const TemporaryFolder folder;
+  const std::vector<std::string> files{"a.csv", "b.csv", "c.csv", "d.csv"};
+  const RecordingPlan plan = plan_of_text(folder,
+                                          "participant_id\tgroup\tsession\tcondition\tfile\tage\tweight\theight\tsex\n"
+                                          "A\tx\t1\topen\ta.csv\t60,5\t70\t175\tF\n"
+                                          "a\tX\t2\tOpen\tb.csv\t61\t71\t175\tM\n"
+                                          "B\ty\t1\topen\tc.csv\tn/a\tn/a\tn/a\tn/a\n"
+                                          "C\tn/a\tn/a\tn/a\td.csv\t50\t80\t1.8\tF\n",
+                                          files, Choice::by_sheet);
+  const std::vector<double> ages = read_covariate(plan, "Age"), weights = read_covariate(plan, "weight_kg");
+  CHECK(ages[0] == 60.5);
+  CHECK(std::isnan(ages[2]));
+  CHECK(weights[3] == 80.0);
+  CHECK(read_covariate(plan, "body height")[0] == 1.75);
+  check_error([&] { read_covariate(plan, "sex"); }, Code::value_invalid, "'F'");
+  check_error([&] { read_covariate(plan, "shoe"); }, Code::column_missing, "shoe");
+  const auto steps = [&](const std::string& cells) {  // of four recordings
+    return read_covariate(plan_of_text(folder, "steps\tfile\n" + cells, files, Choice::by_sheet), "steps");
+  };
+  check_error([&] { steps("7,500\ta.csv\n12,300\tb.csv\n980\tc.csv\nn/a\td.csv\n"); }, Code::value_invalid, "'7,500'");
+  CHECK(steps("7,500\ta.csv\n12,3\tb.csv\n980\tc.csv\n0\td.csv\n") == std::vector<double>{7.5, 12.3, 980.0, 0.0});
+  CHECK(steps("0,500\ta.csv\n1,250\tb.csv\n2\tc.csv\n1\td.csv\n") == std::vector<double>{0.5, 1.25, 2.0, 1.0});
+  const RecordingPlan without = make_plan(sources(folder, {"a.csv"}), {});
+  check_error([&] { read_covariate(without, "age"); }, Code::setting_missing, "covariates");
+
+  GroupTable groups = groups_of_plan(plan, true);
+  CHECK(groups.participant_column == "participant_id");
+  CHECK(groups.members[1].group == "x");
+  CHECK(groups.members[1].participant == "A");
+  CHECK(groups.members[3].group.empty());
+  refuse_groups(groups.members, "here");
+  check_error([&] { refuse_groups(groups.members, "here", 3); }, Code::setting_out_of_range, "2 groups");
+  CHECK(compare_within("session", plan, groups) == 0);
+  CHECK(groups.members[1].cell() == "x, 2");
+  CHECK(groups.members[3].cell().empty());
+  check_error([&] { compare_within("condition", plan, groups); }, Code::value_missing, "1 condition");
+  check_error([&] { compare_within("sex", plan, groups); }, Code::setting_unknown, "sex");
+  check_error([&] { compare_within("session", without, groups); }, Code::setting_missing, "within");
+  add_covariate("age", plan, groups);
+  CHECK(groups.covariates == std::vector<std::string>{"age"});
+  CHECK(groups.members[1].covariates == std::vector<double>{61.0});
+  check_error([&] { add_covariate("height", plan, groups); }, Code::value_missing, "height");  // C is in no group
+
+  GroupTable all = groups_of_plan(plan, false);
+  CHECK(compare_within("session", plan, all) == 1);
+  CHECK(all.members[0].cell() == "1");
+  CHECK(all.members[3].cell().empty());
+  const std::vector<FitGroup> joint = joint_groups(plan, "participant_id", "");
+  check_error([&] { refuse_joint_cells(all, joint); }, Code::setting_conflict, "joint");
+  refuse_joint_cells(groups_of_plan(plan, true), joint);
+  refuse_joint_cells({}, joint);
+  GroupTable one_cell = groups_of_plan(plan, true);
+  one_cell.members[2].group = "x";
+  check_error(
+      [&] {
+        refuse_joint_cells(one_cell, std::vector<FitGroup>{{{0, 2}, {}}});
+      },
+      Code::setting_conflict, "\"B\"");
+}
