@@ -47,16 +47,11 @@ void copy_values(const Array& from, std::span<T> to, const char* where) {
 }
 
 /// call(outputs, targets) returns each sample's loss, and the derivatives of their mean by the outputs.
-class FunctionLoss final : public nn::Loss {
+class FunctionLoss final : public nn::BatchLoss {
  public:
   FunctionLoss(py::object call, const std::string& name, Axes target, Network& network)
       : call_(std::move(call)), text_("python " + name), target_(std::move(target)), network_(network) {}
 
-  double sample(std::span<const double> output, std::span<const double> target, std::span<double> diff) const override {
-    double loss = 0;
-    batch(output, target, {&loss, 1}, diff);
-    return loss;
-  }
   void batch(std::span<const double> outputs, std::span<const double> targets, std::span<double> losses,
              std::span<double> diffs) const override {
     const py::gil_scoped_acquire locked;

@@ -1,5 +1,5 @@
 // Losses: what a training minimises, with the derivative by each output. A loss of your own is a class that overrides
-// sample() and text(); nn::fit (nn/fit.hpp) takes it as it takes the ones here.
+// text() and sample(), or batch() of BatchLoss; nn::fit (nn/fit.hpp) takes it as it takes the ones here.
 #pragma once
 
 #include <memory>
@@ -21,14 +21,21 @@ class Loss {
                         std::span<double> diff) const = 0;
   /// Writes the losses of samples that lie one after the other, and the derivatives of their mean by each output;
   /// losses.size() is the number of samples. fit() calls it once a step from its own thread, and in validation for some
-  /// hundred samples at a time. Calls sample() in several threads. Override it for a loss that computes a batch at
-  /// once.
+  /// hundred samples at a time. Calls sample() in several threads.
   virtual void batch(std::span<const double> outputs, std::span<const double> targets, std::span<double> losses,
                      std::span<double> diffs) const;
   /// Returns how many values a sample's target has if the network has `outputs`.
   virtual int targets(int outputs) const { return outputs; }
   /// Returns the name with its settings, by which a checkpoint is compared.
   virtual std::string text() const = 0;
+};
+
+/// A loss that computes a batch at once, in batch(); a sample is a batch of one.
+class BatchLoss : public Loss {
+ public:
+  double sample(std::span<const double> output, std::span<const double> target, std::span<double> diff) const final;
+  void batch(std::span<const double> outputs, std::span<const double> targets, std::span<double> losses,
+             std::span<double> diffs) const override = 0;
 };
 
 /// Returns the mean over outputs of (output - target)^2.

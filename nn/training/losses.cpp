@@ -104,6 +104,12 @@ void Loss::batch(std::span<const double> outputs, std::span<const double> target
   });
 }
 
+double BatchLoss::sample(std::span<const double> output, std::span<const double> target, std::span<double> diff) const {
+  double loss = 0.0;
+  batch(output, target, {&loss, 1}, diff);
+  return loss;
+}
+
 std::shared_ptr<const Loss> squared_error() {
   return std::make_shared<SquaredError>();
 }

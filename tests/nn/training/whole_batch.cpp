@@ -42,13 +42,8 @@ std::string fitted(const FitOptions& o, const Samples& samples = {count, make}) 
 }
 
 /// The squared error of a batch.
-class BatchError final : public Loss {
+class BatchError final : public BatchLoss {
  public:
-  double sample(std::span<const double> output, std::span<const double> target, std::span<double> diff) const override {
-    double loss = 0;
-    batch(output, target, {&loss, 1}, diff);
-    return loss;
-  }
   void batch(std::span<const double> outputs, std::span<const double> targets, std::span<double> losses,
              std::span<double> diffs) const override {
     CHECK(std::this_thread::get_id() == thread_);
