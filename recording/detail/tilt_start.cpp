@@ -119,12 +119,7 @@ TiltMatch judged(const Signal<double>& tilt, const std::vector<double>& measured
 }  // namespace
 
 std::vector<double> prescribed_tilt(const sim::Protocol& protocol) {
-  const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
-  const int samples = protocol.samples(), steps_per_sample = protocol.experiment.steps_per_sample();
-  std::vector<double> tilt;
-  tilt.reserve(static_cast<std::size_t>(samples));
-  for (int k = 0; k < samples; ++k) tilt.push_back(stimulus.tilt_at(k * steps_per_sample));
-  return tilt;
+  return sim::tilt_at_samples(protocol.experiment, sim::make_stimulus(protocol.experiment));
 }
 
 std::size_t overhang_of(std::size_t samples) {
