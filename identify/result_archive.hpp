@@ -37,7 +37,7 @@ void archive(Archive& a, FrequencyResponses& frf) {
 template <class Archive>
 void archive(Archive& a, Explanation& e) {
   a(e.fitted_rad, e.rms_residual_deg, e.variance_accounted_for, e.response_ratio, e.response_ratio_mean,
-    e.response_ratio_sd, e.ood_score, e.unlike_training, e.frf, e.warnings);
+    e.response_ratio_sd, e.gain, e.ood_score, e.unlike_training, e.frf, e.warnings);
 }
 template <class Archive>
 void archive(Archive& a, posterior::State& state) {
