@@ -20,7 +20,7 @@ void archive(Archive& a, recording::LowPass& filter) {
 }
 template <class Archive>
 void archive(Archive& a, recording::Trial& trial) {
-  a(trial.signals, trial.tilt, trial.is_large, trial.gaps, trial.low_pass);
+  a(trial.signals, trial.tilt, trial.tilt_at_given_start, trial.is_large, trial.gaps, trial.low_pass);
 }
 template <class Archive>
 void archive(Archive& a, Estimate& estimate) {

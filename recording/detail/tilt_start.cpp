@@ -212,7 +212,8 @@ std::optional<TiltMatch> try_start(const ProtocolPlan& plan, double from_hz, Rec
   return match;
 }
 
-void check_at_start(const ProtocolPlan& plan, double from_hz, double start_s, Recording& recording) {
+std::optional<TiltMatch> check_at_start(const ProtocolPlan& plan, double from_hz, double start_s,
+                                        Recording& recording) {
   const sim::Protocol& protocol = plan.protocol();
   const double rate = protocol.experiment.sample_rate_hz;
   const Signal<double>& tilt = *recording.signals.find(platform_tilt);
@@ -222,7 +223,9 @@ void check_at_start(const ProtocolPlan& plan, double from_hz, double start_s, Re
   measured.erase(measured.begin(), measured.begin() + static_cast<std::ptrdiff_t>(begin));
   measured.resize(static_cast<std::size_t>(protocol.samples()), measured.back());
   const Match match = TiltMatcher(prescribed_tilt(protocol), 0).match(measured);
-  try_to([&] { judged(tilt, measured, match, "the given start", protocol, recording); }, recording);
+  std::optional<TiltMatch> result;
+  try_to([&] { result = judged(tilt, measured, match, "the given start", protocol, recording); }, recording);
+  return result;
 }
 
 }  // namespace decid::recording
