@@ -185,8 +185,11 @@ TEST_CASE("reliability: a normal prior counts with its standard deviation within
   const auto shown_with = [](std::optional<ParameterPrior::Normal> normal) {
     TwoGroups made(true);
     made.report.fit.emplace();
-    for (std::size_t i = 0; i < 6; ++i)
+    for (std::size_t i = 0; i < 6; ++i) {
+      const decid::sim::Parameters values = made.report.recordings[i].estimate.parameters;
       made.report.recordings[i] = fitted(made.report, 0.2 * static_cast<double>(i % 3) + (i < 3 ? -0.5 : 0.5));
+      made.report.recordings[i].estimate.parameters = values;
+    }
     if (normal) made.report.fit->priors.parameters = {{"delay", {}, normal}};
     const decid::GroupReport groups = made.compared();
     REQUIRE(groups.reliability.size() == 1);
