@@ -36,6 +36,7 @@ Warnings::const_iterator most_severe(const Warnings& warnings);
 
 /// The usability of a result, by its most severe warning.
 enum class Trust { usable, caution, not_usable };
+/// Returns the usability of a result with these warnings: usable without any caution.
 Trust worst_trust(const Warnings& warnings);
 /// Returns "usable", "caution", "not usable".
 const char* name(Trust trust);

@@ -9,7 +9,7 @@
 #include "base/math/statistics.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
-#include "identify/detail/started_later.hpp"
+#include "identify/detail/as_recorded.hpp"
 #include "sim/streams.hpp"
 
 namespace decid {
@@ -42,10 +42,17 @@ Residual residual_of(std::span<const float> sway, std::span<const float> fitted)
   return {std::sqrt(residual / static_cast<double>(sway.size())) / sim::rad_per_deg, 1 - residual / variance};
 }
 
-/// The samples before the body fell.
-std::span<const double> standing(const sim::Outcome& outcome, std::span<const double> sway_rad, double rate_hz) {
+/// Returns the samples before the body fell.
+std::span<double> samples_until_fall(const sim::Outcome& outcome, std::span<double> sway_rad, double rate_hz) {
   if (outcome.valid) return sway_rad;
   return sway_rad.first(std::min(outcome.samples(rate_hz), sway_rad.size()));
+}
+
+/// Makes a simulated sway what the recording would have of it.
+void make_as_recorded(const Answer& answer, double rate_hz, std::span<double> sway_rad) {
+  if (answer.start_s != 0.0) std::ranges::copy(started_later(sway_rad, answer.start_s * rate_hz), sway_rad.begin());
+  for (double& value : sway_rad) value *= answer.gain;
+  bridge_gaps(sway_rad, answer.trial.gaps);
 }
 
 /// Warns if the residual is larger than noise explains.
@@ -90,9 +97,8 @@ struct Explainer::Simulated {
 
 Explainer::Explainer(const sim::Simulator& simulator) : simulator_(simulator) {
   const sim::Protocol& protocol = simulator_.protocol();
-  const int samples = simulator_.samples(), steps_per_sample = protocol.experiment.steps_per_sample();
-  for (int k = 0; k < samples; ++k)
-    tilt_rad_.push_back(static_cast<float>(simulator_.stimulus().tilt_at(k * steps_per_sample)));
+  const std::vector<double> tilt_rad = sim::tilt_at_samples(protocol.experiment, simulator_.stimulus());
+  tilt_rad_.assign(tilt_rad.begin(), tilt_rad.end());
   try {
     response_ratio_.emplace(protocol);
   } catch (const Error&) {  // it stays unknown
@@ -122,9 +128,8 @@ std::vector<Explainer::Simulated> Explainer::simulate(std::span<const Answer> an
       [&](int i, const sim::Outcome& outcome, std::span<double> sway) {
         const int trial = i % trials_of_answer - 1;
         const double rate_hz = simulator_.protocol().experiment.sample_rate_hz;
-        const auto part = standing(outcome, sway, rate_hz);
-        if (const double start_s = answers[static_cast<std::size_t>(i / trials_of_answer)].start_s; start_s != 0.0)
-          std::ranges::copy(started_later(part, start_s * rate_hz), sway.begin());
+        const std::span<double> part = samples_until_fall(outcome, sway, rate_hz);
+        make_as_recorded(answers[static_cast<std::size_t>(i / trials_of_answer)], rate_hz, part);
         Simulated& simulated = all[static_cast<std::size_t>(i / trials_of_answer)];
         if (trial >= 0 && outcome.valid) simulated.sways.put(trial, sway);
         if (trial >= compared) return;
@@ -137,19 +142,21 @@ std::vector<Explainer::Simulated> Explainer::simulate(std::span<const Answer> an
 Explanation Explainer::explain(const Answer& answer, Simulated simulated) const {
   Explanation explanation;
   explanation.fitted_rad = std::move(simulated.fitted);
-  const Residual found = residual_of(answer.trial.sway_rad(), explanation.fitted_rad);
+  explanation.gain = answer.gain;
+  const std::vector<float> sway_rad = with_bridged_gaps(answer.trial.sway_rad(), answer.trial.gaps);
+  const Residual found = residual_of(sway_rad, explanation.fitted_rad);
   explanation.rms_residual_deg = found.rms_deg;
   explanation.variance_accounted_for = found.variance_accounted_for;
   warn_of_residual(simulated.noisy, answer.little_explained, explanation);
   if (response_ratio_) {
     ResponseRatio::Spread spread;
-    explanation.response_ratio = response_ratio_->measure(simulated.sways, answer.trial.sway_rad(), &spread);
+    explanation.response_ratio = response_ratio_->measure(simulated.sways, sway_rad, &spread);
     explanation.response_ratio_mean = spread.mean;
     explanation.response_ratio_sd = spread.sd;
   }
   if (frf_)
-    explanation.frf =
-        frequency_responses(*frf_, answer, explanation.fitted_rad, tilt_rad_, simulator_.protocol().experiment);
+    explanation.frf = frequency_responses(*frf_, answer, sway_rad, explanation.fitted_rad, tilt_rad_,
+                                          simulator_.protocol().experiment);
   else
     add_info(explanation.warnings, "no_frequency_response", no_frf_);
   return explanation;
@@ -174,7 +181,7 @@ std::vector<float> noise_free_trial(const sim::Simulator& simulator, const sim::
   const sim::Outcome outcome =
       simulator.run(protocol.family().without_noise(protocol.parameters().simulable(parameters)),
                     Random(0, sim::streams::vestibular_noise, 0), sway);
-  const auto part = standing(outcome, sway, simulator.protocol().experiment.sample_rate_hz);
+  const auto part = samples_until_fall(outcome, sway, simulator.protocol().experiment.sample_rate_hz);
   return {part.begin(), part.end()};
 }
 
@@ -183,22 +190,22 @@ sim::FrequencyResponse frequency_analysis(const sim::Experiment& experiment) {
 }
 
 FrequencyResponses frequency_responses(const sim::FrequencyResponse& analysis, const Answer& answer,
-                                       std::span<const float> fitted_rad, std::span<const float> tilt_rad,
-                                       const sim::Experiment& experiment) {
-  const recording::Trial& trial = answer.trial;
+                                       std::span<const float> sway_rad, std::span<const float> fitted_rad,
+                                       std::span<const float> tilt_rad, const sim::Experiment& experiment) {
   FrequencyResponses found;
   found.cycles = analysis.cycles();
-  const recording::Signal<float>* measured = trial.signals.find(recording::platform_tilt);
-  found.recorded = analysis.measure(trial.sway_rad(), measured ? measured->rad : tilt_rad);
-  if (fitted_rad.size() == trial.sway_rad().size()) found.model = analysis.measure(fitted_rad, tilt_rad);
-  found.linear = analysis.linear(experiment, answer.parameters);
+  const recording::Signal<float>* measured = answer.trial.signals.find(recording::platform_tilt);
+  found.recorded = analysis.measure(sway_rad, measured ? measured->rad : tilt_rad);
+  if (fitted_rad.size() == sway_rad.size()) found.model = analysis.measure(fitted_rad, tilt_rad);
+  found.linear = analysis.linear(experiment, answer.parameters, answer.start_s);
+  for (sim::Complex& response : found.linear) response = response * answer.gain;
   return found;
 }
 
 Warnings response_ratio_warnings(const Explanation& explanation) {
   Warnings warnings;
   constexpr double least = 0.3, most = 2.0, significant_sd = 4.0;
-  const double ratio = explanation.response_ratio;
+  const double ratio = explanation.response_ratio * explanation.gain;
   const double mean = explanation.response_ratio_mean, sd = explanation.response_ratio_sd;
   if (std::isnan(ratio) || std::abs(ratio - mean) < significant_sd * sd) return warnings;
   if (ratio < least * mean)

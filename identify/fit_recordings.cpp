@@ -27,8 +27,9 @@ constexpr double odd_rhat = 1.2;                           // of a recording tha
 constexpr double start_edge_probability = 0.05;            // of the start's prior, at either end
 constexpr double delay_step_s = 0.005, max_start_s = 1.0;  // of the start's prior behind a low-pass
 
-/// In trials that explain and check a recording the body stands as in the density.
-sim::Protocol standing(sim::Protocol protocol, double standing_s) {
+/// Returns the protocol with the density's standing: in trials that explain and check a recording the body stands as
+/// there.
+sim::Protocol with_standing(sim::Protocol protocol, double standing_s) {
   if (protocol.standing_s == 0.0) protocol.standing_s = standing_s;
   return protocol;
 }
@@ -94,8 +95,8 @@ void compare(std::span<const std::vector<double>> pointwise, const std::string& 
   warnings = most_severe_first({better, warnings});
 }
 
-/// Returns the trial as it was before a low-pass; warns if it is unknown. The warning of the sway as recorded then is
-/// information.
+/// Returns the trial as it was before a low-pass, with its gaps widened; warns if it is unknown. The warning of the
+/// sway as recorded then is information.
 recording::Trial without_low_pass(const recording::Trial& trial, double rate_hz, Warnings& warnings) {
   recording::Trial before = trial;
   if (!trial.low_pass) return before;
@@ -104,6 +105,7 @@ recording::Trial without_low_pass(const recording::Trial& trial, double rate_hz,
     if (warning.code == "smooth") warning.severity = Severity::info;
   if (can_undo(filter)) {
     before.sway_rad() = undo(filter, trial.sway_rad(), rate_hz);
+    before.gaps = gaps_after_undo(filter, trial.gaps, rate_hz, trial.sway_rad().size());
     return before;
   }
   add_caution(
@@ -122,7 +124,7 @@ class Fitter::Plan {
   class Controller {
    public:
     Controller(const sim::Protocol& protocol, const posterior::Priors& priors)
-        : explainer{sim::Simulator(standing(protocol, priors.standing_s))},
+        : explainer{sim::Simulator(with_standing(protocol, priors.standing_s))},
           checker(explainer.simulator(), density.emplace(protocol, priors).block_s()) {}
 
     const std::string& name() const { return density->protocol().experiment.body_model->name; }
@@ -360,9 +362,9 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
       std::erase_if(result.warnings, is_other_start) > 0;
   // The inferred noise explains the rest of the sway, and the predictive check tests whether such noise is usual. So a
   // noise-free trial that explains little is not a fault of the recording.
-  result.explanation = plan_->own.explainer.explain({result.estimate.parameters, trial,
-                                                     from_network ? Severity::caution : Severity::info,
-                                                     from_network ? 0.0 : found.mean(Density::start)});
+  result.explanation = plan_->own.explainer.explain(
+      {result.estimate.parameters, trial, from_network ? Severity::caution : Severity::info,
+       from_network ? 0.0 : found.mean(Density::start), from_network ? 1.0 : found.mean(Density::gain)});
   result.explanation.ood_score = network_ood_score;
   figures.check = plan_->own.checker.check(found.states(), trial, settings.seed);
   Warnings unlike_simulated, out_of_distribution;

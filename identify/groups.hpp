@@ -34,6 +34,7 @@ struct GroupSample {
   double mean = 0.0;  ///< NaN of none
   double sd = 0.0;    ///< with n - 1; NaN of fewer than two
 };
+/// Returns the summary of the values of a group, which may have none.
 GroupSample group_sample(std::span<const double> values);
 
 /// The effect of a difference. NaN: undefined, because a group has fewer than two people, or nothing varies; hedges_g

@@ -8,7 +8,7 @@
 #include "base/math/math.hpp"
 #include "base/math/statistics.hpp"
 #include "base/text.hpp"
-#include "identify/detail/started_later.hpp"
+#include "identify/detail/as_recorded.hpp"
 #include "identify/detail/streams.hpp"
 #include "identify/explanation.hpp"
 
@@ -19,12 +19,6 @@ constexpr int fewest_standing = 100;
 /// Drift is slower than the first; above the last there is little except measurement noise.
 constexpr double band_edges_hz[] = {0.05, 0.2, 0.5, 1.0, 2.5};
 constexpr std::uint64_t of_sensor = std::uint64_t{1} << 63;
-
-/// Replaces gaps by straight lines, in the recorded and the simulated trials alike.
-std::vector<float> bridged(std::vector<float> sway_rad, std::span<const SampleRange> gaps) {
-  for (const SampleRange& gap : gaps) bridge(sway_rad, gap);
-  return sway_rad;
-}
 
 /// Subtracts the least-squares line: a sensor's offset and drift have no information about a controller.
 std::vector<float> without_line(std::span<const float> values) {
@@ -100,10 +94,9 @@ PredictiveChecker::PredictiveChecker(const sim::Simulator& simulator, double blo
   const double rate_hz = experiment.sample_rate_hz;
   const int samples = simulator_.samples();
   block_samples_ = static_cast<std::size_t>(std::max(1L, std::lround(block_s * rate_hz)));
-  for (int k = 0; k < samples; ++k) {
-    tilt_rad_.push_back(static_cast<float>(simulator_.stimulus().tilt_at(k * experiment.steps_per_sample())));
-    window_.push_back(0.5 - 0.5 * sincos_of_turn(2 * k + 1, 2 * samples).cos);  // Hann
-  }
+  const std::vector<double> tilt_rad = sim::tilt_at_samples(experiment, simulator_.stimulus());
+  tilt_rad_.assign(tilt_rad.begin(), tilt_rad.end());
+  for (int k = 0; k < samples; ++k) window_.push_back(0.5 - 0.5 * sincos_of_turn(2 * k + 1, 2 * samples).cos);  // Hann
   for (std::size_t i = 0; i + 1 < std::size(band_edges_hz); ++i) {
     const auto line = [&](double hz) {
       return std::min(static_cast<std::size_t>(std::ceil(hz * fft_.length() / rate_hz)),
@@ -236,7 +229,8 @@ PredictiveCheck PredictiveChecker::check(std::span<const posterior::State> draws
       [&](int i, const sim::Outcome& outcome, std::span<double> sway_rad) {
         if (!outcome.valid) return;
         const Random noise(seed, streams::predictive, of_sensor | static_cast<std::uint64_t>(i));
-        all[static_cast<std::size_t>(i)] = show(bridged(record(sway_rad, draw_of(i), noise), trial.gaps), tilt_rad_);
+        all[static_cast<std::size_t>(i)] =
+            show(with_bridged_gaps(record(sway_rad, draw_of(i), noise), trial.gaps), tilt_rad_);
       });
   PredictiveCheck check;
   std::vector<Shown> standing;
@@ -245,7 +239,8 @@ PredictiveCheck PredictiveChecker::check(std::span<const posterior::State> draws
   check.standing = static_cast<int>(standing.size());
   if (check.standing < fewest_standing) return check;
   const auto* measured = trial.signals.find(recording::platform_tilt);
-  check.figures = compare(show(bridged(trial.sway_rad(), trial.gaps), measured ? measured->rad : tilt_rad_), standing);
+  check.figures =
+      compare(show(with_bridged_gaps(trial.sway_rad(), trial.gaps), measured ? measured->rad : tilt_rad_), standing);
   std::vector<double> blocks;
   for (const Shown& shown : standing) blocks.insert(blocks.end(), shown.blocks_rad.begin(), shown.blocks_rad.end());
   check.sway_rad = posterior::make_band(blocks, static_cast<int>(standing.front().blocks_rad.size()));

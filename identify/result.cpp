@@ -29,10 +29,9 @@ void set_body(const Report& report, GroupReport& made) {
 std::string reason_to_leave_out(const RecordingResult& result) {
   if (result.error) return "error";
   if (result.trust() == Trust::not_usable) return name(Trust::not_usable);
-  constexpr const char* other_size = "tilt_of_other_size";
-  if (result.trial.tilt && result.trial.tilt->is_other_size) return other_size;
-  const bool has_warning = std::ranges::count(result.warnings, other_size, &Warning::code) > 0;  // at a given start
-  return has_warning ? other_size : "";
+  for (const std::optional<recording::TiltMatch>& tilt : {result.trial.tilt, result.trial.tilt_at_given_start})
+    if (tilt && tilt->is_other_size) return "tilt_of_other_size";
+  return {};
 }
 
 const char* name(FitFigures::Answer answer) {

@@ -170,7 +170,7 @@ std::string reason_to_leave_out(const RecordingResult& result);
 
 /// Compares the groups of `table`, whose members are those of the report's recordings, in their order. Leaves out
 /// recordings with an error, those that are not usable, and those of a platform that tilted another angle; and fixed
-/// parameters, which have one value whoever stands there. Throws Error if all parameters are fixed.
+/// parameters, which are the same for every participant. Throws Error if all parameters are fixed.
 GroupReport report_groups(GroupTable table, const Report& report);
 
 }  // namespace decid

@@ -20,7 +20,7 @@ void archive(Archive& a, recording::LowPass& filter) {
 }
 template <class Archive>
 void archive(Archive& a, recording::Trial& trial) {
-  a(trial.signals, trial.tilt, trial.is_large, trial.gaps, trial.low_pass);
+  a(trial.signals, trial.tilt, trial.tilt_at_given_start, trial.is_large, trial.gaps, trial.low_pass);
 }
 template <class Archive>
 void archive(Archive& a, Estimate& estimate) {
@@ -37,7 +37,7 @@ void archive(Archive& a, FrequencyResponses& frf) {
 template <class Archive>
 void archive(Archive& a, Explanation& e) {
   a(e.fitted_rad, e.rms_residual_deg, e.variance_accounted_for, e.response_ratio, e.response_ratio_mean,
-    e.response_ratio_sd, e.ood_score, e.unlike_training, e.frf, e.warnings);
+    e.response_ratio_sd, e.gain, e.ood_score, e.unlike_training, e.frf, e.warnings);
 }
 template <class Archive>
 void archive(Archive& a, posterior::State& state) {

@@ -271,4 +271,13 @@ std::vector<float> undo(const LowPass& filter, std::span<const float> sway_rad, 
   return {values.begin(), values.begin() + static_cast<std::ptrdiff_t>(samples)};
 }
 
+std::vector<SampleRange> gaps_after_undo(const LowPass& filter, std::span<const SampleRange> gaps, double rate_hz,
+                                         std::size_t samples) {
+  const auto margin = static_cast<std::size_t>(std::ceil(rate_hz / filter.cutoff_hz));
+  std::vector<SampleRange> wider;
+  for (const SampleRange& gap : gaps)
+    wider.push_back({gap.first - std::min(gap.first, margin), std::min(gap.end + margin, samples)});
+  return joined_ranges(std::move(wider));
+}
+
 }  // namespace decid::recording

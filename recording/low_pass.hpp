@@ -5,6 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "base/sample_range.hpp"
+
 namespace decid::recording {
 
 /// A Butterworth low-pass, digital by the bilinear transform.
@@ -40,5 +42,9 @@ bool removes_much(const LowPass& filter);
 /// Returns the sway before the low-pass: divided by its gain in the frequency domain. Gains below 0.05 count as 0.05,
 /// because there is nothing but rounding. Phases stay, so a filter that ran forwards only still delays the sway.
 std::vector<float> undo(const LowPass& filter, std::span<const float> sway_rad, double rate_hz);
+/// Returns the gaps and a period of the cutoff on either side of each, within the samples: undo() amplifies the kinks
+/// at the ends of a bridged gap, which ring into the measured samples.
+std::vector<SampleRange> gaps_after_undo(const LowPass& filter, std::span<const SampleRange> gaps, double rate_hz,
+                                         std::size_t samples);
 
 }  // namespace decid::recording

@@ -128,7 +128,7 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
     refuse_length(recording, protocol, place.start_s);
   }
   if (tilt && options.start_s) {
-    check_at_start(plan, from_hz, *options.start_s, recording);
+    trial.tilt_at_given_start = check_at_start(plan, from_hz, *options.start_s, recording);
     tilt = recording.signals.find(platform_tilt);
   }
   const auto samples = static_cast<std::size_t>(needed);

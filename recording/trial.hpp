@@ -39,7 +39,9 @@ struct TiltMatch {
 struct Trial {
   Signals<float> signals;         ///< the recording's signals at the protocol's samples
   std::optional<TiltMatch> tilt;  ///< if the recording has one, and no start was given
-  bool is_large = false;          ///< as the recording's, which has a warning
+  /// As `tilt`, but at the start that was given.
+  std::optional<TiltMatch> tilt_at_given_start = {};
+  bool is_large = false;  ///< as the recording's, which has a warning
   /// Samples of the sway that were not measured, ascending, in gaps of 0.05 s or more: filled on reading, bridged by a
   /// straight line, frozen, or lacking at an end.
   std::vector<SampleRange> gaps = {};

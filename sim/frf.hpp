@@ -51,8 +51,9 @@ class FrequencyResponse {
   /// Measures the response. sway_rad, tilt_rad: the protocol's samples, at least up to the end of its cycles. Throws
   /// Error if there are fewer. A measured tilt replaces the prescribed one, which still defines harmonics and bands.
   std::vector<FrfPoint> measure(std::span<const float> sway_rad, std::span<const float> tilt_rad) const;
-  /// Returns closed_loop() averaged over each band like a measured response: for theta = 0.
-  std::vector<Complex> linear(const Experiment& experiment, const Parameters& parameters) const;
+  /// Returns closed_loop() averaged over each band like a measured response: for theta = 0. start_s: of a recording
+  /// after the protocol's start; its sway is early by as much, but the tilt of its analysis is the protocol's.
+  std::vector<Complex> linear(const Experiment& experiment, const Parameters& parameters, double start_s = 0.0) const;
 
  private:
   struct Harmonic {

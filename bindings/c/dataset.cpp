@@ -80,10 +80,10 @@ decid_evaluation evaluate(const decid::Model& model, const std::string& name, co
   decid_evaluation result{
       static_cast<size_t>(found.trials), found.mse(), found.matlab_loss(), {}, unknown, unknown, unknown};
   std::copy(found.mse_per_parameter.begin(), found.mse_per_parameter.end(), result.mse_per_parameter);
-  if (const auto promises = decid::network_calibration(model, outputs, truth)) {
-    result.coverage50 = promises->figures.all.coverage50;
-    result.coverage90 = promises->figures.all.coverage90;
-    result.log_score = promises->figures.log_score;
+  if (const auto calibration = decid::network_calibration(model, outputs, truth)) {
+    result.coverage50 = calibration->figures.all.coverage50;
+    result.coverage90 = calibration->figures.all.coverage90;
+    result.log_score = calibration->figures.log_score;
   }
   return result;
 }

@@ -9,9 +9,10 @@
 using namespace decid::c;
 
 decid_protocol::decid_protocol(decid::sim::Protocol of)
-    : simulator(std::move(of)), ranges(protocol().ranges()), json(decid::sim::to_json(protocol())) {
-  const int steps = protocol().experiment.steps_per_sample(), samples = simulator.samples();
-  for (int k = 0; k < samples; ++k) tilt_rad.push_back(simulator.stimulus().tilt_at(k * steps));
+    : simulator(std::move(of)),
+      ranges(protocol().ranges()),
+      json(decid::sim::to_json(protocol())),
+      tilt_rad(decid::sim::tilt_at_samples(protocol().experiment, simulator.stimulus())) {
   for (const decid::sim::ParameterInfo& info : ranges)
     parameters.push_back(
         {info.name.c_str(), info.unit.c_str(), info.description.c_str(), info.low, info.high, info.per_mgh ? 1 : 0});

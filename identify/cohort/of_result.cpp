@@ -9,6 +9,7 @@
 #include "base/error.hpp"
 #include "base/math/statistics.hpp"
 #include "identify/cohort/detail/to_measurement.hpp"
+#include "posterior/planning/bounded_normal.hpp"
 
 namespace decid::cohort {
 namespace {
@@ -92,12 +93,16 @@ struct Mean {
   std::vector<double> values, variances, shown;
 };
 
-/// Returns the standard deviation of a parameter's prior.
+/// Returns the standard deviation of a parameter's prior, which is a normal within the range or uniform.
 double prior_sd(const Report& report, const RecordingResult& result, std::size_t p) {
   const sim::ParameterInfo info = report.ranges_for(result)[p];
   if (result.fit && result.fit->answer == FitFigures::Answer::posterior && report.fit)
     for (const posterior::ParameterPrior& prior : report.fit->priors.parameters)
-      if (prior.name == info.name && prior.normal) return prior.normal->sd;
+      if (prior.name == info.name && prior.normal) {
+        const double sds = info.range() / prior.normal->sd;
+        const posterior::FractionPrior of_fraction{(prior.normal->mean - info.low) / info.range(), sds * sds};
+        return info.range() * std::sqrt(posterior::prior_variances(std::span(&of_fraction, 1)).front());
+      }
   return info.range() / std::sqrt(12.0);
 }
 

@@ -53,7 +53,7 @@ double gaussian_log_score(const sim::Parameters& truth, std::span<const posterio
 
 /// Calibration of one parameter over trials.
 struct ParameterCalibration {
-  double mse = 0.0;                           ///< of the mean, over `deviation` squared
+  double mse = 0.0;                           ///< of the mean, over `stddev` squared
   double predicted_variance = 0.0;            ///< mean variance of the draws, over the same
   double network_mse = 0.0;                   ///< NaN unless all trials have a network's answer
   double coverage50 = 0.0, coverage90 = 0.0;  ///< fraction of the truths in the central intervals
@@ -71,7 +71,7 @@ struct Calibration {
   double band = 0.0;                                ///< 1.36 / sqrt(trials)
 };
 
-/// Computes the calibration over trials. deviation: the standard deviation of the trials' prior, which divides the
+/// Computes the calibration over trials. stddev: the standard deviation of the trials' prior, which divides the
 /// errors. Throws Error without any trial.
 Calibration compute_calibration(std::span<const CalibratedTrial> trials, const sim::Parameters& stddev);
 /// Computes the calibration over only the trials whose chains agree.

@@ -36,7 +36,7 @@ struct ComparisonFigures {
   std::vector<MethodFigures> methods;
 };
 
-/// Errors of estimates, each in the order of the trials. deviation: the divisor of z-scores.
+/// Errors of estimates, each in the order of the trials. stddev: the divisor of z-scores.
 MethodFigures compute_errors(std::string name, std::string description, std::span<const sim::Parameters> estimates,
                              std::span<const sim::Parameters> truth, const sim::Parameters& stddev);
 

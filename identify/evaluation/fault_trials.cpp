@@ -21,29 +21,6 @@ constexpr double memory_s = 0.495;  // of coloured noise: 0.98 of it is left aft
 // Random numbers of sim::streams::recording beyond the numbers that record() uses.
 constexpr std::uint64_t of_coloured_noise = std::uint64_t{1} << 40, of_gap = std::uint64_t{1} << 41;
 
-/// Sizes at which a condition is tested.
-struct Looked {
-  Condition condition;
-  const char* what;  // with %g for the size
-  std::vector<double> sizes;
-};
-
-const std::vector<Looked>& looked_at() {
-  static const std::vector<Looked> all{
-      {Condition::start, "starts %g s early or late", {0.02, 0.05, 0.1, 0.2}},
-      {Condition::gain, "sway %g of itself too large or small", {0.1, 0.2, 0.3}},
-      {Condition::offset, "%g degrees added or subtracted", {0.1, 0.5, 2.0}},
-      {Condition::drift, "drifts by %g degrees", {0.1, 0.5, 2.0}},
-      {Condition::slow_noise, "slow noise of %g degrees", {0.02, 0.1, 0.3}},
-      {Condition::frozen, "%g s in every 10 s frozen", {0.1, 0.3, 1.0}},
-      {Condition::lost, "%g s in every 10 s bridged", {0.1, 0.3, 1.0}},
-      {Condition::average, "moving average of %g s", {0.05, 0.11, 0.25}},
-      {Condition::low_pass, "low-pass of %g Hz", {10.0, 5.0, 2.0}},
-      {Condition::quantisation, "steps of %g degrees", {0.02, 0.05, 0.1, 0.2}},
-  };
-  return all;
-}
-
 void add_coloured_noise(std::span<double> sway, double stddev, double rate_hz, const Random& random) {
   const double kept = decid::exp(-1.0 / (memory_s * rate_hz)), fresh = std::sqrt(1.0 - kept * kept);
   std::vector<double> normals(sway.size());
@@ -64,25 +41,122 @@ void bridge_gap(std::span<double> sway, std::size_t length, const Random& random
   for (std::size_t i = 0; i < length; ++i) sway[first + i] = before + step * static_cast<double>(i + 1);
 }
 
+/// Samples that were recorded, and how they are read.
+struct Recorded {
+  std::vector<double> sway;
+  double rate_hz;
+  recording::TrialOptions options;
+  Random random;
+};
+
+void keep_every(Recorded& recorded, std::size_t every) {
+  std::vector<double>& sway = recorded.sway;
+  for (std::size_t i = 0; i * every < sway.size(); ++i) sway[i] = sway[i * every];
+  sway.resize((sway.size() + every - 1) / every);
+  recorded.rate_hz /= static_cast<double>(every);
+}
+
+/// A fault and what it changes, in addition to the protocol's condition of its name.
+struct TestedCondition {
+  std::string name;
+  const char* text;           // with %g for the size, if it has one
+  std::vector<double> sizes;  // of recordings that models are tested with; empty: only recordings of people
+  void (*change)(sim::Protocol& recorded, double size) = [](sim::Protocol&, double) {};
+  void (*apply)(Recorded& samples, double size) = [](Recorded&, double) {};
+};
+
+TestedCondition of_condition(Condition condition, const char* text, std::vector<double> sizes) {
+  return {sim::info(condition).key, text, std::move(sizes)};
+}
+
+const std::vector<TestedCondition>& tested_conditions() {
+  const auto unchanged = [](sim::Protocol&, double) {};
+  static const std::vector<TestedCondition> all{
+      {"none", "as simulated", {0.0}},
+      of_condition(Condition::start, "starts %g s early or late", {0.02, 0.05, 0.1, 0.2}),
+      of_condition(Condition::gain, "sway %g of itself too large or small", {0.1, 0.2, 0.3}),
+      of_condition(Condition::offset, "%g degrees added or subtracted", {0.1, 0.5, 2.0}),
+      of_condition(Condition::drift, "drifts by %g degrees", {0.1, 0.5, 2.0}),
+      of_condition(Condition::slow_noise, "slow noise of %g degrees", {0.02, 0.1, 0.3}),
+      of_condition(Condition::frozen, "%g s in every 10 s frozen", {0.1, 0.3, 1.0}),
+      of_condition(Condition::lost, "%g s in every 10 s bridged", {0.1, 0.3, 1.0}),
+      of_condition(Condition::average, "moving average of %g s", {0.05, 0.11, 0.25}),
+      of_condition(Condition::low_pass, "low-pass of %g Hz", {10.0, 5.0, 2.0}),
+      of_condition(Condition::quantisation, "steps of %g degrees", {0.02, 0.05, 0.1, 0.2}),
+      {"detrend_offset",
+       "its mean subtracted",
+       {0.0},
+       unchanged,
+       [](Recorded& samples, double) { samples.options.detrend = recording::Detrend::offset; }},
+      {"detrend_linear",
+       "a straight line subtracted",
+       {0.0},
+       unchanged,
+       [](Recorded& samples, double) { samples.options.detrend = recording::Detrend::linear; }},
+      {"tilt",
+       "twice the protocol's tilt",
+       {2.0},
+       [](sim::Protocol& recorded, double size) { recorded.sequence().amplitude_deg *= size; }},
+      {"upside_down",
+       "with the other sign",
+       {0.0},
+       unchanged,
+       [](Recorded& samples, double) { std::ranges::transform(samples.sway, samples.sway.begin(), std::negate<>()); }},
+      {"backwards",
+       "backwards",
+       {0.0},
+       unchanged,
+       [](Recorded& samples, double) { std::ranges::reverse(samples.sway); }},
+      {"double_pendulum", "of leg and trunk", {0.0}},
+      {"at_rest",
+       "of a body at rest at the first sample",
+       {},
+       [](sim::Protocol& recorded, double) { recorded.standing_s = 0.0; }},
+      {"coloured_noise_deg",
+       "coloured noise of %g degrees",
+       {},
+       unchanged,
+       [](Recorded& samples, double size) {
+         add_coloured_noise(samples.sway, size * sim::rad_per_deg, samples.rate_hz, samples.random);
+       }},
+      {"rate_hz",
+       "%g samples a second",
+       {},
+       unchanged,
+       [](Recorded& samples, double size) {
+         keep_every(samples, static_cast<std::size_t>(std::floor(samples.rate_hz / size + 0.5)));
+       }},
+      {"gap_s",
+       "a gap of %g s bridged by a straight line",
+       {},
+       unchanged,
+       [](Recorded& samples, double size) {
+         bridge_gap(samples.sway, static_cast<std::size_t>(size * samples.rate_hz), samples.random);
+       }},
+  };
+  return all;
+}
+
+/// Returns null for a name that is not in the table.
+const TestedCondition* find_tested(const std::string& name) {
+  const std::vector<TestedCondition>& all = tested_conditions();
+  const auto found = std::ranges::find(all, name, &TestedCondition::name);
+  return found == all.end() ? nullptr : &*found;
+}
+
+Fault fault_of(const TestedCondition& tested, double size) {
+  std::string text = tested.text;
+  if (const std::size_t at = text.find("%g"); at != std::string::npos) text.replace(at, 2, format("%g", size));
+  return {tested.name, size, text};
+}
+
 /// Reads samples that were recorded, with the fault.
 recording::Trial read(const Fault& fault, const sim::Protocol& protocol, std::vector<double> sway, const Random& random,
                       Warnings& warnings) {
-  recording::TrialOptions options;
-  double rate_hz = protocol.experiment.sample_rate_hz;
-  if (fault.name == "backwards") std::ranges::reverse(sway);
-  if (fault.name == "upside_down") std::ranges::transform(sway, sway.begin(), std::negate<>());
-  if (fault.name == "detrend_offset") options.detrend = recording::Detrend::offset;
-  if (fault.name == "detrend_linear") options.detrend = recording::Detrend::linear;
-  if (fault.name == "coloured_noise_deg") add_coloured_noise(sway, fault.size * sim::rad_per_deg, rate_hz, random);
-  if (fault.name == "gap_s") bridge_gap(sway, static_cast<std::size_t>(fault.size * rate_hz), random);
-  if (fault.name == "rate_hz") {
-    const auto every = static_cast<std::size_t>(std::floor(rate_hz / fault.size + 0.5));
-    for (std::size_t i = 0; i * every < sway.size(); ++i) sway[i] = sway[i * every];
-    sway.resize((sway.size() + every - 1) / every);
-    rate_hz /= static_cast<double>(every);
-  }
-  recording::Recording recording = recording::make_recording(sway, rate_hz);
-  recording::Trial trial = recording::bring_to_protocol(recording, protocol, options);
+  Recorded samples{std::move(sway), protocol.experiment.sample_rate_hz, {}, random};
+  if (const TestedCondition* tested = find_tested(fault.name)) tested->apply(samples, fault.size);
+  recording::Recording recording = recording::make_recording(samples.sway, samples.rate_hz);
+  recording::Trial trial = recording::bring_to_protocol(recording, protocol, samples.options);
   warnings = std::move(recording.warnings);
   return trial;
 }
@@ -90,49 +164,41 @@ recording::Trial read(const Fault& fault, const sim::Protocol& protocol, std::ve
 }  // namespace
 
 std::vector<Fault> all_faults() {
-  std::vector<Fault> all{{"none", 0.0, "as simulated"}};
-  for (const Looked& of : looked_at())
-    for (const double size : of.sizes) {
-      std::string what = of.what;
-      what.replace(what.find("%g"), 2, format("%g", size));
-      all.push_back({sim::info(of.condition).key, size, what});
-    }
-  all.push_back({"detrend_offset", 0.0, "its mean subtracted"});
-  all.push_back({"detrend_linear", 0.0, "a straight line subtracted"});
-  all.push_back({"tilt", 2.0, "twice the protocol's tilt"});
-  all.push_back({"upside_down", 0.0, "with the other sign"});
-  all.push_back({"backwards", 0.0, "backwards"});
-  all.push_back({"double_pendulum", 0.0, "of leg and trunk"});
+  std::vector<Fault> all;
+  for (const TestedCondition& tested : tested_conditions())
+    for (const double size : tested.sizes) all.push_back(fault_of(tested, size));
   return all;
 }
 
 std::vector<Fault> faults_of_people() {
-  return {{"none", 0.0, "as simulated"},
-          {"at_rest", 0.0, "of a body at rest at the first sample"},
-          {"offset_deg", 0.3, "0.3 degrees added or subtracted"},
-          {"drift_deg", 0.4, "drifts by 0.4 degrees"},
-          {"detrend_offset", 0.0, "its mean subtracted"},
-          {"detrend_linear", 0.0, "a straight line subtracted"},
-          {"coloured_noise_deg", 0.02, "coloured noise of 0.02 degrees"},
-          {"coloured_noise_deg", 0.05, "coloured noise of 0.05 degrees"},
-          {"start_s", 0.05, "starts 0.05 s early or late"},
-          {"gain", 0.2, "sway 0.2 of itself too large or small"},
-          {"quantisation_deg", 0.1, "steps of 0.1 degrees"},
-          {"low_pass_hz", 5.0, "low-pass of 5 Hz"},
-          {"rate_hz", 50.0, "50 samples a second"},
-          {"gap_s", 2.0, "a gap of 2 s bridged by a straight line"},
-          {"tilt", 2.0, "twice the protocol's tilt"},
-          {"upside_down", 0.0, "with the other sign"},
-          {"backwards", 0.0, "backwards"},
-          {"double_pendulum", 0.0, "of leg and trunk"}};
+  constexpr std::pair<const char*, double> names_and_sizes[] = {{"none", 0.0},
+                                                                {"at_rest", 0.0},
+                                                                {"offset_deg", 0.3},
+                                                                {"drift_deg", 0.4},
+                                                                {"detrend_offset", 0},
+                                                                {"detrend_linear", 0},
+                                                                {"coloured_noise_deg", 0.02},
+                                                                {"coloured_noise_deg", 0.05},
+                                                                {"start_s", 0.05},
+                                                                {"gain", 0.2},
+                                                                {"quantisation_deg", 0.1},
+                                                                {"low_pass_hz", 5.0},
+                                                                {"rate_hz", 50.0},
+                                                                {"gap_s", 2.0},
+                                                                {"tilt", 2.0},
+                                                                {"upside_down", 0.0},
+                                                                {"backwards", 0.0},
+                                                                {"double_pendulum", 0.0}};
+  std::vector<Fault> all;
+  for (const auto& [name, size] : names_and_sizes) all.push_back(fault_of(*find_tested(name), size));
+  return all;
 }
 
 sim::Protocol with_fault(sim::Protocol protocol, const Fault& fault) {
   for (std::size_t c = 0; c < sim::condition_count; ++c)
     if (fault.name == sim::info(static_cast<Condition>(c)).key)
       protocol.conditions[static_cast<Condition>(c)] = {1.0, fault.size, fault.size};
-  if (fault.name == "tilt") protocol.sequence().amplitude_deg *= fault.size;
-  if (fault.name == "at_rest") protocol.standing_s = 0.0;
+  if (const TestedCondition* tested = find_tested(fault.name)) tested->change(protocol, fault.size);
   return protocol;
 }
 

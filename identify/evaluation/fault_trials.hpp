@@ -17,7 +17,7 @@ namespace decid {
 struct Fault {
   std::string name;       ///< a condition's key (sim/protocol/conditions.hpp), or one of the names below
   double size = 0.0;      ///< in the unit of the name's end, or 0 where there is nothing to measure
-  std::string what = {};  ///< in words
+  std::string text = {};  ///< in words
 };
 
 /// Returns all faults: none; each condition at several sizes, with either sign and both kinds of filter in half of the

@@ -21,7 +21,7 @@ constexpr int faults_at_once = 512;
 struct Row {
   std::vector<float> scores;
   std::vector<sim::Parameters> truth;
-  std::vector<CalibratedTrial> said;
+  std::vector<CalibratedTrial> predictions;
   int trials = 0, warned = 0;
 };
 
@@ -30,7 +30,7 @@ void judge(const Identifier& identifier, FaultTrials::Trials trials, Row& row) {
   const Model& model = identifier.model();
   const std::size_t count = trials.sways.size();
   std::vector<sim::Parameters> found(count);
-  std::vector<std::optional<CalibratedTrial>> promised(count);
+  std::vector<std::optional<CalibratedTrial>> predictions(count);
   std::vector<char> warned(count);  // bytes, which threads may write side by side
   parallel_for(static_cast<int>((count + group_size - 1) / group_size), [&](int group) {
     Identifier own(identifier);
@@ -46,7 +46,7 @@ void judge(const Identifier& identifier, FaultTrials::Trials trials, Row& row) {
                   worst_trust(estimates[k].warnings) != Trust::usable ||
                   worst_trust(explanations[k].warnings) != Trust::usable;
       if (estimates[k].distribution && !trials.truth.empty())
-        promised[i] = calibrate(trials.truth[i], *estimates[k].distribution);
+        predictions[i] = calibrate(trials.truth[i], *estimates[k].distribution);
     }
   });
   row.trials += static_cast<int>(count);
@@ -54,7 +54,7 @@ void judge(const Identifier& identifier, FaultTrials::Trials trials, Row& row) {
   for (std::size_t i = 0; i < trials.truth.size(); ++i) {
     const std::vector<float> own = model.targets.scale(found[i]);
     row.scores.insert(row.scores.end(), own.begin(), own.end());
-    if (promised[i]) row.said.push_back(std::move(*promised[i]));
+    if (predictions[i]) row.predictions.push_back(std::move(*predictions[i]));
   }
   row.truth.insert(row.truth.end(), trials.truth.begin(), trials.truth.end());
 }
@@ -67,7 +67,7 @@ FaultFigures figures(const Model& model, const Fault& fault, const Row& row) {
     return made;
   }
   made.errors = evaluate(model.targets, row.scores, row.truth);
-  if (!row.said.empty()) made.promises = compute_calibration(row.said, model.targets.stddev);
+  if (!row.predictions.empty()) made.calibration = compute_calibration(row.predictions, model.targets.stddev);
   return made;
 }
 
@@ -93,7 +93,7 @@ FaultStudy study_faults(const Model& model, double sensor_noise_deg, int trials,
       }
       for (int first = 0; source && first < trials; first += faults_at_once) {
         const int count = std::min(faults_at_once, trials - first);
-        announce(format("trials %d to %d of %d, %s", first + 1, first + count, trials, fault.what.c_str()));
+        announce(format("trials %d to %d of %d, %s", first + 1, first + count, trials, fault.text.c_str()));
         judge(identifier, source->take(first, count), row);
       }
     } catch (const Error& error) {
@@ -104,7 +104,7 @@ FaultStudy study_faults(const Model& model, double sensor_noise_deg, int trials,
     if (missing.empty())
       study.rows.push_back(figures(model, fault, row));
     else
-      study.notes.push_back("no row of recordings " + fault.what + ": " + missing);
+      study.notes.push_back("no row of recordings " + fault.text + ": " + missing);
   }
   return study;
 }

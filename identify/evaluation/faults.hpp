@@ -17,9 +17,9 @@ namespace decid {
 /// One row of the table.
 struct FaultFigures {
   Fault fault;
-  Evaluation errors;                    ///< NaN where no parameters are true
-  std::optional<Calibration> promises;  ///< if the model gives distributions, where parameters are true
-  double warned = 0.0;                  ///< fraction of the trials with a caution or worse
+  Evaluation errors;                       ///< NaN where no parameters are true
+  std::optional<Calibration> calibration;  ///< if the model gives distributions, where parameters are true
+  double warned = 0.0;                     ///< fraction of the trials with a caution or worse
 };
 
 struct FaultStudy {

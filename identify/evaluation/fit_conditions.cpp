@@ -79,7 +79,7 @@ FitConditionFigures fit_condition(const Model& model, const sim::Protocol& proto
   row.fault = condition.fault;
   FaultTrials::Trials made = FaultTrials(protocol, condition.recorded, condition.fault, seed).take(0, trials);
   if (made.sways.empty())
-    throw Error(Code::body_falls, "protocol " + protocol.name, "no trial stands " + condition.fault.what,
+    throw Error(Code::body_falls, "protocol " + protocol.name, "no trial stands " + condition.fault.text,
                 "use a smaller stimulus");
   std::vector<RecordingResult> fitted = recordings_of(made);
   if (!Fitter(&model, protocol, {}, request).fit(fitted, progress)) return row;

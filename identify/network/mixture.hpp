@@ -16,6 +16,7 @@ namespace decid {
 /// Limit of the logarithms of the diagonal of A: the standard deviation of a coordinate is e^-7 or more.
 inline constexpr double mixture_limit = 7.0;
 
+/// Returns the number of outputs that describe a mixture of this many components.
 std::size_t mixture_outputs(std::size_t components, std::size_t parameters);
 
 /// Kinds of derivatives by the outputs: exact, or balanced for training. Exact derivatives by the centre of a

@@ -53,10 +53,11 @@ StudySheet read_sheet(const std::filesystem::path& path);
 
 /// Returns true for the names of a column of participants: participant_id, subject and the like.
 bool names_participants(const std::string& column);
-/// Returns true for the names of a column of weights: weight, mass and the like; and of heights.
 /// Returns true for "group".
 bool names_groups(const std::string& column);
+/// Returns true for the names of a column of weights: weight, mass and the like.
 bool names_weights(const std::string& column);
+/// Returns true for the names of a column of heights.
 bool names_heights(const std::string& column);
 /// Returns true for the names of a column of ages in years.
 bool names_ages(const std::string& column);

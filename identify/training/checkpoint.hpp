@@ -22,8 +22,9 @@ struct Checkpoint {
 Origin make_origin(const TrainingSettings& settings, const dataset::TrialSource& source, const std::string& program,
                    std::optional<Origin::Start> from = std::nullopt);
 
-/// Convert a training's state to the bytes of a checkpoint and back; errors call it `name`.
+/// Returns a training's state as the bytes of a checkpoint.
 std::string checkpoint_bytes(const TrainingState& state);
+/// Reads a training's state from these bytes. Throws Error for other bytes, naming `name`.
 TrainingState state_from_bytes(const std::string& bytes, const std::string& name = "training");
 
 /// The training that a command requests.

@@ -161,9 +161,7 @@ TrainingState start_training(const dataset::TrialSource& source, const TrainingS
            counted(static_cast<long long>(model.parameters().size()), "parameter"));
   model.rows = from.rows;
   model.targets = from.targets;
-  nn::TensorFile weights;
-  nn::save_network(from.network, weights);
-  nn::load_network(model.network, std::move(weights), name);
+  model.network = from.network;
   return state;
 }
 

@@ -34,9 +34,8 @@ class Cycle {
   explicit Cycle(const sim::Experiment& experiment) : cycle_s_(experiment.cycle_s()) {
     const sim::Stimulus stimulus = sim::make_stimulus(experiment);
     const sim::FrequencyResponse analysis(experiment, 0, each_harmonic);
-    std::vector<float> tilt;
-    const int samples = experiment.samples(), steps = experiment.steps_per_sample();
-    for (int k = 0; k < samples; ++k) tilt.push_back(static_cast<float>(stimulus.tilt_at(k * steps)));
+    const std::vector<double> tilt_rad = sim::tilt_at_samples(experiment, stimulus);
+    const std::vector<float> tilt(tilt_rad.begin(), tilt_rad.end());
     for (const sim::FrfPoint& point : analysis.measure(tilt, tilt))
       harmonics_.push_back(std::llround(point.frequency_hz * cycle_s_));
 

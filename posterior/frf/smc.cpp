@@ -233,6 +233,7 @@ class Run {
     update_potential(other, uniform_, power);
     const double change = other.potential - particle.potential + log_density(particle, other.x, proposal) -
                           log_density(other, particle.x, proposal);
+    if (!std::isfinite(change)) return false;  // gradient or information is not finite there
     if (!(random.uniform(first + max_coordinates + 2) < decid::exp(-std::max(0.0, change)))) return false;
     particle = std::move(other);
     return true;

@@ -8,7 +8,7 @@
 #include "base/math/cholesky.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
-#include "posterior/planning/detail/bounded_normal.hpp"
+#include "posterior/planning/bounded_normal.hpp"
 #include "posterior/planning/detail/noise_power.hpp"
 #include "posterior/streams.hpp"
 #include "sim/simulate.hpp"
@@ -87,6 +87,11 @@ void place_participant(const Density& density, const PlannedRecordings& planned,
     x[i * lanes + static_cast<std::size_t>(lane)] = density.noise_radius(participant) * noise[i];
 }
 
+[[noreturn]] void refuse_information() {
+  throw Error(Code::value_invalid, "design", "the information about the parameters is not finite",
+              "use another protocol, or more measurement noise");
+}
+
 /// Returns the information about some of the last coordinates, all other ones eliminated. inverse_factor: of the
 /// information about all; `first` is the first of the last coordinates, to which `chosen` are relative.
 std::vector<double> information_about(std::size_t size, std::size_t first, std::span<const std::size_t> chosen,
@@ -101,7 +106,7 @@ std::vector<double> information_about(std::size_t size, std::size_t first, std::
     for (std::size_t a = 0; a < count; ++a)
       for (std::size_t b = 0; b <= a; ++b) matrix[triangle(a) + b] += of(a) * of(b);
   }
-  factorize(count, matrix);
+  if (!factorize(count, matrix)) refuse_information();
   invert_lower(count, matrix);
   std::vector<double> information(triangle(count), 0.0);
   for (std::size_t i = 0; i < count; ++i)
@@ -162,8 +167,7 @@ class Planner {
       for (std::size_t l = 0; l < at_once && first + l < participants_.size(); ++l) {
         for (std::size_t i = 0; i < matrix.size(); ++i) matrix[i] = matrices[i * at_once + l];
         if (!kernels(density_.isa()).inverse_factor(static_cast<int>(size_), matrix.data(), room.data()))
-          throw Error(Code::value_invalid, "design", "the information about the parameters is not finite",
-                      "use another protocol, or more measurement noise");
+          refuse_information();
         all[first + l] = variances_of(first + l, l, x, matrix);
       }
     });

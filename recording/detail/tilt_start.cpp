@@ -119,12 +119,7 @@ TiltMatch judged(const Signal<double>& tilt, const std::vector<double>& measured
 }  // namespace
 
 std::vector<double> prescribed_tilt(const sim::Protocol& protocol) {
-  const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);
-  const int samples = protocol.samples(), steps_per_sample = protocol.experiment.steps_per_sample();
-  std::vector<double> tilt;
-  tilt.reserve(static_cast<std::size_t>(samples));
-  for (int k = 0; k < samples; ++k) tilt.push_back(stimulus.tilt_at(k * steps_per_sample));
-  return tilt;
+  return sim::tilt_at_samples(protocol.experiment, sim::make_stimulus(protocol.experiment));
 }
 
 std::size_t overhang_of(std::size_t samples) {
@@ -217,7 +212,8 @@ std::optional<TiltMatch> try_start(const ProtocolPlan& plan, double from_hz, Rec
   return match;
 }
 
-void check_at_start(const ProtocolPlan& plan, double from_hz, double start_s, Recording& recording) {
+std::optional<TiltMatch> check_at_start(const ProtocolPlan& plan, double from_hz, double start_s,
+                                        Recording& recording) {
   const sim::Protocol& protocol = plan.protocol();
   const double rate = protocol.experiment.sample_rate_hz;
   const Signal<double>& tilt = *recording.signals.find(platform_tilt);
@@ -227,7 +223,9 @@ void check_at_start(const ProtocolPlan& plan, double from_hz, double start_s, Re
   measured.erase(measured.begin(), measured.begin() + static_cast<std::ptrdiff_t>(begin));
   measured.resize(static_cast<std::size_t>(protocol.samples()), measured.back());
   const Match match = TiltMatcher(prescribed_tilt(protocol), 0).match(measured);
-  try_to([&] { judged(tilt, measured, match, "the given start", protocol, recording); }, recording);
+  std::optional<TiltMatch> result;
+  try_to([&] { result = judged(tilt, measured, match, "the given start", protocol, recording); }, recording);
+  return result;
 }
 
 }  // namespace decid::recording

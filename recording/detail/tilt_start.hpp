@@ -22,8 +22,8 @@ std::size_t overhang_of(std::size_t samples);
 TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, double from_hz, Recording& recording);
 
 /// Compares a tilt that was found by its name only with the protocol at the start that was given: adds the warnings of
-/// find_start(). If it does not follow the protocol there, removes it, with a warning.
-void check_at_start(const ProtocolPlan& plan, double from_hz, double start_s, Recording& recording);
+/// find_start(). If it does not follow the protocol there, removes it, with a warning, and returns nothing.
+std::optional<TiltMatch> check_at_start(const ProtocolPlan& plan, double from_hz, double start_s, Recording& recording);
 
 /// Tries a tilt that was found by its name only. If it does not follow the protocol, nothing else is known about the
 /// stimulus: removes it, with a warning.

@@ -90,4 +90,12 @@ double Experiment::duration_s() const {
   return static_cast<double>(steps()) / steps_per_second;
 }
 
+std::vector<double> tilt_at_samples(const Experiment& experiment, const Stimulus& stimulus) {
+  const int samples = experiment.samples(), steps_per_sample = experiment.steps_per_sample();
+  std::vector<double> tilt_rad;
+  tilt_rad.reserve(static_cast<std::size_t>(samples));
+  for (int k = 0; k < samples; ++k) tilt_rad.push_back(stimulus.tilt_at(k * steps_per_sample));
+  return tilt_rad;
+}
+
 }  // namespace decid::sim

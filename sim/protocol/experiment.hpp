@@ -76,4 +76,7 @@ struct Experiment {
 /// samples' grid.
 Stimulus make_stimulus(const Experiment& experiment);
 
+/// Returns the tilt in rad at the samples of a trial; stimulus: the experiment's.
+std::vector<double> tilt_at_samples(const Experiment& experiment, const Stimulus& stimulus);
+
 }  // namespace decid::sim

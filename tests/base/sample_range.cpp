@@ -21,4 +21,7 @@ TEST_CASE("bridge: a line between neighbours, the nearest value at an end, 0 wit
   CHECK(bridged({9, 9, 3, 4}, {0, 2}) == std::vector<float>{3, 3, 3, 4});
   CHECK(bridged({3, 4, 9}, {2, 3}) == std::vector<float>{3, 4, 4});
   CHECK(bridged({9, 9}, {0, 2}) == std::vector<float>{0, 0});
+  std::vector<double> in_double{1, 9, 2};
+  bridge(in_double, {1, 2});
+  CHECK(in_double == std::vector<double>{1, 1.5, 2});
 }

@@ -22,7 +22,7 @@ std::string entry(const std::string& text) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const fuzz::InputFile input("fit.json.journal");
-  const std::string text(fuzz::to_text(data, size)), settings = "{}", front = "decid fit journal 4\n" + entry(settings);
+  const std::string text(fuzz::to_text(data, size)), settings = "{}", front = "decid fit journal 5\n" + entry(settings);
   for (const std::string& rest : {text, entry(text)}) {
     const std::filesystem::path& path = input.write(front + rest);
     fuzz::accepts([&] {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "base/math/random.hpp"
-#include "identify/detail/started_later.hpp"
+#include "identify/detail/as_recorded.hpp"
 #include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 
@@ -81,6 +81,63 @@ TEST_CASE("explain: a trial that starts late is compared with simulated trials f
   const double ratio = explained(sway, parameters).response_ratio;
   CHECK(within(explainer().explain({parameters, late, Severity::caution, 0.4}).response_ratio, ratio, 0.1));
   CHECK(explainer().explain({parameters, late}).response_ratio < ratio - 0.2);
+}
+
+TEST_CASE("explain: the closed loop's responses have the recording's start and gain, as the simulated trial's") {
+  sim::Parameters linear = controller(0.0);
+  linear[sim::Theta] = 0.0;
+  for (const double start_s : {0.1, -0.1}) {
+    CAPTURE(start_s);
+    const recording::Trial recorded = as_trial(started_later(trial(linear, 0), 100.0 * start_s));
+    const Explanation found = explainer().explain({linear, recorded, Severity::caution, start_s, 1.15});
+    REQUIRE(found.frf.has_value());
+    REQUIRE(found.frf->linear.size() == found.frf->model.size());
+    bool turned = false;
+    for (std::size_t i = 0; i < found.frf->linear.size(); ++i) {
+      const sim::FrfPoint& model = found.frf->model[i];
+      if (model.frequency_hz > 2.5) continue;
+      CAPTURE(model.frequency_hz);
+      // Two steps of 1 ms, of the simulation's integration, and the sines of angles; the last 0.1 s are held.
+      CHECK(std::abs(model.response / found.frf->linear[i] - 1.0) < 0.06);
+      turned = turned || model.frequency_hz > 1.5;
+    }
+    CHECK(turned);
+  }
+}
+
+TEST_CASE("explain: a recording with another gain is explained as well as without") {
+  const sim::Parameters parameters = controller(0.3);
+  const std::vector<double> sway = trial(parameters, 0);
+  std::vector<double> larger = sway;
+  for (double& value : larger) value *= 1.15;
+  const Explanation own = explained(sway, parameters), blind = explained(larger, parameters);
+  const recording::Trial recorded = as_trial(larger);
+  const Explanation found = explainer().explain({parameters, recorded, Severity::caution, 0.0, 1.15});
+  CHECK(within(found.variance_accounted_for, own.variance_accounted_for, 1e-5));
+  CHECK(within(found.response_ratio, own.response_ratio, 1e-5));
+  CHECK(within(found.response_ratio_mean, own.response_ratio_mean, 1e-5));
+  CHECK(std::abs(blind.variance_accounted_for - own.variance_accounted_for) > 1e-3);
+  CHECK(within(blind.response_ratio, 1.15 * own.response_ratio, 1e-5));
+  CHECK(near(double{found.fitted_rad.at(900)}, 1.15 * double{own.fitted_rad.at(900)}, 1e-6));
+}
+
+TEST_CASE("explain: gaps are bridged in simulated trials too") {
+  const sim::Parameters parameters = controller(0.0);
+  recording::Trial own = as_trial(trial(parameters, 0));
+  own.gaps = {{400, 1400}};
+  const std::vector<float> whole = own.sway_rad();
+  bridge(own.sway_rad(), own.gaps[0]);
+  const Explanation found = explainer().explain({parameters, own});
+  CHECK(found.fitted_rad.size() == whole.size());
+  CHECK(found.variance_accounted_for > 1.0 - 1e-9);
+  CHECK(found.rms_residual_deg < 1e-5);
+  REQUIRE(found.frf.has_value());
+  for (std::size_t i = 0; i < found.frf->recorded.size(); ++i)
+    CHECK(std::abs(found.frf->recorded[i].response - found.frf->model[i].response) < 1e-4);
+  // The values of a gap do not count, however it was filled.
+  recording::Trial filled = own;
+  for (std::size_t k = 400; k < 1400; ++k) filled.sway_rad()[k] = 0.01F;
+  CHECK(explainer().explain({parameters, filled}).rms_residual_deg == found.rms_residual_deg);
 }
 
 TEST_CASE("started_later: places between samples are interpolated, and the ends are held") {
@@ -186,6 +243,15 @@ TEST_CASE("explain: one that hardly follows the tilt gets a warning, one that ca
   CHECK(id.warnings.back().code == "weak_response");
   CHECK_FALSE(silent(2.1, 1.0, 0.1));
   CHECK(id.warnings.back().code == "large_response");
+  // A gain that a fit found does not hide another unit or another tilt.
+  id.gain = 1.2;
+  CHECK(silent(1.6, 1.0, 0.1));
+  CHECK_FALSE(silent(1.8, 1.0, 0.1));
+  CHECK(id.warnings.back().code == "large_response");
+  id.gain = 0.85;
+  CHECK_FALSE(silent(0.34, 1.0, 0.1));
+  CHECK(id.warnings.back().code == "weak_response");
+  id.gain = 1.0;
   CHECK(silent(0.6, 0.31, 0.05));
   CHECK_FALSE(silent(0.7, 0.31, 0.05));
   CHECK(id.warnings.back().code == "large_response");

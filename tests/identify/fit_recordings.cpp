@@ -132,6 +132,10 @@ TEST_CASE("a recording that groups leave out is fitted alone") {
   CHECK(fit_each(
       read, [&](std::size_t) -> Fitter& { return fitter; }, {}, {}, std::span(&group, 1)));
   CHECK(reason_to_leave_out(read[2]) == "tilt_of_other_size");
+  read[2].trial.tilt.reset();
+  CHECK(reason_to_leave_out(read[2]).empty());
+  read[2].trial.tilt_at_given_start.emplace().is_other_size = true;
+  CHECK(reason_to_leave_out(read[2]) == "tilt_of_other_size");
   REQUIRE(read[0].fit);
   REQUIRE(read[2].fit);
   CHECK_FALSE(read[2].fit->joint);

@@ -125,6 +125,37 @@ TEST_CASE("a low-pass is found, and undone it gives the sway before it") {
   CHECK(found >= 30);
 }
 
+TEST_CASE("samples beside a gap are left out after undoing a low-pass, which rings there") {
+  for (std::uint64_t item = 0; item < 4; ++item)
+    for (const double cutoff_hz : {3.0, 4.0, 6.0}) {
+      CAPTURE(item);
+      CAPTURE(cutoff_hz);
+      const LowPass filter{2, true, cutoff_hz, rate_hz};
+      const std::vector<double> smooth = filtered(in_double(recorded(0.02, 0.0, item)), 2, true, cutoff_hz);
+      const std::vector<float> whole(smooth.begin(), smooth.end());
+      std::vector<float> bridged = whole;
+      const SampleRange gap{2000, 3000};
+      bridge(bridged, gap);
+      const std::vector<float> expected = undo(filter, whole, rate_hz), undone = undo(filter, bridged, rate_hz);
+      const std::vector<SampleRange> left_out = gaps_after_undo(filter, std::span(&gap, 1), rate_hz, whole.size());
+      REQUIRE(left_out.size() == 1);
+      const auto largest = [&](std::size_t first, std::size_t end) {
+        double most = 0.0;
+        for (std::size_t k = first; k < end; ++k)
+          most = std::max(most, std::abs(double{undone[k]} - double{expected[k]}));
+        return most / sim::rad_per_deg;
+      };
+      const double beside = std::max(largest(left_out[0].first, gap.first), largest(gap.end, left_out[0].end));
+      const double outside = std::max(largest(0, left_out[0].first), largest(left_out[0].end, whole.size()));
+      CHECK(outside < 0.02);  // degrees, a standard deviation of the noise
+      CHECK(beside > 3.0 * outside);
+    }
+  // At the ends of the recording, and where two gaps meet.
+  const LowPass filter{2, true, 4.0, rate_hz};
+  const std::vector<SampleRange> gaps{{10, 50}, {90, 120}, {980, 1000}};
+  CHECK(gaps_after_undo(filter, gaps, rate_hz, 1000) == std::vector<SampleRange>{{0, 145}, {955, 1000}});
+}
+
 TEST_CASE("a low-pass below the band of the noise leaves its gain open, and is not undone") {
   struct Case {
     int order;

@@ -287,6 +287,11 @@ TEST_CASE("a start that is given: a tilt found by its name is compared with the 
     CHECK_FALSE(trial.tilt);
     const bool removed = std::ranges::count(recording.warnings, "tilt_not_used", &Warning::code) > 0;
     CHECK((trial.signals.find(platform_tilt) == nullptr) == removed);
+    CHECK(trial.tilt_at_given_start.has_value() == !removed);
+    if (!removed) {
+      CHECK(near(trial.tilt_at_given_start->gain, factor, 0.01));
+      CHECK(trial.tilt_at_given_start->is_other_size == (factor == 2.0));
+    }
     CHECK(near(trial.sway_rad()[100], 1e-3 * start_s, 1e-7));  // floats
     return recording.warnings;
   };

@@ -153,9 +153,9 @@ std::vector<Row> study_rows(const ModelStudy& study) {
 /// Columns of the table of faults, after what they are.
 std::vector<std::string> fault_cells(const FaultFigures& row) {
   std::vector<std::string> cells{shown(row.errors.mse(), "%.3f")};
-  if (row.promises) {
-    cells.push_back(shown(row.promises->all.predicted_variance, "%.3f"));
-    cells.push_back(shown(row.promises->all.coverage90, "%.3f"));
+  if (row.calibration) {
+    cells.push_back(shown(row.calibration->all.predicted_variance, "%.3f"));
+    cells.push_back(shown(row.calibration->all.coverage90, "%.3f"));
   } else {
     cells.insert(cells.end(), 2, "n/a");
   }
@@ -168,15 +168,15 @@ Json faults_json(const sim::ParameterTable& table, const std::vector<FaultFigure
   for (const FaultFigures& row : rows) {
     Json entry{{"fault", row.fault.name},
                {"size", row.fault.size},
-               {"what", row.fault.what},
+               {"what", row.fault.text},
                {"trials", row.errors.trials},
                {"mse", number_or_null(row.errors.mse())},
                {"mse_per_parameter", by_parameter(table, row.errors.mse_per_parameter)},
                {"warned", row.warned}};
-    if (row.promises) {
-      entry["predicted_variance"] = row.promises->all.predicted_variance;
-      entry["coverage50"] = row.promises->all.coverage50;
-      entry["coverage90"] = row.promises->all.coverage90;
+    if (row.calibration) {
+      entry["predicted_variance"] = row.calibration->all.predicted_variance;
+      entry["coverage50"] = row.calibration->all.coverage50;
+      entry["coverage90"] = row.calibration->all.coverage90;
     }
     list.push_back(std::move(entry));
   }
@@ -217,7 +217,7 @@ Json page_data(const ModelStudy& study, const std::vector<Figure>& figures) {
     data["rows"].push_back({row.what, row.ours, row.ours_matlab, row.ours_by_paper, row.paper});
   data["faults_convention"] = study.faults.empty() ? "" : faults_convention(study);
   data["fault_rows"] = Json::array();
-  for (const FaultFigures& row : study.faults) data["fault_rows"].push_back({row.fault.what, fault_cells(row)});
+  for (const FaultFigures& row : study.faults) data["fault_rows"].push_back({row.fault.text, fault_cells(row)});
   data["figures"] = Json::array();
   for (const Figure& f : figures)
     data["figures"].push_back({{"id", f.id}, {"title", f.title}, {"caption", f.caption}, {"svg", f.svg}});
@@ -311,7 +311,7 @@ std::string study_text(const ModelStudy& study) {
   if (!study.faults.empty()) {
     text += format("\n%-44s %9s %9s %9s %9s\n", "recordings with faults", "MSE", "predicted", "90% cover", "warned");
     for (const FaultFigures& row : study.faults) {
-      text += format("%-44s", row.fault.what.c_str());
+      text += format("%-44s", row.fault.text.c_str());
       for (const std::string& cell : fault_cells(row)) text += format(" %9s", cell.c_str());
       text += "\n";
     }

@@ -94,9 +94,9 @@ TEST_CASE("a model's error is the library's") {
   CHECK(found.mse == expected.mse());
   CHECK(found.matlab_loss == expected.matlab_loss());
   CHECK(std::equal(expected.mse_per_parameter.begin(), expected.mse_per_parameter.end(), found.mse_per_parameter));
-  const auto promises = network_calibration(model, outputs, same.parameters);
-  CHECK(found.coverage90 == promises->figures.all.coverage90);
-  CHECK(found.log_score == promises->figures.log_score);
+  const auto calibration = network_calibration(model, outputs, same.parameters);
+  CHECK(found.coverage90 == calibration->figures.all.coverage90);
+  CHECK(found.log_score == calibration->figures.log_score);
 
   decid_evaluation half;
   REQUIRE(decid_evaluate(built_in(), data.get(), DECID_VALIDATION, &half, sizeof half) == DECID_OK);

@@ -180,6 +180,32 @@ TEST_CASE("cohort: fixed parameters are not compared, by no model and no reliabi
   }
 }
 
+TEST_CASE("reliability: a normal prior counts with its standard deviation within the range") {
+  using decid::posterior::ParameterPrior;
+  const auto shown_with = [](std::optional<ParameterPrior::Normal> normal) {
+    TwoGroups made(true);
+    made.report.fit.emplace();
+    for (std::size_t i = 0; i < 6; ++i) {
+      const decid::sim::Parameters values = made.report.recordings[i].estimate.parameters;
+      made.report.recordings[i] = fitted(made.report, 0.2 * static_cast<double>(i % 3) + (i < 3 ? -0.5 : 0.5));
+      made.report.recordings[i].estimate.parameters = values;
+    }
+    if (normal) made.report.fit->priors.parameters = {{"delay", {}, normal}};
+    const decid::GroupReport groups = made.compared();
+    REQUIRE(groups.reliability.size() == 1);
+    return groups.reliability[0].at(decid::sim::Delay).value();
+  };
+  const decid::sim::ParameterInfo delay = Report{}.ranges()[decid::sim::Delay];
+  const double middle = 0.5 * (delay.low + delay.high);
+  const decid::cohort::Reliability uniform = shown_with({}),
+                                   wide = shown_with(ParameterPrior::Normal{middle, 10.0 * delay.range()}),
+                                   narrow = shown_with(ParameterPrior::Normal{middle, 0.15 * delay.range()});
+  CHECK(uniform.shown_fraction < 0.95);
+  CHECK(near(wide.shown_fraction, uniform.shown_fraction, 1e-3));
+  CHECK(near(wide.measurement_sd, uniform.measurement_sd, 1e-3));
+  CHECK(narrow.shown_fraction < uniform.shown_fraction - 0.05);
+}
+
 TEST_CASE(
     "cohort: the range of a fixed parameter may differ between recordings, the range of an inferred one may not") {
   TwoGroups made(false);

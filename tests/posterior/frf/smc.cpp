@@ -64,6 +64,18 @@ TEST_CASE("edges of the prior cut the density, impossible places too, whatever g
   CHECK(within(mean_of(result, 1, 0, 1), expected, 4.5 * 0.17 / std::sqrt(result.effective[0])));
 }
 
+TEST_CASE("a place with an impossible likelihood and no gradient is not accepted") {
+  // A ratio that is not a number would accept it, and a particle could not leave it by its gradient.
+  const auto half = [](std::span<const double> x, frf::Local& local) {
+    local.misfit = x[0] > 0.0 ? 0.0 : 1e4;
+    local.gradient[0] = x[0] > 0.0 ? 0.0 : std::numeric_limits<double>::quiet_NaN();
+    local.information[0] = 1.0;
+  };
+  const frf::SmcResult result = frf::sample_smc(1, 0, half, plain);
+  for (const auto& chain : result.chains)
+    for (const double x : chain) REQUIRE(x > 0.0);
+}
+
 TEST_CASE("two places far apart get their shares") {
   // Normals of deviation 0.05 about +-1.5, of equal weight: the population finds both.
   const auto places = [](std::span<const double> x, frf::Local& local) {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "posterior/planning/detail/bounded_normal.hpp"
+#include "posterior/planning/bounded_normal.hpp"
 #include "posterior/planning/variations.hpp"
 #include "tests/helpers.hpp"
 #include "tests/near.hpp"
@@ -19,6 +19,14 @@ TEST_CASE("planning: variances within ranges") {
   CHECK(near(prior_variances(uniform)[0], 1.0 / 12.0, 1e-5));
   const std::vector<FractionPrior> narrow{{0.4, 1.0 / (0.05 * 0.05)}};
   CHECK(near(prior_variances(narrow)[0], 0.05 * 0.05, 1e-5));
+  for (const double sd : {0.02, 0.005, 1e-4}) {
+    CAPTURE(sd);
+    const std::vector<FractionPrior> narrower{{0.3, 1.0 / (sd * sd)}, {0.0, 1.0 / (sd * sd)}, {0.5, 1e-8}};
+    const std::vector<double> variances = prior_variances(narrower);
+    CHECK(near(variances[0], sd * sd, 1e-6));
+    CHECK(near(variances[1], (1.0 - 2.0 / sim::pi) * sd * sd, 1e-2));  // a half of it, by the grid at its edge
+    CHECK(near(variances[2], 1.0 / 12.0, 1e-5));
+  }
   // 1,000 draws: four standard errors of a variance of independent uniform ones are 11%.
   const Random random(7, Stream::user, 0);
   const std::vector<double> truth{0.3, 0.6}, nothing{0.0, 0.0, 0.0};

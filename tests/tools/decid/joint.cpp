@@ -63,6 +63,22 @@ TEST_CASE_FIXTURE(People, "fit --joint all: the recordings of a call, whose jour
   const Result failed = run_decid(call + " " + folder / "none.csv");
   CHECK(failed.code != 0);
   CHECK(Json::parse(failed.out)["recordings"][1]["joint"]["recordings"].size() == 2);
+  // The same recordings are not fitted again, as the journal does not grow, also with a file that cannot be read.
+  const auto size = [&] { return std::filesystem::file_size(folder / "o.json.journal"); };
+  const auto written = size();
+  CHECK(run_decid(call + " " + folder / "none.csv" + " --resume").out == failed.out);
+  CHECK(size() == written);
+  write_text(folder / "odd.csv", "time,sway\n0,1\n0.01,x\n");
+  const Result odd = run_decid(call + " " + folder / "odd.csv");
+  CHECK(Json::parse(odd.out)["recordings"][2].contains("error"));
+  const auto with_odd = size();
+  CHECK(run_decid(call + " " + folder / "odd.csv" + " --resume").out == odd.out);
+  CHECK(size() == with_odd);
+  // A corrected one is fitted with the others.
+  write_text(folder / "odd.csv", read_text(folder / "a3.csv"));
+  const Json corrected = Json::parse(run_ok(call + " " + folder / "odd.csv" + " --resume").out);
+  CHECK(corrected["recordings"][0]["joint"]["recordings"].size() == 3);
+  CHECK(run_decid(call + " " + folder / "none.csv").code != 0);
   CHECK(Json::parse(run_ok(call + " --resume").out) == json);
 }
 

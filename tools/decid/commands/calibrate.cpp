@@ -261,7 +261,7 @@ void run_conditions(const CalibrateOptions& options, const Command& command) {
   for (std::size_t i = rows.size(); i < conditions.size() && !interrupted(); ++i) {
     const Fault& fault = conditions[i].fault;
     if (!options.common.quiet)
-      std::cerr << format("calibrate: row %zu of %zu, %s\n", i + 1, conditions.size(), fault.what.c_str());
+      std::cerr << format("calibrate: row %zu of %zu, %s\n", i + 1, conditions.size(), fault.text.c_str());
     const FitConditionFigures row =
         fit_condition(model, protocol, conditions[i], request, options.trials, options.seed,
                       [](std::size_t, const posterior::Progress&) { return !interrupted(); });

@@ -57,6 +57,22 @@ std::string own_settings(const RecordingPlan& plan, std::size_t i) {
   return text;
 }
 
+/// Gives each recording of a group that the journal does not have its error, if the journal has others of the group:
+/// they were fitted without it. Returns false if a recording is left to fit.
+bool set_errors(const FitGroup& group, const FitCall& call, const PlanFitter& fitter, FitResults& results) {
+  std::vector<std::size_t> missing;
+  for (const std::size_t i : group.recordings)
+    if (!results[i]) missing.push_back(i);
+  if (missing.empty()) return true;
+  if (missing.size() == group.recordings.size()) return false;
+  // Standard input can be read only once, by the fit.
+  if (std::ranges::any_of(missing, [&](std::size_t i) { return call.sources[i].file == "-"; })) return false;
+  std::vector<RecordingResult> read = fitter.read(missing);
+  if (!std::ranges::all_of(read, [](const RecordingResult& one) { return one.error.has_value(); })) return false;
+  for (std::size_t k = 0; k < missing.size(); ++k) results[missing[k]] = std::move(read[k]);
+  return true;
+}
+
 /// Returns the journal's keys of a group's recordings. Results of recordings that are fitted together depend on all.
 std::vector<std::string> journal_keys(const FitGroup& group, const std::vector<RecordingSource>& sources,
                                       const RecordingPlan& plan) {
@@ -91,7 +107,7 @@ FitResults fit_all(const FitCall& call, PlanFitter& fitter, const RecordingPlan&
         results[members[k]] = journal->find(own[k]);
       }
     }
-    const bool done = std::ranges::all_of(members, [&](std::size_t i) { return results[i].has_value(); });
+    const bool done = set_errors(groups[g], call, fitter, results);
     if (!done) left.push_back(g);
     for (const std::size_t i : members) {
       if (!done) results[i].reset();

@@ -12,10 +12,9 @@ inline constexpr int csv_digits = 10;
 /// Returns the time and the tilt in degrees of every sample.
 inline std::vector<std::vector<double>> time_and_tilt(const sim::Protocol& protocol, const sim::Stimulus& stimulus) {
   std::vector<std::vector<double>> columns(2);
-  const int samples = protocol.samples(), steps_per_sample = protocol.experiment.steps_per_sample();
-  for (int k = 0; k < samples; ++k) {
-    columns[0].push_back(k / protocol.experiment.sample_rate_hz);
-    columns[1].push_back(stimulus.tilt_at(k * steps_per_sample) / sim::rad_per_deg);
+  for (const double tilt_rad : sim::tilt_at_samples(protocol.experiment, stimulus)) {
+    columns[0].push_back(static_cast<double>(columns[0].size()) / protocol.experiment.sample_rate_hz);
+    columns[1].push_back(tilt_rad / sim::rad_per_deg);
   }
   return columns;
 }

@@ -14,7 +14,7 @@ struct FractionPrior {
   double mean = 0.5, precision = 0.0;
 };
 
-/// Returns the variances under the priors.
+/// Returns the variances under the priors, within [0, 1].
 std::vector<double> prior_variances(std::span<const FractionPrior> priors);
 /// Draws an estimate of `truth`, and returns the posterior variances of the fractions given this estimate, by Gibbs
 /// sampling (A. Gelfand, A. Smith, J. Am. Stat. Assoc. 85 (1990) 398-409). The truth is a draw of that posterior, so

@@ -1,10 +1,12 @@
-// A simulated sway as a recording has it that starts later or earlier than the protocol. Not installed.
+// A simulated sway as a recording has it: its start, its gain, its gaps. Not installed.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
 #include <span>
 #include <vector>
+
+#include "base/sample_range.hpp"
 
 namespace decid {
 
@@ -22,6 +24,20 @@ inline std::vector<double> started_later(std::span<const double> values, double 
   std::vector<double> moved(values.size());
   for (std::size_t k = 0; k < moved.size(); ++k) moved[k] = value_at(values, static_cast<double>(k) + samples);
   return moved;
+}
+
+/// Replaces gaps by straight lines, in recorded and simulated trials alike. Leaves out gaps that lie behind the end of
+/// a body that fell.
+template <class Value>
+void bridge_gaps(std::span<Value> sway_rad, std::span<const SampleRange> gaps) {
+  for (const SampleRange& gap : gaps)
+    if (gap.end <= sway_rad.size()) bridge(sway_rad, gap);
+}
+
+/// Returns the trial with its gaps bridged.
+inline std::vector<float> with_bridged_gaps(std::vector<float> sway_rad, std::span<const SampleRange> gaps) {
+  bridge_gaps(std::span(sway_rad), gaps);
+  return sway_rad;
 }
 
 }  // namespace decid

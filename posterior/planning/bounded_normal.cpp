@@ -1,5 +1,5 @@
 // Normal posteriors within ranges: see bounded_normal.hpp.
-#include "posterior/planning/detail/bounded_normal.hpp"
+#include "posterior/planning/bounded_normal.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +12,7 @@ namespace {
 
 constexpr int sweeps = 1000, prior_grid = 400;
 constexpr double min_precision = 1e-6;  // of a fraction: nothing is known
+constexpr double narrow_precision = 1e4, reach_sd = 8.0;
 
 /// Returns the quantile of a normal distribution within [0, 1]. Far outside of it the nearer end is the quantile.
 double quantile_in_range(double mean, double sd, double probability) {
@@ -26,9 +27,13 @@ double quantile_in_range(double mean, double sd, double probability) {
 std::vector<double> prior_variances(std::span<const FractionPrior> priors) {
   std::vector<double> variances;
   for (const FractionPrior& prior : priors) {
+    // The grid of a narrow prior covers only that: one over [0, 1] would be too coarse.
+    const double reach = prior.precision > narrow_precision ? reach_sd / std::sqrt(prior.precision) : 1.0;
+    const double low = reach < 1.0 ? std::clamp(prior.mean - reach, 0.0, 1.0) : 0.0;
+    const double high = reach < 1.0 ? std::clamp(prior.mean + reach, 0.0, 1.0) : 1.0;
     double whole = 0.0, first = 0.0, second = 0.0;
     for (int i = 0; i < prior_grid; ++i) {
-      const double u = (i + 0.5) / prior_grid, off = u - prior.mean;
+      const double u = low + (high - low) * ((i + 0.5) / prior_grid), off = u - prior.mean;
       const double density = exp(-0.5 * prior.precision * off * off);
       whole += density;
       first += density * off;
