@@ -21,14 +21,17 @@ struct Warning {
 };
 using Warnings = std::vector<Warning>;
 
+inline void add_warning(Warnings& warnings, Severity severity, std::string code, std::string text) {
+  warnings.push_back({severity, std::move(code), std::move(text)});
+}
 inline void add_info(Warnings& warnings, std::string code, std::string text) {
-  warnings.push_back({Severity::info, std::move(code), std::move(text)});
+  add_warning(warnings, Severity::info, std::move(code), std::move(text));
 }
 inline void add_caution(Warnings& warnings, std::string code, std::string text) {
-  warnings.push_back({Severity::caution, std::move(code), std::move(text)});
+  add_warning(warnings, Severity::caution, std::move(code), std::move(text));
 }
 inline void add_invalid(Warnings& warnings, std::string code, std::string text) {
-  warnings.push_back({Severity::invalid, std::move(code), std::move(text)});
+  add_warning(warnings, Severity::invalid, std::move(code), std::move(text));
 }
 
 /// Returns the first of the most severe warnings; the end if there are none.

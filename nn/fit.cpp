@@ -10,6 +10,7 @@
 
 #include "base/batches.hpp"
 #include "base/error.hpp"
+#include "base/files/file.hpp"
 #include "base/files/sha256.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
@@ -263,7 +264,7 @@ class Fit final : public TrainingLoop {
     if (!options_.checkpoint.empty()) save_checkpoint(network_, state, description(), options_.checkpoint);
   }
   void resume() {
-    if (!options_.checkpoint.empty() && std::filesystem::exists(options_.checkpoint))
+    if (!options_.checkpoint.empty() && path_exists(options_.checkpoint))
       load_checkpoint(network_, state, description(), options_.checkpoint);
   }
 

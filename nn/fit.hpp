@@ -88,7 +88,8 @@ struct FitOptions {
   double clip_norm = 0;     ///< gradients are scaled to this norm at most; 0: never
   double average = 0;       ///< decay of an exponential moving average of weights and statistics, which the network has
                             ///< in the end: 0.999; 0: none
-  int frozen_lines = 0;     ///< the first lines of the architecture whose parameters stay as they are; at most all
+  int frozen_lines = 0;     ///< the first lines of the architecture whose parameters stay as they are; at most all.
+                            ///< BatchNorm in them still uses and moves the statistics of batches
   double validation = 0.1;  ///< fraction of the samples that is drawn for validation and not trained on, rounded to
                             ///< whole samples: 0.1 of 4 samples validates none
   std::optional<Samples> validation_samples = std::nullopt;  ///< validation uses these instead

@@ -147,11 +147,12 @@ struct Comparison {
   }
 };
 
-/// Adds the filters of each order and number of passes, each with the same number of cutoffs from the lowest on.
-/// Returns the likeliest of each, the likeliest of all first.
+/// Adds the filters of each order and number of passes, each with the same number of cutoffs from the lowest to the
+/// highest that noise shows: half a step between them is within refined(). Returns the likeliest of each, the likeliest
+/// of all first.
 std::vector<Candidate> likeliest_of_each(double rate_hz, Comparison& comparison) {
   std::vector<Candidate> likeliest;
-  const double width = decid::log(max_cutoff_fraction * rate_hz / lowest_cutoff_hz);
+  const double width = decid::log(std::min(max_cutoff_fraction * rate_hz, highest_hz) / lowest_cutoff_hz);
   for (int order = 1; order <= max_order; ++order)
     for (const bool both_ways : {false, true}) {
       Candidate& best = likeliest.emplace_back();
@@ -255,6 +256,7 @@ bool removes_much(const LowPass& filter) {
 
 std::vector<float> undo(const LowPass& filter, std::span<const float> sway_rad, double rate_hz) {
   const std::size_t samples = sway_rad.size();
+  if (samples == 0) return {};
   const int length = sim::smooth_length(static_cast<int>(2 * samples));
   // The mirror image, and the first sample held, continue the signal at both ends.
   std::vector<double> values(static_cast<std::size_t>(length), double{sway_rad[0]});

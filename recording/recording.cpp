@@ -116,11 +116,9 @@ Clock find_clock(const Table& table, int sway, int time, const RecordingOptions&
                 "the column " + name + " gives " + six_digits(clock.rate_hz) + " Hz, not from 1 to 100,000",
                 recording.rate_advice);
   }
-  if (clock.is_caution) {
-    add_caution(recording.warnings, "uneven_times", clock.warning);
-  } else if (!clock.warning.empty()) {
-    add_info(recording.warnings, "uneven_times", clock.warning);
-  }
+  if (!clock.warning.empty())
+    add_warning(recording.warnings, clock.is_caution ? Severity::caution : Severity::info, "uneven_times",
+                clock.warning);
   return clock;
 }
 

@@ -40,6 +40,14 @@ class Descriptor {
   int number_;
 };
 
+/// Writes a file's content to the disk. Returns false on an error.
+bool sync(int number) {
+  while (::fsync(number) != 0) {
+    if (errno != EINTR) return false;
+  }
+  return true;
+}
+
 [[noreturn]] void fail_to_write(const fs::path& path, int error) {
   throw WriteError(path.string(), "writing failed: " + errno_text(error),
                    error == ENOSPC || error == EDQUOT ? "free space on its disk, or write to another"
@@ -111,6 +119,15 @@ fs::path create_temporary(const fs::path& target) {
 
 }  // namespace
 
+bool path_exists(const fs::path& path) {
+  std::error_code error;
+  const bool exists = fs::exists(path, error);
+  if (error)
+    throw Error(Code::file_unreadable, path.string(), "cannot be looked up: " + error.message(),
+                "check its name, and the permissions of its folder");
+  return exists;
+}
+
 std::string read_file(const fs::path& path, std::uint64_t limit_bytes) {
   Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!file.is_open()) {
@@ -176,7 +193,7 @@ void PendingFile::commit() {
   if (committed_) return;
   Descriptor file(::open(temporary_.c_str(), O_RDONLY | O_CLOEXEC));
   // The content must reach the disk before the name, or a crash could leave an empty file.
-  if (!file.is_open() || ::fsync(file.number()) != 0) fail_to_write(target_, errno);
+  if (!file.is_open() || !sync(file.number())) fail_to_write(target_, errno);
   if (!file.close()) fail_to_write(target_, errno);
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) {
     throw Error(Code::file_unwritable, target_.string(), "cannot be replaced: " + errno_text(errno),
@@ -185,7 +202,7 @@ void PendingFile::commit() {
   committed_ = true;
   // Makes the rename survive a crash. Some file systems cannot; the file is complete either way.
   const Descriptor folder(::open(temporary_.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (folder.is_open()) static_cast<void>(::fsync(folder.number()));
+  if (folder.is_open()) static_cast<void>(sync(folder.number()));
 }
 
 }  // namespace decid

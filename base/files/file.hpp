@@ -8,6 +8,10 @@
 
 namespace decid {
 
+/// Returns true if there is a file or folder at a path. Throws Error if the system cannot tell, as for a folder that
+/// must not be read.
+bool path_exists(const std::filesystem::path& path);
+
 /// Returns the whole file. Throws Error if it cannot be opened or read, or is larger than `limit_bytes`.
 std::string read_file(const std::filesystem::path& path, std::uint64_t limit_bytes = std::uint64_t{1} << 32);
 

@@ -1,5 +1,4 @@
-// Cholesky factors: see cholesky.hpp. Rows are processed from left to right (Cholesky-Banachiewicz); four rows share
-// their loads.
+// Cholesky factors: see cholesky.hpp. Rows are processed from left to right (Cholesky-Banachiewicz).
 #include "base/math/cholesky.hpp"
 
 #include <algorithm>

@@ -187,7 +187,7 @@ typedef struct decid_read_options {
   const char* tilt_column;      /* of the platform's measured tilt; NULL: found by name; "none": not read */
   int tilt_unit;                /* a decid_unit of angles, or DECID_BY_NAME */
   int invert_sway, invert_tilt; /* 1: positive against the protocol's direction */
-  int skip_lines;               /* of a text file, above its table; -1: found [-1] */
+  int skip_lines;               /* of a text file, above its table, 0 or more; -1: found [-1] */
   /* The sway's sources where there is no column of it (docs/guide/recordings.md, markers or segments); 0 and NULL:
    * none. */
   double com_height_m;                      /* `column` is a position at this height above the ankles */

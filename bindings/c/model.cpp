@@ -14,6 +14,9 @@ void set_shape(const decid::nn::Shape& from, size_t (&to)[3]) {
 
 decid_tensor tensor_of(const char* name, const std::vector<float>& values, std::span<const int> shape) {
   decid_tensor tensor{name, values.data(), shape.size(), {}};
+  if (shape.size() > std::size(tensor.shape))
+    throw decid::Error(decid::Code::not_supported, name, "has " + std::to_string(shape.size()) + " dimensions",
+                       "give a model whose tensors have at most " + std::to_string(std::size(tensor.shape)));
   std::copy(shape.begin(), shape.end(), tensor.shape);
   return tensor;
 }

@@ -60,7 +60,7 @@ std::optional<double> metres_per(int unit) {
 
 /// Copies the options that choose a table and a recording of the file. Throws Error if they contradict each other.
 void choose_part(const decid_read_options& asked, const char* where, decid::recording::RecordingOptions& how) {
-  if (asked.skip_lines >= 0) how.skip_lines = asked.skip_lines;
+  if (asked.skip_lines != -1) how.skip_lines = asked.skip_lines;
   how.section = text_or_empty(asked.section);
   if (how.skip_lines && !how.section.empty())
     throw decid::Error(decid::Code::setting_conflict, where, "section and skip_lines both say where the table begins",

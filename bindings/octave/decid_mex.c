@@ -323,6 +323,8 @@ static void take_recording(const mxArray* source, const mxArray* options) {
     how.invert_sway = whole(options, "invert_sway", 0);
     how.invert_tilt = whole(options, "invert_tilt", 0);
     how.skip_lines = whole(options, "skip_lines", -1);
+    if (mxGetField(options, 0, "skip_lines") != NULL && how.skip_lines < 0)
+      fail("decid:setting_out_of_range", "skip_lines", "is negative", "give 0 or more");
     const double missing = number(options, "missing", 0.0);
     if (mxGetField(options, 0, "missing") != NULL) how.missing_value = &missing;
     how.mean_is_upright = choice(options, "detrend", detrends) != 0;
@@ -486,6 +488,9 @@ static mxArray* simulate(const mxArray* options) {
   require(decid_protocol_load_controller(played == NULL ? "default" : played, controller, &protocol));
   count = decid_protocol_parameters(protocol);
   samples = decid_protocol_samples(protocol);
+  if (count > DECID_MOST_PARAMETERS)
+    fail("decid:not_supported", "controller", "has more parameters than this file holds",
+         "compile it with decid's header");
   for (p = 0; p < count; ++p) names[p + 3] = decid_protocol_parameter(protocol, p)->name;
   refuse_unknown(options, names);
   for (p = 0; p < count; ++p) {

@@ -89,7 +89,8 @@ class Partial {
   void take(const std::string& request) {
     const std::optional<std::string> found = journal_.request();
     // The journal's beginning reaches the disk before anything reaches the file, which is worthless without it.
-    if (file_.size() == 0) return journal_.start(request);
+    begun_ = file_.size() == 0;
+    if (begun_) return journal_.start(request);
     const std::string remedy = "delete " + paths_.file.string() + " and " + paths_.journal.string() + " to start again";
     if (!found)
       throw Error(Code::file_damaged, paths_.file.string(), "is an unfinished data set whose journal is lost", remedy);
@@ -100,7 +101,9 @@ class Partial {
     }
   }
 
-  void remove() {
+  /// Removes the files if this call began them: others may hold the work of hours.
+  void remove_if_begun() {
+    if (!begun_) return;
     std::error_code ignored;
     fs::remove(paths_.file, ignored);
     fs::remove(paths_.journal, ignored);
@@ -138,6 +141,7 @@ class Partial {
   NpzPartial paths_;
   DiskFile file_;
   ChunkJournal journal_;
+  bool begun_ = false;  // by this call
 };
 
 std::vector<std::span<const std::byte>> bytes_of(const std::vector<std::span<const float>>& sway) {
@@ -249,12 +253,13 @@ class Run {
   }
 
  private:
-  /// Leaves no files if the request is impossible.
+  /// Leaves no files if the request is impossible. After other errors, as of a network, the same command continues.
   const Chunk& next_chunk() {
     try {
       return generator_.next();
-    } catch (const Error&) {
-      if (is_writer()) partial_.remove();
+    } catch (const Error& error) {
+      const bool is_impossible = error.code() == Code::body_falls || error.code() == Code::trials_missing;
+      if (is_impossible && is_writer()) partial_.remove_if_begun();
       throw;
     }
   }

@@ -74,7 +74,12 @@ Recalibration fit_recalibration(std::size_t parameters, std::span<const Predicte
     for (std::size_t i = 0; i < levels.size(); ++i)
       levels[i] =
           std::clamp(make_quantile(sorted, probability_step * static_cast<double>(i + 1)), min_level, 1.0 - min_level);
-    made.stddev_factor.push_back(std::sqrt(errors / variances));
+    const double factor = std::sqrt(errors / variances);
+    if (!(factor > 0.0 && std::isfinite(factor)))
+      throw Error(Code::value_invalid, "recalibration",
+                  format("the errors or the standard deviations of parameter %zu are all 0, or not finite", p + 1),
+                  "train the network for longer, or with a lower learning rate");
+    made.stddev_factor.push_back(factor);
   }
   return made;
 }

@@ -45,7 +45,8 @@ struct PredictedParameter {
   double error, stddev;  ///< truth - mean, and the predicted standard deviation, both in the same unit
 };
 /// Computes the recalibration from trials of known parameters: predicted[trial * parameters + parameter]. Throws Error
-/// unless `predicted` holds whole trials, at least one.
+/// unless `predicted` holds whole trials, at least one, and for errors or standard deviations of a parameter that are
+/// all 0 or not finite.
 Recalibration fit_recalibration(std::size_t parameters, std::span<const PredictedParameter> predicted);
 
 /// Learns the recalibration from 10,240 trials outside of the training, or all that there are: the next epoch of a

@@ -24,9 +24,8 @@ bool is_hidden(const fs::path& path) {
 }  // namespace
 
 bool has_ending_of_recordings(const fs::path& path) {
-  constexpr std::array<std::string_view, 9> endings{".csv", ".tsv",  ".txt", ".dat", ".mat",
-                                                    ".c3d", ".xlsx", ".trc", ".mot"};
-  return std::ranges::find(endings, small_letters(path.extension().string())) != endings.end();
+  return std::ranges::find(endings_of_recordings, small_letters(path.extension().string())) !=
+         endings_of_recordings.end();
 }
 
 bool is_description(const fs::path& path) {

@@ -1,12 +1,18 @@
 // Finds files that may be recordings, by their names.
 #pragma once
 
+#include <array>
 #include <filesystem>
+#include <string_view>
 #include <vector>
 
 namespace decid {
 
-/// Returns true for .csv, .tsv, .txt, .dat, .mat, .c3d, .xlsx, .trc and .mot, in capitals too.
+/// The endings of recordings' names.
+inline constexpr std::array<std::string_view, 9> endings_of_recordings{".csv", ".tsv",  ".txt", ".dat", ".mat",
+                                                                       ".c3d", ".xlsx", ".trc", ".mot"};
+
+/// Returns true for names with one of these endings, in capitals too.
 bool has_ending_of_recordings(const std::filesystem::path& path);
 
 /// Returns true for files that stand beside recordings in data sets (BIDS 1.9): participants.tsv, README.txt,

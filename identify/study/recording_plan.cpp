@@ -7,6 +7,7 @@
 #include <iterator>
 #include <limits>
 #include <map>
+#include <system_error>
 #include <tuple>
 #include <utility>
 
@@ -38,7 +39,11 @@ class Planner {
     plan_.sheet = std::move(sheet);
     people_ = PersonLines(lines());
     for (const SheetLine& line : lines()) line_keys_.emplace_back(line.file);
-    for (const RecordingSource& source : sources) source_keys_.emplace_back(shown(source));
+    for (const RecordingSource& source : sources) {
+      source_keys_.emplace_back(shown(source));
+      name_keys_.emplace_back(source.name());
+      file_keys_.emplace_back(source.file.string());
+    }
     used_.assign(lines().size(), false);
   }
 
@@ -55,9 +60,11 @@ class Planner {
 
   /// Returns the path that names of people are searched in: the part below the sheet's folder, if it lies there.
   std::string shown(const RecordingSource& source) const {
+    std::error_code error, other;  // of the current folder, which may be gone
     const std::filesystem::path
-        folder = std::filesystem::absolute(plan_.sheet->file).parent_path().lexically_normal(),
-        below = std::filesystem::absolute(source.name()).lexically_normal().lexically_relative(folder);
+        folder = std::filesystem::absolute(plan_.sheet->file, error).parent_path().lexically_normal(),
+        below = std::filesystem::absolute(source.name(), other).lexically_normal().lexically_relative(folder);
+    if (error || other) return source.name();
     return below.empty() || *below.begin() == ".." ? source.name() : below.string();
   }
 
@@ -129,7 +136,7 @@ class Planner {
   Likeness likeness_of(std::size_t source, std::size_t line) const {
     const Likeness whole = source_keys_[source].ends_with(line_keys_[line]);
     if (whole != Likeness::none || sources_[source].trial.empty()) return whole;
-    return PathKey(sources_[source].file.string()).ends_with(line_keys_[line]);
+    return file_keys_[source].ends_with(line_keys_[line]);
   }
 
   /// Adds a recording whose path fits two people, or two sessions of a person, equally well.
@@ -183,7 +190,7 @@ class Planner {
     const PathKey direct(path_beside(*plan_.sheet, lines()[line].file).string());
     for (std::size_t i = 0; i < sources_.size(); ++i) {
       const Likeness here = likeness_of(i, line);
-      const PathKey name(sources_[i].name());
+      const PathKey& name = name_keys_[i];
       if (name.parts() == direct.parts() && name.ends_with(direct) == Likeness::exact) return {i};
       if (here == Likeness::none || here < likeness) continue;
       if (here > likeness) best.clear();
@@ -296,7 +303,8 @@ class Planner {
   Choice choice_;
   const ReadOptions& reading_;
   RecordingPlan plan_;
-  std::vector<PathKey> line_keys_, source_keys_;
+  std::vector<PathKey> line_keys_;
+  std::vector<PathKey> source_keys_, name_keys_, file_keys_;  // of sources: see shown(); their names; their files
   PersonLines people_;
   std::optional<std::vector<PathKey>> near_;  // files below the sheet's folder, once they are needed
   std::vector<bool> used_;                    // lines

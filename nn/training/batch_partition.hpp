@@ -29,6 +29,8 @@ struct BatchPartition {
   int root_count() const;
 };
 
+/// Returns the partition that a rank, 0 .. ranks - 1, has of a batch of `blocks` blocks. Empty for less than one block;
+/// a rank has no blocks if there are more ranks.
 BatchPartition make_partition(int blocks, int rank, int ranks);
 
 /// Returns the maximum number of blocks of a rank for batches of up to `blocks`.

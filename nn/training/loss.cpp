@@ -1,13 +1,178 @@
-// Mean squared error: see loss.hpp.
+// Losses: see loss.hpp. First those of nn::fit, a sample at a time; then the mean squared error of whole blocks.
 #include "nn/training/loss.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "base/error.hpp"
+#include "base/math/math.hpp"
+#include "base/number.hpp"
+#include "base/parallel.hpp"
+#include "base/text.hpp"
 #include "nn/kernels/kernels.hpp"
 
 namespace decid::nn {
+namespace {
+
+class SquaredError final : public Loss {
+ public:
+  double sample(std::span<const double> output, std::span<const double> target, std::span<double> diff) const override {
+    const auto count = static_cast<double>(output.size());
+    double sum = 0;
+    for (std::size_t i = 0; i < output.size(); ++i) {
+      const double error = output[i] - target[i];
+      sum += error * error;
+      diff[i] = 2 * error / count;
+    }
+    return sum / count;
+  }
+  std::string text() const override { return "squared-error"; }
+};
+
+class CrossEntropy final : public Loss {
+ public:
+  double sample(std::span<const double> output, std::span<const double> target, std::span<double> diff) const override {
+    const double wanted = target.front();
+    if (!(wanted >= 0 && wanted < static_cast<double>(output.size())) || wanted != std::floor(wanted))
+      throw Error(Code::setting_out_of_range, "cross-entropy",
+                  format("has class %g as a target where the network has %zu outputs", wanted, output.size()),
+                  format("number classes from 0 to %zu", output.size() - 1));
+    // max_element() may pass over NaN, and decid's log of NaN is a number.
+    if (!std::ranges::all_of(output, [](double value) { return std::isfinite(value); })) {
+      std::ranges::fill(diff, std::numeric_limits<double>::quiet_NaN());
+      return std::numeric_limits<double>::quiet_NaN();
+    }
+    const double largest =
+        *std::max_element(output.begin(), output.end());  // softmax may shift by it: exp stays finite
+    double sum = 0;
+    for (std::size_t i = 0; i < output.size(); ++i) sum += diff[i] = exp(output[i] - largest);
+    for (double& probability : diff) probability /= sum;
+    const auto own = static_cast<std::size_t>(wanted);
+    diff[own] -= 1;
+    return log(sum) - (output[own] - largest);
+  }
+  int targets(int) const override { return 1; }
+  std::string text() const override { return "cross-entropy"; }
+};
+
+class Huber final : public Loss {
+ public:
+  explicit Huber(double delta) : delta_(delta) {
+    if (!(delta > 0))
+      throw Error(Code::setting_out_of_range, "huber", format("has a delta of %g", delta), "give a number above 0");
+  }
+  double sample(std::span<const double> output, std::span<const double> target, std::span<double> diff) const override {
+    const auto count = static_cast<double>(output.size());
+    double sum = 0;
+    for (std::size_t i = 0; i < output.size(); ++i) {
+      const double error = output[i] - target[i], size = std::abs(error);
+      sum += size <= delta_ ? 0.5 * error * error : delta_ * (size - 0.5 * delta_);
+      diff[i] = std::clamp(error, -delta_, delta_) / count;
+    }
+    return sum / count;
+  }
+  std::string text() const override { return format("huber %.17g", delta_); }
+
+ private:
+  double delta_;
+};
+
+/// Calls body(value's place in the tensor) for all values of a sample, channel-major.
+template <class T, class Body>
+void for_each_place(const TensorView<T>& tensor, int block, const Body& body) {
+  const Shape& s = tensor.shape();
+  std::size_t k = 0;
+  for (int c = 0; c < s.channels; ++c)
+    for (int r = 0; r < s.rows; ++r)
+      for (int j = 0; j < s.columns; ++j) body(tensor.row(block, c, r) + j * lanes, k++);
+}
+
+}  // namespace
+
+void Loss::batch(std::span<const double> outputs, std::span<const double> targets, std::span<double> losses,
+                 std::span<double> diffs) const {
+  const std::size_t samples = losses.size(), values = outputs.size() / samples, width = targets.size() / samples;
+  constexpr std::size_t at_once = lanes;
+  parallel_for(static_cast<int>((samples + at_once - 1) / at_once), [&](int block) {
+    const std::size_t first = static_cast<std::size_t>(block) * at_once;
+    for (std::size_t i = first; i < std::min(samples, first + at_once); ++i) {
+      const std::span<double> diff = diffs.subspan(i * values, values);
+      losses[i] = sample(outputs.subspan(i * values, values), targets.subspan(i * width, width), diff);
+      for (double& d : diff) d /= static_cast<double>(samples);
+    }
+  });
+}
+
+double BatchLoss::sample(std::span<const double> output, std::span<const double> target, std::span<double> diff) const {
+  double loss = 0.0;
+  batch(output, target, {&loss, 1}, diff);
+  return loss;
+}
+
+std::shared_ptr<const Loss> squared_error() {
+  return std::make_shared<SquaredError>();
+}
+std::shared_ptr<const Loss> cross_entropy() {
+  return std::make_shared<CrossEntropy>();
+}
+std::shared_ptr<const Loss> huber(double delta) {
+  return std::make_shared<Huber>(delta);
+}
+
+std::shared_ptr<const Loss> loss_named(const std::string& text) {
+  if (text == "squared-error") return squared_error();
+  if (text == "cross-entropy") return cross_entropy();
+  if (text == "huber") return huber();
+  if (text.starts_with("huber "))
+    if (const std::optional<double> delta = number_from<double>(text.substr(6))) return huber(*delta);
+  throw Error(Code::setting_unknown, "loss '" + text + "'", "is not known",
+              "give squared-error, cross-entropy, huber or 'huber DELTA'");
+}
+
+template <class T>
+double total_loss(const Loss& loss, const std::type_identity_t<TensorView<const T>>& output,
+                  std::type_identity_t<std::span<const T>> targets, const TensorView<T>& diff) {
+  const auto outputs = static_cast<std::size_t>(output.shape().size());
+  const auto width = static_cast<std::size_t>(loss.targets(output.shape().size()));
+  const int batch = output.batch();
+  if (diff.shape() != output.shape() || diff.batch() != batch)
+    throw Error(Code::size_mismatch, loss.text(), "has derivatives of another shape than the outputs",
+                "give a tensor of the same shape");
+  if (targets.size() < width * static_cast<std::size_t>(batch))
+    throw Error(Code::size_mismatch, loss.text(),
+                format("has %zu target values for %d samples of %zu", targets.size(), batch, width),
+                "give a target for each sample");
+  const auto samples = static_cast<std::size_t>(batch);
+  std::vector<double> losses(samples), values(samples * outputs), slopes(samples * outputs);
+  const auto each_block = [&](const auto& tensor, const auto& body) {
+    parallel_for(output.blocks(), [&](int block) {
+      for_each_place(tensor, block, [&](auto* lane, std::size_t k) {
+        for (int l = 0; l < lanes; ++l)
+          body(lane[l], static_cast<std::size_t>(block * lanes + l) * outputs + k, l < output.valid_lanes(block));
+      });
+    });
+  };
+  each_block(output, [&](const T& x, std::size_t place, bool valid) {
+    if (valid) values[place] = static_cast<double>(x);
+  });
+  const std::vector<double> wanted(targets.begin(), targets.begin() + static_cast<std::ptrdiff_t>(samples * width));
+  loss.batch(values, wanted, losses, slopes);
+  each_block(diff, [&](T& d, std::size_t place, bool valid) { d = valid ? static_cast<T>(slopes[place]) : T(0); });
+  double sum = 0;
+  for (const double one : losses) sum += one;
+  return sum;
+}
+
+template double total_loss<float>(const Loss&, const TensorView<const float>&, std::span<const float>,
+                                  const TensorView<float>&);
+template double total_loss<double>(const Loss&, const TensorView<const double>&, std::span<const double>,
+                                   const TensorView<double>&);
+
 namespace {
 
 template <class T>

@@ -6,7 +6,9 @@
 namespace decid::nn {
 
 /// "constant"; "cosine": from the base rate to 0 along half a cosine; "step:EPOCHS:FACTOR": multiplied by FACTOR every
-/// EPOCHS epochs. This applies to all steps except the first `warmup_steps`, which rise linearly to the base rate.
+/// EPOCHS epochs. The first `warmup_steps` rise linearly to the base rate instead. Steps of a schedule count from the
+/// training's first step, with a warm-up too. So after a warm-up of a fraction f of all steps a cosine begins below the
+/// base rate, at 0.5 + 0.5 cos(pi f) of it: 0.98 for f = 0.1. Trained models depend on it.
 class Schedule {
  public:
   /// Throws Error for a text of another form, or total_steps < 1.

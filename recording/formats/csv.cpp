@@ -78,6 +78,9 @@ std::string without_empty_end(std::string text) {
 CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_lines, const std::string& section,
                    Warnings warnings)
     : where_(std::move(where)), warnings_(std::move(warnings)) {
+  if (skip_lines && *skip_lines < 0)
+    throw Error(Code::setting_out_of_range, setting("skip_lines"), "is " + std::to_string(*skip_lines),
+                "give 0 or more");
   text = with_plain_minus(to_utf8(std::move(text), where_));
   if (!section.empty()) text = only_section(text, section, where_);
   const std::size_t bytes = text.size();
@@ -325,7 +328,8 @@ std::vector<double> CsvTable::times(int column) const {
     if (time && !first_day) first_day = time->day;
     double value = time ? (time->day - *first_day + midnights) * day_s + time->s
                         : finite(parsed, cell, column, row, Missing::refused);
-    if (time && !values.empty() && value < values.back() - 0.5 * day_s) {
+    const bool has_date = time && time->day != 0.0;
+    if (time && !has_date && !values.empty() && value < values.back() - 0.5 * day_s) {
       midnights += 1.0;
       value += day_s;
     }

@@ -25,7 +25,8 @@ class CsvTable final : public Table {
  public:
   /// Reads a table. `where` names the file. `skip_lines`: the number of lines above the table; empty: decid finds it.
   /// `section`: one of several tables (sections.hpp); empty: the only one. `warnings`: warnings of earlier steps.
-  /// Throws Error without lines of data, for rows of different length, and for too many rows or columns.
+  /// Throws Error for a negative `skip_lines`, without lines of data, for rows of different length, and for too many
+  /// rows or columns.
   CsvTable(std::string text, std::string where, std::optional<int> skip_lines = {}, const std::string& section = {},
            Warnings warnings = {});
 
@@ -34,7 +35,8 @@ class CsvTable final : public Table {
   /// Returns the header's names, else "column 1", "column 2", ...
   const std::vector<std::string>& names() const override { return names_; }
   std::vector<double> numbers(int column, Missing missing = Missing::refused) const override;
-  /// Returns times; clock times, with or without a date, become seconds since the midnight before the first.
+  /// Returns times; clock times, with or without a date, become seconds since the midnight before the first. A time
+  /// without a date that is more than 12 h before the last one is of the next day.
   std::vector<double> times(int column) const override;
   /// Returns the line of the file, from 1.
   std::string locate(std::size_t row) const override;

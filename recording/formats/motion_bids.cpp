@@ -35,10 +35,10 @@ std::vector<std::string> entities_of(const std::string& name) {
 std::optional<fs::path> file_beside(const fs::path& recording, std::string_view end) {
   const std::string name = recording.filename().string();
   const std::vector<std::string> own = entities_of(name.substr(0, name.size() - motion_end.size()));
-  fs::path folder = fs::absolute(recording).parent_path();
+  std::error_code error;
+  fs::path folder = fs::absolute(recording, error).parent_path();
   for (int above = 0; above <= folders_above; ++above, folder = folder.parent_path()) {
     std::optional<fs::path> found;
-    std::error_code error;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
       const std::string other = entry.path().filename().string();
       const bool at_start = other == end.substr(1);  // "channels.tsv" of all recordings

@@ -154,7 +154,7 @@ class SheetReader {
       if (tag == Tag::close && xml_.name() == "c") break;
     }
     if (kind == "e") return {};
-    if (kind == "b") return value == "0" ? "FALSE" : "TRUE";
+    if (kind == "b" && !value.empty()) return value == "0" ? "FALSE" : "TRUE";
     if (kind != "s") return value;
     const std::size_t index = number_from<std::size_t>(value).value_or(shared_.size());
     if (index >= shared_.size()) refuse_workbook(where_, "a cell's text is missing");

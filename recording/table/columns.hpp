@@ -36,6 +36,7 @@ std::vector<std::string> words(std::string_view name);
 /// Returns words(name), then the parts that begin with a capital: "LAnkleAngle_deg" -> lankleangle, deg, l, ankle,
 /// angle. It splits units too ("mV"), so read units with words().
 std::vector<std::string> words_in(std::string_view name);
+/// Returns true if the list has the word.
 bool one_of(std::string_view word, std::initializer_list<std::string_view> list);
 /// Returns the unit at the end of a name, if any.
 std::optional<Unit> unit_in(std::string_view name);
@@ -46,7 +47,7 @@ const char* other_quantity(std::string_view name);
 inline constexpr char centre_of_pressure[] = "a centre of pressure";
 /// Returns the unit of a column of angles: the given one, else the name's, if any. Throws Error for a name that
 /// excludes an angle ("COM_x (mm)", "sway_deg_s", "tilt speed"). `where` names the file, `setting_name` the
-/// setting_name of units: "--unit".
+/// setting of units: "--unit".
 std::optional<Unit> find_unit(const std::string& name, std::optional<Unit> given, const std::string& where,
                               const std::string& setting_name);
 /// Returns the unit of a table's column: the given one, else the name's, else the file's own, else degrees with a note.

@@ -46,6 +46,7 @@ def links_of(page):
 
 WARNING = re.compile(r'add_(info|caution|invalid)\(\s*[\w.]+,\s*"(\w+)"|\{Severity::(\w+), "(\w+)"')
 VARIABLE = re.compile(r'\{severity, "(\w+)"')  # the severity is computed
+EITHER = re.compile(r'add_warning\(\s*[\w.]+,\s*([^"]*?),\s*"(\w+)"')  # the severities are among its arguments
 LISTED = re.compile(r"^\| `(\w+)` \| (info|caution|invalid)(?:, (info|caution|invalid))? \|", re.MULTILINE)
 
 
@@ -83,6 +84,8 @@ def warnings_of(root):
                 given.add((code or other, severity or other_severity))
             for code in VARIABLE.findall(text):
                 computed.add(code)
+            for severities, code in EITHER.findall(text):
+                given |= {(code, severity) for severity in re.findall(r"Severity::(\w+)", severities)}
     page = root / "docs/guide/warnings.md"
     listed = set()
     for code, *severities in LISTED.findall(page.read_text(encoding="utf-8")) if page.exists() else ():

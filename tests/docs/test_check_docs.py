@@ -81,10 +81,14 @@ class CheckDocs(unittest.TestCase):
     def test_warnings_are_listed(self):
         self.write("dataset/a.cpp", 'add_caution(\n    recording.warnings, "small", "is small");\n'
                                     'warnings.insert(at, {Severity::info, "noted", text});\n'
-                                    'warnings.push_back({severity, "computed", text});')
-        self.write("docs/guide/warnings.md", "| `small` | info, caution | |\n| `computed` | invalid | |\n")
+                                    'warnings.push_back({severity, "computed", text});'
+                                    'add_warning(warnings, is_far ? Severity::caution : Severity::info, "far", text);')
+        self.write("docs/guide/warnings.md", "| `small` | info, caution | |\n| `computed` | invalid | |\n"
+                                             "| `far` | info, invalid | |\n")
         self.write("docs/page.md", "[warnings](guide/warnings.md)")
-        self.assertEqual(self.problems(), ["docs/guide/warnings.md: the warning noted (info) is not listed",
+        self.assertEqual(self.problems(), ["docs/guide/warnings.md: the warning far (caution) is not listed",
+                                           "docs/guide/warnings.md: the warning noted (info) is not listed",
+                                           "docs/guide/warnings.md: no source gives the warning far (invalid)",
                                            "docs/guide/warnings.md: no source gives the warning small (info)"])
 
     def test_errors_are_named_thrown_and_listed(self):

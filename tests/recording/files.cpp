@@ -258,6 +258,22 @@ TEST_CASE("tables of OpenSim: .mot with its end of header, .trc with names in tw
               Code::file_too_large, "1001 columns");
 }
 
+TEST_CASE("a negative number of lines above the table is refused") {
+  const TemporaryFolder folder;
+  const auto path = write_text(folder / "r.csv", "time,sway_deg\n0,1\n0.01,2\n0.02,3\n");
+  for (const int lines : {-1, -7})
+    check_error([&] { read_recording(path, {.skip_lines = lines}); }, Code::setting_out_of_range, "skip_lines");
+}
+
+TEST_CASE("only times without a date pass midnight: those with one go back") {
+  const auto times = [](const std::string& before, const std::string& after) {
+    return CsvTable("time,x\n" + before + ",1\n" + after + ",2\n", "r.csv").times(0);
+  };
+  CHECK(times("23:59:59.5", "00:00:00.5") == std::vector<double>{86399.5, 86400.5});
+  CHECK(times("2026-03-05 23:59:59.5", "2026-03-06 00:00:00.5") == std::vector<double>{86399.5, 86400.5});
+  CHECK(times("2026-03-05 23:59:59.5", "2026-03-05 00:00:00.5") == std::vector<double>{86399.5, 0.5});
+}
+
 TEST_CASE("clock times, with and without a date, over midnight") {
   CHECK(clock_time("00:00:01.5") == ClockTime{0.0, 1.5});
   CHECK(clock_time("12:30:00,25") == ClockTime{0.0, 45000.25});

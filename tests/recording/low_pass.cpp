@@ -69,6 +69,23 @@ std::vector<double> filtered(std::vector<double> sway, int order, bool both_ways
   return sway;
 }
 
+/// Runs a Butterworth low-pass of order 4, forwards.
+std::vector<double> fourth_order(std::vector<double> sway, double cutoff_hz, double at_hz) {
+  const double warped = std::tan(sim::pi * cutoff_hz / at_hz), square = warped * warped;
+  for (const double damping : {0.7653668647301795, 1.8477590650225735}) {  // 2 sin(pi / 8), 2 cos(pi / 8)
+    const double middle = damping * warped;
+    double in1 = sway[0], in2 = in1, out1 = in1, out2 = in1;
+    for (double& value : sway) {
+      const double in = value;
+      value = (square * (in + 2.0 * in1 + in2) + 2.0 * (1.0 - square) * out1 - (1.0 - middle + square) * out2) /
+              (1.0 + middle + square);
+      in2 = std::exchange(in1, in);
+      out2 = std::exchange(out1, value);
+    }
+  }
+  return sway;
+}
+
 }  // namespace
 
 TEST_CASE("a Butterworth low-pass has the gain and the delay of its definition") {
@@ -156,6 +173,29 @@ TEST_CASE("samples beside a gap are left out after undoing a low-pass, which rin
   CHECK(gaps_after_undo(filter, gaps, rate_hz, 1000) == std::vector<SampleRange>{{0, 145}, {955, 1000}});
 }
 
+TEST_CASE("a low-pass is found at high rates, with its cutoff") {
+  for (const double at_hz : {500.0, 1000.0, 2000.0}) {
+    const Random random(8, sim::streams::sensor_noise, 0);
+    std::vector<double> sway(static_cast<std::size_t>(120.0 * at_hz));
+    for (std::size_t k = 0; k < sway.size(); ++k) {
+      const double t = static_cast<double>(k) / at_hz;
+      const double degrees = std::sin(1.3 * t) + 0.3 * std::sin(4.1 * t) + 0.1 * random.normal(k);
+      sway[k] = sim::rad_per_deg * degrees;
+    }
+    CHECK(!find_low_pass(sway, at_hz));
+    for (const double cutoff_hz : {4.8, 5.0, 5.5, 7.1, 8.6, 10.0, 10.6}) {
+      CAPTURE(at_hz);
+      CAPTURE(cutoff_hz);
+      const std::optional<LowPass> filter = find_low_pass(fourth_order(sway, cutoff_hz, at_hz), at_hz);
+      REQUIRE(filter);
+      CHECK(filter->order == 4);
+      CHECK(!filter->both_ways);
+      CHECK(near(filter->cutoff_hz, cutoff_hz, 0.05));
+      CHECK(can_undo(*filter));
+    }
+  }
+}
+
 TEST_CASE("a low-pass below the band of the noise leaves its gain open, and is not undone") {
   struct Case {
     int order;
@@ -213,6 +253,7 @@ TEST_CASE("sway without a low-pass has none: noise, slow noise, rounding, steps,
     }
   }
   CHECK(!find_low_pass({}, rate_hz));
+  CHECK(undo(LowPass{2, true, 5.0, rate_hz}, {}, rate_hz).empty());
   CHECK(!find_low_pass(std::vector<double>(100, 0.5), rate_hz));
   CHECK(!find_low_pass(std::vector<double>(12000, 0.5), rate_hz));
   CHECK(!find_low_pass(in_double(recorded(0.02, 5.0, 0)), 15.0));

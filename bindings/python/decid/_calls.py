@@ -141,7 +141,7 @@ def read(path: Path, column: Union[str, int, None] = None, unit: Optional[str] =
     recording._handle = _decid.read_recording(
         os.fspath(path), _text_of(column), _number_of(_UNITS, unit, "unit"), positive_or_0(rate, "rate", "Hz"),
         longest, _text_of(tilt_column), _angle_of(tilt_unit, "tilt_unit"), invert_sway, invert_tilt,
-        -1 if skip_lines is None else whole(skip_lines, "skip_lines"), positive_or_0(com_height, "com_height", "m"),
+        -1 if skip_lines is None else whole(skip_lines, "skip_lines", 0), positive_or_0(com_height, "com_height", "m"),
         positive_or_0(height, "height", "m"), tuple(map(_text_of, (leg, trunk, hip, shoulder, ankle))), _text_of(section),
         _text_of(trial_column), _text_of(trial), None if missing is None else number(missing, "missing"),
         mean_is_upright)
@@ -154,7 +154,7 @@ def trial_names(path: Path, trial_column: str, *, skip_lines: Optional[int] = No
 
         for name in decid.trial_names("long.csv", "subject,trial"):
             decid.identify(decid.read("long.csv", trial_column="subject,trial", trial=name))"""
-    return _decid.trial_names(os.fspath(path), trial_column, -1 if skip_lines is None else whole(skip_lines, "skip_lines"),
+    return _decid.trial_names(os.fspath(path), trial_column, -1 if skip_lines is None else whole(skip_lines, "skip_lines", 0),
                               _text_of(section))
 
 

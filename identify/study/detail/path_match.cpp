@@ -2,10 +2,10 @@
 #include "identify/study/detail/path_match.hpp"
 
 #include <algorithm>
-#include <array>
 #include <string_view>
 
 #include "identify/study/detail/text_key.hpp"
+#include "identify/study/find_recordings.hpp"
 
 namespace decid {
 namespace {
@@ -25,11 +25,9 @@ std::vector<std::string> parts_of(std::string path) {
 
 /// Returns a file's name without the ending of a recording. A part of a file ("long.csv#2") keeps its number.
 std::string without_ending(const std::string& name) {
-  constexpr std::array<std::string_view, 9> endings{".csv", ".tsv",  ".txt", ".dat", ".mat",
-                                                    ".c3d", ".xlsx", ".trc", ".mot"};
   const std::size_t hash = std::min(name.rfind('#'), name.size());
   const std::string file = name.substr(0, hash), number = name.substr(hash);
-  for (const std::string_view ending : endings)
+  for (const std::string_view ending : endings_of_recordings)
     if (file.size() > ending.size() && file.ends_with(ending))
       return file.substr(0, file.size() - ending.size()) + number;
   return name;

@@ -52,12 +52,8 @@ void warn_of_frozen(const std::vector<SampleRange>& stretches, std::size_t sampl
                     Warnings& warnings) {
   const StretchesText found = describe(stretches, samples, rate_hz, begin_s);
   if (found.text.empty()) return;
-  const std::string text = "the sway stands still in " + found.text + "the sensor froze, or samples were repeated";
-  if (found.is_caution) {
-    add_caution(warnings, "frozen", text);
-  } else {
-    add_info(warnings, "frozen", text);
-  }
+  add_warning(warnings, found.is_caution ? Severity::caution : Severity::info, "frozen",
+              "the sway stands still in " + found.text + "the sensor froze, or samples were repeated");
 }
 
 /// known: stretches of which the reader has warned.
@@ -70,12 +66,8 @@ void warn_of_bridges(std::vector<SampleRange> stretches, std::size_t samples, do
   });
   const StretchesText found = describe(stretches, samples, rate_hz, begin_s);
   if (found.text.empty()) return;
-  const std::string text = "the sway is a straight line in " + found.text + "samples were lost and interpolated";
-  if (found.is_caution) {
-    add_caution(warnings, "bridged", text);
-  } else {
-    add_info(warnings, "bridged", text);
-  }
+  add_warning(warnings, found.is_caution ? Severity::caution : Severity::info, "bridged",
+              "the sway is a straight line in " + found.text + "samples were lost and interpolated");
 }
 
 /// Returns the step in rad; 0 if there is none.
@@ -100,13 +92,9 @@ double look_for_steps(std::span<const double> sway, Warnings& warnings) {
     return std::abs(steps - std::round(steps)) < 0.01;
   });
   if (!multiples) return 0.0;
-  const std::string text =
-      "the sway has steps of " + three_digits(degrees) + " degrees: the sensor is coarse, or the file was rounded";
-  if (degrees >= coarse_deg * (1.0 - 1e-6)) {
-    add_caution(warnings, "coarse_steps", text);
-  } else {
-    add_info(warnings, "coarse_steps", text);
-  }
+  add_warning(
+      warnings, degrees >= coarse_deg * (1.0 - 1e-6) ? Severity::caution : Severity::info, "coarse_steps",
+      "the sway has steps of " + three_digits(degrees) + " degrees: the sensor is coarse, or the file was rounded");
   return step;
 }
 
@@ -125,14 +113,25 @@ void look_for_spikes(std::span<const double> sway, double rate_hz, double step, 
     if (spikes++ == 0) first = sample;
     largest = std::max(largest, std::abs(size));
   };
-  // The first sample's distance from the line through the next two is twice the second sample's distance from the
-  // middle; the third sample lies on it.
-  if (2.0 * std::abs(off[0]) > min_distance && 4.0 * std::abs(off[1]) < std::abs(off[0])) found(0, 2.0 * off[0]);
-  for (std::size_t k = 1; k + 1 < off.size(); ++k) {
+  // The outermost sample's distance from the line through the next two is twice that of the second sample, off[0], from
+  // the middle; the third sample, off[1], lies on it. If the second sample is wrong, the third is half as far off.
+  const auto is_outermost = [&](double second, double third) {
+    return 2.0 * std::abs(second) > min_distance && 4.0 * std::abs(third) < std::abs(second);
+  };
+  const auto is_second = [&](double second, double third) {
+    return std::abs(second) > min_distance && std::abs(second) > 1.5 * std::abs(third) &&
+           4.0 * std::abs(third) >= std::abs(second);
+  };
+  const std::size_t last = off.size() - 1;
+  if (is_outermost(off[0], off[1])) found(0, 2.0 * off[0]);
+  if (is_second(off[0], off[1])) found(1, off[0]);
+  for (std::size_t k = 1; k < last; ++k) {
     // A jump to another level is equally far off on both sides; a single sample is twice as far off as its neighbours.
     const double beside = std::max(std::abs(off[k - 1]), std::abs(off[k + 1]));
     if (std::abs(off[k]) > min_distance && std::abs(off[k]) > 1.5 * beside) found(k + 1, off[k]);
   }
+  if (is_second(off[last], off[last - 1])) found(last + 1, off[last]);
+  if (is_outermost(off[last], off[last - 1])) found(last + 2, 2.0 * off[last]);
   if (spikes == 0) return;
   add_caution(warnings, "spikes",
               (spikes == 1 && first == 0 ? "the first sample is"
@@ -177,22 +176,15 @@ std::string describe(const LowPass& filter) {
 std::optional<LowPass> look_for_smoothing(std::span<const double> sway, double rate_hz, double held_s,
                                           Warnings& warnings) {
   if (const double length_s = moving_average_s(sway, rate_hz, held_s); length_s > 0.0) {
-    const std::string text =
-        "the sway was smoothed by a moving average of " + three_digits(length_s) +
-        " s, or each value was held for this time: this removes information about the controller, and may "
-        "add to the delay; give unfiltered recordings";
-    if (length_s > trained_average_s * (1.0 + 1e-6)) {
-      add_caution(warnings, "smooth", text);
-    } else {
-      add_info(warnings, "smooth", text);
-    }
+    add_warning(warnings, length_s > trained_average_s * (1.0 + 1e-6) ? Severity::caution : Severity::info, "smooth",
+                "the sway was smoothed by a moving average of " + three_digits(length_s) +
+                    " s, or each value was held for this time: this removes information about the controller, and may "
+                    "add to the delay; give unfiltered recordings");
     return {};
   }
   std::optional<LowPass> low_pass = find_low_pass(sway, rate_hz);
-  if (low_pass && removes_much(*low_pass)) {
-    add_caution(warnings, "smooth", describe(*low_pass));
-  } else if (low_pass) {
-    add_info(warnings, "smooth", describe(*low_pass));
+  if (low_pass) {
+    add_warning(warnings, removes_much(*low_pass) ? Severity::caution : Severity::info, "smooth", describe(*low_pass));
   } else if (rate_hz >= noise_rate_hz && measurement_noise_deg(sway, rate_hz) < smooth_deg) {
     add_info(warnings, "smooth",
              "the sway has no measurement noise above 12 Hz: it was simulated, or smoothed; smoothing adds to the "

@@ -20,10 +20,10 @@ struct FoundInSway {
 /// Adds a warning for each fault that the sway has; none for signals under two seconds, which are too short. The signal
 /// begins `begin_s` after the start of the recording, from which warnings count time:
 /// - frozen, bridged: the frozen and the straight stretches of gaps.hpp. A caution if they make up 2% of the signal.
-/// `known`: samples that were filled on reading, which are no `bridged` stretches;
+/// `known`: samples that were filled on reading, which are not `bridged` stretches;
 /// - coarse_steps: values are multiples of a step of 0.02 degrees or more; a caution from 0.2 degrees;
-/// - spikes: single samples off the line between their neighbours, or a first sample off the line through the next two.
-/// The distance exceeds 0.05 degrees, 20 times its median and three steps of a coarse sensor. A caution;
+/// - spikes: single samples off the line between their neighbours, or a first or last sample off the line through the
+/// nearest two. The distance exceeds 0.05 degrees, 20 times its median and three steps of a coarse sensor. A caution;
 /// - smooth: no measurement noise between 12 and 25 Hz, where sway has no power and sensors have: below 0.0003 degrees
 /// by the median of fourth differences of samples averaged to about 50 Hz. The sway was smoothed or simulated. Checked
 /// from 50 Hz. Also a moving average (moving_average.hpp) at any rate; a caution beyond 0.25 s, which no model was

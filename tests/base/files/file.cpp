@@ -13,7 +13,9 @@
 #include "tests/helpers.hpp"
 
 namespace fs = std::filesystem;
+using decid::Code;
 using decid::Error;
+using decid::path_exists;
 using decid::PendingFile;
 using decid::read_file;
 using decid::write_file;
@@ -56,6 +58,17 @@ TEST_CASE("files: a name without a folder is in the current one") {
   write_file("bare", "x");
   fs::current_path(before);
   CHECK(read_file(folder / "bare") == "x");
+}
+
+TEST_CASE("path_exists: files, folders, nothing, and a name that the system refuses") {
+  const TemporaryFolder folder;
+  write_text(folder / "a", "a");
+  CHECK(path_exists(folder / "a"));
+  CHECK(path_exists(folder.path()));
+  CHECK_FALSE(path_exists(folder / "b"));
+  CHECK_FALSE(path_exists(folder / "a" / "b"));
+  CHECK_FALSE(path_exists(""));
+  check_error([&] { path_exists(folder / std::string(1000, 'a').c_str()); }, Code::file_unreadable);
 }
 
 TEST_CASE("read_file: limit") {

@@ -119,6 +119,9 @@ TEST_CASE("a part of a file is refused unless it is plain which") {
   options.skip_lines = 0;
   refused_to_read(Code::setting_conflict, "decid_recording_read");
   refused_to_list(Code::setting_conflict, "decid_trials_read");
+  options.section = nullptr;
+  options.skip_lines = -2;
+  refused_to_read(Code::setting_out_of_range, "skip_lines");
   refused(decid_trials_read("no.csv", nullptr, &trials), Code::setting_missing, "trial_column");
   refused(decid_trials_read(nullptr, nullptr, &trials), Code::setting_missing);
   CHECK(recording == nullptr);

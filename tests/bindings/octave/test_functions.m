@@ -130,6 +130,7 @@ gap = fullfile (folder, 'gap.csv');
 write (gap, 'made by hand', 'time,sway_deg', rows{1:30}, '0.31,-77.5', rows{32:60});
 assert (decid_read (gap, 'missing', -77.5, 'fill_gaps', 0.1).sway(31), sin (3.1) * pi / 180, 1e-4);
 assert (decid_read (gap, 'skip_lines', 1).sway(31), -77.5 * pi / 180, 1e-6);
+refused ('setting_out_of_range', @() decid_read (gap, 'skip_lines', -1));
 refused ('value_missing', @() decid_read (gap, 'missing', -77.5));
 lines = strsplit (strtrim (fileread (file)), "\n");
 several = [strcat('s1,', lines(2:end)), strcat('s2,', lines(2:6001))];

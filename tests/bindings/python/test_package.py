@@ -659,6 +659,9 @@ class Refusals(WithFolder):
         self.refused("setting_missing", decid.trial_names, path, "none")
         self.refused("setting_unknown", decid.read, path, section="Devices")
         self.refused("setting_conflict", decid.read, path, section=1, skip_lines=0)
+        for lines in (-1, -7):
+            self.refused("setting_out_of_range", decid.read, path, skip_lines=lines)
+            self.refused("setting_out_of_range", decid.trial_names, path, "subject", skip_lines=lines)
 
     def test_a_fork_is_refused_and_a_process_of_its_own_is_not(self):
         decid.set_threads(2)

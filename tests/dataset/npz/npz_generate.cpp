@@ -136,6 +136,32 @@ class SecondRank final : public Communicator {
   int gathered_ = 0;
 };
 
+/// A single rank whose network fails after some gathers.
+class FailingNetwork final : public Communicator {
+ public:
+  explicit FailingNetwork(int gathers) : gathers_(gathers) {}
+  int rank() const override { return 0; }
+  int size() const override { return 1; }
+  void broadcast(std::span<std::byte>) override {}
+  void all_gather(std::span<const std::byte> own, std::span<const std::size_t>, std::span<std::byte> all) override {
+    if (gathers_-- == 0) throw Error(Code::system_failed, "network", "failed", "run the same command again");
+    std::ranges::copy(own, all.begin());
+  }
+  std::unique_ptr<Transfer> start_exchange(std::span<const std::byte>, std::span<const std::size_t>,
+                                           std::span<std::byte>, std::span<const std::size_t>) override {
+    return nullptr;
+  }
+  std::unique_ptr<Transfer> start_all_gather(std::span<const std::byte>, std::span<const std::size_t>,
+                                             std::span<std::byte>) override {
+    return nullptr;
+  }
+  void send(int, const std::string&) override {}
+  std::optional<Message> poll() override { return std::nullopt; }
+
+ private:
+  int gathers_;
+};
+
 }  // namespace
 
 TEST_CASE("a data set made into its file is the one made in memory, for any number of threads") {
@@ -236,6 +262,28 @@ TEST_CASE("a process that sees a shorter journal than rank 0 stops") {
   };
   check_error([&] { with_trials_of_rank_0(1300); }, Code::system_failed, "1300");
   check_error([&] { with_trials_of_rank_0(stopped.trials); }, Code::stopped);  // goes on
+}
+
+TEST_CASE("a network that fails leaves the unfinished files, and the same request continues") {
+  const TemporaryFolder folder;
+  const fs::path path = folder / "a.npz";
+  // Four gathers before the first chunk; then the attempts of three chunks, and the checksums of the first.
+  for (const int gathers : {5, 7}) {
+    FailingNetwork network(gathers);
+    check_error([&] { generate_npz(path, request(), program, {}, {}, &network); }, Code::system_failed);
+    CHECK(folder.files() == 2);
+  }
+  CHECK(go_on(path) > 300);
+}
+
+TEST_CASE("an impossible request does not remove files that another call began") {
+  const TemporaryFolder folder;
+  DatasetRequest quiet{tiny_protocol(), 1300, 1150, 3};
+  quiet.protocol.sequence().amplitude_deg = 0.01;
+  quiet.protocol.noise.vestibular.scale_deg = 0.0;
+  check_error([&] { generate_npz(folder / "a.npz", quiet, program, [](int, int) { return false; }); }, Code::stopped);
+  check_error([&] { generate_npz(folder / "a.npz", quiet, program); }, Code::trials_missing);
+  CHECK(folder.files() == 2);
 }
 
 TEST_CASE("damaged bytes of an unfinished file are made again") {

@@ -4,6 +4,8 @@
 #include <omp.h>
 
 #include <cmath>
+#include <limits>
+#include <vector>
 
 #include "base/files/json_object.hpp"
 #include "base/math/math.hpp"
@@ -65,6 +67,17 @@ const Recalibration& learned() {
 }
 
 }  // namespace
+
+TEST_CASE("errors or standard deviations that are all 0, or not finite, give no factor and are refused") {
+  const double infinity = std::numeric_limits<double>::infinity();
+  for (const PredictedParameter& one : {PredictedParameter{0.5, 1.0, 0.0}, PredictedParameter{0.5, 0.0, 1.0},
+                                        PredictedParameter{0.5, infinity, 1.0}, PredictedParameter{0.5, 0.0, 0.0}}) {
+    CAPTURE(one.error);
+    CAPTURE(one.stddev);
+    check_error([&] { fit_recalibration(1, std::vector<PredictedParameter>(20, one)); }, Code::value_invalid);
+  }
+  CHECK(fit_recalibration(1, std::vector<PredictedParameter>(20, {0.5, 1.0, 2.0})).stddev_factor.front() == 0.5);
+}
 
 TEST_CASE("recalibration: piecewise linear from 0 through the levels to 1, and back") {
   const Recalibration none;

@@ -48,6 +48,7 @@ TEST_CASE("XLSX: cells of every kind, where they say that they are") {
   CHECK(
       to_text(R"(<row><c><v>1.5E-3</v></c><c t="b"><v>1</v></c><c t="str"><f>A1&amp;"x"</f><v>a&lt;b</v></c></row>)") ==
       "1.5E-3\tTRUE\ta<b\n");
+  CHECK(to_text(R"(<row><c><v>1</v></c><c t="b"/><c t="b"><v>0</v></c></row>)") == "1\t\tFALSE\n");
   CHECK(
       to_text(
           R"(<row r="2"><c r="B2" t="s"><v>1</v></c></row><row r="4"><c r="D4" t="e"><v>#N/A</v></c><c r="E4"/></row>)",

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "base/math/random.hpp"
 #include "base/setting.hpp"
 #include "sim/protocol/protocol.hpp"
+#include "sim/simulate.hpp"
 #include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 
@@ -84,7 +86,7 @@ TEST_CASE("steps of a coarse sensor are found, and are no frozen stretches") {
   CHECK(found(rounded(0.01)).empty());
 }
 
-TEST_CASE("single wrong samples are found, the first one too") {
+TEST_CASE("single wrong samples are found, at both ends too") {
   std::vector<double> values = sway(0.02);
   values[0] += 5.0;
   check_only(found(values), "spikes", Severity::caution, "the first sample is off by 5");
@@ -94,6 +96,42 @@ TEST_CASE("single wrong samples are found, the first one too") {
   values[2500] += 2.0;
   check_only(found(values), "spikes", Severity::caution, "2 single samples are off by up to 3");
   CHECK(contains(found(values).front().text, "the first at 15 s"));
+  const auto at = [](std::size_t sample) {
+    std::vector<double> wrong = sway(0.02);
+    wrong[sample] += 1.0;
+    return found(wrong);
+  };
+  check_only(at(1), "spikes", Severity::caution, "the first at 0.01 s");
+  check_only(at(2), "spikes", Severity::caution, "the first at 0.02 s");
+  check_only(at(3997), "spikes", Severity::caution, "the first at 40 s");
+  check_only(at(3998), "spikes", Severity::caution, "a single sample is off by");
+  check_only(at(3999), "spikes", Severity::caution, "a single sample is off by");
+  for (const std::size_t before : {2U, 3U, 3997U, 3998U}) {  // a jump is not a single sample
+    CAPTURE(before);
+    std::vector<double> moved = sway(0.02);
+    for (std::size_t k = 0; k < before; ++k) moved[k] += 1.0;
+    for (const Warning& warning : found(moved)) CHECK(warning.code != "spikes");
+  }
+}
+
+TEST_CASE("simulated sway has no single wrong samples") {
+  const sim::Protocol protocol = sim::default_protocol();
+  const sim::Simulator simulator(protocol.ideal());
+  std::vector<double> values(static_cast<std::size_t>(protocol.samples()));
+  for (const double noise_deg : {0.0, 0.002, 0.02}) {
+    for (std::uint64_t item = 0; item < 40; ++item) {
+      CAPTURE(noise_deg);
+      CAPTURE(item);
+      simulator.run(protocol.parameters().middle(), Random(1, sim::streams::vestibular_noise, item), values);
+      const Random noise(2, sim::streams::sensor_noise, item);
+      for (std::size_t k = 0; k < values.size(); ++k) values[k] += noise_deg * sim::rad_per_deg * noise.normal(k);
+      for (const std::size_t samples : {values.size(), values.size() - item - 1}) {
+        Warnings warnings;
+        look_for_faults(std::span(values).first(samples), rate_hz, warnings);
+        for (const Warning& warning : warnings) CHECK(warning.code != "spikes");
+      }
+    }
+  }
 }
 
 TEST_CASE("jumps to another level are found, at any rate; single samples and frozen sensors are none") {

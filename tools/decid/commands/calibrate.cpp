@@ -246,8 +246,7 @@ void run_conditions(const CalibrateOptions& options, const Command& command) {
   const std::vector<FitCondition> conditions =
       chosen_rows(options.faults ? fit_faults(protocol, request.priors) : fit_conditions(protocol), options.only);
   Json rows = Json::array();
-  if (options.resume && std::filesystem::exists(options.output))
-    rows = earlier_rows(options.output, settings, conditions);
+  if (options.resume && path_exists(options.output)) rows = earlier_rows(options.output, settings, conditions);
   if (options.resume && !options.common.quiet)
     std::cerr << "calibrate: " << resuming_text(options.output, rows.size(), conditions.size(), "rows") << '\n';
   Call call = record_call(command, inputs);
@@ -301,7 +300,7 @@ void run_calibrate(const CalibrateOptions& options, const Command& command) {
   const Json hash = network.sha256().empty() ? Json(nullptr) : Json(network.sha256());
   const std::size_t parameters = protocol.parameters().size();
   std::vector<CalibratedTrial> trials;
-  if (is_root() && options.resume && std::filesystem::exists(options.output))
+  if (is_root() && options.resume && path_exists(options.output))
     trials = earlier_trials(options.output, settings, hash, parameters);
   trials = broadcast_value(std::move(trials));  // others need their numbers
   const posterior::Priors priors = posterior::with_conventions(options.priors, protocol.ranges());

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "base/error.hpp"
+#include "base/files/file.hpp"
 #include "base/files/json_object.hpp"
 #include "base/number.hpp"
 #include "base/parallel.hpp"
@@ -242,7 +243,8 @@ std::optional<FitJournal> journal_of(const FitOptions& options, const std::strin
   const std::string& output = options.outputs.json;
   if (options.resume && output.empty())
     throw Error(Code::setting_missing, "--resume", "needs --output", "name the file to continue");
-  const bool is_file = !std::filesystem::exists(output) || std::filesystem::is_regular_file(output);
+  std::error_code ignored;
+  const bool is_file = !path_exists(output) || std::filesystem::is_regular_file(output, ignored);
   if (output.empty() || options.recordings.files.size() < 2 || !is_file) return std::nullopt;
   return std::make_optional<FitJournal>(output + ".journal", settings, options.resume);
 }

@@ -63,7 +63,7 @@ Call read_call(const std::string& path, const std::string& content) {
       throw Error(Code::file_damaged, path, "names its inputs in another form", wanted_file);
     const std::string file = input["file"].get<std::string>();
     const Json& hash = input["sha256"];
-    const bool is_there = file == "-" || std::filesystem::exists(file);
+    const bool is_there = file == "-" || path_exists(file);
     if (hash.is_null() && !is_there) continue;  // it was missing then, too
     if (hash.is_null())
       throw Error(Code::not_supported, file, "is not a file whose content is known",
@@ -140,7 +140,7 @@ std::string compute_again(const Call& call, const CommonOptions& common, std::op
   try {
     run(call, output.string(), common);
   } catch (const Error& error) {
-    if (!std::filesystem::exists(json)) throw;
+    if (!path_exists(json)) throw;
     failed = error;
   }
   return read_file(json);

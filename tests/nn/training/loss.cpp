@@ -1,10 +1,11 @@
 // Tests of the losses of nn/training/loss.hpp: derivatives by central differences, figures of PyTorch, bits.
+#include "nn/training/loss.hpp"
+
 #include <doctest/doctest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "nn/training/loss.hpp"
 #include "tests/nn/chain.hpp"
 
 using namespace decid::nn;
