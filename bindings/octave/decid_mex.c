@@ -64,7 +64,7 @@ static const char* const read_options[] = {READ_OPTIONS, "height", NULL};
 static const char* const only_of_files[] = {"column", "fill_gaps", "tilt_column", "section",    "trial_column",
                                             "trial",  "missing",   "skip_lines",  "com_height", "leg",
                                             "trunk",  "hip",       "shoulder",    "ankle"};
-static const char* const trial_names_options[] = {"section", "trial_column", NULL};
+static const char* const trial_names_options[] = {"section", "trial_column", "skip_lines", NULL};
 static const char* const study_options[] = {"group", "within", "covariates", "fit",  "joint",
                                             "free",  "model",  "max_draws",  "seed", NULL};
 
@@ -445,6 +445,7 @@ static mxArray* trial_names(const mxArray* source, const mxArray* options) {
     fail("decid:setting_malformed", "decid_trial_names", "the file's name is no text, or a long one",
          "give it in quotes");
   decid_read_defaults(&how, sizeof how);
+  how.skip_lines = whole(options, "skip_lines", -1);
   take_part(options, &how);
   require(decid_trials_read(path, &how, &trials));
   count = decid_trials_count(trials);
