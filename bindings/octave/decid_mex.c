@@ -64,7 +64,7 @@ static const char* const read_options[] = {READ_OPTIONS, "height", NULL};
 static const char* const only_of_files[] = {"column", "fill_gaps", "tilt_column", "section",    "trial_column",
                                             "trial",  "missing",   "skip_lines",  "com_height", "leg",
                                             "trunk",  "hip",       "shoulder",    "ankle"};
-static const char* const trial_names_options[] = {"section", "trial_column", NULL};
+static const char* const trial_names_options[] = {"section", "trial_column", "skip_lines", NULL};
 static const char* const study_options[] = {"group", "within", "covariates", "fit",  "joint",
                                             "free",  "model",  "max_draws",  "seed", NULL};
 
@@ -97,6 +97,14 @@ static int whole(const mxArray* options, const char* name, int otherwise) {
   if (!(value >= -1e9 && value <= 1e9) || value != (int)value)
     fail("decid:setting_malformed", name, "is no whole number", "give one");
   return (int)value;
+}
+
+/* -1: decid finds them. */
+static int lines_to_skip(const mxArray* options) {
+  const int lines = whole(options, "skip_lines", -1);
+  if (mxGetField(options, 0, "skip_lines") != NULL && lines < 0)
+    fail("decid:setting_out_of_range", "skip_lines", "is negative", "give 0 or more");
+  return lines;
 }
 
 static uint64_t seed_of(const mxArray* options, uint64_t otherwise) {
@@ -322,9 +330,7 @@ static void take_recording(const mxArray* source, const mxArray* options) {
     how.tilt_unit = choice(options, "tilt_unit", units);
     how.invert_sway = whole(options, "invert_sway", 0);
     how.invert_tilt = whole(options, "invert_tilt", 0);
-    how.skip_lines = whole(options, "skip_lines", -1);
-    if (mxGetField(options, 0, "skip_lines") != NULL && how.skip_lines < 0)
-      fail("decid:setting_out_of_range", "skip_lines", "is negative", "give 0 or more");
+    how.skip_lines = lines_to_skip(options);
     const double missing = number(options, "missing", 0.0);
     if (mxGetField(options, 0, "missing") != NULL) how.missing_value = &missing;
     how.mean_is_upright = choice(options, "detrend", detrends) != 0;
@@ -447,6 +453,7 @@ static mxArray* trial_names(const mxArray* source, const mxArray* options) {
     fail("decid:setting_malformed", "decid_trial_names", "the file's name is no text, or a long one",
          "give it in quotes");
   decid_read_defaults(&how, sizeof how);
+  how.skip_lines = lines_to_skip(options);
   take_part(options, &how);
   require(decid_trials_read(path, &how, &trials));
   count = decid_trials_count(trials);

@@ -6,7 +6,7 @@
 %     result = decid_identify ("long.csv", "trial_column", "subject,trial", "trial", name{1});
 %   end
 %
-%   "section"   of a text file that holds several tables: see decid_read
+%   "section", "skip_lines"   of a text file: see decid_read
 function names = decid_trial_names (file, trial_column, varargin)
   names = decid_mex ('trial_names', file, struct ('trial_column', trial_column, varargin{:}));
 end

@@ -159,16 +159,6 @@ py::tuple fit(Network& network, const GivenSamples& given, nn::FitOptions option
   return py::make_tuple(rows, log.kept);
 }
 
-void raise(const Error& error) {
-  const py::object type = py::module_::import("decid._decid").attr("Error");
-  py::object raised = type(error.what());
-  raised.attr("code") = name(error.code());
-  raised.attr("where") = error.where();
-  raised.attr("problem") = error.problem();
-  raised.attr("remedy") = error.remedy();
-  PyErr_SetObject(type.ptr(), raised.ptr());
-}
-
 }  // namespace
 }  // namespace decid::python
 
@@ -183,7 +173,8 @@ PYBIND11_MODULE(_nn, module) {
     try {
       if (thrown) std::rethrow_exception(thrown);
     } catch (const decid::Error& error) {
-      raise(error);
+      set_error(error.what(), name(error.code()), error.where().c_str(), error.problem().c_str(),
+                error.remedy().c_str());
     }
   });
   py::class_<SamplesRandom>(

@@ -2,8 +2,6 @@
 // of libdecid runs without the interpreter's lock.
 #pragma once
 
-#include <pybind11/numpy.h>
-#include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
 #include <array>
@@ -15,14 +13,13 @@
 #include <vector>
 
 #include "bindings/c/decid.h"
+#include "bindings/python/errors.hpp"
 
 namespace decid::python {
 
-namespace py = pybind11;
 using namespace py::literals;
 
 using OptionalText = std::optional<std::string>;
-using DoublesIn = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
 /// A handle of libdecid.
 template <class T, void (*Free)(T*)>
@@ -41,18 +38,6 @@ struct Protocol {
   const decid_protocol* get() const { return owned.get(); }
 };
 
-/// decid.Error, with the message's three parts and its code.
-[[noreturn]] inline void raise_error() {
-  const py::object type = py::module_::import("decid._decid").attr("Error");
-  py::object error = type(decid_error_text());
-  error.attr("code") = decid_error_code();
-  error.attr("where") = decid_error_where();
-  error.attr("problem") = decid_error_problem();
-  error.attr("remedy") = decid_error_remedy();
-  PyErr_SetObject(type.ptr(), error.ptr());
-  throw py::error_already_set();
-}
-
 /// Calls libdecid without the interpreter's lock; throws what its status says.
 template <class Call>
 void run(const Call& call) {
@@ -61,7 +46,10 @@ void run(const Call& call) {
     const py::gil_scoped_release unlocked;
     status = call();
   }
-  if (status == DECID_BAD_INPUT) raise_error();
+  if (status == DECID_BAD_INPUT) {
+    set_error(decid_error_text(), decid_error_code(), decid_error_where(), decid_error_problem(), decid_error_remedy());
+    throw py::error_already_set();
+  }
   if (status == DECID_NO_MEMORY) throw std::bad_alloc();
   if (status != DECID_OK) throw std::runtime_error(decid_error_text());
 }

@@ -3,7 +3,6 @@
 // function's exception passes through nn::fit, and the call of fit() raises it.
 #pragma once
 
-#include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
 #include <algorithm>
@@ -12,13 +11,13 @@
 #include <string>
 #include <vector>
 
+#include "bindings/python/errors.hpp"
 #include "bindings/python/network.hpp"
 #include "nn/fit.hpp"
 
 namespace decid::python {
 
 using FloatsIn = py::array_t<float, py::array::c_style | py::array::forcecast>;
-using DoublesIn = py::array_t<double, py::array::c_style | py::array::forcecast>;
 /// An array's axes, or a sample's: the array's without the first.
 using Axes = std::vector<py::ssize_t>;
 

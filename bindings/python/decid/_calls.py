@@ -40,10 +40,6 @@ def _angle_of(unit: Optional[str], name: str) -> int:
     return _number_of(_UNITS, unit, name)
 
 
-def _samples_of(values: ArrayLike, name: str = "sway") -> np.ndarray:
-    return numbers_of(values, name)
-
-
 def controllers() -> dict[str, str]:
     """The posture controllers that decid simulates and trains models of: a description by each name."""
     return _decid.controllers()
@@ -68,13 +64,13 @@ class Recording:
         protocol's direction. mean_is_upright: the sway's size counts from its mean, for a sensor whose offset detrend will subtract."""
         if unit is None:
             raise _error("setting_missing", "unit", "is not given", 'give "deg", "rad" or "mrad"')
-        samples = _samples_of(sway)
+        samples = numbers_of(sway, "sway")
         if samples.ndim != 1:
             raise _error("size_mismatch", "sway", f"has the shape {samples.shape}", "give an array of one dimension, a value per sample")
-        beside = None if tilt is None else _samples_of(tilt, "tilt")
-        if beside is not None and beside.shape != samples.shape:
-            raise _error("size_mismatch", "tilt", f"has the shape {beside.shape}, the sway {samples.shape}", "give signals that were sampled together")
-        self._handle = _decid.recording_of(samples, positive_or_0(rate, "rate", "Hz"), _angle_of(unit, "unit"), beside,
+        tilt_samples = None if tilt is None else numbers_of(tilt, "tilt")
+        if tilt_samples is not None and tilt_samples.shape != samples.shape:
+            raise _error("size_mismatch", "tilt", f"has the shape {tilt_samples.shape}, the sway {samples.shape}", "give signals that were sampled together")
+        self._handle = _decid.recording_of(samples, positive_or_0(rate, "rate", "Hz"), _angle_of(unit, "unit"), tilt_samples,
                                            _angle_of(tilt_unit, "tilt_unit"), invert_sway, invert_tilt, mean_is_upright)
 
     @property
@@ -275,8 +271,8 @@ def fit(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[flo
     prior_gain: standard deviation of the logarithm of recorded over true sway. prior_noise: of the sensor, degrees,
     to a factor of 20. ranges: where parameters may lie, {"delay": (0.05, 0.2)}; priors: normal distributions within
     that, mean and standard deviation, {"delay": (0.12, 0.02)}; both in the units of Result.parameters. moved_before:
-    the platform played the cycle's end before the recording. max_draws: of each chain. progress(done, stage): called with the part that is done; what it
-    raises ends the fit."""
+    the platform played the cycle's end before the recording. max_draws: of each chain. progress(done, stage): called
+    with the part that is done; what it raises ends the fit."""
     of = as_model(model)
     played = None if protocol is None else as_protocol(protocol)
     raw = _decid.fit(of._handle, _recording_of(recording, rate, unit, reading, height, detrend)._handle, *body_of(mass, height),

@@ -1,6 +1,5 @@
 // Identification through C: the bits of the C++ library, from files and samples, in many threads.
 #include <cmath>
-#include <cstddef>
 #include <thread>
 
 #include "base/text.hpp"
@@ -16,17 +15,6 @@ using namespace test;
 
 bool same(double a, double b) {
   return a == b || (std::isnan(a) && std::isnan(b));
-}
-
-std::string csv_of(const std::vector<double>& sway_rad) {
-  std::string text = "time,sway_rad,platform_deg\n";
-  char line[80];
-  for (std::size_t i = 0; i < sway_rad.size(); ++i) {
-    std::snprintf(line, sizeof line, "%.2f,%.17g,%.17g\n", static_cast<double>(i) * 0.01, sway_rad[i],
-                  decid_protocol_tilt(decid_model_protocol(built_in()))[i] / sim::rad_per_deg);
-    text += line;
-  }
-  return text;
 }
 
 OwnedRecording read(const std::filesystem::path& path, const decid_read_options* options = nullptr) {
@@ -72,7 +60,9 @@ void check_same(const decid_result* result, const Report& all) {
   CHECK(figures.peak_to_peak_deg == id.peak_to_peak_deg());
   CHECK(figures.mass_kg == all.protocol.experiment.body.mass_kg);
   CHECK(figures.body_assumed == (all.body_assumed ? 1 : 0));
+  CHECK(same(figures.tilt_delay_s, id.trial.tilt ? id.trial.tilt->delay_s : NAN));
   CHECK(same(figures.tilt_correlation, id.trial.tilt ? id.trial.tilt->correlation : NAN));
+  CHECK(same(figures.tilt_gain, id.trial.tilt ? id.trial.tilt->gain : NAN));
   const Warnings& warnings = id.warnings;
   REQUIRE(decid_result_warnings(result) == warnings.size());
   for (std::size_t i = 0; i < warnings.size(); ++i) {
@@ -97,271 +87,52 @@ Report expected(const std::filesystem::path& path, const ReadOptions& options) {
 
 }  // namespace
 
-TEST_CASE("sway of leg and trunk, of markers and of positions is the library's") {
+TEST_CASE("every option reaches the library, whose bits a file and samples have, with a measured tilt or without") {
   const TemporaryFolder folder;
-  std::string text = "Laboratory 3\ntime,leg_deg,trunk_deg,hip,shoulder\n";
-  for (int k = 0; k < 300; ++k)
-    text += format("%.2f,%.6f,%.6f,%.6f,%.6f\n", k / 100.0, std::sin(0.1 * k), std::cos(0.3 * k), std::sin(0.1 * k),
-                   std::cos(0.2 * k));
-  const auto path = write_text(folder / "parts.csv", text);
-  const auto check = [&](const decid_read_options& options, const recording::RecordingOptions& same_options) {
-    const OwnedRecording made = read(path, &options);
-    const recording::Recording expected = recording::read_recording(path, same_options);
-    const auto& rad = expected.signals.at(recording::com_sway).rad;
-    REQUIRE(decid_recording_samples(made.get()) == rad.size());
-    CHECK(std::equal(rad.begin(), rad.end(), decid_recording_sway(made.get())));
-  };
-  decid_read_options options;
-  decid_read_defaults(&options, sizeof options);
-  options.leg_column = "leg_deg";
-  options.trunk_column = "trunk_deg";
-  check(options, {.leg_column = "leg_deg", .trunk_column = "trunk_deg"});
-  options.skip_lines = 1;
-  check(options, {.leg_column = "leg_deg", .trunk_column = "trunk_deg"});
-  decid_read_defaults(&options, sizeof options);
-  options.unit = DECID_CENTIMETRES;
-  options.hip_column = "hip";
-  options.shoulder_column = "shoulder";
-  options.ankle_column = "leg_deg";
-  options.body_height_m = 1.7;
-  check(options, {.hip_column = "hip",
-                  .shoulder_column = "shoulder",
-                  .ankle_column = "leg_deg",
-                  .body_height_m = 1.7,
-                  .metres_per_unit = 0.01});
-  decid_read_defaults(&options, sizeof options);
-  options.unit = DECID_METRES;
-  options.column = "hip";
-  options.com_height_m = 3.0;
-  check(options, {.column = "hip", .com_height_m = 3.0, .metres_per_unit = 1.0});
-}
-
-TEST_CASE("a number stands for a missing value where a caller says so") {
-  const TemporaryFolder folder;
-  std::string text = "time,sway_deg\n";
-  for (int k = 0; k < 60; ++k) text += format("%.2f,%.2f\n", k / 100.0, k == 30 ? -77.5 : 0.01 * k);
-  const auto path = write_text(folder / "gap.csv", text);
-  decid_read_options options;
-  decid_read_defaults(&options, sizeof options);
-  options.fill_gaps_s = 0.1;
-  const double missing = -77.5;
-  options.missing_value = &missing;
-  const OwnedRecording filled = read(path, &options);
-  CHECK(near(double{decid_recording_sway(filled.get())[30]}, 0.3 * sim::rad_per_deg, 1e-6));
-  options.missing_value = nullptr;
-  const OwnedRecording plain = read(path, &options);
-  CHECK(near(double{decid_recording_sway(plain.get())[30]}, -77.5 * sim::rad_per_deg, 1e-6));
-}
-
-TEST_CASE("a sway whose offset will be subtracted is not too large") {
-  const TemporaryFolder folder;
-  std::string text = "time,sway_deg\n";
-  std::vector<double> sway;
-  for (int k = 0; k < 60; ++k) {
-    sway.push_back(25.0 + 0.01 * k);
-    text += format("%.2f,%.2f\n", k / 100.0, sway.back());
+  const std::vector<double> sway_rad = simulated(7);
+  std::vector<double> tilt_deg;
+  std::string text = "time,sway_rad,platform_deg\n";
+  for (std::size_t i = 0; i < sway_rad.size(); ++i) {
+    tilt_deg.push_back(decid_protocol_tilt(decid_model_protocol(built_in()))[i] / sim::rad_per_deg);
+    text += format("%.2f,%.17g,%.17g\n", static_cast<double>(i) * 0.01, sway_rad[i], tilt_deg[i]);
   }
-  const auto path = write_text(folder / "offset.csv", text);
-  const auto is_large = [](const OwnedRecording& recording) {
-    for (std::size_t i = 0; i < decid_recording_warnings(recording.get()); ++i)
-      if (std::string(decid_recording_warning(recording.get(), i)->code) == "large_sway") return true;
-    return false;
-  };
-  for (const bool upright : {false, true}) {
-    decid_read_options options;
-    decid_read_defaults(&options, sizeof options);
-    options.mean_is_upright = upright ? 1 : 0;
-    CHECK(is_large(read(path, &options)) == !upright);
-    decid_samples_options how;
-    decid_samples_defaults(&how, sizeof how);
-    how.unit = DECID_DEGREES;
-    how.mean_is_upright = options.mean_is_upright;
-    decid_recording* made = nullptr;
-    REQUIRE(decid_recording_of_samples(sway.data(), sway.size(), 100.0, &how, &made) == DECID_OK);
-    CHECK(is_large(OwnedRecording(made)) == !upright);
-  }
-}
-
-TEST_CASE("a file's tables and its recordings are read as the library reads them") {
-  const TemporaryFolder folder;
-  const auto rows = [](int phase) {
-    std::string text;
-    for (int k = 0; k < 60; ++k) text += format("%.2f,%.6f\n", k / 100.0, std::sin(0.1 * k + phase));
-    return text;
-  };
-  const auto check = [](const std::filesystem::path& path, const decid_read_options& options,
-                        const recording::RecordingOptions& same_options, std::size_t samples) {
-    const OwnedRecording made = read(path, &options);
-    const recording::Recording expected = recording::read_recording(path, same_options);
-    const auto& rad = expected.signals.at(recording::com_sway).rad;
-    REQUIRE(rad.size() == samples);
-    REQUIRE(decid_recording_samples(made.get()) == samples);
-    CHECK(std::equal(rad.begin(), rad.end(), decid_recording_sway(made.get())));
-  };
-  decid_read_options options;
-  decid_read_defaults(&options, sizeof options);
-  const auto sections = write_text(folder / "sections.csv",
-                                   "Devices\ntime,sway_deg\n" + rows(0) + "\nTrajectories\ntime,sway_deg\n" + rows(1));
-  options.section = "Trajectories";
-  check(sections, options, {.section = "Trajectories"}, 60);
-  options.section = "1";
-  check(sections, options, {.section = "1"}, 60);
-
-  std::string text = "subject,block,time,sway_deg\n";
-  for (int k = 0; k < 120; ++k)
-    text += format("s0%d,%d,%.2f,%.6f\n", 1 + k / 60, 1 + k / 30 % 2, k % 30 / 100.0, std::sin(0.1 * k));
-  const auto path = write_text(folder / "long.csv", text);
-  decid_read_defaults(&options, sizeof options);
-  options.trial_column = "subject,block";
-  const auto trials = make<std::unique_ptr<decid_trials, Freed<decid_trials_free>>>(
-      [&](decid_trials** place) { return decid_trials_read(path.c_str(), &options, place); });
-  REQUIRE(decid_trials_count(trials.get()) == 4);
-  CHECK(std::string(decid_trials_name(trials.get(), 2)) == "s02,1");
-  CHECK(decid_trials_name(trials.get(), 4) == nullptr);
-  options.trial = decid_trials_name(trials.get(), 2);
-  check(path, options, {.trial_column = "subject,block", .trial = "s02,1"}, 30);
-  decid_read_defaults(&options, sizeof options);
-  options.trial_column = "none";
-  std::string blocks = "block,time,sway_deg\n";
-  for (int k = 0; k < 120; ++k) blocks += format("%d,%.2f,%.6f\n", 1 + k / 60, k / 100.0, std::sin(0.1 * k));
-  check(write_text(folder / "blocks.csv", blocks), options, {.is_one_trial = true}, 120);
-}
-
-TEST_CASE("a file is identified to the bits of the library, with a body and a measured tilt or without") {
-  const TemporaryFolder folder;
-  const auto path = write_text(folder / "trial.csv", csv_of(simulated(7)));
+  const auto path = write_text(folder / "trial.csv", text);
   decid_read_options reading;
   decid_read_defaults(&reading, sizeof reading);
-  reading.column = "sway_rad";
-  check_same(identify(read(path, &reading).get()).get(),
-             expected(path, {.recording = {.column = "sway_rad"}, .trial = {}, .truth = {}}));
+  reading.tilt_column = "none";
+  decid_identify_options options;
+  decid_identify_defaults(&options, sizeof options);
+  options.begin_s = 0.05;
+  options.detrend = DECID_DETREND_LINEAR;
+  ReadOptions same_options;
+  same_options.recording.find_tilt = false;
+  same_options.trial.start_s = 0.05;
+  same_options.trial.detrend = recording::Detrend::linear;
+  check_same(identify(read(path, &reading).get(), &options).get(), expected(path, same_options));
 
   reading.tilt_column = "platform_deg";
-  decid_identify_options options;
   decid_identify_defaults(&options, sizeof options);
-  options.mass_kg = 70.0;
+  options.mass_kg = 154.0;  // pounds: a caution
   options.height_m = 1.75;
   options.detrend = DECID_DETREND_OFFSET;
-  const OwnedRecording recording = read(path, &reading);
-  CHECK(std::string(decid_recording_column(recording.get())) == "sway_rad");
-  CHECK(decid_recording_rate_hz(recording.get()) == 100.0);
-  REQUIRE(decid_recording_tilt(recording.get()) != nullptr);
-  ReadOptions same_options;
-  same_options.recording.column = "sway_rad";
+  same_options = {};
   same_options.recording.tilt_column = "platform_deg";
   same_options.trial.detrend = recording::Detrend::offset;
-  same_options.body = sim::make_body(sim::make_segments({.mass_kg = 70.0, .height_m = 1.75}));
-  check_same(identify(recording.get(), &options).get(), expected(path, same_options));
-}
+  same_options.body = sim::make_body(sim::make_segments({.mass_kg = 154.0, .height_m = 1.75}));
+  check_same(identify(read(path, &reading).get(), &options).get(), expected(path, same_options));
 
-TEST_CASE("samples in degrees give the result of a file in degrees") {
-  std::vector<double> degrees = simulated(8);
-  for (double& value : degrees) value /= sim::rad_per_deg;
-  std::string text = "sway_deg\n";
-  char line[40];
-  for (const double value : degrees) {
-    std::snprintf(line, sizeof line, "%.17g\n", value);
-    text += line;
-  }
-  const TemporaryFolder folder;
-  const auto path = write_text(folder / "trial.csv", text);
-  const OwnedRecording recording = make<OwnedRecording>([&](decid_recording** place) {
-    return decid_recording_of(degrees.data(), degrees.size(), 100.0, DECID_DEGREES, place);
+  decid_samples_options samples;
+  decid_samples_defaults(&samples, sizeof samples);
+  samples.unit = DECID_RADIANS;
+  samples.tilt = tilt_deg.data();
+  samples.tilt_unit = DECID_DEGREES;
+  const OwnedRecording made = make<OwnedRecording>([&](decid_recording** place) {
+    return decid_recording_of_samples(sway_rad.data(), sway_rad.size(), 100.0, &samples, place);
   });
-  ReadOptions options;
-  options.recording.rate_hz = 100.0;
-  check_same(identify(recording.get()).get(), expected(path, options));
-}
-
-namespace {
-
-OwnedRecording make_tilted(const std::vector<double>& sway, const decid_samples_options& options) {
-  return make<OwnedRecording>([&](decid_recording** place) {
-    return decid_recording_of_samples(sway.data(), sway.size(), 100.0, &options, place);
-  });
-}
-
-bool has_code(const decid_result* result, const std::string& code) {
-  for (std::size_t i = 0; i < decid_result_warnings(result); ++i)
-    if (decid_result_warning(result, i)->code == code) return true;
-  return false;
-}
-
-}  // namespace
-
-TEST_CASE("a body that few people have is warned of, as by the program") {
-  const OwnedRecording recording = make_recording(simulated(7));
-  decid_identify_options options;
-  decid_identify_defaults(&options, sizeof options);
-  options.height_m = 1.75;
-  options.mass_kg = 70.0;
-  CHECK_FALSE(has_code(identify(recording.get(), &options).get(), "implausible_body"));
-  options.mass_kg = 154.0;  // pounds
-  const OwnedResult result = identify(recording.get(), &options);
-  CHECK(has_code(result.get(), "implausible_body"));
-  CHECK(decid_result_trust(result.get()) != DECID_USABLE);
-}
-
-TEST_CASE("samples with a tilt give the result of a file: the tilt determines the start, and its sign and size count") {
-  constexpr std::size_t before = 250;  // samples at rest, until the protocol starts
-  const std::vector<double> trial = simulated(7);
-  std::vector<double> sway(before, 0.0), tilt_deg(before, 0.0);
-  sway.insert(sway.end(), trial.begin(), trial.end());
-  for (std::size_t k = 0; k < trial.size(); ++k)
-    tilt_deg.push_back(decid_protocol_tilt(decid_model_protocol(built_in()))[k] / sim::rad_per_deg);
-  std::string text = "time,sway_rad,platform_deg\n";
-  for (std::size_t k = 0; k < sway.size(); ++k)
-    text += format("%.2f,%.17g,%.17g\n", 0.01 * static_cast<double>(k), sway[k], tilt_deg[k]);
-  const TemporaryFolder folder;
-  const Report of_file =
-      expected(write_text(folder / "log.csv", text),
-               {.recording = {.column = "sway_rad", .tilt_column = "platform_deg"}, .trial = {}, .truth = {}});
-
-  decid_samples_options options;
-  decid_samples_defaults(&options, sizeof options);
-  options.unit = DECID_RADIANS;
-  options.tilt_unit = DECID_DEGREES;
-  options.tilt = tilt_deg.data();
-  const OwnedRecording recording = make_tilted(sway, options);
-  REQUIRE(decid_recording_tilt(recording.get()) != nullptr);
-  CHECK(decid_recording_tilt(recording.get())[before + 3000] == tilt_deg[before + 3000] * sim::rad_per_deg);
-  CHECK(std::string(decid_recording_column(recording.get())).empty());
-  const OwnedResult found = identify(recording.get());
-  check_same(found.get(), of_file);
-  const decid_figures& figures = *decid_result_figures(found.get());
-  CHECK(std::abs(figures.tilt_delay_s - 2.5) < 0.001);  // a tenth of a sample, as tests/recording/trial.cpp says
-  CHECK(figures.tilt_correlation > 0.999);
-  CHECK(std::abs(figures.tilt_gain - 1.0) < 0.002);
-
-  // Both inverted are the same log, and one alone is refused.
-  std::vector<double> other_sway = sway, other_tilt = tilt_deg;
-  for (double& value : other_sway) value = -value;
-  for (double& value : other_tilt) value = -value;
-  options.tilt = other_tilt.data();
-  decid_result* none = nullptr;
-  refused(decid_identify(built_in(), make_tilted(sway, options).get(), nullptr, &none), Code::protocol_mismatch,
-          "the other sign");
-  CHECK(none == nullptr);
-  options.invert_tilt = 1;
-  options.invert_sway = 1;
-  check_same(identify(make_tilted(other_sway, options).get()).get(), of_file);
-
-  // A platform that tilts 1.25 times as far, in the sway's unit.
-  for (double& value : other_tilt) value *= -1.25 * sim::rad_per_deg;
-  decid_samples_defaults(&options, sizeof options);
-  options.unit = DECID_RADIANS;
-  options.tilt = other_tilt.data();
-  const OwnedResult large = identify(make_tilted(sway, options).get());
-  CHECK(std::abs(decid_result_figures(large.get())->tilt_gain - 1.25 * figures.tilt_gain) < 1e-9);
-  CHECK(has_code(large.get(), "tilt_of_other_size"));
-  CHECK_FALSE(has_code(found.get(), "tilt_of_other_size"));
-
-  // Options of an older header, which has no inversion: it reads neither.
-  decid_samples_options older = options;
-  older.size = offsetof(decid_samples_options, invert_sway);
-  older.invert_sway = 1;
-  const OwnedRecording same_sway = make_tilted(sway, older);
-  CHECK(std::equal(sway.begin(), sway.end(), decid_recording_sway(same_sway.get())));
+  CHECK(std::string(decid_recording_column(made.get())).empty());
+  same_options = {};
+  same_options.recording.tilt_column = "platform_deg";
+  check_same(identify(made.get()).get(), expected(path, same_options));
 }
 
 TEST_CASE("one model serves many threads, each with errors of its own") {

@@ -50,21 +50,6 @@ TEST_CASE("C: a study's recordings and the comparison of its persons, as JSON") 
   decid_study_free(nullptr);
 }
 
-TEST_CASE("C: too few groups because of wrong cells name the first wrong cell, not a number of groups") {
-  const TemporaryFolder folder;
-  static_cast<void>(sheet_in(folder));
-  const std::string sheet = write_text(folder / "w.csv",
-                                       "participant_id,group,file,weight,height\na,x,a1.csv,70,175\n"
-                                       "b,x,b1.csv,heavy,175\nb,x,b2.csv,70,17\n")
-                                .string();
-  decid_study_options options = defaults();
-  options.by_group = 1;
-  decid_study* study = nullptr;
-  refused(decid_study_run(built_in(), sheet.c_str(), &options, &study), Code::value_invalid,
-          "w.csv, line 3, weight: 'heavy'");
-  CHECK(study == nullptr);
-}
-
 TEST_CASE("C: studies that cannot be made are refused, and a callback stops fits") {
   const TemporaryFolder folder;
   const std::string sheet = sheet_in(folder);
@@ -79,16 +64,9 @@ TEST_CASE("C: studies that cannot be made are refused, and a callback stops fits
   options.by_group = 1;
   refused(run(options), Code::setting_out_of_range, "1 group");
   options = defaults();
-  options.within = "day";
-  refused(run(options), Code::setting_unknown, "day");
-  options = defaults();
   options.joint = "participant_id";
   refused(run(options), Code::setting_conflict, "joint");
   options.fit = 1;
-  options.free = "theta";
-  refused(run(options), Code::setting_malformed, "theta");
-  options.free = "W:session";
-  refused(run(options), Code::setting_unknown, "'W'");
   options.free = "theta:session";
   options.within = "session";
   refused(run(options), Code::setting_conflict, "free");

@@ -1,7 +1,7 @@
 """The package against the program, to the bit; what it refuses; arrays without copies; callbacks; threads."""
-import ast
 import copy
 import gc
+import inspect
 import json
 import multiprocessing
 import os
@@ -27,6 +27,22 @@ TINY = "conv 4 7x1 stride 4x1; batchnorm; relu; globalavgpool; fc 7"
 
 def program(*arguments):
     return subprocess.run([DECID, *map(str, arguments)], check=True, capture_output=True, text=True).stdout
+
+
+def options_of(keywords):
+    """The program's options of the same meaning."""
+    options = []
+    for name, value in keywords.items():
+        if name in ("ranges", "priors"):
+            for parameter, pair in value.items():
+                options += ["--" + name[:-1], f"{parameter}={pair[0]},{pair[1]}"]
+        elif name == "trial_column":
+            options += ["--trial", value]
+        elif name == "invert_sway":
+            options += ["--invert", "both"]
+        elif name not in ("trial", "invert_tilt"):
+            options += ["--" + name.replace("_", "-")] + ([] if value is True else [value])
+    return options
 
 
 class WithFolder(unittest.TestCase):
@@ -65,93 +81,60 @@ class WithFolder(unittest.TestCase):
 
 
 class Identification(WithFolder):
-    def test_a_file_has_the_bits_of_the_program(self):
-        path = self.trial()
-        for options, keywords in (([], {}), (["--mass", 70, "--height", 1.75], {"mass": 70, "height": 1.75}),
-                                  (["--mass", 154, "--height", 1.75], {"mass": 154, "height": 1.75}),  # in pounds: a warning
-                                  (["--detrend", "linear"], {"detrend": "linear"})):
-            expected = json.loads(program("identify", path, "--json", *options))
-            result = decid.identify(path, **keywords)
-            self.check_same(result, expected["recordings"][0])
-            del expected["body"]["participant"]  # Python gives the body alone
-            body = dict(vars(result.body))
-            self.assertEqual(body, expected["body"])
-
-    def test_reading_options_have_the_bits_of_the_program(self):
-        path = self.trial()
-        expected = json.loads(program("identify", path, "--json", "--column", "com_sway_deg", "--tilt-column", "tilt_deg",
-                                      "--unit", "deg"))["recordings"][0]
-        recording = decid.read(path, column="com_sway_deg", unit="deg", tilt_column="tilt_deg")
-        result = decid.identify(recording)
-        self.check_same(result, expected)
-        self.assertEqual(vars(result.tilt), {key: expected["tilt"][key] for key in ("delay_s", "correlation", "gain")})
-        self.assertEqual(recording.column, "com_sway_deg")
-        self.assertEqual(len(recording.time), len(recording.tilt))
-
-    def test_sway_of_positions_and_of_leg_and_trunk(self):
-        path = self.folder / "parts.csv"
-        time = np.arange(400) / 100
-        leg, trunk = np.sin(time), 2 * np.cos(3 * time)
-        np.savetxt(path, np.column_stack([time, leg, trunk, 10 * leg]), delimiter=",", comments="",
-                   header="time,leg_deg,trunk_deg,hip")
-        parts = decid.read(path, leg="leg_deg", trunk="trunk_deg")
-        share = np.linalg.lstsq(np.column_stack([leg, trunk]), np.rad2deg(parts.sway), rcond=None)[0]
-        self.assertAlmostEqual(share.sum(), 1, places=9)  # of the centre of mass
-        marker = decid.read(path, column="hip", unit="mm", com_height=0.9)
-        np.testing.assert_allclose(marker.sway, np.arcsin((10 * leg - np.mean(10 * leg)) / 900), atol=1e-15)
-        with self.assertRaises(decid.Error) as refused:
-            decid.read(path, hip="hip", shoulder="hip")
-        self.assertIn("mass and height", refused.exception.remedy)
-
-    def test_markers_and_an_offset_have_the_bits_of_the_program_in_one_call(self):
+    def test_every_option_has_the_bits_of_the_program(self):
         rows = np.loadtxt(self.trial(), delimiter=",", skiprows=1)
-        path = self.folder / "markers.csv"
-        time, sway = rows[:, 0], rows[:, 1]
-        np.savetxt(path, np.column_stack([time, 1.6 * sway, 2.4 * sway]), delimiter=",", comments="", fmt="%.9f",
-                   header="time,hip_cm,shoulder_cm")
-        expected = json.loads(program("identify", path, "--json", "--hip", "hip_cm", "--shoulder", "shoulder_cm",
-                                      "--mass", 70, "--height", 1.75))["recordings"][0]
-        self.check_same(decid.identify(path, hip="hip_cm", shoulder="shoulder_cm", mass=70, height=1.75), expected)
-        np.savetxt(path, np.column_stack([time, sway + 25]), delimiter=",", comments="", fmt="%.9f", header="time,sway_deg")
-        expected = json.loads(program("identify", path, "--json", "--detrend", "offset"))["recordings"][0]
-        self.assertNotIn("large_sway", [warning["code"] for warning in expected["warnings"]])
-        self.check_same(decid.identify(path, detrend="offset"), expected)
-        self.check_same(decid.identify(decid.read(path, mean_is_upright=True), detrend="offset"), expected)
-        codes = [notice.code for notice in decid.identify(sway + 25, 100, "deg", detrend="offset").warnings]
-        self.assertNotIn("large_sway", codes)
-        self.assertIn("large_sway", [notice.code for notice in decid.read(path).warnings])
-        with self.assertRaises(decid.Error) as refused:
-            decid.identify(path, mean_is_upright=True)
-        self.assertEqual(refused.exception.code, "setting_conflict")
-
-    def test_a_number_stands_for_a_missing_value(self):
-        path = self.folder / "gap.csv"
-        path.write_text("time,sway_deg\n" + "".join(f"{k / 100},{-77.5 if k == 30 else k / 100}\n" for k in range(60)))
-        filled = decid.read(path, column=2, fill_gaps=0.1, missing=-77.5)
-        with self.assertRaises(decid.Error) as raised:
-            decid.identify(filled, fill_gaps=0.1)
-        self.assertEqual(raised.exception.code, "setting_conflict")
-        self.assertAlmostEqual(float(filled.sway[30]), np.radians(0.3), places=7)
-        self.assertAlmostEqual(float(decid.read(path, fill_gaps=0.1).sway[30]), np.radians(-77.5), places=6)
-
-    def test_a_files_tables_and_its_recordings(self):
-        rows = [f"{k / 100},{np.sin(k / 10)}" for k in range(60)]
-        sections = self.folder / "sections.csv"
-        sections.write_text("\n".join(["Devices", "time,sway_deg", *rows, "", "Trajectories", "time,sway_rad", *rows, ""]))
-        for section in ("Trajectories", 2, "2"):
-            self.assertEqual(decid.read(sections, section=section).column, "sway_rad")
-        self.assertEqual(decid.read(sections, section=1).column, "sway_deg")
-        lines = self.trial().read_text().splitlines()
-        path = self.folder / "long.csv"
-        path.write_text("\n".join(["subject," + lines[0], *("s1," + line for line in lines[1:]),
-                                   *("s2," + line for line in lines[1:6001]), ""]))
-        self.assertEqual(decid.trial_names(path, "subject"), ["s1", "s2"])
-        first, second = (decid.read(path, trial_column="subject", trial=name) for name in ("s1", "s2"))
-        self.assertEqual((len(first.sway), len(second.sway)), (12100, 6000))
-        self.check_same(decid.identify(first), json.loads(program("identify", self.trial(), "--json"))["recordings"][0])
-        blocks = self.folder / "blocks.csv"
-        blocks.write_text("block,time,sway_deg\n" + "".join(f"{k // 30},{row}\n" for k, row in enumerate(rows)))
-        self.assertEqual(len(decid.read(blocks, trial_column="none").sway), 60)
+        time, sway, tilt = rows[:, :3].T
+        columns = {"time": time, "sway": np.deg2rad(sway), "tilt_rad": np.deg2rad(tilt), "leg": 0.9 * sway, "trunk": 1.2 * sway,
+                   "hip": 1.6 * sway, "shoulder": 2.4 * sway, "ankle": 0.1 * sway, "gappy": np.where(time == 3.07, -77.5, sway),
+                   "offset": sway + 25, "minus_deg": -sway, "platform": -np.deg2rad(tilt)}
+        header = ",".join(columns)
+        lines = [",".join(format(value, ".9f") for value in row) for row in np.column_stack(list(columns.values()))]
+        brief = ["time,sway_deg", *(f"{k / 100},{k % 7}" for k in range(60)), ""]
+        for name, text in (("table", [header, *lines]), ("numbers", lines), ("sections", [*brief, "Trajectories", header, *lines]),
+                           ("trials", ["subject," + header, *("s1," + line for line in lines), *("s2," + line for line in lines[:6001])]),
+                           ("blocks", ["block," + header, *(f"{k // 6050}," + line for k, line in enumerate(lines))])):
+            (self.folder / (name + ".csv")).write_text("\n".join([*text, ""]))
+        wanted = set(inspect.signature(decid.read).parameters) | set(inspect.signature(decid.identify).parameters)
+        wanted -= {"path", "recording", "reading", "mean_is_upright"}
+        for name, reading, keywords in (
+                ("table", {"column": "sway", "unit": "rad", "tilt_column": "tilt_rad"}, {"model": SOURCE / "models/dec2015.safetensors"}),
+                ("table", {"column": 10, "unit": "deg"}, {"detrend": "offset"}),
+                ("table", {"column": "gappy", "fill_gaps": 0.1, "missing": -77.5, "tilt_column": "none"}, {"begin": 0.5}),
+                ("table", {"column": "minus_deg", "tilt_column": "platform", "tilt_unit": "rad", "invert_sway": True,
+                           "invert_tilt": True}, {}),
+                ("table", {"column": "hip", "unit": "cm", "com_height": 0.9}, {"mass": 154, "height": 1.75}),  # in pounds: a warning
+                ("table", {"leg": "leg", "trunk": "trunk"}, {"detrend": "linear"}),
+                ("table", {"hip": "hip", "shoulder": "shoulder", "ankle": "ankle", "unit": "cm", "height": 1.75},
+                 {"mass": 70, "height": 1.75}),
+                ("numbers", {"column": 2, "skip_lines": 5, "rate": 99.5, "unit": "rad", "tilt_column": 3, "tilt_unit": "rad"}, {}),
+                ("sections", {"section": 2, "column": "offset"}, {"detrend": "offset"}),
+                ("trials", {"trial_column": "subject", "trial": "s1", "column": "sway", "unit": "rad"}, {}),
+                ("blocks", {"trial_column": "none", "column": "sway", "unit": "rad"}, {})):
+            with self.subTest(name=name, reading=reading, keywords=keywords):
+                path = self.folder / (name + ".csv")
+                called = subprocess.run([DECID, "identify", path, "--json", "--quiet", *map(str, options_of({**reading, **keywords}))],
+                                        capture_output=True, text=True)
+                expected = json.loads(called.stdout)
+                result = decid.identify(path, **reading | keywords)
+                self.check_same(result, expected["recordings"][0])
+                if result.tilt is not None:
+                    self.assertEqual(vars(result.tilt), {key: expected["recordings"][0]["tilt"][key] for key in vars(result.tilt)})
+                expected["body"].pop("participant", None)  # Python gives the body alone
+                self.assertEqual(vars(result.body), expected["body"])
+                upright = keywords.get("detrend", "none") != "none"
+                again = decid.identify(decid.read(path, **reading, mean_is_upright=upright), **keywords)
+                self.check_same(again, expected["recordings"][0])
+            wanted -= {*reading, *keywords}
+        self.assertEqual(wanted, set())
+        self.assertEqual(decid.trial_names(self.folder / "trials.csv", "subject"), ["s1", "s2"])
+        self.assertEqual(len(decid.trial_names(self.folder / "trials.csv", "subject", skip_lines=0)), 2)
+        offset = decid.Recording(sway + 25, 100, "deg", mean_is_upright=True)
+        self.assertNotIn("large_sway", [notice.code for notice in offset.warnings])
+        for unit, size in {"deg": np.pi / 180, "rad": 1, "mrad": 1e-3, "mm": 1e-3, "cm": 1e-2, "m": 1}.items():
+            height = {"com_height": 2.5} if unit.endswith("m") else {}
+            found = decid.read(self.folder / "table.csv", column="sway", unit=unit, **height).sway
+            flat = columns["sway"] * size
+            np.testing.assert_allclose(found, np.arcsin((flat - flat.mean()) / 2.5) if height else flat, atol=1e-9)
 
     def test_samples_have_the_bits_of_their_file(self):
         sway = np.genfromtxt(self.trial(), delimiter=",", names=True)["com_sway_deg"]
@@ -211,23 +194,15 @@ class Identification(WithFolder):
 
     def test_samples_with_a_tilt_have_the_bits_of_a_file(self):
         trial = decid.simulate(seed=7)
-        rest = np.zeros(250)
-        sway, tilt = np.concatenate([rest, trial.sway]), np.concatenate([rest, np.rad2deg(trial.tilt)])
+        sway, tilt = np.concatenate([np.zeros(250), trial.sway]), np.concatenate([np.zeros(250), np.rad2deg(trial.tilt)])
         path = self.folder / "log.csv"
         np.savetxt(path, np.column_stack([np.arange(len(sway)) / 100, sway, tilt]), fmt=["%.2f", "%.17g", "%.17g"], delimiter=",",
                    comments="", header="time,sway_rad,platform_deg")
         expected = json.loads(program("identify", path, "--json", "--tilt-column", "platform_deg"))["recordings"][0]
-        recording = decid.Recording(sway, 100, "rad", tilt=tilt, tilt_unit="deg")
-        self.assertEqual(len(recording.tilt), len(sway))
-        for result in (decid.identify(recording), decid.identify(sway, 100, "rad", tilt=list(tilt), tilt_unit="deg"),
-                       decid.identify(-sway, 100, "rad", tilt=-tilt, tilt_unit="deg", invert_sway=True, invert_tilt=True),
-                       decid.identify(path, tilt_column="platform_deg")):
+        for result in (decid.identify(decid.Recording(sway, 100, "rad", tilt=tilt, tilt_unit="deg")),
+                       decid.identify(-sway, 100, "rad", tilt=-tilt, tilt_unit="deg", invert_sway=True, invert_tilt=True)):
             self.check_same(result, expected)
-            self.assertEqual(vars(result.tilt), {key: expected["tilt"][key] for key in ("delay_s", "correlation", "gain")})
         self.assertAlmostEqual(result.tilt.delay_s, 2.5, places=3)
-        in_rad = decid.identify(sway, 100, "rad", tilt=1.25 * np.deg2rad(tilt))
-        self.assertIn("tilt_of_other_size", [notice.code for notice in in_rad.warnings])
-        self.assertAlmostEqual(in_rad.tilt.gain, 1.25 * result.tilt.gain, places=9)
         self.assertIsNone(decid.Recording(sway, 100, "rad").tilt)
 
     def test_it_prints_in_a_terminal_a_notebook_and_pandas(self):
@@ -268,12 +243,15 @@ class Fits(WithFolder):
         model = golden / "net.safetensors"
         path = self.trial("--protocol", golden / "protocol.json")
         draws = self.folder / "draws.npz"
-        expected = json.loads(program("fit", path, "--model", model, "--max-draws", 8, "--range", "Kp=300,2000", "--prior",
-                                      "delay=0.12,0.02", "--moved-before", "--draws", draws, "--json", "--quiet"))
-        expected = expected["recordings"][0]
+        keywords = dict(model=model, protocol=golden / "protocol.json", max_draws=8, seed=3, ranges={"Kp": (300, 2000)},
+                        priors={"delay": (0.12, 0.02)}, moved_before=True, mass=70, height=1.75, detrend="offset", prior_start=0.05,
+                        prior_gain=0.1, prior_noise=0.05)
+        of_identify = inspect.signature(decid.identify).parameters
+        wanted = set(inspect.signature(decid.fit).parameters) - set(of_identify) - {"progress"}
+        self.assertEqual(wanted - set(keywords), set())
+        expected = json.loads(program("fit", path, *options_of(keywords), "--draws", draws, "--json", "--quiet"))["recordings"][0]
         told = []
-        found = decid.fit(path, model=model, max_draws=8, ranges={"Kp": (300, 2000)}, priors={"delay": (0.12, 0.02)},
-                          moved_before=True, progress=lambda done, stage: told.append((done, stage)))
+        found = decid.fit(path, **keywords, progress=lambda done, stage: told.append((done, stage)))
         self.check_same(found, expected)
         for name in ("sensor_noise_deg", "start_s", "gain"):
             quantity = found.quantities[name]
@@ -398,32 +376,10 @@ class Studies(WithFolder):
         with self.assertRaises(KeyError):
             decid.study(path, fit=True, max_draws=8, progress=stop)
 
-    def test_a_recording_named_twice_is_an_error_of_its_line(self):
-        path = self.sheet()
-        with open(path, "a", encoding="utf-8") as sheet:
-            sheet.write("p0,a,1,p0_1.csv,60,1.75,70\n")
-        study = decid.study(path, group=True)
-        self.assertEqual([recording.get("code") for recording in study.recordings], [None] * 8 + ["value_invalid"])
-        self.assertEqual([group["recordings"] for group in study.groups["groups"]], [4, 4])
-        called = subprocess.run([DECID, "identify", "--study", path, "--group", path, "--json"], capture_output=True, text=True)
-        self.assertEqual(called.returncode, 2)
-        self.assertEqual(called.stdout, study.text)
-
     def test_studies_that_cannot_be_made_are_refused(self):
         path = self.sheet(1)
         for code, keywords in (("file_missing", {"sheet": self.folder / "none.csv"}),
-                               ("setting_out_of_range", {"sheet": path, "group": True}),
-                               ("setting_unknown", {"sheet": path, "within": ["age"]}),
-                               ("column_missing", {"sheet": path, "covariates": ["shoe"]}),
-                               ("value_missing", {"sheet": path, "covariates": ["age"]}),
-                               ("setting_conflict", {"sheet": path, "joint": "participant_id"}),
-                               ("setting_conflict", {"sheet": path, "fit": True, "free": "theta:session"}),
-                               ("setting_malformed", {"sheet": path, "fit": True, "joint": "participant_id",
-                                                      "free": "theta"}),
-                               ("setting_unknown", {"sheet": path, "fit": True, "joint": "participant_id",
-                                                    "free": "W:session"}),
-                               ("setting_conflict", {"sheet": path, "fit": True, "within": ["session"],
-                                                     "joint": "participant_id"})):
+                               ("setting_conflict", {"sheet": path, "joint": "participant_id"})):
             with self.subTest(keywords), self.assertRaises(decid.Error) as raised:
                 decid.study(**keywords)
             self.assertEqual(raised.exception.code, code)
@@ -432,12 +388,12 @@ class Studies(WithFolder):
 class Sets(WithFolder):
     def test_a_data_set_is_the_programs(self):
         path, mine, straight = (self.folder / name for name in ("program.npz", "mine.npz", "straight.npz"))
-        program("dataset", "--count", 40, "--seed", 99, "--quiet", "-o", path)
-        data = decid.Dataset.make(40, seed=99)
+        program("dataset", "--count", 40, "--base", 30, "--seed", 99, "--quiet", "-o", path)
+        data = decid.Dataset.make(40, base=30, seed=99)
         data.write(mine)
         self.assertEqual(mine.read_bytes(), path.read_bytes())
         done = []
-        on_disk = decid.Dataset.make(40, seed=99, path=straight, progress=lambda part, stage: done.append(part))
+        on_disk = decid.Dataset.make(40, base=30, seed=99, path=straight, progress=lambda part, stage: done.append(part))
         self.assertEqual(straight.read_bytes(), path.read_bytes())
         self.assertEqual(done[-1], 1.0)
         arrays = np.load(path)
@@ -560,30 +516,15 @@ class Refusals(WithFolder):
     def test_bad_input(self):
         sway = decid.simulate(seed=7).sway
         self.refused("file_missing", decid.read, "no.csv")
-        self.refused("file_missing", decid.identify, "no.csv")
-        self.refused("file_missing", decid.Model, "no.safetensors")
-        self.refused("file_missing", decid.Protocol, "no.json")
-        self.refused("file_missing", decid.Dataset.read, "no.npz")
         self.refused("setting_missing", decid.identify, sway)
         self.refused("setting_missing", decid.Recording, sway, 100, None)
         self.refused("setting_unknown", decid.identify, sway, 100, "grad")
         self.refused("setting_unknown", decid.identify, sway, 100, "rad", detrend="no")
         self.refused("setting_conflict", decid.identify, decid.Recording(sway, 100, "rad"), 100)
-        self.refused("setting_missing", decid.identify, sway, 100, "rad", mass=70)
         self.refused("setting_unknown", decid.simulate, kp=900)
         self.refused("size_mismatch", decid.simulate, Kp=np.full((2, 2), 900.0))
-        self.refused("setting_out_of_range", decid.simulate, Kp=-1)
         self.refused("setting_out_of_range", decid.train, "default", epochs=0)
-        self.refused("setting_out_of_range", decid.train, "default", momentum=1.0)
-        self.refused("setting_unknown", decid.train, "default", preset="no")
         self.refused("setting_unknown", decid.train, "default", image={"no": 1})
-        self.refused("setting_out_of_range", decid.set_threads, 0)
-        self.refused("setting_out_of_range", decid.set_threads, 100000)
-        self.refused("data_reused", decid.evaluate, None, decid.Dataset.make(4, seed=1))
-        with self.assertRaisesRegex(ValueError, "one dimension"):
-            decid.identify(np.zeros((2, 3)), 100, "rad")
-        with self.assertRaises(ValueError):
-            decid.identify(["a"], 100, "rad")
         values = np.sin(np.arange(12000) / 50)
         self.refused("value_missing", decid.identify, np.ma.masked_array(values, mask=np.arange(12000) < 3), 100, "deg")
         self.assertEqual(len(decid.Recording(np.ma.masked_array(values), 100, "deg").sway), 12000)
@@ -638,30 +579,15 @@ class Refusals(WithFolder):
         self.refused("size_mismatch", decid.identify, trial.sway, 100, "rad", tilt=trial.tilt[:-1])
         self.refused("size_mismatch", decid.Recording, trial.sway, 100, "rad", tilt=0.1)
         self.refused("value_missing", decid.Recording, trial.sway, 100, "rad", tilt=np.ma.masked_less(trial.tilt, 0))
-        self.refused("value_invalid", decid.Recording, trial.sway, 100, "rad", tilt=np.where(trial.tilt == trial.tilt[7], np.nan, trial.tilt))
         self.refused("unit_unknown", decid.Recording, trial.sway, 100, "rad", tilt=trial.tilt, tilt_unit="mm")
         self.refused("setting_unknown", decid.Recording, trial.sway, 100, "rad", tilt=trial.tilt, tilt_unit="grad")
         self.refused("setting_missing", decid.identify, trial.sway, 100, "rad", invert_tilt=True)
-        self.refused("setting_conflict", decid.identify, trial.sway, 100, "rad", tilt=trial.tilt, begin=0.0)
         self.refused("setting_conflict", decid.identify, trial.sway, 100, "rad", tilt=trial.tilt, fill_gaps=0.1)
         self.refused("setting_conflict", decid.identify, decid.Recording(trial.sway, 100, "rad"), tilt=trial.tilt)
         self.refused("setting_conflict", decid.identify, self.trial(), tilt=trial.tilt)
-        self.refused("protocol_mismatch", decid.identify, trial.sway, 100, "rad", tilt=-trial.tilt)
-        self.refused("protocol_mismatch", decid.fit, trial.sway, 100, "rad", tilt=np.sin(np.arange(12100) / 9))
-
-    def test_a_part_of_a_file(self):
-        path = self.folder / "long.csv"
-        path.write_text("subject,time,sway_deg\n" + "".join(f"s{k // 30},{k % 30 / 100},{np.sin(k)}\n" for k in range(60)))
-        self.refused("recording_ambiguous", decid.read, path, trial_column="subject")
-        self.refused("setting_unknown", decid.read, path, trial_column="subject", trial="s2")
-        self.refused("setting_missing", decid.read, path, trial="s1")
-        self.refused("column_missing", decid.trial_names, path, "person")
-        self.refused("setting_missing", decid.trial_names, path, "none")
-        self.refused("setting_unknown", decid.read, path, section="Devices")
-        self.refused("setting_conflict", decid.read, path, section=1, skip_lines=0)
         for lines in (-1, -7):
-            self.refused("setting_out_of_range", decid.read, path, skip_lines=lines)
-            self.refused("setting_out_of_range", decid.trial_names, path, "subject", skip_lines=lines)
+            self.refused("setting_out_of_range", decid.read, self.folder / "trial.csv", skip_lines=lines)
+            self.refused("setting_out_of_range", decid.trial_names, self.folder / "trial.csv", "subject", skip_lines=lines)
 
     def test_a_fork_is_refused_and_a_process_of_its_own_is_not(self):
         decid.set_threads(2)
@@ -710,23 +636,7 @@ print("same")
         self.assertEqual(texts, {f"none{i}": f"none{i}" for i in range(8)})
 
 
-class Stubs(unittest.TestCase):
-    def test_the_stub_names_what_the_module_has(self):
-        tree = ast.parse((SOURCE / "bindings/python/decid/_decid.pyi").read_text())
-
-        def members(body):
-            names = {node.name for node in body if isinstance(node, (ast.FunctionDef, ast.ClassDef))}
-            return names | {node.target.id for node in body if isinstance(node, ast.AnnAssign)}
-        module = decid._decid
-        self.assertEqual(members(tree.body) - {"__version__"}, {name for name in dir(module) if not name.startswith("_")})
-        for node in tree.body:
-            if isinstance(node, ast.ClassDef) and node.name != "Error":
-                shown = {name for name in dir(getattr(module, node.name)) if not name.startswith(("_", "pybind"))}
-                self.assertEqual(members(node.body), shown, node.name)
-            if isinstance(node, ast.FunctionDef):  # pybind11 writes the number of arguments into the docstring
-                signature = getattr(module, node.name).__doc__.split("->")[0]
-                self.assertEqual(signature.count("arg"), len(node.args.args), node.name)
-
+class Public(unittest.TestCase):
     def test_everything_public_has_a_docstring(self):
         for name in decid.__all__:
             self.assertTrue(getattr(decid, name).__doc__, name)

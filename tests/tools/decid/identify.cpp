@@ -51,17 +51,6 @@ TEST_CASE("files may be pipes, as the shell's <(command) makes them") {
   CHECK(read_text(folder / "pipe.safetensors") == read_text(folder / "file.safetensors"));
 }
 
-TEST_CASE("identify --section chooses among the tables of a file") {
-  const Folder folder;
-  run_ok("simulate -o " + folder / "t.csv");
-  const std::string table = read_text(folder / "t.csv");
-  write_text(folder / "two.csv", "Devices\n\ntime,Fz\n0,1\n1,1\n2,1\n\nSway\n" + table);
-  const Json whole = first_recording("identify --json " + folder / "t.csv").at("parameters");
-  for (const std::string section : {"Sway", "2"})
-    CHECK(first_recording("identify --json --section " + section + " " + folder / "two.csv")["parameters"] == whole);
-  check_refused("identify " + folder / "two.csv", "1 'Devices'");
-}
-
 TEST_CASE("identify names files left out of a folder, unless --quiet") {
   const Folder folder;
   std::filesystem::create_directories(folder / "in/day1");
@@ -226,40 +215,4 @@ TEST_CASE("known parameters are shown beside the identified ones") {
   const std::string truth = "Kp=881,Kd=252,Kp_pass=220,Kd_pass=126,Nv=0.5,theta=0.0026,delay=0.12";
   const Json json = run_json("identify --json --truth " + truth + " " + folder / "a.csv");
   CHECK(json.at("recordings").at(0).at("parameters").at(0).at("true") == 881.0);
-}
-
-TEST_CASE("a recording at another rate, in radians, without header, is the same recording") {
-  const Folder folder;
-  run_ok("simulate --seed 3 -o " + folder / "a.csv");
-  std::string header;
-  const auto rows = read_csv(folder / "a.csv", header);
-  std::string radians;
-  for (const auto& row : rows)
-    radians += std::to_string(row[0]) + "," + std::to_string(row[1] * M_PI / 180 * 1e6) + "e-6\n";
-  write_text(folder / "rad.csv", radians);
-  const Json a = run_json("identify --json " + folder / "a.csv");
-  const Json b = run_json("identify --json --unit rad " + folder / "rad.csv");
-  for (std::size_t p = 0; p < 7; ++p) {
-    const auto& info = decid::sim::single_pendulum().parameters[p];
-    const double difference = a["recordings"][0]["parameters"][p]["value"].get<double>() -
-                              b["recordings"][0]["parameters"][p]["value"].get<double>();
-    CHECK(std::abs(difference) < 0.02 * (info.high - info.low));
-  }
-  // The same numbers as milliradians are a thousandth.
-  const Json c = run_json("identify --json --unit mrad " + folder / "rad.csv");
-  CHECK(near(1000 * c["recordings"][0]["peak_to_peak_deg"].get<double>(),
-             b["recordings"][0]["peak_to_peak_deg"].get<double>(), 1e-6));  // floats
-}
-
-TEST_CASE("an offset of the sensor is noticed") {
-  const Folder folder;
-  run_ok("simulate --seed 3 -o " + folder / "a.csv");
-  std::string header;
-  std::string shifted = "time,com_sway_deg\n";
-  for (const auto& row : read_csv(folder / "a.csv", header))
-    shifted += std::to_string(row[0]) + "," + std::to_string(row[1] + 3.5) + "\n";
-  write_text(folder / "b.csv", shifted);
-  CHECK_FALSE(contains(run_decid("identify " + folder / "a.csv").out, "offset"));
-  CHECK(contains(run_decid("identify " + folder / "b.csv").out, "--detrend offset subtracts it"));
-  CHECK_FALSE(contains(run_decid("identify --detrend offset " + folder / "b.csv").out, "the sway's mean"));
 }
