@@ -12,7 +12,9 @@ function(run)
   set(output "${output}" PARENT_SCOPE)
 endfunction()
 
-set(configure ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -G ${GENERATOR} -D CMAKE_BUILD_TYPE=${CONFIG}
+# The consumer's own code need not be fast.
+string(TOUPPER ${CONFIG} upper)
+set(configure ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -G ${GENERATOR} -D CMAKE_BUILD_TYPE=${CONFIG} -D CMAKE_CXX_FLAGS_${upper}=-O0
     -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_PREFIX_PATH=${scratch}/moved)
 if(TOOLCHAIN)
   list(APPEND configure -D CMAKE_TOOLCHAIN_FILE=${TOOLCHAIN})

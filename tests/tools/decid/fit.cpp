@@ -117,12 +117,12 @@ TEST_CASE("fit: ranges and priors of parameters") {
   CHECK(contains(read_text(folder / "d.npz"), "slow_noise_deg.npy"));
 }
 
-// Over 20 s: guards the way of several controllers through sampling, checks, comparison and output; one fit each.
+// Guards the way of several controllers through sampling, checks, comparison and output.
 TEST_CASE("fit: controllers are compared, and parameters are fixed" * doctest::test_suite("slow")) {
   const Folder folder;
-  run_ok("simulate --protocol short --nv 0.3 --seed 4 -o " + folder / "t.csv");
+  run_ok("simulate" + tiny(folder) + "--nv 0.3 --seed 4 -o " + folder / "t.csv");
   const auto result =
-      run_ok("fit --quiet --json --protocol short --max-draws 8 --fix Kp=880 --controller dec,dec2015 " +
+      run_ok("fit --quiet --json" + tiny(folder) + "--max-draws 8 --fix Kp=880 --controller dec,dec2015 " +
              folder / "t.csv" + " -o " + folder / "o.json");
   const Json all = Json::parse(result.out), recording = all["recordings"].at(0);
   CHECK(all["controller"] == "dec");
@@ -234,17 +234,24 @@ TEST_CASE("fit: one bad recording of several does not stop the others, and quiet
   CHECK(json["recordings"][2]["diagnostics"]["draws"] == 64);
 }
 
-// Over 10 s: guards that nothing drawn is lost. A line of progress comes every 10 s.
+// Guards that nothing drawn is lost.
 TEST_CASE("fit: Ctrl-C keeps the draws" * doctest::test_suite("slow")) {
   const Folder folder;
-  run_ok("simulate --protocol short --seed 4 -o " + folder / "t.csv");
+  run_ok("simulate" + tiny(folder) + "--seed 4 -o " + folder / "t.csv");
   std::string files;
   for (int i = 0; i < 100; ++i) files += " " + folder / "t.csv";
-  // A line of progress comes every 10 s; Ctrl-C after one that was written in the middle of drawing.
-  const auto [code, out, err] = interrupted("fit --threads 1 --protocol short --max-draws 50" + files + " -o " +
-                                                folder / "o.json" + " --report " + folder / "r.html",
-                                            "grep -q R-hat $err");
+  // Ctrl-C after a line of progress in the middle of drawing. A terminal has one every 0.2 s, a file every 10 s.
+  write_text(folder / "fit.sh",
+             "echo $$ >" + folder / "pid" + "; exec " DECID_PROGRAM " fit --threads 1 --max-draws 50" + tiny(folder) +
+                 files + " -o " + folder / "o.json" + " --report " + folder / "r.html" + " >" + folder / "out");
+  const int status = std::system(("err=" + folder / "err" + "; script -qefc 'sh " + folder / "fit.sh" +
+                                  "' $err >/dev/null </dev/null & child=$!; " + "while kill -0 $child && ! { [ -s " +
+                                  folder / "o.json.journal" + " ] && grep -q R-hat $err; }; do sleep 0.02; " +
+                                  "done; kill -INT $(cat " + folder / "pid" + "); wait $child")
+                                     .c_str());
+  const std::string out = read_text(folder / "out"), err = read_text(folder / "err");
   CAPTURE(err);
+  REQUIRE((WIFEXITED(status) && WEXITSTATUS(status) == 130));
   CHECK(contains(err, "decid wrote the draws until then; --resume continues"));
   CHECK(contains(err, " of 100 recordings, "));
   CHECK(std::filesystem::exists(folder / "o.json.journal"));

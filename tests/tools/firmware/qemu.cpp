@@ -125,13 +125,13 @@ TEST_CASE("Cortex-M3 under QEMU, without an FPU: the bits of identify" * doctest
   check_cpu("m3", "Cortex-M3", 2);
 }
 TEST_CASE("Cortex-M4F under QEMU: the bits of identify" * doctest::test_suite("slow")) {
-  check_cpu("m4", "Cortex-M4F", 20);
+  check_cpu("m4", "Cortex-M4F", 4);
 }
 TEST_CASE("Cortex-M7 under QEMU: the bits of identify" * doctest::test_suite("long")) {
-  check_cpu("m7", "Cortex-M7", 20);
+  check_cpu("m7", "Cortex-M7", 4);
 }
 TEST_CASE("Cortex-M55 under QEMU, compiled in a GNU mode: the bits of identify" * doctest::test_suite("slow")) {
-  check_cpu("m55", "Cortex-M55", 20);
+  check_cpu("m55", "Cortex-M55", 4);
 }
 
 TEST_CASE("the example alone: its estimates are decid identify's") {

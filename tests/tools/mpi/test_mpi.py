@@ -20,7 +20,7 @@ RANKS = (1, 2, 3, 5, 16)
 # tests/golden/bits.cpp holds what it makes.
 GOLDEN = ["train", "--stream", "--preset", "small", "--stream-trials", "128", "--validation-trials", "32", "--epochs", "2",
           "--seed", "5", "--quiet"]
-LONG = ["train", "--stream", "--preset", "small", "--stream-trials", "96", "--validation-trials", "8", "--epochs", "60",
+LONG = ["train", "--stream", "--preset", "small", "--stream-trials", "96", "--validation-trials", "8", "--epochs", "30",
         "--batch", "48", "--seed", "7", "--quiet"]
 RANK = "${OMPI_COMM_WORLD_RANK:-$PMI_RANK}"
 

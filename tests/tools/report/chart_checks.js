@@ -1,5 +1,5 @@
 // Put behind a page by report_chromium.sh: writes into the body how many of the charts show what they should, data-charts="shown/all",
-// and what is wrong with the first that does not.
+// and what is wrong with the first that does not. In a frame it posts what is wrong with the page.
 addEventListener("load", () => setTimeout(() => {
   const shapes = svg => [...svg.querySelectorAll("path, rect:not(.frame), circle, line:not(.grid, .frame, .cursor), image")];
   // Every shape of a chart lies in it, and at least one is not empty.
@@ -45,5 +45,8 @@ addEventListener("load", () => setTimeout(() => {
     const found = wrong.filter(text => text !== "");
     document.body.dataset.charts = `${wrong.length - found.length}/${wrong.length}`;
     if (found.length > 0) document.body.dataset.wrong = found[0];
-  })().catch(error => { document.body.dataset.wrong = String(error); });
+  })().catch(error => { document.body.dataset.wrong = String(error); }).then(() => {
+    const { charts, drawn, error, wrong } = document.body.dataset;
+    if (parent !== window) parent.postMessage(error ?? wrong ?? (drawn && !charts.startsWith("0/") ? "none" : "no chart is drawn"), "*");
+  });
 }, 500));

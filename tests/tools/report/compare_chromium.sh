@@ -12,5 +12,4 @@ printf 'globalavgpool\nfc 7\n' >"$scratch/net.txt"
   --architecture "$scratch/net.txt" -o "$scratch/model.safetensors"
 "$2" compare --quiet --model "$scratch/model.safetensors" --trials 2 --starts 1 --simulations 6500 --max-draws 8 --sensor-noise 0.1 \
   --report "$scratch/page.html"
-"$(dirname "$0")/report_chromium.sh" "$1" "$scratch/page.html"
-"$(dirname "$0")/layout_chromium.sh" "$1" "$scratch/page.html" compare 2
+"$(dirname "$0")/report_chromium.sh" "$1" "$scratch/page.html" compare 2

@@ -1,4 +1,4 @@
-// Put behind a page by layout_chromium.sh: posts what is wrong with it.
+// Put behind a page by report_chromium.sh: posts what is wrong with it.
 addEventListener("load", () => setTimeout(() => {
   const found = [], all = query => [...document.querySelectorAll(query)], root = document.documentElement;
   const say = (wrong, text) => { if (wrong) found.push(text); };
@@ -27,6 +27,7 @@ addEventListener("load", () => setTimeout(() => {
   };
   const paper = light(getComputedStyle(document.body).backgroundColor), dark = matchMedia("(prefers-color-scheme: dark)").matches;
   say(dark !== paper < 0.2, "paper is not as the system asks");
+  say(/, (light|dark)$/.test(name) && dark !== name.endsWith("dark"), "the scheme is not the frame's");
   for (const one of all("h1, .lead, .about, th, td, a, summary, .badge, .warning, .warning li, caption, figcaption")) {
     let below = one;
     while (below !== document.body && /rgba\(.*, 0\)|transparent/.test(getComputedStyle(below).backgroundColor)) below = below.parentElement;

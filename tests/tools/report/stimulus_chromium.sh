@@ -4,8 +4,9 @@
 set -euo pipefail
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
-for protocol in default short "$3"/measured.json "$3"/sines.json "$3"/raised_cosines.json; do
-  "$2" stimulus --quiet --protocol "$protocol" --plot "$scratch/page.html"
-  "$(dirname "$0")/report_chromium.sh" "$1" "$scratch/page.html"
+pages=()
+for protocol in "$3"/raised_cosines.json default short "$3"/measured.json "$3"/sines.json; do
+  pages+=("$scratch/${#pages[@]}.html")
+  "$2" stimulus --quiet --protocol "$protocol" --plot "${pages[-1]}"
 done
-"$(dirname "$0")/layout_chromium.sh" "$1" "$scratch/page.html" stimulus 2
+"$(dirname "$0")/report_chromium.sh" "$1" "${pages[0]}" stimulus 2 "${pages[@]:1}"

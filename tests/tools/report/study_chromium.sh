@@ -18,5 +18,4 @@ printf 'trials,mse\n100,0.8\n1000,0.5\n' >curve.csv
 "$2" compare --quiet --trials 1 --starts 1 --simulations 6500 --model model.safetensors -o comparison.json
 "$2" study --quiet --model model.safetensors --data data.npz --recording "$recording" --learning-curve curve.csv --comparison comparison.json \
   --trials 200 --realisations 3 -o study
-"$here/report_chromium.sh" "$1" study/report.html
-"$here/layout_chromium.sh" "$1" study/report.html study 9
+"$here/report_chromium.sh" "$1" study/report.html study 9

@@ -4,10 +4,10 @@
 set -euo pipefail
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
-for options in "--preset small --epochs 3" "--preset series --epochs 1"; do
-  # shellcheck disable=SC2086
-  "$2" train --quiet --threads 1 --stream --stream-trials 64 --validation-trials 16 --protocol short $options \
-    --report "$scratch/page.html" -o "$scratch/${options// /}"
-  "$(dirname "$0")/report_chromium.sh" "$1" "$scratch/page.html"
+epochs=3
+for preset in small series; do
+  "$2" train --quiet --threads 1 --stream --stream-trials 64 --validation-trials 16 --protocol short \
+    --preset $preset --epochs $epochs --report "$scratch/$preset.html" -o "$scratch/$preset"
+  epochs=1
 done
-"$(dirname "$0")/layout_chromium.sh" "$1" "$scratch/page.html" training 2
+"$(dirname "$0")/report_chromium.sh" "$1" "$scratch/series.html" training 2 "$scratch/small.html"
