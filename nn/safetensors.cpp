@@ -226,7 +226,8 @@ void check_values(const std::vector<float>& values, const std::string& name, boo
 
 }  // namespace
 
-void save_network(const Network<float>& network, TensorFile& file, const MomentumBuffers<float>* momentum_buffers) {
+void save_network(const Network<float>& network, TensorFile& file,
+                  const std::vector<std::vector<float>>* momentum_buffers) {
   std::size_t line = 0, parameter = 0;
   std::vector<NamedTensor> tensors;
   const auto add = [&](const std::string& name, std::vector<long long> shape, const std::vector<float>& values,
@@ -250,7 +251,7 @@ void save_network(const Network<float>& network, TensorFile& file, const Momentu
 }
 
 void load_network(Network<float>& network, TensorFile&& file, const std::string& where,
-                  MomentumBuffers<float>* momentum_buffers) {
+                  std::vector<std::vector<float>>* momentum_buffers) {
   // All is checked before anything is changed.
   std::vector<std::pair<NamedTensor*, std::vector<float>*>> pairs;
   std::vector<NamedTensor*> found;
