@@ -11,6 +11,7 @@
 #include "base/error.hpp"
 #include "base/files/json_object.hpp"
 #include "base/files/sha256.hpp"
+#include "base/text.hpp"
 
 namespace decid::nn {
 namespace {
@@ -120,10 +121,8 @@ std::string content_sha256(const TensorFile& file) {
   for (const NamedTensor& t : file.tensors) tensors.push_back(&t);
   std::ranges::sort(tensors, {}, &NamedTensor::name);
   for (const NamedTensor* t : tensors) {
-    std::string shape;
-    for (const long long extent : t->shape) shape += (shape.empty() ? "" : ",") + std::to_string(extent);
     add(t->name);
-    add(shape);
+    add(joined(t->shape, ",", [](long long extent) { return std::to_string(extent); }));
     hash.update(t->values.data(), t->values.size() * sizeof(float));
   }
   return hash.hex();
