@@ -70,6 +70,11 @@ std::string counted(long long count, const std::string& noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
 
+std::string lower_case(std::string text) {
+  for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return text;
+}
+
 std::string duration_text(double seconds) {
   const auto s = static_cast<long long>(std::ceil(seconds));
   if (s < 60) return std::to_string(s) + " s";

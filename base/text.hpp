@@ -1,6 +1,7 @@
 // Text for users and files: formatted, cleaned, tables of numbers.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,6 +13,20 @@ namespace decid {
 
 /// Returns "1 trial", "2 trials".
 std::string counted(long long count, const std::string& noun);
+
+/// Returns the texts of a range, separated: "a, b, c". text_of: the text of an element, if it is not one.
+template <class Range, class TextOf = std::identity>
+std::string joined(const Range& range, std::string_view separator, TextOf text_of = {}) {
+  std::string text;
+  for (const auto& element : range) {
+    if (!text.empty()) text += separator;
+    text += std::invoke(text_of, element);
+  }
+  return text;
+}
+
+/// Returns text with small letters instead of A to Z.
+std::string lower_case(std::string text);
 
 /// Formats seconds for users, rounded up: "42 s", "3 min 20 s", "1 h 12 min".
 std::string duration_text(double seconds);

@@ -8,6 +8,7 @@
 #include "base/error.hpp"
 #include "base/files/sha256.hpp"
 #include "base/math/random.hpp"
+#include "base/text.hpp"
 #include "nn/architecture.hpp"
 
 namespace decid::nn {
@@ -61,9 +62,7 @@ std::size_t parameter_count(Shape input, const std::string& architecture) {
 
 template <class T>
 std::string Network<T>::architecture() const {
-  std::string text;
-  for (const Layer<T>& layer : layers_) text += (text.empty() ? "" : "\n") + layer.text();
-  return text;
+  return joined(layers_, "\n", &Layer<T>::text);
 }
 
 template <class T>

@@ -11,6 +11,7 @@
 #include "base/error.hpp"
 #include "base/files/json_object.hpp"
 #include "base/files/sha256.hpp"
+#include "base/text.hpp"
 
 namespace decid::nn {
 namespace {
@@ -120,10 +121,8 @@ std::string content_sha256(const TensorFile& file) {
   for (const NamedTensor& t : file.tensors) tensors.push_back(&t);
   std::ranges::sort(tensors, {}, &NamedTensor::name);
   for (const NamedTensor* t : tensors) {
-    std::string shape;
-    for (const long long extent : t->shape) shape += (shape.empty() ? "" : ",") + std::to_string(extent);
     add(t->name);
-    add(shape);
+    add(joined(t->shape, ",", [](long long extent) { return std::to_string(extent); }));
     hash.update(t->values.data(), t->values.size() * sizeof(float));
   }
   return hash.hex();
@@ -226,7 +225,8 @@ void check_values(const std::vector<float>& values, const std::string& name, boo
 
 }  // namespace
 
-void save_network(const Network<float>& network, TensorFile& file, const MomentumBuffers<float>* momentum_buffers) {
+void save_network(const Network<float>& network, TensorFile& file,
+                  const std::vector<std::vector<float>>* momentum_buffers) {
   std::size_t line = 0, parameter = 0;
   std::vector<NamedTensor> tensors;
   const auto add = [&](const std::string& name, std::vector<long long> shape, const std::vector<float>& values,
@@ -250,7 +250,7 @@ void save_network(const Network<float>& network, TensorFile& file, const Momentu
 }
 
 void load_network(Network<float>& network, TensorFile&& file, const std::string& where,
-                  MomentumBuffers<float>* momentum_buffers) {
+                  std::vector<std::vector<float>>* momentum_buffers) {
   // All is checked before anything is changed.
   std::vector<std::pair<NamedTensor*, std::vector<float>*>> pairs;
   std::vector<NamedTensor*> found;

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "nn/network.hpp"
-#include "nn/training/sgd.hpp"
 
 namespace decid::nn {
 
@@ -47,15 +46,15 @@ std::string to_safetensors(const TensorFile& file);
 /// overlapping or missing ranges, shapes that do not fit, names given twice, an unknown type.
 TensorFile from_safetensors(std::string_view bytes, const std::string& where);
 
-/// Adds all parameters and running statistics as "layers.<line>.<name>"; with a trainer's `momentum_buffers`, for a
-/// checkpoint, these as "momentum.<line>.<name>". Throws Error, and adds nothing, for values that load_network refuses:
-/// not finite, or a negative variance.
+/// Adds all parameters and running statistics as "layers.<line>.<name>"; with `momentum_buffers`, those of sgd() for a
+/// checkpoint (OptimiserState::memory), these as "momentum.<line>.<name>". Throws Error, and adds nothing, for values
+/// that load_network refuses: not finite, or a negative variance.
 void save_network(const Network<float>& network, TensorFile& file,
-                  const MomentumBuffers<float>* momentum_buffers = nullptr);
+                  const std::vector<std::vector<float>>* momentum_buffers = nullptr);
 /// Copies the tensors of `file` into the network, whose values stay where they are in memory, and moves those of the
 /// momentum buffers, unless null, into them. Throws Error, and changes nothing, if a tensor is missing, of another
 /// shape, or not finite, or a variance is negative.
 void load_network(Network<float>& network, TensorFile&& file, const std::string& where,
-                  MomentumBuffers<float>* momentum_buffers = nullptr);
+                  std::vector<std::vector<float>>* momentum_buffers = nullptr);
 
 }  // namespace decid::nn

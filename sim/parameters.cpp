@@ -7,6 +7,7 @@
 
 #include "base/error.hpp"
 #include "base/number.hpp"
+#include "base/text.hpp"
 
 namespace decid::sim {
 namespace {
@@ -67,8 +68,7 @@ Parameters ParameterTable::from_unit(std::span<const double> unit) const {
 
 Parameters ParameterTable::from_text(const std::string& text, const std::string& where) const {
   const auto fail = [&](const std::string& problem) {
-    std::string form;
-    for (const ParameterInfo& info : all_) form += (form.empty() ? "" : ",") + info.name + "=..";
+    const std::string form = joined(all_, ",", [](const ParameterInfo& info) { return info.name + "=.."; });
     throw Error(Code::setting_malformed, where, problem, "give all " + in_words(size()) + " as " + form);
   };
   Parameters parameters(size());

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/error.hpp"
+#include "base/text.hpp"
 
 namespace decid {
 
@@ -269,10 +270,8 @@ void JsonObject::read(const char* key, std::vector<std::string>& value) {
 void JsonObject::finish() const {
   for (const auto& [key, value] : json_.items()) {
     if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
-    std::string list;
-    for (const std::string& known : known_) list += (list.empty() ? "" : ", ") + known;
     throw Error(Code::setting_unknown, where_, "unknown key " + full_name(shortened(key, max_shown)),
-                "the keys here are " + list);
+                "the keys here are " + joined(known_, ", "));
   }
 }
 

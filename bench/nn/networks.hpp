@@ -9,6 +9,7 @@
 
 #include "base/parallel.hpp"
 #include "nn/training/loss.hpp"
+#include "nn/training/optimiser.hpp"
 #include "nn/training/trainer.hpp"
 
 namespace decid::bench {
@@ -94,16 +95,16 @@ class Training {
   Training(const NamedNetwork& named, int batch) : network(initialised(named)), trainer(network, batch) {
     const auto outputs = static_cast<std::size_t>(network.output_shape().size());
     targets_ = some_values(static_cast<std::size_t>(batch) * outputs);
-    squares_.resize(outputs);
+    parts_.resize(nn::TensorView<float>::count_blocks(batch) * outputs);
     load_some(trainer.input());
   }
   /// As nn::run() calls a step (nn/training/loop.hpp).
   void step() {
     with_team([this] {
       trainer.forward();
-      nn::mean_squared_error(trainer.output(), targets_, squares_, trainer.output_diff());
+      nn::squared_errors(trainer.output(), targets_, trainer.output().batch(), parts_, trainer.output_diff());
       trainer.backward();
-      trainer.step(1e-3, {});
+      nn::update(*optimiser_, network, trainer.gradients(), 1e-3, state_);
     });
   }
 
@@ -112,7 +113,9 @@ class Training {
 
  private:
   std::vector<float> targets_;
-  std::vector<double> squares_;
+  std::vector<double> parts_;
+  std::shared_ptr<const nn::Optimiser> optimiser_ = nn::sgd();
+  nn::OptimiserState state_ = nn::begin(*optimiser_, network);
 };
 
 }  // namespace decid::bench

@@ -13,6 +13,7 @@
 #include "base/error.hpp"
 #include "base/files/json_object.hpp"
 #include "base/per_thread.hpp"
+#include "base/text.hpp"
 #include "dataset/image/image_object.hpp"
 #include "dataset/image/kernels/image.hpp"
 
@@ -43,9 +44,7 @@ constexpr std::array<std::pair<Channel, const char*>, 17> channel_names{{
 }};
 
 std::string list_of_channels() {
-  std::string list;
-  for (const auto& [channel, name] : channel_names) list += (list.empty() ? "" : ", ") + std::string(name);
-  return list;
+  return joined(channel_names, ", ", [](const auto& named) { return named.second; });
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "base/files/json_object.hpp"
 #include "base/parallel.hpp"
 #include "base/per_thread.hpp"
+#include "base/text.hpp"
 #include "dataset/npz/detail/libzip.hpp"
 #include "dataset/npz/detail/npz_parts.hpp"
 #include "sim/protocol/protocol_object.hpp"
@@ -96,9 +97,8 @@ void check_labels(const Dataset& data, std::size_t sway_trials, const std::strin
 }
 
 std::string to_text(const std::vector<std::size_t>& shape) {
-  std::string text;
-  for (const std::size_t extent : shape) text += (text.empty() ? "" : " x ") + std::to_string(extent);
-  return text.empty() ? "a single value" : text;
+  if (shape.empty()) return "a single value";
+  return joined(shape, " x ", [](std::size_t extent) { return std::to_string(extent); });
 }
 
 /// An archive opened for reading. Its members' claimed sizes are checked against the size of the file.
@@ -262,11 +262,8 @@ void read_description(const std::string& text, const std::string& where, Dataset
   object.require("parameters");
   object.read("parameters", names);
   const std::vector<std::string> expected = data.protocol.parameters().names();
-  if (names != expected) {
-    std::string list;
-    for (const std::string& name : expected) list += (list.empty() ? "" : ", ") + name;
-    throw Error(Code::file_unsupported, where, "lists parameters other than " + list, regenerate);
-  }
+  if (names != expected)
+    throw Error(Code::file_unsupported, where, "lists parameters other than " + joined(expected, ", "), regenerate);
   object.finish();
 }
 

@@ -48,16 +48,13 @@ std::string settings_of(const std::vector<int>& quantities) {
                                                                        : "ranges");
     if (std::ranges::find(names, name) == names.end()) names.push_back(name);
   }
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text;
+  return joined(names, ", ");
 }
 
 void warn_of_edges(const Density& density, const Posterior& found, bool from_network, Warnings& warnings) {
   const std::vector<int> edges = at_edge(density, found, outer);
   if (edges.empty()) return;
-  std::string names;
-  for (const int quantity : edges) names += (names.empty() ? "" : ", ") + quantity_name(density, quantity);
+  const std::string names = joined(edges, ", ", [&](int quantity) { return quantity_name(density, quantity); });
   const std::vector<int> last = from_network ? std::vector<int>() : at_edge(density, found, outermost);
   const bool is_refused = edges.size() >= edges_of_invalid, leans = last.size() >= outermost_of_caution;
   // A start beyond the prior biases the delay.

@@ -26,6 +26,8 @@ std::string steps_hash(int batch, int steps, Communicator* group) {
       shape, "conv 6 3x3 pad 1; batchnorm; relu; maxpool 2; conv 8 3x3 pad 1; batchnorm; relu; avgpool 2; fc 3");
   network.initialise(1);
   nn::Trainer<float> trainer(network, batch, group);
+  const auto optimiser = nn::sgd();
+  nn::OptimiserState state = nn::begin(*optimiser, network);
   const std::vector<int> own = trainer.own_samples(batch);
   const auto size = static_cast<std::size_t>(shape.size());
   std::vector<float> targets, image(size);
@@ -42,7 +44,7 @@ std::string steps_hash(int batch, int steps, Communicator* group) {
     trainer.forward();
     nn::squared_errors<float>(trainer.output(), targets, batch, parts, trainer.output_diff());
     trainer.backward();
-    trainer.step(schedule.rate(step), {.momentum = 0.9, .weight_decay = 1e-4});
+    nn::update(*optimiser, network, trainer.gradients(), schedule.rate(step), state);
   }
   return nn::weights_sha256(network);
 }

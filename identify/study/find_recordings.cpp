@@ -7,15 +7,12 @@
 #include <string_view>
 #include <system_error>
 
+#include "base/text.hpp"
+
 namespace decid {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string small_letters(std::string text) {
-  std::ranges::transform(text, text.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c; });
-  return text;
-}
 
 bool is_hidden(const fs::path& path) {
   return path.filename().string().starts_with('.');
@@ -24,15 +21,14 @@ bool is_hidden(const fs::path& path) {
 }  // namespace
 
 bool has_ending_of_recordings(const fs::path& path) {
-  return std::ranges::find(endings_of_recordings, small_letters(path.extension().string())) !=
-         endings_of_recordings.end();
+  return std::ranges::find(endings_of_recordings, lower_case(path.extension().string())) != endings_of_recordings.end();
 }
 
 bool is_description(const fs::path& path) {
   constexpr std::array<std::string_view, 6> whole{"license",   "licence",      "changes",
                                                   "changelog", "participants", "samples"};
   constexpr std::array<std::string_view, 5> suffixes{"_scans", "_sessions", "_channels", "_electrodes", "_events"};
-  const std::string stem = small_letters(path.stem().string());
+  const std::string stem = lower_case(path.stem().string());
   return stem.starts_with("readme") || std::ranges::find(whole, stem) != whole.end() ||
          std::ranges::any_of(suffixes, [&](std::string_view suffix) { return stem.ends_with(suffix); });
 }

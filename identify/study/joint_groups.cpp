@@ -7,6 +7,7 @@
 
 #include "base/error.hpp"
 #include "base/setting.hpp"
+#include "base/text.hpp"
 #include "identify/study/detail/text_key.hpp"
 
 namespace decid {
@@ -30,9 +31,7 @@ TextOf always(std::string text) {
 void require_parameter(const std::string& name, const std::string& where, const sim::ParameterTable& table) {
   const std::vector<std::string> names = table.names();
   if (std::ranges::find(names, name) != names.end()) return;
-  std::string all;
-  for (const std::string& one : names) all += (all.empty() ? "" : ", ") + one;
-  throw Error(Code::setting_unknown, where, "'" + name + "' is not a parameter", "name one of " + all);
+  throw Error(Code::setting_unknown, where, "'" + name + "' is not a parameter", "name one of " + joined(names, ", "));
 }
 
 FreedParameters read_freed(const std::string& text, const sim::ParameterTable& table) {

@@ -32,9 +32,8 @@ void refuse_few_pairs(const std::string& where, const std::string& one,
 
 void refuse_without_groups(const StudySheet& sheet) {
   if (sheet.names.empty() || std::ranges::any_of(sheet.names, names_groups)) return;
-  std::string names;
-  for (const std::string& name : sheet.names) names += (names.empty() ? "" : ", ") + one_line(name);
-  throw Error(Code::column_missing, sheet.file.string(), "has no column \"group\"; its columns are " + names,
+  throw Error(Code::column_missing, sheet.file.string(),
+              "has no column \"group\"; its columns are " + joined(sheet.names, ", ", one_line),
               "name the column of the groups so");
 }
 

@@ -40,7 +40,9 @@ class Planner {
     people_ = PersonLines(lines());
     for (const SheetLine& line : lines()) line_keys_.emplace_back(line.file);
     for (const RecordingSource& source : sources) {
-      source_keys_.emplace_back(shown(source));
+      const PathKey& key = source_keys_.emplace_back(shown(source));
+      path_keys_.push_back(choice == Choice::for_groups ? PathKey(std::filesystem::absolute(source.name()).string())
+                                                        : key);
       name_keys_.emplace_back(source.name());
       file_keys_.emplace_back(source.file.string());
     }
@@ -48,10 +50,10 @@ class Planner {
   }
 
   RecordingPlan operator()() {
-    if (choice_ == Choice::by_call)
-      plan_call();
-    else
+    if (choice_ == Choice::by_sheet)
       plan_sheet();
+    else
+      plan_call();
     return std::move(plan_);
   }
 
@@ -73,7 +75,9 @@ class Planner {
     for (std::size_t line = 0; line < lines().size(); ++line) {
       if (used_[line]) continue;
       const SheetLine& unused = lines()[line];
-      if (unused.error && unused.file.empty() && unused.entry.participant.empty())
+      if (choice_ == Choice::for_groups)
+        plan_.unused.push_back(line);
+      else if (unused.error && unused.file.empty() && unused.entry.participant.empty())
         plan_.notes.emplace_back(unused.error->what());
       else if (unused.file.empty() || is_near(line))
         plan_.notes.push_back(plan_.sheet->locate(unused) + ": no recording of this call is of " +
@@ -134,7 +138,7 @@ class Planner {
 
   /// Returns the likeness of a recording and a line's file; "long.csv" is also the file of "long.csv#2".
   Likeness likeness_of(std::size_t source, std::size_t line) const {
-    const Likeness whole = source_keys_[source].ends_with(line_keys_[line]);
+    const Likeness whole = path_keys_[source].ends_with(line_keys_[line]);
     if (whole != Likeness::none || sources_[source].trial.empty()) return whole;
     return file_keys_[source].ends_with(line_keys_[line]);
   }
@@ -304,7 +308,8 @@ class Planner {
   const ReadOptions& reading_;
   RecordingPlan plan_;
   std::vector<PathKey> line_keys_;
-  std::vector<PathKey> source_keys_, name_keys_, file_keys_;  // of sources: see shown(); their names; their files
+  std::vector<PathKey> source_keys_, path_keys_;  // of sources: what people, and what lines' files, are searched in
+  std::vector<PathKey> name_keys_, file_keys_;    // their names, and their files
   PersonLines people_;
   std::optional<std::vector<PathKey>> near_;  // files below the sheet's folder, once they are needed
   std::vector<bool> used_;                    // lines
@@ -336,6 +341,8 @@ RecordingPlan make_plan(const std::vector<RecordingSource>& sources, const ReadO
 
 RecordingPlan make_plan(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice,
                         const ReadOptions& reading) {
+  if (choice == Choice::for_groups) return Planner(std::move(sheet), sources, choice, reading)();
+  refuse_two_groups(sheet);
   std::vector<RecordingSource> others;  // all but the sheet, which may lie among its recordings
   std::ranges::copy_if(sources, std::back_inserter(others), [&](const RecordingSource& source) {
     std::error_code ignored;

@@ -38,14 +38,17 @@ struct RecordingPlan {
   std::vector<RecordingSetting> settings;
   std::vector<PlannedRecording> recordings;
   std::optional<StudySheet> sheet = {};
-  std::vector<std::string> notes = {};  ///< lines that are of none of the recordings, for people
+  std::vector<std::string> notes = {};   ///< lines that are of none of the recordings, for people
+  std::vector<std::size_t> unused = {};  ///< for_groups: places in the sheet of these lines
 };
 
 /// Plans recordings that have the same options and the same body, reading.body. Copies of one file have warnings.
 RecordingPlan make_plan(const std::vector<RecordingSource>& sources, const ReadOptions& reading);
 
 /// The choice of the recordings: those of the call, or those that the sheet's lines name among the files near it.
-enum class Choice { by_call, by_sheet };
+/// for_groups: those of the call, for a table that only names their groups. Its lines may name other files, its folder
+/// counts in paths, a person may be in two groups, and recordings have no warnings.
+enum class Choice { by_call, by_sheet, for_groups };
 
 /// Plans the recordings of a sheet. A line with a file is of the recordings whose path ends with it (path_match.hpp); a
 /// line without one is of all recordings whose path names its participant, and its session if it has one. Both lines
@@ -54,6 +57,7 @@ enum class Choice { by_call, by_sheet };
 /// is missing; a person without a recording, by_sheet; a recording with two lines, or with two people or sessions, and
 /// a line with two recordings, that are equally alike; a wrong cell; and one without the other of mass and height.
 /// Recordings of a person with two bodies or two ages in one session have warnings, and so have copies of one file.
+/// Throws Error for a person in two groups.
 RecordingPlan make_plan(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice,
                         const ReadOptions& reading);
 

@@ -9,11 +9,10 @@
 #include <string_view>
 
 #include "base/text.hpp"
-#include "identify/study/detail/contradictions.hpp"
+#include "identify/study/detail/spreadsheet.hpp"
 #include "identify/study/detail/text_key.hpp"
 #include "identify/study/reading_option.hpp"
 #include "identify/study/sidecar.hpp"
-#include "identify/study/spreadsheet.hpp"
 
 namespace decid {
 namespace {
@@ -343,7 +342,6 @@ StudySheet read_sheet(const std::filesystem::path& path) {
   }
   if (sheet.lines.empty())
     throw Error(Code::file_empty, path.string(), "has no line below its names", "add a line per recording or person");
-  refuse_two_groups(sheet);
   return sheet;
 }
 

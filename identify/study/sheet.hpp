@@ -48,7 +48,7 @@ struct StudySheet {
 /// - protocol: a name or a file; and options of reading (set_reading_option()).
 /// Other columns, age and sex among them, are SheetEntry::cells. Empty cells and n/a have no value. Throws Error for an
 /// unreadable file, a sheet without participant_id and file, two columns of one meaning, a weight or height in a unit
-/// that is not read, a sheet without lines, and a person in two groups. A line with a wrong cell has an error.
+/// that is not read, and a sheet without lines. A line with a wrong cell has an error.
 StudySheet read_sheet(const std::filesystem::path& path);
 
 /// Returns true for the names of a column of participants: participant_id, subject and the like.

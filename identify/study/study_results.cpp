@@ -100,12 +100,10 @@ Warnings prior_warnings(const FitRequest& request, const sim::ParameterTable& pa
   if (gains.empty() || mgh_nm_rad.empty()) return warnings;
   const auto [low, high] = std::ranges::minmax(mgh_nm_rad);
   if (high <= low * (1.0 + 1e-9)) return warnings;
-  std::string names;
-  for (const std::string& gain : gains) names += (names.empty() ? "" : ", ") + gain;
   add_info(warnings, "priors_of_all_bodies",
            format("the given range, prior or value of %s is in SI units and the same for all bodies of the call, whose "
                   "m g h is %.0f to %.0f N m/rad: relative to m g h it differs from body to body",
-                  names.c_str(), low, high));
+                  joined(gains, ", ").c_str(), low, high));
   return warnings;
 }
 

@@ -75,14 +75,14 @@ Origin make_origin(const TrainingSettings& settings, const dataset::TrialSource&
 }
 
 std::string checkpoint_bytes(const TrainingState& state) {
-  const Checkpoint checkpoint{to_json(state.log, state.part), state.momentum_buffers, state.average};
+  const Checkpoint checkpoint{to_json(state.log, state.part), state.optimiser.memory.at(0), state.average};
   return to_bytes(state.model, &checkpoint);
 }
 
 TrainingState state_from_bytes(const std::string& bytes, const std::string& name) {
   Checkpoint checkpoint;
   TrainingState state{model_from_bytes(bytes, name, &checkpoint), {}};
-  state.momentum_buffers = std::move(checkpoint.momentum_buffers);
+  state.optimiser.memory = {std::move(checkpoint.momentum_buffers)};
   state.average = std::move(checkpoint.average);
   state.log = log_from_json(checkpoint.progress, name, &state.part);
   return state;

@@ -6,15 +6,14 @@
 #include <string>
 
 #include "identify/training/training.hpp"
-#include "nn/training/sgd.hpp"
 
 namespace decid {
 
 /// The contents of an unfinished training's file except the model.
 struct Checkpoint {
-  std::string progress;                         ///< a text, not empty
-  nn::MomentumBuffers<float> momentum_buffers;  ///< of the optimiser
-  std::optional<nn::Network<float>> average{};  ///< of the weights, if the training has one
+  std::string progress;                              ///< a text, not empty
+  std::vector<std::vector<float>> momentum_buffers;  ///< of the optimiser, per parameter
+  std::optional<nn::Network<float>> average{};       ///< of the weights, if the training has one
 };
 
 /// Returns everything that determines the bits of the trained model. program: "decid 0.2.0"; from: the start of a fine

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "dataset/image/image.hpp"
-#include "nn/training/sgd.hpp"
+#include "nn/training/optimiser.hpp"
 #include "sim/protocol/protocol.hpp"
 
 namespace decid {
@@ -21,7 +21,7 @@ struct Preset {
   int epochs = 30;
   int batch = 64;
   double learning_rate = 0.01;
-  nn::SgdSettings sgd{};
+  nn::SgdOptions sgd{};
   std::string schedule = "cosine";  ///< see nn::Schedule
   int warmup_epochs = 0;
 };

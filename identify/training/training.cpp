@@ -172,9 +172,8 @@ Model trained_model(const TrainingState& state) {
 }
 
 void share_state(Communicator& ranks, std::optional<TrainingState>& state) {
-  if (ranks.is_root() && state->momentum_buffers.empty())
-    for (const nn::Parameter<float>* p : state->model.network.parameters())
-      state->momentum_buffers.emplace_back(p->value.size());
+  if (ranks.is_root() && state->optimiser.memory.empty())
+    state->optimiser = nn::begin(*nn::sgd(), state->model.network);
   const std::string bytes = broadcast_text(&ranks, ranks.is_root() ? checkpoint_bytes(*state) : std::string());
   if (!ranks.is_root()) state = state_from_bytes(bytes);
 }
@@ -199,6 +198,7 @@ class ModelTraining final : public nn::TrainingLoop {
         batches_(trials_, preset_.batch),
         schedule_(preset_.schedule, preset_.learning_rate, 1LL * batches_.count() * preset_.epochs, batches_.count(),
                   1LL * batches_.count() * preset_.warmup_epochs),
+        optimiser_(nn::sgd(preset_.sgd)),
         trainer_(model_.network, batches_.size(0), settings.ranks) {
     trainer_.set_batch(batches_.smallest());  // throws before the first step, not at the epoch's end
     check_average(settings.average);
@@ -208,7 +208,7 @@ class ModelTraining final : public nn::TrainingLoop {
       shared_.emplace(*settings.ranks, *model_.head, model_.parameters().size());
       sharing = {settings.ranks->size(), [this](int batch) { return trainer_.own_samples(batch); }};
     }
-    if (!state.momentum_buffers.empty()) trainer_.set_momentum_buffers(state.momentum_buffers);
+    if (state.optimiser.memory.empty()) state.optimiser = nn::begin(*optimiser_, model_.network);
     feed_.emplace(source, model_.encoding(), model_.targets, preset_.batch, settings.seed,
                   static_cast<int>(state.log.size()), preset_.epochs, std::move(sharing), state.part.trials);
   }
@@ -236,7 +236,7 @@ class ModelTraining final : public nn::TrainingLoop {
                                 : model_.head->loss(trainer_.output(), batch.targets, trainer_.output_diff());
     trainer_.backward();
     rate_ = schedule_.rate(step);
-    trainer_.step(rate_, preset_.sgd);
+    nn::update(*optimiser_, model_.network, trainer_.gradients(), rate_, state_.optimiser);
     if (settings_.average > 0) nn::move_average(*state_.average, model_.network, settings_.average, step + 1);
     return loss;
   }
@@ -246,10 +246,7 @@ class ModelTraining final : public nn::TrainingLoop {
     const int done_trials = batches_.first(at.batch);
     stop_ = !after_batch_(done_trials, trials_) || stop_;
     const bool goes_on = shared_ ? !shared_->asked() : !stop_;
-    if (!goes_on && done_trials < trials_) {
-      state_.momentum_buffers = trainer_.momentum_buffers();
-      state_.part = {done_trials, at.loss_sum};
-    }
+    if (!goes_on && done_trials < trials_) state_.part = {done_trials, at.loss_sum};
     return goes_on;
   }
 
@@ -264,7 +261,6 @@ class ModelTraining final : public nn::TrainingLoop {
         throw diverged(preset_, at.epoch + 1, format("the %s MSE is %.3g, where guessing the mean gives 1", name, mse));
     state_.log.push_back(log);
     state_.part = {};
-    state_.momentum_buffers = trainer_.momentum_buffers();
   }
 
   void after_epoch(const nn::LoopPosition&) override { after_epoch_(); }
@@ -280,6 +276,7 @@ class ModelTraining final : public nn::TrainingLoop {
   int trials_;
   EpochBatches batches_;
   nn::Schedule schedule_;
+  std::shared_ptr<const nn::Optimiser> optimiser_;
   nn::Trainer<float> trainer_;
   std::optional<SharedLoss> shared_;
   std::optional<dataset::Feed> feed_;

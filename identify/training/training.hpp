@@ -31,8 +31,8 @@ struct TrainingSettings {
 /// The state from which a training continues.
 struct TrainingState {
   Model model;
-  std::vector<EpochLog> log;                      ///< of the epochs done
-  nn::MomentumBuffers<float> momentum_buffers{};  ///< of the optimiser; empty: none yet
+  std::vector<EpochLog> log;                    ///< of the epochs done
+  nn::OptimiserState optimiser{};               ///< its momentum buffers; without memory: none yet
   EpochPart part{};                             ///< of the epoch after these, if the training was stopped in its middle
   std::optional<nn::Network<float>> average{};  ///< of the weights (nn/training/average.hpp); empty: none yet, or never
 };

@@ -231,27 +231,9 @@ void squared_errors(const std::type_identity_t<TensorView<const T>>& output,
     for (int o = 0; o < outputs; ++o) parts[i++] = compute_errors(output, targets, slope, block, o, diff);
 }
 
-template <class T>
-void mean_squared_error(const std::type_identity_t<TensorView<const T>>& output,
-                        std::type_identity_t<std::span<const T>> targets, std::span<double> squares,
-                        const TensorView<T>& diff) {
-  const int outputs = output.shape().channels;
-  check_sizes(output, targets, diff, squares.size(), static_cast<std::size_t>(outputs));
-  const T slope = slope_of<T>(output.batch(), outputs);
-  for (int o = 0; o < outputs; ++o) {
-    double sum = 0;
-    for (int block = 0; block < output.blocks(); ++block) sum += compute_errors(output, targets, slope, block, o, diff);
-    squares[static_cast<std::size_t>(o)] = sum;
-  }
-}
-
 template void squared_errors<float>(const TensorView<const float>&, std::span<const float>, int, std::span<double>,
                                     const TensorView<float>&);
 template void squared_errors<double>(const TensorView<const double>&, std::span<const double>, int, std::span<double>,
                                      const TensorView<double>&);
-template void mean_squared_error<float>(const TensorView<const float>&, std::span<const float>, std::span<double>,
-                                        const TensorView<float>&);
-template void mean_squared_error<double>(const TensorView<const double>&, std::span<const double>, std::span<double>,
-                                         const TensorView<double>&);
 
 }  // namespace decid::nn

@@ -59,7 +59,7 @@ std::shared_ptr<const Optimiser> optimiser_named(const std::string& text);
 
 struct OptimiserState {
   long long steps = 0;
-  std::vector<std::vector<std::vector<float>>> memory;  ///< [kept value][parameter][value]
+  std::vector<std::vector<std::vector<float>>> memory = {};  ///< [kept value][parameter][value]
 };
 /// Returns the state before the first step.
 OptimiserState begin(const Optimiser& optimiser, const Network<float>& network);

@@ -37,8 +37,7 @@ Trainer<T>::Trainer(Network<T>& network, int max_batch, Communicator* ranks, boo
       max_batch_(max_batch),
       ranks_(ranks),
       with_input_diff_(with_input_diff),
-      own_batch_(max_batch),
-      parameters_(network.parameters()) {
+      own_batch_(max_batch) {
   if (max_batch < 1 || max_batch > 65536)
     throw Error(Code::setting_out_of_range, "batch", "of " + std::to_string(max_batch) + " samples", "give 1 to 65536");
   if (ranks != nullptr) {
@@ -51,9 +50,8 @@ Trainer<T>::Trainer(Network<T>& network, int max_batch, Communicator* ranks, boo
     layers_.push_back(
         make_training_layer<T>(layer, own_batch_, layers_.empty() ? nullptr : layers_.back().get(), open));
     if (all_reduce_) layers_.back()->share_batch(*all_reduce_);
-    for (std::size_t k = 0; k < layer.parameters().size(); ++k) gradients_.push_back(&layers_.back()->gradient(k));
+    for (std::size_t k = 0; k < layer.parameters().size(); ++k) gradients_.emplace_back(layers_.back()->gradient(k));
   }
-  for (const Parameter<T>* p : parameters_) momentum_buffers_.emplace_back(p->value.size(), T(0));
   plan();
   set_batch(max_batch);
 }
@@ -189,33 +187,18 @@ void Trainer<T>::backward() {
 }
 
 template <class T>
-void Trainer<T>::step(double learning_rate, const SgdSettings& settings) {
-  for (std::size_t k = 0; k < parameters_.size(); ++k)
-    sgd_step<T>(*parameters_[k], *gradients_[k], momentum_buffers_[k], learning_rate, settings);
-}
-
-template <class T>
 std::span<const T> Trainer<T>::gradient(std::size_t parameter) const {
   if (parameter >= gradients_.size())
     throw Error(Code::setting_out_of_range, "gradient",
                 "of parameter " + std::to_string(parameter) + " of " + std::to_string(gradients_.size()),
                 "give its index in network().parameters(), from 0");
-  return *gradients_[parameter];
+  return gradients_[parameter];
 }
 
 template <class T>
 std::span<T> Trainer<T>::gradient(std::size_t parameter) {
   static_cast<void>(std::as_const(*this).gradient(parameter));  // throws
-  return *gradients_[parameter];
-}
-
-template <class T>
-void Trainer<T>::set_momentum_buffers(MomentumBuffers<T> momentum_buffers) {
-  const auto same_size = [](const auto& a, const auto& b) { return a.size() == b.size(); };
-  if (!std::ranges::equal(momentum_buffers, momentum_buffers_, same_size))
-    throw Error(Code::size_mismatch, "momentum buffers", "are not those of this network's parameters",
-                "give those of a trainer of the same network");
-  momentum_buffers_ = std::move(momentum_buffers);
+  return gradients_[parameter];
 }
 
 template class Trainer<float>;

@@ -1,5 +1,5 @@
-// Training of a network: forward and backward over batches, and the optimiser's steps. A Trainer owns all training data
-// except the weights: gradients, momentum buffers, activations, scratch.
+// Training of a network: forward and backward over batches. A Trainer owns all training data except the weights and the
+// optimiser's memory: gradients, activations, scratch.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,6 @@
 
 #include "nn/network.hpp"
 #include "nn/tensor.hpp"
-#include "nn/training/sgd.hpp"
 
 namespace decid {
 class Communicator;
@@ -22,17 +21,17 @@ class TrainingLayer;
 template <class T>
 class AllReduce;
 
-/// One step: load input(), forward(), put the loss's derivative into output_diff(), backward(), step(). After
-/// construction only these allocate: threads that join later, once each; convolutions with groups or dilation; sums
-/// over other processes.
+/// One step: load input(), forward(), put the loss's derivative into output_diff(), backward(), then update() of
+/// nn/training/optimiser.hpp with gradients(). After construction only these allocate: threads that join later, once
+/// each; convolutions with groups or dilation; sums over other processes.
 template <class T>
 class Trainer {
  public:
   /// Prepares steps of up to `max_batch` samples, 1 .. 65536. The network must outlive the trainer and stay in its
-  /// place; forward() moves its running statistics, step() its parameters. MomentumBuffers begin at 0. ranks, unless
-  /// null: the processes that share each batch, all of which make the same calls. A rank has the samples of some blocks
-  /// of 16 (own_samples()). Weights, statistics and gradients belong to the whole batch; they are equal at every rank,
-  /// with the bits of a single process. with_input_diff: backward() also leaves the derivative by the input.
+  /// place; forward() moves its running statistics. ranks, unless null: the processes that share each batch, all of
+  /// which make the same calls. A rank has the samples of some blocks of 16 (own_samples()). Weights, statistics and
+  /// gradients belong to the whole batch; they are equal at every rank, with the bits of a single process.
+  /// with_input_diff: backward() also leaves the derivative by the input.
   Trainer(Network<T>& network, int max_batch, Communicator* ranks = nullptr, bool with_input_diff = false);
   Trainer(Trainer&&) noexcept;
   ~Trainer();
@@ -68,17 +67,13 @@ class Trainer {
   void forward();
   /// Computes the gradients of all parameters from output_diff(), which it overwrites.
   void backward();
-  /// Takes one step of stochastic gradient descent with the gradients (nn/training/sgd.hpp).
-  void step(double learning_rate, const SgdSettings& settings);
 
   /// Returns d loss / d parameter, by the parameter's index in network().parameters(); shaped as its value. Throws
   /// Error if there is no such parameter.
   std::span<T> gradient(std::size_t parameter);
   std::span<const T> gradient(std::size_t parameter) const;
-  const MomentumBuffers<T>& momentum_buffers() const { return momentum_buffers_; }
-  /// Sets the momentum buffers of a resumed training. Throws Error unless there is one for each value of each
-  /// parameter.
-  void set_momentum_buffers(MomentumBuffers<T> momentum_buffers);
+  /// Returns gradient() of all parameters.
+  std::vector<std::span<const T>> gradients() const { return {gradients_.begin(), gradients_.end()}; }
 
  private:
   void plan();
@@ -93,10 +88,8 @@ class Trainer {
   bool frozen_statistics_ = false;
   int own_batch_;                             // the largest of this rank
   std::unique_ptr<AllReduce<T>> all_reduce_;  // with other ranks
-  std::vector<Parameter<T>*> parameters_;
   std::vector<std::unique_ptr<TrainingLayer<T>>> layers_;
-  std::vector<std::vector<T>*> gradients_;  // the layers'
-  MomentumBuffers<T> momentum_buffers_;
+  std::vector<std::span<T>> gradients_;  // the layers'
   AlignedBuffer<T> memory_;
   std::vector<TensorView<T>> activations_;  // [0] the input, [i + 1] the output of layer i
   std::vector<TensorView<T>> differences_;  // the loss's derivative by each of them

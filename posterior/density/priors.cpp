@@ -88,12 +88,9 @@ sim::ParameterTable ranges_for(const Priors& priors, const sim::ParameterTable& 
   for (const ParameterPrior& prior : priors.parameters) {
     const auto info =
         std::ranges::find(all, prior.name, [](const sim::ParameterInfo& one) { return std::string(one.name); });
-    if (info == all.end()) {
-      std::string names;
-      for (const sim::ParameterInfo& one : all) names += (names.empty() ? "" : ", ") + std::string(one.name);
+    if (info == all.end())
       throw Error(Code::setting_unknown, "prior of " + prior.name, "names a parameter that the model does not have",
-                  "give one of " + names);
-    }
+                  "give one of " + joined(all, ", ", &sim::ParameterInfo::name));
     if (std::ranges::find(named, prior.name) != named.end())
       throw Error(Code::setting_conflict, "prior of " + prior.name, "is given twice", "give it once");
     named.push_back(prior.name);

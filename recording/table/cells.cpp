@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "base/number.hpp"
+#include "base/text.hpp"
 #include "recording/table/columns.hpp"
 #include "recording/table/detail/thousands.hpp"
 
@@ -135,9 +136,7 @@ Parsed parse_number(std::string_view cell, Commas commas) {
 }
 
 bool is_missing(std::string_view cell) {
-  std::string lower(cell);
-  for (char& c : lower) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return one_of(lower,
+  return one_of(lower_case(std::string(cell)),
                 {"", "nan", "-nan", "na", "n/a", "null", "none", "missing", "?", "-", "--", "---", ".", "#n/a", "#nv"});
 }
 
@@ -146,9 +145,7 @@ std::optional<std::string> unit_of_cell(std::string_view cell) {
     if (cell.back() != (cell.front() == '[' ? ']' : ')')) return {};
     cell = trim(cell.substr(1, cell.size() - 2));
   }
-  std::string unit(cell);
-  const std::string as_written = unit;
-  for (char& c : unit) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  const std::string as_written(cell), unit = lower_case(as_written);
   const bool known =
       one_of(unit, {"",           "s",         "sec",         "seconds", "sek",   "sekunden", "ms",   "us",    "deg",
                     "degree",     "degrees",   "\xC2\xB0",    "grad",    "rad",   "mrad",     "mm",   "cm",    "m",

@@ -10,6 +10,7 @@
 #include "base/error.hpp"
 #include "base/number.hpp"
 #include "base/setting.hpp"
+#include "base/text.hpp"
 #include "sim/protocol/protocol.hpp"
 
 namespace decid::recording {
@@ -37,11 +38,6 @@ std::optional<double> metres_of(std::string_view word) {
   return {};
 }
 
-std::string lower(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
 /// Returns "V" for "sway (V)" and "sway [V]"; empty without a unit.
 std::string_view unit_behind(std::string_view name) {
   if (name.empty() || (name.back() != ')' && name.back() != ']')) return {};
@@ -53,7 +49,7 @@ std::string_view unit_behind(std::string_view name) {
 /// m, and for text that is not a unit ("AP", "left").
 const char* quantity_of_unit(std::string_view text) {
   std::string unit = "|";
-  for (const char c : lower(std::string(text)))
+  for (const char c : lower_case(std::string(text)))
     if (c != ' ') unit += c;
   if (unit.size() == 1) return nullptr;
   unit += '|';
@@ -268,9 +264,7 @@ std::string name_before_unit(std::string_view name) {
 std::string name_without_unit(std::string_view name) {
   std::vector<std::string> parts = words(name);
   if (parts.size() > 1 && (unit_in(name) || find_metres_per_unit(name))) parts.pop_back();
-  std::string joined;
-  for (const std::string& part : parts) joined += (joined.empty() ? "" : "_") + part;
-  return joined;
+  return decid::joined(parts, "_");
 }
 
 std::string to_list(const Table& table, int without) {
@@ -335,8 +329,8 @@ int named_column(const Table& table, const std::string& column, const std::strin
     const std::string& name = table.names()[static_cast<std::size_t>(i)];
     if (name == column) exact.push_back(i);
     if (table.path(i) == column) paths.push_back(i);
-    if (lower(name) == lower(column)) alike.push_back(i);
-    if (lower(name_before_unit(name)) == lower(column)) plain.push_back(i);
+    if (lower_case(name) == lower_case(column)) alike.push_back(i);
+    if (lower_case(name_before_unit(name)) == lower_case(column)) plain.push_back(i);
   }
   for (const std::vector<int>& found : {exact, paths, alike, plain}) {
     if (found.size() == 1) return found.front();

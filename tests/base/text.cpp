@@ -11,6 +11,13 @@ TEST_CASE("counted: the plural of all but one") {
   CHECK(counted(12100, "sample") == "12100 samples");
 }
 
+TEST_CASE("joined, lower_case") {
+  CHECK(joined(std::vector<std::string>{"a", "b"}, ", ") == "a, b");
+  CHECK(joined(std::vector<int>{1, 2, 3}, "-", [](int i) { return std::to_string(i); }) == "1-2-3");
+  CHECK(joined(std::vector<std::string>{}, ", ").empty());
+  CHECK(lower_case("aZ 9\u00C4") == "az 9\u00C4");
+}
+
 TEST_CASE("duration_text: rounded up") {
   CHECK(duration_text(41.2) == "42 s");
   CHECK(duration_text(200) == "3 min 20 s");

@@ -5,6 +5,7 @@
 
 #include "dataset/feed.hpp"
 #include "nn/training/loss.hpp"
+#include "nn/training/optimiser.hpp"
 #include "nn/training/trainer.hpp"
 
 namespace {
@@ -23,6 +24,9 @@ std::vector<double> train_on_stream(int trials, int batch, int epochs) {
                                     "conv 8 3x3 pad 1; batchnorm; relu; globalavgpool; fc 7");
   network.initialise(1);
   decid::nn::Trainer<float> trainer(network, batch);
+  const auto loss = decid::nn::squared_error();
+  const auto optimiser = decid::nn::sgd();
+  decid::nn::OptimiserState state = decid::nn::begin(*optimiser, network);
   std::vector<double> errors;
   for (int epoch = 0; epoch < epochs; ++epoch) {
     double sum = 0.0;
@@ -32,13 +36,11 @@ std::vector<double> train_on_stream(int trials, int batch, int epochs) {
       for (int i = 0; i < next.trials; ++i)
         trainer.input().load(i, next.images.subspan(static_cast<std::size_t>(i) * values, values));
       trainer.forward();
-      double squares[7];
-      decid::nn::mean_squared_error(trainer.output(), next.targets, squares, trainer.output_diff());
+      sum += decid::nn::total_loss(*loss, trainer.output(), next.targets, trainer.output_diff());
       trainer.backward();
-      trainer.step(0.02, {});
-      for (const double square : squares) sum += square;
+      decid::nn::update(*optimiser, network, trainer.gradients(), 0.02, state);
     }
-    errors.push_back(sum / (7.0 * trials));
+    errors.push_back(sum / trials);
   }
   return errors;
 }

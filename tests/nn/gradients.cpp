@@ -249,8 +249,8 @@ TEST_CASE_TEMPLATE("gradients: a Trainer's are those of its network's lines one 
       const auto targets = hashed_values<T>(2, samples * 3);
       load_batch(trainer.input(), input);
       trainer.forward();
-      std::vector<double> squares(3), chain_squares(3);
-      mean_squared_error<T>(trainer.output(), targets, squares, trainer.output_diff());
+      std::vector<double> parts(6), chain_parts(6);
+      squared_errors<T>(trainer.output(), targets, batch, parts, trainer.output_diff());
       trainer.backward();
 
       Chain<T> chain(shape, architecture, batch);
@@ -259,9 +259,9 @@ TEST_CASE_TEMPLATE("gradients: a Trainer's are those of its network's lines one 
       for (std::size_t k = 0; k < parameters.size(); ++k) chain_parameters[k]->value = parameters[k]->value;
       load_batch(chain.input(), input);
       chain.forward();
-      mean_squared_error<T>(chain.output(), targets, chain_squares, chain.output_diff());
+      squared_errors<T>(chain.output(), targets, batch, chain_parts, chain.output_diff());
       CHECK(store_batch(chain.output()) == store_batch(trainer.output()));
-      CHECK(chain_squares == squares);
+      CHECK(chain_parts == parts);
       chain.backward();
       for (std::size_t k = 0; k < parameters.size(); ++k) {
         CAPTURE(k);

@@ -241,7 +241,7 @@ Values infer(BatchExecutor<float>& executor, int first, int batch) {
 
 struct TrainingStep {
   Values output;
-  std::vector<double> squares;
+  std::vector<double> parts;
   std::vector<Values> gradients, statistics;
   bool operator==(const TrainingStep&) const = default;
 };
@@ -255,10 +255,10 @@ TrainingStep train(Network<float>& network, Trainer<float>& trainer, int batch, 
   trainer.forward();
   TrainingStep step;
   step.output = store_batch(trainer.output());
-  step.squares.resize(3);
+  step.parts.resize(3 * TensorView<float>::count_blocks(batch));
   fill_unused_lanes(trainer.output(), unused);
   const auto targets = hashed_values<float>(9, static_cast<std::size_t>(batch) * 3);
-  mean_squared_error(trainer.output(), targets, step.squares, trainer.output_diff());
+  squared_errors(trainer.output(), targets, batch, step.parts, trainer.output_diff());
   fill_unused_lanes(trainer.output_diff(), unused);
   trainer.backward();
   for (std::size_t k = 0; k < network.parameters().size(); ++k) {

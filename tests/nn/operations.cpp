@@ -292,6 +292,8 @@ TEST_CASE("operations: training has the same bits for any number of processes, d
       Network net({2, 6, 5}, "dropout 0.2; conv 4 3x3 pad 1 groups 2; layernorm; gelu; dropout 0.5; statspool; fc 2");
       net.initialise(1);
       Trainer<float> trainer(net, batch, ranks > 1 ? &own : nullptr);
+      const auto optimiser = sgd();
+      OptimiserState state = begin(*optimiser, net);
       const std::vector<int> samples = trainer.own_samples(batch);
       for (int step = 0; step < steps; ++step) {
         for (std::size_t i = 0; i < samples.size(); ++i)
@@ -303,7 +305,7 @@ TEST_CASE("operations: training has the same bits for any number of processes, d
           trainer.output_diff().load(static_cast<int>(i),
                                      std::span(diffs).subspan(static_cast<std::size_t>(samples[i]) * 2, 2));
         trainer.backward();
-        trainer.step(0.01, {});
+        update(*optimiser, net, trainer.gradients(), 0.01, state);
       }
       bits[static_cast<std::size_t>(own.rank())] = weights_sha256(net);
     });

@@ -39,10 +39,12 @@ bool refused(std::string_view bytes, const std::string& part) {
   return as_expected;
 }
 
+using Buffers = std::vector<std::vector<float>>;
+
 /// A network and the momentum buffers of its training.
 struct Trained {
   Network<float> network{{1, 4, 4}, "conv 2 3x3 pad 1; batchnorm; relu; fc 3"};
-  MomentumBuffers<float> momentum_buffers;
+  Buffers momentum_buffers;
 };
 Trained trained() {
   Trained made;
@@ -132,7 +134,7 @@ TEST_CASE("safetensors: a network returns to the bit, running statistics and mom
 
   const std::string bytes = to_safetensors(file);
   Network<float> other({1, 4, 4}, network.architecture());
-  MomentumBuffers<float> other_buffers;
+  Buffers other_buffers;
   const float* const place = other.parameters()[0]->value.data();
   load_network(other, from_safetensors(bytes, "m"), "m", &other_buffers);
   CHECK(other.parameters()[0]->value.data() == place);  // arrays of Python are views of it
@@ -162,11 +164,11 @@ TEST_CASE("safetensors: load_network refuses what does not fit, and changes noth
   const auto problem = [&](const auto& change, bool momentum = false) {
     TensorFile file = whole;
     change(file);
-    MomentumBuffers<float> found{{7.0F}};
+    Buffers found{{7.0F}};
     const std::string text =
         error_of([&] { load_network(network, std::move(file), "m", momentum ? &found : nullptr); });
     CHECK(weights_sha256(network) == before);
-    CHECK(found == MomentumBuffers<float>{{7.0F}});
+    CHECK(found == Buffers{{7.0F}});
     return text;
   };
   const auto last = [](TensorFile& f) -> NamedTensor& { return f.tensors.back(); };  // momentum.3.bias
@@ -360,7 +362,7 @@ TEST_CASE("safetensors: only Error comes out of 2,000 mutated files") {
   };
   int errors = 0, accepted = 0;
   Network<float> other({1, 4, 4}, network.architecture());
-  MomentumBuffers<float> other_buffers;
+  Buffers other_buffers;
   for (std::size_t k = 0; k < 2000; ++k) {
     std::string bytes = whole;
     // Mostly in the header, where bytes have meaning: bits, digits and brackets, pieces removed, doubled or moved.

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "nn/training/loss.hpp"
+#include "nn/training/optimiser.hpp"
 #include "nn/training/trainer.hpp"
 #include "tests/nn/chain.hpp"
 
@@ -186,10 +187,10 @@ TEST_CASE("PyTorch: mean squared error") {
     const auto id = static_cast<std::uint32_t>(6000 + batch);
     load_hashed(output, id, 2.0);
     const auto targets = hashed_values<float>(id + 1, static_cast<std::size_t>(batch * outputs));
-    std::vector<double> squares(static_cast<std::size_t>(outputs));
-    mean_squared_error(output, targets, squares, diff);
+    std::vector<double> parts(TensorView<float>::count_blocks(batch) * static_cast<std::size_t>(outputs));
+    squared_errors(output, targets, batch, parts, diff);
     compare(std::string(name) + "/loss",
-            std::vector<double>{std::accumulate(squares.begin(), squares.end(), 0.0) / (batch * outputs)});
+            std::vector<double>{std::accumulate(parts.begin(), parts.end(), 0.0) / (batch * outputs)});
     compare(std::string(name) + "/diff", store_batch(diff));
   }
 }
@@ -206,12 +207,14 @@ TEST_CASE("PyTorch: a network trained for five steps with momentum and weight de
     set_parameters({network.parameters()[k]},
                    8010 + 2 * static_cast<std::uint32_t>(lines[k][0] - '0') + static_cast<std::uint32_t>(k % 2));
   const auto targets = hashed_values<float>(8001, batch * 3);
-  std::vector<double> losses, squares(3);
+  std::vector<double> losses, parts(6);
+  const auto optimiser = sgd({.momentum = 0.875, .weight_decay = 0.03125});
+  OptimiserState state = begin(*optimiser, network);
   for (int step = 0; step < steps; ++step) {
     load_hashed(trainer.input(), 8000, 1.5, 0.2);
     trainer.forward();
-    mean_squared_error(trainer.output(), targets, squares, trainer.output_diff());
-    losses.push_back((squares[0] + squares[1] + squares[2]) / (batch * 3));
+    squared_errors(trainer.output(), targets, batch, parts, trainer.output_diff());
+    losses.push_back(std::accumulate(parts.begin(), parts.end(), 0.0) / (batch * 3));
     trainer.backward();
     if (step == 0)
       for (std::size_t k = 0; k < std::size(lines); ++k) {
@@ -219,7 +222,7 @@ TEST_CASE("PyTorch: a network trained for five steps with momentum and weight de
         compare("network/gradient" + lines[k] + network.parameters()[k]->name,
                 std::vector<float>(gradient.begin(), gradient.end()));
       }
-    trainer.step(0.0625, {.momentum = 0.875, .weight_decay = 0.03125});
+    update(*optimiser, network, trainer.gradients(), 0.0625, state);
   }
   compare("network/losses", losses);
   for (std::size_t k = 0; k < std::size(lines); ++k)

@@ -10,15 +10,13 @@
 
 namespace decid::tools {
 
-/// Reads the group and the person of each recording from a CSV file (RFC 4180; comma, semicolon or tab) with the
-/// columns "file" and "group", if it has one "subject", "participant", "person" or "patient", with or without "id", and
-/// any others. A line is of the recordings whose path ends with its file: "trial.csv" is that of any folder,
-/// "patients/trial.csv" of one. An empty group, or n/a, keeps a recording out of the comparison. Letter case of groups
-/// and people does not count. Throws Error, with the line, for a table without these columns or with two columns of
-/// people, for two lines that contradict each other, for a line with a group and no person, for a recording without a
-/// line, for fewer groups than `least`, and for two groups that share some people, but fewer than half of the smaller
-/// one's: more likely a name given twice than a comparison in pairs.
-GroupTable read_group_table(const std::string& table, const std::vector<std::string>& recordings,
+/// Reads the group and the person of each recording from a sheet (identify/study/sheet.hpp) with the column "group",
+/// and "file" or a column of people; the others do not count. A line is of the recordings of which it is in a study's
+/// sheet (Choice::for_groups). An empty group, or n/a, keeps a recording out of the comparison. Letter case and the
+/// form of accents do not count. Throws Error, with the line, for a table without these columns, for a line with a
+/// group and no person, for two different lines of one recording, for a recording without a line, and as
+/// refuse_groups() does.
+GroupTable read_group_table(const std::string& table, const std::vector<RecordingSource>& recordings,
                             std::size_t least = 2);
 
 /// The values of the options that compare participants.

@@ -63,16 +63,12 @@ Option& Option::range(double low, double high, const char* unit) {
 }
 
 Option& Option::one_of(const std::vector<std::string>& words) {
-  std::string all, listed;
-  for (const std::string& word : words) {
-    all += (all.empty() ? "" : ", ") + word;
-    listed += (listed.empty() ? "" : ",") + word;
-  }
   option_->check(CLI::Validator(
       [=](const std::string& text) {
-        return std::ranges::find(words, text) != words.end() ? std::string() : text + " is not one of " + all;
+        return std::ranges::find(words, text) != words.end() ? std::string()
+                                                             : text + " is not one of " + joined(words, ", ");
       },
-      "{" + listed + "}"));
+      "{" + joined(words, ",") + "}"));
   return *this;
 }
 

@@ -162,9 +162,7 @@ void Session::require_alike(const std::vector<std::string>& outputs) const {
   }
   const std::vector<std::string> arguments(argv_ + 1, argv_ + argc_);
   require_same("decid", version, "install one version on all hosts");
-  std::string all;
-  for (const std::string& argument : arguments) all += (all.empty() ? "" : " ") + argument;
-  require_same("the command", all, "start all ranks with one command");
+  require_same("the command", joined(arguments, " "), "start all ranks with one command");
   bool written = false;  // the argument names an output
   for (const std::string& argument : arguments) {
     if (!written && !argument.starts_with("-"))

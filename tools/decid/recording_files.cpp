@@ -158,10 +158,8 @@ std::string LeftOut::text() const {
   const auto add = [&](std::size_t count, const std::string& what, const std::string& more) {
     if (count > 0) parts.push_back(counted(static_cast<long long>(count), what) + more);
   };
-  std::string shown;
-  for (const std::string& ending : endings) shown += (shown.empty() ? "" : ", ") + ending;
   add(dead_links, "dead link", "");
-  add(other_endings, "file", " of other kinds (" + shown + ")");
+  add(other_endings, "file", " of other kinds (" + joined(endings, ", ") + ")");
   add(descriptions, "description", " (participants.tsv, README and the like)");
   add(folders, "folder", " within (--recursive reads them)");
   std::string text;

@@ -36,8 +36,7 @@ std::string parameter_table(const sim::Coefficients& of, bool unit_gains) {
   using enum sim::Coefficient;
   std::vector<sim::Coefficient> members{kp, kd, kp_pass, kd_pass, theta, delay};
   if (!unit_gains) members.insert(members.end(), {position, tilt, sim::Coefficient::gravity, slow, torque});
-  std::string list;
-  for (const sim::Coefficient member : members) list += (list.empty() ? "" : ", ") + literal(of[member]);
+  const std::string list = joined(members, ", ", [&](sim::Coefficient member) { return literal(of[member]); });
   return "const DECID_FW_parameters DECID_FW_identified = {" + list + "};\n\n";
 }
 

@@ -8,6 +8,7 @@
 #include "base/error.hpp"
 #include "base/number.hpp"
 #include "base/setting.hpp"
+#include "base/text.hpp"
 #include "recording/table/cells.hpp"
 #include "recording/table/table.hpp"
 
@@ -17,11 +18,6 @@ namespace {
 
 /// Lines of a header may also consist of a word and a number.
 constexpr std::size_t rows_of_a_table = 3, rows_that_begin_with_words = 20;
-
-std::string lower(std::string text) {
-  for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return text;
-}
 
 using Cells = std::vector<std::string_view>;
 
@@ -117,7 +113,7 @@ std::string to_list(const std::vector<Section>& sections) {
 std::string only_section(std::string_view text, const std::string& section, const std::string& where) {
   const std::vector<Section> sections = find_sections(text);
   const std::optional<std::size_t> number = number_from<std::size_t>(section);
-  const auto is_asked = [&](const Section& one) { return lower(one.name) == lower(section); };
+  const auto is_asked = [&](const Section& one) { return lower_case(one.name) == lower_case(section); };
   auto found = std::ranges::find_if(sections, is_asked);
   if (found == sections.end() && number && *number >= 1 && *number <= sections.size())
     found = sections.begin() + static_cast<std::ptrdiff_t>(*number - 1);

@@ -9,6 +9,7 @@
 #include "base/error.hpp"
 #include "base/number.hpp"
 #include "base/setting.hpp"
+#include "base/text.hpp"
 #include "recording/detail/clock.hpp"
 #include "recording/table/columns.hpp"
 
@@ -106,13 +107,11 @@ std::vector<Divider> dividers(const Table& table, int sway, int time, bool named
 
 /// Lists the columns as --trial takes them: by name, or by number where a name has a comma or is not unique.
 std::string listed(const Table& table, const std::vector<int>& columns) {
-  std::string list;
-  for (const int column : columns) {
+  return decid::joined(columns, ",", [&](int column) {
     const std::string& name = table.name(column);
     const bool is_clear = name.find(',') == std::string::npos && std::ranges::count(table.names(), name) == 1;
-    list += (list.empty() ? "" : ",") + (is_clear ? name : std::to_string(column + 1));
-  }
-  return list;
+    return is_clear ? name : std::to_string(column + 1);
+  });
 }
 
 /// Adds columns that distinguish more rows than those before them, until there are `wanted` groups. Returns nothing if

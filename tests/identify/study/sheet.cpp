@@ -4,10 +4,11 @@
 #include <doctest/doctest.h>
 
 #include "identify/study/detail/path_match.hpp"
+#include "identify/study/detail/spreadsheet.hpp"
 #include "identify/study/detail/text_key.hpp"
 #include "identify/study/reading_option.hpp"
+#include "identify/study/recording_plan.hpp"
 #include "identify/study/sidecar.hpp"
-#include "identify/study/spreadsheet.hpp"
 #include "tests/helpers.hpp"
 
 using namespace decid;
@@ -212,10 +213,11 @@ TEST_CASE("set_reading_option: every option, and values it does not have") {
   CHECK(find_reading_option("leg").empty());
 }
 
-TEST_CASE("read_sheet: a person in two groups is refused with both lines, whatever the session") {
+TEST_CASE("make_plan: a person in two groups is refused with both lines, whatever the session") {
   const TemporaryFolder folder;
   const auto read = [&](const std::string& text) {
-    return read_sheet(write_text(folder / "g.csv", "participant_id,session,group,file\n" + text)).lines.size();
+    const StudySheet sheet = read_sheet(write_text(folder / "g.csv", "participant_id,session,group,file\n" + text));
+    return make_plan(sheet, {}, Choice::by_sheet, {}).sheet->lines.size();
   };
   for (const char* sessions :
        {"P1,1,patients,a.csv\nP2,1,controls,b.csv\nP1,1,controls,c.csv\n",

@@ -123,12 +123,12 @@ TEST_CASE("a training that is stopped and goes on ends in the same bits") {
   CHECK_FALSE(run_training(
       *source, settings, state, [&](int, int) { return ++batches < 3; },
       [&] {
-        const Checkpoint there{"1", state.momentum_buffers};
+        const Checkpoint there{"1", state.optimiser.memory.at(0)};
         kept = to_bytes(state.model, &there);
       }));
   Checkpoint checkpoint;
   TrainingState resumed{
-      model_from_bytes(kept, "checkpoint", &checkpoint), {state.log.at(0)}, checkpoint.momentum_buffers};
+      model_from_bytes(kept, "checkpoint", &checkpoint), {state.log.at(0)}, {0, {checkpoint.momentum_buffers}}};
   CHECK(checkpoint.progress == "1");
   CHECK(run_training(
       *source, settings, resumed, [](int, int) { return true; }, [] {}));

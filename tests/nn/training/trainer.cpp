@@ -1,5 +1,5 @@
-// Tests of nn/training/trainer.hpp and nn/training/sgd.hpp: errors, the optimiser's step, trainings whose bits are
-// known, and that a training leaves nothing in a network but weights and statistics.
+// Tests of nn/training/trainer.hpp: errors, trainings whose bits are known, and that a training leaves nothing in a
+// network but weights and statistics.
 #include "nn/training/trainer.hpp"
 
 #include <doctest/doctest.h>
@@ -7,12 +7,14 @@
 #include <atomic>
 #include <cstdlib>
 #include <new>
+#include <numeric>
 #include <thread>
 #include <utility>
 
 #include "base/error.hpp"
 #include "nn/predictor.hpp"
 #include "nn/training/loss.hpp"
+#include "nn/training/optimiser.hpp"
 #include "nn/training/schedule.hpp"
 #include "tests/nn/chain.hpp"
 
@@ -56,14 +58,31 @@ constexpr const char* small =
 constexpr Shape small_shape{2, 12, 12};
 constexpr int small_batch = 24;
 
-void train_step(Trainer<float>& trainer, std::span<const float> input, std::span<const float> targets,
-                std::span<double> squares, double rate) {
-  load_batch(trainer.input(), input);
-  trainer.forward();
-  mean_squared_error(trainer.output(), targets, squares, trainer.output_diff());
-  trainer.backward();
-  trainer.step(rate, {.momentum = 0.9, .weight_decay = 1e-4});
-}
+/// A network in training by sgd().
+struct InTraining {
+  InTraining(Network<float>& trained, int batch) : network(trained), trainer(trained, batch) {}
+  /// Computes the gradients; returns the mean squared error.
+  double pass(std::span<const float> input, std::span<const float> targets) {
+    const int batch = trainer.output().batch();
+    parts.resize(3 * TensorView<float>::count_blocks(batch));
+    load_batch(trainer.input(), input);
+    trainer.forward();
+    squared_errors(trainer.output(), targets, batch, parts, trainer.output_diff());
+    trainer.backward();
+    return std::accumulate(parts.begin(), parts.end(), 0.0) / (3 * batch);
+  }
+  double step(std::span<const float> input, std::span<const float> targets, double rate = 0.1) {
+    const double loss = pass(input, targets);
+    update(*optimiser, network, trainer.gradients(), rate, state);
+    return loss;
+  }
+
+  Network<float>& network;
+  Trainer<float> trainer;
+  std::shared_ptr<const Optimiser> optimiser = sgd();
+  OptimiserState state = begin(*optimiser, network);
+  std::vector<double> parts = {};  // of squared_errors()
+};
 
 struct Training {
   std::vector<double> losses;
@@ -74,7 +93,7 @@ struct Training {
 Training train_small(int steps, std::uint64_t seed = 1) {
   Network<float> network(small_shape, small);
   network.initialise(seed);
-  Trainer<float> trainer(network, small_batch);
+  InTraining trained(network, small_batch);
   const auto size = static_cast<std::size_t>(small_shape.size());
   std::vector<float> input(size * small_batch), targets(3 * small_batch);
   for (std::size_t n = 0; n < small_batch; ++n) {
@@ -84,11 +103,7 @@ Training train_small(int steps, std::uint64_t seed = 1) {
   }
   const Schedule schedule("cosine", 0.05, steps, 10, 3);
   Training training;
-  std::vector<double> squares(3);
-  for (int step = 0; step < steps; ++step) {
-    train_step(trainer, input, targets, squares, schedule.rate(step));
-    training.losses.push_back((squares[0] + squares[1] + squares[2]) / (3 * small_batch));
-  }
+  for (int step = 0; step < steps; ++step) training.losses.push_back(trained.step(input, targets, schedule.rate(step)));
   training.sha256 = weights_sha256(network);
   return training;
 }
@@ -131,16 +146,6 @@ TEST_CASE("Trainer: a batch in which a BatchNorm has one value a channel is refu
   CHECK(problem([&] { Trainer<float>(without, 1); }) == "none");
 }
 
-TEST_CASE("Trainer: momentum buffers are those of its parameters") {
-  Network<float> network({1, 1, 1}, "fc 2");
-  Trainer<float> trainer(network, 1);
-  CHECK(trainer.momentum_buffers() == MomentumBuffers<float>{{0, 0}, {0, 0}});
-  for (const MomentumBuffers<float>& other : {MomentumBuffers<float>{}, {{1, 2}}, {{1, 2}, {3}}, {{1, 2}, {3, 4}, {5}}})
-    check_error([&] { trainer.set_momentum_buffers(other); }, decid::Code::size_mismatch);
-  trainer.set_momentum_buffers({{1, 2}, {3, 4}});
-  CHECK(trainer.momentum_buffers() == MomentumBuffers<float>{{1, 2}, {3, 4}});
-}
-
 TEST_CASE("Trainer: gradients are those of its parameters") {
   Network<float> network({2, 1, 1}, "fc 3");
   Trainer<float> trainer(network, 4);
@@ -150,13 +155,13 @@ TEST_CASE("Trainer: gradients are those of its parameters") {
   CHECK_THROWS_AS(std::as_const(trainer).gradient(99), decid::Error);
 }
 
-TEST_CASE("mean_squared_error: sizes that do not match") {
+TEST_CASE("squared_errors: sizes that do not match") {
   Network<float> network({2, 1, 1}, "fc 3");
   Trainer<float> trainer(network, 4);
   const auto loss = [&](std::size_t targets, std::size_t sums) {
     return [&trainer, targets, sums] {
-      std::vector<double> squares(sums);
-      mean_squared_error(trainer.output(), std::vector<float>(targets), squares, trainer.output_diff());
+      std::vector<double> parts(sums);
+      squared_errors(trainer.output(), std::vector<float>(targets), 4, parts, trainer.output_diff());
     };
   };
   CHECK_NOTHROW(loss(12, 3)());
@@ -164,53 +169,40 @@ TEST_CASE("mean_squared_error: sizes that do not match") {
   for (const auto& [targets, sums] : {std::pair<std::size_t, std::size_t>{11, 3}, {0, 3}, {12, 2}})
     check_error(loss(targets, sums), decid::Code::size_mismatch, "batch of 4");
   const std::vector<float> targets(12);
-  std::vector<double> squares(3);
-  check_error([&] { mean_squared_error(trainer.output(), targets, squares, trainer.input()); },
+  std::vector<double> parts(3);
+  check_error([&] { squared_errors(trainer.output(), targets, 4, parts, trainer.input()); },
               decid::Code::size_mismatch);
 }
 
-TEST_CASE("training: a new trainer has no momentum, and initialise() forgets the running statistics") {
+TEST_CASE("training: initialise() forgets the running statistics, and another state goes on to the bit") {
   Network<float> network(small_shape, small);
   network.initialise(7);
   const std::string fresh = weights_sha256(network);
   const auto input = hashed_values<float>(1, 4 * 288), targets = hashed_values<float>(2, 12);
-  std::vector<double> squares(3);
-  Trainer<float> trainer(network, 4);
-  train_step(trainer, input, targets, squares, 0.1);
+  InTraining training(network, 4);
+  training.step(input, targets);
   const std::string once = weights_sha256(network);
   CHECK(once != fresh);
-  train_step(trainer, input, targets, squares, 0.1);
-  network.initialise(7);
-  CHECK(weights_sha256(network) == fresh);
-  Trainer<float> other(network, 4);
-  train_step(other, input, targets, squares, 0.1);
-  CHECK(weights_sha256(network) == once);
-}
-
-TEST_CASE("training: goes on with another trainer, its momentum buffers given, to the bit") {
-  const auto input = hashed_values<float>(1, 4 * 288), targets = hashed_values<float>(2, 12);
-  std::vector<double> squares(3);
-  Network<float> network(small_shape, small);
-  network.initialise(7);
-  Trainer<float> trainer(network, 4);
-  train_step(trainer, input, targets, squares, 0.1);
   Network<float> resumed = network, forgetful = network;
-  Trainer<float> resumed_trainer(resumed, 4), forgetful_trainer(forgetful, 4);
-  resumed_trainer.set_momentum_buffers(trainer.momentum_buffers());
-  for (Trainer<float>* t : {&trainer, &resumed_trainer, &forgetful_trainer})
-    train_step(*t, input, targets, squares, 0.1);
+  InTraining other(resumed, 4);
+  other.state = training.state;
+  for (InTraining* t : {&training, &other}) t->step(input, targets);
+  InTraining(forgetful, 4).step(input, targets);
   CHECK(weights_sha256(resumed) == weights_sha256(network));
   CHECK(weights_sha256(forgetful) != weights_sha256(network));
+  network.initialise(7);
+  CHECK(weights_sha256(network) == fresh);
+  InTraining(network, 4).step(input, targets);
+  CHECK(weights_sha256(network) == once);
 }
 
 TEST_CASE("training: leaves nothing in the network but weights and statistics") {
   Network<float> trained(small_shape, small);
   trained.initialise(7);
   const auto input = hashed_values<float>(1, 4 * 288), targets = hashed_values<float>(2, 12);
-  std::vector<double> squares(3);
   {
-    Trainer<float> trainer(trained, 4);
-    for (int step = 0; step < 3; ++step) train_step(trainer, input, targets, squares, 0.1);
+    InTraining training(trained, 4);
+    for (int step = 0; step < 3; ++step) training.step(input, targets);
   }
   // A network that never was in training, with the same weights and statistics, does all that follows alike.
   Network<float> written(small_shape, small);
@@ -223,30 +215,13 @@ TEST_CASE("training: leaves nothing in the network but weights and statistics") 
   for (Network<float>* network : {&trained, &written}) {
     outputs.emplace_back(12);
     Predictor(*network, 4).run(input, outputs.back());
-    Trainer<float> trainer(*network, 4);
-    train_step(trainer, input, targets, squares, 0.1);
+    InTraining(*network, 4).step(input, targets);
   }
   CHECK(outputs[0] == outputs[1]);
   CHECK(weights_sha256(trained) == weights_sha256(written));
   // All that the type holds is its shape and its layers, and all that these hold is what they are.
   static_assert(sizeof(Network<float>) <= sizeof(Shape) + sizeof(std::vector<Layer<float>>) + sizeof(void*));
   static_assert(sizeof(Layer<float>) <= sizeof(LayerKind) + 2 * sizeof(std::vector<float>) + sizeof(void*));
-}
-
-TEST_CASE("sgd_step: by hand") {
-  Network<float> network({1, 1, 1}, "fc 1");
-  Parameter<float>&weight = *network.parameters()[0], &bias = *network.parameters()[1];
-  weight.value = {2};
-  bias.value = {2};
-  Trainer<float> trainer(network, 1);
-  trainer.gradient(0)[0] = trainer.gradient(1)[0] = 1;
-  trainer.set_momentum_buffers({{4}, {4}});
-  trainer.step(0.5, {.momentum = 0.25, .weight_decay = 0.125});
-  CHECK(trainer.momentum_buffers()[0][0] == 2.25f);  // 0.25 * 4 + (1 + 0.125 * 2)
-  CHECK(weight.value[0] == 0.875f);
-  CHECK(trainer.momentum_buffers()[1][0] == 2.0f);  // no decay
-  CHECK(bias.value[0] == 1.0f);
-  CHECK(trainer.gradient(0)[0] == 1.0f);
 }
 
 TEST_CASE("training: the loss falls, and threads have no say in the bits") {
@@ -271,21 +246,20 @@ TEST_CASE("training: threads that came after the trainer have their memory too")
   kernels<float>();  // an instruction set that cannot run throws here, not in the thread below
   const int threads = omp_get_max_threads();
   const auto input = hashed_values<float>(1, small_batch * 288), targets = hashed_values<float>(2, small_batch * 3);
-  std::vector<double> squares(3);
   std::string expected;
   for (const int count : {1, 2, 8}) {
     CAPTURE(count);
     omp_set_num_threads(1);
     Network<float> network(small_shape, small);
     network.initialise(1);
-    Trainer<float> trainer(network, small_batch);
+    InTraining training(network, small_batch);
     omp_set_num_threads(count);
     // A thread of its own, with a team of its own.
     std::thread([&] {
       omp_set_num_threads(count);
-      train_step(trainer, input, targets, squares, 0.1);
+      training.step(input, targets);
     }).join();
-    train_step(trainer, input, targets, squares, 0.1);
+    training.step(input, targets);
     if (count == 1) expected = weights_sha256(network);
     CHECK(weights_sha256(network) == expected);
   }
@@ -320,20 +294,19 @@ TEST_CASE("training: BatchNorm has scratch only with a pool, and reports that th
 #endif
 }
 
-TEST_CASE("training: a step allocates nothing") {
+TEST_CASE("training: forward and backward allocate nothing") {
 #ifdef DECID_SANITIZED
   MESSAGE("a sanitizer owns operator new: not counted");
 #else
   Network<float> network(small_shape, small);
   network.initialise(1);
-  Trainer<float> trainer(network, small_batch);
+  InTraining training(network, small_batch);
   const auto input = hashed_values<float>(1, small_batch * 288), targets = hashed_values<float>(2, small_batch * 3);
-  std::vector<double> squares(3);
-  train_step(trainer, input, targets, squares, 0.1);  // threads start, kernels are chosen
+  training.pass(input, targets);  // threads start, kernels are chosen
   const long before = allocations;
   for (const int batch : {small_batch, 17, 1}) {
-    trainer.set_batch(batch);
-    train_step(trainer, input, targets, squares, 0.1);
+    training.trainer.set_batch(batch);
+    training.pass(input, targets);
   }
   const long in_training = allocations - before;
   CHECK(in_training == 0);

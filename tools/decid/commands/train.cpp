@@ -349,8 +349,7 @@ void add_train(const Command& program) {
       .show_default()
       .range(1, 1'000'000);
   command.section("Network and training");
-  std::string names;
-  for (const Preset& p : presets()) names += (names.empty() ? "" : "; ") + p.name + ": " + p.description;
+  const std::string names = joined(presets(), "; ", [](const Preset& p) { return p.name + ": " + p.description; });
   command
       .add_option("--preset", options->preset, "Use the network, input and training settings of this preset. " + names)
       .show_default();

@@ -121,8 +121,7 @@ std::string without_distribution_text(const Report& report) {
 }
 
 std::string fixed_text(const Report& report) {
-  std::string text;
-  for (const std::string& name : report.fixed_parameters()) text += (text.empty() ? "" : ", ") + name;
+  const std::string text = joined(report.fixed_parameters(), ", ");
   return text.empty() ? text : "  Fixed, and so not compared: " + text + "\n";
 }
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "base/text.hpp"
 #include "base/version.hpp"
 #include "tools/decid/results/table.hpp"
 
@@ -85,13 +86,9 @@ std::vector<Cell> body_cells(const Report& report, const RecordingResult& id) {
 /// The warnings' codes, the worst first, each once.
 std::string codes_of(const RecordingResult& id) {
   std::vector<std::string> seen;
-  std::string text;
-  for (const Warning& warning : id.warnings) {
-    if (std::ranges::find(seen, warning.code) != seen.end()) continue;
-    seen.push_back(warning.code);
-    text += (text.empty() ? "" : " ") + seen.back();
-  }
-  return text;
+  for (const Warning& warning : id.warnings)
+    if (std::ranges::find(seen, warning.code) == seen.end()) seen.push_back(warning.code);
+  return joined(seen, " ");
 }
 
 const std::vector<std::string> check_names{"codes", "tilt_gain", "response_ratio", "variance_accounted_for"};

@@ -48,10 +48,8 @@ std::string parameters_text(const RecordingResult& id, const Report& report) {
 /// Returns the p-values in one line.
 std::string check_text(const PredictiveCheck& check) {
   if (check.figures.empty()) return {};
-  std::string text;
-  for (const CheckedFigure& figure : check.figures)
-    text += format("%s%s %.2g", text.empty() ? "" : ", ", figure.name.c_str(), figure.p);
-  return "  predictive check, two-sided p: " + text + "\n";
+  const auto text_of = [](const CheckedFigure& figure) { return format("%s %.2g", figure.name.c_str(), figure.p); };
+  return "  predictive check, two-sided p: " + joined(check.figures, ", ", text_of) + "\n";
 }
 
 std::string difference_text(double difference, double standard_error) {

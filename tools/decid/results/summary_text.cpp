@@ -37,8 +37,7 @@ std::string joint_text(const std::vector<RecordingResult>& recordings) {
     freed.insert(id.fit->joint->freed.begin(), id.fit->joint->freed.end());
   }
   if (count == 0) return {};
-  std::string names;
-  for (const std::string& name : freed) names += (names.empty() ? "" : ", ") + name;
+  const std::string names = joined(freed, ", ");
   return "Fitted together: " + counted(count, "recording") + " in " + counted(std::ssize(groups), "group") +
          (names.empty() ? "" : "; parameters that differ between conditions: " + names) + "\n";
 }

@@ -67,9 +67,7 @@ std::string csv_text(const ResultTable& table, CsvStyle style) {
 }
 
 void write_table(const std::filesystem::path& path, const ResultTable& table, CsvStyle style) {
-  std::string ending = path.extension().string();
-  std::ranges::transform(ending, ending.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c; });
-  if (ending == ".xlsx") return write_xlsx(path, table);
+  if (lower_case(path.extension().string()) == ".xlsx") return write_xlsx(path, table);
   write_file(path, csv_text(table, style));
 }
 

@@ -1,5 +1,5 @@
 // Tables of text: see spreadsheet.hpp.
-#include "identify/study/spreadsheet.hpp"
+#include "identify/study/detail/spreadsheet.hpp"
 
 #include <algorithm>
 #include <utility>
