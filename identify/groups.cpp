@@ -172,8 +172,8 @@ GroupComparison compare_groups(std::span<const GroupedRecording> recordings, std
     if (leaves_out && !is_large(group)) comparison.too_small.push_back(place_of(group));
   }
   for (const auto& [first, second] : pairs) {
-    GroupPair& pair = comparison.pairs.emplace_back(
-        compare_pair(first->second, second->second, parameters, comparison.intervals));
+    GroupPair& pair =
+        comparison.pairs.emplace_back(compare_pair(first->second, second->second, parameters, comparison.intervals));
     pair.first = place_of(first);
     pair.second = place_of(second);
   }

@@ -100,8 +100,8 @@ struct GroupComparison {
   std::vector<std::size_t> too_small = {};  ///< places of groups of fewer than two people, which no pair has
 };
 /// Compares every pair of groups, or those for whose names `is_compared` returns true. Leaves out groups of fewer than
-/// two people, whose differences have no interval, if a pair of larger groups remains. Throws Error for a recording with
-/// another number of values than `parameters`.
+/// two people, whose differences have no interval, if a pair of larger groups remains. Throws Error for a recording
+/// with another number of values than `parameters`.
 using IsCompared = std::function<bool(const std::string& first, const std::string& second)>;
 GroupComparison compare_groups(std::span<const GroupedRecording> recordings, std::size_t parameters,
                                const IsCompared& is_compared = {});

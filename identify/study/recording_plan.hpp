@@ -38,7 +38,7 @@ struct RecordingPlan {
   std::vector<RecordingSetting> settings;
   std::vector<PlannedRecording> recordings;
   std::optional<StudySheet> sheet = {};
-  std::vector<std::string> notes = {};  ///< lines that are of none of the recordings, for people
+  std::vector<std::string> notes = {};  ///< the sheet's, and lines that are of none of the recordings, for people
 };
 
 /// Plans recordings that have the same options and the same body, reading.body. Copies of one file have warnings.

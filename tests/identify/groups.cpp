@@ -155,8 +155,11 @@ TEST_CASE("groups: recordings of a person are averaged before people are compare
 }
 
 TEST_CASE("groups: a group of one person does not widen the intervals of the others; alone it is compared") {
-  std::vector<GroupedRecording> recordings{{"patients", "p1", {1}}, {"patients", "p2", {4}}, {"controls", "c1", {2}},
-                                           {"controls", "c2", {5}}, {"controls", "c3", {6}}};
+  std::vector<GroupedRecording> recordings{{"patients", "p1", {1}},
+                                           {"patients", "p2", {4}},
+                                           {"controls", "c1", {2}},
+                                           {"controls", "c2", {5}},
+                                           {"controls", "c3", {6}}};
   const GroupComparison without = compare_groups(recordings, 1);
   recordings.push_back({"patient", "p3", {3}});
   const GroupComparison found = compare_groups(recordings, 1);
