@@ -5,8 +5,10 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <utility>
 
 #include "base/error.hpp"
+#include "base/name_order.hpp"
 #include "base/text.hpp"
 #include "identify/network/student_t.hpp"
 
@@ -44,10 +46,10 @@ struct Participant {
   std::vector<double> values;
 };
 using Participants = std::map<std::string, Participant>;
+using Groups = std::map<std::string, Participants, NameOrder>;
 
-std::map<std::string, Participants> participants_of(std::span<const GroupedRecording> recordings,
-                                                    std::size_t parameters) {
-  std::map<std::string, Participants> by_name;
+Groups participants_of(std::span<const GroupedRecording> recordings, std::size_t parameters) {
+  Groups by_name;
   for (const GroupedRecording& recording : recordings) {
     Participants& participants =
         by_name[recording.group];  // a group is listed even if all of its recordings are left out
@@ -151,25 +153,30 @@ GroupEffect paired_effect(std::span<const double> first, std::span<const double>
 
 GroupComparison compare_groups(std::span<const GroupedRecording> recordings, std::size_t parameters,
                                const IsCompared& is_compared) {
-  const std::map<std::string, Participants> by_name = participants_of(recordings, parameters);
+  const Groups by_name = participants_of(recordings, parameters);
+  const auto is_large = [](const auto& group) { return group->second.size() > 1; };
+  std::vector<std::pair<Groups::const_iterator, Groups::const_iterator>> pairs;
+  for (auto first = by_name.begin(); first != by_name.end(); ++first)
+    for (auto second = std::next(first); second != by_name.end(); ++second)
+      if (!is_compared || is_compared(first->first, second->first)) pairs.emplace_back(first, second);
+  const auto is_small = [&](const auto& pair) { return !is_large(pair.first) || !is_large(pair.second); };
+  const bool leaves_out = !std::ranges::all_of(pairs, is_small);
+  if (leaves_out) std::erase_if(pairs, is_small);
   GroupComparison comparison;
-  const auto is_pair = [&](const auto& first, const auto& second) {
-    return !is_compared || is_compared(first->first, second->first);
+  comparison.intervals = parameters * pairs.size();
+  const auto place_of = [&](const auto& group) {
+    return static_cast<std::size_t>(std::distance(by_name.begin(), group));
   };
-  std::size_t pairs = 0;
-  for (auto first = by_name.begin(); first != by_name.end(); ++first)
-    for (auto second = std::next(first); second != by_name.end(); ++second) pairs += is_pair(first, second) ? 1U : 0U;
-  comparison.intervals = parameters * pairs;
-  for (const auto& [name, participants] : by_name)
-    comparison.groups.push_back(summary_of(name, participants, parameters));
-  for (auto first = by_name.begin(); first != by_name.end(); ++first)
-    for (auto second = std::next(first); second != by_name.end(); ++second) {
-      if (!is_pair(first, second)) continue;
-      GroupPair pair = compare_pair(first->second, second->second, parameters, comparison.intervals);
-      pair.first = static_cast<std::size_t>(std::distance(by_name.begin(), first));
-      pair.second = static_cast<std::size_t>(std::distance(by_name.begin(), second));
-      comparison.pairs.push_back(std::move(pair));
-    }
+  for (auto group = by_name.begin(); group != by_name.end(); ++group) {
+    comparison.groups.push_back(summary_of(group->first, group->second, parameters));
+    if (leaves_out && !is_large(group)) comparison.too_small.push_back(place_of(group));
+  }
+  for (const auto& [first, second] : pairs) {
+    GroupPair& pair =
+        comparison.pairs.emplace_back(compare_pair(first->second, second->second, parameters, comparison.intervals));
+    pair.first = place_of(first);
+    pair.second = place_of(second);
+  }
   return comparison;
 }
 

@@ -69,8 +69,9 @@ struct GroupTable {
   std::string participant_column;    ///< as the file spells it; empty if there is none
   std::vector<GroupMember> members;  ///< one per recording
   std::vector<UnusedLine> unused = {};
-  bool has_groups = true;                    ///< false: all recordings are in cohort::everyone
-  std::vector<std::string> covariates = {};  ///< names
+  bool has_groups = true;                       ///< false: all recordings are in cohort::everyone
+  std::vector<std::string> covariates = {};     ///< names
+  std::vector<std::string> other_columns = {};  ///< if no column names the person: columns without a meaning to decid
 };
 
 /// The part of a recording that a comparison reads.
@@ -94,11 +95,13 @@ struct GroupPair {
 };
 
 struct GroupComparison {
-  std::vector<Group> groups;     ///< in the order of their names
-  std::vector<GroupPair> pairs;  ///< all that are compared
-  std::size_t intervals = 0;     ///< parameters times pairs: what the adjusted intervals are adjusted for
+  std::vector<Group> groups;                ///< in the order of their names (NameOrder)
+  std::vector<GroupPair> pairs;             ///< all that are compared
+  std::size_t intervals = 0;                ///< parameters times pairs: what the adjusted intervals are adjusted for
+  std::vector<std::size_t> too_small = {};  ///< places of groups of fewer than two people, which no pair has
 };
-/// Compares every pair of groups, or those for whose names `is_compared` returns true. Throws Error for a recording
+/// Compares every pair of groups, or those for whose names `is_compared` returns true. Leaves out groups of fewer than
+/// two people, whose differences have no interval, if a pair of larger groups remains. Throws Error for a recording
 /// with another number of values than `parameters`.
 using IsCompared = std::function<bool(const std::string& first, const std::string& second)>;
 GroupComparison compare_groups(std::span<const GroupedRecording> recordings, std::size_t parameters,

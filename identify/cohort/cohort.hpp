@@ -149,7 +149,7 @@ struct Change {
 };
 
 struct Result {
-  std::vector<Cell> cells;  ///< by group, session, condition
+  std::vector<Cell> cells;  ///< by group, session, condition, each in NameOrder
   std::vector<Comparison> comparisons;
   std::vector<Interaction> interactions;
   std::vector<VarianceParts> variances;  ///< per parameter

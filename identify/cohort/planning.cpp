@@ -21,17 +21,11 @@ constexpr double min_shown = 0.1;  // of a difference
 constexpr std::size_t repetitions = 2, recordings_of_participant = 4;
 constexpr double max_shrunk = 0.99;  // of the prior's variance
 
-void check_groups(const sim::ParameterTable& table, const PlannedGroups& groups, int participants) {
+void check_groups(const sim::ParameterTable& table, const PlannedGroups& groups, int participants, double mgh_nm_rad) {
   if (participants < 2)
     throw Error(Code::setting_out_of_range, "power", format("%d participants are simulated", participants),
                 "simulate eight recordings or more");
-  for (std::size_t p = 0; p < table.size(); ++p)
-    for (const double mean : {groups.at[p], groups.at[p] + groups.difference[p]})
-      if (!(mean > table[p].low && mean < table[p].high))
-        throw Error(Code::setting_out_of_range, "power",
-                    format("the mean of %s is %g", table[p].name.c_str(), mean) + table[p].unit_after(),
-                    format("give one between %g and %g", table[p].low, table[p].high) + table[p].unit_after() +
-                        table[p].unit_hint());
+  check_means(table, groups, mgh_nm_rad);
 }
 
 /// The estimates of a person's recordings: two of the first group, two of the second.
@@ -100,10 +94,33 @@ Sums sums_of(const std::vector<ParticipantValues>& values, std::size_t p) {
 
 }  // namespace
 
+std::string hint_of_unit(const sim::ParameterInfo& info, double value, double mgh_nm_rad) {
+  if (value == 0.0 || !(std::abs(value) < 0.01 * info.low)) return {};
+  return info.per_mgh
+             ? format(" (%s is in %s: %g m g h is %.4g)", info.name.c_str(), info.shown_unit().c_str(), value,
+                      value * mgh_nm_rad)
+             : " (" + info.name + (info.shown_unit().empty() ? " has no unit)" : " is in " + info.shown_unit() + ")");
+}
+
+void check_means(const sim::ParameterTable& table, const PlannedGroups& groups, double mgh_nm_rad) {
+  for (std::size_t p = 0; p < table.size(); ++p)
+    for (const double shift : {0.0, groups.difference[p]}) {
+      const sim::ParameterInfo& info = table[p];
+      const double mean = groups.at[p] + shift;
+      if (mean > info.low && mean < info.high) continue;
+      const std::string hint = hint_of_unit(info, mean, mgh_nm_rad);
+      throw Error(Code::setting_out_of_range, "power",
+                  std::string(shift == 0.0 ? "the mean of " : "the second group's mean of ") + info.name +
+                      format(" is %g", mean) + info.unit_after(),
+                  format("give one between %g and %g", info.low, info.high) + info.unit_after() +
+                      (hint.empty() ? info.unit_hint() : hint));
+    }
+}
+
 ValueSpread spread_of_network(const Model& model, const sim::Protocol& protocol, const PlannedGroups& groups,
                               int participants, std::uint64_t seed) {
   const sim::ParameterTable& table = model.parameters();
-  check_groups(table, groups, participants);
+  check_groups(table, groups, participants, protocol.experiment.body.mgh());
   const std::vector<ParticipantValues> values = simulated_values(model, protocol, groups, participants, seed);
   ValueSpread spread{sim::Parameters(table.size()), sim::Parameters(table.size())};
   for (std::size_t p = 0; p < table.size(); ++p) {
@@ -123,7 +140,7 @@ ValueSpread spread_of_network(const Model& model, const sim::Protocol& protocol,
 ValueSpread spread_of_fits(const sim::Protocol& protocol, const posterior::Priors& priors, const PlannedGroups& groups,
                            double sensor_noise_deg, int participants, std::uint64_t seed) {
   const posterior::Density density(protocol, priors);
-  check_groups(density.ranges(), groups, participants);
+  check_groups(density.ranges(), groups, participants, protocol.experiment.body.mgh());
   const posterior::ExpectedPosterior found =
       posterior::expected_posterior(density, {.draws = participants,
                                               .sensor_noise_deg = sensor_noise_deg,

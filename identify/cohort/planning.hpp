@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "identify/network/model.hpp"
 #include "posterior/density/priors.hpp"
@@ -18,6 +19,14 @@ struct ValueSpread {
 struct PlannedGroups {
   sim::Parameters at, difference, participant_sd;
 };
+
+/// Throws Error for a mean of a group outside of a parameter's range, with the unit that may be meant: a value over m g
+/// h of this body, N m/rad, for example.
+void check_means(const sim::ParameterTable& table, const PlannedGroups& groups, double mgh_nm_rad);
+
+/// Returns a hint for a value far below all values that a parameter has, the unit that may be meant: " (0.9 m g h is
+/// 755 N m/rad)". Empty for other values. A value is far below if it is less than a hundredth of the range's low end.
+std::string hint_of_unit(const sim::ParameterInfo& info, double value, double mgh_nm_rad);
 
 /// Returns the spread of the values that the model's network gives, over the fraction of a difference that it shows.
 /// A network shrinks values towards the middle of their range, and its error depends on the person's other parameters.

@@ -54,8 +54,10 @@ std::vector<std::string> split_columns(const std::string& text) {
 GroupTable groups_of_plan(const RecordingPlan& plan, bool by_group) {
   if (by_group && plan.sheet) refuse_without_groups(*plan.sheet);
   const auto has_participant = [](const PlannedRecording& it) { return !it.entry.participant.empty(); };
-  GroupTable groups{std::ranges::any_of(plan.recordings, has_participant) ? "participant_id" : "", {}};
+  const bool has_column = std::ranges::any_of(plan.recordings, has_participant);
+  GroupTable groups{has_column ? plan.sheet->participant_column : "", {}};
   groups.has_groups = by_group;
+  if (!has_column && plan.sheet) groups.other_columns = plan.sheet->columns;
   Spelling of_group, of_participant;
   for (const PlannedRecording& it : plan.recordings)
     groups.members.push_back({by_group ? of_group(it.entry.group) : cohort::everyone,

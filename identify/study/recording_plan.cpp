@@ -36,6 +36,7 @@ class Planner {
  public:
   Planner(StudySheet sheet, const std::vector<RecordingSource>& sources, Choice choice, const ReadOptions& reading)
       : sources_(sources), choice_(choice), reading_(reading) {
+    plan_.notes = sheet.notes;
     plan_.sheet = std::move(sheet);
     people_ = PersonLines(lines());
     for (const SheetLine& line : lines()) line_keys_.emplace_back(line.file);

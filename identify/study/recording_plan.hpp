@@ -38,7 +38,8 @@ struct RecordingPlan {
   std::vector<RecordingSetting> settings;
   std::vector<PlannedRecording> recordings;
   std::optional<StudySheet> sheet = {};
-  std::vector<std::string> notes = {};   ///< lines that are of none of the recordings, for people
+  /// The sheet's notes, and lines that are of none of the recordings, for people.
+  std::vector<std::string> notes = {};
   std::vector<std::size_t> unused = {};  ///< for_groups: places in the sheet of these lines
 };
 

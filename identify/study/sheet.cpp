@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "base/text.hpp"
+#include "identify/study/detail/sheet_columns.hpp"
 #include "identify/study/detail/spreadsheet.hpp"
 #include "identify/study/detail/text_key.hpp"
 #include "identify/study/reading_option.hpp"
@@ -17,136 +18,21 @@
 namespace decid {
 namespace {
 
-/// The meaning of a column: a cell of the entry, a value of decid's, or an option of reading.
-enum class Role { carried, participant, session, group, condition, file, mass, height, protocol, reading };
-
-struct Column {
-  Role role;
-  double per_unit = 1.0;    ///< kg of a weight, or metres of a height, in one unit; a height in "1" is in m or cm
-  std::string option = {};  ///< of reading
-  bool has_unit = false;    ///< a weight or a height with a unit in its name
-};
-
-struct KnownName {
-  std::string_view name;
-  Role role;
-};
-
-/// English and German, as laboratories name the columns of their sheets. A unit may follow a weight or a height.
-constexpr auto known_names = std::to_array<KnownName>({
-    {"id", Role::participant},
-    {"participant", Role::participant},
-    {"participant_id", Role::participant},
-    {"subject", Role::participant},
-    {"subject_id", Role::participant},
-    {"sub_id", Role::participant},
-    {"person", Role::participant},
-    {"person_id", Role::participant},
-    {"patient", Role::participant},
-    {"patient_id", Role::participant},
-    {"proband", Role::participant},
-    {"proband_id", Role::participant},
-    {"session", Role::session},
-    {"session_id", Role::session},
-    {"sitzung", Role::session},
-    {"group", Role::group},
-    {"gruppe", Role::group},
-    {"condition", Role::condition},
-    {"bedingung", Role::condition},
-    {"file", Role::file},
-    {"filename", Role::file},
-    {"path", Role::file},
-    {"recording", Role::file},
-    {"datei", Role::file},
-    {"dateiname", Role::file},
-    {"aufnahme", Role::file},
-    {"mass", Role::mass},
-    {"body_mass", Role::mass},
-    {"weight", Role::mass},
-    {"body_weight", Role::mass},
-    {"masse", Role::mass},
-    {"gewicht", Role::mass},
-    {"k\u00f6rpergewicht", Role::mass},
-    {"koerpergewicht", Role::mass},
-    {"height", Role::height},
-    {"body_height", Role::height},
-    {"gr\u00f6\u00dfe", Role::height},
-    {"groesse", Role::height},
-    {"k\u00f6rpergr\u00f6\u00dfe", Role::height},
-    {"koerpergroesse", Role::height},
-    {"protocol", Role::protocol},
-    {"protokoll", Role::protocol},
-});
-
-struct KnownUnit {
-  Role role;
-  std::string_view unit;
-  double size;  ///< in kg or m; 0: not read
-};
-
-/// A column in a unit that is not read is an error: carried along as any other column it would leave the body assumed.
-/// "lbav" and "ini" are UCUM's [lb_av] and [in_i].
-constexpr auto known_units = std::to_array<KnownUnit>({
-    {Role::mass, "kg", 1.0},
-    {Role::mass, "kgs", 1.0},
-    {Role::mass, "kilogram", 1.0},
-    {Role::mass, "kilograms", 1.0},
-    {Role::mass, "lb", 0.45359237},
-    {Role::mass, "lbs", 0.45359237},
-    {Role::mass, "lbav", 0.45359237},
-    {Role::mass, "pound", 0.45359237},
-    {Role::mass, "pounds", 0.45359237},
-    {Role::mass, "pfund", 0.0},
-    {Role::mass, "g", 0.0},
-    {Role::mass, "grams", 0.0},
-    {Role::mass, "n", 0.0},
-    {Role::mass, "newton", 0.0},
-    {Role::mass, "st", 0.0},
-    {Role::mass, "stone", 0.0},
-    {Role::mass, "oz", 0.0},
-    {Role::height, "m", 1.0},
-    {Role::height, "metre", 1.0},
-    {Role::height, "metres", 1.0},
-    {Role::height, "meter", 1.0},
-    {Role::height, "meters", 1.0},
-    {Role::height, "cm", 1.0},
-    {Role::height, "centimetre", 1.0},
-    {Role::height, "centimetres", 1.0},
-    {Role::height, "centimeter", 1.0},
-    {Role::height, "centimeters", 1.0},
-    {Role::height, "mm", 0.001},
-    {Role::height, "in", 0.0254},
-    {Role::height, "inch", 0.0254},
-    {Role::height, "inches", 0.0254},
-    {Role::height, "ini", 0.0254},
-    {Role::height, "zoll", 0.0254},
-    {Role::height, "ft", 0.0},
-    {Role::height, "foot", 0.0},
-    {Role::height, "feet", 0.0},
-    {Role::height, "ftin", 0.0},
-});
-
-Column column_of(const std::string& name) {
-  const std::string key = column_key(name);
-  for (const KnownName& known : known_names) {
-    const std::string begin = column_key(known.name);
-    if (key == begin) return {known.role};
-    for (const KnownUnit& unit : known_units)
-      if (unit.role == known.role &&
-          (key == begin + std::string(unit.unit) || key == begin + "in" + std::string(unit.unit)))
-        return {known.role, unit.size, {}, true};
-  }
-  std::string option = find_reading_option(name);
-  return option.empty() ? Column{Role::carried} : Column{Role::reading, 1.0, std::move(option)};
+/// Returns a whole number as people write it, "1", where a program wrote "1.0"; any other text as it is.
+std::string without_point_zero(const std::string& cell) {
+  const std::size_t point = cell.find_first_of(".,"), first = cell.starts_with('-') ? 1 : 0;
+  const auto is_of = [&](std::size_t from, std::size_t to, const char* digits) {
+    return from < to && cell.find_first_not_of(digits, from) >= to;
+  };
+  const bool is_whole =
+      point != std::string::npos && is_of(first, point, "0123456789") && is_of(point + 1, cell.size(), "0");
+  return is_whole ? cell.substr(0, point) : cell;
 }
 
-/// Gives a weight or a height without a unit in its name the unit of the sheet's sidecar.
-void set_sidecar_unit(const std::string& unit, Column& column) {
-  if (column.has_unit || (column.role != Role::mass && column.role != Role::height)) return;
-  const std::string key = column_key(unit);
-  const auto found = std::ranges::find_if(
-      known_units, [&](const KnownUnit& known) { return known.role == column.role && known.unit == key; });
-  column.per_unit = found == known_units.end() ? 0.0 : found->size;
+/// Returns true for a cell without a person, a session or a group, also by a mark for none.
+bool is_none(const std::string& cell) {
+  constexpr auto marks = std::to_array<std::string_view>({"-", "--", ".", "\u2013", "\u2014"});
+  return has_no_value(cell) || std::ranges::find(marks, cell) != marks.end();
 }
 
 double mass_of(const std::string& cell, double kg_per_unit, const std::string& where) {
@@ -170,39 +56,39 @@ double height_of(const std::string& cell, double metres_per_unit, const std::str
 }
 
 /// where: the line; name: the column's.
-void read_cell(const Column& column, const std::string& name, const std::string& cell, const std::string& where,
+void read_cell(const SheetColumn& column, const std::string& name, const std::string& cell, const std::string& where,
                SheetLine& line) {
   switch (column.role) {
-    case Role::carried:
+    case ColumnRole::carried:
       line.entry.cells.push_back(has_no_value(cell) ? std::string() : cell);
       return;
-    case Role::participant:
-      line.entry.participant = has_no_value(cell) ? std::string() : cell;
+    case ColumnRole::participant:
+      line.entry.participant = is_none(cell) ? std::string() : cell;
+      return;
+    case ColumnRole::session:
+      line.entry.session = is_none(cell) ? std::string() : without_point_zero(cell);
+      return;
+    case ColumnRole::group:
+      line.entry.group = is_none(cell) ? std::string() : without_point_zero(cell);
       return;
     default:
       break;
   }
   if (has_no_value(cell)) return;
   switch (column.role) {
-    case Role::session:
-      line.entry.session = cell;
+    case ColumnRole::condition:
+      line.entry.condition = without_point_zero(cell);
       break;
-    case Role::group:
-      line.entry.group = cell;
-      break;
-    case Role::condition:
-      line.entry.condition = cell;
-      break;
-    case Role::file:
+    case ColumnRole::file:
       line.file = cell;
       break;
-    case Role::mass:
+    case ColumnRole::mass:
       line.mass_kg = mass_of(cell, column.per_unit, where + ", " + name);
       break;
-    case Role::height:
+    case ColumnRole::height:
       line.height_m = height_of(cell, column.per_unit, where + ", " + name);
       break;
-    case Role::protocol:
+    case ColumnRole::protocol:
       line.protocol = cell;
       break;
     default: {
@@ -213,7 +99,7 @@ void read_cell(const Column& column, const std::string& name, const std::string&
   }
 }
 
-SheetLine read_line(const std::vector<Column>& columns, const std::vector<std::string>& names,
+SheetLine read_line(const std::vector<SheetColumn>& columns, const std::vector<std::string>& names,
                     const std::vector<std::string>& cells, std::size_t number, const std::string& where) {
   SheetLine line;
   line.number = number;
@@ -236,12 +122,13 @@ SheetLine read_line(const std::vector<Column>& columns, const std::vector<std::s
 }
 
 /// Throws Error if two columns mean the same. units: of columns, by the sidecar.
-std::vector<Column> read_columns(const std::vector<std::string>& names, const std::map<std::string, std::string>& units,
-                                 const std::string& where) {
-  std::vector<Column> columns;
-  std::map<std::pair<Role, std::string>, std::string> seen;
-  for (const std::string& name : names) {
-    Column& column = columns.emplace_back(column_of(name));
+std::vector<SheetColumn> read_columns(const std::vector<std::string>& names,
+                                      const std::map<std::string, std::string>& units, const std::string& where) {
+  std::vector<SheetColumn> columns = sheet_columns(names);
+  std::map<std::pair<ColumnRole, std::string>, std::string> seen;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string& name = names[i];
+    SheetColumn& column = columns[i];
     const auto unit = units.find(name);
     if (unit != units.end()) set_sidecar_unit(unit->second, column);
     if (column.per_unit == 0.0)
@@ -249,18 +136,65 @@ std::vector<Column> read_columns(const std::vector<std::string>& names, const st
                   "\"" + name + "\" is a weight or a height in another unit" +
                       (column.has_unit ? "" : ", \"" + unit->second + "\" by the sidecar"),
                   "give weight in kg or lb, height in m, cm, mm or inches: weight_kg, weight_lb, height_m, height_in");
-    const std::string carried_as = column.role == Role::carried ? text_key(name) : column.option;
+    const std::string carried_as = column.role == ColumnRole::carried ? text_key(name) : column.option;
     const auto [first, is_new] = seen.try_emplace({column.role, carried_as}, name);
     if (!is_new)
       throw Error(Code::column_ambiguous, where,
                   "has two columns of one meaning, \"" + first->second + "\" and \"" + name + "\"",
                   "rename or delete one of them");
   }
-  const auto has = [&](Role role) { return std::ranges::find(columns, role, &Column::role) != columns.end(); };
-  if (!has(Role::participant) && !has(Role::file))
+  const auto has = [&](ColumnRole role) {
+    return std::ranges::find(columns, role, &SheetColumn::role) != columns.end();
+  };
+  if (!has(ColumnRole::participant) && !has(ColumnRole::file))
     throw Error(Code::column_missing, where, "has neither a column \"participant_id\" nor a column \"file\"",
                 "name the columns in the first line, between tabs, commas or semicolons");
   return columns;
+}
+
+/// A column that is carried along, though its name is an option of the program, and the setting's name in sheets.
+struct OptionsWord {
+  std::string_view key, setting;
+  bool (*is_setting)(const std::vector<std::string>& cells);  ///< cells: those with a value
+};
+
+bool has_number(const std::vector<std::string>& cells) {
+  return std::ranges::any_of(cells, [](const std::string& cell) { return read_number(cell).has_value(); });
+}
+
+bool has_no_side(const std::vector<std::string>& cells) {
+  constexpr auto sides =
+      std::to_array<std::string_view>({"left", "right", "both", "l", "r", "b", "links", "rechts", "beide", "li", "re",
+                                       "bilateral", "dominant", "nondominant", "yes", "no", "none"});
+  return std::ranges::any_of(cells, [&](const std::string& cell) {
+    return !read_number(cell) && std::ranges::find(sides, column_key(cell)) == sides.end();
+  });
+}
+
+bool has_one_word(const std::vector<std::string>& cells) {
+  return cells.size() > 1 && !read_number(cells.front()) &&
+         std::ranges::all_of(cells, [&](const std::string& cell) { return cell == cells.front(); });
+}
+
+constexpr auto options_words =
+    std::to_array<OptionsWord>({{"start", "begin is the setting", has_number},
+                                {"leg", "leg_column is the setting", has_no_side},
+                                {"trial", "it does not split files; the option trial of the call does", has_one_word}});
+
+/// Returns notes on columns that are carried along and look like settings.
+std::vector<std::string> notes_on_carried(const StudySheet& sheet) {
+  std::vector<std::string> notes;
+  for (std::size_t i = 0; i < sheet.columns.size(); ++i) {
+    const auto word = std::ranges::find(options_words, column_key(sheet.columns[i]), &OptionsWord::key);
+    if (word == options_words.end()) continue;
+    std::vector<std::string> cells;
+    for (const SheetLine& line : sheet.lines)
+      if (i < line.entry.cells.size() && !line.entry.cells[i].empty()) cells.push_back(line.entry.cells[i]);
+    if (word->is_setting(cells))
+      notes.push_back(sheet.file.string() + ": column " + sheet.columns[i] + " is carried along; " +
+                      std::string(word->setting));
+  }
+  return notes;
 }
 
 }  // namespace
@@ -270,19 +204,19 @@ std::string StudySheet::locate(const SheetLine& line) const {
 }
 
 std::function<std::string(const SheetEntry& entry)> StudySheet::reader_for(const std::string& column) const {
-  switch (column_of(column).role) {
-    case Role::participant:
+  const auto found = std::ranges::find(columns, column_key(column), column_key);
+  switch (found == columns.end() ? sheet_column(column).role : ColumnRole::carried) {
+    case ColumnRole::participant:
       return &SheetEntry::participant;
-    case Role::session:
+    case ColumnRole::session:
       return &SheetEntry::session;
-    case Role::group:
+    case ColumnRole::group:
       return &SheetEntry::group;
-    case Role::condition:
+    case ColumnRole::condition:
       return &SheetEntry::condition;
     default:
       break;
   }
-  const auto found = std::ranges::find(columns, column_key(column), column_key);
   if (found == columns.end())
     throw Error(Code::column_missing, file.string(), "has no column '" + column + "' of participants or conditions",
                 "name participant_id, session, group, condition or another column of the sheet");
@@ -292,19 +226,20 @@ std::function<std::string(const SheetEntry& entry)> StudySheet::reader_for(const
 }
 
 bool names_participants(const std::string& column) {
-  return column_of(column).role == Role::participant;
+  const SheetColumn known = sheet_column(column);
+  return known.role == ColumnRole::participant && known.naming != PersonNaming::code;
 }
 
 bool names_groups(const std::string& column) {
-  return column_of(column).role == Role::group;
+  return sheet_column(column).role == ColumnRole::group;
 }
 
 bool names_weights(const std::string& column) {
-  return column_of(column).role == Role::mass;
+  return sheet_column(column).role == ColumnRole::mass;
 }
 
 bool names_heights(const std::string& column) {
-  return column_of(column).role == Role::height;
+  return sheet_column(column).role == ColumnRole::height;
 }
 
 bool names_ages(const std::string& column) {
@@ -331,10 +266,12 @@ StudySheet read_sheet(const std::filesystem::path& path) {
   std::vector<std::vector<std::string>> rows = read_spreadsheet(path);
   std::vector<std::string>& names = rows.front();
   while (!names.empty() && names.back().empty()) names.pop_back();
-  const std::vector<Column> columns = read_columns(names, sidecar_units(path), path.string() + ", line 1");
+  const std::vector<SheetColumn> columns = read_columns(names, sidecar_units(path), path.string() + ", line 1");
   StudySheet sheet{path, {}, {}, names};
-  for (std::size_t i = 0; i < columns.size(); ++i)
-    if (columns[i].role == Role::carried) sheet.columns.push_back(names[i]);
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    if (columns[i].role == ColumnRole::carried) sheet.columns.push_back(names[i]);
+    if (columns[i].role == ColumnRole::participant) sheet.participant_column = names[i];
+  }
   for (std::size_t row = 1; row < rows.size(); ++row) {
     if (std::ranges::all_of(rows[row], [](const std::string& cell) { return cell.empty(); })) continue;
     const std::string where = format("%s, line %zu", path.string().c_str(), row + 1);
@@ -342,6 +279,7 @@ StudySheet read_sheet(const std::filesystem::path& path) {
   }
   if (sheet.lines.empty())
     throw Error(Code::file_empty, path.string(), "has no line below its names", "add a line per recording or person");
+  sheet.notes = notes_on_carried(sheet);
   return sheet;
 }
 

@@ -30,6 +30,8 @@ struct StudySheet {
   std::vector<std::string> columns;  ///< of SheetEntry::cells, as the file spells them
   std::vector<SheetLine> lines;
   std::vector<std::string> names = {};  ///< of all columns, as the file spells them
+  std::string participant_column = {};  ///< as the file spells it; empty: none
+  std::vector<std::string> notes = {};  ///< on columns that are carried along and look like settings, for people
 
   /// Returns "participants.tsv, line 3".
   std::string locate(const SheetLine& line) const;
@@ -39,9 +41,10 @@ struct StudySheet {
 };
 
 /// Reads a sheet: text between tabs, commas or semicolons (RFC 4180), or the first sheet of a workbook (.xlsx). Letter
-/// case, blanks and underscores of column names do not count:
-/// - participant_id (or participant, subject, person, patient, proband, with or without id, or id), session, group,
-/// condition;
+/// case, blanks, underscores and punctuation of column names do not count:
+/// - participant_id (or participant, subject, person, patient, proband, with or without id, or id; without these a
+/// number such as "Subject No" or "VP-Nr", and without it "code"), session, group, condition; "1.0" is the session,
+/// group or condition "1", and a hyphen or a point alone is no person, session or group;
 /// - file (or filename, path, recording): a path from the sheet's folder, or the end of one;
 /// - mass or weight in kg; height in m, or in cm from 30 up; other units by the name (weight_lb, height_in) or, of
 /// BIDS' sheets, by the sidecar (sidecar.hpp);
@@ -51,7 +54,7 @@ struct StudySheet {
 /// that is not read, and a sheet without lines. A line with a wrong cell has an error.
 StudySheet read_sheet(const std::filesystem::path& path);
 
-/// Returns true for the names of a column of participants: participant_id, subject and the like.
+/// Returns true for the names of a column of participants: participant_id, Subject No and the like.
 bool names_participants(const std::string& column);
 /// Returns true for "group".
 bool names_groups(const std::string& column);

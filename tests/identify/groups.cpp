@@ -144,14 +144,47 @@ TEST_CASE("groups: recordings of a person are averaged before people are compare
   CHECK(found.groups[2].recordings == 5);
   CHECK(found.groups[2].parameters[0].mean == 7.0);
   CHECK(near(found.groups[2].parameters[0].sd, std::sqrt(18.0), 1e-15));
-  REQUIRE(found.pairs.size() == 3);
-  CHECK(found.intervals == 6);
-  CHECK(found.pairs[1].first == 0);
-  CHECK(found.pairs[1].second == 2);
-  CHECK_FALSE(found.pairs[1].paired);
-  CHECK(found.pairs[1].parameters[0].difference == -2.0);
-  CHECK(std::isnan(found.pairs[0].parameters[0].difference));
+  REQUIRE(found.pairs.size() == 1);  // without the group of nobody
+  CHECK(found.intervals == 2);
+  CHECK(found.too_small == std::vector<std::size_t>{1});
+  CHECK(found.pairs[0].first == 0);
+  CHECK(found.pairs[0].second == 2);
+  CHECK_FALSE(found.pairs[0].paired);
+  CHECK(found.pairs[0].parameters[0].difference == -2.0);
   CHECK_THROWS_AS(compare_groups(recordings, 3), decid::Error);
+}
+
+TEST_CASE("groups: a group of one person does not widen the intervals of the others; alone it is compared") {
+  std::vector<GroupedRecording> recordings{{"patients", "p1", {1}},
+                                           {"patients", "p2", {4}},
+                                           {"controls", "c1", {2}},
+                                           {"controls", "c2", {5}},
+                                           {"controls", "c3", {6}}};
+  const GroupComparison without = compare_groups(recordings, 1);
+  recordings.push_back({"patient", "p3", {3}});
+  const GroupComparison found = compare_groups(recordings, 1);
+  CHECK(found.groups.size() == 3);
+  REQUIRE(found.pairs.size() == 1);
+  CHECK(found.intervals == 1);
+  CHECK(found.too_small == std::vector<std::size_t>{1});
+  CHECK(found.pairs[0].parameters[0].adjusted_interval95 == without.pairs[0].parameters[0].adjusted_interval95);
+  CHECK(without.too_small.empty());
+  const GroupComparison one = compare_groups(std::span(recordings).subspan(2), 1);  // controls and one patient
+  REQUIRE(one.pairs.size() == 1);
+  CHECK(one.too_small.empty());
+  CHECK(std::isnan(one.pairs[0].parameters[0].interval95[0]));
+}
+
+TEST_CASE("groups: numbers in names count") {
+  std::vector<GroupedRecording> recordings;
+  for (const char* session : {"10", "2", "1"})
+    for (const char* person : {"a", "b"})
+      recordings.push_back({session, person, {std::stod(session) + (*person == 'a' ? 0.0 : 0.5)}});
+  const GroupComparison found = compare_groups(recordings, 1);
+  REQUIRE(found.groups.size() == 3);
+  CHECK(found.groups[1].name == "2");
+  CHECK(found.groups[2].name == "10");
+  CHECK(found.pairs[2].parameters[0].difference == -8.0);  // 2 minus 10
 }
 
 TEST_CASE("groups: someone in both groups makes the comparison paired, without people in one of them only") {

@@ -38,6 +38,7 @@ std::vector<bool> read_named_values(const std::string& option, const std::vector
       throw Error(Code::setting_unknown, option, "'" + text + "' names no parameter",
                   "give NAME=VALUE, such as delay=0.02 or Kp=-15%");
     const auto p = static_cast<std::size_t>(std::distance(table.begin(), info));
+    if (given[p]) throw Error(Code::setting_conflict, option, "gives " + info->name + " twice", "give it once");
     values[p] = number_of(option, text.substr(equals + 1), reference[p]);
     given[p] = true;
   }

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <string>
-#include <tuple>
 #include <vector>
 
+#include "base/name_order.hpp"
 #include "identify/cohort/cohort.hpp"
 
 namespace decid::cohort {
@@ -13,8 +13,11 @@ struct Design {
   struct CellName {
     std::string group, session, condition;
     bool operator==(const CellName&) const = default;
+    /// Orders by group, session, condition, each as NameOrder does.
     bool operator<(const CellName& other) const {
-      return std::tie(group, session, condition) < std::tie(other.group, other.session, other.condition);
+      const NameOrder less;
+      if (group != other.group) return less(group, other.group);
+      return session != other.session ? less(session, other.session) : less(condition, other.condition);
     }
   };
   struct Visit {

@@ -109,7 +109,8 @@ std::string text_key(std::string_view text) {
 
 std::string column_key(std::string_view name) {
   std::string key = text_key(name);
-  std::erase_if(key, [](char c) { return std::string_view(" _-.()[]").find(c) != std::string_view::npos; });
+  std::erase_if(key,
+                [](char c) { return std::string_view(" _-.,:;#?'\"/\\()[]{}<>").find(c) != std::string_view::npos; });
   return key;
 }
 

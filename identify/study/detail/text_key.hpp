@@ -11,8 +11,8 @@ namespace decid {
 /// text: UTF-8; other bytes stay as they are.
 std::string text_key(std::string_view text);
 
-/// Returns text_key() without blanks, underscores, hyphens, points and brackets: "Participant ID" and "participant_id"
-/// are one.
+/// Returns text_key() without blanks, underscores and punctuation: "Participant ID" and "participant_id" are one, and
+/// so are "VP-Nr." and "vp nr". Signs of numbers (%, +, *, =) stay.
 std::string column_key(std::string_view name);
 
 }  // namespace decid

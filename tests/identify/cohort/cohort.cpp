@@ -301,6 +301,19 @@ TEST_CASE("cohort: an unknown covariate is the person's in another visit, else t
   CHECK(near(ages[4], 30.0, 1e-12));
 }
 
+TEST_CASE("cohort: cells are in the order of the numbers in their names") {
+  std::vector<Recording> recordings;
+  for (const char* month : {"month 12", "month 3", "month 0", "month 6"})
+    recordings.push_back({"p", month, "g10", "", {}, gaussian({0.1}, 0.3)});
+  recordings.push_back({"q", "month 0", "g9", "", {}, gaussian({0.1}, 0.3)});
+  const decid::cohort::Design design = decid::cohort::make_design(recordings, 1, {});
+  REQUIRE(design.cells.size() == 5);
+  CHECK(design.cells[0].group == "g9");
+  CHECK(design.cells[1].session == "month 0");
+  CHECK(design.cells[2].session == "month 3");
+  CHECK(design.cells[4].session == "month 12");
+}
+
 TEST_CASE("cohort: the same bits for any number of threads, others for another seed") {
   const std::vector<Recording> recordings = study(4, 0.3);
   decid::cohort::Settings settings;

@@ -44,6 +44,15 @@ TEST_CASE("cohort: more measurement noise makes a network's values less certain"
   PlannedGroups outside = groups;
   outside.difference[decid::sim::Delay] = 0.3;
   check_error([&] { (void)spread_of_network(model, quiet, outside, 40, 1); }, Code::setting_out_of_range);
+  const double mgh = model.protocol.experiment.body.mgh();
+  check_error([&] { decid::cohort::check_means(model.parameters(), outside, mgh); }, Code::setting_out_of_range);
+  outside = groups;
+  outside.at[decid::sim::Kp] = 0.9;
+  check_error([&] { decid::cohort::check_means(model.parameters(), outside, mgh); }, Code::setting_out_of_range,
+              "0.9 m g h is 755");
+  decid::cohort::check_means(model.parameters(), groups, mgh);
+  CHECK(decid::cohort::hint_of_unit(model.parameters()[decid::sim::Kp], 30.0, mgh).empty());
+  CHECK(decid::cohort::hint_of_unit(model.parameters()[decid::sim::Delay], 0.001, mgh).empty());
   // The network shows nothing of a difference that is far below its noise, or shows it with the wrong sign.
   PlannedGroups backwards = groups;
   backwards.difference = decid::sim::Parameters(groups.at.size());

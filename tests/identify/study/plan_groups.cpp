@@ -108,3 +108,25 @@ TEST_CASE("groups of a plan: sessions, conditions and covariates of its sheet") 
       },
       Code::setting_conflict, "\"B\"");
 }
+
+TEST_CASE("groups of a plan: columns of a sheet that names nobody, and sessions 1 and 1.0") {
+  const TemporaryFolder folder;
+  const std::vector<std::string> files{"a.csv", "b.csv", "c.csv", "d.csv"};
+  const GroupTable without =
+      groups_of_plan(plan_of_text(folder, "file\tgroup\tTester\tage\na.csv\tx\tT\t60\nb.csv\ty\tT\t61\n",
+                                  {"a.csv", "b.csv"}, Choice::by_sheet),
+                     true);
+  CHECK(without.participant_column.empty());
+  CHECK(without.other_columns == std::vector<std::string>{"Tester", "age"});
+  const RecordingPlan plan = plan_of_text(folder,
+                                          "VP-Nr\tfile\tsession\n"
+                                          "A\ta.csv\t1\nA\tb.csv\t10\nB\tc.csv\t1.0\nB\td.csv\t10.0\n",
+                                          files, Choice::by_sheet);
+  GroupTable groups = groups_of_plan(plan, false);
+  CHECK(groups.participant_column == "VP-Nr");
+  CHECK(groups.other_columns.empty());
+  CHECK(compare_within("session", plan, groups) == 0);
+  CHECK(groups.members[0].cell() == "1");
+  CHECK(groups.members[2].cell() == "1");
+  CHECK(groups.members[3].cell() == "10");
+}

@@ -228,3 +228,73 @@ TEST_CASE("make_plan: a person in two groups is refused with both lines, whateve
   }
   CHECK(read("P1,1,patients,a.csv\np1,2,Patients,b.csv\nP1,3,n/a,c.csv\n,1,x,d.csv\n,1,y,e.csv\n") == 5);
 }
+
+TEST_CASE("read_sheet: columns spelled as the program's options are these options; others that look so are noted") {
+  const TemporaryFolder folder;
+  const auto read = [&](const std::string& text) { return read_sheet(write_text(folder / "s.csv", text)); };
+  const StudySheet sheet = read("id,Hip,shoulder,Ankle,missing\nA,HIP_x,SHO_x,ANK_x,-999\n");
+  CHECK(sheet.columns.empty());
+  ReadOptions reading;
+  for (const auto& [name, value] : sheet.lines[0].reading) set_reading_option(reading, name, value, "here");
+  CHECK(reading.recording.hip_column == "HIP_x");
+  CHECK(reading.recording.shoulder_column == "SHO_x");
+  CHECK(reading.recording.ankle_column == "ANK_x");
+  CHECK(reading.recording.missing_value == -999.0);
+  check_error([&] { read("id,missing,missing_value\nA,1,2\n"); }, Code::column_ambiguous, "missing_value");
+  check_has(read("id,missing\nA,yes\n").lines[0].error, Code::value_invalid, "'yes'");
+
+  CHECK(sheet.notes.empty());
+  const auto notes = [&](const std::string& column, const std::string& one, const std::string& other) {
+    const StudySheet found = read("id," + column + "\nA," + one + "\nB," + other + "\n");
+    CHECK(found.columns == std::vector<std::string>{column});
+    return found.notes;
+  };
+  REQUIRE(notes("start", "0.5", "n/a").size() == 1);
+  CHECK(notes("start", "0.5", "n/a")[0].ends_with("column start is carried along; begin is the setting"));
+  CHECK(notes("start", "3.5.2024", "10:30").empty());
+  CHECK(notes("Leg", "left", "R").empty());
+  CHECK(notes("leg", "leg_deg", "leg_deg").size() == 1);
+  CHECK(notes("trial", "1", "2").empty());
+  CHECK(notes("trial", "run", "run").size() == 1);
+  const std::vector<RecordingSource> sources{RecordingSource(write_text(folder / "a.csv", "a"))};
+  CHECK(make_plan(read("file,start\na.csv,2\n"), sources, Choice::by_call, {}).notes == notes("start", "2", "3"));
+}
+
+TEST_CASE("read_sheet: many names of the person's column; the surest one counts") {
+  const TemporaryFolder folder;
+  const auto read = [&](const std::string& names) {
+    return read_sheet(write_text(folder / "s.csv", "file;" + names + "\na.csv;P1;P2\n"));
+  };
+  for (const char* name :
+       {"Subject No", "SUBJECT-NR.", "VP-Nr", "vpnr", "Vp_Nr.", "Proband Nr", "participant no", "Pat.-ID", "Subject #",
+        "Subject N\u00B0", "Versuchsperson", "Patient:", "Code", "Pseudonym"}) {
+    CAPTURE(name);
+    const StudySheet sheet = read(std::string(name) + ";age");
+    CHECK(sheet.participant_column == name);
+    CHECK(sheet.lines[0].entry.participant == "P1");
+    CHECK(sheet.columns == std::vector<std::string>{"age"});
+  }
+  for (const char* name : {"Number", "part 1", "subjective score", "weight %"})
+    CHECK(read(std::string(name) + ";age").participant_column.empty());
+  const StudySheet both = read("Code;Subject No");
+  CHECK(both.lines[0].entry.participant == "P2");
+  CHECK(both.lines[0].entry.cells == std::vector<std::string>{"P1"});
+  CHECK(both.reader_for("code")(both.lines[0].entry) == "P1");
+  CHECK(both.reader_for("subject")(both.lines[0].entry) == "P2");
+  CHECK(read("VP-Nr;participant_id").lines[0].entry.participant == "P2");
+  check_error([&] { read("VP-Nr;Subject No"); }, Code::column_ambiguous, "VP-Nr");
+  CHECK(names_participants("VP-Nr"));
+  CHECK_FALSE(names_participants("code"));
+}
+
+TEST_CASE("read_sheet: marks of no person, session or group; whole numbers with a point and zeros") {
+  const TemporaryFolder folder;
+  const StudySheet sheet = read_sheet(write_text(folder / "s.tsv",
+                                                 "file\tid\tsession\tgroup\tcondition\tnote\n"
+                                                 "a.csv\t-\t.\t-\t-\t-\n"
+                                                 "b.csv\t1.0\t1.0\t0,0\t-2.00\t1.0\n"
+                                                 "c.csv\t1.5\t1.5\t.\t1.0a\t.\n"));
+  CHECK(sheet.lines[0].entry == SheetEntry{"", "", "", "-", {"-"}});  // medication may be + and -
+  CHECK(sheet.lines[1].entry == SheetEntry{"1.0", "1", "0", "-2", {"1.0"}});
+  CHECK(sheet.lines[2].entry == SheetEntry{"1.5", "1.5", "", "1.0a", {"."}});
+}

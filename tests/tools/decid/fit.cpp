@@ -357,6 +357,20 @@ TEST_CASE("calibrate: figures of trials, resumed as if never stopped" * doctest:
   check_refused(command + " --trials 2 --resume", "c.json");
 }
 
+TEST_CASE("calibrate: a table has fit's own priors, except for those that are given") {
+  const std::string call =
+      "calibrate --conditions short --only none --sensor-noise 0.02 --trials 1 --max-draws 8 --quiet --json";
+  const decid::posterior::Priors fits;
+  const nlohmann::json own = run_json(call)["settings"];
+  CHECK(own["prior_start_s"] == fits.start_s);
+  CHECK(own["prior_gain"] == fits.gain);
+  CHECK(own["standing_s"] == fits.standing_s);
+  const nlohmann::json given = run_json(call + " --prior-start 0 --prior-gain 0.05 --standing 2")["settings"];
+  CHECK(given["prior_start_s"] == 0.0);
+  CHECK(given["prior_gain"] == 0.05);
+  CHECK(given["standing_s"] == 2.0);
+}
+
 TEST_CASE("calibrate: tables of faults and of conditions, resumed row by row" * doctest::test_suite("long")) {
   const Folder folder;
   write_text(folder / "p.json",

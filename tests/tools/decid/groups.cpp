@@ -350,6 +350,58 @@ TEST_CASE("group_verdicts: the parameters whose deciding interval leaves out 0, 
   CHECK(decid::tools::group_verdicts({}).sentences.empty());
 }
 
+TEST_CASE(
+    "verdicts: notes on people, on groups of one person and on marks of exclusion; numbers are group 0 and group 1") {
+  Report report;
+  GroupTable table{"", {}};
+  table.other_columns = {"Tester", "age"};
+  const auto add_group = [&](const std::string& group, int count, double value) {
+    for (int i = 0; i < count; ++i) add(report, table, group, group + std::to_string(i), recording("f", value + i));
+  };
+  add_group("0", 3, 700.0);
+  add_group("1", 3, 900.0);
+  report.groups = decid::report_groups(table, report);
+  decid::tools::GroupVerdicts found = decid::tools::group_verdicts(report);
+  REQUIRE(found.sentences.size() == 1);
+  CHECK(contains(found.sentences[0], "group 0 and group 1: Kp: group 1 higher"));
+  REQUIRE(found.notes.size() == 1);
+  CHECK(contains(found.notes[0], "each recording counts as a person"));
+  CHECK(contains(found.notes[0], "Tester, age"));
+  CHECK(contains(verdicts_text(report), found.notes[0] + "\n  group 0 and group 1"));
+
+  report = {};
+  table = {"subject", {}};
+  add_group("patients", 3, 700.0);
+  add_group("controls", 3, 900.0);
+  add_group("patient", 1, 700.0);
+  add_group("Excluded", 2, 100.0);
+  const Json json = compared(report, table);
+  CHECK(json["comparisons"].size() == 3);
+  CHECK(json["group_comparison"]["intervals"] == 21);
+  CHECK(json["group_comparison"]["too_small_groups"] == Json{"patient"});
+  found = decid::tools::group_verdicts(report);
+  CHECK(found.sentences.size() == 3);
+  REQUIRE(found.notes.size() == 2);
+  CHECK(contains(found.notes[0], "1 person alone is group 'patient': a typo of 'patients'?"));
+  CHECK(contains(found.notes[1], "'Excluded'"));
+  CHECK(decid::tools::page_groups(report)["verdicts"]["notes"].size() == 2);
+
+  report = {};
+  table = {"subject", {}};
+  table.has_groups = false;
+  for (const char* session : {"1", "10", "2"})
+    for (const char* person : {"a", "b"}) {
+      add(report, table, "all", person, recording("f", 700.0 + *person * std::stod(session)));
+      table.members.back().session = session;
+    }
+  report.groups = decid::report_groups(table, report);
+  found = decid::tools::group_verdicts(report);
+  REQUIRE(found.sentences.size() == 3);
+  CHECK(found.sentences[0].starts_with("session 1 and session 2: "));
+  CHECK(found.sentences[2].starts_with("session 2 and session 10: "));
+  CHECK(found.notes.empty());
+}
+
 TEST_CASE("groups of recordings with distributions also have a hierarchical model") {
   Report report;
   GroupTable table{"subject", {}};

@@ -234,7 +234,10 @@ void run_conditions(const CalibrateOptions& options, const Command& command) {
   inputs.push_back(options.model);
   refuse_same_file(options.output, inputs);
   if (!options.output.empty()) PendingFile probe(options.output);  // reports an unwritable place before the work
-  const FitRequest request{{}, options.settings};
+  FitRequest request{{}, options.settings};  // with fit's own priors, except for those that are given
+  if (command.count("--prior-start") > 0) request.priors.start_s = options.priors.start_s;
+  if (command.count("--prior-gain") > 0) request.priors.gain = options.priors.gain;
+  if (command.count("--standing") > 0) request.priors.standing_s = options.priors.standing_s;
   if (protocol.standing_s == 0.0) protocol.standing_s = request.priors.standing_s;
   const Model model = model_or_built_in(options.model);
   CalibrateOptions used = options;

@@ -51,16 +51,33 @@ cohort::ValueSpread spread_of(const PowerOptions& options, const Model& model, c
                                 options.seed);
 }
 
-/// Throws Error for a difference or a standard deviation beyond a parameter's range, which no person has: milliseconds
-/// for seconds, for example.
-void refuse_beyond_range(const std::string& option, const std::vector<bool>& given, const sim::Parameters& values,
-                         const sim::ParameterTable& table) {
-  for (std::size_t p = 0; p < table.size(); ++p)
-    if (given[p] && std::abs(values[p]) > table[p].range())
+/// Throws Error for a difference or a standard deviation in another unit than the parameter's: beyond its range, which
+/// no person has (milliseconds for seconds), or far below all of its values (m g h for N m/rad).
+void refuse_other_units(const std::string& option, const std::vector<bool>& given, const sim::Parameters& values,
+                        const Model& model) {
+  const sim::ParameterTable& table = model.parameters();
+  for (std::size_t p = 0; p < table.size(); ++p) {
+    if (!given[p]) continue;
+    const std::string hint = cohort::hint_of_unit(table[p], values[p], model.protocol.experiment.body.mgh());
+    if (!hint.empty())
+      throw Error(Code::setting_out_of_range, option,
+                  table[p].name + format(" is %g", values[p]) + table[p].unit_after() +
+                      format(", less than a hundredth of its lowest value, %g", table[p].low) + table[p].unit_after(),
+                  "give more, or a percentage of the mean" + hint);
+    if (std::abs(values[p]) > table[p].range())
       throw Error(Code::setting_out_of_range, option,
                   table[p].name + format(" is %g", values[p]) + table[p].unit_after() +
                       format(", more than its whole range of %g", table[p].range()) + table[p].unit_after(),
                   "give less" + table[p].unit_hint());
+  }
+}
+
+/// Throws Error for values of parameters that nothing is computed from. why: their use, for the message.
+void refuse_unused(const std::string& option, const std::vector<bool>& given, const std::vector<bool>& used,
+                   const sim::ParameterTable& table, const std::string& why) {
+  for (std::size_t p = 0; p < table.size(); ++p)
+    if (given[p] && !used[p])
+      throw Error(Code::setting_conflict, option, table[p].name + " is not used: " + why, "leave it out");
 }
 
 /// Returns "Kp, N m/rad", the unit of all numbers of a line but power and persons; "Nv" for a plain number.
@@ -76,7 +93,7 @@ void run_power(const PowerOptions& options) {
   const sim::ParameterTable& table = model.parameters();
   sim::Parameters at = table.middle(), difference(table.size()), participant(table.size()), visit(table.size()),
                   trial(table.size());
-  read_named_values("--at", options.at, table, table.middle(), at);
+  const std::vector<bool> has_mean = read_named_values("--at", options.at, table, table.middle(), at);
   const std::vector<bool> wanted = read_named_values("--difference", options.differences, table, at, difference);
   for (std::size_t p = 0; p < table.size(); ++p) {
     participant[p] = table[p].range() / 8.0;
@@ -84,16 +101,37 @@ void run_power(const PowerOptions& options) {
   }
   const auto read_sd = [&](const char* option, const std::vector<std::string>& texts, sim::Parameters& values) {
     std::vector<bool> given = read_named_values(option, texts, table, at, values);
-    refuse_beyond_range(option, given, values, table);
+    refuse_other_units(option, given, values, model);
     return given;
   };
-  refuse_beyond_range("--difference", wanted, difference, table);
-  read_sd("--participant-sd", options.participant_sd, participant);
-  read_sd("--visit-sd", options.visit_sd, visit);
-  read_sd("--trial-sd", options.trial_sd, trial);
+  refuse_other_units("--difference", wanted, difference, model);
+  cohort::check_means(table, {at, difference, participant}, model.protocol.experiment.body.mgh());
+  const std::vector<bool> has_sd = read_sd("--participant-sd", options.participant_sd, participant),
+                          has_visit_sd = read_sd("--visit-sd", options.visit_sd, visit),
+                          has_trial_sd = read_sd("--trial-sd", options.trial_sd, trial);
   sim::Parameters measured(table.size()), of_values = participant;
   const std::vector<bool> known = read_sd("--measurement-sd", options.measurement_sd, measured);
-  if (!std::ranges::equal(wanted, known, [](bool is_wanted, bool is_known) { return is_known || !is_wanted; })) {
+  const bool simulates =
+      !std::ranges::equal(wanted, known, [](bool is_wanted, bool is_known) { return is_known || !is_wanted; });
+  const std::string no_difference = "it has no --difference";
+  for (const auto& [option, given] :
+       {std::pair("--measurement-sd", &known), {"--trial-sd", &has_trial_sd}, {"--visit-sd", &has_visit_sd}})
+    refuse_unused(option, *given, wanted, table, no_difference);
+  if (!simulates) {  // simulated people have all parameters
+    refuse_unused("--participant-sd", has_sd, wanted, table, no_difference);
+    refuse_unused("--at", has_mean, wanted, table, no_difference);
+  }
+  if (!options.design.paired && !options.visit_sd.empty())
+    throw Error(Code::setting_conflict, "--visit-sd", "is for visits of the same participants", "add --paired");
+  if (options.design.paired && !simulates && !options.participant_sd.empty())
+    throw Error(Code::setting_conflict, "--participant-sd",
+                "is not used: --paired compares the visits of each participant", "leave it out, or give --visit-sd");
+  for (const auto& [option, is_given] :
+       {std::pair("--sensor-noise", !options.sensor_noise_deg.empty()), {"--protocol", !options.protocol.empty()}})
+    if (!simulates && is_given)
+      throw Error(Code::setting_conflict, option,
+                  "is not used: --measurement-sd gives the uncertainty of all recordings", "leave one of them out");
+  if (simulates) {
     const cohort::ValueSpread spread = spread_of(options, model, {at, difference, participant});
     for (std::size_t p = 0; p < table.size(); ++p) {
       if (known[p]) continue;

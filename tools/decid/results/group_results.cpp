@@ -211,6 +211,7 @@ std::string verdicts_text(const Report& report) {
   const GroupVerdicts verdicts = group_verdicts(report);
   if (verdicts.sentences.empty()) return {};
   std::string text = "Do the groups differ? By " + verdicts.intervals + ":\n";
+  for (const std::string& note : verdicts.notes) text += "  note: " + note + "\n";
   for (const std::string& sentence : verdicts.sentences) text += "  " + sentence + "\n";
   return text;
 }

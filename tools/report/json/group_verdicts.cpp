@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "base/text.hpp"
+#include "identify/study/sheet.hpp"
+#include "tools/report/json/group_notes.hpp"
 
 namespace decid::tools {
 namespace {
@@ -64,10 +66,29 @@ std::vector<Decided> decided(const std::vector<cohort::Effect>& effects) {
   return all;
 }
 
+/// Returns a cell's name in sentences: "patients, 1", but "group 1" instead of "1". cell: a GroupMember or Cell.
+template <class T>
+std::string shown_name(const T& cell) {
+  const std::string name = cohort::cell_name(cell.group, cell.session, cell.condition);
+  if (!read_number(name)) return one_line(name);
+  return (!cell.group.empty() && cell.group != cohort::everyone ? "group "
+          : cell.session.empty()                                ? "condition "
+                                                                : "session ") +
+         name;
+}
+
+/// Returns the name in sentences of a group of the comparison.
+std::string shown_group(const GroupReport& groups, std::size_t place) {
+  const std::string& name = groups.comparison.groups[place].name;
+  for (const GroupMember& member : groups.table.members)
+    if (!member.group.empty() && member.cell() == name) return shown_name(member);
+  return one_line(name);
+}
+
 /// Returns the sentences of the hierarchical model.
 std::vector<std::string> sentences_of(const cohort::Result& found, const sim::ParameterTable& parameters) {
   std::vector<std::string> sentences;
-  const auto name = [&](std::size_t cell) { return one_line(found.cells[cell].name()); };
+  const auto name = [&](std::size_t cell) { return shown_name(found.cells[cell]); };
   for (const cohort::Comparison& one : found.comparisons)
     sentences.push_back(sentence(name(one.first), name(one.second), parameters, decided(one.effects)));
   const auto change = [&](std::size_t comparison) {
@@ -86,15 +107,16 @@ GroupVerdicts group_verdicts(const Report& report) {
   const sim::ParameterTable parameters = report.compared_parameters();
   if (report.groups->hierarchical)
     return {"the simultaneous intervals of the hierarchical model",
-            sentences_of(*report.groups->hierarchical, parameters)};
+            sentences_of(*report.groups->hierarchical, parameters), group_notes(report)};
   GroupVerdicts verdicts{"the adjusted intervals", {}};
   const GroupComparison& found = report.groups->comparison;
   for (const GroupPair& pair : found.pairs) {
     std::vector<Decided> all;
     for (const GroupEffect& effect : pair.parameters) all.push_back({effect.difference, effect.adjusted_interval95});
     verdicts.sentences.push_back(
-        sentence(one_line(found.groups[pair.first].name), one_line(found.groups[pair.second].name), parameters, all));
+        sentence(shown_group(*report.groups, pair.first), shown_group(*report.groups, pair.second), parameters, all));
   }
+  if (!verdicts.sentences.empty()) verdicts.notes = group_notes(report);
   return verdicts;
 }
 

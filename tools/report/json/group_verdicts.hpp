@@ -9,13 +9,14 @@
 namespace decid::tools {
 
 struct GroupVerdicts {
-  std::string intervals;               ///< the intervals that decide, for people
-  std::vector<std::string> sentences;  ///< one per pair of groups, and per difference of differences
+  std::string intervals;                ///< the intervals that decide, for people
+  std::vector<std::string> sentences;   ///< one per pair of groups, and per difference of differences
+  std::vector<std::string> notes = {};  ///< group_notes(), if there are sentences
 };
 
 /// Returns one sentence per comparison, such as "patients and controls: delay: patients longer, 21 ms [5, 37]; no
-/// difference shown in: Kp, Kd". The hierarchical model's simultaneous intervals decide, or without it the adjusted
-/// ones. Empty without groups.
+/// difference shown in: Kp, Kd". A name that is a number is "group 1", "session 1" or "condition 1". The hierarchical
+/// model's simultaneous intervals decide, or without it the adjusted ones. Empty without groups.
 GroupVerdicts group_verdicts(const Report& report);
 
 }  // namespace decid::tools

@@ -55,11 +55,12 @@ Json groups_json(const Report& report) {
   for (std::size_t i = 0; i < report.recordings.size(); ++i)
     if (const std::string& reason = report.groups->left_out[i]; !reason.empty())
       left_out.push_back({{"file", report.recordings[i].file}, {"group", table.members[i].cell()}, {"reason", reason}});
-  Json without = Json::array(), reasons = Json::array();
+  Json without = Json::array(), reasons = Json::array(), too_small = Json::array();
   for (const cohort::WithoutEvidence& one : report.groups->without_distribution) {
     without.push_back(report.recordings[one.recording].file);
     reasons.push_back(one.reason);
   }
+  for (const std::size_t place : found.too_small) too_small.push_back(found.groups[place].name);
   for (const UnusedLine& line : table.unused) unused.push_back({{"line", line.line}, {"file", line.file}});
   return {{"groups", std::move(groups)},
           {"comparisons", std::move(comparisons)},
@@ -69,6 +70,7 @@ Json groups_json(const Report& report) {
             {"fixed_parameters", report.fixed_parameters()},
             {"pairs", found.pairs.size()},
             {"intervals", found.intervals},
+            {"too_small_groups", std::move(too_small)},
             {"adjustment", "bonferroni"},
             {"covariates", table.covariates},
             {"mgh", report.groups->mgh_nm_rad},
@@ -86,7 +88,7 @@ Json page_groups(const Report& report) {
   Json page = groups_json(report);
   if (page.is_null()) return page;
   const GroupVerdicts verdicts = group_verdicts(report);
-  page["verdicts"] = {{"intervals", verdicts.intervals}, {"sentences", verdicts.sentences}};
+  page["verdicts"] = {{"intervals", verdicts.intervals}, {"sentences", verdicts.sentences}, {"notes", verdicts.notes}};
   page["members"] = Json::array();
   for (std::size_t i = 0; i < report.recordings.size(); ++i)
     if (!report.recordings[i].error)

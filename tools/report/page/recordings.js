@@ -126,9 +126,10 @@ function summaryTable() {
 const shownAs = ({ name }) => report.recordings[0].parameters.find(parameter => parameter.name === name);
 
 // Says what the comparisons of groups show.
-function verdictsBox({ intervals, sentences }) {
+function verdictsBox({ intervals, sentences, notes = [] }) {
   return element("div", { class: "verdict", role: "note", "aria-label": "Do the groups differ?" },
-    element("strong", {}, `Do the groups differ? By ${intervals}:`), element("ul", {}, ...sentences.map(text => element("li", {}, text))));
+    element("strong", {}, `Do the groups differ? By ${intervals}:`), ...notes.map(text => element("p", { class: "about" }, text)),
+    element("ul", {}, ...sentences.map(text => element("li", {}, text))));
 }
 
 // Describes how the people of two groups are compared.

@@ -1,0 +1,174 @@
+// Columns of a study's sheet: see sheet_columns.hpp.
+#include "identify/study/detail/sheet_columns.hpp"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "identify/study/detail/text_key.hpp"
+#include "identify/study/reading_option.hpp"
+
+namespace decid {
+namespace {
+
+struct KnownName {
+  std::string_view name;
+  ColumnRole role;
+};
+
+/// English and German, as laboratories name the columns of their sheets. A unit may follow a weight or a height.
+constexpr auto known_names = std::to_array<KnownName>({
+    {"id", ColumnRole::participant},
+    {"participant", ColumnRole::participant},
+    {"participant_id", ColumnRole::participant},
+    {"subject", ColumnRole::participant},
+    {"subject_id", ColumnRole::participant},
+    {"sub_id", ColumnRole::participant},
+    {"person", ColumnRole::participant},
+    {"person_id", ColumnRole::participant},
+    {"patient", ColumnRole::participant},
+    {"patient_id", ColumnRole::participant},
+    {"proband", ColumnRole::participant},
+    {"proband_id", ColumnRole::participant},
+    {"session", ColumnRole::session},
+    {"session_id", ColumnRole::session},
+    {"sitzung", ColumnRole::session},
+    {"group", ColumnRole::group},
+    {"gruppe", ColumnRole::group},
+    {"condition", ColumnRole::condition},
+    {"bedingung", ColumnRole::condition},
+    {"file", ColumnRole::file},
+    {"filename", ColumnRole::file},
+    {"path", ColumnRole::file},
+    {"recording", ColumnRole::file},
+    {"datei", ColumnRole::file},
+    {"dateiname", ColumnRole::file},
+    {"aufnahme", ColumnRole::file},
+    {"mass", ColumnRole::mass},
+    {"body_mass", ColumnRole::mass},
+    {"weight", ColumnRole::mass},
+    {"body_weight", ColumnRole::mass},
+    {"masse", ColumnRole::mass},
+    {"gewicht", ColumnRole::mass},
+    {"k\u00f6rpergewicht", ColumnRole::mass},
+    {"koerpergewicht", ColumnRole::mass},
+    {"height", ColumnRole::height},
+    {"body_height", ColumnRole::height},
+    {"gr\u00f6\u00dfe", ColumnRole::height},
+    {"groesse", ColumnRole::height},
+    {"k\u00f6rpergr\u00f6\u00dfe", ColumnRole::height},
+    {"koerpergroesse", ColumnRole::height},
+    {"protocol", ColumnRole::protocol},
+    {"protokoll", ColumnRole::protocol},
+});
+
+/// Persons as numbers: each of these with one of the endings, such as "VP-Nr".
+constexpr auto numbered_persons = std::to_array<std::string_view>(
+    {"participant", "subject", "person", "patient", "proband", "probandin", "versuchsperson", "teilnehmer",
+     "teilnehmerin", "testperson", "volunteer", "sub", "subj", "pat", "pbn", "vp", "vpn", "tn"});
+constexpr auto number_endings =
+    std::to_array<std::string_view>({"id", "no", "nr", "num", "number", "nummer", "code", "kennung", "name",
+                                     "k\u00FCrzel", "kuerzel", "n\u00B0", "n\u00BA", "\u2116"});
+constexpr auto person_codes =
+    std::to_array<std::string_view>({"code", "pseudonym", "pid", "id no", "id nr", "id number", "record id", "subj",
+                                     "vp", "vpn", "versuchsperson", "teilnehmer", "testperson"});
+
+/// Returns how surely a column names the person, by its key; nothing for a column of anything else.
+std::optional<PersonNaming> naming_of_person(const std::string& key) {
+  for (const std::string_view person : numbered_persons)
+    if (key.starts_with(person) &&
+        std::ranges::find(number_endings, key.substr(person.size()), column_key) != number_endings.end())
+      return PersonNaming::number;
+  if (std::ranges::find(person_codes, key, column_key) != person_codes.end()) return PersonNaming::code;
+  return {};
+}
+
+struct KnownUnit {
+  ColumnRole role;
+  std::string_view unit;
+  double size;  ///< in kg or m; 0: not read
+};
+
+/// A column in a unit that is not read is an error: carried along as any other column it would leave the body assumed.
+/// "lbav" and "ini" are UCUM's [lb_av] and [in_i].
+constexpr auto known_units = std::to_array<KnownUnit>({
+    {ColumnRole::mass, "kg", 1.0},
+    {ColumnRole::mass, "kgs", 1.0},
+    {ColumnRole::mass, "kilogram", 1.0},
+    {ColumnRole::mass, "kilograms", 1.0},
+    {ColumnRole::mass, "lb", 0.45359237},
+    {ColumnRole::mass, "lbs", 0.45359237},
+    {ColumnRole::mass, "lbav", 0.45359237},
+    {ColumnRole::mass, "pound", 0.45359237},
+    {ColumnRole::mass, "pounds", 0.45359237},
+    {ColumnRole::mass, "pfund", 0.0},
+    {ColumnRole::mass, "g", 0.0},
+    {ColumnRole::mass, "grams", 0.0},
+    {ColumnRole::mass, "n", 0.0},
+    {ColumnRole::mass, "newton", 0.0},
+    {ColumnRole::mass, "st", 0.0},
+    {ColumnRole::mass, "stone", 0.0},
+    {ColumnRole::mass, "oz", 0.0},
+    {ColumnRole::height, "m", 1.0},
+    {ColumnRole::height, "metre", 1.0},
+    {ColumnRole::height, "metres", 1.0},
+    {ColumnRole::height, "meter", 1.0},
+    {ColumnRole::height, "meters", 1.0},
+    {ColumnRole::height, "cm", 1.0},
+    {ColumnRole::height, "centimetre", 1.0},
+    {ColumnRole::height, "centimetres", 1.0},
+    {ColumnRole::height, "centimeter", 1.0},
+    {ColumnRole::height, "centimeters", 1.0},
+    {ColumnRole::height, "mm", 0.001},
+    {ColumnRole::height, "in", 0.0254},
+    {ColumnRole::height, "inch", 0.0254},
+    {ColumnRole::height, "inches", 0.0254},
+    {ColumnRole::height, "ini", 0.0254},
+    {ColumnRole::height, "zoll", 0.0254},
+    {ColumnRole::height, "ft", 0.0},
+    {ColumnRole::height, "foot", 0.0},
+    {ColumnRole::height, "feet", 0.0},
+    {ColumnRole::height, "ftin", 0.0},
+});
+
+}  // namespace
+
+SheetColumn sheet_column(const std::string& name) {
+  const std::string key = column_key(name);
+  for (const KnownName& known : known_names) {
+    const std::string begin = column_key(known.name);
+    if (key == begin) return {known.role};
+    for (const KnownUnit& unit : known_units)
+      if (unit.role == known.role &&
+          (key == begin + std::string(unit.unit) || key == begin + "in" + std::string(unit.unit)))
+        return {known.role, unit.size, {}, true};
+  }
+  if (const std::optional<PersonNaming> naming = naming_of_person(key))
+    return {ColumnRole::participant, 1.0, {}, false, *naming};
+  std::string option = find_reading_option(name);
+  return option.empty() ? SheetColumn{ColumnRole::carried} : SheetColumn{ColumnRole::reading, 1.0, std::move(option)};
+}
+
+std::vector<SheetColumn> sheet_columns(const std::vector<std::string>& names) {
+  std::vector<SheetColumn> columns;
+  std::optional<PersonNaming> surest;
+  for (const std::string& name : names) {
+    const SheetColumn& column = columns.emplace_back(sheet_column(name));
+    if (column.role == ColumnRole::participant) surest = std::min(surest.value_or(column.naming), column.naming);
+  }
+  for (SheetColumn& column : columns)
+    if (column.role == ColumnRole::participant && column.naming != surest) column = {ColumnRole::carried};
+  return columns;
+}
+
+void set_sidecar_unit(const std::string& unit, SheetColumn& column) {
+  if (column.has_unit || (column.role != ColumnRole::mass && column.role != ColumnRole::height)) return;
+  const std::string key = column_key(unit);
+  const auto found = std::ranges::find_if(
+      known_units, [&](const KnownUnit& known) { return known.role == column.role && known.unit == key; });
+  column.per_unit = found == known_units.end() ? 0.0 : found->size;
+}
+
+}  // namespace decid

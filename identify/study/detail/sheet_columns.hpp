@@ -1,0 +1,32 @@
+// The meaning of the columns of a study's sheet, by their names. Not installed.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace decid {
+
+/// The meaning of a column: a cell of the entry, a value of decid's, or an option of reading.
+enum class ColumnRole { carried, participant, session, group, condition, file, mass, height, protocol, reading };
+
+/// How surely a column names the person. If several may, the surest does, and the others are carried along.
+enum class PersonNaming { sure, number, code };
+
+struct SheetColumn {
+  ColumnRole role;
+  double per_unit = 1.0;    ///< kg of a weight, or metres of a height, in one unit; a height in "1" is in m or cm
+  std::string option = {};  ///< of reading
+  bool has_unit = false;    ///< a weight or a height with a unit in its name
+  PersonNaming naming = PersonNaming::sure;
+};
+
+/// Returns what a column of this name means on its own.
+SheetColumn sheet_column(const std::string& name);
+
+/// Returns what the columns of a sheet mean together: the surest of its columns of people names the person.
+std::vector<SheetColumn> sheet_columns(const std::vector<std::string>& names);
+
+/// Gives a weight or a height without a unit in its name the unit of the sheet's sidecar.
+void set_sidecar_unit(const std::string& unit, SheetColumn& column);
+
+}  // namespace decid
