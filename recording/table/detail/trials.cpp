@@ -75,9 +75,38 @@ std::optional<std::size_t> element_of(const TableArray& array, const std::string
 bool is_named_trial(const Table& table, int column) {
   std::string plain;
   for (const std::string& word : words(table.own_name(column))) plain += word;
-  return one_of(plain, {"trial", "trials", "trialno", "trialnr", "trialnumber", "trialid", "trialindex", "block",
-                        "blockno", "blocknr", "blocknumber", "blockid", "subject", "subjectid", "participant",
-                        "participantid", "session", "repetition"});
+  return one_of(plain, {"trial",       "trials",    "trialno",     "trialnr",       "trialnumber",    "trialid",
+                        "trialindex",  "block",     "blockno",     "blocknr",       "blocknumber",    "blockid",
+                        "subject",     "subjectid", "participant", "participantid", "session",        "repetition",
+                        "repetitions", "subj",      "subjid",      "subjectno",     "subjectnr",      "subjectnumber",
+                        "pid",         "person",    "personid",    "patient",       "patientid",      "patientno",
+                        "patientnr",   "proband",   "probandin",   "probandid",     "probandnr",      "vp",
+                        "vpn",         "vpnr",      "vpnnr",       "vpid",          "versuchsperson", "versuch",
+                        "versuchnr",   "durchgang", "durchgangnr", "wiederholung",  "essai",          "essais",
+                        "sujet",       "sujetid",   "rep",         "repno",         "repnr"});
+}
+
+/// Returns true for names that recordings have, but also states of a stimulus and marks within one recording.
+bool may_name_trial(const Table& table, int column) {
+  std::string plain;
+  for (const std::string& word : words(table.own_name(column))) plain += word;
+  return one_of(plain, {"run",        "runs",        "runno",       "runnr", "runnumber", "runid",       "condition",
+                        "conditions", "conditionid", "conditionno", "cond",  "bedingung", "bedingungen", "id",
+                        "eyes",       "augen",       "set",         "sets",  "setno",     "visit"});
+}
+
+/// Returns true if each label is one stretch of rows: a state of the stimulus comes back. Rows without a label do not
+/// count.
+bool are_stretches(const RowLabels& labels) {
+  std::vector<bool> ended(labels.values.size());
+  std::optional<std::uint32_t> last;
+  for (const std::uint32_t label : labels.of_row) {
+    if (labels.values[label].empty() || label == last) continue;
+    if (ended[label]) return false;
+    if (last) ended[*last] = true;
+    last = label;
+  }
+  return true;
 }
 
 /// A column whose values may distinguish recordings.
@@ -87,16 +116,18 @@ struct Divider {
 };
 
 /// Returns the columns as long as the sway, except sway and time, that may distinguish recordings; columns called trial
-/// or similar come first.
+/// or similar come first. `named_only`: leaves out columns without such a name.
 std::vector<Divider> dividers(const Table& table, int sway, int time, bool named_only) {
   std::vector<Divider> found, others;
   for (int column = 0; column < table.columns(); ++column) {
-    const bool is_named = is_named_trial(table, column);
-    if (column == sway || column == time || table.rows(column) != table.rows(sway) || (named_only && !is_named))
+    const bool is_named = is_named_trial(table, column), may_be = may_name_trial(table, column);
+    if (column == sway || column == time || table.rows(column) != table.rows(sway) ||
+        (named_only && !is_named && !may_be))
       continue;
     try {
       RowLabels labels = table.labels(column);
-      if (distinguishes(labels)) (is_named ? found : others).push_back({column, std::move(labels)});
+      if (distinguishes(labels) && (!named_only || is_named || are_stretches(labels)))
+        (is_named ? found : others).push_back({column, std::move(labels)});
     } catch (const Error&) {  // an infinite number is not a label
     }
   }
