@@ -78,7 +78,7 @@ std::string without_empty_end(std::string text) {
 CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_lines, const std::string& section,
                    Warnings warnings)
     : where_(std::move(where)), warnings_(std::move(warnings)) {
-  text = with_plain_minus(to_utf8(std::move(text), where_));
+  text = with_plain_minus(with_plain_blanks(to_utf8(std::move(text), where_)));
   if (!section.empty()) text = only_section(text, section, where_);
   const std::size_t bytes = text.size();
   text_ = with_short_lines(without_empty_end(std::move(text)), where_);

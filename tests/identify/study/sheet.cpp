@@ -226,3 +226,13 @@ TEST_CASE("read_sheet: a person in two groups is refused with both lines, whatev
   }
   CHECK(read("P1,1,patients,a.csv\np1,2,Patients,b.csv\nP1,3,n/a,c.csv\n,1,x,d.csv\n,1,y,e.csv\n") == 5);
 }
+
+TEST_CASE("read_spreadsheet: no-break blanks and characters of no width are blanks and nothing, except in file names") {
+  const TemporaryFolder folder;
+  const auto rows =
+      read_spreadsheet(write_text(folder / "n.csv",
+                                  "\xEF\xBB\xBF\xEF\xBB\xBF"
+                                  "file,group\u00A0,note\na\u00A0b.csv\u00A0,old\u00A0men\u202F,\u200Bx\n"));
+  CHECK(rows[0] == std::vector<std::string>{"file", "group", "note"});
+  CHECK(rows[1] == std::vector<std::string>{"a\u00A0b.csv", "old men", "x"});
+}
