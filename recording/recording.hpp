@@ -43,8 +43,8 @@ struct RecordingOptions {
   std::string leg_column = {}, trunk_column = {};     ///< angles in space of leg and trunk
   std::string hip_column = {}, shoulder_column = {};  ///< positions along the tilt's direction; need body_height_m
   std::string ankle_column = {};                      ///< the origin of positions; empty: their means are upright
-  std::optional<double> body_height_m = {};           ///< of the person; only hip_column and shoulder_column use it
-  std::optional<double> metres_per_unit = {};         ///< of positions; empty: from the column's name (..._mm, _cm, _m)
+  std::optional<double> body_height_m = {};    ///< of the person, for hip and shoulder, and to check com_height_m
+  std::optional<double> metres_per_unit = {};  ///< of positions; empty: from the column's name (..._mm, _cm, _m)
 };
 
 struct Recording {
