@@ -314,6 +314,8 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   }
   const Clock clock = find_clock(table, sway, time, options, recording);
   recording.rate_hz = clock.rate_hz;
+  if (options.trial_column.empty() && !options.is_one_trial)
+    recording.change = describe_change(table, sway, time, clock.rate_hz);
   std::vector<SampleRange> gaps;
   const auto numbers = [&](int column) { return read_column(table, column, clock, options, recording, gaps); };
   Signal<double>& signal = recording.signals.add(read_sway(table, source, options, numbers, recording));

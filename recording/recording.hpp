@@ -54,6 +54,7 @@ struct Recording {
   Signals<double> signals;        ///< com_sway, and platform_tilt if requested
   bool is_large = false;          ///< the sway is larger than a standing body's; a warning says so
   bool tilt_was_found = false;    ///< by its name only: if it does not follow the protocol, the trial is not usable
+  std::string change;             ///< describes a column that may tell recordings of the file apart; empty: none
   std::vector<SampleRange> gaps;  ///< samples of the sway that were missing and filled, ascending
   Warnings warnings;              ///< assumptions, and suspicious data
 };

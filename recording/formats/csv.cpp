@@ -346,6 +346,10 @@ RowLabels CsvTable::labels(int column) const {
   return labels;
 }
 
+std::string CsvTable::label(int column, std::size_t row) const {
+  return std::string(cell_at(rows_[row], separator_, static_cast<std::size_t>(column), is_plain_));
+}
+
 void CsvTable::keep_rows(int, const std::vector<std::size_t>& rows) {
   for (std::size_t i = 0; i < rows.size(); ++i) rows_[i] = rows_[rows[i]];
   rows_.resize(rows.size());

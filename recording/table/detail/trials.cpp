@@ -2,6 +2,7 @@
 #include "recording/table/detail/trials.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <optional>
 #include <utility>
@@ -278,6 +279,30 @@ void refuse_several_trials(const Table& table, int sway, int time, const std::st
   throw Error(
       Code::recording_ambiguous, where, problem,
       advice + (is_one_clock(table, time) ? "; " + setting("trial_column") + " none reads all rows as one" : ""));
+}
+
+std::string describe_change(const Table& table, int sway, int time, double rate_hz) {
+  constexpr std::size_t looks = 9,
+                        max_values = 10;  // cells that are looked at first: a signal has another value in each
+  if (!table.has_header() || !table.format_of_one().empty()) return {};
+  for (int column = 0; column < table.columns(); ++column) {
+    const std::size_t rows = table.rows(column);
+    if (column == sway || column == time || rows != table.rows(sway) || rows < 2 * max_values) continue;
+    const std::string first = table.label(column, 0), last = table.label(column, rows - 1);
+    std::size_t different = 0;
+    for (std::size_t i = 1; i < looks; ++i)
+      different +=
+          table.label(column, i * (rows - 1) / (looks - 1)) != table.label(column, (i - 1) * (rows - 1) / (looks - 1));
+    if (first.empty() || last.empty() || first == last || different > looks / 2) continue;
+    const RowLabels labels = table.labels(column);
+    if (labels.values.size() > max_values || !are_stretches(labels)) continue;
+    const auto change = std::ranges::adjacent_find(labels.of_row, std::not_equal_to<>());
+    const auto row = static_cast<std::size_t>(change - labels.of_row.begin()) + 1;
+    return "'" + table.name(column) + "' changes from '" + first + "' to '" + labels.values[labels.of_row[row]] +
+           "' at " + six_digits(static_cast<double>(row) / rate_hz) + " s: if the file holds several recordings, " +
+           remedy_by(listed(table, {column}));
+  }
+  return {};
 }
 
 std::string exchanged_with_time(const Table& table, int sway, int time) {

@@ -224,3 +224,28 @@ TEST_CASE("names of recordings and people in other words, and other languages") 
     CHECK(read(counts).signals.samples() == 60);
   }
 }
+
+TEST_CASE("a column of few values that change in stretches may tell recordings apart") {
+  const auto change = [](const std::string& second, const RecordingOptions& options = {}) {
+    return read(
+               "time,com_sway_deg,who\n" +
+                   [&] {
+                     std::string text;
+                     for (int k = 0; k < 60; ++k)
+                       text += std::to_string(k * 0.01) + "," + std::to_string(k % 7) + "," +
+                               (k < 30 ? "Ann" : second) + "\n";
+                     return text;
+                   }(),
+               options)
+        .change;
+  };
+  CHECK(change("Bob").starts_with("'who' changes from 'Ann' to 'Bob' at 0.3 s"));
+  CHECK(change("Bob").ends_with("trial_column 'who' separates them"));
+  CHECK(change("Ann").empty());
+  CHECK(change("Bob", {.is_one_trial = true}).empty());
+  std::string signal = "time,com_sway_deg,a,b\n";  // a signal, and a state that comes back
+  for (int k = 0; k < 60; ++k)
+    signal += std::to_string(k * 0.01) + "," + std::to_string(k % 7) + "," + std::to_string(k) + "," +
+              (k / 10 % 2 ? "on" : "off") + "\n";
+  CHECK(read(signal).change.empty());
+}
