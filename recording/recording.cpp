@@ -183,11 +183,14 @@ void check_assumed_unit(const Signal<double>& sway, double peak_to_peak_deg, con
 }
 
 /// Throws Error if the sway is too large for a standing body, and warns of suspicious sizes. `guessed`: its unit was
-/// guessed. `mean_is_upright`: sizes count from the mean instead of 0.
-void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, Recording& recording) {
-  const std::string other = either(
-      recording, "give radians",
-      "if the unit is wrong, give " + setting("unit") + "; if these are positions, give " + setting("com_height"));
+/// guessed. `mean_is_upright`: sizes count from the mean instead of 0. `of_positions`: the sway was computed from them.
+void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, bool of_positions,
+                Recording& recording) {
+  const std::string other =
+      either(recording, "give radians",
+             "if the unit is wrong, give " + setting("unit") +
+                 (of_positions ? "; check the heights of the positions, and that their axis is the tilt's direction"
+                               : "; if these are positions, give " + setting("com_height")));
   const auto [least, most] = std::minmax_element(sway.rad.begin(), sway.rad.end());
   const double middle = mean(sway.rad), upright = mean_is_upright ? middle : 0.0;
   const double peak_deg = std::max(upright - *least, *most - upright) / sim::rad_per_deg;
@@ -309,12 +312,15 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   }
   const Clock clock = find_clock(table, sway, time, options, recording);
   recording.rate_hz = clock.rate_hz;
+  if (options.trial_column.empty() && !options.is_one_trial)
+    recording.change = describe_change(table, sway, time, clock.rate_hz);
   std::vector<SampleRange> gaps;
   const auto numbers = [&](int column) { return read_column(table, column, clock, options, recording, gaps); };
   Signal<double>& signal = recording.signals.add(read_sway(table, source, options, numbers, recording));
   recording.gaps = joined_ranges(std::move(gaps));
   const bool guessed = source.kind == SwaySource::Kind::angle && !options.unit && !unit_in(name) && !table.unit();
-  check_size(signal, guessed, options.mean_is_upright, recording);
+  const bool of_positions = source.kind == SwaySource::Kind::displacement || source.kind == SwaySource::Kind::markers;
+  check_size(signal, guessed, options.mean_is_upright, of_positions, recording);
   if (options.invert_sway) {
     for (double& value : signal.rad) value = -value;
   }
@@ -349,7 +355,7 @@ Recording make_recording(std::span<const double> sway_rad, double rate_hz, bool 
       throw Error(Code::value_invalid, "recording", "sample " + std::to_string(k) + " is not finite",
                   "interpolate missing samples");
   const Signal<double>& sway = recording.signals.add({com_sway, "sway", {sway_rad.begin(), sway_rad.end()}});
-  check_size(sway, false, mean_is_upright, recording);
+  check_size(sway, false, mean_is_upright, false, recording);
   return recording;
 }
 

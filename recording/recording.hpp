@@ -43,8 +43,8 @@ struct RecordingOptions {
   std::string leg_column = {}, trunk_column = {};     ///< angles in space of leg and trunk
   std::string hip_column = {}, shoulder_column = {};  ///< positions along the tilt's direction; need body_height_m
   std::string ankle_column = {};                      ///< the origin of positions; empty: their means are upright
-  std::optional<double> body_height_m = {};           ///< of the person; only hip_column and shoulder_column use it
-  std::optional<double> metres_per_unit = {};         ///< of positions; empty: from the column's name (..._mm, _cm, _m)
+  std::optional<double> body_height_m = {};    ///< of the person, for hip and shoulder, and to check com_height_m
+  std::optional<double> metres_per_unit = {};  ///< of positions; empty: from the column's name (..._mm, _cm, _m)
 };
 
 struct Recording {
@@ -54,6 +54,7 @@ struct Recording {
   Signals<double> signals;        ///< com_sway, and platform_tilt if requested
   bool is_large = false;          ///< the sway is larger than a standing body's; a warning says so
   bool tilt_was_found = false;    ///< by its name only: if it does not follow the protocol, the trial is not usable
+  std::string change;             ///< describes a column that may tell recordings of the file apart; empty: none
   std::vector<SampleRange> gaps;  ///< samples of the sway that were missing and filled, ascending
   Warnings warnings;              ///< assumptions, and suspicious data
 };

@@ -60,6 +60,13 @@ FoundInSway look_for_faults_within(Recording& recording, double from_hz, const T
   return found;
 }
 
+/// Names the column that may tell recordings apart where a part of a file is not used.
+void add_change(Recording& recording) {
+  for (Warning& warning : recording.warnings)
+    if (warning.code == "part_not_used" && !recording.change.empty())
+      warning.text += (warning.text.ends_with('.') ? " " : "; ") + recording.change;
+}
+
 }  // namespace
 
 ProtocolPlan::ProtocolPlan(const sim::Protocol& protocol) : protocol_(protocol) {}
@@ -139,6 +146,7 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
     add_info(recording.warnings, "resampled",
              "resampled from " + six_digits(recording.rate_hz) + " Hz to " + six_digits(rate) + " Hz");
   warn_of_length(recording, protocol, place, options.start_s || trial.tilt);
+  add_change(recording);
   for (const Signal<double>& signal : recording.signals) {
     std::vector<double> values = cut(signal.rad, from_hz, rate, place, samples);
     if (signal.name == com_sway) look_for_changes(plan.response(), values, recording.warnings);

@@ -191,7 +191,7 @@ typedef struct decid_read_options {
   /* The sway's sources where there is no column of it (docs/guide/recordings.md, markers or segments); 0 and NULL:
    * none. */
   double com_height_m;                      /* `column` is a position at this height above the ankles */
-  double body_height_m;                     /* of the person, for hip and shoulder */
+  double body_height_m;                     /* of the person, for hip and shoulder, and to check com_height_m */
   const char *leg_column, *trunk_column;    /* angles in space */
   const char *hip_column, *shoulder_column; /* positions */
   const char* ankle_column;                 /* positions count from it; NULL: their means are upright */

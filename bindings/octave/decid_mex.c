@@ -274,7 +274,8 @@ static void take_sources(const mxArray* options, decid_read_options* how) {
   how->hip_column = text(options, "hip");
   how->shoulder_column = text(options, "shoulder");
   how->ankle_column = text(options, "ankle");
-  if (how->hip_column != NULL || how->shoulder_column != NULL) how->body_height_m = number(options, "height", 0.0);
+  if (how->hip_column != NULL || how->shoulder_column != NULL || how->com_height_m != 0.0)
+    how->body_height_m = number(options, "height", 0.0);
 }
 
 static int is_vector_of_doubles(const mxArray* value) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/error.hpp"
 #include "base/math/statistics.hpp"
@@ -63,6 +64,36 @@ std::optional<double> rounded_step(const std::vector<double>& time, double unit_
   return {};
 }
 
+/// Returns the largest distance between times and a straight line of this step, in both directions, in the column's
+/// unit.
+double width_at(const std::vector<std::pair<double, double>>& ends, double step) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const auto& [place, time] : ends) {
+    const double off = time - step * place;
+    low = std::min(low, off);
+    high = std::max(high, off);
+  }
+  return high - low;
+}
+
+/// Returns the grid that is nearest to the times in its largest distance, which is convex in the step. Least squares
+/// would tilt the grid where the first or the last samples that share a time are fewer than the others.
+Grid narrowest_grid(const std::vector<std::pair<double, double>>& ends, double step, double resolution) {
+  constexpr int steps = 100;
+  const double reach = 4.0 * resolution / std::max(1.0, ends.back().first);
+  double low = step - reach, high = step + reach;
+  for (int i = 0; i < steps; ++i) {
+    const double third = (high - low) / 3.0;
+    if (width_at(ends, low + third) < width_at(ends, high - third)) {
+      high -= third;
+    } else {
+      low += third;
+    }
+  }
+  step = 0.5 * (low + high);
+  return {step, width_at(ends, step)};
+}
+
 /// Returns the clock of an even grid whose times are rounded so coarsely that samples share them. Returns nothing for
 /// other times.
 std::optional<Clock> coarse_clock(const std::vector<double>& time, double unit_s, const std::string& name) {
@@ -73,15 +104,22 @@ std::optional<Clock> coarse_clock(const std::vector<double>& time, double unit_s
   std::size_t shared = 0;
   for (std::size_t k = 1; k < time.size(); ++k) shared += time[k] == time[k - 1] ? 1 : 0;
   if (10 * shared < time.size()) return {};
-  const auto [step, width] = fit_grid(time);
+  // Only the first and the last of the samples that share a time can be the farthest from a line.
+  std::vector<std::pair<double, double>> ends;
+  for (std::size_t k = 0; k < time.size(); ++k)
+    if (k == 0 || k + 1 == time.size() || time[k] != time[k - 1] || time[k] != time[k + 1])
+      ends.emplace_back(static_cast<double>(k), time[k] - time.front());
+  const double least_squares = fit_grid(time).step;
   const double n = static_cast<double>(time.size());
-  for (const double resolution_s : {1e-3, 1e-2, 1e-1}) {
+  for (const double resolution_s : {1e-3, 1e-2, 1e-1, 1.0}) {
     const double resolution = resolution_s / unit_s;
-    if (width > 1.05 * resolution || n * step < 100.0 * resolution || !are_multiples(time, resolution)) continue;
+    if (n * least_squares < 100.0 * resolution || !are_multiples(time, resolution)) continue;
+    const auto [step, width] = narrowest_grid(ends, least_squares, resolution);
+    if (width > 1.05 * resolution) continue;
     Clock clock;
     clock.rate_hz = 1.0 / (step * unit_s);
     const double nearest = std::round(clock.rate_hz);
-    if (std::abs(nearest / clock.rate_hz - 1.0) * n < 0.5 * resolution_s * clock.rate_hz) clock.rate_hz = nearest;
+    if (nearest > 0.0 && width_at(ends, 1.0 / (nearest * unit_s)) <= 1.05 * resolution) clock.rate_hz = nearest;
     clock.is_caution = true;
     clock.warning = "the times of '" + name + "' are rounded to " + six_digits(resolution_s) +
                     " s, so several samples share a time: decid assumes an even rate of " + six_digits(clock.rate_hz) +

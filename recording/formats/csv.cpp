@@ -81,7 +81,7 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
   if (skip_lines && *skip_lines < 0)
     throw Error(Code::setting_out_of_range, setting("skip_lines"), "is " + std::to_string(*skip_lines),
                 "give 0 or more");
-  text = with_plain_minus(to_utf8(std::move(text), where_));
+  text = with_plain_minus(with_plain_blanks(to_utf8(std::move(text), where_)));
   if (!section.empty()) text = only_section(text, section, where_);
   const std::size_t bytes = text.size();
   text_ = with_short_lines(without_empty_end(std::move(text)), where_);
@@ -348,6 +348,10 @@ RowLabels CsvTable::labels(int column) const {
     labels.of_row.push_back(found->second);
   }
   return labels;
+}
+
+std::string CsvTable::label(int column, std::size_t row) const {
+  return std::string(cell_at(rows_[row], separator_, static_cast<std::size_t>(column), is_plain_));
 }
 
 void CsvTable::keep_rows(int, const std::vector<std::size_t>& rows) {

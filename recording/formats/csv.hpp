@@ -45,6 +45,7 @@ class CsvTable final : public Table {
   std::size_t preamble_lines() const override { return preamble_.lines; }
   const Warnings& warnings() const override { return warnings_; }
   RowLabels labels(int column) const override;
+  std::string label(int column, std::size_t row) const override;
   void keep_rows(int column, const std::vector<std::size_t>& rows) override;
 
  private:

@@ -2,6 +2,7 @@
 // of windows-1252.
 #include "recording/formats/encoding.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstring>
@@ -110,7 +111,45 @@ bool has_nulls_at(std::string_view bytes, bool odd) {
   return true;
 }
 
+constexpr std::array<std::string_view, 4> other_blanks = {"\u00A0", "\u2007", "\u2009", "\u202F"};
+constexpr std::array<std::string_view, 3> of_no_width = {"\u200B", "\u2060", "\uFEFF"};
+
+/// Returns the length of the one of `characters` with which the text begins; 0 without one.
+template <std::size_t N>
+std::size_t length_at_start(std::string_view text, const std::array<std::string_view, N>& characters) {
+  for (const std::string_view character : characters)
+    if (text.starts_with(character)) return character.size();
+  return 0;
+}
+
+/// Returns true for exactly three digits at the start, as behind a separator of thousands.
+bool begins_with_group(std::string_view text) {
+  const auto is_digit = [&](std::size_t i) { return i < text.size() && text[i] >= '0' && text[i] <= '9'; };
+  return is_digit(0) && is_digit(1) && is_digit(2) && !is_digit(3);
+}
+
 }  // namespace
+
+std::string with_plain_blanks(std::string text) {
+  constexpr std::string_view first_bytes = "\xC2\xE2\xEF";
+  std::size_t at = text.find_first_of(first_bytes);
+  if (at == text.npos) return text;
+  const std::string_view view = text;
+  std::string plain;
+  plain.reserve(text.size());
+  for (std::size_t begin = 0; begin < text.size(); at = text.find_first_of(first_bytes, begin)) {
+    plain += view.substr(begin, at - begin);
+    if (at == text.npos) break;
+    const std::string_view rest = view.substr(at);
+    const std::size_t blank = length_at_start(rest, other_blanks), nothing = length_at_start(rest, of_no_width);
+    const bool is_within_number = blank > 0 && !plain.empty() && plain.back() >= '0' && plain.back() <= '9' &&
+                                  begins_with_group(rest.substr(blank));
+    if (blank > 0 && !is_within_number) plain += ' ';
+    if (blank + nothing == 0) plain += rest.front();
+    begin = at + std::max<std::size_t>(blank + nothing, 1);
+  }
+  return plain;
+}
 
 std::string to_utf8(std::string bytes, const std::string& where) {
   using namespace std::string_view_literals;
@@ -120,8 +159,8 @@ std::string to_utf8(std::string bytes, const std::string& where) {
   } else if (view.starts_with("\xFE\xFF"sv) || has_nulls_at(view, false)) {
     bytes = from_utf16(view, false);
   }
-  if (bytes.starts_with("\xEF\xBB\xBF")) bytes.erase(0, 3);
-  bytes.resize(bytes.find_last_not_of('\0') + 1);  // padding of programs that set a file's size beforehand
+  while (bytes.starts_with("\xEF\xBB\xBF")) bytes.erase(0, 3);  // some programs write a second one
+  bytes.resize(bytes.find_last_not_of('\0') + 1);               // padding of programs that set a file's size beforehand
   if (bytes.find('\0') != std::string::npos)
     throw Error(Code::file_unsupported, where, "is not a text file",
                 "save it as CSV, in UTF-8, UTF-16 or Windows-1252");

@@ -11,6 +11,7 @@
 #include "base/number.hpp"
 #include "base/setting.hpp"
 #include "base/text.hpp"
+#include "recording/formats/encoding.hpp"
 #include "sim/protocol/protocol.hpp"
 
 namespace decid::recording {
@@ -22,8 +23,15 @@ constexpr double step_tolerance = 0.01;
 
 std::optional<Unit> find_angle_unit(std::string_view word) {
   if (one_of(word, {"deg", "degree", "degrees", "\xC2\xB0", "grad"})) return Unit::degree;
-  if (one_of(word, {"rad", "radian", "radians"})) return Unit::radian;
-  if (one_of(word, {"mrad", "milliradian", "milliradians"})) return Unit::milliradian;
+  if (one_of(word, {"rad", "rads", "radian", "radians"})) return Unit::radian;
+  if (one_of(word, {"mrad", "mrads", "millirad", "millirads", "milliradian", "milliradians"})) return Unit::milliradian;
+  return {};
+}
+
+/// Returns the word that is the unit of angles: the last, else the first of several, as in "mrad_sway".
+std::optional<std::size_t> place_of_unit(const std::vector<std::string>& parts) {
+  if (find_angle_unit(parts.back())) return parts.size() - 1;
+  if (parts.size() > 1 && parts.front() != "grad" && find_angle_unit(parts.front())) return 0;
   return {};
 }
 
@@ -43,6 +51,36 @@ std::string_view unit_behind(std::string_view name) {
   if (name.empty() || (name.back() != ')' && name.back() != ']')) return {};
   const std::size_t open = name.find_last_of(name.back() == ')' ? '(' : '[');
   return open == std::string_view::npos ? std::string_view() : name.substr(open + 1, name.size() - open - 2);
+}
+
+/// Returns true for "10", "0", "1e", "e3", "x100" and "\u00D710", the words of factors.
+bool is_factor_word(std::string_view word) {
+  for (const std::string_view times : {"x", "\u00D7"})
+    if (word.starts_with(times)) word.remove_prefix(times.size());
+  return !word.empty() && word.find_first_not_of("0123456789e") == word.npos && word != "e";
+}
+
+/// Returns true for "x10", "x1000" and "1e3", which are factors without brackets too.
+bool is_power_of_ten(std::string_view word) {
+  for (const std::string_view times : {"x", "\u00D7"}) {
+    const std::string_view number = word.starts_with(times) ? word.substr(times.size()) : std::string_view();
+    if (number.size() > 1 && number.front() == '1' && number.find_first_not_of('0', 1) == number.npos) return true;
+  }
+  return word.size() > 2 && word.starts_with("1e") && word.find_first_not_of("0123456789", 2) == word.npos;
+}
+
+/// Returns true for a unit with a factor: "(deg x10)", "[1/10 deg]", "(rad*1e-3)", "[10^-3 rad]", "deg_x100".
+bool has_factor(std::string_view name) {
+  const auto is_unit = [](const std::string& word) { return find_angle_unit(word) || metres_of(word); };
+  const std::vector<std::string> within = words(unit_behind(name));
+  if (within.size() > 1 && std::ranges::any_of(within, is_unit) && std::ranges::any_of(within, is_factor_word) &&
+      std::ranges::all_of(within, [&](const std::string& word) { return is_unit(word) || is_factor_word(word); }))
+    return true;
+  const std::vector<std::string> parts = words(name);
+  for (std::size_t i = 1; i < parts.size(); ++i)
+    if ((is_unit(parts[i - 1]) && is_power_of_ten(parts[i])) || (is_power_of_ten(parts[i - 1]) && is_unit(parts[i])))
+      return true;
+  return name.find("10^") != name.npos && std::ranges::any_of(parts, is_unit);
 }
 
 /// Returns the quantity that a unit measures ("mV": "a voltage"). Returns nullptr for units of angles, for mm, cm and
@@ -167,7 +205,7 @@ std::string three_digits(double value) {
 
 std::vector<std::string> words(std::string_view name) {
   std::vector<std::string> parts(1);
-  for (const char c : without_index(name)) {
+  for (const char c : with_plain_blanks(std::string(without_index(name)))) {
     const auto byte = static_cast<unsigned char>(c);
     if (std::isalnum(byte) || byte >= 0x80) {
       parts.back() += static_cast<char>(std::tolower(byte));
@@ -202,14 +240,19 @@ bool one_of(std::string_view word, std::initializer_list<std::string_view> list)
 }
 
 std::optional<Unit> unit_in(std::string_view name) {
-  return find_angle_unit(words(name).back());
+  const std::vector<std::string> parts = words(name);
+  const std::optional<std::size_t> place = place_of_unit(parts);
+  return place ? find_angle_unit(parts[*place]) : std::nullopt;
 }
 
 std::optional<Unit> find_unit(const std::string& name, std::optional<Unit> given, const std::string& where,
                               const std::string& setting_name) {
   if (given) return given;
-  if (one_of(words(name).back(), {"gon", "arcmin", "arcsec", "mdeg", "millideg", "millidegrees", "cdeg", "turn",
-                                  "turns", "rev", "revolutions"}))
+  if (one_of(words(name).back(),
+             {"gon", "arcmin", "arcsec", "mdeg", "millideg", "millidegrees", "cdeg", "turn", "turns", "rev",
+              "revolutions", "urad", "\u00B5rad", "\u03BCrad", "microrad", "microradians", "m\u00B0"}) ||
+      (has_factor(name) &&
+       std::ranges::any_of(words(name), [](const std::string& word) { return find_angle_unit(word).has_value(); })))
     throw Error(Code::unit_unknown, where, name + " is neither in degrees nor in radians by its name",
                 "convert it to one of them");
   if (const char* quantity = other_quantity(name)) {
@@ -244,7 +287,7 @@ Unit angle_unit(const Table& table, int column, std::optional<Unit> given, const
 
 std::optional<double> find_metres_per_unit(std::string_view name) {
   const std::vector<std::string> parts = words(name);
-  return parts.size() > 1 ? metres_of(parts.back()) : std::nullopt;
+  return parts.size() > 1 && !has_factor(name) ? metres_of(parts.back()) : std::nullopt;
 }
 
 double rad_in(Unit unit) {
@@ -263,7 +306,9 @@ std::string name_before_unit(std::string_view name) {
 
 std::string name_without_unit(std::string_view name) {
   std::vector<std::string> parts = words(name);
-  if (parts.size() > 1 && (unit_in(name) || find_metres_per_unit(name))) parts.pop_back();
+  const std::optional<std::size_t> unit = place_of_unit(parts);
+  if (parts.size() > 1 && (unit || find_metres_per_unit(name)))
+    parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(unit.value_or(parts.size() - 1)));
   return decid::joined(parts, "_");
 }
 
@@ -324,13 +369,14 @@ int find_named(const Table& table, int without, std::initializer_list<const char
 int named_column(const Table& table, const std::string& column, const std::string& where,
                  const std::string& setting_name) {
   // In this order: the exact name; another case; without its unit: "KSP" for "KSP (deg)".
+  const auto key = [](const std::string& text) { return lower_case(with_plain_blanks(text)); };
   std::vector<int> exact, paths, alike, plain;
   for (int i = 0; i < table.columns(); ++i) {
     const std::string& name = table.names()[static_cast<std::size_t>(i)];
     if (name == column) exact.push_back(i);
     if (table.path(i) == column) paths.push_back(i);
-    if (lower_case(name) == lower_case(column)) alike.push_back(i);
-    if (lower_case(name_before_unit(name)) == lower_case(column)) plain.push_back(i);
+    if (key(name) == key(column)) alike.push_back(i);
+    if (key(name_before_unit(name)) == key(column)) plain.push_back(i);
   }
   for (const std::vector<int>& found : {exact, paths, alike, plain}) {
     if (found.size() == 1) return found.front();

@@ -91,6 +91,8 @@ class Table {
   virtual void keep_element(const std::string& array, std::size_t element);
   /// Returns the labels of the rows in a column; by default of numbers. Throws Error as numbers().
   virtual RowLabels labels(int column) const;
+  /// Returns the text of a cell, where a table has texts; else empty.
+  virtual std::string label(int, std::size_t) const { return {}; }
   /// Returns the format's name for messages, "C3D file", if its files hold only one recording. Otherwise empty.
   virtual std::string format_of_one() const { return {}; }
   /// Keeps these rows, in increasing order, of all columns as long as this one.

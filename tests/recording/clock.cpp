@@ -217,3 +217,32 @@ TEST_CASE("some uneven steps among even ones are a fault, not a clock without a 
   for (std::size_t k = 100; k < 500; ++k) times[k] += 0.004;
   check_error([&] { read(sine_at(times)); }, Code::times_uneven, "line 102");
 }
+
+TEST_CASE("times rounded so that samples share them are an even grid from any start") {
+  for (const auto& [rate, decimals] : {std::pair{1000, 2}, {1000, 1}, {250, 2}, {256, 1}, {100, 0}, {60, 0}})
+    for (const double begin_s : {0.0, 0.37, 12.34567}) {
+      INFO(rate << " Hz, " << decimals << " decimals, from " << begin_s << " s");
+      std::vector<double> times;
+      for (int k = 0; k < 121 * rate; ++k) times.push_back(begin_s + k / static_cast<double>(rate));
+      const Recording recording = read(sine_at(times, ("%." + std::to_string(decimals) + "f,%.9f\n").c_str()));
+      CHECK(recording.rate_hz == static_cast<double>(rate));
+      CHECK(uneven_times(recording).severity == Severity::caution);
+    }
+  // Clock times to the second, which drop what is behind it.
+  std::string text = "time,sway_deg\n";
+  for (int k = 0; k < 12'100; ++k) {
+    const int second = (k + 42) / 100;
+    char line[64];
+    std::snprintf(line, sizeof line, "12:%02d:%02d,%d\n", 3 + second / 60, second % 60, k % 7);
+    text += line;
+  }
+  CHECK(read(text).rate_hz == 100.0);
+  // A rate that is not a whole number stays one; lost samples are no rounding.
+  std::vector<double> times;
+  for (int k = 0; k < 20'000; ++k) times.push_back(0.37 + k / 148.148);
+  CHECK(near(read(sine_at(times, "%.2f,%.9f\n")).rate_hz, 148.148, 1e-4));
+  times.clear();
+  for (int k = 0; k < 20'000; ++k)
+    if (k < 9'000 || k >= 9'040) times.push_back(k / 1000.0);
+  check_error([&] { read(sine_at(times, "%.2f,%.9f\n")); }, Code::times_uneven);
+}

@@ -513,3 +513,83 @@ TEST_CASE("a column that is plainly the platform's tilt is used, and left out if
   CHECK(words.signals.find(platform_tilt) == nullptr);
   CHECK(warning(words.warnings, "tilt_not_used") != nullptr);
 }
+
+TEST_CASE("no-break blanks are blanks, and characters of no width are nothing") {
+  CHECK(with_plain_blanks("a\u00A0b\u202Fc\u2009d") == "a b c d");
+  CHECK(with_plain_blanks("\uFEFFa\u200Bb\u2060") == "ab");
+  CHECK(with_plain_blanks("1\u00A0000 \u00B0 1\u202F0000 \u00E4\u00A0") == "1000 \u00B0 1 0000 \u00E4 ");
+  const std::string rows = "0,1\n0.01,2\n0.02,3\n";
+  check_one_two_three("time\u00A0(s),sway\u202F[deg]\n" + rows);
+  check_one_two_three("\xEF\xBB\xBF\xEF\xBB\xBFtime,sway_deg\n" + rows);
+  check_one_two_three("time,sway_deg\n\u00A00,1\u00A0\n0.01,\u200B2\n0.02,3\n");
+  check_one_two_three("time,KSP\u00A0(deg)\n" + rows, {.column = "KSP\u00A0(deg)"});
+  check_one_two_three("Zeit [s];sway\xA0[\xB0]\n0;1\n0,01;2\xA0\n0,02;3\n");  // Windows-1252
+  CHECK(CsvTable("x;y\n1\u00A0000,5;2\n1\u202F001,5;2\n", "t").numbers(0) == std::vector<double>{1000.5, 1001.5});
+}
+
+TEST_CASE("the height of the centre of mass is compared with the person's") {
+  const auto codes = [](double com_m, std::optional<double> body_m) {
+    const Recording recording =
+        read("time,x_mm\n0,1\n0.01,20\n0.02,3\n", {.com_height_m = com_m, .body_height_m = body_m});
+    const Warning* found = warning(recording.warnings, "implausible_com_height");
+    if (found != nullptr) CHECK(found->severity == Severity::caution);
+    return found != nullptr;
+  };
+  CHECK_FALSE(codes(0.88, 1.6));
+  CHECK_FALSE(codes(0.65, 1.6));
+  CHECK(codes(1.2, 1.6));
+  CHECK(codes(0.6, 1.6));
+  check_error([&] { codes(1.8, 1.6); }, Code::setting_out_of_range, "com_height");
+  CHECK_FALSE(codes(0.99, {}));
+  CHECK(codes(1.8, {}));
+  CHECK(codes(0.3, {}));
+}
+
+TEST_CASE("bare places, markers, rods and excursions are perhaps lengths") {
+  const auto text = [](const std::string& name) { return "time," + name + "\n0,1\n0.01,2\n"; };
+  for (const std::string name :
+       {"xCoM", "CM", "COG", "CoM", "CoM(ant-post)", "AP", "excursion", "string_pot", "StringPot", "sway rod", "waist",
+        "sacrum", "L5", "marker1", "Marker 2", "hip", "LHip", "RASI"}) {
+    CAPTURE(name);
+    REQUIRE(warning(read(text(name)).warnings, "perhaps_a_length") != nullptr);
+    CHECK(warning(read(text(name)).warnings, "perhaps_a_length")->severity == Severity::caution);
+    CHECK(warning(read(text(name), {.unit = Unit::degree}).warnings, "perhaps_a_length") == nullptr);
+    CHECK(warning(read(text(name + " (deg)")).warnings, "perhaps_a_length") == nullptr);
+  }
+  for (const std::string name : {"sway", "com_sway", "sway_ap", "COM_angle", "hip_sway", "L5 tilt", "KSP", "lean",
+                                 "body", "trunk", "leg", "shank", "sway 2", "hip pitch", "period"}) {
+    CAPTURE(name);
+    CHECK(warning(read(text(name)).warnings, "perhaps_a_length") == nullptr);
+  }
+}
+
+TEST_CASE("a unit option that is not a position's own unit is warned of") {
+  const std::string rows = "\n0,1,10\n0.01,2,20\n0.02,4,30\n";
+  const auto warned = [&](const std::string& name, double metres) {
+    return warning(read("time," + name + ",x" + rows, {.column = "2", .com_height_m = 1.0, .metres_per_unit = metres})
+                       .warnings,
+                   "unit_differs") != nullptr;
+  };
+  CHECK(warned("COM_x_cm", 1e-3));
+  CHECK(warned("COM_x (deg)", 1e-3));
+  CHECK_FALSE(warned("COM_x_mm", 1e-3));
+  CHECK_FALSE(warned("COM_x", 1e-3));
+  const Recording markers =
+      read("time,HIP_x [mm],SHO_x [m]\n0,1,2\n0.01,2,4\n0.02,4,7\n",
+           {.hip_column = "2", .shoulder_column = "3", .body_height_m = 1.7, .metres_per_unit = 1e-3});
+  REQUIRE(warning(markers.warnings, "unit_differs") != nullptr);
+  CHECK(warning(markers.warnings, "unit_differs")->text.find("SHO_x [m]") != std::string::npos);
+  // The advice of a small sway does not name an option that was given.
+  const Recording small = read("time,COM_x_cm" + std::string("\n0,1\n0.01,1.2\n0.02,1.1\n"),
+                               {.com_height_m = 1.0, .metres_per_unit = 1e-3});
+  REQUIRE(warning(small.warnings, "small_sway") != nullptr);
+  CHECK(warning(small.warnings, "small_sway")->text.find("com_height") == std::string::npos);
+}
+
+TEST_CASE("without a sway column the columns that are another quantity are named") {
+  for (const std::string name : {"CoM (inches)", "Schwerpunkt x mm", "CoM (% height)", "sway [V]", "sway [deg/s]"}) {
+    CAPTURE(name);
+    check_error(reading("time," + name + ",platform\n0,1,1\n0.01,2,2\n0.02,3,3\n"), Code::column_missing,
+                "'" + name + "' is a");
+  }
+}

@@ -407,3 +407,14 @@ TEST_CASE("COMTEST's published stimulus is recognised if the protocol is short")
   Recording other = with_tilt(comtest, 0.5, 130.0, 100.0);
   check_error([&] { bring_to_protocol(other, sim::default_protocol()); }, Code::protocol_mismatch, "'default'");
 }
+
+TEST_CASE("where a part is not used, the column that may tell recordings apart is named") {
+  for (const std::optional<double> start_s : {std::optional<double>(), std::optional(1.0)}) {
+    Recording recording = ramp(1800);
+    recording.change = "'who' changes";
+    bring_to_protocol(recording, two_cycles(), {.start_s = start_s});
+    const auto found = std::ranges::find(recording.warnings, "part_not_used", &Warning::code);
+    REQUIRE(found != recording.warnings.end());
+    CHECK(found->text.ends_with(" 'who' changes"));
+  }
+}

@@ -21,11 +21,16 @@ namespace {
 
 /// Returns a column of lengths in metres.
 std::vector<double> read_metres(const Table& table, int column, const RecordingOptions& options,
-                                const std::function<std::vector<double>(int)>& read, const std::string& where) {
+                                const std::function<std::vector<double>(int)>& read, Recording& recording) {
   const std::string& name = table.name(column);
-  const std::optional<double> metres = options.metres_per_unit ? options.metres_per_unit : find_metres_per_unit(name);
+  const std::optional<double> named = find_metres_per_unit(name);
+  const std::optional<double> metres = options.metres_per_unit ? options.metres_per_unit : named;
+  if (options.metres_per_unit && ((named && *named != *metres) || (!named && (unit_in(name) || other_quantity(name)))))
+    add_caution(
+        recording.warnings, "unit_differs",
+        name + " has a unit in its name that differs from " + setting("unit") + "; decid uses " + setting("unit"));
   if (!metres)
-    throw Error(Code::unit_unknown, where, "the name of " + name + " has no unit",
+    throw Error(Code::unit_unknown, recording.file, "the name of " + name + " has no unit of length",
                 "give " + setting("unit") + " mm, cm or m");
   std::vector<double> values = read(column);
   for (double& value : values) value *= *metres;
@@ -157,7 +162,7 @@ Signal<double> read_sway(const Table& table, const SwaySource& source, const Rec
     return sway;
   }
   std::vector<std::vector<double>> positions;
-  for (const int column : columns) positions.push_back(read_metres(table, column, options, read, where));
+  for (const int column : columns) positions.push_back(read_metres(table, column, options, read, recording));
   const std::size_t markers = positions.size() - (options.ankle_column.empty() ? 0 : 1);
   for (std::size_t marker = 0; marker < markers; ++marker) {
     if (marker > 0) sway.column += ", " + table.name(columns[marker]);

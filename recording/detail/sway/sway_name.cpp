@@ -39,6 +39,46 @@ constexpr PartWord part_words[] = {
     {"knie", "knee"},         {"thigh", "thigh"},     {"pelvis", "pelvis"},     {"hip", "hip"},
 };
 
+/// Returns true for a place on the body, a marker, a centre or a direction: the name says where, and not what.
+bool names_place(std::string_view word) {
+  if (word.starts_with("marker")) return word.find_first_not_of("0123456789", 6) == word.npos;
+  const bool may_have_side = word.size() > 3 && (word.front() == 'l' || word.front() == 'r');
+  const auto is_place = [](std::string_view text) {
+    return one_of(text, {"com",    "cog",    "cm",   "xcom",       "xcog",       "comap", "cogap",    "waist", "taille",
+                         "sacrum", "sacral", "sacr", "l1",         "l2",         "l3",    "l4",       "l5",    "s1",
+                         "s2",     "hip",    "hips", "h\u00FCfte", "huefte",     "asis",  "psis",     "asi",   "psi",
+                         "lasi",   "rasi",   "lpsi", "rpsi",       "trochanter", "navel", "umbilicus"});
+  };
+  return is_place(word) || (may_have_side && is_place(word.substr(1)));
+}
+
+/// Returns true for a direction, a side or a number behind a place.
+bool names_direction(std::string_view word) {
+  return one_of(word, {"ap", "antpost", "ant", "post", "anterior", "posterior", "anteroposterior", "sagittal", "l", "r",
+                       "left", "right", "links", "rechts", "raw", "filtered", "filt"}) ||
+         word.find_first_not_of("0123456789") == word.npos;
+}
+
+/// Returns true for "CoM", "CoM (ant-post)", "AP", "L5" and "marker 1".
+bool is_bare_place(const std::vector<std::string>& parts) {
+  const bool is_direction = parts.size() == 1 && one_of(parts[0], {"ap", "antpost", "anteroposterior"});
+  return is_direction ||
+         (std::ranges::any_of(parts, names_place) && std::ranges::all_of(parts, [](const std::string& part) {
+            return names_place(part) || names_direction(part);
+          }));
+}
+
+/// Returns true for instruments and words of distances: a sway rod, a string potentiometer, an excursion.
+bool names_distance(const std::vector<std::string>& parts) {
+  const auto has = [&](std::string_view word) { return std::ranges::find(parts, word) != parts.end(); };
+  const auto has_start = [&](std::string_view start) {
+    return std::ranges::any_of(parts, [&](const std::string& part) { return part.starts_with(start); });
+  };
+  return has("rod") || has("swayrod") || has("excursion") || has("excursions") || has("lvdt") || has("seilzug") ||
+         has_start("stringpot") || has_start("drawwire") || (has("string") && has_start("pot")) ||
+         (has("draw") && has("wire"));
+}
+
 }  // namespace
 
 void refuse_ankle(const std::string& name, const std::string& where) {
@@ -78,6 +118,7 @@ bool is_position_name(const std::string& name) {
                       "comz", "cogx", "cogy", "cogz", "tx", "ty", "tz"}))  // NDI's tools
     return true;
   const std::vector<std::string> parts = words(name);
+  if (names_distance(parts) || is_bare_place(parts)) return true;
   if (parts.front() == "sway" || parts.front() == "body") return false;
   const bool is_centre = one_of(parts.front(), {"com", "cog"});
   return std::any_of(parts.begin() + 1, parts.end(), [&](const std::string& part) {

@@ -14,7 +14,8 @@ void refuse_ankle(const std::string& name, const std::string& where);
 /// Warns of a name of a body part or another direction: the model sways as a whole, about the ankles, in one direction.
 void warn_of_part(const std::string& name, Recording& recording);
 
-/// Returns true for "COM_x", "C7 X", "com_position", "COM displacement", and false for "sway_x" and "Trunk Angle X".
+/// Returns true for "COM_x", "C7 X", "com_position", "COM displacement"; for a bare place, "CoM", "L5", "marker1",
+/// "AP"; and for distances, "excursion", "sway rod", "string_pot". Returns false for "sway_x" and "Trunk Angle X".
 bool is_position_name(const std::string& name);
 
 /// Returns the axis at the end of a name, apart from units: 'x' for "HIP_X (mm)", "hip.x" and "Hip X"; 0: none.

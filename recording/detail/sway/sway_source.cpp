@@ -41,6 +41,17 @@ void refuse_other_quantities(const Table& table, const std::vector<int>& candida
       "convert the sway to degrees, or name its column with " + setting("column") + " and give " + setting("unit"));
 }
 
+/// Lists the columns, except the time and the tilt, that are another quantity by their names; empty without one.
+std::string other_quantities(const Table& table, int time, int tilt) {
+  std::string list;
+  for (int column = 0; column < table.columns() && list.size() < 200; ++column) {
+    const char* quantity = other_quantity(table.own_name(column));
+    if (column == time || column == tilt || !table.has_header() || quantity == nullptr) continue;
+    list += (list.empty() ? "'" : ", '") + table.name(column) + "' is " + quantity;
+  }
+  return list;
+}
+
 /// Includes displacements: they may be the only column, and their unit is checked later.
 int find_sway(const Table& table, int time, const RecordingOptions& options, Recording& recording) {
   const int named = find_named(table, time,
@@ -99,9 +110,17 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
   if (candidates.empty() && tilt < 0)
     throw Error(Code::column_missing, recording.file,
                 "has no sway column except '" + options.trial_column + "' of " + setting("trial_column") + unread, add);
-  if (candidates.empty())
-    throw Error(Code::column_missing, recording.file,
-                "has a column of the platform's tilt, '" + table.name(tilt) + "', but no sway column" + unread, add);
+  if (candidates.empty()) {
+    const std::string problem =
+        "has a column of the platform's tilt, '" + table.name(tilt) + "', but no sway column" + unread;
+    const std::string others = other_quantities(table, time, tilt);
+    if (!others.empty())
+      throw Error(Code::column_missing, recording.file, problem + "; by their names " + others,
+                  "convert the sway to degrees; or name its column with " + setting("column") + ", and give " +
+                      setting("unit") + " if it is an angle, or " + setting("unit") + " and " + setting("com_height") +
+                      " if it is a length in mm, cm or m");
+    throw Error(Code::column_missing, recording.file, problem, add);
+  }
   const int sway = candidates.front();
   if (table.has_header()) {
     add_info(recording.warnings, "column_assumed",
@@ -169,12 +188,38 @@ void check_options(const RecordingOptions& options) {
                 "give the person's height in metres");
 }
 
+/// Throws Error for a centre of mass higher than the person, and warns of a height that no standing body has: 0.4 to
+/// 0.7 of the person's, or 0.4 to 1.3 m if that is unknown. Winter's proportions give 0.55.
+void check_com_height(const RecordingOptions& options, Recording& recording) {
+  constexpr double least = 0.4, most = 0.7, least_m = 0.4, most_m = 1.3;
+  if (!options.com_height_m) return;
+  const double height_m = *options.com_height_m;
+  const std::string given = setting("com_height") + " is " + three_digits(height_m) + " m";
+  if (options.body_height_m) {
+    const double body_m = *options.body_height_m;
+    if (height_m > body_m)
+      throw Error(Code::setting_out_of_range, setting("com_height"),
+                  "is " + three_digits(height_m) + " m, above the person's height of " + three_digits(body_m) + " m",
+                  "give the height of the centre of mass above the ankles, about " + three_digits(0.55 * body_m) +
+                      " m for this person");
+    if (height_m < least * body_m || height_m > most * body_m)
+      add_caution(recording.warnings, "implausible_com_height",
+                  given + ", " + three_digits(100.0 * height_m / body_m) + "% of the person's height of " +
+                      three_digits(body_m) + " m; a centre of mass is at about 55% above the ankles, " +
+                      three_digits(0.55 * body_m) + " m");
+  } else if (height_m < least_m || height_m > most_m) {
+    add_caution(recording.warnings, "implausible_com_height",
+                given + ": an adult's centre of mass is 0.4 to 1.3 m above the ankles, and 0.99 m at a height of 1.8 m");
+  }
+}
+
 }  // namespace
 
 SwaySource find_sway_source(const Table& table, int time, const RecordingOptions& options, Recording& recording) {
   using Kind = SwaySource::Kind;
   const std::string& where = recording.file;
   check_options(options);
+  check_com_height(options, recording);
   SwaySource source;
   const auto add = [&](const std::string& column, const std::string& setting_name) {
     source.columns.push_back(named_column(table, column, where, setting_name));

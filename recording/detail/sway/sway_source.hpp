@@ -16,8 +16,8 @@ struct SwaySource {
 };
 
 /// Finds the columns. Throws Error for contradicting options, missing columns, columns of different length, a table of
-/// frequency responses, and an ankle angle ("ankle_angle": relative to the platform, not in space). `time`: the time
-/// column, or -1.
+/// frequency responses, a centre of mass above the person's head, and an ankle angle ("ankle_angle": relative to the
+/// platform, not in space). `time`: the time column, or -1.
 SwaySource find_sway_source(const Table& table, int time, const RecordingOptions& options, Recording& recording);
 
 }  // namespace decid::recording

@@ -40,7 +40,7 @@ std::string plain_text(std::string_view text, const std::string& where) {
   const auto is_blank = [](char c) { return static_cast<unsigned char>(c) <= ' '; };
   while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
   while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
-  return to_utf8(std::string(text), where);
+  return with_plain_blanks(to_utf8(std::string(text), where));
 }
 
 /// Reads a parameter's values, beginning at its type byte. `end`: the first byte after them.

@@ -43,14 +43,35 @@ Cells filled_up(Cells cells, std::size_t columns) {
   return cells;
 }
 
+bool are_different(const Names& names) {
+  std::set<std::string_view> different(names.begin(), names.end());
+  different.erase("");
+  const auto count = static_cast<std::size_t>(std::ranges::count_if(names, [](auto& name) { return !name.empty(); }));
+  return different.size() == count;
+}
+
 bool are_unique(const Names& names) {
   const auto is_axis = [](const std::string& name) {
     return one_of(name, {"x", "y", "z", "X", "Y", "Z", "RX", "RY", "RZ", "TX", "TY", "TZ"});
   };
-  std::set<std::string_view> different(names.begin(), names.end());
-  different.erase("");
-  const auto count = static_cast<std::size_t>(std::ranges::count_if(names, [](auto& name) { return !name.empty(); }));
-  return different.size() == count && std::ranges::none_of(names, is_axis);
+  return are_different(names) && std::ranges::none_of(names, is_axis);
+}
+
+/// Returns true if each cell is empty or a unit, also one that decid does not convert ("inch"), and one is not empty.
+bool are_all_units(const Cells& cells) {
+  return filled(cells) > 0 && std::ranges::all_of(cells, [](std::string_view cell) {
+           const std::string named = "x (" + std::string(cell) + ")";
+           return !parse_number(cell).is_number && (unit_of_cell(cell) || unit_in(named) ||
+                                                    find_metres_per_unit(named) || other_quantity(named) != nullptr);
+         });
+}
+
+/// Returns true for a row that continues the names above it: ",AP," below "Time,CoM,Platform".
+bool continues(const Cells& row, const Cells& above, std::size_t columns) {
+  const auto is_value = [](std::string_view cell) { return parse_number(cell).is_number || clock_time(cell); };
+  return row.size() > 1 && row.size() == above.size() && row.size() <= columns + 1 && row[0].empty() &&
+         filled(row) > 0 && is_time_name(above[0]) && !are_units(above) && std::ranges::none_of(row, is_value) &&
+         std::ranges::none_of(above, is_value);
 }
 
 /// Names the columns of Qualisys: frame and time, then X, Y and Z of each marker in mm.
@@ -127,10 +148,11 @@ std::vector<std::string> names_of_rows(const HeaderRows& rows, std::size_t colum
   if (names.empty()) {
     // Reads upwards while the rows are as wide as the table.
     Cells units;
-    bool combined = false;
+    bool combined = false, units_above = false;
     for (std::size_t i = rows.size(); i-- > 0;) {
       const Cells& row = rows[i];
-      if (row.size() < 2 || row.size() > columns + 1 || filled(row) < 2) break;
+      const bool is_lower = names.empty() && i > 0 && continues(row, rows[i - 1], columns);
+      if (row.size() < 2 || row.size() > columns + 1 || (filled(row) < 2 && !is_lower)) break;
       if (names.empty() && units.empty() && i > 0 && are_units(row)) {
         units = row;
         continue;
@@ -143,6 +165,16 @@ std::vector<std::string> names_of_rows(const HeaderRows& rows, std::size_t colum
       if (names.empty()) {
         names.assign(row.begin(), row.end());
         names.resize(columns);
+        if (is_lower) {
+          const Cells above = filled_up(rows[i - 1], columns);
+          for (std::size_t c = 0; c < columns; ++c)
+            names[c] = std::string(above[c]) + (names[c].empty() || above[c].empty() ? "" : " ") + names[c];
+          combined = true;
+        } else if (units.empty() && i > 0 && rows[i - 1].size() == row.size() && are_all_units(rows[i - 1])) {
+          units = rows[i - 1];
+          combined = units_above = true;
+          break;
+        }
       } else if (!row[0].empty()) {  // A row of groups leaves the column of frames or times empty.
         break;
       } else {
@@ -154,7 +186,7 @@ std::vector<std::string> names_of_rows(const HeaderRows& rows, std::size_t colum
       }
       if (are_unique(names)) break;
     }
-    if (!combined || !are_unique(names)) return {};
+    if (!combined || !(units_above ? are_different(names) : are_unique(names))) return {};
     units.resize(columns);
     for (std::size_t c = 0; c < columns; ++c) names[c] = with_unit(names[c], units[c]);
   }

@@ -13,7 +13,8 @@ namespace decid::recording {
 using HeaderRows = std::vector<std::vector<std::string_view>>;
 
 /// Returns a name for each column, made from the rows just above the numbers. The lowest row that does not hold units
-/// gives the names; while they are not unique, the row above is prefixed ("HIP" and "X": "HIP X"). The units follow.
+/// gives the names; while they are not unique, the row above is prefixed ("HIP" and "X": "HIP X"). The units follow;
+/// they may also stand directly above the names. A row without a time continues names with one ("CoM" and "AP").
 /// This rule reads Motive, Vicon Nexus, Visual3D and Shimmer. Qualisys (MARKER_NAMES), LabChart (ChannelTitle=),
 /// LabVIEW (X_Value) and AcqKnowledge have rules of their own. Returns nothing if the lowest row is sufficient, or
 /// there is no row.

@@ -2,6 +2,7 @@
 #include "recording/table/detail/trials.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <optional>
 #include <utility>
@@ -76,9 +77,38 @@ std::optional<std::size_t> element_of(const TableArray& array, const std::string
 bool is_named_trial(const Table& table, int column) {
   std::string plain;
   for (const std::string& word : words(table.own_name(column))) plain += word;
-  return one_of(plain, {"trial", "trials", "trialno", "trialnr", "trialnumber", "trialid", "trialindex", "block",
-                        "blockno", "blocknr", "blocknumber", "blockid", "subject", "subjectid", "participant",
-                        "participantid", "session", "repetition"});
+  return one_of(plain, {"trial",       "trials",    "trialno",     "trialnr",       "trialnumber",    "trialid",
+                        "trialindex",  "block",     "blockno",     "blocknr",       "blocknumber",    "blockid",
+                        "subject",     "subjectid", "participant", "participantid", "session",        "repetition",
+                        "repetitions", "subj",      "subjid",      "subjectno",     "subjectnr",      "subjectnumber",
+                        "pid",         "person",    "personid",    "patient",       "patientid",      "patientno",
+                        "patientnr",   "proband",   "probandin",   "probandid",     "probandnr",      "vp",
+                        "vpn",         "vpnr",      "vpnnr",       "vpid",          "versuchsperson", "versuch",
+                        "versuchnr",   "durchgang", "durchgangnr", "wiederholung",  "essai",          "essais",
+                        "sujet",       "sujetid",   "rep",         "repno",         "repnr"});
+}
+
+/// Returns true for names that recordings have, but also states of a stimulus and marks within one recording.
+bool may_name_trial(const Table& table, int column) {
+  std::string plain;
+  for (const std::string& word : words(table.own_name(column))) plain += word;
+  return one_of(plain, {"run",        "runs",        "runno",       "runnr", "runnumber", "runid",       "condition",
+                        "conditions", "conditionid", "conditionno", "cond",  "bedingung", "bedingungen", "id",
+                        "eyes",       "augen",       "set",         "sets",  "setno",     "visit"});
+}
+
+/// Returns true if each label is one stretch of rows: a state of the stimulus comes back. Rows without a label do not
+/// count.
+bool are_stretches(const RowLabels& labels) {
+  std::vector<bool> ended(labels.values.size());
+  std::optional<std::uint32_t> last;
+  for (const std::uint32_t label : labels.of_row) {
+    if (labels.values[label].empty() || label == last) continue;
+    if (ended[label]) return false;
+    if (last) ended[*last] = true;
+    last = label;
+  }
+  return true;
 }
 
 /// A column whose values may distinguish recordings.
@@ -88,16 +118,18 @@ struct Divider {
 };
 
 /// Returns the columns as long as the sway, except sway and time, that may distinguish recordings; columns called trial
-/// or similar come first.
+/// or similar come first. `named_only`: leaves out columns without such a name.
 std::vector<Divider> dividers(const Table& table, int sway, int time, bool named_only) {
   std::vector<Divider> found, others;
   for (int column = 0; column < table.columns(); ++column) {
-    const bool is_named = is_named_trial(table, column);
-    if (column == sway || column == time || table.rows(column) != table.rows(sway) || (named_only && !is_named))
+    const bool is_named = is_named_trial(table, column), may_be = may_name_trial(table, column);
+    if (column == sway || column == time || table.rows(column) != table.rows(sway) ||
+        (named_only && !is_named && !may_be))
       continue;
     try {
       RowLabels labels = table.labels(column);
-      if (distinguishes(labels)) (is_named ? found : others).push_back({column, std::move(labels)});
+      if (distinguishes(labels) && (!named_only || is_named || are_stretches(labels)))
+        (is_named ? found : others).push_back({column, std::move(labels)});
     } catch (const Error&) {  // an infinite number is not a label
     }
   }
@@ -246,6 +278,30 @@ void refuse_several_trials(const Table& table, int sway, int time, const std::st
   throw Error(
       Code::recording_ambiguous, where, problem,
       advice + (is_one_clock(table, time) ? "; " + setting("trial_column") + " none reads all rows as one" : ""));
+}
+
+std::string describe_change(const Table& table, int sway, int time, double rate_hz) {
+  constexpr std::size_t looks = 9,
+                        max_values = 10;  // cells that are looked at first: a signal has another value in each
+  if (!table.has_header() || !table.format_of_one().empty()) return {};
+  for (int column = 0; column < table.columns(); ++column) {
+    const std::size_t rows = table.rows(column);
+    if (column == sway || column == time || rows != table.rows(sway) || rows < 2 * max_values) continue;
+    const std::string first = table.label(column, 0), last = table.label(column, rows - 1);
+    std::size_t different = 0;
+    for (std::size_t i = 1; i < looks; ++i)
+      different +=
+          table.label(column, i * (rows - 1) / (looks - 1)) != table.label(column, (i - 1) * (rows - 1) / (looks - 1));
+    if (first.empty() || last.empty() || first == last || different > looks / 2) continue;
+    const RowLabels labels = table.labels(column);
+    if (labels.values.size() > max_values || !are_stretches(labels)) continue;
+    const auto change = std::ranges::adjacent_find(labels.of_row, std::not_equal_to<>());
+    const auto row = static_cast<std::size_t>(change - labels.of_row.begin()) + 1;
+    return "'" + table.name(column) + "' changes from '" + first + "' to '" + labels.values[labels.of_row[row]] +
+           "' at " + six_digits(static_cast<double>(row) / rate_hz) + " s: if the file holds several recordings, " +
+           remedy_by(listed(table, {column}));
+  }
+  return {};
 }
 
 std::string exchanged_with_time(const Table& table, int sway, int time) {

@@ -31,6 +31,10 @@ void refuse_several_trials(const Table& table, int sway, int time, const std::st
 std::string remedy_for_several(const Table& table, int sway, int time, const std::vector<std::size_t>& starts,
                                const std::string& by);
 
+/// Describes the first column, except sway and time, whose few values are a stretch of rows each: the file may hold
+/// several recordings. Empty without one. `rate_hz`: of the rows.
+std::string describe_change(const Table& table, int sway, int time, double rate_hz);
+
 /// Returns the sway column, or one called trial or similar, that has the times of one recording if the time column has
 /// none: their names may be swapped. Empty otherwise.
 std::string exchanged_with_time(const Table& table, int sway, int time);

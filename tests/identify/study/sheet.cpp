@@ -298,3 +298,13 @@ TEST_CASE("read_sheet: marks of no person, session or group; whole numbers with 
   CHECK(sheet.lines[1].entry == SheetEntry{"1.0", "1", "0", "-2", {"1.0"}});
   CHECK(sheet.lines[2].entry == SheetEntry{"1.5", "1.5", "", "1.0a", {"."}});
 }
+
+TEST_CASE("read_spreadsheet: no-break blanks and characters of no width are blanks and nothing, except in file names") {
+  const TemporaryFolder folder;
+  const auto rows =
+      read_spreadsheet(write_text(folder / "n.csv",
+                                  "\xEF\xBB\xBF\xEF\xBB\xBF"
+                                  "file,group\u00A0,note\na\u00A0b.csv\u00A0,old\u00A0men\u202F,\u200Bx\n"));
+  CHECK(rows[0] == std::vector<std::string>{"file", "group", "note"});
+  CHECK(rows[1] == std::vector<std::string>{"a\u00A0b.csv", "old men", "x"});
+}

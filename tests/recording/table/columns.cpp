@@ -167,3 +167,29 @@ TEST_CASE("columns: Delsys' X [s] is a time, other abscissas are not") {
   CHECK(is_time_name("X (s)"));
   for (const char* name : {"X", "X (mm)", "X s", "HIP X [s]", "Latency [s]"}) CHECK_FALSE(is_time_name(name));
 }
+
+TEST_CASE("columns: milliradians in words, and units before the name") {
+  for (const char* name : {"sway [millirad]", "sway (mrads)", "mrad_sway", "sway_mrad"}) {
+    CAPTURE(std::string(name));
+    CHECK(find_unit(name, {}, "t", "unit") == Unit::milliradian);
+    CHECK(name_without_unit(name) == "sway");
+  }
+  CHECK(unit_in("deg sway") == Unit::degree);
+  CHECK(unit_in("sway deg 2") == std::nullopt);
+}
+
+TEST_CASE("columns: a unit with a factor is refused, and declared by the unit option") {
+  for (const char* name : {"sway (rad*1e-3)", "sway [1/10 deg]", "sway (deg x10)", "sway_deg_x100", "sway [10^-3 rad]",
+                           "sway 10^-3 rad", "sway (0.1 deg)", "sway [deg/10]", "sway (\u00D710 deg)", "sway_urad"}) {
+    CAPTURE(std::string(name));
+    check_error([&] { find_unit(name, {}, "t", "unit"); }, Code::unit_unknown, name);
+    CHECK(find_unit(name, Unit::degree, "t", "unit") == Unit::degree);
+  }
+  for (const char* name : {"sway_deg", "sway_deg_2", "sway_deg.1", "sway 10 deg", "sway10_deg", "sway [deg]",
+                           "trials(2).sway (deg)", "sway (deg) x", "x1_deg"}) {
+    CAPTURE(std::string(name));
+    CHECK_NOTHROW(find_unit(name, {}, "t", "unit"));
+  }
+  CHECK(find_metres_per_unit("x (mm)") == 1e-3);
+  CHECK(find_metres_per_unit("x [1/10 mm]") == std::nullopt);
+}

@@ -96,3 +96,25 @@ TEST_CASE("one row of names is a header as before") {
   CHECK(names_of("Frequency,100\nx,sway_deg\n0,1\n0,2\n0,3\n") == Names{"x", "sway_deg"});
   CHECK(names_of("lab,3,x\nX,Y,Z\n0,1,1\n0,2,1\n0,3,1\n") == Names{"X", "Y", "Z"});
 }
+
+TEST_CASE("a row of units above the names gives the units") {
+  const std::string rows = "0,1,0\n0.01,2,0\n0.02,3,0\n";
+  const Names names{"time (s)", "CoM (cm)", "platform (deg)"};
+  CHECK(names_of("s,cm,deg\ntime,CoM,platform\n" + rows) == names);
+  CHECK(names_of("Lab 3\n[s],[cm],[deg]\ntime,CoM,platform\n" + rows) == names);
+  CHECK(names_of(",cm,deg\ntime,CoM,platform\n" + rows) == Names{"time", "CoM (cm)", "platform (deg)"});
+  check_error(reading("s,cm,deg\ntime,CoM,platform\n" + rows), Code::column_unsuitable, "CoM (cm)");
+  check_error(reading("s,inch\ntime,CoM\n0,1\n0.01,2\n0.02,3\n"), Code::column_unsuitable, "CoM (inch)");
+  check_one_two_three("ms;Grad\nZeit;X\n0;1\n10;2\n20;3\n");
+  // Units below count first; a row that is not all units is text above the table.
+  CHECK(names_of("s,cm,deg\ntime,CoM,platform\ns,mm,deg\n" + rows)[1] == "CoM (mm)");
+  CHECK(names_of("s,cm,Anna\ntime,CoM,platform\n" + rows)[1] == "CoM");
+}
+
+TEST_CASE("a row below the names without a time continues them") {
+  const std::string rows = "0,1,0\n0.01,2,0\n0.02,3,0\n";
+  CHECK(names_of("Time,CoM,Platform\n,AP,\ns,mm,deg\n" + rows) == Names{"Time (s)", "CoM AP (mm)", "Platform (deg)"});
+  CHECK(names_of("Time,CoM,\n,AP,ML\n" + rows) == Names{"Time", "CoM AP", "CoM ML"});
+  check_error(reading("Time,CoM,Platform\n,AP,\ns,mm,deg\n" + rows), Code::column_unsuitable, "CoM AP (mm)");
+  check_one_two_three("Time,Sway,Platform\n,AP,\ns,deg,deg\n" + rows);
+}

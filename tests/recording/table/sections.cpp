@@ -91,7 +91,7 @@ TEST_CASE("a table whose first column is text is one table, also behind blank li
     dates += "2026-03-05 10:00:0" + values + "\n" + between;
     events += (k % 10 == 0 ? "step," : ",") + values + "\n" + between;
   }
-  const std::string subjects = "id,time,sway_deg\n" + rows;
+  const std::string subjects = "label,time,sway_deg\n" + rows;
   CHECK(find_sections(subjects).size() == 1);
   CHECK(read(subjects).signals.samples() == 40);
   CHECK(read(subjects, section("1")).signals.samples() == 40);

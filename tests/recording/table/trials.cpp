@@ -198,3 +198,54 @@ TEST_CASE("tables of other kinds have labels of numbers, and are not divided") {
   CHECK(table.unread().empty());
   CHECK_FALSE(table.choose(0));
 }
+
+TEST_CASE("names of recordings and people in other words, and other languages") {
+  const auto two_of = [](const std::string& name, const char* second) {
+    return name + ",time,com_sway_deg\n" + rows_behind("1,") + rows_behind(second, 0.3);
+  };
+  for (const char* name : {"rep",    "pid",       "subj",      "Patient",      "Proband", "VP",    "Vpn",
+                           "Vpn_Nr", "Versuch",   "Durchgang", "Wiederholung", "sujet",   "essai", "run",
+                           "Run No", "condition", "cond",      "Bedingung",    "id",      "eyes",  "set"}) {
+    CAPTURE(std::string(name));
+    check_error(reading(two_of(name, "2,")), Code::recording_ambiguous, name);
+    CHECK(advised(two_of(name, "2,"), 2) == name);
+    CHECK(read(two_of(name, "1,")).signals.samples() == 60);  // a constant
+  }
+  // A state of the stimulus comes back; a column of samples does not distinguish recordings.
+  for (const char* name : {"condition", "run", "id", "eyes"}) {
+    CAPTURE(std::string(name));
+    std::string returns = std::string(name) + ",time,com_sway_deg\n", counts = returns;
+    for (int k = 0; k < 60; ++k) {
+      const std::string rest = "," + std::to_string(0.01 * k) + "," + std::to_string(k % 7) + "\n";
+      returns += std::to_string(k / 20 % 2) + rest;
+      counts += std::to_string(k) + rest;
+    }
+    CHECK(read(returns).signals.samples() == 60);
+    CHECK(read(counts).signals.samples() == 60);
+  }
+}
+
+TEST_CASE("a column of few values that change in stretches may tell recordings apart") {
+  const auto change = [](const std::string& second, const RecordingOptions& options = {}) {
+    return read(
+               "time,com_sway_deg,who\n" +
+                   [&] {
+                     std::string text;
+                     for (int k = 0; k < 60; ++k)
+                       text += std::to_string(k * 0.01) + "," + std::to_string(k % 7) + "," +
+                               (k < 30 ? "Ann" : second) + "\n";
+                     return text;
+                   }(),
+               options)
+        .change;
+  };
+  CHECK(change("Bob").starts_with("'who' changes from 'Ann' to 'Bob' at 0.3 s"));
+  CHECK(change("Bob").ends_with("trial_column 'who' separates them"));
+  CHECK(change("Ann").empty());
+  CHECK(change("Bob", {.is_one_trial = true}).empty());
+  std::string signal = "time,com_sway_deg,a,b\n";  // a signal, and a state that comes back
+  for (int k = 0; k < 60; ++k)
+    signal += std::to_string(k * 0.01) + "," + std::to_string(k % 7) + "," + std::to_string(k) + "," +
+              (k / 10 % 2 ? "on" : "off") + "\n";
+  CHECK(read(signal).change.empty());
+}
