@@ -78,8 +78,8 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
                               : "save the sway as a vector of real numbers, or name it with " + setting("column");
   if (candidates.empty())
     throw Error(Code::column_missing, recording.file, "has a time column but no sway column" + unread, add);
-  const int tilt = find_tilt_column(table, time, recording.file, setting("column"));
-  std::erase(candidates, tilt);
+  const std::vector<int> tilts = tilt_columns(table, time);
+  for (const int tilt : tilts) std::erase(candidates, tilt);
   if (!options.trial_column.empty())
     for (const int column : trial_columns(table, options.trial_column, recording.file)) std::erase(candidates, column);
   if (candidates.size() > 1) refuse_other_quantities(table, candidates, recording.file);
@@ -96,17 +96,22 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
             (decimal_commas ? "; if its numbers have decimal commas, save it with semicolons between them" : "") +
             trial_advice(table));
   }
-  if (candidates.empty() && tilt < 0)
+  if (candidates.empty() && tilts.empty())
     throw Error(Code::column_missing, recording.file,
                 "has no sway column except '" + options.trial_column + "' of " + setting("trial_column") + unread, add);
   if (candidates.empty())
     throw Error(Code::column_missing, recording.file,
-                "has a column of the platform's tilt, '" + table.name(tilt) + "', but no sway column" + unread, add);
+                (tilts.size() == 1
+                     ? "has a column of the platform's tilt, '" + table.name(tilts.front()) + "', but"
+                     : "has " + std::to_string(tilts.size()) + " columns of the platform's tilt by their names, '" +
+                           table.name(tilts.front()) + "' and '" + table.name(tilts.back()) + "', but") +
+                    " no sway column" + unread,
+                add);
   const int sway = candidates.front();
   if (table.has_header()) {
     add_info(recording.warnings, "column_assumed",
              "column '" + table.name(sway) + "' is assumed to be the sway: it is the only candidate" +
-                 (tilt >= 0 ? " except the platform's tilt" : ""));
+                 (!tilts.empty() ? " except the platform's tilt" : ""));
   }
   return sway;
 }

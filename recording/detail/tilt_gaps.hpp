@@ -1,0 +1,17 @@
+// Gaps of a measured tilt. Not installed.
+#pragma once
+
+#include <vector>
+
+#include "recording/detail/tilt_match.hpp"
+#include "recording/recording.hpp"
+
+namespace decid::recording {
+
+/// Fits the protocol's tilt to the recording's, by least squares over its measured samples, and fills the recording's
+/// tilt_gaps with the fit. Returns the gain and the correlation of the measured samples. `expected`: the protocol's
+/// tilt at rate_hz. start_s: its start in the recording of from_hz.
+Match fill_as_prescribed(Recording& recording, const std::vector<double>& expected, double start_s, double from_hz,
+                         double rate_hz);
+
+}  // namespace decid::recording
