@@ -135,14 +135,17 @@ void warn_of_length(Recording& recording, const sim::Protocol& protocol, const T
   const long long lacking = place.first + (protocol.samples() - 1 - place.last);
   if (lacking > 0) {
     const bool is_usual = place.first == 0 && static_cast<double>(lacking) <= usual_excess_s * rate * (1.0 + 1e-9);
-    recording.warnings.push_back({is_usual ? Severity::info : Severity::caution, "samples_lacking",
-                                  "the recording lacks " + std::to_string(lacking) +
-                                      (lacking == 1 ? " sample" : " samples") + " of the protocol's " +
-                                      std::to_string(protocol.samples()) + " at its " +
-                                      (place.first == 0                       ? "end"
-                                       : place.last == protocol.samples() - 1 ? "start"
-                                                                              : "ends") +
-                                      "; the mirror image of their neighbours replaces them"});
+    const std::string text = "the recording lacks " + std::to_string(lacking) +
+                             (lacking == 1 ? " sample" : " samples") + " of the protocol's " +
+                             std::to_string(protocol.samples()) + " at its " +
+                             (place.first == 0                       ? "end"
+                              : place.last == protocol.samples() - 1 ? "start"
+                                                                     : "ends") +
+                             "; the mirror image of their neighbours replaces them";
+    if (is_usual)
+      add_info(recording.warnings, "samples_lacking", text);
+    else
+      add_caution(recording.warnings, "samples_lacking", text);
   }
 }
 

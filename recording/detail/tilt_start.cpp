@@ -8,8 +8,8 @@
 #include "base/setting.hpp"
 #include "recording/detail/placement.hpp"
 #include "recording/detail/recording_name.hpp"
+#include "recording/detail/tilt/tilt_gaps.hpp"
 #include "recording/detail/tilt_before.hpp"
-#include "recording/detail/tilt_gaps.hpp"
 #include "recording/detail/tilt_match.hpp"
 #include "recording/detail/tilt_rest.hpp"
 #include "recording/resample.hpp"
@@ -145,8 +145,12 @@ TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, doubl
   const auto at_rate = [&] { return from_hz == rate ? tilt.rad : resample(tilt.rad, from_hz, rate); };
   std::vector<double> measured = at_rate();
   if (measured.size() + 2 * overhang_of(needed) < needed) refuse_length(recording, protocol, 0.0);
-  Match match = plan.tilt().match(measured);
   const std::vector<double> expected = prescribed_tilt(protocol);
+  Match match;
+  if (recording.tilt_gaps.empty())
+    match = plan.tilt().match(measured);
+  else
+    match.delay_samples = rate * start_beside_gaps(measured, recording.tilt_gaps, expected, from_hz, rate);
   for (int round = 0; round < rounds_of_gaps && !recording.tilt_gaps.empty(); ++round) {
     const Match found = fill_as_prescribed(recording, expected, match.delay_samples / rate, from_hz, rate);
     measured = at_rate();

@@ -25,7 +25,7 @@ const Warning* found(const Warnings& warnings, const char* code) {
   return at == warnings.end() ? nullptr : &*at;
 }
 
-/// A recording of so many seconds, of noise.
+/// A recording of noise.
 Recording of_length(std::size_t samples) {
   const Random random(9, sim::streams::sensor_noise, 0);
   std::vector<double> sway;

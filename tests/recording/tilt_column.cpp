@@ -1,5 +1,5 @@
 // The platform's tilt among columns without its name, and sways that are not taken for it.
-#include "recording/detail/tilt_column.hpp"
+#include "recording/detail/tilt/tilt_column.hpp"
 
 #include <cmath>
 #include <cstdio>
@@ -135,7 +135,8 @@ TEST_CASE("a tilt of the other sign, or with a name of the body, is only named, 
 }
 
 TEST_CASE("sways are not taken for the tilt: 2 of 400 noise-free ones may, 1 of 400 with vestibular noise") {
-  // Of the noise-free sways 97% have a correlation above 0.9 with the tilt at some start; of the others 19%.
+  // The correlation with the tilt at some start is above 0.9 for 97% of the noise-free sways, and for 19% of the
+  // others.
   for (const bool has_noise : {false, true}) {
     CAPTURE(has_noise);
     int found = 0;

@@ -1,5 +1,5 @@
 // The platform's tilt in a table: see read_tilt.hpp.
-#include "recording/detail/read_tilt.hpp"
+#include "recording/detail/tilt/read_tilt.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -140,7 +140,8 @@ void look_for_tilt(const Table& table, int time, const std::vector<int>& sways, 
   } catch (const Error& error) {
     recording.warnings.erase(recording.warnings.begin() + static_cast<std::ptrdiff_t>(warnings),
                              recording.warnings.end());
-    const bool is_other = error.code() == Code::column_unsuitable || (column >= 0 && holds_words(table, column));
+    const bool is_other = error.code() == Code::column_unsuitable ||
+                          (error.code() == Code::value_invalid && column >= 0 && holds_words(table, column));
     if (is_other)
       add_info(recording.warnings, "tilt_not_used", "decid ignores a column that may be the tilt: " + error.problem());
     else

@@ -1,5 +1,5 @@
 // The platform's tilt among other columns: see tilt_column.hpp.
-#include "recording/detail/tilt_column.hpp"
+#include "recording/detail/tilt/tilt_column.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +17,7 @@
 namespace decid::recording {
 namespace {
 
-constexpr double min_of_tilt = 0.9, max_beside = 0.12;
+constexpr double min_of_tilt = 0.9, max_beside = 0.1;
 
 /// Returns whether the cross-correlation of velocities is as narrow as a ternary sequence's. `start`: of `expected` in
 /// `measured`; `state`: its samples.
@@ -96,8 +96,9 @@ void look_for_tilt_by_values(const ProtocolPlan& plan, double from_hz, Recording
   if (best == nullptr) return;
   add_info(recording.warnings, "tilt_found",
            "no column is the tilt by its name; '" + best->column + "' follows the protocol's tilt (" +
-               figure(correlation) + (others.empty() ? std::string() : "), as do " + others + " (") +
-               (others.empty() ? ")" : "name another as " + setting("tilt_column") + ")"));
+               figure(correlation) + ")" +
+               (others.empty() ? std::string()
+                               : ", and so does " + others + ", which " + setting("tilt_column") + " would select"));
   recording.signals.add(*best);
   recording.tilt_was_found = true;
 }

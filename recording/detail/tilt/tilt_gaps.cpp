@@ -1,5 +1,5 @@
 // Gaps of a measured tilt: see tilt_gaps.hpp.
-#include "recording/detail/tilt_gaps.hpp"
+#include "recording/detail/tilt/tilt_gaps.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,6 +7,39 @@
 #include "base/math/statistics.hpp"
 
 namespace decid::recording {
+
+double start_beside_gaps(const std::vector<double>& measured, const std::vector<SampleRange>& gaps,
+                         const std::vector<double>& expected, double from_hz, double rate_hz) {
+  constexpr double coarse_hz = 10.0, min_fraction = 0.4;
+  const long step = std::max(1L, std::lround(rate_hz / coarse_hz)), count = std::ssize(expected);
+  const long overhang = count / 4, samples = std::ssize(measured);
+  std::vector<bool> is_measured(measured.size(), true);
+  for (const SampleRange& gap : gaps) {
+    const double first = std::floor(static_cast<double>(gap.first) / from_hz * rate_hz);
+    const double end = std::ceil(static_cast<double>(gap.end) / from_hz * rate_hz);
+    for (auto k = static_cast<std::size_t>(first); k < std::min(static_cast<std::size_t>(end), measured.size()); ++k)
+      is_measured[k] = false;
+  }
+  double largest = 0.0, start_s = 0.0;
+  std::vector<double> played, prescribed;
+  for (long start = -overhang; start <= samples - count + overhang; start += step) {
+    played.clear();
+    prescribed.clear();
+    for (long k = std::max(0L, -start); k < std::min(count, samples - start); k += step) {
+      const auto at = static_cast<std::size_t>(start + k);
+      if (!is_measured[at]) continue;
+      played.push_back(measured[at]);
+      prescribed.push_back(expected[static_cast<std::size_t>(k)]);
+    }
+    if (static_cast<double>(std::ssize(played) * step) < min_fraction * static_cast<double>(count)) continue;
+    const double found = correlation(played, prescribed);
+    const double explained = found * found * static_cast<double>(played.size());
+    if (explained <= largest) continue;
+    largest = explained;
+    start_s = static_cast<double>(start) / rate_hz;
+  }
+  return start_s;
+}
 
 Match fill_as_prescribed(Recording& recording, const std::vector<double>& expected, double start_s, double from_hz,
                          double rate_hz) {

@@ -1,5 +1,5 @@
 // Slips of time by the measured tilt: see tilt_slips.hpp.
-#include "recording/detail/tilt_slips.hpp"
+#include "recording/detail/tilt/tilt_slips.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -30,20 +30,21 @@ std::vector<Slip> slips_of(const std::vector<double>& tilt, std::span<const Samp
   if (static_cast<double>(length) < shortest_part_s * rate) return {};
   std::vector<Slip> slips;
   for (std::size_t part = 0; part < part_count; ++part) {
-    // The part of the recording around this part of the prescribed tilt.
-    const std::size_t begin = part * length, end = begin + length, from = begin > around ? begin - around : 0;
-    const std::size_t to = std::min(end + around, expected.size());
+    // The first and last parts are shorter, so that the prescribed tilt reaches as far beyond every part.
+    const std::size_t begin = std::max(part * length, around);
+    const std::size_t end = std::min((part + 1) * length, expected.size() - around);
+    const std::size_t from = begin - around, to = end + around;
     std::size_t missing = 0;
     for (const SampleRange& gap : gaps)
       missing += std::min(std::max(gap.end, begin), end) - std::min(std::max(gap.first, begin), end);
-    if (static_cast<double>(missing) > max_gap_fraction * static_cast<double>(length)) continue;
+    if (static_cast<double>(missing) > max_gap_fraction * static_cast<double>(end - begin)) continue;
     const std::vector<double> played(tilt.begin() + static_cast<std::ptrdiff_t>(begin),
                                      tilt.begin() + static_cast<std::ptrdiff_t>(end));
     const std::vector<double> about(expected.begin() + static_cast<std::ptrdiff_t>(from),
                                     expected.begin() + static_cast<std::ptrdiff_t>(to));
     const Match match = TiltMatcher(played, 0).match(about);
     if (match.correlation < min_part_correlation) continue;
-    slips.push_back({static_cast<double>(begin) / rate, static_cast<double>(begin + end) / (2.0 * rate),
+    slips.push_back({static_cast<double>(part * length) / rate, static_cast<double>(begin + end) / (2.0 * rate),
                      (match.delay_samples + static_cast<double>(from) - static_cast<double>(begin)) / rate});
   }
   return slips;
