@@ -8,6 +8,7 @@
 #include "base/error.hpp"
 #include "base/math/statistics.hpp"
 #include "base/parallel.hpp"
+#include "base/setting.hpp"
 #include "base/text.hpp"
 #include "identify/detail/as_recorded.hpp"
 #include "sim/streams.hpp"
@@ -55,8 +56,21 @@ void make_as_recorded(const Answer& answer, double rate_hz, std::span<double> sw
   bridge_gaps(sway_rad, answer.trial.gaps);
 }
 
-/// Warns if the residual is larger than noise explains.
-void warn_of_residual(std::span<const std::vector<float>> noisy, Severity severity, Explanation& explanation) {
+/// Subtracts the straight line of the residual from `sway`, about its middle. Returns the line's rise in degrees.
+double subtract_drift(std::vector<float>& sway, std::span<const float> fitted) {
+  const double n = static_cast<double>(sway.size()), middle = 0.5 * (n - 1.0);
+  double product = 0;
+  for (std::size_t k = 0; k < sway.size(); ++k)
+    product += (static_cast<double>(k) - middle) * (static_cast<double>(sway[k]) - static_cast<double>(fitted[k]));
+  const double slope = product / (n * (n * n - 1.0) / 12.0);
+  for (std::size_t k = 0; k < sway.size(); ++k)
+    sway[k] -= static_cast<float>(slope * (static_cast<double>(k) - middle));
+  return slope * n / sim::rad_per_deg;
+}
+
+/// Warns if the residual is larger than noise explains, and names a drift that explains it.
+void warn_of_residual(std::span<const float> sway_rad, std::span<const std::vector<float>> noisy, Severity severity,
+                      Explanation& explanation) {
   if (!std::isfinite(explanation.variance_accounted_for)) {
     add_invalid(
         explanation.warnings, "does_not_stand",
@@ -75,15 +89,28 @@ void warn_of_residual(std::span<const std::vector<float>> noisy, Severity severi
     return;
   }
   const auto [low, high] = std::ranges::minmax(usual);
-  if (explanation.variance_accounted_for < low - (high - low) - 0.1)
+  const double least = low - (high - low) - 0.1;
+  if (explanation.variance_accounted_for >= least) return;
+  std::vector<float> straight(sway_rad.begin(), sway_rad.end());
+  const double drift_deg = subtract_drift(straight, explanation.fitted_rad);
+  const double without_drift = residual_of(straight, explanation.fitted_rad).variance_accounted_for;
+  if (without_drift >= least) {
     explanation.warnings.push_back(
-        {severity, "little_explained",
-         format(
-             "the identified controller, without noise, explains %.0f%% of the recording's variance, where it explains "
-             "%.0f to %.0f%% of simulated trials with its noise: the recording may not be of this protocol or of this "
-             "kind "
-             "of controller",
-             100 * std::max(0.0, explanation.variance_accounted_for), 100 * low, 100 * high)});
+        {severity, "drift",
+         format("the sway drifts by %.2g degrees over the trial, which the identified controller does not explain: "
+                "without this line it explains %.0f%% of the variance, with it %.0f%%; ",
+                drift_deg, 100 * without_drift, 100 * std::max(0.0, explanation.variance_accounted_for)) +
+             setting("detrend") + " linear subtracts it"});
+    return;
+  }
+  explanation.warnings.push_back(
+      {severity, "little_explained",
+       format(
+           "the identified controller, without noise, explains %.0f%% of the recording's variance, where it explains "
+           "%.0f to %.0f%% of simulated trials with its noise: the recording may not be of this protocol or of this "
+           "kind "
+           "of controller",
+           100 * std::max(0.0, explanation.variance_accounted_for), 100 * low, 100 * high)});
 }
 
 }  // namespace
@@ -147,7 +174,7 @@ Explanation Explainer::explain(const Answer& answer, Simulated simulated) const 
   const Residual found = residual_of(sway_rad, explanation.fitted_rad);
   explanation.rms_residual_deg = found.rms_deg;
   explanation.variance_accounted_for = found.variance_accounted_for;
-  warn_of_residual(simulated.noisy, answer.little_explained, explanation);
+  warn_of_residual(sway_rad, simulated.noisy, answer.little_explained, explanation);
   if (response_ratio_) {
     ResponseRatio::Spread spread;
     explanation.response_ratio = response_ratio_->measure(simulated.sways, sway_rad, &spread);

@@ -76,7 +76,7 @@ void warn_of_sway(const sim::Conditions& trained, const recording::Trial& trial,
 constexpr double against_ratio = -0.5;  // a response ratio of -1 is the other sign
 
 /// Adds a warning to recordings that are out of distribution.
-void judge(const Model& model, const Estimate& estimate, Explanation& explanation) {
+void judge(const Model& model, const Estimate& estimate, const recording::Trial& trial, Explanation& explanation) {
   if (!model.ood_detector.known()) {
     const Warnings found = response_ratio_warnings(explanation);
     explanation.warnings.insert(explanation.warnings.end(), found.begin(), found.end());
@@ -94,7 +94,7 @@ void judge(const Model& model, const Estimate& estimate, Explanation& explanatio
       "this recording does not resemble the test (OOD score %.4g, limit 1; %s); common causes: wrong sign, late start, "
       "other platform movement, wrong unit or rate, smoothing",
       std::ceil(1e3 * explanation.ood_score) / 1e3, response.c_str());  // rounded up: never the limit itself
-  if (explanation.response_ratio < against_ratio)
+  if (explanation.response_ratio < against_ratio && !trial.start_is_doubtful)
     explanation.unlike_training +=
         "; the sway goes against the platform: if its sensor is reversed, give " + setting("invert") + " sway";
   add_invalid(explanation.warnings, "out_of_distribution", explanation.unlike_training);
@@ -163,7 +163,7 @@ std::vector<Explanation> Identifier::compare(std::span<const Estimate> estimates
   std::vector<Answer> answers;
   for (std::size_t i = 0; i < estimates.size(); ++i) answers.push_back({estimates[i].parameters, *trials[i]});
   std::vector<Explanation> all = explainer_->explain(answers);
-  for (std::size_t i = 0; i < all.size(); ++i) judge(model_, estimates[i], all[i]);
+  for (std::size_t i = 0; i < all.size(); ++i) judge(model_, estimates[i], *trials[i], all[i]);
   return all;
 }
 

@@ -14,6 +14,7 @@
 #include "recording/detail/recording_name.hpp"
 #include "recording/detail/sway/read_sway.hpp"
 #include "recording/detail/sway/sway_source.hpp"
+#include "recording/detail/tilt/read_tilt.hpp"
 #include "recording/table/columns.hpp"
 #include "recording/table/detail/trials.hpp"
 #include "recording/table/table.hpp"
@@ -145,13 +146,19 @@ void mark_missing(std::vector<double>& values, std::optional<double> given) {
     if (is_mark(value)) value = std::numeric_limits<double>::quiet_NaN();
 }
 
+/// Returns a column's numbers; those that are missing are NaN.
+std::vector<double> read_numbers(const Table& table, int column, const RecordingOptions& options) {
+  std::vector<double> raw = table.numbers(column, Missing::kept);
+  mark_missing(raw, options.missing_value);
+  return raw;
+}
+
 /// Returns a column on the clock's even grid, with its gaps filled if allowed and added to `gaps`.
 std::vector<double> read_column(const Table& table, int column, const Clock& clock, const RecordingOptions& options,
                                 Recording& recording, std::vector<SampleRange>& gaps) {
-  std::vector<double> raw = table.numbers(column, Missing::kept);
+  const std::vector<double> raw = read_numbers(table, column, options);
   if (const std::string change = table.change_at(column); !change.empty())
     add_info(recording.warnings, "resampled", change);
-  mark_missing(raw, options.missing_value);
   std::vector<double> values = place_evenly(raw, clock);
   // A gap has a place in the file if its first sample is a cell instead of a lost row.
   const auto place_of = [&](std::size_t sample) -> std::string {
@@ -234,43 +241,6 @@ void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, 
   }
 }
 
-/// Reads the tilt's column in radians. Its size is compared with the protocol's later.
-void read_tilt(const Table& table, int column, int sway, const Clock& clock, const RecordingOptions& options,
-               Recording& recording) {
-  const std::string& name = table.names()[static_cast<std::size_t>(column)];
-  if (column == sway)
-    throw Error(Code::column_unsuitable, recording.file, name + " is already the sway",
-                "name the tilt with " + setting("tilt_column"));
-  if (table.rows(column) != table.rows(sway)) {
-    throw Error(Code::size_mismatch, recording.file,
-                "the tilt " + name + " has " + std::to_string(table.rows(column)) + " values, the sway " +
-                    std::to_string(table.rows(sway)),
-                "name signals that were sampled together");
-  }
-  const Unit unit = angle_unit(table, column, options.tilt_unit, setting("tilt_unit"), recording);
-  std::vector<SampleRange> gaps_of_tilt;  // the sway was measured there
-  Signal<double> tilt{platform_tilt, name, read_column(table, column, clock, options, recording, gaps_of_tilt)};
-  const double factor = rad_in(unit) * (options.invert_tilt ? -1.0 : 1.0);
-  for (double& value : tilt.rad) value *= factor;
-  recording.signals.add(std::move(tilt));
-}
-
-/// Reads the tilt found by its name, if there is one and it is valid.
-void look_for_tilt(const Table& table, const SwaySource& sway, const Clock& clock, const RecordingOptions& options,
-                   Recording& recording) {
-  const std::size_t warnings = recording.warnings.size();
-  try {
-    const int column = find_tilt_column(table, -1, recording.file, setting("tilt_column"));
-    if (column < 0 || std::ranges::find(sway.columns, column) != sway.columns.end()) return;
-    read_tilt(table, column, sway.columns.front(), clock, options, recording);
-    recording.tilt_was_found = true;
-  } catch (const Error& error) {
-    recording.warnings.erase(recording.warnings.begin() + static_cast<std::ptrdiff_t>(warnings),
-                             recording.warnings.end());
-    add_info(recording.warnings, "tilt_not_used", "decid ignores a column that may be the tilt: " + error.problem());
-  }
-}
-
 }  // namespace
 
 Recording read_recording(const std::filesystem::path& path, const RecordingOptions& options) {
@@ -314,6 +284,7 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   recording.rate_hz = clock.rate_hz;
   if (options.trial_column.empty() && !options.is_one_trial)
     recording.change = describe_change(table, sway, time, clock.rate_hz);
+  recording.first_time_s = clock.first_s;
   std::vector<SampleRange> gaps;
   const auto numbers = [&](int column) { return read_column(table, column, clock, options, recording, gaps); };
   Signal<double>& signal = recording.signals.add(read_sway(table, source, options, numbers, recording));
@@ -324,11 +295,12 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   if (options.invert_sway) {
     for (double& value : signal.rad) value = -value;
   }
+  const auto with_missing = [&](int column) { return place_evenly(read_numbers(table, column, options), clock); };
   if (!options.tilt_column.empty()) {
-    read_tilt(table, named_column(table, options.tilt_column, recording.file, setting("tilt_column")), sway, clock,
-              options, recording);
+    read_tilt(table, named_column(table, options.tilt_column, recording.file, setting("tilt_column")), sway,
+              with_missing, options, recording);
   } else if (options.find_tilt) {
-    look_for_tilt(table, source, clock, options, recording);
+    look_for_tilt(table, time, source.columns, with_missing, options, recording);
   }
   if ((options.tilt_unit || options.invert_tilt) && recording.signals.find(platform_tilt) == nullptr)
     throw Error(Code::setting_missing, recording.file,

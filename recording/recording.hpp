@@ -50,9 +50,14 @@ struct RecordingOptions {
 struct Recording {
   std::string file;  ///< empty: from samples in memory
   double rate_hz = 0.0;
-  std::string rate_advice;        ///< the remedy for a wrong rate; empty: only another recording helps
-  Signals<double> signals;        ///< com_sway, and platform_tilt if requested
-  bool is_large = false;          ///< the sway is larger than a standing body's; a warning says so
+  std::string rate_advice;    ///< the remedy for a wrong rate; empty: only another recording helps
+  Signals<double> signals;    ///< com_sway, and platform_tilt if requested
+  double first_time_s = 0.0;  ///< the first sample's time by the file's time column; 0 without one
+  /// Numeric columns that may be the platform's tilt, in rad, if no column is the tilt by its name: the protocol shows
+  /// whether one is.
+  std::vector<Signal<double>> other_columns;
+  std::vector<SampleRange> tilt_gaps;  ///< samples of the tilt that were missing and bridged, ascending
+  bool is_large = false;               ///< the sway is larger than a standing body's; a warning says so
   bool tilt_was_found = false;    ///< by its name only: if it does not follow the protocol, the trial is not usable
   std::string change;             ///< describes a column that may tell recordings of the file apart; empty: none
   std::vector<SampleRange> gaps;  ///< samples of the sway that were missing and filled, ascending

@@ -9,6 +9,8 @@
 #include "recording/detail/detrend.hpp"
 #include "recording/detail/placement.hpp"
 #include "recording/detail/recording_name.hpp"
+#include "recording/detail/tilt/tilt_column.hpp"
+#include "recording/detail/tilt/tilt_slips.hpp"
 #include "recording/detail/tilt_match.hpp"
 #include "recording/detail/tilt_start.hpp"
 #include "recording/quality/detail/quality.hpp"
@@ -22,6 +24,8 @@ namespace {
 /// The fraction of a trial that may be missing at either end.
 constexpr double missing_limit = 0.01;
 /// Networks err more on slower recordings: docs/reference/accuracy.md has the measurement.
+/// A measured tilt gives the start to a part of a sample: decid does not invent a sample for less than half of one.
+constexpr double start_rounding = 0.5;
 constexpr double slowest_hz = 5.0, slow_hz = 25.0, slow_margin = 0.02;
 
 /// Throws Error for a rate that loses the response to the platform, and warns of a rate that loses much of it.
@@ -103,6 +107,7 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   const double from_hz = same_rate ? rate : recording.rate_hz;
   const double recorded_s = static_cast<double>(recording.signals.samples()) / from_hz;
   if (recording.rate_hz < rate && !same_rate) check_rate(recording, rate);
+  if (!recording.other_columns.empty()) look_for_tilt_by_values(plan, from_hz, recording);
   const Signal<double>* tilt = recording.signals.find(platform_tilt);
   if (options.start_s && tilt && !recording.tilt_was_found) {
     throw Error(Code::setting_conflict, where(recording), "a start and a tilt both define the protocol's start",
@@ -127,7 +132,7 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   if (trial.tilt) place.start_s = trial.tilt->delay_s;
   if (same_rate) place.start_s = std::round(place.start_s * rate) / rate;
   // Fixes the length before any other work: samples k with 0 <= start + k / rate, and before the end.
-  place.first = std::max(0LL, static_cast<long long>(std::ceil(-place.start_s * rate - length_rounding)));
+  place.first = std::max(0LL, static_cast<long long>(std::ceil(-place.start_s * rate - start_rounding)));
   place.last = std::min(needed - 1,
                         static_cast<long long>(std::ceil((recorded_s - place.start_s) * rate - length_rounding)) - 1);
   const auto most = static_cast<long long>(missing_limit * static_cast<double>(needed));
@@ -147,13 +152,21 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
              "resampled from " + six_digits(recording.rate_hz) + " Hz to " + six_digits(rate) + " Hz");
   warn_of_length(recording, protocol, place, options.start_s || trial.tilt);
   add_change(recording);
+  if (!options.start_s && !trial.tilt) warn_of_negative_time(recording, protocol);
   for (const Signal<double>& signal : recording.signals) {
     std::vector<double> values = cut(signal.rad, from_hz, rate, place, samples);
     if (signal.name == com_sway) look_for_changes(plan.response(), values, recording.warnings);
-    if (&signal == tilt) look_for_tilt_slips(values, plan, options.start_s.has_value(), recording.warnings);
+    if (&signal == tilt) {
+      const auto tilt_gaps = gaps_in_trial(recording.tilt_gaps, from_hz, rate, place, samples);
+      look_for_tilt_slips(values, tilt_gaps, plan, from_hz, options.start_s.has_value(), recording.warnings);
+    }
     if (&signal != tilt) detrend(values, protocol, options.detrend, recording.warnings);
     trial.signals.add({signal.name, signal.column, std::vector<float>(values.begin(), values.end())});
   }
+  trial.start_is_doubtful = std::ranges::any_of(recording.warnings, [](const Warning& warning) {
+    return warning.severity != Severity::info &&
+           one_of(warning.code, {"part_not_used", "starts_before_zero", "no_response", "other_start"});
+  });
   return trial;
 }
 

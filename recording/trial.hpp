@@ -46,6 +46,7 @@ struct Trial {
   /// straight line, frozen, or lacking at an end.
   std::vector<SampleRange> gaps = {};
   std::optional<LowPass> low_pass = {};  ///< that smoothed the sway
+  bool start_is_doubtful = false;        ///< a warning of the recording says so
 
   /// Returns the samples of com_sway. Throws Error without them.
   std::vector<float>& sway_rad() & { return signals.at(com_sway).rad; }

@@ -165,12 +165,9 @@ std::optional<Clock> clock_without_grid(const std::vector<double>& time, const s
   return clock;
 }
 
-}  // namespace
-
-Clock read_clock(const Table& table, int column, const std::string& where, const std::string& setting_name) {
-  const std::string& name = table.name(column);
-  const std::vector<double> time = table.times(column);
-  const double unit_s = time_unit_s(name);
+/// Returns the clock of these times; `unit_s`: their unit in seconds.
+Clock clock_of(const std::vector<double>& time, double unit_s, const Table& table, const std::string& name,
+               const std::string& where, const std::string& setting_name) {
   std::vector<double> steps(time.size() - 1);
   for (std::size_t i = 0; i < steps.size(); ++i) steps[i] = time[i + 1] - time[i];
   const double usual = median(steps);
@@ -244,6 +241,17 @@ Clock read_clock(const Table& table, int column, const std::string& where, const
     }
   }
   if (largest > even) warn_of_uneven_times(clock, largest, (1.0 + largest) / clock.rate_hz, name, setting_name);
+  return clock;
+}
+
+}  // namespace
+
+Clock read_clock(const Table& table, int column, const std::string& where, const std::string& setting_name) {
+  const std::string& name = table.name(column);
+  const std::vector<double> time = table.times(column);
+  const double unit_s = time_unit_s(name);
+  Clock clock = clock_of(time, unit_s, table, name, where, setting_name);
+  clock.first_s = time.front() * unit_s;
   return clock;
 }
 

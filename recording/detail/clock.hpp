@@ -19,6 +19,7 @@ struct Clock {
   std::string warning;        ///< the text of a warning, if times were uneven
   bool is_caution = false;    ///< the warning's severity
   std::string first_uneven;   ///< the first step that is not even: "line 4: 'time' steps by 0.02, elsewhere by 0.01"
+  double first_s = 0.0;       ///< the first sample's time
   double gap = 1.5;           ///< in samples: neighbours farther apart enclose a gap
 };
 

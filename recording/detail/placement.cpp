@@ -14,6 +14,8 @@
 namespace decid::recording {
 namespace {
 
+/// More or fewer samples at the end, of an export that includes the last instant, say nothing about the start.
+constexpr double usual_excess_s = 0.1;
 constexpr double min_gap_s = 0.05;  ///< a straight line through a shorter gap misses the sway by less than its noise
 
 std::string count_at(std::size_t samples, double rate_hz) {
@@ -121,7 +123,7 @@ void warn_of_length(Recording& recording, const sim::Protocol& protocol, const T
       text += "the first " + milliseconds(before_s) + " s" + (after_s > 0.5 * sample_s ? " and " : " are not used");
     }
     if (after_s > 0.5 * sample_s) text += "the last " + milliseconds(after_s) + " s are not used";
-    if (start_was_given) {
+    if (start_was_given || (before_s <= 0.5 * sample_s && after_s <= usual_excess_s * (1.0 + 1e-9))) {
       add_info(recording.warnings, "part_not_used", text);
     } else {
       text += either(recording, "; another start selects other samples",
@@ -132,14 +134,31 @@ void warn_of_length(Recording& recording, const sim::Protocol& protocol, const T
   }
   const long long lacking = place.first + (protocol.samples() - 1 - place.last);
   if (lacking > 0) {
-    add_caution(recording.warnings, "samples_lacking",
-                "the recording lacks " + std::to_string(lacking) + (lacking == 1 ? " sample" : " samples") +
-                    " of the protocol's " + std::to_string(protocol.samples()) + " at its " +
-                    (place.first == 0                       ? "end"
-                     : place.last == protocol.samples() - 1 ? "start"
-                                                            : "ends") +
-                    "; the mirror image of their neighbours replaces them");
+    const bool is_usual = place.first == 0 && static_cast<double>(lacking) <= usual_excess_s * rate * (1.0 + 1e-9);
+    const std::string text = "the recording lacks " + std::to_string(lacking) +
+                             (lacking == 1 ? " sample" : " samples") + " of the protocol's " +
+                             std::to_string(protocol.samples()) + " at its " +
+                             (place.first == 0                       ? "end"
+                              : place.last == protocol.samples() - 1 ? "start"
+                                                                     : "ends") +
+                             "; the mirror image of their neighbours replaces them";
+    if (is_usual)
+      add_info(recording.warnings, "samples_lacking", text);
+    else
+      add_caution(recording.warnings, "samples_lacking", text);
   }
+}
+
+void warn_of_negative_time(Recording& recording, const sim::Protocol& protocol) {
+  constexpr double shortest_s = 0.1, min_fraction = 0.99;
+  const double zero_s = -recording.first_time_s;
+  const double recorded_s = static_cast<double>(recording.signals.samples()) / recording.rate_hz;
+  if (zero_s < shortest_s || recorded_s - zero_s < min_fraction * protocol.duration_s()) return;
+  add_caution(recording.warnings, "starts_before_zero",
+              "time 0 is " + milliseconds(zero_s) +
+                  " s after the first sample, and decid takes the first sample as the protocol's start: give " +
+                  setting("begin") + " " + milliseconds(zero_s) + " if the platform started at time 0, else " +
+                  setting("begin") + " 0");
 }
 
 }  // namespace decid::recording

@@ -38,5 +38,7 @@ std::string to_write(const sim::Protocol& protocol);
 /// Warns of ignored samples of a longer recording and of invented samples of a shorter one.
 void warn_of_length(Recording& recording, const sim::Protocol& protocol, const TrialPlacement& place,
                     bool start_was_given);
+/// Warns if the file's times begin before 0 and the protocol fits behind time 0.
+void warn_of_negative_time(Recording& recording, const sim::Protocol& protocol);
 
 }  // namespace decid::recording

@@ -8,6 +8,7 @@
 #include "base/setting.hpp"
 #include "recording/detail/placement.hpp"
 #include "recording/detail/recording_name.hpp"
+#include "recording/detail/tilt/tilt_gaps.hpp"
 #include "recording/detail/tilt_before.hpp"
 #include "recording/detail/tilt_match.hpp"
 #include "recording/detail/tilt_rest.hpp"
@@ -18,6 +19,7 @@ namespace decid::recording {
 namespace {
 
 constexpr double min_correlation = 0.5, good_correlation = 0.95, good_gain = 0.1;
+constexpr int rounds_of_gaps = 2;           ///< the second finds the start with gaps that are filled as prescribed
 constexpr double min_rest_fraction = 0.49;  ///< of the protocol: half, less some samples
 
 /// Thrown if the platform played another stimulus.
@@ -53,6 +55,11 @@ void refuse_comtest(const Signal<double>& tilt, const std::vector<double>& measu
 void refuse_rest(const Signal<double>& tilt, const std::vector<double>& measured, const sim::Protocol& protocol,
                  const Recording& recording) {
   const double rate = protocol.experiment.sample_rate_hz, needed_s = protocol.duration_s();
+  const auto [lowest, highest] = std::ranges::minmax(measured);
+  if (highest - lowest <= 1e-9 * std::max(std::abs(lowest), std::abs(highest)))
+    throw OtherStimulus(Code::protocol_mismatch, where(recording),
+                        "the platform stood still throughout by its tilt " + tilt.column + ", a constant",
+                        either(recording, "give another tilt", "name another " + setting("tilt_column")));
   const SampleRange moving = moving_samples(measured);
   if (moving.size() == 0) return;
   const double begin_s = static_cast<double>(moving.first) / rate, end_s = static_cast<double>(moving.end) / rate;
@@ -130,11 +137,23 @@ TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, doubl
   const sim::Protocol& protocol = plan.protocol();
   const double rate = protocol.experiment.sample_rate_hz;
   const auto needed = static_cast<std::size_t>(protocol.samples());
-  const std::vector<double> measured = from_hz == rate ? tilt.rad : resample(tilt.rad, from_hz, rate);
+  const auto at_rate = [&] { return from_hz == rate ? tilt.rad : resample(tilt.rad, from_hz, rate); };
+  std::vector<double> measured = at_rate();
   if (measured.size() + 2 * overhang_of(needed) < needed) refuse_length(recording, protocol, 0.0);
-  const Match match = plan.tilt().match(measured);
-  TiltMatch result = judged(tilt, measured, match, "best", protocol, recording);
   const std::vector<double> expected = prescribed_tilt(protocol);
+  Match match;
+  if (recording.tilt_gaps.empty())
+    match = plan.tilt().match(measured);
+  else
+    match.delay_samples = rate * start_beside_gaps(measured, recording.tilt_gaps, expected, from_hz, rate);
+  for (int round = 0; round < rounds_of_gaps && !recording.tilt_gaps.empty(); ++round) {
+    const Match found = fill_as_prescribed(recording, expected, match.delay_samples / rate, from_hz, rate);
+    measured = at_rate();
+    match = plan.tilt().match(measured);
+    match.correlation = found.correlation;
+    match.gain = found.gain;
+  }
+  TiltMatch result = judged(tilt, measured, match, "best", protocol, recording);
   const TiltBefore before = tilt_before(measured, match.delay_samples, expected, match.gain, rate);
   if (before == TiltBefore::at_rest || before == TiltBefore::cycle_end)
     result.moved_before = before == TiltBefore::cycle_end;
@@ -144,36 +163,6 @@ TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, doubl
         "before the protocol's start the platform moved differently from the end of a cycle: the first seconds contain "
         "the response to that movement");
   return result;
-}
-
-void look_for_tilt_slips(const std::vector<double>& tilt, const ProtocolPlan& plan, bool start_was_given,
-                         Warnings& warnings) {
-  constexpr int parts = 8;
-  constexpr double max_slip_s = 0.1, shortest_part_s = 5.0;
-  const double rate = plan.protocol().experiment.sample_rate_hz;
-  const std::vector<double> expected = prescribed_tilt(plan.protocol());
-  const std::size_t length = tilt.size() / parts, around = std::min(length / 4, static_cast<std::size_t>(3.0 * rate));
-  if (static_cast<double>(length) < shortest_part_s * rate) return;
-  for (std::size_t part = 0; part < parts; ++part) {
-    // The part of the recording around this part of the prescribed tilt.
-    const std::size_t begin = part * length, from = begin > around ? begin - around : 0;
-    const std::size_t to = std::min(begin + length + around, expected.size());
-    const std::vector<double> played(tilt.begin() + static_cast<std::ptrdiff_t>(begin),
-                                     tilt.begin() + static_cast<std::ptrdiff_t>(begin + length));
-    const std::vector<double> about(expected.begin() + static_cast<std::ptrdiff_t>(from),
-                                    expected.begin() + static_cast<std::ptrdiff_t>(to));
-    const Match match = TiltMatcher(played, 0).match(about);
-    const double slip_s = (match.delay_samples + static_cast<double>(from) - static_cast<double>(begin)) / rate;
-    if (match.correlation < good_correlation || std::abs(slip_s) <= max_slip_s) continue;
-    add_caution(warnings, "time_slips",
-                "after " + three_digits(static_cast<double>(begin) / rate) +
-                    " s of the protocol the measured tilt is " + three_digits(std::abs(slip_s)) + " s " +
-                    (slip_s > 0.0 ? "early: " : "late: ") +
-                    (start_was_given && part == 0 ? "check " + setting("begin")
-                     : slip_s > 0.0               ? "a stretch of the recording is missing"
-                                                  : "a stretch was recorded twice"));
-    return;
-  }
 }
 
 namespace {
@@ -217,12 +206,16 @@ std::optional<TiltMatch> check_at_start(const ProtocolPlan& plan, double from_hz
   const sim::Protocol& protocol = plan.protocol();
   const double rate = protocol.experiment.sample_rate_hz;
   const Signal<double>& tilt = *recording.signals.find(platform_tilt);
+  const std::vector<double> expected = prescribed_tilt(protocol);
+  std::optional<Match> found;
+  if (!recording.tilt_gaps.empty()) found = fill_as_prescribed(recording, expected, start_s, from_hz, rate);
   std::vector<double> measured = from_hz == rate ? tilt.rad : resample(tilt.rad, from_hz, rate);
   // The length was checked: what is missing at the end is the held value.
   const auto begin = std::min(static_cast<std::size_t>(std::lround(start_s * rate)), measured.size() - 1);
   measured.erase(measured.begin(), measured.begin() + static_cast<std::ptrdiff_t>(begin));
   measured.resize(static_cast<std::size_t>(protocol.samples()), measured.back());
-  const Match match = TiltMatcher(prescribed_tilt(protocol), 0).match(measured);
+  Match match = TiltMatcher(expected, 0).match(measured);
+  if (found) match = {match.delay_samples, found->correlation, found->gain};
   std::optional<TiltMatch> result;
   try_to([&] { result = judged(tilt, measured, match, "the given start", protocol, recording); }, recording);
   return result;

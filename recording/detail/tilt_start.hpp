@@ -29,9 +29,4 @@ std::optional<TiltMatch> check_at_start(const ProtocolPlan& plan, double from_hz
 /// stimulus: removes it, with a warning.
 std::optional<TiltMatch> try_start(const ProtocolPlan& plan, double from_hz, Recording& recording);
 
-/// Warns if a measured tilt follows the protocol with different delays in consecutive parts, as after a missing
-/// stretch. `tilt`: at the protocol's samples. start_was_given: the tilt did not determine the start.
-void look_for_tilt_slips(const std::vector<double>& tilt, const ProtocolPlan& plan, bool start_was_given,
-                         Warnings& warnings);
-
 }  // namespace decid::recording

@@ -46,6 +46,32 @@ std::optional<double> metres_of(std::string_view word) {
   return {};
 }
 
+/// The names of the platform's tilt, without units; the earliest counts.
+constexpr std::initializer_list<const char*> tilt_names = {"tilt",
+                                                           "platform_tilt",
+                                                           "platform",
+                                                           "plattform",
+                                                           "platform_angle",
+                                                           "tilt_angle",
+                                                           "plattformwinkel",
+                                                           "kippwinkel",
+                                                           "support_tilt",
+                                                           "a_fs",
+                                                           "support_surface",
+                                                           "stimulus",
+                                                           "platform_pitch",
+                                                           "surface_tilt",
+                                                           "surface_angle",
+                                                           "support_surface_tilt",
+                                                           "support_surface_angle",
+                                                           "base_angle",
+                                                           "base_tilt",
+                                                           "stim_pitch",
+                                                           "stim_tilt",
+                                                           "stimulus_angle",
+                                                           "ss",
+                                                           "ss_angle"};
+
 /// Returns "V" for "sway (V)" and "sway [V]"; empty without a unit.
 std::string_view unit_behind(std::string_view name) {
   if (name.empty() || (name.back() != ')' && name.back() != ']')) return {};
@@ -427,32 +453,16 @@ int find_time(const Table& table) {
 }
 
 int find_tilt_column(const Table& table, int without, const std::string& where, const std::string& setting_name) {
-  return find_named(table, without,
-                    {"tilt",
-                     "platform_tilt",
-                     "platform",
-                     "plattform",
-                     "platform_angle",
-                     "tilt_angle",
-                     "plattformwinkel",
-                     "kippwinkel",
-                     "support_tilt",
-                     "a_fs",
-                     "support_surface",
-                     "stimulus",
-                     "platform_pitch",
-                     "surface_tilt",
-                     "surface_angle",
-                     "support_surface_tilt",
-                     "support_surface_angle",
-                     "base_angle",
-                     "base_tilt",
-                     "stim_pitch",
-                     "stim_tilt",
-                     "stimulus_angle",
-                     "ss",
-                     "ss_angle"},
-                    where, setting_name);
+  return find_named(table, without, tilt_names, where, setting_name);
+}
+
+std::vector<int> tilt_columns(const Table& table, int without) {
+  std::vector<int> columns;
+  for (int i = 0; i < table.columns(); ++i) {
+    const std::string name = name_without_unit(table.own_name(i));
+    if (i != without && std::ranges::find(tilt_names, name) != tilt_names.end()) columns.push_back(i);
+  }
+  return columns;
 }
 
 double time_unit_s(std::string_view name) {

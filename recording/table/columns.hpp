@@ -90,6 +90,8 @@ int find_time(const Table& table);
 /// Returns the column called tilt, platform, Plattform or similar, except `without`, or -1. Throws Error for several
 /// columns of one name.
 int find_tilt_column(const Table& table, int without, const std::string& where, const std::string& setting_name);
+/// Returns all columns with such a name, except `without`.
+std::vector<int> tilt_columns(const Table& table, int without);
 
 /// Returns the seconds in one unit of a time column, by its name.
 double time_unit_s(std::string_view name);

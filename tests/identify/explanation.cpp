@@ -67,6 +67,23 @@ TEST_CASE("explanation: without noise the controller's responses are its own") {
     CHECK(found.frf->recorded[i].response == found.frf->model[i].response);
 }
 
+TEST_CASE("explanation: a drift is named, and another movement is not taken for one") {
+  const sim::Parameters parameters = controller(0.1);
+  const auto warned = [&](double drift_rad, double other_rad) {
+    std::vector<double> sway = trial(parameters, 3);
+    for (std::size_t k = 0; k < sway.size(); ++k) {
+      const double place = static_cast<double>(k) / static_cast<double>(sway.size());
+      sway[k] += drift_rad * place + other_rad * std::sin(40.0 * place);
+    }
+    const Warnings warnings = explained(sway, parameters).warnings;
+    return std::pair{has(warnings, "drift"), has(warnings, "little_explained")};
+  };
+  CHECK(warned(0.0, 0.0) == std::pair{false, false});
+  CHECK(warned(0.07, 0.0) == std::pair{true, false});
+  CHECK(warned(-0.07, 0.0) == std::pair{true, false});
+  CHECK(warned(0.0, 0.05) == std::pair{false, true});
+}
+
 TEST_CASE("explain: a trial that starts late is compared with simulated trials from there on") {
   const auto later = [](const std::vector<double>& sway) { return started_later(sway, 40.0); };  // 0.4 s
   const recording::Trial exact = as_trial(later(trial(controller(0.0), 0)));

@@ -221,6 +221,18 @@ TEST_CASE("identify: sway that is too large for a body is warned of once") {
   CHECK(about_size(identifier.estimate({recording::make_trial({large.begin(), large.end()})}).front().warnings) == 1);
 }
 
+TEST_CASE("identify: a reversed sway gets the hint of its sign, unless the recording's start is doubtful") {
+  Identifier identifier(model());
+  std::vector<recording::Trial> reversed = trials(1);
+  for (float& value : reversed[0].sway_rad()) value = -value;
+  for (const bool is_doubtful : {false, true}) {
+    reversed[0].start_is_doubtful = is_doubtful;
+    const Explanation found = identifier.explain(identifier.estimate(reversed), reversed).front();
+    REQUIRE(has(found.warnings, "out_of_distribution"));
+    CHECK(contains(found.unlike_training, "invert sway") != is_doubtful);
+  }
+}
+
 TEST_CASE("identify: where the response cannot be measured, the warning says so in words") {
   Identifier identifier(model());
   std::vector<Estimate> estimates = identifier.estimate(trials(1));

@@ -81,13 +81,21 @@ bool names_distance(const std::vector<std::string>& parts) {
 
 }  // namespace
 
+bool is_ankle_name(std::string_view name) {
+  return has_word(name, {"ankle", "sprunggelenk", "sprunggelenkswinkel", "sprunggelenkwinkel", "osg", "dorsiflexion",
+                         "plantarflexion"});
+}
+
+bool is_body_name(std::string_view name) {
+  return has_word(name, {"com", "cog", "sway", "bodysway", "body", "lean", "leg", "bein", "ksp", "schwankung"}) ||
+         std::ranges::any_of(part_words, [&](const PartWord& part) { return has_word(name, {part.word}); });
+}
+
 void refuse_ankle(const std::string& name, const std::string& where) {
   if (other_quantity(name) != nullptr) return;              // another error names that quantity
   for (const char* whole : {"com", "cog", "sway", "body"})  // such as "com_sway about the ankle", "CoMAnkleAngle"
     if (words(name).front().starts_with(whole)) return;
-  if (!has_word(name, {"ankle", "sprunggelenk", "sprunggelenkswinkel", "sprunggelenkwinkel", "osg", "dorsiflexion",
-                       "plantarflexion"}))
-    return;
+  if (!is_ankle_name(name)) return;
   throw Error(Code::column_unsuitable, where,
               name + " is an ankle angle by its name: relative to the platform, not in space",
               "add the platform's tilt, and name the sum sway");

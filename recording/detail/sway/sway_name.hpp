@@ -3,10 +3,16 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "recording/recording.hpp"
 
 namespace decid::recording {
+
+/// Returns true for the name of an ankle angle.
+bool is_ankle_name(std::string_view name);
+/// Returns true for a name of sway, of the centre of mass or of a part of the body.
+bool is_body_name(std::string_view name);
 
 /// Throws Error for the name of an ankle angle, which is relative to the platform, not in space.
 void refuse_ankle(const std::string& name, const std::string& where);

@@ -42,11 +42,12 @@ void refuse_other_quantities(const Table& table, const std::vector<int>& candida
 }
 
 /// Lists the columns, except the time and the tilt, that are another quantity by their names; empty without one.
-std::string other_quantities(const Table& table, int time, int tilt) {
+std::string other_quantities(const Table& table, int time, const std::vector<int>& tilts) {
   std::string list;
   for (int column = 0; column < table.columns() && list.size() < 200; ++column) {
     const char* quantity = other_quantity(table.own_name(column));
-    if (column == time || column == tilt || !table.has_header() || quantity == nullptr) continue;
+    if (column == time || std::ranges::find(tilts, column) != tilts.end() || !table.has_header() || quantity == nullptr)
+      continue;
     list += (list.empty() ? "'" : ", '") + table.name(column) + "' is " + quantity;
   }
   return list;
@@ -89,8 +90,8 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
                               : "save the sway as a vector of real numbers, or name it with " + setting("column");
   if (candidates.empty())
     throw Error(Code::column_missing, recording.file, "has a time column but no sway column" + unread, add);
-  const int tilt = find_tilt_column(table, time, recording.file, setting("column"));
-  std::erase(candidates, tilt);
+  const std::vector<int> tilts = tilt_columns(table, time);
+  for (const int tilt : tilts) std::erase(candidates, tilt);
   if (!options.trial_column.empty())
     for (const int column : trial_columns(table, options.trial_column, recording.file)) std::erase(candidates, column);
   if (candidates.size() > 1) refuse_other_quantities(table, candidates, recording.file);
@@ -107,13 +108,17 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
             (decimal_commas ? "; if its numbers have decimal commas, save it with semicolons between them" : "") +
             trial_advice(table));
   }
-  if (candidates.empty() && tilt < 0)
+  if (candidates.empty() && tilts.empty())
     throw Error(Code::column_missing, recording.file,
                 "has no sway column except '" + options.trial_column + "' of " + setting("trial_column") + unread, add);
   if (candidates.empty()) {
     const std::string problem =
-        "has a column of the platform's tilt, '" + table.name(tilt) + "', but no sway column" + unread;
-    const std::string others = other_quantities(table, time, tilt);
+        (tilts.size() == 1
+             ? "has a column of the platform's tilt, '" + table.name(tilts.front()) + "', but"
+             : "has " + std::to_string(tilts.size()) + " columns of the platform's tilt by their names, '" +
+                   table.name(tilts.front()) + "' and '" + table.name(tilts.back()) + "', but") +
+        " no sway column" + unread;
+    const std::string others = other_quantities(table, time, tilts);
     if (!others.empty())
       throw Error(Code::column_missing, recording.file, problem + "; by their names " + others,
                   "convert the sway to degrees; or name its column with " + setting("column") + ", and give " +
@@ -125,7 +130,7 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
   if (table.has_header()) {
     add_info(recording.warnings, "column_assumed",
              "column '" + table.name(sway) + "' is assumed to be the sway: it is the only candidate" +
-                 (tilt >= 0 ? " except the platform's tilt" : ""));
+                 (!tilts.empty() ? " except the platform's tilt" : ""));
   }
   return sway;
 }
@@ -208,8 +213,9 @@ void check_com_height(const RecordingOptions& options, Recording& recording) {
                       three_digits(body_m) + " m; a centre of mass is at about 55% above the ankles, " +
                       three_digits(0.55 * body_m) + " m");
   } else if (height_m < least_m || height_m > most_m) {
-    add_caution(recording.warnings, "implausible_com_height",
-                given + ": an adult's centre of mass is 0.4 to 1.3 m above the ankles, and 0.99 m at a height of 1.8 m");
+    add_caution(
+        recording.warnings, "implausible_com_height",
+        given + ": an adult's centre of mass is 0.4 to 1.3 m above the ankles, and 0.99 m at a height of 1.8 m");
   }
 }
 

@@ -1,0 +1,154 @@
+// The platform's tilt in a table: see read_tilt.hpp.
+#include "recording/detail/tilt/read_tilt.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/error.hpp"
+#include "base/math/statistics.hpp"
+#include "base/number.hpp"
+#include "base/setting.hpp"
+#include "recording/detail/clock.hpp"
+#include "recording/detail/sway/sway_name.hpp"
+#include "recording/table/columns.hpp"
+#include "recording/table/detail/candidates.hpp"
+#include "sim/protocol/protocol.hpp"
+
+namespace decid::recording {
+namespace {
+
+constexpr double far_rad = 90.0 * sim::rad_per_deg;
+constexpr std::size_t max_other_columns = 64;  // markers and sensors of a laboratory that names no tilt
+
+/// Fills missing values and adds them to `gaps`. Returns a text about them, empty without any. Throws Error if more
+/// than half of the values are missing.
+std::string bridge(std::vector<double>& values, const std::string& name, const Recording& recording,
+                   std::vector<SampleRange>& gaps) {
+  const auto missing = static_cast<std::size_t>(std::ranges::count_if(values, [](double v) { return std::isnan(v); }));
+  if (missing == 0) return {};
+  if (2 * missing > values.size())
+    throw Error(Code::value_missing, recording.file,
+                name + " lacks " + std::to_string(missing) + " of its " + std::to_string(values.size()) +
+                    " samples, too many to compare the tilt with a protocol",
+                "give a tilt that was measured throughout, or " + setting("tilt_column") + " none");
+  const auto no_place = [](std::size_t) { return std::string(); };
+  return fill_gaps(values, recording.rate_hz, std::numeric_limits<double>::infinity(), name, recording.file, no_place,
+                   gaps);
+}
+
+/// Throws Error for a few numbers far from the others. `factor`: radians per number of the file.
+void refuse_codes(const Signal<double>& tilt, double factor, const Recording& recording) {
+  constexpr std::size_t few_divisor = 10;
+  const auto [low, high] = std::ranges::minmax(tilt.rad);
+  if (high - low <= far_rad) return;
+  const double middle = median(tilt.rad);
+  const auto is_far = [&](double value) { return std::abs(value - middle) > far_rad; };
+  const auto first = std::ranges::find_if(tilt.rad, is_far);
+  const auto count = static_cast<std::size_t>(std::ranges::count_if(tilt.rad, is_far));
+  if (count == 0 || few_divisor * count > tilt.rad.size()) return;
+  const std::string number = six_digits(*first / factor);
+  throw Error(Code::value_invalid, recording.file,
+              "the tilt " + tilt.column + " is " + number + " at sample " +
+                  std::to_string(first - tilt.rad.begin() + 1) + ", more than 90 degrees from its median, in " +
+                  std::to_string(count) + (count == 1 ? " sample" : " samples"),
+              "give " + setting("missing") + " " + number + " if that stands for a missing value");
+}
+
+/// Returns whether fewer than half of a column's cells are numbers.
+bool holds_words(const Table& table, int column) {
+  RowLabels labels;
+  try {
+    labels = table.labels(column);
+  } catch (const Error&) {  // a file of numbers only
+    return false;
+  }
+  std::vector<bool> is_number;
+  for (const std::string& value : labels.values) is_number.push_back(number_from<double>(value).has_value());
+  std::size_t numbers = 0;
+  for (const std::uint32_t label : labels.of_row) numbers += is_number[label] ? 1 : 0;
+  return 2 * numbers < labels.of_row.size();
+}
+
+void read_other_columns(const Table& table, int time, const std::vector<int>& sways, const ReadColumn& read,
+                        Recording& recording) {
+  for (const int column : sway_candidates(table, time)) {
+    const std::string& name = table.name(column);
+    if (std::ranges::find(sways, column) != sways.end() || table.rows(column) != table.rows(sways.front()) ||
+        other_quantity(name) != nullptr || is_ankle_name(name))
+      continue;
+    try {
+      Signal<double> other{platform_tilt, name, read(column)};
+      std::vector<SampleRange> gaps;
+      bridge(other.rad, name, recording, gaps);
+      const double factor = rad_in(unit_in(name).value_or(table.unit().value_or(Unit::degree)));
+      for (double& value : other.rad) value *= factor;
+      recording.other_columns.push_back(std::move(other));
+    } catch (const Error&) {  // words, or hardly any numbers
+    }
+    if (recording.other_columns.size() == max_other_columns) return;
+  }
+}
+
+}  // namespace
+
+void read_tilt(const Table& table, int column, int sway, const ReadColumn& read, const RecordingOptions& options,
+               Recording& recording) {
+  const std::string& name = table.name(column);
+  if (column == sway)
+    throw Error(Code::column_unsuitable, recording.file, name + " is already the sway",
+                "name the tilt with " + setting("tilt_column"));
+  if (table.rows(column) != table.rows(sway)) {
+    throw Error(Code::size_mismatch, recording.file,
+                "the tilt " + name + " has " + std::to_string(table.rows(column)) + " values, the sway " +
+                    std::to_string(table.rows(sway)),
+                "name signals that were sampled together");
+  }
+  const Unit unit = angle_unit(table, column, options.tilt_unit, setting("tilt_unit"), recording);
+  Signal<double> tilt{platform_tilt, name, read(column)};
+  if (const std::string change = table.change_at(column); !change.empty())
+    add_info(recording.warnings, "resampled", change);
+  std::vector<SampleRange> gaps;
+  if (const std::string bridged = bridge(tilt.rad, name, recording, gaps); !bridged.empty())
+    add_info(recording.warnings, "gaps_filled",
+             bridged + "; decid compares the tilt with the protocol where it was measured");
+  const double factor = rad_in(unit) * (options.invert_tilt ? -1.0 : 1.0);
+  for (double& value : tilt.rad) value *= factor;
+  refuse_codes(tilt, factor, recording);
+  recording.tilt_gaps = joined_ranges(std::move(gaps));
+  recording.signals.add(std::move(tilt));
+}
+
+void look_for_tilt(const Table& table, int time, const std::vector<int>& sways, const ReadColumn& read,
+                   const RecordingOptions& options, Recording& recording) {
+  const std::size_t warnings = recording.warnings.size();
+  int column = -1;
+  try {
+    column = find_tilt_column(table, -1, recording.file, setting("tilt_column"));
+    const bool is_sway = std::ranges::find(sways, column) != sways.end();
+    if (column < 0 || is_sway) {
+      read_other_columns(table, time, sways, read, recording);
+      return;
+    }
+    read_tilt(table, column, sways.front(), read, options, recording);
+    recording.tilt_was_found = true;
+    for (const int other : tilt_columns(table, column))
+      if (std::ranges::find(sways, other) == sways.end())
+        add_info(recording.warnings, "tilt_found",
+                 "the column '" + table.name(other) + "' is the platform's tilt by its name too; decid uses '" +
+                     table.name(column) + "', unless you name another as " + setting("tilt_column"));
+  } catch (const Error& error) {
+    recording.warnings.erase(recording.warnings.begin() + static_cast<std::ptrdiff_t>(warnings),
+                             recording.warnings.end());
+    const bool is_other = error.code() == Code::column_unsuitable ||
+                          (error.code() == Code::value_invalid && column >= 0 && holds_words(table, column));
+    if (is_other)
+      add_info(recording.warnings, "tilt_not_used", "decid ignores a column that may be the tilt: " + error.problem());
+    else
+      add_caution(recording.warnings, "tilt_not_used",
+                  "decid cannot check the platform's start, size and sign by its tilt: " + error.problem() + "; " +
+                      error.remedy());
+  }
+}
+
+}  // namespace decid::recording

@@ -1,0 +1,23 @@
+// Gaps of a measured tilt. Not installed.
+#pragma once
+
+#include <vector>
+
+#include "recording/detail/tilt_match.hpp"
+#include "recording/recording.hpp"
+
+namespace decid::recording {
+
+/// Returns the start at which the protocol's tilt explains the most of the measured samples: the squared correlation
+/// times their number. A part of a stimulus alone may follow another part, reversed. To a tenth of a second. Both tilts
+/// are at rate_hz, the gaps at from_hz.
+double start_beside_gaps(const std::vector<double>& measured, const std::vector<SampleRange>& gaps,
+                         const std::vector<double>& expected, double from_hz, double rate_hz);
+
+/// Fits the protocol's tilt to the recording's, by least squares over its measured samples, and fills the recording's
+/// tilt_gaps with the fit. Returns the gain and the correlation of the measured samples. `expected`: the protocol's
+/// tilt at rate_hz. start_s: its start in the recording of from_hz.
+Match fill_as_prescribed(Recording& recording, const std::vector<double>& expected, double start_s, double from_hz,
+                         double rate_hz);
+
+}  // namespace decid::recording
