@@ -56,7 +56,8 @@ TEST_CASE("decid/power: values that cannot be are refused") {
   check_refused("power --difference delay=much", "much");
   check_refused("power --difference delay=0.02 --at delay=0.5", "0.24");
   check_refused("power --difference delay=0.02 --measurement-sd delay=-0.01", "-0.01");
-  for (const char* option : {"--measurement-sd", "--participant-sd", "--visit-sd", "--trial-sd"})
+  check_refused("power --difference delay=0.02 --measurement-sd delay=20", "20 ms is 0.02");
+  for (const char* option : {"--participant-sd", "--visit-sd", "--trial-sd"})
     check_refused("power --difference delay=0.02 --measurement-sd delay=0.01 " + std::string(option) + " delay=20",
                   "20 ms is 0.02");
   check_refused("power --difference delay=20 --measurement-sd delay=0.01", "20 ms is 0.02");

@@ -104,6 +104,7 @@ void run_power(const PowerOptions& options) {
     refuse_other_units(option, given, values, model);
     return given;
   };
+  cohort::check_means(table, {at, sim::Parameters(table.size()), participant}, model.protocol.experiment.body.mgh());
   refuse_other_units("--difference", wanted, difference, model);
   cohort::check_means(table, {at, difference, participant}, model.protocol.experiment.body.mgh());
   const std::vector<bool> has_sd = read_sd("--participant-sd", options.participant_sd, participant),
