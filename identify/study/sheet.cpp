@@ -225,11 +225,6 @@ std::function<std::string(const SheetEntry& entry)> StudySheet::reader_for(const
   };
 }
 
-bool names_participants(const std::string& column) {
-  const SheetColumn known = sheet_column(column);
-  return known.role == ColumnRole::participant && known.naming != PersonNaming::code;
-}
-
 bool names_groups(const std::string& column) {
   return sheet_column(column).role == ColumnRole::group;
 }

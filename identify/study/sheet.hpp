@@ -54,8 +54,6 @@ struct StudySheet {
 /// that is not read, and a sheet without lines. A line with a wrong cell has an error.
 StudySheet read_sheet(const std::filesystem::path& path);
 
-/// Returns true for the names of a column of participants: participant_id, Subject No and the like.
-bool names_participants(const std::string& column);
 /// Returns true for "group".
 bool names_groups(const std::string& column);
 /// Returns true for the names of a column of weights: weight, mass and the like.

@@ -91,8 +91,8 @@ TEST_CASE("identify: how a recording follows the tilt is measured with the ident
   Model model = middling();
   const RecordingResult id = identified(model, 1.0, 0.0);
   const sim::Simulator simulator(model.protocol);
-  CHECK(id.explanation.response_ratio ==
-        test::ResponseRatioAlone(simulator).measure(id.estimate.parameters, id.trial.sway_rad()));
+  CHECK(id.explanation.response_ratio == test::ResponseRatioAlone(simulator).measure(
+                                             id.estimate.parameters, id.trial.sway_rad(), nullptr, id.trial.gaps));
   CHECK(std::isnan(id.explanation.ood_score));  // the model has learned nothing
   // Reversed, it does not follow.
   CHECK(warns(identified(model, -1.0, 0.0), "hardly follows"));

@@ -17,8 +17,7 @@ namespace decid::tools {
 GroupTable read_group_table(const std::string& table, const std::vector<RecordingSource>& recordings,
                             std::size_t least) {
   StudySheet sheet = read_sheet(table);
-  const auto found = std::ranges::find_if(sheet.names, names_participants);
-  const std::string column = found == sheet.names.end() ? std::string() : *found;
+  const std::string column = sheet.participant_column;
   Spelling of_group, of_participant;
   std::set<std::array<std::string, 4>> said;
   std::vector<SheetLine> lines;  // without what they say of bodies and reading

@@ -22,8 +22,6 @@ TEST_CASE("StudySheet::reader_of: columns by any spelling; joint_groups: persons
   CHECK(sheet.reader_for("eyes")(sheet.lines[1].entry) == "Open");
   check_error([&] { sheet.reader_for("shoe"); }, Code::column_missing, "shoe");
   check_error([&] { sheet.reader_for("file"); }, Code::column_missing, "file");
-  CHECK(names_participants("Patient ID"));
-  CHECK_FALSE(names_participants("group"));
   const RecordingPlan plan =
       make_plan(sheet, sources(folder, {"a.csv", "b.csv", "c.csv", "d.csv"}), Choice::by_sheet, {});
   const std::vector<FitGroup> groups = joint_groups(plan, "subject", "eyes");

@@ -283,8 +283,6 @@ TEST_CASE("read_sheet: many names of the person's column; the surest one counts"
   CHECK(both.reader_for("subject")(both.lines[0].entry) == "P2");
   CHECK(read("VP-Nr;participant_id").lines[0].entry.participant == "P2");
   check_error([&] { read("VP-Nr;Subject No"); }, Code::column_ambiguous, "VP-Nr");
-  CHECK(names_participants("VP-Nr"));
-  CHECK_FALSE(names_participants("code"));
 }
 
 TEST_CASE("read_sheet: marks of no person, session or group; whole numbers with a point and zeros") {
