@@ -132,9 +132,10 @@ bool begins_with_group(std::string_view text) {
 
 std::string with_plain_blanks(std::string text) {
   constexpr std::string_view first_bytes = "\xC2\xE2\xEF";
-  std::size_t at = text.find_first_of(first_bytes);
-  if (at == text.npos) return text;
+  const auto has = [&](char byte) { return text.find(byte) != text.npos; };
+  if (std::ranges::none_of(first_bytes, has)) return text;
   const std::string_view view = text;
+  std::size_t at = view.find_first_of(first_bytes);
   std::string plain;
   plain.reserve(text.size());
   for (std::size_t begin = 0; begin < text.size(); at = text.find_first_of(first_bytes, begin)) {

@@ -60,7 +60,8 @@ constexpr int small_batch = 24;
 
 /// A network in training by sgd().
 struct InTraining {
-  InTraining(Network<float>& trained, int batch) : network(trained), trainer(trained, batch) {}
+  InTraining(Network<float>& trained, int batch)
+      : network(trained), trainer(trained, batch), optimiser(sgd()), state(begin(*optimiser, network)) {}
   /// Computes the gradients; returns the mean squared error.
   double pass(std::span<const float> input, std::span<const float> targets) {
     const int batch = trainer.output().batch();
@@ -79,9 +80,9 @@ struct InTraining {
 
   Network<float>& network;
   Trainer<float> trainer;
-  std::shared_ptr<const Optimiser> optimiser = sgd();
-  OptimiserState state = begin(*optimiser, network);
-  std::vector<double> parts = {};  // of squared_errors()
+  std::shared_ptr<const Optimiser> optimiser;
+  OptimiserState state;
+  std::vector<double> parts;  // of squared_errors()
 };
 
 struct Training {
