@@ -7,7 +7,7 @@
 #include "base/error.hpp"
 #include "base/files/file.hpp"
 #include "base/setting.hpp"
-#include "recording/detail/measured_tilt.hpp"
+#include "recording/detail/tilt/measured_tilt.hpp"
 #include "sim/protocol/protocol_json.hpp"
 
 namespace decid::recording {

@@ -1,5 +1,5 @@
 // Measured tilts of protocols: files, columns, units, rates and resampled cycles.
-#include "recording/detail/measured_tilt.hpp"
+#include "recording/detail/tilt/measured_tilt.hpp"
 
 #include <cmath>
 #include <cstdio>

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/math/random.hpp"
-#include "recording/detail/tilt_start.hpp"
+#include "recording/detail/tilt/tilt_start.hpp"
 #include "recording/trial.hpp"
 #include "sim/simulate.hpp"
 #include "sim/streams.hpp"

@@ -1,5 +1,5 @@
 // The start of a stimulus in a measured tilt: against correlations written straight down, and between samples.
-#include "recording/detail/tilt_match.hpp"
+#include "recording/detail/tilt/tilt_match.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // The platform's rests at both ends of a measured tilt.
-#include "recording/detail/tilt_rest.hpp"
+#include "recording/detail/tilt/tilt_rest.hpp"
 
 #include <cmath>
 #include <vector>

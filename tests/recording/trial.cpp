@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "base/math/random.hpp"
-#include "recording/detail/tilt_match.hpp"
+#include "recording/detail/tilt/tilt_match.hpp"
 #include "recording/recording.hpp"
 #include "sim/streams.hpp"
 #include "tests/helpers.hpp"

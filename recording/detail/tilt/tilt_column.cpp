@@ -9,8 +9,8 @@
 
 #include "base/setting.hpp"
 #include "recording/detail/sway/sway_name.hpp"
-#include "recording/detail/tilt_match.hpp"
-#include "recording/detail/tilt_start.hpp"
+#include "recording/detail/tilt/tilt_match.hpp"
+#include "recording/detail/tilt/tilt_start.hpp"
 #include "recording/resample.hpp"
 #include "recording/table/columns.hpp"
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "recording/detail/tilt_match.hpp"
+#include "recording/detail/tilt/tilt_match.hpp"
 #include "recording/recording.hpp"
 
 namespace decid::recording {

@@ -7,8 +7,8 @@
 #include <string>
 
 #include "base/setting.hpp"
-#include "recording/detail/tilt_match.hpp"
-#include "recording/detail/tilt_start.hpp"
+#include "recording/detail/tilt/tilt_match.hpp"
+#include "recording/detail/tilt/tilt_start.hpp"
 #include "recording/table/columns.hpp"
 
 namespace decid::recording {

@@ -1,5 +1,5 @@
 // The platform's movement before the protocol's start: see tilt_before.hpp.
-#include "recording/detail/tilt_before.hpp"
+#include "recording/detail/tilt/tilt_before.hpp"
 
 #include <algorithm>
 #include <cmath>

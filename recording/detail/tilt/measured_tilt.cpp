@@ -1,5 +1,5 @@
 // A recorded tilt: see measured_tilt.hpp.
-#include "recording/detail/measured_tilt.hpp"
+#include "recording/detail/tilt/measured_tilt.hpp"
 
 #include <cmath>
 

@@ -1,6 +1,6 @@
 // Cross-correlation by FFT, normalised by the standard deviation of the measured tilt in each window: see
 // tilt_match.hpp.
-#include "recording/detail/tilt_match.hpp"
+#include "recording/detail/tilt/tilt_match.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // The protocol's start by the measured tilt of the platform: see tilt_start.hpp.
-#include "recording/detail/tilt_start.hpp"
+#include "recording/detail/tilt/tilt_start.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,10 +8,10 @@
 #include "base/setting.hpp"
 #include "recording/detail/placement.hpp"
 #include "recording/detail/recording_name.hpp"
+#include "recording/detail/tilt/tilt_before.hpp"
 #include "recording/detail/tilt/tilt_gaps.hpp"
-#include "recording/detail/tilt_before.hpp"
-#include "recording/detail/tilt_match.hpp"
-#include "recording/detail/tilt_rest.hpp"
+#include "recording/detail/tilt/tilt_match.hpp"
+#include "recording/detail/tilt/tilt_rest.hpp"
 #include "recording/resample.hpp"
 #include "recording/table/columns.hpp"
 
