@@ -23,9 +23,9 @@ namespace {
 
 /// The fraction of a trial that may be missing at either end.
 constexpr double missing_limit = 0.01;
-/// Networks err more on slower recordings: docs/reference/accuracy.md has the measurement.
 /// A measured tilt gives the start to a part of a sample: decid does not invent a sample for less than half of one.
 constexpr double start_rounding = 0.5;
+/// Networks err more on slower recordings: docs/reference/accuracy.md has the measurement.
 constexpr double slowest_hz = 5.0, slow_hz = 25.0, slow_margin = 0.02;
 
 /// Throws Error for a rate that loses the response to the platform, and warns of a rate that loses much of it.
@@ -131,7 +131,7 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   }
   if (trial.tilt) place.start_s = trial.tilt->delay_s;
   if (same_rate) place.start_s = std::round(place.start_s * rate) / rate;
-  // Fixes the length before any other work: samples k with 0 <= start + k / rate, and before the end.
+  // Fixes the length before any other work: samples k from half a sample before the start on, to the end.
   place.first = std::max(0LL, static_cast<long long>(std::ceil(-place.start_s * rate - start_rounding)));
   place.last = std::min(needed - 1,
                         static_cast<long long>(std::ceil((recorded_s - place.start_s) * rate - length_rounding)) - 1);
@@ -165,7 +165,7 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   }
   trial.start_is_doubtful = std::ranges::any_of(recording.warnings, [](const Warning& warning) {
     return warning.severity != Severity::info &&
-           one_of(warning.code, {"part_not_used", "starts_before_zero", "no_response", "other_start"});
+           one_of(warning.code, {"starts_before_zero", "no_response", "other_start"});
   });
   return trial;
 }

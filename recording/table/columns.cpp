@@ -23,8 +23,8 @@ constexpr double step_tolerance = 0.01;
 
 std::optional<Unit> find_angle_unit(std::string_view word) {
   if (one_of(word, {"deg", "degree", "degrees", "\xC2\xB0", "grad"})) return Unit::degree;
-  if (one_of(word, {"rad", "rads", "radian", "radians"})) return Unit::radian;
-  if (one_of(word, {"mrad", "mrads", "millirad", "millirads", "milliradian", "milliradians"})) return Unit::milliradian;
+  if (one_of(word, {"rad", "radian", "radians"})) return Unit::radian;
+  if (one_of(word, {"mrad", "millirad", "milliradian", "milliradians"})) return Unit::milliradian;
   return {};
 }
 
@@ -98,14 +98,17 @@ bool is_power_of_ten(std::string_view word) {
 /// Returns true for a unit with a factor: "(deg x10)", "[1/10 deg]", "(rad*1e-3)", "[10^-3 rad]", "deg_x100".
 bool has_factor(std::string_view name) {
   const auto is_unit = [](const std::string& word) { return find_angle_unit(word) || metres_of(word); };
-  const std::vector<std::string> within = words(unit_behind(name));
-  if (within.size() > 1 && std::ranges::any_of(within, is_unit) && std::ranges::any_of(within, is_factor_word) &&
+  const std::string_view unit = unit_behind(name);
+  const bool multiplies = unit.find_first_of("*/^x") != unit.npos || unit.find("\u00D7") != unit.npos ||
+                          unit.find_first_of("0123456789") == 0;
+  const std::vector<std::string> within = words(unit);
+  if (multiplies && within.size() > 1 && std::ranges::any_of(within, is_unit) &&
+      std::ranges::any_of(within, is_factor_word) &&
       std::ranges::all_of(within, [&](const std::string& word) { return is_unit(word) || is_factor_word(word); }))
     return true;
   const std::vector<std::string> parts = words(name);
   for (std::size_t i = 1; i < parts.size(); ++i)
-    if ((is_unit(parts[i - 1]) && is_power_of_ten(parts[i])) || (is_power_of_ten(parts[i - 1]) && is_unit(parts[i])))
-      return true;
+    if (is_unit(parts[i - 1]) && is_power_of_ten(parts[i])) return true;
   return name.find("10^") != name.npos && std::ranges::any_of(parts, is_unit);
 }
 

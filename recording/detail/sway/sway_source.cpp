@@ -193,8 +193,9 @@ void check_options(const RecordingOptions& options) {
                 "give the person's height in metres");
 }
 
-/// Throws Error for a centre of mass higher than the person, and warns of a height that no standing body has: 0.4 to
-/// 0.7 of the person's, or 0.4 to 1.3 m if that is unknown. Winter's proportions give 0.55.
+/// Throws Error for a centre of mass higher than the person, and warns of a height that no standing person has: 0.4 to
+/// 0.7 of the person's. If that is unknown, notes a height outside of 0.4 to 1.3 m, which a child or a robot may have.
+/// Winter's proportions give 0.55.
 void check_com_height(const RecordingOptions& options, Recording& recording) {
   constexpr double least = 0.4, most = 0.7, least_m = 0.4, most_m = 1.3;
   if (!options.com_height_m) return;
@@ -213,9 +214,8 @@ void check_com_height(const RecordingOptions& options, Recording& recording) {
                       three_digits(body_m) + " m; a centre of mass is at about 55% above the ankles, " +
                       three_digits(0.55 * body_m) + " m");
   } else if (height_m < least_m || height_m > most_m) {
-    add_caution(
-        recording.warnings, "implausible_com_height",
-        given + ": an adult's centre of mass is 0.4 to 1.3 m above the ankles, and 0.99 m at a height of 1.8 m");
+    add_info(recording.warnings, "implausible_com_height",
+             given + ": an adult's centre of mass is 0.4 to 1.3 m above the ankles, and 0.99 m at a height of 1.8 m");
   }
 }
 

@@ -169,13 +169,14 @@ TEST_CASE("columns: Delsys' X [s] is a time, other abscissas are not") {
 }
 
 TEST_CASE("columns: milliradians in words, and units before the name") {
-  for (const char* name : {"sway [millirad]", "sway (mrads)", "mrad_sway", "sway_mrad"}) {
+  for (const char* name : {"sway [millirad]", "sway (mrad)", "mrad_sway", "sway_mrad"}) {
     CAPTURE(std::string(name));
     CHECK(find_unit(name, {}, "t", "unit") == Unit::milliradian);
     CHECK(name_without_unit(name) == "sway");
   }
   CHECK(unit_in("deg sway") == Unit::degree);
   CHECK(unit_in("sway deg 2") == std::nullopt);
+  CHECK(unit_in("pitch_rate_rads") == std::nullopt);  // radians per second
 }
 
 TEST_CASE("columns: a unit with a factor is refused, and declared by the unit option") {
@@ -186,10 +187,11 @@ TEST_CASE("columns: a unit with a factor is refused, and declared by the unit op
     CHECK(find_unit(name, Unit::degree, "t", "unit") == Unit::degree);
   }
   for (const char* name : {"sway_deg", "sway_deg_2", "sway_deg.1", "sway 10 deg", "sway10_deg", "sway [deg]",
-                           "trials(2).sway (deg)", "sway (deg) x", "x1_deg"}) {
+                           "trials(2).sway (deg)", "sway (deg) x", "x1_deg", "x10_deg", "sway (deg, 2)"}) {
     CAPTURE(std::string(name));
     CHECK_NOTHROW(find_unit(name, {}, "t", "unit"));
   }
   CHECK(find_metres_per_unit("x (mm)") == 1e-3);
+  CHECK(find_metres_per_unit("x10_mm") == 1e-3);  // a marker's name
   CHECK(find_metres_per_unit("x [1/10 mm]") == std::nullopt);
 }
