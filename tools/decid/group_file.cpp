@@ -33,8 +33,12 @@ GroupTable read_group_table(const std::string& table, const std::vector<Recordin
     if (!column.empty() && entry.participant.empty() && !entry.group.empty())
       throw Error(Code::value_missing, sheet.locate(line), "has no " + column,
                   "say whose recording it is, or leave its group empty too");
-    if (said.insert({line.file, entry.session, of_group(entry.group), of_participant(entry.participant)}).second)
-      lines.push_back({.number = line.number, .file = line.file, .entry = entry});
+    if (said.insert({line.file, entry.session, of_group(entry.group), of_participant(entry.participant)}).second) {
+      SheetLine& kept = lines.emplace_back();
+      kept.number = line.number;
+      kept.file = line.file;
+      kept.entry = entry;
+    }
   }
   sheet.lines = std::move(lines);
   const RecordingPlan plan = make_plan(std::move(sheet), recordings, Choice::for_groups, {});
