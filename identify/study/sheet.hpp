@@ -46,8 +46,8 @@ struct StudySheet {
 /// case, blanks, underscores and punctuation of column names do not count:
 /// - participant_id (or participant, subject, person, patient, proband, with or without id, or id; without these a
 /// number such as "Subject No" or "VP-Nr", then a name such as "patient name", then "code"; the first of several),
-/// session, group, condition; "1.0" is the session,
-/// group or condition "1" ("1,000" stays), and a hyphen or a point alone is no person, session or group;
+/// session, group, condition; "1.0" is the session, group or condition "1", "1,000" stays, and a hyphen or a point
+/// alone is no person, session or group;
 /// - file (or filename, path, recording): a path from the sheet's folder, or the end of one;
 /// - mass or weight in kg; height in m, or in cm from 30 up; other units by the name (weight_lb, height_in) or, of
 /// BIDS' sheets, by the sidecar (sidecar.hpp);

@@ -24,8 +24,8 @@ struct SheetColumn {
 /// Returns what a column of this name means on its own.
 SheetColumn sheet_column(const std::string& name);
 
-/// Returns what the columns of a sheet mean together: the first of its surest columns of people names the
-/// person. Several that are sure, or that have the same name, keep this meaning.
+/// Returns what the columns of a sheet mean together: the first of its surest columns of people names the person.
+/// Several that are sure, or that have the same name, keep this meaning.
 std::vector<SheetColumn> sheet_columns(const std::vector<std::string>& names);
 
 /// Gives a weight or a height without a unit in its name the unit of the sheet's sidecar.
