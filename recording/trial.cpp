@@ -64,11 +64,14 @@ FoundInSway look_for_faults_within(Recording& recording, double from_hz, const T
   return found;
 }
 
-/// Names the column that may tell recordings apart where a part of a file is not used.
+/// Names the column that may tell recordings apart: with the part of the file that is not used, else in a note.
 void add_change(Recording& recording) {
-  for (Warning& warning : recording.warnings)
-    if (warning.code == "part_not_used" && !recording.change.empty())
-      warning.text += (warning.text.ends_with('.') ? " " : "; ") + recording.change;
+  if (recording.change.empty()) return;
+  const auto part = std::ranges::find(recording.warnings, "part_not_used", &Warning::code);
+  if (part == recording.warnings.end())
+    add_info(recording.warnings, "perhaps_several", recording.change);
+  else
+    part->text += (part->text.ends_with('.') ? " " : "; ") + recording.change;
 }
 
 }  // namespace

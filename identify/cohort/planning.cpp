@@ -19,7 +19,8 @@ namespace {
 
 constexpr double min_shown = 0.1;  // of a difference
 constexpr std::size_t repetitions = 2, recordings_of_participant = 4;
-constexpr double max_shrunk = 0.99;  // of the prior's variance
+constexpr double max_over_mgh = 2.0;  // no stiffness or damping in SI units is as small
+constexpr double max_shrunk = 0.99;   // of the prior's variance
 
 void check_groups(const sim::ParameterTable& table, const PlannedGroups& groups, int participants, double mgh_nm_rad) {
   if (participants < 2)
@@ -95,26 +96,26 @@ Sums sums_of(const std::vector<ParticipantValues>& values, std::size_t p) {
 }  // namespace
 
 std::string hint_of_unit(const sim::ParameterInfo& info, double value, double mgh_nm_rad) {
-  if (value == 0.0 || !(std::abs(value) < 0.01 * info.low)) return {};
-  return info.per_mgh
-             ? format(" (%s is in %s: %g m g h is %.4g)", info.name.c_str(), info.shown_unit().c_str(), value,
-                      value * mgh_nm_rad)
-             : " (" + info.name + (info.shown_unit().empty() ? " has no unit)" : " is in " + info.shown_unit() + ")");
+  if (!info.per_mgh || value == 0.0 || !(std::abs(value) <= max_over_mgh)) return {};
+  return format(" (%s is in %s: %g m g h is %.4g)", info.name.c_str(), info.shown_unit().c_str(), value,
+                value * mgh_nm_rad);
+}
+
+void check_mean(const sim::ParameterInfo& info, double at, double difference, double mgh_nm_rad) {
+  for (const double shift : {0.0, difference}) {
+    const double mean = at + shift;
+    if (mean > info.low && mean < info.high) continue;
+    const std::string hint = shift == 0.0 && mgh_nm_rad > 0.0 ? hint_of_unit(info, mean, mgh_nm_rad) : std::string();
+    throw Error(Code::setting_out_of_range, "power",
+                std::string(shift == 0.0 ? "the mean of " : "the second group's mean of ") + info.name +
+                    format(" is %g", mean) + info.unit_after(),
+                format("give one between %g and %g", info.low, info.high) + info.unit_after() +
+                    (hint.empty() ? info.unit_hint() : hint));
+  }
 }
 
 void check_means(const sim::ParameterTable& table, const PlannedGroups& groups, double mgh_nm_rad) {
-  for (std::size_t p = 0; p < table.size(); ++p)
-    for (const double shift : {0.0, groups.difference[p]}) {
-      const sim::ParameterInfo& info = table[p];
-      const double mean = groups.at[p] + shift;
-      if (mean > info.low && mean < info.high) continue;
-      const std::string hint = hint_of_unit(info, mean, mgh_nm_rad);
-      throw Error(Code::setting_out_of_range, "power",
-                  std::string(shift == 0.0 ? "the mean of " : "the second group's mean of ") + info.name +
-                      format(" is %g", mean) + info.unit_after(),
-                  format("give one between %g and %g", info.low, info.high) + info.unit_after() +
-                      (hint.empty() ? info.unit_hint() : hint));
-    }
+  for (std::size_t p = 0; p < table.size(); ++p) check_mean(table[p], groups.at[p], groups.difference[p], mgh_nm_rad);
 }
 
 ValueSpread spread_of_network(const Model& model, const sim::Protocol& protocol, const PlannedGroups& groups,

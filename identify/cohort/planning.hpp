@@ -20,12 +20,14 @@ struct PlannedGroups {
   sim::Parameters at, difference, participant_sd;
 };
 
-/// Throws Error for a mean of a group outside of a parameter's range, with the unit that may be meant: a value over m g
-/// h of this body, N m/rad, for example.
+/// Throws Error for a mean of a group outside of a parameter's range: `at`, or `at` + `difference` of the second group.
+/// For `at` the remedy has hint_of_unit(), unless mgh_nm_rad is 0.
+void check_mean(const sim::ParameterInfo& info, double at, double difference, double mgh_nm_rad);
+/// Throws Error as check_mean() for the first parameter with a mean outside of its range.
 void check_means(const sim::ParameterTable& table, const PlannedGroups& groups, double mgh_nm_rad);
 
-/// Returns a hint for a value far below all values that a parameter has, the unit that may be meant: " (0.9 m g h is
-/// 755 N m/rad)". Empty for other values. A value is far below if it is less than a hundredth of the range's low end.
+/// Returns a hint for a value that may be over m g h of this body (mgh_nm_rad, N m/rad): " (Kp is in N m/rad: 0.9 m g h
+/// is 755)". Empty for parameters that have no such values, and for 0 and values beyond 2.
 std::string hint_of_unit(const sim::ParameterInfo& info, double value, double mgh_nm_rad);
 
 /// Returns the spread of the values that the model's network gives, over the fraction of a difference that it shows.

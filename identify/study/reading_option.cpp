@@ -15,15 +15,15 @@ namespace {
 struct OptionName {
   std::string_view key, option;
 };
-// No plain "leg", "trial" or "start": sheets use these words for a person's leg, a trial's number and a date.
-constexpr std::array<OptionName, 22> option_names{{{"column", "column"},
+// No plain "leg", "hip", "ankle", "missing", "trial" or "start": sheets use these words for sides and findings of a
+// person, a trial's number and a date.
+constexpr std::array<OptionName, 18> option_names{{{"column", "column"},
                                                    {"unit", "unit"},
                                                    {"rate", "rate"},
                                                    {"comheight", "com_height"},
                                                    {"skiplines", "skip_lines"},
                                                    {"section", "section"},
                                                    {"missingvalue", "missing_value"},
-                                                   {"missing", "missing_value"},
                                                    {"fillgaps", "fill_gaps"},
                                                    {"begin", "begin"},
                                                    {"tiltcolumn", "tilt_column"},
@@ -34,10 +34,7 @@ constexpr std::array<OptionName, 22> option_names{{{"column", "column"},
                                                    {"trunkcolumn", "trunk_column"},
                                                    {"hipcolumn", "hip_column"},
                                                    {"shouldercolumn", "shoulder_column"},
-                                                   {"anklecolumn", "ankle_column"},
-                                                   {"hip", "hip_column"},
-                                                   {"shoulder", "shoulder_column"},
-                                                   {"ankle", "ankle_column"}}};
+                                                   {"anklecolumn", "ankle_column"}}};
 
 /// Reads the value of one option.
 class Value {

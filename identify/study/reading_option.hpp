@@ -13,8 +13,7 @@ std::optional<recording::Unit> angle_unit_named(std::string_view name);
 /// Returns the metres of a unit of length, or nothing for another word: "m", "cm", "mm".
 std::optional<double> metres_of_unit(std::string_view name);
 
-/// Returns the option's name for a column of a sheet ("Tilt column": "tilt_column", "hip": "hip_column"), empty for any
-/// other column.
+/// Returns the option's name for a column of a sheet ("Tilt column": "tilt_column"), empty for any other column.
 std::string find_reading_option(std::string_view column);
 
 /// Sets an option of find_reading_option(). Throws Error that calls it `where` for a value that the option does not

@@ -18,14 +18,15 @@
 namespace decid {
 namespace {
 
-/// Returns a whole number as people write it, "1", where a program wrote "1.0"; any other text as it is.
+/// Returns a whole number as people write it, "1", where a program wrote "1.0"; any other text as it is, such as
+/// "1,000", which may be a thousand.
 std::string without_point_zero(const std::string& cell) {
   const std::size_t point = cell.find_first_of(".,"), first = cell.starts_with('-') ? 1 : 0;
   const auto is_of = [&](std::size_t from, std::size_t to, const char* digits) {
     return from < to && cell.find_first_not_of(digits, from) >= to;
   };
-  const bool is_whole =
-      point != std::string::npos && is_of(first, point, "0123456789") && is_of(point + 1, cell.size(), "0");
+  const bool is_whole = point != std::string::npos && is_of(first, point, "0123456789") &&
+                        is_of(point + 1, cell.size(), "0") && (cell[point] == '.' || cell.size() - point != 4);
   return is_whole ? cell.substr(0, point) : cell;
 }
 
@@ -103,6 +104,7 @@ SheetLine read_line(const std::vector<SheetColumn>& columns, const std::vector<s
                     const std::vector<std::string>& cells, std::size_t number, const std::string& where) {
   SheetLine line;
   line.number = number;
+  line.cells = cells.size();
   for (std::size_t i = 0; i < columns.size(); ++i) {
     try {
       read_cell(columns[i], names[i], i < cells.size() ? cells[i] : std::string(), where, line);
@@ -111,13 +113,14 @@ SheetLine read_line(const std::vector<SheetColumn>& columns, const std::vector<s
     }
   }
   const auto beyond = cells.begin() + static_cast<std::ptrdiff_t>(std::min(cells.size(), columns.size()));
-  if (!line.error && std::any_of(beyond, cells.end(), [](const std::string& cell) { return !cell.empty(); }))
-    line.error = Error(Code::value_invalid, where,
-                       format("has %zu cells, and the first line %zu names", cells.size(), columns.size()),
-                       "delete the others; decimal commas need quotes, or semicolons or tabs between cells");
-  if (!line.error && line.file.empty() && line.entry.participant.empty())
-    line.error =
+  if (std::any_of(beyond, cells.end(), [](const std::string& cell) { return !cell.empty(); }))
+    line.misfit = Error(Code::value_invalid, where,
+                        format("has %zu cells, and the first line %zu names", cells.size(), columns.size()),
+                        "delete the others; decimal commas need quotes, or semicolons or tabs between cells");
+  if (!line.misfit && line.file.empty() && line.entry.participant.empty())
+    line.misfit =
         Error(Code::value_missing, where, "names neither a participant nor a file", "give one, or delete the line");
+  if (!line.error) line.error = line.misfit;
   return line;
 }
 
@@ -176,9 +179,35 @@ bool has_one_word(const std::vector<std::string>& cells) {
          std::ranges::all_of(cells, [&](const std::string& cell) { return cell == cells.front(); });
 }
 
+/// Returns true for a name as programs give to columns: "HIP_x", "RHIP:X", "hip2". A side, a finding and a size are
+/// not.
+bool is_like_column(const std::string& cell) {
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  const auto is_letter = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'); };
+  const auto joins = [&](char c) { return is_digit(c) || c == '_' || c == ':'; };
+  return !cell.empty() && is_letter(cell.front()) && std::ranges::any_of(cell, joins) &&
+         std::ranges::all_of(cell, [&](char c) { return is_letter(c) || joins(c); });
+}
+
+bool has_column(const std::vector<std::string>& cells) {
+  return std::ranges::any_of(cells, is_like_column);
+}
+
+/// Returns true if a cell is a number that is rather a mark of missing values than a count or a percentage.
+bool has_mark(const std::vector<std::string>& cells) {
+  return std::ranges::any_of(cells, [](const std::string& cell) {
+    const double number = read_number(cell).value_or(0.0);
+    return number < 0.0 || number >= 999.0;
+  });
+}
+
 constexpr auto options_words =
     std::to_array<OptionsWord>({{"start", "begin is the setting", has_number},
                                 {"leg", "leg_column is the setting", has_no_side},
+                                {"hip", "hip_column is the setting", has_column},
+                                {"shoulder", "shoulder_column is the setting", has_column},
+                                {"ankle", "ankle_column is the setting", has_column},
+                                {"missing", "missing_value is the setting", has_mark},
                                 {"trial", "it does not split files; the option trial of the call does", has_one_word}});
 
 /// Returns notes on columns that are carried along and look like settings.

@@ -22,7 +22,9 @@ struct SheetLine {
   std::optional<double> mass_kg, height_m;
   std::string protocol;                                      ///< empty: the call's
   std::vector<std::pair<std::string, std::string>> reading;  ///< options of reading by name, and their values
-  std::optional<Error> error = {};  ///< what is wrong with a cell; the line's recordings have this error
+  std::optional<Error> error = {};   ///< what is wrong with the line; its recordings have this error
+  std::optional<Error> misfit = {};  ///< too many cells, or neither a participant nor a file; whatever the cells hold
+  std::size_t cells = 0;             ///< of the line, which may be shorter than the names
 };
 
 struct StudySheet {
@@ -43,8 +45,9 @@ struct StudySheet {
 /// Reads a sheet: text between tabs, commas or semicolons (RFC 4180), or the first sheet of a workbook (.xlsx). Letter
 /// case, blanks, underscores and punctuation of column names do not count:
 /// - participant_id (or participant, subject, person, patient, proband, with or without id, or id; without these a
-/// number such as "Subject No" or "VP-Nr", and without it "code"), session, group, condition; "1.0" is the session,
-/// group or condition "1", and a hyphen or a point alone is no person, session or group;
+/// number such as "Subject No" or "VP-Nr", then a name such as "patient name", then "code"; the first of several),
+/// session, group, condition; "1.0" is the session, group or condition "1", "1,000" stays, and a hyphen or a point
+/// alone is no person, session or group;
 /// - file (or filename, path, recording): a path from the sheet's folder, or the end of one;
 /// - mass or weight in kg; height in m, or in cm from 30 up; other units by the name (weight_lb, height_in) or, of
 /// BIDS' sheets, by the sidecar (sidecar.hpp);

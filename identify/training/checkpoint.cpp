@@ -75,7 +75,9 @@ Origin make_origin(const TrainingSettings& settings, const dataset::TrialSource&
 }
 
 std::string checkpoint_bytes(const TrainingState& state) {
-  const Checkpoint checkpoint{to_json(state.log, state.part), state.optimiser.memory.at(0), state.average};
+  const nn::OptimiserState begun =
+      state.optimiser.memory.empty() ? nn::begin(*nn::sgd(), state.model.network) : state.optimiser;
+  const Checkpoint checkpoint{to_json(state.log, state.part), begun.memory.front(), state.average};
   return to_bytes(state.model, &checkpoint);
 }
 

@@ -21,7 +21,7 @@ struct Checkpoint {
 Origin make_origin(const TrainingSettings& settings, const dataset::TrialSource& source, const std::string& program,
                    std::optional<Origin::Start> from = std::nullopt);
 
-/// Returns a training's state as the bytes of a checkpoint.
+/// Returns a training's state as the bytes of a checkpoint. Momentum buffers of a training that has not begun are 0.
 std::string checkpoint_bytes(const TrainingState& state);
 /// Reads a training's state from these bytes. Throws Error for other bytes, naming `name`.
 TrainingState state_from_bytes(const std::string& bytes, const std::string& name = "training");

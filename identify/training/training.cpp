@@ -172,8 +172,6 @@ Model trained_model(const TrainingState& state) {
 }
 
 void share_state(Communicator& ranks, std::optional<TrainingState>& state) {
-  if (ranks.is_root() && state->optimiser.memory.empty())
-    state->optimiser = nn::begin(*nn::sgd(), state->model.network);
   const std::string bytes = broadcast_text(&ranks, ranks.is_root() ? checkpoint_bytes(*state) : std::string());
   if (!ranks.is_root()) state = state_from_bytes(bytes);
 }

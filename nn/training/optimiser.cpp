@@ -84,6 +84,24 @@ void check(const char* optimiser, const char* setting, double value, double high
                 format("give a number from %g to below %g", low, high));
 }
 
+/// Throws Error unless gradients and memory have a value for each value that is trained.
+void check_sizes(const Optimiser& optimiser, const std::vector<Parameter<float>*>& parameters,
+                 std::span<const std::span<const float>> gradients, const OptimiserState& state) {
+  const auto fits = [](const auto& values, const Parameter<float>* p) { return values.size() == p->value.size(); };
+  const auto fits_or_frozen = [&](std::span<const float> gradient, const Parameter<float>* p) {
+    return gradient.empty() || fits(gradient, p);
+  };
+  const bool has_memory =
+      state.memory.size() == static_cast<std::size_t>(optimiser.memory()) &&
+      std::ranges::all_of(state.memory, [&](const auto& kept) { return std::ranges::equal(kept, parameters, fits); });
+  if (!has_memory)
+    throw Error(Code::size_mismatch, "optimiser", "has a state of other sizes than this network's parameters",
+                "give the state of begin() for this optimiser and network, or of a training of them");
+  if (!std::ranges::equal(gradients, parameters, fits_or_frozen))
+    throw Error(Code::size_mismatch, "optimiser", "has gradients of other sizes than this network's parameters",
+                "give those of a trainer of the same network, in the order of its parameters");
+}
+
 }  // namespace
 
 std::shared_ptr<const Optimiser> sgd(const SgdOptions& options) {
@@ -143,8 +161,9 @@ OptimiserState begin(const Optimiser& optimiser, const Network<float>& network) 
 
 void update(const Optimiser& optimiser, Network<float>& network, std::span<const std::span<const float>> gradients,
             double learning_rate, OptimiserState& state) {
-  ++state.steps;
   const std::vector<Parameter<float>*> parameters = network.parameters();
+  check_sizes(optimiser, parameters, gradients, state);
+  ++state.steps;
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     Parameter<float>& parameter = *parameters[k];
     if (gradients[k].empty()) continue;

@@ -65,6 +65,8 @@ struct OptimiserState {
 OptimiserState begin(const Optimiser& optimiser, const Network<float>& network);
 
 /// Updates each parameter k for which gradients[k] is not empty; an empty gradient freezes a parameter.
+/// Throws Error, and changes nothing, unless gradients and the state's memory have the network's sizes; the state is
+/// begin()'s, or that of an earlier call.
 void update(const Optimiser& optimiser, Network<float>& network, std::span<const std::span<const float>> gradients,
             double learning_rate, OptimiserState& state);
 

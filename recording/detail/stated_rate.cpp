@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/text.hpp"
 #include "recording/table/cells.hpp"
 #include "recording/table/columns.hpp"
 
@@ -60,9 +61,7 @@ std::optional<Quantity> quantity_in(std::string_view field) {
   std::size_t length = std::min(end, field.size());
   while (length > 0 && !parse_number(field.substr(0, length)).is_number) --length;  // "10e" of "10 euros"
   if (length == 0) return {};
-  Quantity found{parse_number(field.substr(0, length)).value, {}};
-  for (const char c : trim(field.substr(length)))
-    found.unit += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  Quantity found{parse_number(field.substr(0, length)).value, lower_case(std::string(trim(field.substr(length))))};
   if (found.unit.starts_with("hz ")) found.unit = "hz";  // a remark may follow
   return found;
 }

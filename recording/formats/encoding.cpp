@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "base/error.hpp"
+#include "recording/table/cells.hpp"
 
 namespace decid::recording {
 
@@ -150,6 +151,22 @@ std::string with_plain_blanks(std::string text) {
     begin = at + std::max<std::size_t>(blank + nothing, 1);
   }
   return plain;
+}
+
+std::string_view trim_all(std::string_view text) {
+  const auto trim_of = [&](const auto& characters) {
+    for (const std::string_view character : characters) {
+      if (text.starts_with(character)) text.remove_prefix(character.size());
+      if (text.ends_with(character)) text.remove_suffix(character.size());
+    }
+  };
+  for (std::size_t before = text.size() + 1; text.size() < before;) {
+    before = text.size();
+    text = trim(text);
+    trim_of(other_blanks);
+    trim_of(of_no_width);
+  }
+  return text;
 }
 
 std::string to_utf8(std::string bytes, const std::string& where) {

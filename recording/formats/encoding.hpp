@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 namespace decid::recording {
 
@@ -14,5 +15,8 @@ std::string to_utf8(std::string bytes, const std::string& where);
 /// without characters of no width (byte order marks, zero-width spaces, word joiners). A blank between thousands, "1
 /// 000", is left out, except a plain one.
 std::string with_plain_blanks(std::string text);
+
+/// Returns the text without blanks of any kind, tabs and characters of no width at its ends; those within stay.
+std::string_view trim_all(std::string_view text);
 
 }  // namespace decid::recording

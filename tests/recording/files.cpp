@@ -517,6 +517,7 @@ TEST_CASE("a column that is plainly the platform's tilt is used, and left out if
 TEST_CASE("no-break blanks are blanks, and characters of no width are nothing") {
   CHECK(with_plain_blanks("a\u00A0b\u202Fc\u2009d") == "a b c d");
   CHECK(with_plain_blanks("\uFEFFa\u200Bb\u2060") == "ab");
+  CHECK(trim_all("\u200B\u2009 a\u00A0b \u2007\t\uFEFF") == "a\u00A0b");
   CHECK(with_plain_blanks("1\u00A0000 \u00B0 1\u202F0000 \u00E4\u00A0") == "1000 \u00B0 1 0000 \u00E4 ");
   const std::string rows = "0,1\n0.01,2\n0.02,3\n";
   check_one_two_three("time\u00A0(s),sway\u202F[deg]\n" + rows);

@@ -416,5 +416,15 @@ TEST_CASE("where a part is not used, the column that may tell recordings apart i
     const auto found = std::ranges::find(recording.warnings, "part_not_used", &Warning::code);
     REQUIRE(found != recording.warnings.end());
     CHECK(found->text.ends_with(" 'who' changes"));
+    CHECK(std::ranges::find(recording.warnings, "perhaps_several", &Warning::code) == recording.warnings.end());
   }
+  // Where the whole file is used, a note names it.
+  Recording whole = ramp(two_cycles().samples());
+  whole.change = "'who' changes";
+  bring_to_protocol(whole, two_cycles());
+  const auto note = std::ranges::find(whole.warnings, "perhaps_several", &Warning::code);
+  REQUIRE(note != whole.warnings.end());
+  CHECK(note->severity == Severity::info);
+  CHECK(note->text == "'who' changes");
+  CHECK(std::ranges::find(whole.warnings, "part_not_used", &Warning::code) == whole.warnings.end());
 }

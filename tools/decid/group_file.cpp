@@ -18,17 +18,27 @@ GroupTable read_group_table(const std::string& table, const std::vector<Recordin
                             std::size_t least) {
   StudySheet sheet = read_sheet(table);
   const std::string column = sheet.participant_column;
+  const auto group_column =
+      static_cast<std::size_t>(std::ranges::find_if(sheet.names, names_groups) - sheet.names.begin());
   Spelling of_group, of_participant;
   std::set<std::array<std::string, 4>> said;
   std::vector<SheetLine> lines;  // without what they say of bodies and reading
   for (const SheetLine& line : sheet.lines) {
     const SheetEntry& entry = line.entry;
-    if (line.file.empty() && entry.participant.empty()) throw Error(line.error.value());
+    if (line.misfit) throw Error(*line.misfit);
+    if (group_column < sheet.names.size() && line.cells <= group_column)
+      throw Error(
+          Code::value_missing, sheet.locate(line), "is too short",
+          "give its " + sheet.names[group_column] + ", or an empty cell to keep the recording out of the comparison");
     if (!column.empty() && entry.participant.empty() && !entry.group.empty())
       throw Error(Code::value_missing, sheet.locate(line), "has no " + column,
                   "say whose recording it is, or leave its group empty too");
-    if (said.insert({line.file, entry.session, of_group(entry.group), of_participant(entry.participant)}).second)
-      lines.push_back({line.number, line.file, entry, {}, {}, {}, {}});
+    if (said.insert({line.file, entry.session, of_group(entry.group), of_participant(entry.participant)}).second) {
+      SheetLine& kept = lines.emplace_back();
+      kept.number = line.number;
+      kept.file = line.file;
+      kept.entry = entry;
+    }
   }
   sheet.lines = std::move(lines);
   const RecordingPlan plan = make_plan(std::move(sheet), recordings, Choice::for_groups, {});

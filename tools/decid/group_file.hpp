@@ -13,9 +13,9 @@ namespace decid::tools {
 /// Reads the group and the person of each recording from a sheet (identify/study/sheet.hpp) with the column "group",
 /// and "file" or a column of people; the others do not count. A line is of the recordings of which it is in a study's
 /// sheet (Choice::for_groups). An empty group, or n/a, keeps a recording out of the comparison. Letter case and the
-/// form of accents do not count. Throws Error, with the line, for a table without these columns, for a line with a
-/// group and no person, for two different lines of one recording, for a recording without a line, and as
-/// refuse_groups() does.
+/// form of accents do not count. Throws Error, with the line, for a table without these columns, for a line with too
+/// many cells or without a cell of the group, for a line with a group and no person, for two different lines of one
+/// recording, for a recording without a line, and as refuse_groups() does.
 GroupTable read_group_table(const std::string& table, const std::vector<RecordingSource>& recordings,
                             std::size_t least = 2);
 

@@ -27,8 +27,9 @@ double number_of(const std::string& option, const std::string& text, double refe
 
 std::vector<bool> read_named_values(const std::string& option, const std::vector<std::string>& texts,
                                     const sim::ParameterTable& table, const sim::Parameters& reference,
-                                    sim::Parameters& values) {
+                                    sim::Parameters& values, std::vector<bool>* percent) {
   std::vector<bool> given(table.size(), false);
+  if (percent != nullptr) percent->assign(table.size(), false);
   for (const std::string& text : texts) {
     const std::size_t equals = text.find('=');
     const std::string name = text.substr(0, equals);
@@ -41,6 +42,7 @@ std::vector<bool> read_named_values(const std::string& option, const std::vector
     if (given[p]) throw Error(Code::setting_conflict, option, "gives " + info->name + " twice", "give it once");
     values[p] = number_of(option, text.substr(equals + 1), reference[p]);
     given[p] = true;
+    if (percent != nullptr) (*percent)[p] = text.ends_with('%');
   }
   return given;
 }

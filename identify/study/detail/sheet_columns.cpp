@@ -64,23 +64,25 @@ constexpr auto known_names = std::to_array<KnownName>({
     {"protokoll", ColumnRole::protocol},
 });
 
-/// Persons as numbers: each of these with one of the endings, such as "VP-Nr".
+/// Persons as numbers or names: each of these with one of the endings, such as "VP-Nr".
 constexpr auto numbered_persons = std::to_array<std::string_view>(
     {"participant", "subject", "person", "patient", "proband", "probandin", "versuchsperson", "teilnehmer",
      "teilnehmerin", "testperson", "volunteer", "sub", "subj", "pat", "pbn", "vp", "vpn", "tn"});
 constexpr auto number_endings =
-    std::to_array<std::string_view>({"id", "no", "nr", "num", "number", "nummer", "code", "kennung", "name",
-                                     "k\u00FCrzel", "kuerzel", "n\u00B0", "n\u00BA", "\u2116"});
+    std::to_array<std::string_view>({"id", "no", "nr", "num", "number", "nummer", "n\u00B0", "n\u00BA", "\u2116"});
+constexpr auto name_endings = std::to_array<std::string_view>({"code", "kennung", "name", "k\u00FCrzel", "kuerzel"});
 constexpr auto person_codes =
     std::to_array<std::string_view>({"code", "pseudonym", "pid", "id no", "id nr", "id number", "record id", "subj",
                                      "vp", "vpn", "versuchsperson", "teilnehmer", "testperson"});
 
 /// Returns how surely a column names the person, by its key; nothing for a column of anything else.
 std::optional<PersonNaming> naming_of_person(const std::string& key) {
-  for (const std::string_view person : numbered_persons)
-    if (key.starts_with(person) &&
-        std::ranges::find(number_endings, key.substr(person.size()), column_key) != number_endings.end())
-      return PersonNaming::number;
+  for (const std::string_view person : numbered_persons) {
+    if (!key.starts_with(person)) continue;
+    const std::string ending = key.substr(person.size());
+    if (std::ranges::find(number_endings, ending, column_key) != number_endings.end()) return PersonNaming::number;
+    if (std::ranges::find(name_endings, ending, column_key) != name_endings.end()) return PersonNaming::name;
+  }
   if (std::ranges::find(person_codes, key, column_key) != person_codes.end()) return PersonNaming::code;
   return {};
 }
@@ -153,13 +155,17 @@ SheetColumn sheet_column(const std::string& name) {
 
 std::vector<SheetColumn> sheet_columns(const std::vector<std::string>& names) {
   std::vector<SheetColumn> columns;
-  std::optional<PersonNaming> surest;
+  std::optional<std::size_t> person;
   for (const std::string& name : names) {
     const SheetColumn& column = columns.emplace_back(sheet_column(name));
-    if (column.role == ColumnRole::participant) surest = std::min(surest.value_or(column.naming), column.naming);
+    if (column.role == ColumnRole::participant && (!person || column.naming < columns[*person].naming))
+      person = columns.size() - 1;
   }
-  for (SheetColumn& column : columns)
-    if (column.role == ColumnRole::participant && column.naming != surest) column = {ColumnRole::carried};
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    if (columns[i].role != ColumnRole::participant) continue;
+    const bool is_alike = columns[i].naming == PersonNaming::sure || column_key(names[i]) == column_key(names[*person]);
+    if (columns[i].naming != columns[*person].naming || !is_alike) columns[i] = {ColumnRole::carried};
+  }
   return columns;
 }
 

@@ -9,8 +9,9 @@ namespace decid {
 /// The meaning of a column: a cell of the entry, a value of decid's, or an option of reading.
 enum class ColumnRole { carried, participant, session, group, condition, file, mass, height, protocol, reading };
 
-/// How surely a column names the person. If several may, the surest does, and the others are carried along.
-enum class PersonNaming { sure, number, code };
+/// How surely a column names the person: by the word alone or an ID, a number of persons, a name or code of persons, a
+/// code. If several may, the first of the surest does, and the others are carried along.
+enum class PersonNaming { sure, number, name, code };
 
 struct SheetColumn {
   ColumnRole role;
@@ -23,7 +24,8 @@ struct SheetColumn {
 /// Returns what a column of this name means on its own.
 SheetColumn sheet_column(const std::string& name);
 
-/// Returns what the columns of a sheet mean together: the surest of its columns of people names the person.
+/// Returns what the columns of a sheet mean together: the first of its surest columns of people names the person.
+/// Several that are sure, or that have the same name, keep this meaning.
 std::vector<SheetColumn> sheet_columns(const std::vector<std::string>& names);
 
 /// Gives a weight or a height without a unit in its name the unit of the sheet's sidecar.

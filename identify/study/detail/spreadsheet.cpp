@@ -7,11 +7,10 @@
 #include "base/error.hpp"
 #include "base/files/file.hpp"
 #include "base/text.hpp"
-#include "identify/study/detail/text_key.hpp"
+#include "identify/study/detail/sheet_columns.hpp"
 #include "recording/formats/encoding.hpp"
 #include "recording/formats/xlsx.hpp"
 #include "recording/table/cells.hpp"
-#include "recording/table/columns.hpp"
 
 namespace decid {
 namespace {
@@ -100,35 +99,16 @@ class RowReader {
   bool quoted_lines_ = false;                   // the cell has a quoted text of several lines
 };
 
-/// Returns true for a column of file names, in which any blank counts.
-bool names_files(const std::string& column) {
-  return recording::one_of(column_key(column),
-                           {"file", "filename", "path", "recording", "datei", "dateiname", "aufnahme"});
-}
-
-/// Returns the cell without blanks of any kind at its ends.
-std::string_view trim_all(std::string_view cell) {
-  for (std::size_t before = cell.size() + 1; cell.size() < before;) {
-    before = cell.size();
-    cell = recording::trim(cell);
-    for (const std::string_view blank : {"\u00A0", "\u202F", "\u200B", "\uFEFF"}) {
-      if (cell.starts_with(blank)) cell.remove_prefix(blank.size());
-      if (cell.ends_with(blank)) cell.remove_suffix(blank.size());
-    }
-  }
-  return cell;
-}
-
 /// Takes blanks from the ends of cells, and makes those within plain, except in the names of files.
 void tidy(std::vector<std::vector<std::string>>& rows) {
   std::vector<bool> has_files;
   for (std::vector<std::string>& row : rows) {
     for (std::size_t i = 0; i < row.size(); ++i) {
-      row[i] = trim_all(row[i]);
+      row[i] = recording::trim_all(row[i]);
       if (i >= has_files.size() || !has_files[i]) row[i] = recording::with_plain_blanks(std::move(row[i]));
     }
     if (has_files.empty())
-      for (const std::string& name : row) has_files.push_back(names_files(name));
+      for (const std::string& name : row) has_files.push_back(sheet_column(name).role == ColumnRole::file);
   }
 }
 

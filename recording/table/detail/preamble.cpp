@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "base/text.hpp"
 #include "recording/table/cells.hpp"
 #include "recording/table/columns.hpp"
 #include "recording/table/detail/header_rows.hpp"
@@ -59,9 +60,8 @@ bool names_all_but_rows(const std::vector<std::string_view>& header, const std::
 
 /// Returns the unit of "inDegrees=no", as OpenSim writes it.
 std::optional<Unit> stated_unit(std::string_view line) {
-  std::string text;
-  for (const char c : line)
-    if (c != ' ' && c != '\t') text += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  std::string text = lower_case(std::string(line));
+  std::erase_if(text, [](char c) { return c == ' ' || c == '\t'; });
   if (text == "indegrees=yes") return Unit::degree;
   if (text == "indegrees=no") return Unit::radian;
   return {};

@@ -74,27 +74,38 @@ std::optional<std::size_t> element_of(const TableArray& array, const std::string
               "name a recording of the file");
 }
 
-bool is_named_trial(const Table& table, int column) {
+/// Returns the column's name in small letters, without blanks and signs.
+std::string plain_name(const Table& table, int column) {
   std::string plain;
   for (const std::string& word : words(table.own_name(column))) plain += word;
-  return one_of(plain, {"trial",       "trials",    "trialno",     "trialnr",       "trialnumber",    "trialid",
-                        "trialindex",  "block",     "blockno",     "blocknr",       "blocknumber",    "blockid",
-                        "subject",     "subjectid", "participant", "participantid", "session",        "repetition",
-                        "repetitions", "subj",      "subjid",      "subjectno",     "subjectnr",      "subjectnumber",
-                        "pid",         "person",    "personid",    "patient",       "patientid",      "patientno",
-                        "patientnr",   "proband",   "probandin",   "probandid",     "probandnr",      "vp",
-                        "vpn",         "vpnr",      "vpnnr",       "vpid",          "versuchsperson", "versuch",
-                        "versuchnr",   "durchgang", "durchgangnr", "wiederholung",  "essai",          "essais",
-                        "sujet",       "sujetid",   "rep",         "repno",         "repnr"});
+  return plain;
+}
+
+/// Returns true for names that divide a file even where its times run on.
+bool names_trial_surely(const Table& table, int column) {
+  return one_of(
+      plain_name(table, column),
+      {"trial", "trials", "trialno", "trialnr", "trialnumber", "trialid", "trialindex", "block", "blockno", "blocknr",
+       "blocknumber", "blockid", "subject", "subjectid", "participant", "participantid", "session", "repetition"});
+}
+
+bool is_named_trial(const Table& table, int column) {
+  return names_trial_surely(table, column) ||
+         one_of(
+             plain_name(table, column),
+             {"repetitions", "subj",           "subjid",    "subjectno", "subjectnr", "subjectnumber", "pid",
+              "person",      "personid",       "patient",   "patientid", "patientno", "patientnr",     "proband",
+              "probandin",   "probandid",      "probandnr", "vp",        "vpn",       "vpnr",          "vpnnr",
+              "vpid",        "versuchsperson", "versuch",   "versuchnr", "durchgang", "durchgangnr",   "wiederholung",
+              "essai",       "essais",         "sujet",     "sujetid",   "rep",       "repno",         "repnr"});
 }
 
 /// Returns true for names that recordings have, but also states of a stimulus and marks within one recording.
 bool may_name_trial(const Table& table, int column) {
-  std::string plain;
-  for (const std::string& word : words(table.own_name(column))) plain += word;
-  return one_of(plain, {"run",        "runs",        "runno",       "runnr", "runnumber", "runid",       "condition",
-                        "conditions", "conditionid", "conditionno", "cond",  "bedingung", "bedingungen", "id",
-                        "eyes",       "augen",       "set",         "sets",  "setno",     "visit"});
+  return one_of(plain_name(table, column),
+                {"run",        "runs",        "runno",       "runnr", "runnumber", "runid",       "condition",
+                 "conditions", "conditionid", "conditionno", "cond",  "bedingung", "bedingungen", "id",
+                 "eyes",       "augen",       "set",         "sets",  "setno",     "visit"});
 }
 
 /// Returns true if each label is one stretch of rows: a state of the stimulus comes back. Rows without a label do not
@@ -261,6 +272,11 @@ void refuse_several_trials(const Table& table, int sway, int time, const std::st
     if (std::ranges::count_if(one.labels.values, [](const std::string& value) { return !value.empty(); }) > 1)
       changing.push_back(std::move(one));
   if (changing.empty()) return;
+  const std::vector<std::size_t> starts = time < 0 ? std::vector<std::size_t>() : restarts(table, time);
+  const bool is_one = starts.empty() && is_one_clock(table, time);
+  // Cycles and states of one recording have such names too; describe_change() names them.
+  if (is_one) std::erase_if(changing, [&](const Divider& one) { return !names_trial_surely(table, one.column); });
+  if (changing.empty()) return;
   const RowLabels& labels = changing.front().labels;
   const std::string& name = table.name(changing.front().column);
   const std::vector<std::uint32_t>& of_row = labels.of_row;
@@ -271,18 +287,17 @@ void refuse_several_trials(const Table& table, int sway, int time, const std::st
   const std::string problem = table.locate(static_cast<std::size_t>(other - of_row.begin())) + ": '" + name +
                               "' changes from '" + labels.values[first] + "' to '" + labels.values[*other] +
                               "': the file holds several recordings";
-  const std::vector<std::size_t> starts = time < 0 ? std::vector<std::size_t>() : restarts(table, time);
   if (!starts.empty())
     throw Error(Code::recording_ambiguous, where, problem, remedy_for_several(table, sway, time, starts, ""));
   const std::string advice = remedy_by(listed(table, fewest_columns(std::move(changing), 0)));
-  throw Error(
-      Code::recording_ambiguous, where, problem,
-      advice + (is_one_clock(table, time) ? "; " + setting("trial_column") + " none reads all rows as one" : ""));
+  throw Error(Code::recording_ambiguous, where, problem,
+              advice + (is_one ? "; " + setting("trial_column") + " none reads all rows as one" : ""));
 }
 
 std::string describe_change(const Table& table, int sway, int time, double rate_hz) {
-  constexpr std::size_t looks = 9,
-                        max_values = 10;  // cells that are looked at first: a signal has another value in each
+  constexpr std::size_t looks = 9;  // cells that are looked at first: a signal has another value in each
+  constexpr std::size_t max_values = 10;
+  constexpr double min_mean_s = 2.0;  // of the stretches of a named column with more values: it may count seconds
   if (!table.has_header() || !table.format_of_one().empty()) return {};
   for (int column = 0; column < table.columns(); ++column) {
     const std::size_t rows = table.rows(column);
@@ -292,9 +307,12 @@ std::string describe_change(const Table& table, int sway, int time, double rate_
     for (std::size_t i = 1; i < looks; ++i)
       different +=
           table.label(column, i * (rows - 1) / (looks - 1)) != table.label(column, (i - 1) * (rows - 1) / (looks - 1));
-    if (first.empty() || last.empty() || first == last || different > looks / 2) continue;
+    const bool is_named = is_named_trial(table, column) || may_name_trial(table, column);
+    if (first.empty() || last.empty() || first == last || (different > looks / 2 && !is_named)) continue;
     const RowLabels labels = table.labels(column);
-    if (labels.values.size() > max_values || !are_stretches(labels)) continue;
+    const double mean_s = static_cast<double>(rows) / static_cast<double>(labels.values.size()) / rate_hz;
+    const bool has_few = labels.values.size() <= max_values || (is_named && mean_s >= min_mean_s);
+    if (!has_few || !distinguishes(labels) || !are_stretches(labels)) continue;
     const auto change = std::ranges::adjacent_find(labels.of_row, std::not_equal_to<>());
     const auto row = static_cast<std::size_t>(change - labels.of_row.begin()) + 1;
     return "'" + table.name(column) + "' changes from '" + first + "' to '" + labels.values[labels.of_row[row]] +

@@ -22,8 +22,10 @@ std::vector<int> trial_columns(const Table& table, const std::string& by, const 
 /// Drops all other recordings. Throws Error as trials_in, and for an unknown name.
 void keep_trial(Table& table, const std::string& by, const std::string& trial, const std::string& where);
 
-/// Throws Error if a column called trial, block, subject or similar, as long as the sway, changes: the file holds
-/// several recordings. The error names the column that distinguishes them.
+/// Throws Error if a column as long as the sway changes and its name says that the file holds several recordings. A
+/// column trial, block, subject, participant, session or repetition says so always. One of another person's or trial's
+/// name (VP, Proband, rep) says so only if the times start again or cannot be one recording's; so does run, condition,
+/// id, eyes or set, if it does not return to an earlier value. The error names the column that distinguishes them.
 void refuse_several_trials(const Table& table, int sway, int time, const std::string& where);
 
 /// Returns the remedy for a file whose times start again at the rows `starts`: the --trial that distinguishes its
@@ -31,8 +33,9 @@ void refuse_several_trials(const Table& table, int sway, int time, const std::st
 std::string remedy_for_several(const Table& table, int sway, int time, const std::vector<std::size_t>& starts,
                                const std::string& by);
 
-/// Describes the first column, except sway and time, whose few values are a stretch of rows each: the file may hold
-/// several recordings. Empty without one. `rate_hz`: of the rows.
+/// Describes the first column, except sway and time, whose values are a stretch of rows each: the file may hold several
+/// recordings. It has 2 to 10 values; or more, with a name as above, if each lasts 2 s in the mean. Empty without one.
+/// `rate_hz`: of the rows.
 std::string describe_change(const Table& table, int sway, int time, double rate_hz);
 
 /// Returns the sway column, or one called trial or similar, that has the times of one recording if the time column has

@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include <tuple>
+
 #include "base/error.hpp"
 #include "sim/body_model.hpp"
 #include "tests/helpers.hpp"
@@ -13,6 +15,7 @@ using decid::cohort::spread_of_fits;
 using decid::cohort::spread_of_network;
 using decid::cohort::ValueSpread;
 using decid::test::check_error;
+using decid::test::error_of;
 
 namespace {
 
@@ -51,8 +54,15 @@ TEST_CASE("cohort: more measurement noise makes a network's values less certain"
   check_error([&] { decid::cohort::check_means(model.parameters(), outside, mgh); }, Code::setting_out_of_range,
               "0.9 m g h is 755");
   decid::cohort::check_means(model.parameters(), groups, mgh);
-  CHECK(decid::cohort::hint_of_unit(model.parameters()[decid::sim::Kp], 30.0, mgh).empty());
+  const decid::sim::ParameterInfo& kp = model.parameters()[decid::sim::Kp];
+  for (const double value : {0.0, 2.5, 4.0, 30.0}) CHECK(decid::cohort::hint_of_unit(kp, value, mgh).empty());
+  CHECK_FALSE(decid::cohort::hint_of_unit(kp, -2.0, mgh).empty());
   CHECK(decid::cohort::hint_of_unit(model.parameters()[decid::sim::Delay], 0.001, mgh).empty());
+  // The second group's mean, and means for which no unit is wanted, have no hint.
+  for (const auto& [at, difference, unit] : {std::tuple{800.0, -799.0, mgh}, {0.9, 0.0, 0.0}})
+    CHECK(error_of([&, a = at, d = difference, u = unit] { decid::cohort::check_mean(kp, a, d, u); })
+              .remedy()
+              .find("m g h") == std::string::npos);
   // The network shows nothing of a difference that is far below its noise, or shows it with the wrong sign.
   PlannedGroups backwards = groups;
   backwards.difference = decid::sim::Parameters(groups.at.size());

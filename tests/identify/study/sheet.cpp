@@ -229,21 +229,18 @@ TEST_CASE("make_plan: a person in two groups is refused with both lines, whateve
   CHECK(read("P1,1,patients,a.csv\np1,2,Patients,b.csv\nP1,3,n/a,c.csv\n,1,x,d.csv\n,1,y,e.csv\n") == 5);
 }
 
-TEST_CASE("read_sheet: columns spelled as the program's options are these options; others that look so are noted") {
+TEST_CASE("read_sheet: words of clinical sheets are carried along, and noted where their cells look like settings") {
   const TemporaryFolder folder;
   const auto read = [&](const std::string& text) { return read_sheet(write_text(folder / "s.csv", text)); };
-  const StudySheet sheet = read("id,Hip,shoulder,Ankle,missing\nA,HIP_x,SHO_x,ANK_x,-999\n");
-  CHECK(sheet.columns.empty());
-  ReadOptions reading;
-  for (const auto& [name, value] : sheet.lines[0].reading) set_reading_option(reading, name, value, "here");
-  CHECK(reading.recording.hip_column == "HIP_x");
-  CHECK(reading.recording.shoulder_column == "SHO_x");
-  CHECK(reading.recording.ankle_column == "ANK_x");
-  CHECK(reading.recording.missing_value == -999.0);
-  check_error([&] { read("id,missing,missing_value\nA,1,2\n"); }, Code::column_ambiguous, "missing_value");
-  check_has(read("id,missing\nA,yes\n").lines[0].error, Code::value_invalid, "'yes'");
-
-  CHECK(sheet.notes.empty());
+  for (const char* cells : {"left,right,sprained,no", "98,102.5,sound,0", "98 cm,L/R,o.B.,12", "no,yes,n/a,yes"}) {
+    CAPTURE(cells);
+    const StudySheet sheet = read("id,Hip,shoulder,Ankle,missing\nA," + std::string(cells) + "\n");
+    CHECK(sheet.columns == std::vector<std::string>{"Hip", "shoulder", "Ankle", "missing"});
+    CHECK(sheet.lines[0].reading.empty());
+    CHECK_FALSE(sheet.lines[0].error.has_value());
+    CHECK(sheet.notes.empty());
+  }
+  CHECK(read("id,Hip,shoulder,Ankle,missing\nA,HIP_x,RSHO:X,ank2,-999\n").notes.size() == 4);
   const auto notes = [&](const std::string& column, const std::string& one, const std::string& other) {
     const StudySheet found = read("id," + column + "\nA," + one + "\nB," + other + "\n");
     CHECK(found.columns == std::vector<std::string>{column});
@@ -282,7 +279,16 @@ TEST_CASE("read_sheet: many names of the person's column; the surest one counts"
   CHECK(both.reader_for("code")(both.lines[0].entry) == "P1");
   CHECK(both.reader_for("subject")(both.lines[0].entry) == "P2");
   CHECK(read("VP-Nr;participant_id").lines[0].entry.participant == "P2");
-  check_error([&] { read("VP-Nr;Subject No"); }, Code::column_ambiguous, "VP-Nr");
+  // The first of equals counts, numbers before names, and the others are carried along.
+  for (const char* names : {"patient nr;patient name", "VP-Nr;VP-Code", "VP-Nr;Subject No", "code;pseudonym"}) {
+    CAPTURE(names);
+    const StudySheet found = read(names);
+    CHECK(found.lines[0].entry.participant == "P1");
+    CHECK(found.lines[0].entry.cells == std::vector<std::string>{"P2"});
+  }
+  CHECK(read("patient name;patient nr").lines[0].entry.participant == "P2");
+  CHECK(read("pseudonym;patient name").lines[0].entry.participant == "P2");
+  for (const char* same : {"VP-Nr;vp nr", "id;participant"}) check_error([&] { read(same); }, Code::column_ambiguous);
 }
 
 TEST_CASE("read_sheet: marks of no person, session or group; whole numbers with a point and zeros") {
@@ -291,10 +297,12 @@ TEST_CASE("read_sheet: marks of no person, session or group; whole numbers with 
                                                  "file\tid\tsession\tgroup\tcondition\tnote\n"
                                                  "a.csv\t-\t.\t-\t-\t-\n"
                                                  "b.csv\t1.0\t1.0\t0,0\t-2.00\t1.0\n"
-                                                 "c.csv\t1.5\t1.5\t.\t1.0a\t.\n"));
+                                                 "c.csv\t1.5\t1.5\t.\t1.0a\t.\n"
+                                                 "d.csv\t2\t1,00\t1.000\t1,000\t.\n"));
   CHECK(sheet.lines[0].entry == SheetEntry{"", "", "", "-", {"-"}});  // medication may be + and -
   CHECK(sheet.lines[1].entry == SheetEntry{"1.0", "1", "0", "-2", {"1.0"}});
   CHECK(sheet.lines[2].entry == SheetEntry{"1.5", "1.5", "", "1.0a", {"."}});
+  CHECK(sheet.lines[3].entry == SheetEntry{"2", "1", "1", "1,000", {"."}});  // perhaps a thousand
 }
 
 TEST_CASE("read_spreadsheet: no-break blanks and characters of no width are blanks and nothing, except in file names") {

@@ -112,6 +112,19 @@ TEST_CASE("a training on streamed trials") {
   CHECK(std::isfinite(state.log.back().validation_mse));
 }
 
+TEST_CASE("a training that has not begun has a checkpoint, from which it ends in the same bits") {
+  const auto source = quick_source();
+  const TrainingSettings settings = quick_settings();
+  TrainingState state = start_training(*source, settings);
+  CHECK(state.optimiser.memory.empty());
+  TrainingState there = state_from_bytes(checkpoint_bytes(state));
+  REQUIRE(there.optimiser.memory.size() == 1);
+  CHECK(there.optimiser.memory == nn::begin(*nn::sgd(), state.model.network).memory);
+  CHECK(run_training(
+      *source, settings, there, [](int, int) { return true; }, [] {}));
+  CHECK(nn::weights_sha256(there.model.network) + sha256(log_csv(there.log, 7)) == train_hash(*source));
+}
+
 TEST_CASE("a training that is stopped and goes on ends in the same bits") {
   const auto source = quick_source();
   const std::string straight = train_hash(*source);

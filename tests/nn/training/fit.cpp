@@ -444,6 +444,25 @@ TEST_CASE("sgd: by hand") {
   CHECK(parameters[1]->value[0] == 1.0F);
 }
 
+TEST_CASE("update: a state and gradients of other sizes than the network's are refused, and change nothing") {
+  Network<float> network({1, 1, 1}, "fc 2");
+  const std::vector<float> two{1, 1}, three{1, 1, 1};
+  using Gradients = std::vector<std::span<const float>>;
+  using Memory = std::vector<std::vector<float>>;
+  for (const Memory& other : {Memory{}, {{1, 2}}, {{1, 2}, {3}}, {{1, 2}, {3, 4}, {5}}}) {
+    OptimiserState state{3, {other}};
+    check_error([&] { update(*sgd(), network, Gradients{two, two}, 0.5, state); }, decid::Code::size_mismatch);
+    CHECK(state.steps == 3);
+  }
+  OptimiserState none, of_sgd = begin(*sgd(), network);
+  check_error([&] { update(*sgd(), network, Gradients{two, two}, 0.5, none); }, decid::Code::size_mismatch);
+  check_error([&] { update(*adamw(), network, Gradients{two, two}, 0.5, of_sgd); }, decid::Code::size_mismatch);
+  for (const Gradients& other : {Gradients{}, {two}, {two, three}, {two, two, two}})
+    check_error([&] { update(*sgd(), network, other, 0.5, of_sgd); }, decid::Code::size_mismatch);
+  update(*sgd(), network, Gradients{two, {}}, 0.5, of_sgd);  // the second is frozen
+  CHECK(of_sgd.steps == 1);
+}
+
 TEST_CASE("optimisers: by a text with settings") {
   CHECK(optimiser_named("adamw")->text() == adamw()->text());
   CHECK(optimiser_named("adamw weight_decay 0.5 beta2 0.75 beta1 0.25 epsilon 1e-3")->text() ==

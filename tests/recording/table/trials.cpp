@@ -200,8 +200,8 @@ TEST_CASE("tables of other kinds have labels of numbers, and are not divided") {
 }
 
 TEST_CASE("names of recordings and people in other words, and other languages") {
-  const auto two_of = [](const std::string& name, const char* second) {
-    return name + ",time,com_sway_deg\n" + rows_behind("1,") + rows_behind(second, 0.3);
+  const auto two_of = [](const std::string& name, const char* second, double begin_s = 0.0) {
+    return name + ",time,com_sway_deg\n" + rows_behind("1,") + rows_behind(second, begin_s);
   };
   for (const char* name : {"rep",    "pid",       "subj",      "Patient",      "Proband", "VP",    "Vpn",
                            "Vpn_Nr", "Versuch",   "Durchgang", "Wiederholung", "sujet",   "essai", "run",
@@ -209,8 +209,16 @@ TEST_CASE("names of recordings and people in other words, and other languages") 
     CAPTURE(std::string(name));
     check_error(reading(two_of(name, "2,")), Code::recording_ambiguous, name);
     CHECK(advised(two_of(name, "2,"), 2) == name);
-    CHECK(read(two_of(name, "1,")).signals.samples() == 60);  // a constant
+    CHECK(read(two_of(name, "1,", 0.3)).signals.samples() == 60);  // a constant
+    // Cycles and conditions of one recording, whose times run on.
+    const Recording whole = read(two_of(name, "2,", 0.3));
+    CHECK(whole.signals.samples() == 60);
+    CHECK(whole.change.starts_with("'" + std::string(name) + "' changes from '1' to '2' at 0.3 s"));
+    CHECK(read(std::string(name) + ",com_sway_deg\n1,1\n1,2\n2,3\n2,1\n", {.rate_hz = 100.0}).signals.samples() == 4);
   }
+  // A name that divides always counts alone.
+  check_error(reading("VP,trial,time,com_sway_deg\n" + rows_behind("1,1,") + rows_behind("2,2,", 0.3)),
+              Code::recording_ambiguous, "'trial' changes");
   // A state of the stimulus comes back; a column of samples does not distinguish recordings.
   for (const char* name : {"condition", "run", "id", "eyes"}) {
     CAPTURE(std::string(name));
@@ -223,6 +231,19 @@ TEST_CASE("names of recordings and people in other words, and other languages") 
     CHECK(read(returns).signals.samples() == 60);
     CHECK(read(counts).signals.samples() == 60);
   }
+}
+
+TEST_CASE("more than ten stretches count if their column is called as recordings are, and if they are long") {
+  const auto change = [](const std::string& name, double stretch_s) {
+    std::string text = "time,com_sway_deg," + name + "\n";
+    for (int k = 0; k < 1500; ++k)
+      text += std::to_string(k * 0.02) + "," + std::to_string(k % 7) + "," +
+              std::to_string(static_cast<int>(k * 0.02 / stretch_s)) + "\n";
+    return read(text).change;
+  };
+  CHECK(change("rep", 2.5).starts_with("'rep' changes from '0' to '1' at 2.5 s"));
+  CHECK(change("who", 2.5).empty());
+  CHECK(change("id", 1.0).empty());
 }
 
 TEST_CASE("a column of few values that change in stretches may tell recordings apart") {

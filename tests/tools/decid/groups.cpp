@@ -80,7 +80,12 @@ TEST_CASE("read_group_table: what cannot be read is refused") {
   refused("file,group\na.csv,x\na.csv,y\nb.csv,y\n", recordings, Code::value_invalid, "line 3");
   refused("file,group,subject\na.csv,x,1\nb.csv,y,2\na.csv,x,3\n", recordings, Code::value_invalid, "line 4");
   refused("file,group\na.csv,x\nb.csv,x\n", recordings, Code::setting_out_of_range, "1 group");
-  refused("file,group\na.csv,\nb.csv\n", recordings, Code::setting_out_of_range, "0 groups");
+  refused("file,group\na.csv,\nb.csv,\n", recordings, Code::setting_out_of_range, "0 groups");
+  // Faults of lines, but not of cells that do not count.
+  refused("file,group\na.csv,x\nb.csv\n", recordings, Code::value_missing, "line 3");
+  refused("file,weight,group\na.csv,70,5,x\nb.csv,70,y\n", recordings, Code::value_invalid, "line 2");
+  refused("file,weight,group\na.csv,much,5,x\nb.csv,70,y\n", recordings, Code::value_invalid, "line 2: has 4 cells");
+  CHECK(read("group,file,weight,unit\nx,a.csv,much,far\ny,b.csv\n", recordings).members.size() == 2);
 }
 
 namespace {

@@ -68,16 +68,31 @@ TEST_CASE("decid/power: means that no person has, other units, and settings that
   const std::string known = " --measurement-sd delay=0.01";
   check_refused("power --difference delay=-0.2 --at delay=0.05" + known, "-0.15 s");
   check_refused("power --difference Kp=20% --at Kp=0.9 --measurement-sd Kp=50", "0.9 m g h is 755");
-  check_refused("power --difference Kp=-0.15 --measurement-sd Kp=50", "-0.15 m g h is -125.8");
-  check_refused("power --difference Kp=10% --participant-sd Kp=0.1 --measurement-sd Kp=50", "0.1 m g h");
   check_refused("power --difference delay=0.02 --difference delay=0.03" + known, "delay twice");
   check_refused("power --difference Kp=10% --difference kp=20% --measurement-sd Kp=50", "Kp twice");
   for (const char* option : {"--participant-sd Kp=90", "--visit-sd Kp=20 --paired", "--trial-sd Kp=20", "--at Kp=800"})
     check_refused("power --difference delay=0.02 " + (option + known), "--difference");
   check_refused("power --difference delay=0.02 --measurement-sd Kp=20" + known, "Kp is not used");
+  check_refused("power --difference Kp=100 --at Nv=0 --measurement-sd Kp=60", "Nv is not used");
+  check_refused("power --difference Kp=100 --at Nv=0", "the mean of Nv is 0");
   check_refused("power --difference delay=0.02 --visit-sd delay=0.01" + known, "--paired");
   check_refused("power --difference delay=0.02 --participant-sd delay=0.01 --paired" + known, "--paired");
   check_refused("power --difference delay=0.02 --sensor-noise 0.1" + known, "--sensor-noise");
   // Simulated people have all parameters.
   run_ok("power --difference delay=0.02 --participant-sd Kp=90 --at Kp=800 --recordings 20 --json");
+}
+
+TEST_CASE("decid/power: small values are legitimate; a difference that may be over m g h gets a note") {
+  const auto notes = [](const std::string& options, const std::string& sd) {
+    const Result found = run_ok("power " + options + " --measurement-sd " + sd);
+    return found.err;
+  };
+  CHECK(notes("--difference Kp=0.5%", "Kp=60").empty());
+  CHECK(notes("--difference Kp=0.1%", "Kp=60").empty());
+  CHECK(notes("--difference Kp=100 --trial-sd Kp=4", "Kp=60").empty());
+  CHECK(notes("--difference Kp=10% --participant-sd Kp=0.1", "Kp=1.5").empty());
+  CHECK(notes("--difference delay=0.0003", "delay=0.01").empty());
+  CHECK(contains(notes("--difference Kd=1", "Kd=20"), "1 m g h is 839"));
+  CHECK(contains(notes("--difference Kp=-0.15", "Kp=50"), "-0.15 m g h is -125.8"));
+  CHECK(notes("--difference Kd=1 --quiet", "Kd=20").empty());
 }

@@ -51,25 +51,23 @@ cohort::ValueSpread spread_of(const PowerOptions& options, const Model& model, c
                                 options.seed);
 }
 
-/// Throws Error for a difference or a standard deviation in another unit than the parameter's: beyond its range, which
-/// no person has (milliseconds for seconds), or far below all of its values (m g h for N m/rad).
-void refuse_other_units(const std::string& option, const std::vector<bool>& given, const sim::Parameters& values,
-                        const Model& model) {
-  const sim::ParameterTable& table = model.parameters();
-  for (std::size_t p = 0; p < table.size(); ++p) {
-    if (!given[p]) continue;
-    const std::string hint = cohort::hint_of_unit(table[p], values[p], model.protocol.experiment.body.mgh());
-    if (!hint.empty())
-      throw Error(Code::setting_out_of_range, option,
-                  table[p].name + format(" is %g", values[p]) + table[p].unit_after() +
-                      format(", less than a hundredth of its lowest value, %g", table[p].low) + table[p].unit_after(),
-                  "give more, or a percentage of the mean" + hint);
-    if (std::abs(values[p]) > table[p].range())
+/// Throws Error for a difference or a standard deviation beyond a parameter's range, which no person has: milliseconds
+/// for seconds, for example.
+void refuse_beyond_range(const std::string& option, const std::vector<bool>& given, const sim::Parameters& values,
+                         const sim::ParameterTable& table) {
+  for (std::size_t p = 0; p < table.size(); ++p)
+    if (given[p] && std::abs(values[p]) > table[p].range())
       throw Error(Code::setting_out_of_range, option,
                   table[p].name + format(" is %g", values[p]) + table[p].unit_after() +
                       format(", more than its whole range of %g", table[p].range()) + table[p].unit_after(),
                   "give less" + table[p].unit_hint());
-  }
+}
+
+/// Prints a note on a difference that may be over m g h. A small difference may also be meant.
+void note_small_difference(const sim::ParameterInfo& info, double difference, double mgh_nm_rad) {
+  if (const std::string hint = cohort::hint_of_unit(info, difference, mgh_nm_rad); !hint.empty())
+    std::cerr << "note: --difference: " << info.name << format(" is %g", difference) << info.unit_after() << hint
+              << '\n';
 }
 
 /// Throws Error for values of parameters that nothing is computed from. why: their use, for the message.
@@ -93,32 +91,42 @@ void run_power(const PowerOptions& options) {
   const sim::ParameterTable& table = model.parameters();
   sim::Parameters at = table.middle(), difference(table.size()), participant(table.size()), visit(table.size()),
                   trial(table.size());
-  const std::vector<bool> has_mean = read_named_values("--at", options.at, table, table.middle(), at);
-  const std::vector<bool> wanted = read_named_values("--difference", options.differences, table, at, difference);
+  std::vector<bool> percent_at, percent_difference;
+  const std::vector<bool> has_mean = read_named_values("--at", options.at, table, table.middle(), at, &percent_at);
+  const std::vector<bool> wanted =
+      read_named_values("--difference", options.differences, table, at, difference, &percent_difference);
   for (std::size_t p = 0; p < table.size(); ++p) {
     participant[p] = table[p].range() / 8.0;
     visit[p] = table[p].range() / 24.0;
   }
+  sim::Parameters measured(table.size());
+  const std::vector<bool> known = read_named_values("--measurement-sd", options.measurement_sd, table, at, measured);
+  const bool simulates =
+      !std::ranges::equal(wanted, known, [](bool is_wanted, bool is_known) { return is_known || !is_wanted; });
+  const double mgh_nm_rad = model.protocol.experiment.body.mgh();
+  const auto check_means = [&](const sim::Parameters& differences) {
+    for (std::size_t p = 0; p < table.size(); ++p)
+      if (simulates || wanted[p])  // simulated people have all parameters
+        cohort::check_mean(table[p], at[p], differences[p], percent_at[p] ? 0.0 : mgh_nm_rad);
+  };
+  check_means(sim::Parameters(table.size()));
+  refuse_beyond_range("--difference", wanted, difference, table);
+  check_means(difference);
   const auto read_sd = [&](const char* option, const std::vector<std::string>& texts, sim::Parameters& values) {
     std::vector<bool> given = read_named_values(option, texts, table, at, values);
-    refuse_other_units(option, given, values, model);
+    refuse_beyond_range(option, given, values, table);
     return given;
   };
-  cohort::check_means(table, {at, sim::Parameters(table.size()), participant}, model.protocol.experiment.body.mgh());
-  refuse_other_units("--difference", wanted, difference, model);
-  cohort::check_means(table, {at, difference, participant}, model.protocol.experiment.body.mgh());
   const std::vector<bool> has_sd = read_sd("--participant-sd", options.participant_sd, participant),
                           has_visit_sd = read_sd("--visit-sd", options.visit_sd, visit),
                           has_trial_sd = read_sd("--trial-sd", options.trial_sd, trial);
-  sim::Parameters measured(table.size()), of_values = participant;
-  const std::vector<bool> known = read_sd("--measurement-sd", options.measurement_sd, measured);
-  const bool simulates =
-      !std::ranges::equal(wanted, known, [](bool is_wanted, bool is_known) { return is_known || !is_wanted; });
+  refuse_beyond_range("--measurement-sd", known, measured, table);
+  sim::Parameters of_values = participant;
   const std::string no_difference = "it has no --difference";
   for (const auto& [option, given] :
        {std::pair("--measurement-sd", &known), {"--trial-sd", &has_trial_sd}, {"--visit-sd", &has_visit_sd}})
     refuse_unused(option, *given, wanted, table, no_difference);
-  if (!simulates) {  // simulated people have all parameters
+  if (!simulates) {
     refuse_unused("--participant-sd", has_sd, wanted, table, no_difference);
     refuse_unused("--at", has_mean, wanted, table, no_difference);
   }
@@ -132,6 +140,8 @@ void run_power(const PowerOptions& options) {
     if (!simulates && is_given)
       throw Error(Code::setting_conflict, option,
                   "is not used: --measurement-sd gives the uncertainty of all recordings", "leave one of them out");
+  for (std::size_t p = 0; p < table.size() && !options.common.quiet; ++p)
+    if (wanted[p] && !percent_difference[p]) note_small_difference(table[p], difference[p], mgh_nm_rad);
   if (simulates) {
     const cohort::ValueSpread spread = spread_of(options, model, {at, difference, participant});
     for (std::size_t p = 0; p < table.size(); ++p) {

@@ -12,11 +12,6 @@
 namespace decid::tools {
 namespace {
 
-std::string lower_case(std::string text) {
-  std::ranges::transform(text, text.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c; });
-  return text;
-}
-
 /// Returns how many letters differ between two texts (V. Levenshtein, Soviet Physics Doklady 10 (1966) 707-710).
 std::size_t count_edits(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
