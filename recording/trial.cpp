@@ -67,7 +67,7 @@ FoundInSway look_for_faults_within(Recording& recording, double from_hz, const T
 /// Names the column that may tell recordings apart where a part of a file is not used.
 void add_change(Recording& recording) {
   for (Warning& warning : recording.warnings)
-    if (warning.code == "part_not_used" && !recording.change.empty())
+    if (one_of(warning.code, {"part_not_used", "starts_before_zero"}) && !recording.change.empty())
       warning.text += (warning.text.ends_with('.') ? " " : "; ") + recording.change;
 }
 
@@ -152,7 +152,6 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
              "resampled from " + six_digits(recording.rate_hz) + " Hz to " + six_digits(rate) + " Hz");
   warn_of_length(recording, protocol, place, options.start_s || trial.tilt);
   add_change(recording);
-  if (!options.start_s && !trial.tilt) warn_of_negative_time(recording, protocol);
   for (const Signal<double>& signal : recording.signals) {
     std::vector<double> values = cut(signal.rad, from_hz, rate, place, samples);
     if (signal.name == com_sway) look_for_changes(plan.response(), values, recording.warnings);
