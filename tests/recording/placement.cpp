@@ -101,7 +101,7 @@ TEST_CASE("times that begin before 0 are named with the start, and make it doubt
   CHECK(found(from(0, 15100).first, "starts_before_zero") == nullptr);
   CHECK(found(from(500, 15100).first, "starts_before_zero") == nullptr);
   CHECK(found(from(-3000, 12100).first, "starts_before_zero") == nullptr);  // too short after time 0
-  // Of a file as long as the protocol the start is clear; --begin 1 would lack a second.
+  // The start of a file as long as the protocol is clear; --begin 1 would lack a second.
   for (const int samples : {12090, 12100, 12110}) {
     CAPTURE(samples);
     const auto [whole, is_unclear] = from(-100, samples);
