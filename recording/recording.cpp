@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <tuple>
 
 #include "base/error.hpp"
@@ -146,17 +147,19 @@ void mark_missing(std::vector<double>& values, std::optional<double> given) {
     if (is_mark(value)) value = std::numeric_limits<double>::quiet_NaN();
 }
 
-/// Returns a column's numbers; those that are missing are NaN.
-std::vector<double> read_numbers(const Table& table, int column, const RecordingOptions& options) {
-  std::vector<double> raw = table.numbers(column, Missing::kept);
-  mark_missing(raw, options.missing_value);
+/// Returns a column's numbers, of each step-th row; those that are missing are NaN.
+std::vector<double> read_numbers(const Table& table, int column, std::optional<double> missing_value,
+                                 std::size_t step = 1) {
+  std::vector<double> raw =
+      step == 1 ? table.numbers(column, Missing::kept) : table.numbers_of_each(column, step, Missing::kept);
+  mark_missing(raw, missing_value);
   return raw;
 }
 
 /// Returns a column on the clock's even grid, with its gaps filled if allowed and added to `gaps`.
 std::vector<double> read_column(const Table& table, int column, const Clock& clock, const RecordingOptions& options,
                                 Recording& recording, std::vector<SampleRange>& gaps) {
-  const std::vector<double> raw = read_numbers(table, column, options);
+  const std::vector<double> raw = read_numbers(table, column, options.missing_value);
   if (const std::string change = table.change_at(column); !change.empty())
     add_info(recording.warnings, "resampled", change);
   std::vector<double> values = place_evenly(raw, clock);
@@ -246,7 +249,7 @@ void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, 
 Recording read_recording(const std::filesystem::path& path, const RecordingOptions& options) {
   Recording recording;
   recording.file = path == standard_input ? "standard input" : path.string();
-  const std::unique_ptr<Table> read = read_table(path, options.skip_lines, options.section);
+  const std::shared_ptr<Table> read = read_table(path, options.skip_lines, options.section);
   if (!options.trial_column.empty()) {
     keep_trial(*read, options.trial_column, options.trial, recording.file);
     recording.file += "#" + options.trial;
@@ -295,7 +298,11 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   if (options.invert_sway) {
     for (double& value : signal.rad) value = -value;
   }
-  const auto with_missing = [&](int column) { return place_evenly(read_numbers(table, column, options), clock); };
+  // Other columns are read after this function returns.
+  const auto with_missing = [read, clock, missing_value = options.missing_value](int column, std::size_t step) {
+    if (step > 1 && !clock.place.empty()) return std::vector<double>();
+    return place_evenly(read_numbers(*read, column, missing_value, step), clock);
+  };
   if (!options.tilt_column.empty()) {
     read_tilt(table, named_column(table, options.tilt_column, recording.file, setting("tilt_column")), sway,
               with_missing, options, recording);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -47,21 +48,34 @@ struct RecordingOptions {
   std::optional<double> metres_per_unit = {};  ///< of positions; empty: from the column's name (..._mm, _cm, _m)
 };
 
+/// A numeric column that may be the platform's tilt.
+struct OtherColumn {
+  std::string name;
+  bool has_unit = false;  ///< a unit of angle, in its name or in its file
+  /// Returns its values in rad; without a unit they count as degrees. Throws Error for words, and for hardly any
+  /// values.
+  std::function<std::vector<double>()> rad;
+  std::vector<double> coarse_rad = {};  ///< each coarse_step-th of its values, about 10 Hz; empty: only all are known
+  std::size_t coarse_step = 1;
+};
+
 struct Recording {
   std::string file;  ///< empty: from samples in memory
   double rate_hz = 0.0;
   std::string rate_advice;    ///< the remedy for a wrong rate; empty: only another recording helps
   Signals<double> signals;    ///< com_sway, and platform_tilt if requested
   double first_time_s = 0.0;  ///< the first sample's time by the file's time column; 0 without one
-  /// Numeric columns that may be the platform's tilt, in rad, if no column is the tilt by its name: the protocol shows
-  /// whether one is.
-  std::vector<Signal<double>> other_columns;
+  /// Columns that may be the platform's tilt if no column is the tilt by its name: the protocol shows whether one is.
+  std::vector<OtherColumn> other_columns;
+  std::string tilt_problem;            ///< a caution if none of other_columns is the tilt; empty: none
   std::vector<SampleRange> tilt_gaps;  ///< samples of the tilt that were missing and bridged, ascending
   bool is_large = false;               ///< the sway is larger than a standing body's; a warning says so
-  bool tilt_was_found = false;    ///< by its name only: if it does not follow the protocol, the trial is not usable
-  std::string change;             ///< describes a column that may tell recordings of the file apart; empty: none
-  std::vector<SampleRange> gaps;  ///< samples of the sway that were missing and filled, ascending
-  Warnings warnings;              ///< assumptions, and suspicious data
+  /// By its name or its values, and not named by the user: if it does not follow the protocol, the trial is not usable.
+  bool tilt_was_found = false;
+  bool tilt_size_is_unknown = false;  ///< the tilt's column has no unit and was scaled to the protocol's size
+  std::string change;                 ///< describes a column that may tell recordings of the file apart; empty: none
+  std::vector<SampleRange> gaps;      ///< samples of the sway that were missing and filled, ascending
+  Warnings warnings;                  ///< assumptions, and suspicious data
 };
 
 /// Reads a recording from a file:

@@ -67,7 +67,9 @@ FoundInSway look_for_faults_within(Recording& recording, double from_hz, const T
 /// Names the column that may tell recordings apart: with the part of the file that is not used, else in a note.
 void add_change(Recording& recording) {
   if (recording.change.empty()) return;
-  const auto part = std::ranges::find(recording.warnings, "part_not_used", &Warning::code);
+  const auto part = std::ranges::find_if(recording.warnings, [](const Warning& warning) {
+    return one_of(warning.code, {"part_not_used", "starts_before_zero"});
+  });
   if (part == recording.warnings.end())
     add_info(recording.warnings, "perhaps_several", recording.change);
   else
@@ -155,7 +157,6 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
              "resampled from " + six_digits(recording.rate_hz) + " Hz to " + six_digits(rate) + " Hz");
   warn_of_length(recording, protocol, place, options.start_s || trial.tilt);
   add_change(recording);
-  if (!options.start_s && !trial.tilt) warn_of_negative_time(recording, protocol);
   for (const Signal<double>& signal : recording.signals) {
     std::vector<double> values = cut(signal.rad, from_hz, rate, place, samples);
     if (signal.name == com_sway) look_for_changes(plan.response(), values, recording.warnings);

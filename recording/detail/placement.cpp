@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/error.hpp"
 #include "base/setting.hpp"
@@ -21,6 +22,18 @@ constexpr double min_gap_s = 0.05;  ///< a straight line through a shorter gap m
 std::string count_at(std::size_t samples, double rate_hz) {
   return std::to_string(samples) + " samples at " + six_digits(rate_hz) + " Hz (" +
          six_digits(static_cast<double>(samples) / rate_hz) + " s)";
+}
+
+/// Returns the time 0 of a file whose times begin before it, in seconds after its first sample, if the protocol fits
+/// behind it and the file is longer than the protocol.
+std::optional<double> zero_behind_start(const Recording& recording, const sim::Protocol& protocol) {
+  constexpr double shortest_s = 0.1;
+  const double zero_s = -recording.first_time_s, duration_s = protocol.duration_s();
+  const double recorded_s = static_cast<double>(recording.signals.samples()) / recording.rate_hz;
+  const double sample_s = 1.0 / std::min(protocol.experiment.sample_rate_hz, recording.rate_hz);
+  if (zero_s < shortest_s || recorded_s - duration_s <= usual_excess_s * (1.0 + 1e-9)) return {};
+  if (recorded_s - zero_s < duration_s - sample_s * (1.0 + length_rounding)) return {};
+  return zero_s;
 }
 
 /// Returns seconds as text, to the millisecond.
@@ -125,6 +138,12 @@ void warn_of_length(Recording& recording, const sim::Protocol& protocol, const T
     if (after_s > 0.5 * sample_s) text += "the last " + milliseconds(after_s) + " s are not used";
     if (start_was_given || (before_s <= 0.5 * sample_s && after_s <= usual_excess_s * (1.0 + 1e-9))) {
       add_info(recording.warnings, "part_not_used", text);
+    } else if (const std::optional<double> zero_s = zero_behind_start(recording, protocol)) {
+      add_caution(recording.warnings, "starts_before_zero",
+                  text + "; time 0 is " + milliseconds(*zero_s) +
+                      " s after the first sample, and decid takes the first sample as the protocol's start: give " +
+                      setting("begin") + " " + milliseconds(*zero_s) + " if the platform started at time 0, else " +
+                      setting("begin") + " 0");
     } else {
       text += either(recording, "; another start selects other samples",
                      "; " + setting("begin") + " SECONDS selects other samples") +
@@ -147,18 +166,6 @@ void warn_of_length(Recording& recording, const sim::Protocol& protocol, const T
     else
       add_caution(recording.warnings, "samples_lacking", text);
   }
-}
-
-void warn_of_negative_time(Recording& recording, const sim::Protocol& protocol) {
-  constexpr double shortest_s = 0.1, min_fraction = 0.99;
-  const double zero_s = -recording.first_time_s;
-  const double recorded_s = static_cast<double>(recording.signals.samples()) / recording.rate_hz;
-  if (zero_s < shortest_s || recorded_s - zero_s < min_fraction * protocol.duration_s()) return;
-  add_caution(recording.warnings, "starts_before_zero",
-              "time 0 is " + milliseconds(zero_s) +
-                  " s after the first sample, and decid takes the first sample as the protocol's start: give " +
-                  setting("begin") + " " + milliseconds(zero_s) + " if the platform started at time 0, else " +
-                  setting("begin") + " 0");
 }
 
 }  // namespace decid::recording

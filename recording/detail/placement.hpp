@@ -35,10 +35,9 @@ std::string to_write(const sim::Protocol& protocol);
 
 /// Throws Error for a recording that has too few samples after the protocol's start.
 [[noreturn]] void refuse_length(const Recording& recording, const sim::Protocol& protocol, double start_s);
-/// Warns of ignored samples of a longer recording and of invented samples of a shorter one.
+/// Warns of ignored samples of a longer recording and of invented samples of a shorter one. Without a start, one
+/// warning names the ignored samples and time 0 if the times begin before 0 and the protocol fits behind time 0.
 void warn_of_length(Recording& recording, const sim::Protocol& protocol, const TrialPlacement& place,
                     bool start_was_given);
-/// Warns if the file's times begin before 0 and the protocol fits behind time 0.
-void warn_of_negative_time(Recording& recording, const sim::Protocol& protocol);
 
 }  // namespace decid::recording

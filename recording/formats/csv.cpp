@@ -304,10 +304,14 @@ Commas CsvTable::commas_in(int column) const {
 }
 
 std::vector<double> CsvTable::numbers(int column, Missing missing) const {
+  return numbers_of_each(column, 1, missing);
+}
+
+std::vector<double> CsvTable::numbers_of_each(int column, std::size_t step, Missing missing) const {
   const Commas commas = commas_in(column);
   std::vector<double> values;
-  values.reserve(rows_.size());
-  for (std::size_t row = 0; row < rows_.size(); ++row) {
+  values.reserve(rows_.size() / step + 1);
+  for (std::size_t row = 0; row < rows_.size(); row += step) {
     const std::string_view cell = cell_at(rows_[row], separator_, static_cast<std::size_t>(column), is_plain_);
     values.push_back(finite(parse_number(cell, commas), cell, column, row, missing));
   }

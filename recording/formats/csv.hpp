@@ -35,6 +35,7 @@ class CsvTable final : public Table {
   /// Returns the header's names, else "column 1", "column 2", ...
   const std::vector<std::string>& names() const override { return names_; }
   std::vector<double> numbers(int column, Missing missing = Missing::refused) const override;
+  std::vector<double> numbers_of_each(int column, std::size_t step, Missing missing) const override;
   /// Returns times; clock times, with or without a date, become seconds since the midnight before the first. A time
   /// without a date that is more than 12 h before the last one is of the next day.
   std::vector<double> times(int column) const override;

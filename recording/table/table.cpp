@@ -72,6 +72,14 @@ const std::vector<TableArray>& Table::arrays() const {
 
 void Table::keep_element(const std::string&, std::size_t) {}
 
+std::vector<double> Table::numbers_of_each(int column, std::size_t step, Missing missing) const {
+  const std::vector<double> all = numbers(column, missing);
+  std::vector<double> some;
+  some.reserve(all.size() / step + 1);
+  for (std::size_t row = 0; row < all.size(); row += step) some.push_back(all[row]);
+  return some;
+}
+
 RowLabels Table::labels(int column) const {
   RowLabels labels;
   std::map<double, std::uint32_t> known;

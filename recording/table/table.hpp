@@ -58,6 +58,8 @@ class Table {
   /// Returns the numbers of a column. Throws Error with the place of the first cell that is not a finite number.
   /// Missing values become NaN if they are kept.
   virtual std::vector<double> numbers(int column, Missing missing = Missing::refused) const = 0;
+  /// Returns the numbers of each step-th row, from the first on. Cells of other rows need not be numbers.
+  virtual std::vector<double> numbers_of_each(int column, std::size_t step, Missing missing) const;
   /// Returns the numbers of a time column, whose cells may also be clock times in a text file.
   virtual std::vector<double> times(int column) const { return numbers(column); }
   /// Returns a row's place in the file, for messages: "line 12", "row 11".

@@ -101,4 +101,22 @@ TEST_CASE("times that begin before 0 are named with the start, and make it doubt
   CHECK(found(from(0, 15100).first, "starts_before_zero") == nullptr);
   CHECK(found(from(500, 15100).first, "starts_before_zero") == nullptr);
   CHECK(found(from(-3000, 12100).first, "starts_before_zero") == nullptr);  // too short after time 0
+  // The start of a file as long as the protocol is clear; --begin 1 would lack a second.
+  for (const int samples : {12090, 12100, 12110}) {
+    CAPTURE(samples);
+    const auto [whole, is_unclear] = from(-100, samples);
+    CHECK(found(whole, "starts_before_zero") == nullptr);
+    CHECK_FALSE(is_unclear);
+  }
+  CHECK(found(from(-100, 12150).first, "starts_before_zero") == nullptr);  // lacks half a second after time 0
+  CHECK(found(from(-100, 12150).first, "part_not_used") != nullptr);
+  // One caution names the part that is not used and time 0; a sample less after time 0 is as good.
+  for (const int samples : {12599, 12600}) {
+    CAPTURE(samples);
+    const Warnings longer = from(-500, samples).first;
+    REQUIRE(found(longer, "starts_before_zero") != nullptr);
+    CHECK(contains(found(longer, "starts_before_zero")->text, "begin 5 "));
+    CHECK(contains(found(longer, "starts_before_zero")->text, samples == 12600 ? "the last 5 s" : "the last 4.99 s"));
+    CHECK(found(longer, "part_not_used") == nullptr);
+  }
 }

@@ -3,15 +3,77 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/math/statistics.hpp"
 
 namespace decid::recording {
+namespace {
 
-double start_beside_gaps(const std::vector<double>& measured, const std::vector<SampleRange>& gaps,
-                         const std::vector<double>& expected, double from_hz, double rate_hz) {
-  constexpr double coarse_hz = 10.0, min_fraction = 0.4;
-  const long step = std::max(1L, std::lround(rate_hz / coarse_hz)), count = std::ssize(expected);
+constexpr double coarse_hz = 10.0;
+
+/// The protocol's tilt at the samples of a recording, between its own samples by straight lines.
+struct Prescribed {
+  const std::vector<double>& expected;
+  double start_s, from_hz, rate_hz;
+
+  double last() const { return static_cast<double>(expected.size() - 1); }
+  double place_of(std::size_t k) const { return (static_cast<double>(k) / from_hz - start_s) * rate_hz; }
+  bool covers(std::size_t k) const { return place_of(k) >= 0.0 && place_of(k) <= last(); }
+  double at(std::size_t k) const {
+    const double place = std::clamp(place_of(k), 0.0, last()), below = std::min(std::floor(place), last() - 1.0);
+    const auto i = static_cast<std::size_t>(below);
+    return expected[i] + (place - below) * (expected[i + 1] - expected[i]);
+  }
+};
+
+/// The measured samples within the protocol, and the protocol's tilt there.
+struct Compared {
+  std::vector<double> played, prescribed;
+};
+Compared compared(const Recording& recording, const Prescribed& protocol) {
+  const std::vector<double>& tilt = recording.signals.at(platform_tilt).rad;
+  Compared result;
+  std::size_t k = 0;
+  const auto keep_until = [&](std::size_t end) {
+    for (; k < end; ++k) {
+      if (!protocol.covers(k)) continue;
+      result.played.push_back(tilt[k]);
+      result.prescribed.push_back(protocol.at(k));
+    }
+  };
+  for (const SampleRange& gap : recording.tilt_gaps) {
+    keep_until(gap.first);
+    k = gap.end;
+  }
+  keep_until(tilt.size());
+  return result;
+}
+
+/// Returns the start of the largest correlation of measured samples, at most `reach` samples of the protocol from
+/// another start.
+double refined_start(const Recording& recording, const std::vector<double>& expected, double start_s, long reach,
+                     double from_hz, double rate_hz) {
+  const auto start_of = [&](double samples) { return start_s + samples / rate_hz; };
+  std::vector<double> found;
+  for (long lag = -reach; lag <= reach; ++lag) {
+    const auto [played, prescribed] =
+        compared(recording, {expected, start_of(static_cast<double>(lag)), from_hz, rate_hz});
+    found.push_back(played.size() < 2 ? 0.0 : std::abs(correlation(played, prescribed)));
+  }
+  const auto best = std::ranges::max_element(found);
+  const auto lag = static_cast<double>(best - found.begin() - reach);
+  if (best == found.begin() || best + 1 == found.end()) return start_of(lag);
+  const double before = *(best - 1), after = *(best + 1), curvature = before - 2.0 * *best + after;
+  const double between = curvature < 0.0 ? std::clamp(0.5 * (before - after) / curvature, -0.5, 0.5) : 0.0;
+  return start_of(lag + between);
+}
+
+/// Returns the start to one part in coarse_hz of a second; empty with too few measured samples at each start.
+std::optional<double> coarse_start(const std::vector<double>& measured, const std::vector<SampleRange>& gaps,
+                                   const std::vector<double>& expected, long step, double from_hz, double rate_hz) {
+  constexpr double min_fraction = 0.4;
+  const long count = std::ssize(expected);
   const long overhang = count / 4, samples = std::ssize(measured);
   std::vector<bool> is_measured(measured.size(), true);
   for (const SampleRange& gap : gaps) {
@@ -20,9 +82,11 @@ double start_beside_gaps(const std::vector<double>& measured, const std::vector<
     for (auto k = static_cast<std::size_t>(first); k < std::min(static_cast<std::size_t>(end), measured.size()); ++k)
       is_measured[k] = false;
   }
-  double largest = 0.0, start_s = 0.0;
+  double largest = 0.0;
+  std::optional<double> start_s;
   std::vector<double> played, prescribed;
-  for (long start = -overhang; start <= samples - count + overhang; start += step) {
+  // 0, the start of most recordings, is one of the starts.
+  for (long start = -(overhang / step) * step; start <= samples - count + overhang; start += step) {
     played.clear();
     prescribed.clear();
     for (long k = std::max(0L, -start); k < std::min(count, samples - start); k += step) {
@@ -41,38 +105,28 @@ double start_beside_gaps(const std::vector<double>& measured, const std::vector<
   return start_s;
 }
 
+}  // namespace
+
+double start_beside_gaps(const Recording& recording, const std::vector<double>& measured,
+                         const std::vector<double>& expected, double from_hz, double rate_hz) {
+  const long step = std::max(1L, std::lround(rate_hz / coarse_hz));
+  const std::optional<double> start_s = coarse_start(measured, recording.tilt_gaps, expected, step, from_hz, rate_hz);
+  return start_s ? refined_start(recording, expected, *start_s, step, from_hz, rate_hz) : 0.0;
+}
+
 Match fill_as_prescribed(Recording& recording, const std::vector<double>& expected, double start_s, double from_hz,
                          double rate_hz) {
-  std::vector<double>& tilt = recording.signals.at(platform_tilt).rad;
-  const double last = static_cast<double>(expected.size() - 1);
-  const auto place_of = [&](std::size_t k) { return (static_cast<double>(k) / from_hz - start_s) * rate_hz; };
-  const auto expected_at = [&](std::size_t k) {
-    const double place = std::clamp(place_of(k), 0.0, last), below = std::min(std::floor(place), last - 1.0);
-    const auto i = static_cast<std::size_t>(below);
-    return expected[i] + (place - below) * (expected[i + 1] - expected[i]);
-  };
-  std::vector<double> played, prescribed;  // measured samples within the protocol
-  std::size_t k = 0;
-  const auto keep_until = [&](std::size_t end) {
-    for (; k < end; ++k) {
-      if (place_of(k) < 0.0 || place_of(k) > last) continue;
-      played.push_back(tilt[k]);
-      prescribed.push_back(expected_at(k));
-    }
-  };
-  for (const SampleRange& gap : recording.tilt_gaps) {
-    keep_until(gap.first);
-    k = gap.end;
-  }
-  keep_until(tilt.size());
+  const Prescribed protocol{expected, start_s, from_hz, rate_hz};
+  const auto [played, prescribed] = compared(recording, protocol);
   Match match{start_s * rate_hz, 0.0, 0.0};
   if (played.size() < 2) return match;
   match.correlation = correlation(played, prescribed);
   const double spread = stddev(prescribed);
   if (spread > 0.0) match.gain = match.correlation * stddev(played) / spread;
   const double offset = mean(played) - match.gain * mean(prescribed);
+  std::vector<double>& tilt = recording.signals.at(platform_tilt).rad;
   for (const SampleRange& gap : recording.tilt_gaps)
-    for (std::size_t i = gap.first; i < gap.end; ++i) tilt[i] = offset + match.gain * expected_at(i);
+    for (std::size_t i = gap.first; i < gap.end; ++i) tilt[i] = offset + match.gain * protocol.at(i);
   return match;
 }
 

@@ -9,9 +9,11 @@
 namespace decid::recording {
 
 /// Returns the start at which the protocol's tilt explains the most of the measured samples: the squared correlation
-/// times their number. A part of a stimulus alone may follow another part, reversed. To a tenth of a second. Both tilts
-/// are at rate_hz, the gaps at from_hz.
-double start_beside_gaps(const std::vector<double>& measured, const std::vector<SampleRange>& gaps,
+/// times their number. A part of a stimulus alone may follow another part, reversed. decid searches at about 10 Hz, and
+/// then beside the best start at the full rate; a parabola gives the start between samples, as in tilt_match.hpp.
+/// Filled samples have no influence. `measured`: the recording's tilt at rate_hz; `expected`: the protocol's. from_hz:
+/// the recording's rate.
+double start_beside_gaps(const Recording& recording, const std::vector<double>& measured,
                          const std::vector<double>& expected, double from_hz, double rate_hz);
 
 /// Fits the protocol's tilt to the recording's, by least squares over its measured samples, and fills the recording's

@@ -18,8 +18,7 @@
 namespace decid::recording {
 namespace {
 
-constexpr double min_correlation = 0.5, good_correlation = 0.95, good_gain = 0.1;
-constexpr int rounds_of_gaps = 2;           ///< the second finds the start with gaps that are filled as prescribed
+constexpr double min_correlation = 0.5, good_correlation = 0.95;
 constexpr double min_rest_fraction = 0.49;  ///< of the protocol: half, less some samples
 
 /// Thrown if the platform played another stimulus.
@@ -110,7 +109,7 @@ TiltMatch judged(const Signal<double>& tilt, const std::vector<double>& measured
                 "the tilt " + tilt.column + " follows the protocol only roughly (" + figures +
                     "): its delay may be wrong, or the platform played another stimulus");
   }
-  if (std::abs(match.gain - 1.0) > good_gain) {
+  if (std::abs(match.gain - 1.0) > good_gain && !recording.tilt_size_is_unknown) {
     result.is_other_size = true;
     add_caution(
         recording.warnings, "tilt_of_other_size",
@@ -142,16 +141,12 @@ TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, doubl
   if (measured.size() + 2 * overhang_of(needed) < needed) refuse_length(recording, protocol, 0.0);
   const std::vector<double> expected = prescribed_tilt(protocol);
   Match match;
-  if (recording.tilt_gaps.empty())
+  if (recording.tilt_gaps.empty()) {
     match = plan.tilt().match(measured);
-  else
-    match.delay_samples = rate * start_beside_gaps(measured, recording.tilt_gaps, expected, from_hz, rate);
-  for (int round = 0; round < rounds_of_gaps && !recording.tilt_gaps.empty(); ++round) {
-    const Match found = fill_as_prescribed(recording, expected, match.delay_samples / rate, from_hz, rate);
+  } else {
+    const double start_s = start_beside_gaps(recording, measured, expected, from_hz, rate);
+    match = fill_as_prescribed(recording, expected, start_s, from_hz, rate);
     measured = at_rate();
-    match = plan.tilt().match(measured);
-    match.correlation = found.correlation;
-    match.gain = found.gain;
   }
   TiltMatch result = judged(tilt, measured, match, "best", protocol, recording);
   const TiltBefore before = tilt_before(measured, match.delay_samples, expected, match.gain, rate);
@@ -167,7 +162,8 @@ TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, doubl
 
 namespace {
 
-/// Runs a comparison with a tilt that was found by its name only. If it throws, removes the tilt, with a warning.
+/// Runs a comparison with a tilt that was found by its name or its values. If it throws, removes the tilt, with a
+/// warning.
 template <class Compare>
 void try_to(const Compare& compare, Recording& recording) {
   try {

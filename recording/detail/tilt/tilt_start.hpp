@@ -10,6 +10,9 @@
 
 namespace decid::recording {
 
+/// The allowed difference of the measured size from the prescribed one, as a fraction.
+inline constexpr double good_gain = 0.1;
+
 /// Returns the protocol's tilt in rad, one value per sample.
 std::vector<double> prescribed_tilt(const sim::Protocol& protocol);
 
@@ -21,12 +24,12 @@ std::size_t overhang_of(std::size_t samples);
 /// samples; adds warnings of what differs.
 TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, double from_hz, Recording& recording);
 
-/// Compares a tilt that was found by its name only with the protocol at the start that was given: adds the warnings of
-/// find_start(). If it does not follow the protocol there, removes it, with a warning, and returns nothing.
+/// Compares a tilt that was found by its name or its values with the protocol at the start that was given: adds the
+/// warnings of find_start(). If it does not follow the protocol there, removes it, with a warning, and returns nothing.
 std::optional<TiltMatch> check_at_start(const ProtocolPlan& plan, double from_hz, double start_s, Recording& recording);
 
-/// Tries a tilt that was found by its name only. If it does not follow the protocol, nothing else is known about the
-/// stimulus: removes it, with a warning.
+/// Tries a tilt that was found by its name or its values. If it does not follow the protocol, nothing else is known
+/// about the stimulus: removes it, with a warning.
 std::optional<TiltMatch> try_start(const ProtocolPlan& plan, double from_hz, Recording& recording);
 
 }  // namespace decid::recording

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <set>
 
+#include "base/text.hpp"
 #include "recording/table/cells.hpp"
 #include "recording/table/columns.hpp"
 
@@ -57,9 +58,18 @@ bool are_unique(const Names& names) {
   return are_different(names) && std::ranges::none_of(names, is_axis);
 }
 
-/// Returns true if each cell is empty or a unit, also one that decid does not convert ("inch"), and one is not empty.
-bool are_all_units(const Cells& cells) {
-  return filled(cells) > 0 && std::ranges::all_of(cells, [](std::string_view cell) {
+bool is_time_unit(std::string_view cell) {
+  return one_of(lower_case(unit_of_cell(cell).value_or(std::string())),
+                {"s", "sec", "seconds", "sek", "sekunden", "ms", "msec", "msecs", "us", "min"});
+}
+
+/// Returns true if each cell above these names is empty or a unit, also one that decid does not convert ("inch").
+/// Two cells must be units, or the time's: one "m" may be the name of a group.
+bool are_units_of(const Cells& names, const Cells& cells) {
+  bool has_time_unit = false;
+  for (std::size_t c = 0; c < names.size(); ++c)
+    has_time_unit = has_time_unit || (is_time_name(names[c]) && is_time_unit(cells[c]));
+  return (has_time_unit || filled(cells) > 1) && std::ranges::all_of(cells, [](std::string_view cell) {
            const std::string named = "x (" + std::string(cell) + ")";
            return !parse_number(cell).is_number && (unit_of_cell(cell) || unit_in(named) ||
                                                     find_metres_per_unit(named) || other_quantity(named) != nullptr);
@@ -170,7 +180,7 @@ std::vector<std::string> names_of_rows(const HeaderRows& rows, std::size_t colum
           for (std::size_t c = 0; c < columns; ++c)
             names[c] = std::string(above[c]) + (names[c].empty() || above[c].empty() ? "" : " ") + names[c];
           combined = true;
-        } else if (units.empty() && i > 0 && rows[i - 1].size() == row.size() && are_all_units(rows[i - 1])) {
+        } else if (units.empty() && i > 0 && rows[i - 1].size() == row.size() && are_units_of(row, rows[i - 1])) {
           units = rows[i - 1];
           combined = units_above = true;
           break;

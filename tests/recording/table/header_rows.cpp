@@ -106,6 +106,11 @@ TEST_CASE("a row of units above the names gives the units") {
   check_error(reading("s,cm,deg\ntime,CoM,platform\n" + rows), Code::column_unsuitable, "CoM (cm)");
   check_error(reading("s,inch\ntime,CoM\n0,1\n0.01,2\n0.02,3\n"), Code::column_unsuitable, "CoM (inch)");
   check_one_two_three("ms;Grad\nZeit;X\n0;1\n10;2\n20;3\n");
+  // One filled cell is a unit if it is the time's; else it may be a group's name.
+  CHECK(names_of("ms,,\ntime,CoM,platform\n" + rows)[0] == "time (ms)");
+  for (const char* above : {",m,", ",cm,", ",,deg", ",m"})
+    CHECK(names_of(std::string(above) + "\ntime,sway,platform\n" + rows) == Names{"time", "sway", "platform"});
+  CHECK(read(",m,\ntime,sway,platform\n" + rows).signals.at(com_sway).column == "sway");
   // Units below count first; a row that is not all units is text above the table.
   CHECK(names_of("s,cm,deg\ntime,CoM,platform\ns,mm,deg\n" + rows)[1] == "CoM (mm)");
   CHECK(names_of("s,cm,Anna\ntime,CoM,platform\n" + rows)[1] == "CoM");
