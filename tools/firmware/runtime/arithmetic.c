@@ -9,7 +9,8 @@
 #if (FLT_EVAL_METHOD != 0) && (FLT_EVAL_METHOD != 16)
 #error "Floating-point expressions must be evaluated in their own type: on x86 compile for SSE (-mfpmath=sse)"
 #endif
-#if (DBL_MANT_DIG != 53) || (FLT_MANT_DIG != 24)
+/* Analysers that read no float.h do not know them. */
+#if (defined(DBL_MANT_DIG) && (DBL_MANT_DIG != 53)) || (defined(FLT_MANT_DIG) && (FLT_MANT_DIG != 24))
 #error "double must be IEEE 754's of 64 bits, and float of 32: some compilers for small processors need an option"
 #endif
 #if defined(__clang__)
