@@ -31,7 +31,7 @@ constexpr const char* gain_members = R"(  double servo;        /* gain of the an
 constexpr const char* gain_state = R"(  double reach, tilt, tilt_over_servo, slow_gain, torque_gain;
   double slow, torque, active;
 )";
-/// What the tilt error is with such gains, and which one is right.
+/// Text of the header: the tilt error with such gains, and the one that is right.
 constexpr const char* gain_tilt_error =
     "\n   Here it is tilt_gain times the tilt as estimated, less servo times the tilt.";
 constexpr const char* gain_rezero =

@@ -16,7 +16,7 @@ enum {
   DECID_FW_ERROR_SELF_TEST = -3,  /* NaN was not refused, subnormal numbers were flushed to 0, or other bits than the
                                      program that made this file computed */
   DECID_FW_ERROR_NOT_FINITE = -4, /* an input of a step is infinite or NaN, or so large that its torque would be */
-  DECID_FW_ERROR_STATE = -5       /* the state was never begun */
+  DECID_FW_ERROR_STATE = -5       /* the state was never begun, or was in the self-test */
 };
 
 /* The identified parameters, in SI units. */
