@@ -1,6 +1,8 @@
 /* Identifies the trials of sway.bin (float32, rad) twice, as a whole and as samples arrive, writes the parameters to
    results.bin, lets the controller run with them, and prints what it all cost. A product reads its sensor where this
    reads a file, and drives its ankle where this drops the torque. */
+#include <float.h>
+
 #include "balance.h"
 #include "posture.h"
 #include "semihosting.h"
@@ -96,8 +98,9 @@ static int identify_as_samples_arrive(float* parameters, cost* spent) {
   spent->max_unit = 0U;
   (void)instructions();
   for (fed = 0; (fed < POSTURE_SAMPLES) && (result >= 0); fed += FEED_SAMPLES) {
+    const int32_t left = POSTURE_SAMPLES - fed;
     uint32_t here;
-    result = posture_feed(&sway[fed], FEED_SAMPLES, &arena);
+    result = posture_feed(&sway[fed], (left < FEED_SAMPLES) ? (int)left : FEED_SAMPLES, &arena);
     here = instructions();
     spent->all += here;
     spent->max_unit = larger(spent->max_unit, here);
@@ -123,6 +126,16 @@ static int identify_as_samples_arrive(float* parameters, cost* spent) {
   return (result >= 0) ? posture_result(parameters, &arena) : result;
 }
 
+/* Returns 1 if all parameters are finite, and Kp is above 0. */
+static int are_usable(const float* identified) {
+  int32_t i;
+  int usable = (identified[POSTURE_KP] > 0.0F) ? 1 : 0;
+  for (i = 0; i < POSTURE_PARAMETERS; ++i) {
+    usable = ((identified[i] >= -FLT_MAX) && (identified[i] <= FLT_MAX)) ? usable : 0;
+  }
+  return usable;
+}
+
 /* A network may answer a little outside of a parameter's range; balance_begin refuses values below 0 or a delay that is
    too long. */
 static double limited(float value, double most) {
@@ -139,6 +152,9 @@ static int run_controller(const float* identified) {
   print_number("controller_self_test_error ", (uint32_t)-result, "\n");
   if (result != BALANCE_OK) {
     return result;
+  }
+  if (are_usable(identified) == 0) {
+    return -106;
   }
   parameters.kp = limited(identified[POSTURE_KP], 1e6);
   parameters.kd = limited(identified[POSTURE_KD], 1e6);
@@ -181,6 +197,9 @@ static int run(int32_t in, int32_t out) {
   int32_t trial;
   int32_t i;
   int result;
+  if (trials < 1) {
+    return -105; /* the file has no whole trial */
+  }
   start_counting();
   check_counter();
   result = posture_self_test(&arena);

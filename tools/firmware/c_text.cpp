@@ -13,6 +13,13 @@
 namespace decid::tools {
 namespace {
 
+/// Headers of C, to C23. Some file systems have no capital letters.
+constexpr const char* standard_headers[] = {
+    "assert",    "complex", "ctype",   "errno",  "fenv",   "float",     "inttypes", "iso646",
+    "limits",    "locale",  "math",    "setjmp", "signal", "stdalign",  "stdarg",   "stdbit",
+    "stdatomic", "stdbool", "stddef",  "stdint", "stdio",  "stdckdint", "stdlib",   "stdnoreturn",
+    "string",    "tgmath",  "threads", "time",   "uchar",  "wchar",     "wctype"};
+
 std::string element(float value) {
   return literal(value);
 }
@@ -94,13 +101,19 @@ std::string with_name(std::string text, const std::string& name) {
   return text;
 }
 
+bool is_c_header(const std::string& name) {
+  return std::ranges::count(standard_headers, lower_case(name)) > 0;
+}
+
 void check_firmware_name(const std::string& name) {
   const auto allowed = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; };
-  if (!name.empty() && name.size() <= 40 && std::isalpha(static_cast<unsigned char>(name.front())) != 0 &&
-      std::ranges::all_of(name, allowed))
-    return;
-  throw Error(Code::setting_malformed, "--name", "'" + name + "' cannot begin the names of C functions",
-              "give up to 40 letters, digits and underscores, a letter first");
+  if (name.empty() || name.size() > 40 || std::isalpha(static_cast<unsigned char>(name.front())) == 0 ||
+      !std::ranges::all_of(name, allowed))
+    throw Error(Code::setting_malformed, "--name", "'" + name + "' cannot begin the names of C functions",
+                "give up to 40 letters, digits and underscores, a letter first");
+  if (is_c_header(name))
+    throw Error(Code::setting_malformed, "--name",
+                "'" + name + "' is the name of a header of C, which " + name + ".h would replace", "give another name");
 }
 
 std::vector<std::uint32_t> to_bits(const std::vector<float>& values) {

@@ -7,7 +7,9 @@
 
 namespace decid::tools {
 
-/// Throws Error unless `name` is an identifier of C, at most 40 characters long.
+/// Returns true for "stdint" and so on, in any case.
+bool is_c_header(const std::string& name);
+/// Throws Error unless `name` is an identifier of C, at most 40 characters long, and no header of C.
 void check_firmware_name(const std::string& name);
 /// Replaces DECID_FW in `text`: by `name` before names in lower case, by NAME elsewhere.
 std::string with_name(std::string text, const std::string& name);

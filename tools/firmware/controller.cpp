@@ -31,6 +31,12 @@ constexpr const char* gain_members = R"(  double servo;        /* gain of the an
 constexpr const char* gain_state = R"(  double reach, tilt, tilt_over_servo, slow_gain, torque_gain;
   double slow, torque, active;
 )";
+/// Text of the header: the tilt error with such gains, and the one that is right.
+constexpr const char* gain_tilt_error =
+    "\n   Here it is tilt_gain times the tilt as estimated, less servo times the tilt.";
+constexpr const char* gain_rezero =
+    "With\n   (tilt_gain - servo) times the support's absolute angle the estimate is right.";
+constexpr const char* unit_rezero = "With 0\n   the estimate is right, whatever the support's angle is.";
 
 std::string parameter_table(const sim::Coefficients& of, bool unit_gains) {
   using enum sim::Coefficient;
@@ -145,6 +151,8 @@ FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Pro
   const bool unit_gains = family.has_unit_gains();
   header = replaced(header, "@GAINS@", unit_gains ? "" : gain_members);
   header = replaced(header, "@STATE@", unit_gains ? "" : gain_state);
+  header = replaced(header, "@TILT_ERROR@", unit_gains ? "" : gain_tilt_error);
+  header = replaced(header, "@REZERO@", unit_gains ? unit_rezero : gain_rezero);
   const std::array<double, 3> sine = sine_coefficients_at(body, steps_per_second);
   std::string source = "/* " + origin + R"(
    Plain C99, or C++. No library at all, no memory but what the caller gives. All numbers are IEEE 754; gcc outside of

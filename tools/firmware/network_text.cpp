@@ -28,7 +28,7 @@ std::string settings(const nn::Network<float>& network, const FirmwarePlan& plan
   if (statistics)
     text += "#define STATISTICS_EPSILON " + literal(static_cast<float>(nn::StatisticsPool::epsilon)) + "\n";
   return text + "/* Where things are in the arena, bytes. */\n" + define("MAPS_OFFSET", plan.arena.maps) +
-         define("PATCH_OFFSET", plan.arena.patch);
+         define("PATCH_OFFSET", plan.arena.patch) + define("OUTPUTS_OFFSET", plan.arena.outputs);
 }
 
 }  // namespace

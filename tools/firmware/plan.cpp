@@ -358,7 +358,8 @@ FirmwarePlan plan_network(const nn::Network<float>& network) {
     if (!layer.reads_all()) patch = std::max<long long>(patch, layer.taps);
   plan.arena.maps = aligned(static_cast<long long>(plan.maps.size()) * 4);
   plan.arena.patch = aligned(plan.arena.maps + values * 4);
-  plan.arena.bytes = aligned(plan.arena.patch + patch * 4);
+  plan.arena.outputs = aligned(plan.arena.patch + patch * 4);
+  plan.arena.bytes = aligned(plan.arena.outputs + 4LL * out.channels);
   check_sizes(plan);
   return plan;
 }

@@ -84,6 +84,7 @@ struct FirmwareLayer {
 /// Bytes from the start of the arena, multiples of 8.
 struct ArenaPlan {
   long long maps = 0, patch = 0, signal = 0, scratch = 0, spectra = 0, samples = 0;
+  long long outputs = 0;  ///< of a network alone
   long long bytes = 0;
 };
 

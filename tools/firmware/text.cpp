@@ -118,7 +118,7 @@ std::string settings(const Model& model, const ForBody& body, const FirmwarePlan
           define("USES_EXPONENTIAL", uses.mixture || uses_exponential(plan)) +
           define("USES_NORMAL", uses.mixture || has_kind(plan, Kind::gelu)) + define("USES_DENSITY", uses.mixture) +
           define("USES_FMA_FLOAT", 1) + define("USES_FMA_DOUBLE", uses.mixture || has_kind(plan, Kind::gelu)) +
-          define("USES_IS_FINITE", 0) + define("USES_FLOAT_BITS", 1);
+          define("USES_IS_FINITE", plan.options.familiarity) + define("USES_FLOAT_BITS", 1);
   text += define("FAMILIARITY", plan.options.familiarity) + define("QUANTISED", plan.options.int8) +
           define("INCREMENTAL", plan.options.incremental) + define("STREAM_ROWS", plan.stream_rows) +
           layer_settings(plan) + define("MAPS", static_cast<long long>(plan.maps.size())) +

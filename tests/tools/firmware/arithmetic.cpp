@@ -8,6 +8,10 @@
 #include <cstring>
 #include <limits>
 
+#if defined(__SSE2__)
+#include <xmmintrin.h>
+#endif
+
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
 
@@ -18,6 +22,7 @@
 #define USES_FMA_FLOAT 1
 #define USES_FMA_DOUBLE 1
 #define USES_IS_FINITE 1
+#define USES_FLOAT_BITS 1
 #define USES_SQUARE_ROOT 1
 #define USES_LOG 1
 #define USES_ASINH 1
@@ -114,6 +119,13 @@ TEST_CASE("exported files: bits distinguish numbers from infinities and NaN") {
   CHECK(wrong == 0);
 }
 
+TEST_CASE("exported files: bits distinguish floats from infinities and NaN") {
+  for (const float value : {0.0F, -1.0F, FLT_MAX, -FLT_MAX, FLT_MIN, 1e-45F}) CHECK(is_finite_float(value) == 1);
+  const float infinity = std::numeric_limits<float>::infinity();
+  for (const float value : {infinity, -infinity, std::numeric_limits<float>::quiet_NaN()})
+    CHECK(is_finite_float(value) == 0);
+}
+
 TEST_CASE("exported files: the integer square root is exactly rounded") {
   const Random random(19, Stream::weights, 0);
   int wrong = 0;
@@ -123,6 +135,20 @@ TEST_CASE("exported files: the integer square root is exactly rounded") {
     wrong += same(square_root(x * x), std::sqrt(x * x)) ? 0 : 1;
   }
   CHECK(wrong == 0);
+}
+
+TEST_CASE("exported files: subnormal numbers that are flushed are noticed") {
+  CHECK(keeps_subnormals() == 1);
+#if defined(__SSE2__)
+  const unsigned mode = _mm_getcsr();
+  for (const unsigned flushes : {0x8000U, 0x0040U, 0x8040U}) {  // where they arise, where they are read
+    _mm_setcsr(mode | flushes);
+    const std::int32_t kept = keeps_subnormals();
+    _mm_setcsr(mode);
+    CAPTURE(flushes);
+    CHECK(kept == 0);
+  }
+#endif
 }
 
 TEST_CASE("exported files: elementary functions have the library's bits") {

@@ -117,6 +117,62 @@ TEST_CASE("exported controllers with gains, slow and torque feedback: the simula
   check_controller(p, "short", "gcc -std=gnu99 -O0", sim::independent_channels());
 }
 
+TEST_CASE("an exported controller's tilt error is what its threshold hid, and 0 sets the body upright again") {
+  const Folder folder;
+  run_ok("export controller --theta 0.0026 --name controller --quiet -o " + folder / "dec");
+  run_ok("export controller --controller dec2015 --name controller --quiet -o " + folder / "gains");
+  // 2 degrees up at 5 degrees/s, back at 0.05.
+  const std::string main = std::string("#include <math.h>\n#include <stddef.h>\n#include \"controller.h\"\n") + R"(
+static controller_state state, second;
+static double sway, rate, tilt;
+static int play(double support, int steps) {
+  double torque = 0.0;
+  for (; steps > 0; --steps) {
+    if (controller_step(&state, sway, rate, support, 0.0, &torque) != CONTROLLER_OK) return 0;
+    torque += controller_passive(&state, sway - tilt, rate - support);
+    rate += 0.001 * (CONTROLLER_MGH_NM_RAD * sin(sway) + torque) / CONTROLLER_INERTIA_KGM2;
+    sway += 0.001 * rate;
+    tilt += 0.001 * support;
+  }
+  return 1;
+}
+int main(void) {
+  const double degree = 0.017453292519943295;
+  double expected, torque = 1.0, of_second = 2.0;
+  int i;
+  if (controller_begin(&state, NULL) != CONTROLLER_OK || !play(5.0 * degree, 400) || !play(-0.05 * degree, 40000)) return 1;
+  expected = TILT_GAIN * (2.0 * degree - 0.4 * controller_identified.theta);
+  if (fabs(tilt) > 1e-9 || fabs(controller_tilt_error(&state) - expected) > 1e-9) return 2;
+  if (SLOW) return 0; /* slow feedback balances the lean */
+  if (!play(0.0, 10000) || fabs(sway + 1.5 * degree) > 0.1 * degree) return 3;
+  /* A second state with this tilt error has the torque after one delay; one without it has another. */
+  for (i = 0; i < 2; ++i) {
+    int step, same;
+    if (controller_begin(&second, NULL) != CONTROLLER_OK) return 7;
+    if (i == 0 && controller_set_tilt_error(&second, controller_tilt_error(&state)) != CONTROLLER_OK) return 8;
+    for (step = 0; step < 300; ++step) {
+      if (controller_step(&state, sway, rate, 0.0, 0.0, &torque) != CONTROLLER_OK) return 9;
+      if (controller_step(&second, sway, rate, 0.0, 0.0, &of_second) != CONTROLLER_OK) return 10;
+    }
+    same = fabs(torque - of_second) < 1e-9;
+    if (same != (i == 0)) return 11;
+  }
+  for (i = 999; i >= 0; --i)
+    if (controller_set_tilt_error(&state, 0.001 * i * expected) != CONTROLLER_OK || !play(0.0, 2)) return 4;
+  if (!play(0.0, 10000)) return 5;
+  return (fabs(sway) < 0.001 * degree && controller_tilt_error(&state) == 0.0) ? 0 : 6;
+}
+)";
+  test::write_text(folder / "main.c", main);
+  for (const auto& [c, define] : {std::array<std::string, 2>{"dec", " -DTILT_GAIN=1.0 -DSLOW=0"},
+                                  {"gains", " -DTILT_GAIN=controller_identified.tilt_gain -DSLOW=1"}}) {
+    CAPTURE(c);
+    REQUIRE(shell(std::string(DECID_C_COMPILER) + " -std=c99 -O2" + define + " -I " + folder / c + " " +
+                  folder / "main.c" + " " + folder / c + "/controller.c -lm -o " + folder / "main") == 0);
+    CHECK(shell(folder / "main") == 0);
+  }
+}
+
 TEST_CASE("a controller is exported from identify's result") {
   const Folder folder;
   run_ok("simulate --quiet --seed 3 -o " + folder / "t.csv");

@@ -88,6 +88,43 @@ static void check_not_finite(double delay) {
   REQUIRE(controller_step(&state, 0.01, 0.02, 0.003, 0.0, &torque) == CONTROLLER_OK && torque != 7.0);
 }
 
+/* A second state with the first one's tilt error has its torque; setting the error leaves the delay line. */
+static void check_tilt_error(void) {
+  static controller_state other, unset, never;
+  const double bad[] = {NAN, INFINITY, -INFINITY};
+  double torque = 0.0, second = 0.0, error;
+  int i, changed = -1;
+  REQUIRE(controller_begin(&state, NULL) == CONTROLLER_OK && controller_tilt_error(&state) == 0.0);
+  for (i = 0; i < 3000; ++i) REQUIRE(controller_step(&state, 0.01, 0.0, 0.0005, 0.0, &torque) == CONTROLLER_OK);
+  error = controller_tilt_error(&state);
+  REQUIRE(isfinite(error) && (controller_identified.theta == 0.0 || fabs(error) > 1e-5));
+  for (i = 0; i < 3; ++i) REQUIRE(controller_set_tilt_error(&state, bad[i]) == CONTROLLER_ERROR_NOT_FINITE);
+  REQUIRE(controller_tilt_error(&state) == error);
+  REQUIRE(controller_set_tilt_error(NULL, 0.0) == CONTROLLER_ERROR_NULL && isnan(controller_tilt_error(NULL)));
+  REQUIRE(controller_set_tilt_error(&never, 0.0) == CONTROLLER_ERROR_STATE && isnan(controller_tilt_error(&never)));
+  other = state;
+  unset = state;
+  REQUIRE(controller_set_tilt_error(&other, error + 0.01) == CONTROLLER_OK);
+  REQUIRE(fabs(controller_tilt_error(&other) - (error + 0.01)) < 1e-15);
+  for (i = 0; i < 1001; ++i) {
+    REQUIRE(controller_step(&unset, 0.01, 0.0, 0.0, 0.0, &torque) == CONTROLLER_OK);
+    REQUIRE(controller_step(&other, 0.01, 0.0, 0.0, 0.0, &second) == CONTROLLER_OK);
+    if (changed < 0 && second != torque) changed = i;
+    /* From one delay on it is kp times the change; interpolated in one step, and without feedback of the torque. */
+    if (changed >= 0 && i == changed + 1)
+      REQUIRE(fabs((second - torque) + controller_identified.kp * 0.01) < 1e-6 * controller_identified.kp);
+  }
+  REQUIRE(changed == (int)(controller_identified.delay * 1000.0 + 1e-9));
+}
+
+/* After the self-test, which leaves no rest, the state must be begun. */
+static void check_after_self_test(void) {
+  double torque = 7.0;
+  REQUIRE(controller_self_test(&state) == CONTROLLER_OK);
+  REQUIRE(controller_step(&state, 0.0, 0.0, 0.0, 0.0, &torque) == CONTROLLER_ERROR_STATE && torque == 7.0);
+  REQUIRE(isnan(controller_passive(&state, 0.01, 0.0)));
+}
+
 int main(int argc, char** argv) {
   FILE *in, *out;
   double head[12], sway = 0.0, rate = 0.0, noise;
@@ -106,7 +143,8 @@ int main(int argc, char** argv) {
   if (stimulus == NULL || noise_rate == NULL) return 2;
   if (fread(stimulus, sizeof(double), samples * intervals * 2, in) != samples * intervals * 2) return 2;
   if (fread(noise_rate, sizeof(double), samples + 1, in) != samples + 1) return 2;
-  REQUIRE(controller_self_test(&state) == CONTROLLER_OK);
+  check_after_self_test();
+  check_tilt_error();
   check_errors();
   check_torque(head[11]);
   check_not_finite(controller_identified.delay);

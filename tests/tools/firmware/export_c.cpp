@@ -313,6 +313,39 @@ TEST_CASE("export c: text output, and the default file name") {
   CHECK(contains(test::read_text(folder / "c/i.c"), ", in 8-bit integers."));
 }
 
+TEST_CASE("export c: a model that is named as a header of C") {
+  const Folder folder;
+  std::filesystem::copy_file(test::firmware_model, folder / "time.safetensors");
+  run_ok("export c " + folder / "time.safetensors" + " --quiet -o " + folder / "c");
+  CHECK(std::filesystem::exists(folder / "c/model_time.h"));
+  CHECK_FALSE(std::filesystem::exists(folder / "c/time.h"));
+}
+
+TEST_CASE("export does not replace a controller by a model, nor a model by a controller") {
+  const Folder folder;
+  const std::string model = "export c " + test::firmware_model + " --name balance --quiet -o " + folder / "c";
+  const std::string controller = "export controller --name balance --quiet -o " + folder / "c";
+  const auto refuses = [&](const std::string& arguments, const std::string& says) {
+    const std::string header = test::read_text(folder / "c/balance.h"),
+                      source = test::read_text(folder / "c/balance.c");
+    const test::Result result = run_decid(arguments);
+    CHECK(result.code == 2);
+    CAPTURE(result.err);
+    CHECK(contains(result.err, says));
+    CHECK(test::read_text(folder / "c/balance.h") == header);
+    CHECK(test::read_text(folder / "c/balance.c") == source);
+  };
+  run_ok(controller);
+  run_ok(controller);
+  refuses(model, "balance.h: is a controller, which a model would replace");
+  std::filesystem::remove_all(folder / "c");
+  run_ok(model);
+  run_ok(model);
+  refuses(controller, "balance.h: is a model, which a controller would replace");
+  test::write_text(folder / "c/balance.h", "");
+  refuses(controller, "balance.c: is a model, which a controller would replace");
+}
+
 TEST_CASE("an exported model is small, and needs nothing") {
   const Folder folder;
   Model model = load_model(test::firmware_model);
@@ -429,6 +462,10 @@ TEST_CASE("bad input of decid export") {
   fails("c " + model + " -o " + folder / "file", "is a file; give the name of a folder");
   fails("c " + model + " --name 7up" + out, "7up");
   fails("c " + model + " --name 'a b'" + out, "a b");
+  for (const char* name : {"stdint", "Math", "wctype"}) {
+    fails("c " + model + " --name " + name + out, "is the name of a header of C");
+    fails("controller --name " + std::string(name) + out, "is the name of a header of C");
+  }
   fails("c " + folder / "file" + out, "file");
   fails("c " + model + " --int8 --familiarity" + out, "not of 8-bit integers");
   test::write_text(folder / "knows.safetensors",

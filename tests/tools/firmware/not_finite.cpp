@@ -1,8 +1,12 @@
 // Exported C and what is no number: flags that would hide it, self-tests that feed it, pools that pass it on, states
 // that were never begun.
+#include <array>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 
+#include "base/text.hpp"
+#include "nn/network_file.hpp"
 #include "tests/tools/firmware/models.hpp"
 #include "tools/firmware/c_text.hpp"
 #include "tools/firmware/text.hpp"
@@ -32,7 +36,7 @@ int run_main(const Folder& folder, const std::string& name, const std::string& c
   const std::string c = folder / "c";
   test::write_text(folder / "main.c", "#include <math.h>\n#include <stdio.h>\n#include \"" + name + ".h\"\n" + main);
   REQUIRE(shell(compiler + warnings + "-I " + c + " -c " + c + "/" + name + ".c -o " + folder / "c.o") == 0);
-  REQUIRE(shell(std::string(DECID_C_COMPILER) + " -std=c99 -O1 -I " + c + " " + folder / "main.c" + " " +
+  REQUIRE(shell(std::string(DECID_C_COMPILER) + " -std=gnu99 -O1 -I " + c + " " + folder / "main.c" + " " +
                 folder / "c.o" + " -lm -o " + folder / "main") == 0);
   return quiet_code(folder / "main");
 }
@@ -176,6 +180,139 @@ TEST_CASE("self-tests of exported C feed NaN: they fail where it passes for a nu
   }
 }
 
+TEST_CASE("self-tests of exported C fail where the processor flushes subnormal numbers") {
+#if defined(__SSE2__)
+  const Folder folder;
+  const std::string compiler = std::string(DECID_C_COMPILER) + " -std=c99 -O2";
+  nn::Network<float> network(nn::Shape{2, 3, 3}, "conv 4 3x3; relu; fc 3");
+  network.initialise(3);
+  nn::write_network(network, folder / "n.safetensors");
+  run_ok("export controller --name controller --quiet -o " + folder / "c");
+  run_ok("export c " + test::firmware_model + " --name model --quiet -o " + folder / "c");
+  run_ok("export c " + folder / "n.safetensors" + " --name alone --quiet -o " + folder / "c");
+  for (const auto& [name, memory, error] :
+       {std::array{"controller", "state", "CONTROLLER"}, {"model", "arena", "MODEL"}, {"alone", "arena", "ALONE"}}) {
+    CAPTURE(name);
+    const std::string self_test = format("%s_self_test(&memory) != %s_", name, error);
+    // Flushed where they arise, where they are read, and both.
+    const std::string main = format("#include <xmmintrin.h>\nstatic %s_%s memory;\nint main(void) {\n", name, memory) +
+                             "  const unsigned mode = _mm_getcsr();\n  if (" + self_test + "OK) return 1;\n" +
+                             "  _mm_setcsr(mode | 0x8000U);\n  if (" + self_test + "ERROR_SELF_TEST) return 2;\n" +
+                             "  _mm_setcsr(mode | 0x0040U);\n  if (" + self_test + "ERROR_SELF_TEST) return 3;\n" +
+                             "  _mm_setcsr(mode | 0x8040U);\n  if (" + self_test + "ERROR_SELF_TEST) return 4;\n" +
+                             "  _mm_setcsr(mode);\n  return (" + self_test + "OK) ? 5 : 0;\n}\n";
+    CHECK(run_main(folder, name, compiler, main) == 0);
+  }
+#endif
+}
+
+TEST_CASE("exported C is refused by compilers whose double is not of 64 bits, or whose float is not of 32") {
+  const Folder folder;
+  const std::string c = folder / "c";
+  run_ok("export controller --name controller --quiet -o " + c);
+  run_ok("export c " + test::firmware_model + " --name model --quiet -o " + c);
+  const std::string other = folder / "other";
+  std::filesystem::create_directory(other);
+  for (const char* digits : {"", "DBL_MANT_DIG", "FLT_MANT_DIG"}) {
+    CAPTURE(digits);
+    const std::string name = digits;
+    test::write_text(other + "/float.h", "#include_next <float.h>\n" +
+                                             (name.empty() ? "" : "#undef " + name + "\n#define " + name + " 11\n"));
+    for (const char* file : {"/controller.c", "/model.c"})
+      CHECK((quiet_code(std::string(DECID_C_COMPILER) + " -std=c99 -I " + other + " -I " + c + " -c " + c + file +
+                        " -o " + folder / "c.o") == 0) == name.empty());
+  }
+}
+
+TEST_CASE("exported C whose outputs are not finite says so, and writes nothing") {
+  const Folder folder;
+  const std::string compiler = std::string(DECID_C_COMPILER) + " -std=c99 -O2";
+  run_ok("export c " + test::firmware_model + " --name model --familiarity --incremental --quiet -o " + folder / "c");
+  const std::string of_model = R"(
+static model_arena arena;
+static float image[MODEL_IMAGE_CHANNELS * MODEL_IMAGE_ROWS * MODEL_IMAGE_COLUMNS], sway[MODEL_SAMPLES];
+int main(void) {
+  float parameters[MODEL_PARAMETERS];
+  double distance = 7.0;
+  int i, count = (int)(sizeof image / sizeof image[0]);
+  for (i = 0; i < MODEL_PARAMETERS; ++i) parameters[i] = 7.0F;
+  for (i = 0; i < count; ++i) image[i] = (i % 2 == 0) ? 3e38F : -3e38F;
+  if (model_identify_image(image, parameters, &arena) != MODEL_ERROR_NOT_FINITE) return 1;
+  if (model_distance(&distance, &arena) != MODEL_ERROR_NOT_FINITE || distance != 7.0) return 2;
+  for (i = 0; i < MODEL_PARAMETERS; ++i)
+    if (parameters[i] != 7.0F) return 3;
+  if (model_identify(sway, parameters, &arena) != MODEL_OK || model_distance(&distance, &arena) != MODEL_OK) return 4;
+  return (isfinite(parameters[0]) && isfinite(distance)) ? 0 : 5;
+}
+)";
+  CHECK(run_main(folder, "model", compiler, of_model) == 0);
+
+  nn::Network<float> network(nn::Shape{2, 1, 1}, "fc 3");
+  network.initialise(3);
+  for (nn::Parameter<float>* p : network.parameters()) p->value.assign(p->value.size(), 1.0F);
+  nn::write_network(network, folder / "n.safetensors");
+  run_ok("export c " + folder / "n.safetensors" + " --name alone --quiet -o " + folder / "c");
+  const std::string of_network = R"(
+static alone_arena arena;
+int main(void) {
+  float input[2] = {3e38F, 3e38F}, outputs[3] = {7.0F, 7.0F, 7.0F};
+  if (alone_run(input, outputs, &arena) != ALONE_ERROR_NOT_FINITE) return 1;
+  if (outputs[0] != 7.0F || outputs[1] != 7.0F || outputs[2] != 7.0F) return 2;
+  input[1] = -3e38F;
+  return (alone_run(input, outputs, &arena) == ALONE_OK && outputs[2] == 0.0F) ? 0 : 3;
+}
+)";
+  CHECK(run_main(folder, "alone", compiler, of_network) == 0);
+
+  const dataset::ImageSettings pixels{.channels = {dataset::Channel::sway}, .block = 600};
+  const Model mixture = test::made_up_model(sim::short_protocol(), pixels, "fc 72", mixture_head(2));
+  test::write_text(folder / "m.safetensors", to_bytes(mixture));
+  run_ok("export c " + folder / "m.safetensors" + " --name model --quiet -o " + folder / "c");
+  const std::string of_mixture = R"(
+static model_arena arena;
+static float image[MODEL_IMAGE_CHANNELS * MODEL_IMAGE_ROWS * MODEL_IMAGE_COLUMNS];
+int main(void) {
+  float parameters[MODEL_PARAMETERS] = {7.0F}, deviations[MODEL_PARAMETERS] = {7.0F};
+  int i, count = (int)(sizeof image / sizeof image[0]);
+  for (i = 0; i < count; ++i) image[i] = 3.4e38F;
+  if (model_identify_image(image, parameters, &arena) != MODEL_ERROR_NOT_FINITE) return 1;
+  if (model_deviations(deviations, &arena) != MODEL_ERROR_NOT_FINITE) return 2;
+  return (parameters[0] == 7.0F && deviations[0] == 7.0F) ? 0 : 3;
+}
+)";
+  CHECK(run_main(folder, "model", compiler + " -fsanitize=undefined -fsanitize-undefined-trap-on-error", of_mixture) ==
+        0);
+}
+
+TEST_CASE("a step that interrupts an exported controller's begin is refused") {
+  const Folder folder;
+  run_ok("export controller --name controller --quiet -o " + folder / "c");
+  // A timer steps every 50 microseconds, while the program does nothing but begin.
+  const std::string main = R"(
+static controller_state state;
+static volatile sig_atomic_t refused = 0, others = 0;
+static void on_timer(int signal) {
+  double torque = 0.0;
+  const int result = controller_step(&state, 0.01, 0.0, 0.0, 0.0, &torque);
+  (void)signal;
+  if (result == CONTROLLER_ERROR_STATE) ++refused;
+  else if (result != CONTROLLER_OK) ++others;
+}
+int main(void) {
+  const struct itimerval often = {{0, 50}, {0, 50}};
+  const time_t end = time(NULL) + 20;
+  if (controller_begin(&state, NULL) != CONTROLLER_OK) return 1;
+  signal(SIGALRM, on_timer);
+  if (setitimer(ITIMER_REAL, &often, NULL) != 0) return 2;
+  while (refused == 0 && time(NULL) < end)
+    if (controller_begin(&state, NULL) != CONTROLLER_OK) return 3;
+  return (refused > 0 && others == 0) ? 0 : 4;
+}
+)";
+  CHECK(run_main(folder, "controller", std::string(DECID_C_COMPILER) + " -std=c99 -O2",
+                 "#include <signal.h>\n#include <sys/time.h>\n#include <time.h>\n" + main) == 0);
+}
+
 TEST_CASE("a NaN that arises within an exported network passes its pools, in any place") {
   struct Case {
     const char* pool;
@@ -197,9 +334,11 @@ int main(void) {
   for (place = -1; place < PIXELS; ++place) {
     float image[PIXELS] = {0.0F}, parameters[MODEL_PARAMETERS];
     if (place >= 0) image[place] = 2.0F;
-    if (model_identify_image(image, parameters, &arena) != MODEL_OK) return 1;
-    for (i = 0; i < MODEL_PARAMETERS; ++i)
-      if ((isnan(parameters[i]) != 0) != (place >= 0)) return 2 + place;
+    parameters[0] = 7.0F;
+    i = model_identify_image(image, parameters, &arena);
+    if (i != MODEL_OK && i != MODEL_ERROR_NOT_FINITE) return 1;
+    if ((i == MODEL_ERROR_NOT_FINITE) != (place >= 0)) return 2 + place;
+    if ((parameters[0] == 7.0F) != (place >= 0)) return 100;
   }
   return 0;
 }

@@ -134,6 +134,36 @@ TEST_CASE("Cortex-M55 under QEMU, compiled in a GNU mode: the bits of identify" 
   check_cpu("m55", "Cortex-M55", 4);
 }
 
+TEST_CASE("the example without a whole trial fails") {
+  const Folder folder;
+  test::write_text(folder / "short.bin", std::string(100, '\0'));
+  const std::string run = DECID_SOURCE_DIR "/examples/firmware/run --cpu m7 --decid " DECID_PROGRAM " --sway " +
+                          folder / "short.bin" + " --out " + folder / "out";
+  CHECK(test::shell(run + " || test $? = 1") == 0);
+  CHECK(cost(test::read_text(folder / "out/costs.txt"), "error") == 105);
+}
+
+TEST_CASE("the example with a model whose trial is no whole number of batches, and with an unusable Kp") {
+  sim::Protocol protocol = sim::short_protocol();
+  protocol.experiment.sample_rate_hz = 50.0;
+  REQUIRE(protocol.samples() % 110 != 0);
+  Model model = test::made_up_model(protocol, {.channels = {dataset::Channel::sway}, .block = 300}, "fc 7");
+  for (nn::Parameter<float>* p : model.network.parameters()) p->value.assign(p->value.size(), 0.0F);
+  const Folder folder;
+  test::write_text(folder / "sway.bin",
+                   std::string(sizeof(float) * static_cast<std::size_t>(protocol.samples()), '\0'));
+  const std::string run = DECID_SOURCE_DIR "/examples/firmware/run --cpu m7 --decid " DECID_PROGRAM " --sway " +
+                          folder / "sway.bin" + " --model " + folder / "m.safetensors" + " --out " + folder / "out";
+  test::write_text(folder / "m.safetensors", to_bytes(model));
+  CHECK(test::shell(run) == 0);
+  CHECK(cost(test::read_text(folder / "out/costs.txt"), "error") == 0);
+  CHECK(cost(test::read_text(folder / "out/costs.txt"), "trials") == 1);
+  model.targets.mean[sim::Kp] = -1.0;
+  test::write_text(folder / "m.safetensors", to_bytes(model));
+  CHECK(test::shell(run + " || test $? = 1") == 0);
+  CHECK(cost(test::read_text(folder / "out/costs.txt"), "error") == 106);
+}
+
 TEST_CASE("the example alone: its estimates are decid identify's") {
   const Folder folder;
   REQUIRE(shell(DECID_SOURCE_DIR "/examples/firmware/run --cpu m7 --decid " DECID_PROGRAM " --out " + folder / "out") ==

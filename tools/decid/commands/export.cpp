@@ -43,10 +43,26 @@ struct ExportOptions {
   FirmwareOptions firmware;
 };
 
+enum class Kind { model, controller };
+
+/// Throws Error if NAME.h or NAME.c is exported C of the other kind, whose self-test takes another argument.
+void refuse_other_kind(const fs::path& stem, const std::string& name, Kind kind) {
+  const std::string other = name + "_self_test(" + (kind == Kind::model ? name + "_state" : std::string("void"));
+  for (const char* ending : {".h", ".c"}) {
+    const std::string path = stem.string() + ending;
+    if (fs::is_regular_file(path) && read_file(path).find(other) != std::string::npos)
+      throw Error(Code::file_exists, path,
+                  kind == Kind::model ? "is a controller, which a model would replace"
+                                      : "is a model, which a controller would replace",
+                  "give another --name or folder");
+  }
+}
+
 /// Writes the files in a folder, which it creates if it is missing.
-void write_files(const std::string& folder, const std::string& name, const FirmwareFiles& files) {
+void write_files(const std::string& folder, const std::string& name, Kind kind, const FirmwareFiles& files) {
   make_output_folder(folder);
   const fs::path stem = fs::path(folder) / name;
+  refuse_other_kind(stem, name, kind);
   PendingFile header(stem.string() + ".h"), source(stem.string() + ".c");
   write_file(header.path(), files.header);
   write_file(source.path(), files.source);
@@ -59,7 +75,8 @@ std::string full_name(const std::string& model) {
   std::string name = model.empty() ? "decid_model" : fs::path(model).stem().string();
   for (char& c : name)
     if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
-  if (name.empty() || std::isalpha(static_cast<unsigned char>(name.front())) == 0) name = "model_" + name;
+  if (name.empty() || std::isalpha(static_cast<unsigned char>(name.front())) == 0 || is_c_header(name))
+    name = "model_" + name;
   return name;
 }
 
@@ -96,7 +113,7 @@ void export_alone(const ExportOptions& options, const nn::Network<float>& networ
   const std::string origin = format("Made by decid %s from %s, weights SHA-256\n   %s.", version,
                                     comment(fs::path(options.model).filename()).c_str(), hash.c_str());
   const FirmwarePlan plan = plan_network(network);
-  write_files(options.output, name, network_files(network, plan, name, origin));
+  write_files(options.output, name, Kind::model, network_files(network, plan, name, origin));
   if (options.common.json) {
     std::cout << Json{{"files", {name + ".h", name + ".c"}},
                       {"weight_bytes", plan.weight_bytes()},
@@ -128,7 +145,7 @@ void export_model(const ExportOptions& options) {
              options.body.mass_kg
                  ? format(", for a body of %g kg and %g m", *options.body.mass_kg, *options.body.height_m).c_str()
                  : "");
-  write_files(options.output, name, firmware_files(model, body, plan, test, name, origin));
+  write_files(options.output, name, Kind::model, firmware_files(model, body, plan, test, name, origin));
   if (options.common.json) {
     std::cout << Json{{"files", {name + ".h", name + ".c"}},
                       {"weight_bytes", plan.weight_bytes()},
@@ -289,7 +306,7 @@ void export_controller(const ControllerOptions& options) {
       version, options.result.empty() ? "" : (" from " + comment(fs::path(options.result).filename())).c_str());
   const FirmwareFiles files = controller_files(parameters, protocol, options.name, origin, steps_per_second);
   warn(options, chosen.body.has_value(), parameters, protocol);
-  write_files(options.output, options.name, files);
+  write_files(options.output, options.name, Kind::controller, files);
   if (options.common.quiet) return;
   std::cerr << format("%s.h and %s.c written to %s%s, for a body of %s\n", options.name.c_str(), options.name.c_str(),
                       options.output.c_str(), chosen.which.empty() ? "" : (", of " + chosen.which).c_str(),

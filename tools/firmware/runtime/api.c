@@ -109,6 +109,10 @@ int DECID_FW_self_test(void* arena) {
   float parameters[PARAMETERS];
   int32_t i;
   int32_t result = check_arena(arena);
+  const int32_t can_use = (result == DECID_FW_OK) ? 1 : 0;
+  if ((result == DECID_FW_OK) && (keeps_subnormals() == 0)) {
+    result = DECID_FW_ERROR_SELF_TEST;
+  }
   if ((result == DECID_FW_OK) && (run_trial(arena, &not_a_number.value) != DECID_FW_ERROR_NOT_FINITE)) {
     result = DECID_FW_ERROR_SELF_TEST;
   }
@@ -147,5 +151,8 @@ int DECID_FW_self_test(void* arena) {
     }
   }
 #endif
+  if (can_use != 0) {
+    start(arena); /* no result of the self-test's sway stays */
+  }
   return (int)result;
 }

@@ -9,6 +9,10 @@
 #if (FLT_EVAL_METHOD != 0) && (FLT_EVAL_METHOD != 16)
 #error "Floating-point expressions must be evaluated in their own type: on x86 compile for SSE (-mfpmath=sse)"
 #endif
+/* Analysers that read no float.h do not know them. */
+#if (defined(DBL_MANT_DIG) && (DBL_MANT_DIG != 53)) || (defined(FLT_MANT_DIG) && (FLT_MANT_DIG != 24))
+#error "double must be IEEE 754's of 64 bits, and float of 32: some compilers for small processors need an option"
+#endif
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
 #elif defined(__GNUC__)
@@ -39,6 +43,24 @@ typedef union {
 #else
 #define USES_DOUBLE_OF (USES_SQUARE_ROOT || USES_LOG || USES_EXPONENTIAL)
 #endif
+
+/* Returns 0 if the processor flushes subnormal numbers to 0, where they arise or where they are read: for self-tests.
+ */
+static int32_t keeps_subnormals(void) {
+  volatile double smallest = DBL_MIN; /* of the normal ones; volatile, so that the processor computes */
+  const double wide = smallest;
+  volatile double subnormal = wide * 0.5;
+  const double kept = subnormal;
+#if USES_FLOAT_BITS
+  volatile float smallest_float = FLT_MIN;
+  const float narrow = smallest_float;
+  volatile float subnormal_float = narrow * 0.5F;
+  const float kept_float = subnormal_float;
+  return (((kept * 2.0) >= wide) && ((kept_float * 2.0F) >= narrow)) ? 1 : 0;
+#else
+  return ((kept * 2.0) >= wide) ? 1 : 0;
+#endif
+}
 
 #if USES_DOUBLE_OF || USES_IS_FINITE
 static uint64_t bits_of(double value) {

@@ -18,6 +18,12 @@ static double rounded(double x) {
 
 #define MAGIC 0x64656332 /* of a state that has begun */
 
+/* A compiler may leave out the first of two writes, but not of volatile ones. */
+static void mark_begun(DECID_FW_state* state, int32_t begun) {
+  volatile int32_t* const mark = &state->begun;
+  *mark = begun;
+}
+
 static double not_a_number(void) {
   double_bits u;
   u.bits = 0x7ff8000000000000U;
@@ -81,14 +87,17 @@ int DECID_FW_begin(DECID_FW_state* state, const DECID_FW_parameters* parameters)
   if (are_parameters(p) == 0) {
     return DECID_FW_ERROR_RANGE;
   }
+#if !UNIT_GAINS
+  if (are_gains(p) == 0) {
+    return DECID_FW_ERROR_RANGE;
+  }
+#endif
+  mark_begun(state, 0); /* a step that interrupts this is refused */
 #if UNIT_GAINS
   state->kp = 2.0 * STEP_OVER_INERTIA * p->kp;
   state->kd = 2.0 * STEP_OVER_INERTIA * p->kd;
   state->theta = 0.5 * p->theta;
 #else
-  if (are_gains(p) == 0) {
-    return DECID_FW_ERROR_RANGE;
-  }
   begin_gains(state, p);
 #endif
   state->passive = STEP_OVER_INERTIA * p->kp_pass;
@@ -98,7 +107,7 @@ int DECID_FW_begin(DECID_FW_state* state, const DECID_FW_parameters* parameters)
   if (((steps - rounded(steps)) < 1e-9) && ((rounded(steps) - steps) < 1e-9)) {
     steps = rounded(steps);
   }
-  state->whole = (int)steps;
+  state->whole = (int32_t)steps;
   state->fraction = steps - (double)state->whole;
   state->first_step = state->whole + ((state->fraction > 0.0) ? 1 : 0);
   state->error = 0.0;
@@ -107,7 +116,7 @@ int DECID_FW_begin(DECID_FW_state* state, const DECID_FW_parameters* parameters)
   for (i = 0; i < DECID_FW_DELAY_STEPS; ++i) {
     state->commands[i] = 0.0;
   }
-  state->begun = MAGIC;
+  mark_begun(state, MAGIC);
   return DECID_FW_OK;
 }
 
@@ -126,8 +135,8 @@ int DECID_FW_step_scaled(DECID_FW_state* state, double sway_rad, double sway_rat
   double slow;
   double torque;
 #endif
-  int now;
-  int then;
+  int32_t now;
+  int32_t then;
   if ((state == NULL) || (scaled == NULL)) {
     return DECID_FW_ERROR_NULL;
   }
@@ -202,6 +211,34 @@ double DECID_FW_passive(const DECID_FW_state* state, double ankle_rad, double an
   return (is_finite(torque) != 0) ? torque : not_a_number();
 }
 
+/* Twice e with gains of 1, as which it is kept there. */
+#if UNIT_GAINS
+#define TILT_ERRORS 2.0
+#else
+#define TILT_ERRORS 1.0
+#endif
+
+double DECID_FW_tilt_error(const DECID_FW_state* state) {
+  if ((state == NULL) || (state->begun != MAGIC)) {
+    return not_a_number();
+  }
+  return TILT_ERRORS * state->error;
+}
+
+int DECID_FW_set_tilt_error(DECID_FW_state* state, double tilt_error_rad) {
+  int result = DECID_FW_OK;
+  if (state == NULL) {
+    result = DECID_FW_ERROR_NULL;
+  } else if (state->begun != MAGIC) {
+    result = DECID_FW_ERROR_STATE;
+  } else if (is_finite(tilt_error_rad) == 0) {
+    result = DECID_FW_ERROR_NOT_FINITE;
+  } else {
+    state->error = tilt_error_rad / TILT_ERRORS;
+  }
+  return result;
+}
+
 /* ---- A simulated body, for the self-test ----------------------------------------------------------------------------
  */
 
@@ -246,7 +283,7 @@ int DECID_FW_self_test(DECID_FW_state* state) {
   int32_t i;
   int32_t step = 0;
   int result = DECID_FW_begin(state, NULL);
-  if ((result == DECID_FW_OK) && (refuses(state) == 0)) {
+  if ((result == DECID_FW_OK) && ((keeps_subnormals() == 0) || (refuses(state) == 0))) {
     result = DECID_FW_ERROR_SELF_TEST;
   }
   for (interval = 0; (interval < TEST_INTERVALS) && (result == DECID_FW_OK); ++interval) {
@@ -270,6 +307,9 @@ int DECID_FW_self_test(DECID_FW_state* state) {
       rate = next;
       sway = fma_double(next, DECID_FW_STEP_S, sway);
     }
+  }
+  if (state != NULL) {
+    state->begun = 0; /* not at rest: to be begun again */
   }
   return ((result == DECID_FW_OK) && (hash != TEST_HASH)) ? DECID_FW_ERROR_SELF_TEST : result;
 }

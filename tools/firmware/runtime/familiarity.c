@@ -9,8 +9,9 @@ static int32_t take_distance(void* arena, double* distance) {
   int32_t next = 0;
   int32_t i;
   int32_t j;
-  if (state_of(arena)->phase != PHASE_DONE) {
-    return DECID_FW_ERROR_STATE;
+  const int32_t result = check_outputs(state_of(arena));
+  if (result != DECID_FW_OK) {
+    return result;
   }
   for (i = 0; i < FEATURES; ++i) {
     double sum = 0.0;
@@ -19,6 +20,9 @@ static int32_t take_distance(void* arena, double* distance) {
       ++next;
     }
     squares = squares + (sum * sum);
+  }
+  if (is_finite(squares) == 0) {
+    return DECID_FW_ERROR_NOT_FINITE;
   }
   *distance = square_root(squares / (double)FEATURES) / FAMILIARITY_USUAL;
   return DECID_FW_OK;

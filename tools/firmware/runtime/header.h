@@ -12,17 +12,19 @@ enum {
   DECID_FW_MORE = 1,              /* there is more work that can be done now */
   DECID_FW_ERROR_NULL = -1,       /* a pointer is null */
   DECID_FW_ERROR_ALIGNMENT = -2,  /* the arena's address is no multiple of 8 */
-  DECID_FW_ERROR_NOT_FINITE = -3, /* a sample or a pixel is infinite or NaN */
+  DECID_FW_ERROR_NOT_FINITE = -3, /* a sample or a pixel is infinite or NaN, or so large that a result would be */
   DECID_FW_ERROR_STATE = -4,      /* not begun, or the result is not there yet */
   DECID_FW_ERROR_COUNT = -5,      /* more samples than the trial has left, or fewer than none */
-  DECID_FW_ERROR_SELF_TEST = -6   /* other bits than the program that made this file computed */
+  DECID_FW_ERROR_SELF_TEST = -6   /* other bits than the program that made this file computed, or flushed subnormals */
 };
 
 /* Places of the parameters. */
 enum {
 @PLACES@};
 
-/* Memory for one identification at a time; its content need not be kept between them. */
+/* Memory for one identification at a time; its content need not be kept between them. A call must not interrupt another
+   one with the same arena, as a timer's interrupt does that feeds while the main loop works: the trial would be wrong,
+   without an error. Calls with different arenas are independent. */
 typedef union {
   double align;
   unsigned char bytes[DECID_FW_ARENA_BYTES];
@@ -38,7 +40,7 @@ int DECID_FW_identify(const float *sway_rad, float *parameters, void *arena);
 int DECID_FW_identify_image(const float *image, float *parameters, void *arena);
 @DEVIATIONS@@FAMILIARITY@@INCREMENTAL@
 /* Identifies a made-up sway and compares all bits with those of the program that wrote this file: run it once on every
-   new target and compiler. Needs the arena. */
+   new target and compiler. Needs the arena, and leaves no result in it. */
 int DECID_FW_self_test(void *arena);
 
 #ifdef __cplusplus

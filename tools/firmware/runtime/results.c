@@ -1,5 +1,17 @@
 /* ---- Results --------------------------------------------------------------------------------------------------- */
 
+/* Large samples or pixels, though finite, make sums that are not: such outputs are no result. */
+static int32_t check_outputs(const work_state* state) {
+  int32_t result = (state->phase == PHASE_DONE) ? DECID_FW_OK : DECID_FW_ERROR_STATE;
+  int32_t i;
+  for (i = 0; (i < OUTPUTS) && (result == DECID_FW_OK); ++i) {
+    if (is_finite_float(state->outputs[i]) == 0) {
+      result = DECID_FW_ERROR_NOT_FINITE;
+    }
+  }
+  return result;
+}
+
 #if COMPONENTS > 0
 /* A mixture of Gaussians in coordinates whose normal distribution function is the share of a parameter's range: decid's
    identify/network/mixture.hpp. */
@@ -118,12 +130,14 @@ static void find_scores(const float* outputs, float scores[PARAMETERS]) {
 
 static int32_t take_deviations(void* arena, float* deviations) {
   const work_state* const state = state_of(arena);
+  float made[PARAMETERS];
   gaussians found;
   double node[NODES];
   double whole = 0.0;
   int32_t i;
-  if (state->phase != PHASE_DONE) {
-    return DECID_FW_ERROR_STATE;
+  int32_t result = check_outputs(state);
+  if (result != DECID_FW_OK) {
+    return result;
   }
   for (i = 0; i < NODES; ++i) {
     node[i] = normal_density((NODES_SPACING * (double)i) - NODES_REACH);
@@ -134,10 +148,15 @@ static int32_t take_deviations(void* arena, float* deviations) {
   }
   find_gaussians(state->outputs, &found);
   for (i = 0; i < PARAMETERS; ++i) {
-    deviations[i] =
-        (float)((parameter_range[i] * deviation_of_share(state->outputs, &found, node, i)) * deviation_factor[i]);
+    made[i] = (float)((parameter_range[i] * deviation_of_share(state->outputs, &found, node, i)) * deviation_factor[i]);
+    if (is_finite_float(made[i]) == 0) {
+      result = DECID_FW_ERROR_NOT_FINITE;
+    }
   }
-  return DECID_FW_OK;
+  for (i = 0; (i < PARAMETERS) && (result == DECID_FW_OK); ++i) {
+    deviations[i] = made[i];
+  }
+  return result;
 }
 #else
 static void find_scores(const float* outputs, float scores[PARAMETERS]) {
@@ -151,19 +170,27 @@ static void find_scores(const float* outputs, float scores[PARAMETERS]) {
 static int32_t take_result(void* arena, float* parameters) {
   const work_state* const state = state_of(arena);
   float scores[PARAMETERS];
+  float made[PARAMETERS];
   int32_t i;
-  if (state->phase != PHASE_DONE) {
-    return DECID_FW_ERROR_STATE;
+  int32_t result = check_outputs(state);
+  if (result != DECID_FW_OK) {
+    return result;
   }
   find_scores(state->outputs, scores);
   for (i = 0; i < PARAMETERS; ++i) {
     /* Not volatile, gcc 12 at -O3 vectorises the way from double to float and back to double, and does not round. */
     const volatile float score = scores[i];
 #if OTHER_BODY
-    parameters[i] = (float)((target_mean[i] + ((double)score * target_deviation[i])) * body_factor[i]);
+    made[i] = (float)((target_mean[i] + ((double)score * target_deviation[i])) * body_factor[i]);
 #else
-    parameters[i] = (float)(target_mean[i] + ((double)score * target_deviation[i]));
+    made[i] = (float)(target_mean[i] + ((double)score * target_deviation[i]));
 #endif
+    if (is_finite_float(made[i]) == 0) {
+      result = DECID_FW_ERROR_NOT_FINITE;
+    }
   }
-  return DECID_FW_OK;
+  for (i = 0; (i < PARAMETERS) && (result == DECID_FW_OK); ++i) {
+    parameters[i] = made[i];
+  }
+  return result;
 }
