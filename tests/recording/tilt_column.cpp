@@ -252,7 +252,7 @@ TEST_CASE("a tilt with missing values is compared where it was measured") {
   CHECK(worst_trust(half.recording.warnings) == Trust::caution);
 }
 
-TEST_CASE("the start of a tilt with gaps is as exact as without, and nothing is lacking there") {
+TEST_CASE("the start of a tilt with gaps is without bias, and nothing is lacking there") {
   const auto with_gaps = [&](std::size_t late, std::size_t first, std::size_t length, std::size_t period) {
     std::vector<double> values = measured(tilt(), 1.0, 0.01, late);
     for (std::size_t begin = first; begin < values.size(); begin += period)
