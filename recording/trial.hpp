@@ -89,8 +89,8 @@ class ProtocolPlan {
 /// them. decid invents no cycles, because the noise is estimated from changes between cycles. Throws Error if start_s
 /// lies outside of the recording, or if a tilt does not follow the protocol (correlation below 0.5), follows it with
 /// the other sign (correlation of -0.95 or below), or shows that the platform stood still for half of it. A tilt found
-/// by its name or its values is then ignored with a warning. If start_s is given, it does not determine the start: it is
-/// compared with the protocol there, with the same warnings. Warns of cut, invented or resampled samples, of a
+/// by its name or its values is then ignored with a warning. If start_s is given, it does not determine the start: it
+/// is compared with the protocol there, with the same warnings. Warns of cut, invented or resampled samples, of a
 /// correlation below 0.95, of a gain that is off by more than 10%, and of faults in the used samples: frozen stretches,
 /// coarse steps, single wrong samples, smoothing (quality.hpp). Appends these warnings to the recording's.
 Trial bring_to_protocol(Recording& recording, const sim::Protocol& protocol, const TrialOptions& options = {});
