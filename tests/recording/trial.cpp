@@ -419,7 +419,7 @@ TEST_CASE("where a part is not used, the column that may tell recordings apart i
     CHECK(std::ranges::find(recording.warnings, "perhaps_several", &Warning::code) == recording.warnings.end());
   }
   // Where the whole file is used, a note names it.
-  Recording whole = ramp(two_cycles().samples());
+  Recording whole = ramp(static_cast<std::size_t>(two_cycles().samples()));
   whole.change = "'who' changes";
   bring_to_protocol(whole, two_cycles());
   const auto note = std::ranges::find(whole.warnings, "perhaps_several", &Warning::code);
