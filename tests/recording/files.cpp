@@ -1,14 +1,9 @@
-// Files as laboratories have them: encodings, lines above the table, clock times, and columns found or made into sway.
+// Files as laboratories have them: lines above the table, clock times, and columns found as the sway and the tilt.
 #include <cmath>
-#include <set>
 #include <string>
 
-#include "base/math/math.hpp"
-#include "base/math/random.hpp"
 #include "base/text.hpp"
 #include "recording/formats/csv.hpp"
-#include "recording/formats/encoding.hpp"
-#include "recording/table/cells.hpp"
 #include "recording/table/detail/preamble.hpp"
 #include "recording/trial.hpp"
 #include "sim/double_pendulum.hpp"
@@ -19,50 +14,6 @@
 using namespace decid;
 using namespace decid::recording;
 using namespace decid::test;
-
-namespace {
-
-const Warning* warning(const Warnings& warnings, const std::string& code) {
-  for (const Warning& warning : warnings)
-    if (warning.code == code) return &warning;
-  return nullptr;
-}
-
-/// ASCII in UTF-16, little or big endian, without a mark.
-std::string utf16(const std::string& text, bool little_endian) {
-  std::string wide;
-  for (const char c : text) {
-    if (!little_endian) wide += '\0';
-    wide += c;
-    if (little_endian) wide += '\0';
-  }
-  return wide;
-}
-
-}  // namespace
-
-TEST_CASE("text in UTF-8, UTF-16 and Windows-1252 is the same text") {
-  const std::string text = "time,sway (\xC2\xB0)\n0,1\n";
-  CHECK(to_utf8(text, "t") == text);
-  CHECK(to_utf8("\xEF\xBB\xBF" + text, "t") == text);
-  CHECK(to_utf8("time,sway (\xB0)\n0,1\n", "t") == text);
-  const std::string ascii = "time,sway\n0,1\n";
-  CHECK(to_utf8(utf16(ascii, true), "t") == ascii);
-  CHECK(to_utf8(utf16(ascii, false), "t") == ascii);
-  CHECK(to_utf8("\xFF\xFE" + utf16(ascii, true), "t") == ascii);
-  CHECK(to_utf8("\xFE\xFF" + utf16(ascii, false), "t") == ascii);
-  // A degree sign, a euro sign, and a pair of surrogates (U+1D11E), by their code points.
-  CHECK(to_utf8(std::string("\xFF\xFE\xB0\x00\xAC\x20\x34\xD8\x1E\xDD", 10), "t") ==
-        "\xC2\xB0\xE2\x82\xAC\xF0\x9D\x84\x9E");
-  CHECK(to_utf8(std::string("\xFF\xFE\x34\xD8\x41\x00", 6), "t") ==
-        "\xEF\xBF\xBD"
-        "A");  // half of a pair
-  CHECK(to_utf8("\x80 \x9F \xFF", "t") == "\xE2\x82\xAC \xC5\xB8 \xC3\xBF");
-  CHECK(to_utf8("\xC3\xB6\xF6", "t") == "\xC3\x83\xC2\xB6\xC3\xB6");  // not all of it is UTF-8: none is
-  check_error([] { to_utf8(std::string("ab\0cd\0\0\0efgh", 12), "t.csv"); }, Code::file_unsupported, "t.csv");
-  check_one_two_three("\xFF\xFE" + utf16("time;sway_deg\r\n0;1\r\n0,01;2\r\n0,02;3\r\n", true));
-  check_one_two_three("Zeit [s];sway [\xB0]\n0;1\n0,01;2\n0,02;3\n");
-}
 
 TEST_CASE("a line of units is not a header: column names come from the line above") {
   for (const char* units : {"s;Grad;Grad", "[s];[Grad];[Grad]", "sek;deg;", "Sekunden;Grad;Grad"}) {
@@ -298,128 +249,6 @@ TEST_CASE("clock times, with and without a date, over midnight") {
   check_error(reading("time,sway_deg\n0,12:00:00\n0.01,2\n0.02,3\n"), Code::value_invalid, "line 2, sway_deg");
 }
 
-TEST_CASE("positions are sway at their height above the ankles") {
-  const auto sway = [](const std::string& text, const RecordingOptions& options) {
-    return read(text, options).signals.at(com_sway).rad;
-  };
-  const std::string text = "time,COM_x_mm,ankle_mm\n0,100,100\n0.01,110,100\n0.02,140,110\n";
-  const auto from_ankle = sway(text, {.column = "COM_x_mm", .com_height_m = 0.95, .ankle_column = "ankle_mm"});
-  CHECK(from_ankle[0] == 0.0);
-  CHECK(near(from_ankle[1], std::asin(0.01 / 0.95), 1e-14));
-  CHECK(near(from_ankle[2], std::asin(0.03 / 0.95), 1e-14));
-  // Without the ankle their mean is upright, said so.
-  const Recording centred = read("time,COM_x_cm\n0,1\n0.01,2\n0.02,3\n", {.com_height_m = 1.0});
-  CHECK(near(centred.signals.at(com_sway).rad[0], -std::asin(0.01), 1e-14));
-  CHECK(warning(centred.warnings, "mean_is_upright") != nullptr);
-  CHECK(near(sway("time,x\n0,1\n0.01,2\n0.02,3\n", {.com_height_m = 1.0, .metres_per_unit = 1e-3})[2], std::asin(1e-3),
-             1e-14));
-  check_error(reading(text), Code::column_unsuitable, "COM_x_mm");
-  check_error(reading("time,x\n0,1\n0.01,2\n", {.com_height_m = 1.0}), Code::unit_unknown);
-  check_error(reading("time,x_m\n0,1\n0.01,4\n", {.com_height_m = 1.0}), Code::value_invalid);
-  check_error(reading("time,sway_deg\n0,1\n0.01,4\n", {.ankle_column = "time"}), Code::setting_missing, "com_height");
-  check_error(reading("time,sway\n0,1\n0.01,4\n", {.metres_per_unit = 1.0}), Code::setting_missing, "com_height");
-  for (const double wrong : {-1.0, 0.0, std::nan(""), static_cast<double>(INFINITY)}) {
-    check_error(reading(text, {.com_height_m = wrong}), Code::setting_out_of_range, "com_height");
-    check_error(reading(text, {.body_height_m = wrong}), Code::setting_out_of_range, "height");
-  }
-}
-
-TEST_CASE("leg and trunk, or hip and shoulder, make the sway of the centre of mass") {
-  const sim::Segments segments = sim::make_segments({.mass_kg = 70.0, .height_m = 1.7});
-  const sim::DoubleBody body(segments);
-  const double leg = 1.0 * sim::rad_per_deg, trunk = -2.0 * sim::rad_per_deg;
-  const Recording angles =
-      read("time,leg_deg,trunk_deg\n0,0,0\n0.01,1,-2\n0.02,1,1\n", {.leg_column = "leg_deg", .trunk_column = "3"});
-  const auto& sway = angles.signals.at(com_sway).rad;
-  CHECK(sway[0] == 0.0);
-  CHECK(near(sway[1], body.centre_of_mass(leg, trunk), 1e-14));
-  CHECK(near(sway[2], leg, 1e-14));  // a straight body
-  CHECK(angles.signals.at(com_sway).column == "leg_deg, trunk_deg");
-  // Markers on the same segments.
-  char row[128];
-  std::string text = "time,hip_m,shoulder_m,ankle_m\n0,0.1,0.1,0.1\n";
-  const double hip = segments.leg_length_m * std::sin(leg), shoulder = hip + segments.trunk_length_m * std::sin(trunk);
-  std::snprintf(row, sizeof row, "0.01,%.15f,%.15f,0.1\n", 0.1 + hip, 0.1 + shoulder);
-  text += row;
-  const RecordingOptions markers{
-      .hip_column = "hip_m", .shoulder_column = "shoulder_m", .ankle_column = "ankle_m", .body_height_m = 1.7};
-  CHECK(near(read(text, markers).signals.at(com_sway).rad[1], body.centre_of_mass(leg, trunk), 1e-13));
-  RecordingOptions without_height = markers;
-  without_height.body_height_m = {};
-  check_error(reading(text, without_height), Code::setting_missing);
-  check_error(reading(text, {.hip_column = "hip_m"}), Code::setting_missing);
-  check_error(reading(text, {.leg_column = "hip_m"}), Code::setting_missing);
-  check_error(reading(text, {.column = "2", .leg_column = "2", .trunk_column = "3"}), Code::setting_conflict);
-  check_error(reading(text, {.leg_column = "2", .trunk_column = "2"}), Code::setting_conflict, "hip_m");
-  RecordingOptions same = markers;
-  same.shoulder_column = "hip_m";
-  check_error(reading(text, same), Code::setting_conflict, "hip_m");
-  const auto codes = [&](const RecordingOptions& options, const std::string& names) {
-    std::set<std::string> found;
-    const std::string table = names + text.substr(text.find('\n')) + "0.02,0.11,0.13,0.1\n";
-    for (const Warning& warning : read(table, options).warnings) found.insert(warning.code);
-    return found;
-  };
-  CHECK_FALSE(codes(markers, "time,hip_m,shoulder_m,ankle_m").contains("shoulder_moves_less"));
-  CHECK_FALSE(codes(markers, "time,hip_m,shoulder_m,ankle_m").contains("axes_differ"));
-  CHECK(codes({.hip_column = "3", .shoulder_column = "2", .ankle_column = "4", .body_height_m = 1.7},
-              "time,hip_m,shoulder_m,ankle_m")
-            .contains("shoulder_moves_less"));
-  const RecordingOptions by_number{
-      .hip_column = "2", .shoulder_column = "3", .ankle_column = "4", .body_height_m = 1.7};
-  CHECK(codes(by_number, "time,HIP_x (m),C7 Z (m),ANK.x (m)").contains("axes_differ"));
-  CHECK(codes(by_number, "time,HIP_x (m),C7 X (m),ANK_y_m").contains("axes_differ"));
-  CHECK_FALSE(codes(by_number, "time,HIP_x (m),C7 X (m),ANK.x_m").contains("axes_differ"));
-  check_error(reading(text, {.leg_column = "2", .trunk_column = "no"}), Code::column_missing, "'no'");
-}
-
-TEST_CASE("a hip that moves is warned of, two sensors of one segment are not") {
-  // Leg and trunk of 1 degree; the trunk also has another share of it, a drift, an offset, and both have noise.
-  const auto warned = [](double share) {
-    std::string text = "time,leg_deg,trunk_deg\n";
-    const Random random(3, Stream::user, 0);
-    for (int k = 0; k < 4800; ++k) {
-      const double sway = sin(0.01 * k), drift = 0.3 + 1e-4 * k;
-      text += format("%.2f,%.5f,%.5f\n", 0.01 * k, sway + 0.02 * random.normal(2 * static_cast<std::uint64_t>(k)),
-                     (1.0 + share) * sway + drift + 0.02 * random.normal(2 * static_cast<std::uint64_t>(k) + 1));
-    }
-    for (const Warning& warning : read(text, {.leg_column = "leg_deg", .trunk_column = "trunk_deg"}).warnings)
-      if (warning.code == "hip_moves") return true;
-    return false;
-  };
-  CHECK_FALSE(warned(0.0));
-  CHECK_FALSE(warned(0.1));
-  CHECK(warned(0.4));
-  CHECK(warned(-0.4));
-}
-
-TEST_CASE("positions without a unit are read as degrees with a caution, angles without one") {
-  const auto text = [](const std::string& name) { return "time," + name + "\n0,1\n0.01,2\n"; };
-  for (const std::string name : {"COM_x", "CoM X", "COMx", "COG_y", "COM_AP", "COM displacement", "com_position",
-                                 "com_pos", "HIP_x", "C7 X", "Tx", "LASI:Z", "Trunk Position X"}) {
-    CAPTURE(name);
-    const Recording recording = read(text(name));
-    REQUIRE(warning(recording.warnings, "perhaps_a_length") != nullptr);
-    CHECK(warning(recording.warnings, "perhaps_a_length")->severity == Severity::caution);
-    CHECK(recording.signals.at(com_sway).rad[1] == 2.0 * sim::rad_per_deg);
-    CHECK(warning(read(text(name), {.unit = Unit::degree}).warnings, "perhaps_a_length") == nullptr);
-    CHECK(warning(read(text(name + " (deg)")).warnings, "perhaps_a_length") == nullptr);
-  }
-  for (const char* name : {"sway", "com_sway", "COM_angle", "angle", "lean", "sway_x", "Euler X", "Trunk Angle X",
-                           "KSP", "body_sway", "sway (x)", "pitch"}) {
-    CAPTURE(std::string(name));
-    CHECK(warning(read(text(name)).warnings, "perhaps_a_length") == nullptr);
-  }
-  check_error(reading(text("COM_x (centimetres)")), Code::column_unsuitable, "com_height");
-  const Recording metres = read(text("COM_x (centimetres)"), {.com_height_m = 1.0});
-  CHECK(near(metres.signals.at(com_sway).rad[1], std::asin(0.005), 1e-14));
-  for (const char* name : {"COM_x (in)", "sway [counts]", "sway_mV", "sway_percent", "swayvel", "sway_std"}) {
-    CAPTURE(std::string(name));
-    check_error(reading(text(name)), Code::column_unsuitable, name);
-    CHECK(read(text(name), {.unit = Unit::degree}).signals.at(com_sway).rad[1] == 2.0 * sim::rad_per_deg);
-  }
-}
-
 TEST_CASE("names of joints and parts are known between capitals and behind the letter of a side") {
   const auto text = [](const std::string& name) { return "time," + name + "\n0,1\n0.01,2\n"; };
   for (const char* name : {"LAnkleAngles", "AbsAnkleAngle", "AnkleAngle_deg", "RANKLE_deg", "leftAnkleFlexion_deg",
@@ -512,79 +341,6 @@ TEST_CASE("a column that is plainly the platform's tilt is used, and left out if
   const Recording words = read("time,sway_deg,platform_deg\n0,1,on\n0.01,2,off\n");
   CHECK(words.signals.find(platform_tilt) == nullptr);
   CHECK(warning(words.warnings, "tilt_not_used") != nullptr);
-}
-
-TEST_CASE("no-break blanks are blanks, and characters of no width are nothing") {
-  CHECK(with_plain_blanks("a\u00A0b\u202Fc\u2009d") == "a b c d");
-  CHECK(with_plain_blanks("\uFEFFa\u200Bb\u2060") == "ab");
-  CHECK(trim_all("\u200B\u2009 a\u00A0b \u2007\t\uFEFF") == "a\u00A0b");
-  CHECK(with_plain_blanks("1\u00A0000 \u00B0 1\u202F0000 \u00E4\u00A0") == "1000 \u00B0 1 0000 \u00E4 ");
-  const std::string rows = "0,1\n0.01,2\n0.02,3\n";
-  check_one_two_three("time\u00A0(s),sway\u202F[deg]\n" + rows);
-  check_one_two_three("\xEF\xBB\xBF\xEF\xBB\xBFtime,sway_deg\n" + rows);
-  check_one_two_three("time,sway_deg\n\u00A00,1\u00A0\n0.01,\u200B2\n0.02,3\n");
-  check_one_two_three("time,KSP\u00A0(deg)\n" + rows, {.column = "KSP\u00A0(deg)"});
-  check_one_two_three("Zeit [s];sway\xA0[\xB0]\n0;1\n0,01;2\xA0\n0,02;3\n");  // Windows-1252
-  CHECK(CsvTable("x;y\n1\u00A0000,5;2\n1\u202F001,5;2\n", "t").numbers(0) == std::vector<double>{1000.5, 1001.5});
-}
-
-TEST_CASE("the height of the centre of mass is compared with the person's") {
-  const auto codes = [](double com_m, std::optional<double> body_m) {
-    const Recording recording =
-        read("time,x_mm\n0,1\n0.01,20\n0.02,3\n", {.com_height_m = com_m, .body_height_m = body_m});
-    const Warning* found = warning(recording.warnings, "implausible_com_height");
-    if (found != nullptr) CHECK(found->severity == (body_m ? Severity::caution : Severity::info));
-    return found != nullptr;
-  };
-  CHECK_FALSE(codes(0.88, 1.6));
-  CHECK_FALSE(codes(0.65, 1.6));
-  CHECK(codes(1.2, 1.6));
-  CHECK(codes(0.6, 1.6));
-  check_error([&] { codes(1.8, 1.6); }, Code::setting_out_of_range, "com_height");
-  CHECK_FALSE(codes(0.99, {}));
-  CHECK(codes(1.8, {}));
-  CHECK(codes(0.3, {}));
-}
-
-TEST_CASE("bare places, markers, rods and excursions are perhaps lengths") {
-  const auto text = [](const std::string& name) { return "time," + name + "\n0,1\n0.01,2\n"; };
-  for (const std::string name :
-       {"xCoM", "CM", "COG", "CoM", "CoM(ant-post)", "AP", "excursion", "string_pot", "StringPot", "sway rod", "waist",
-        "sacrum", "L5", "marker1", "Marker 2", "hip", "LHip", "RASI"}) {
-    CAPTURE(name);
-    REQUIRE(warning(read(text(name)).warnings, "perhaps_a_length") != nullptr);
-    CHECK(warning(read(text(name)).warnings, "perhaps_a_length")->severity == Severity::caution);
-    CHECK(warning(read(text(name), {.unit = Unit::degree}).warnings, "perhaps_a_length") == nullptr);
-    CHECK(warning(read(text(name + " (deg)")).warnings, "perhaps_a_length") == nullptr);
-  }
-  for (const std::string name : {"sway", "com_sway", "sway_ap", "COM_angle", "hip_sway", "L5 tilt", "KSP", "lean",
-                                 "body", "trunk", "leg", "shank", "sway 2", "hip pitch", "period"}) {
-    CAPTURE(name);
-    CHECK(warning(read(text(name)).warnings, "perhaps_a_length") == nullptr);
-  }
-}
-
-TEST_CASE("a unit option that is not a position's own unit is warned of") {
-  const std::string rows = "\n0,1,10\n0.01,2,20\n0.02,4,30\n";
-  const auto warned = [&](const std::string& name, double metres) {
-    return warning(read("time," + name + ",x" + rows, {.column = "2", .com_height_m = 1.0, .metres_per_unit = metres})
-                       .warnings,
-                   "unit_differs") != nullptr;
-  };
-  CHECK(warned("COM_x_cm", 1e-3));
-  CHECK(warned("COM_x (deg)", 1e-3));
-  CHECK_FALSE(warned("COM_x_mm", 1e-3));
-  CHECK_FALSE(warned("COM_x", 1e-3));
-  const Recording markers =
-      read("time,HIP_x [mm],SHO_x [m]\n0,1,2\n0.01,2,4\n0.02,4,7\n",
-           {.hip_column = "2", .shoulder_column = "3", .body_height_m = 1.7, .metres_per_unit = 1e-3});
-  REQUIRE(warning(markers.warnings, "unit_differs") != nullptr);
-  CHECK(warning(markers.warnings, "unit_differs")->text.find("SHO_x [m]") != std::string::npos);
-  // The advice of a small sway does not name an option that was given.
-  const Recording small = read("time,COM_x_cm" + std::string("\n0,1\n0.01,1.2\n0.02,1.1\n"),
-                               {.com_height_m = 1.0, .metres_per_unit = 1e-3});
-  REQUIRE(warning(small.warnings, "small_sway") != nullptr);
-  CHECK(warning(small.warnings, "small_sway")->text.find("com_height") == std::string::npos);
 }
 
 TEST_CASE("without a sway column the columns that are another quantity are named") {

@@ -14,17 +14,6 @@
 using namespace decid;
 using namespace decid::test;
 
-namespace {
-
-/// Checks an error that a line or a recording has: its code, and a fact in its text.
-void check_has(const std::optional<Error>& error, Code code, const std::string& fact,
-               const char* file = __builtin_FILE(), int line = __builtin_LINE()) {
-  REQUIRE_MESSAGE(error, "called in " << file << ", line " << line);
-  check_error([&] { throw *error; }, code, fact, file, line);
-}
-
-}  // namespace
-
 TEST_CASE("plan_of a sheet of files: the call's recordings, their own options, those without a line or a file") {
   const TemporaryFolder folder;
   const RecordingPlan plan = plan_of_text(folder,

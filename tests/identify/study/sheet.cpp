@@ -22,13 +22,6 @@ Likeness likeness(const std::string& path, const std::string& end) {
   return PathKey(path).ends_with(PathKey(end));
 }
 
-/// Checks an error that a line or a recording has: its code, and a fact in its text.
-void check_has(const std::optional<Error>& error, Code code, const std::string& fact,
-               const char* file = __builtin_FILE(), int line = __builtin_LINE()) {
-  REQUIRE_MESSAGE(error, "called in " << file << ", line " << line);
-  check_error([&] { throw *error; }, code, fact, file, line);
-}
-
 }  // namespace
 
 TEST_CASE("text_key: case and the form of accents do not count, letters do") {

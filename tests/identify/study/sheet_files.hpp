@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,13 @@ inline std::vector<RecordingSource> sources(const TemporaryFolder& folder, const
     all.emplace_back(write_text(folder / name, name));
   }
   return all;
+}
+
+/// Checks an error that a line or a recording has: its code, and a fact in its text.
+inline void check_has(const std::optional<Error>& error, Code code, const std::string& fact,
+                      const char* file = __builtin_FILE(), int line = __builtin_LINE()) {
+  REQUIRE_MESSAGE(error, "called in " << file << ", line " << line);
+  check_error([&] { throw *error; }, code, fact, file, line);
 }
 
 inline RecordingPlan plan_of_text(const TemporaryFolder& folder, const std::string& sheet,

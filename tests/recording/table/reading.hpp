@@ -1,6 +1,7 @@
 // Recordings from text in a file that goes away.
 #pragma once
 
+#include <algorithm>
 #include <string>
 
 #include "recording/recording.hpp"
@@ -12,6 +13,12 @@ namespace decid::test {
 inline recording::Recording read(const std::string& text, const recording::RecordingOptions& options = {}) {
   const TemporaryFolder folder;
   return recording::read_recording(write_text(folder / "r.csv", text), options);
+}
+
+/// Returns the first warning with this code; null without one.
+inline const Warning* warning(const Warnings& warnings, const std::string& code) {
+  const auto found = std::ranges::find(warnings, code, &Warning::code);
+  return found == warnings.end() ? nullptr : &*found;
 }
 
 inline auto reading(const std::string& text, const recording::RecordingOptions& options = {}) {

@@ -1,27 +1,13 @@
-// decid fit and decid compare, as scripts call them.
-
+// decid fit, as scripts call it.
 #include <algorithm>
 #include <thread>
 
 #include "sim/body_model.hpp"
 #include "sim/protocol/protocol_json.hpp"
 #include "tests/tools/decid/run.hpp"
-#include "tools/report/comparison_page.hpp"
 
 using namespace decid::test;
 using Json = nlohmann::json;
-
-namespace {
-
-constexpr const char* small = " --starts 1 --simulations 6500 --max-draws 8 --seed 3";
-
-/// Writes the tiny protocol to a file; returns its option.
-std::string tiny(const Folder& folder) {
-  write_text(folder / "tiny.json", brief_protocol);
-  return " --protocol " + folder / "tiny.json" + " ";
-}
-
-}  // namespace
 
 TEST_CASE("fit gives identify's keys and the posterior" * doctest::test_suite("slow")) {
   const Folder folder;
@@ -83,11 +69,11 @@ TEST_CASE("fit gives identify's keys and the posterior" * doctest::test_suite("s
 
 TEST_CASE("fit: ranges and priors of parameters") {
   const Folder folder;
-  run_ok("simulate" + tiny(folder) + "--nv 0.3 --seed 4 -o " + folder / "t.csv");
+  run_ok("simulate" + with_brief_protocol(folder) + "--nv 0.3 --seed 4 -o " + folder / "t.csv");
   const std::string known =
       " --range delay=0.05,0.2 --prior delay=0.12,0.01 --prior Kp=850,20 --range Kp_pass=100,250 --moved-before";
-  const auto result = run_ok("fit --quiet --json" + tiny(folder) + "--max-draws 8" + known + " " + folder / "t.csv" +
-                             " --draws " + folder / "d.npz");
+  const auto result = run_ok("fit --quiet --json" + with_brief_protocol(folder) + "--max-draws 8" + known + " " +
+                             folder / "t.csv" + " --draws " + folder / "d.npz");
   const Json all = Json::parse(result.out), recording = all["recordings"].at(0);
   const decid::sim::ParameterTable& table = decid::sim::single_pendulum().parameters;
   for (std::size_t p = 0; p < table.size(); ++p) {
@@ -120,10 +106,10 @@ TEST_CASE("fit: ranges and priors of parameters") {
 // Guards the way of several controllers through sampling, checks, comparison and output.
 TEST_CASE("fit: controllers are compared, and parameters are fixed" * doctest::test_suite("slow")) {
   const Folder folder;
-  run_ok("simulate" + tiny(folder) + "--nv 0.3 --seed 4 -o " + folder / "t.csv");
+  run_ok("simulate" + with_brief_protocol(folder) + "--nv 0.3 --seed 4 -o " + folder / "t.csv");
   const auto result =
-      run_ok("fit --quiet --json" + tiny(folder) + "--max-draws 8 --fix Kp=880 --controller dec,dec2015 " +
-             folder / "t.csv" + " -o " + folder / "o.json");
+      run_ok("fit --quiet --json" + with_brief_protocol(folder) +
+             "--max-draws 8 --fix Kp=880 --controller dec,dec2015 " + folder / "t.csv" + " -o " + folder / "o.json");
   const Json all = Json::parse(result.out), recording = all["recordings"].at(0);
   CHECK(all["controller"] == "dec");
   CHECK(recording["parameters"][0]["fixed"] == true);
@@ -237,13 +223,14 @@ TEST_CASE("fit: one bad recording of several does not stop the others, and quiet
 // Guards that nothing drawn is lost.
 TEST_CASE("fit: Ctrl-C keeps the draws" * doctest::test_suite("slow")) {
   const Folder folder;
-  run_ok("simulate" + tiny(folder) + "--seed 4 -o " + folder / "t.csv");
+  run_ok("simulate" + with_brief_protocol(folder) + "--seed 4 -o " + folder / "t.csv");
   std::string files;
   for (int i = 0; i < 100; ++i) files += " " + folder / "t.csv";
   // Ctrl-C after a line of progress in the middle of drawing. A terminal has one every 0.2 s, a file every 10 s.
-  write_text(folder / "fit.sh",
-             "echo $$ >" + folder / "pid" + "; exec " DECID_PROGRAM " fit --threads 1 --max-draws 50" + tiny(folder) +
-                 files + " -o " + folder / "o.json" + " --report " + folder / "r.html" + " >" + folder / "out");
+  write_text(folder / "fit.sh", "echo $$ >" + folder / "pid" +
+                                    "; exec " DECID_PROGRAM " fit --threads 1 --max-draws 50" +
+                                    with_brief_protocol(folder) + files + " -o " + folder / "o.json" + " --report " +
+                                    folder / "r.html" + " >" + folder / "out");
   const int status = std::system(("err=" + folder / "err" + "; script -qefc 'sh " + folder / "fit.sh" +
                                   "' $err >/dev/null </dev/null & child=$!; " + "while kill -0 $child && ! { [ -s " +
                                   folder / "o.json.journal" + " ] && grep -q R-hat $err; }; do sleep 0.02; " +
@@ -274,8 +261,8 @@ TEST_CASE("fit: a subject's body, and known parameters beside") {
   const Folder folder;
   const std::string truth = "Kp=850,Kd=250,Kp_pass=200,Kd_pass=100,Nv=0.3,theta=0.001,delay=0.1";
   run_ok("simulate --protocol short --seed 4 -o " + folder / "t.csv");
-  const auto result = run_ok("fit " + folder / "t.csv" + " --json" + tiny(folder) + "--mass 88.86 --height 1.8 " +
-                             "--max-draws 8 --truth " + truth);
+  const auto result = run_ok("fit " + folder / "t.csv" + " --json" + with_brief_protocol(folder) +
+                             "--mass 88.86 --height 1.8 " + "--max-draws 8 --truth " + truth);
   const Json recording = Json::parse(result.out)["recordings"][0];
   CHECK(recording["parameters"][0]["true"] == 850);
   const double mgh =
@@ -303,204 +290,4 @@ TEST_CASE("fit: where chains disagree, the network's values have its intervals; 
   CHECK(fitted["trust"] == "caution");
   CHECK(turned["trust"] == "not usable");
   CHECK(turned["ood_score"].get<double>() > 1.0);
-}
-
-TEST_CASE("calibrate: figures of trials, resumed as if never stopped" * doctest::test_suite("slow")) {
-  const Folder folder;
-  const std::string protocol = tiny(folder);
-  const std::string command =
-      "calibrate --quiet --sensor-noise 0.02 --max-draws 8 --groups 1 --json" + protocol + "-o " + folder / "c.json";
-  run_ok(command + " --trials 1");
-  const auto result = run_ok(command + " --trials 2 --resume");
-  CHECK(result.out == read_text(folder / "c.json"));
-  Json resumed = Json::parse(result.out);
-  CHECK(resumed["calibration"]["trials"] == 2);
-  CHECK(resumed["calibration"]["parameters"].size() == decid::sim::single_pendulum().parameters.size());
-  CHECK(resumed["calibration"]["all"]["mse"].get<double>() < 1.0);
-  for (const Json& trial : resumed["trials"])
-    for (const Json& below : trial["below"]) CHECK((below.get<double>() >= 0.0 && below.get<double>() <= 1.0));
-  const auto at_once = run_decid(command + "2 --trials 2");
-  Json whole = Json::parse(at_once.out);
-  for (Json* json : {&resumed, &whole})
-    for (Json& trial : (*json)["trials"]) trial.erase("seconds");
-  CHECK(resumed == whole);
-  const auto open = run_ok(command + "3 --trials 1 --prior-start 0.1 --prior-gain 0.1");
-  CHECK(Json::parse(open.out)["trials"][0]["truth"] == whole["trials"][0]["truth"]);
-  CHECK(Json::parse(open.out)["trials"][0]["mean"] != whole["trials"][0]["mean"]);
-  const auto parted = run_ok(command + " --trials 3 --resume --figure " + folder / "c.svg");
-  CHECK(Json::parse(parted.out)["parts"]["damping_ratio"].size() == 3);
-  CHECK(contains(read_text(folder / "c.svg"), "theta"));
-  // In words: every parameter, the scores, and the parts that three trials make.
-  const auto said = run_ok(std::string(command).replace(command.find(" --json"), 7, "") + " --trials 3 --resume");
-  CHECK(said.out.starts_with("3 trials, chains of "));
-  for (const decid::sim::ParameterInfo& info : decid::sim::single_pendulum().parameters)
-    CHECK(contains(said.out, "| " + std::string(info.name) + " |"));
-  CHECK(contains(said.out, "log score "));
-  CHECK(contains(said.out, "| predicted variance | network | 90% coverage |"));
-  const auto again = run_ok("rerun " + folder / "c.json");
-  CHECK(contains(again.err, "computing times"));
-  std::filesystem::create_symlink("c.json", folder / "same");
-  check_refused(command + " --trials 3 --resume --figure " + folder / "same");
-  check_refused(command + " --trials 2 --resume --seed 4", "seed is 4, and was 2026");
-  // One from before the noise had a period of its own is of noise that repeats with the trial.
-  std::string before = result.out;
-  const std::string period = ",\n    \"period_s\": 32.0";
-  REQUIRE(contains(before, period));
-  before.erase(before.find(period), period.size());
-  write_text(folder / "c.json", before);
-  check_refused(command + " --trials 2 --resume", "protocol.vestibular_noise.period_s is 32.0, and was");
-  std::string repeating = brief_protocol;
-  repeating.insert(1, R"("vestibular_noise": {"period_s": "trial"}, )");
-  write_text(folder / "tiny.json", repeating);
-  CHECK(run_decid(command + " --trials 2 --resume").code == 0);
-  write_text(folder / "c.json", "{}");
-  check_refused(command + " --trials 2 --resume", "c.json");
-}
-
-TEST_CASE("calibrate: a table has fit's own priors, except for those that are given") {
-  const std::string call =
-      "calibrate --conditions short --only none --sensor-noise 0.02 --trials 1 --max-draws 8 --quiet --json";
-  const decid::posterior::Priors fits;
-  const nlohmann::json own = run_json(call)["settings"];
-  CHECK(own["prior_start_s"] == fits.start_s);
-  CHECK(own["prior_gain"] == fits.gain);
-  CHECK(own["standing_s"] == fits.standing_s);
-  const nlohmann::json given = run_json(call + " --prior-start 0 --prior-gain 0.05 --standing 2")["settings"];
-  CHECK(given["prior_start_s"] == 0.0);
-  CHECK(given["prior_gain"] == 0.05);
-  CHECK(given["standing_s"] == 2.0);
-}
-
-TEST_CASE("calibrate: tables of faults and of conditions, resumed row by row" * doctest::test_suite("long")) {
-  const Folder folder;
-  write_text(folder / "p.json",
-             R"({"sensor_noise_deg": 0.02, "recording": {"offset_deg": {"share": 0.3, "size": [0, 1]}},
-      "sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "state_s": 0.05, "amplitude_deg": 8,
-      "offset_s": 0, "cycles": 1}})");
-  const std::string options = " --trials 1 --max-draws 8 --json -o " + folder / "f.json";
-  const std::string faults = "calibrate --faults --quiet --protocol " + folder / "p.json" + options;
-  const auto first = run_ok(faults);
-  CHECK(first.out == read_text(folder / "f.json"));
-  const nlohmann::ordered_json made = nlohmann::ordered_json::parse(first.out);
-  REQUIRE(made["conditions"].size() == 18);
-  for (const auto& row : made["conditions"]) {
-    CHECK(row["trials"] == 1);
-    CHECK(row["usable"].get<int>() + row["caution"].get<int>() + row["not_usable"].get<int>() == 1);
-    CHECK(row["figures"].is_null() == (row["condition"] == "double_pendulum"));
-  }
-  // Rows that stand are not fitted again.
-  nlohmann::ordered_json cut = made;
-  cut["conditions"].erase(cut["conditions"].begin() + 1, cut["conditions"].end());
-  cut["conditions"][0]["usable"] = 77;
-  write_text(folder / "f.json", cut.dump());
-  const auto resumed = run_ok(faults + " --resume");
-  const auto again = nlohmann::ordered_json::parse(resumed.out);
-  REQUIRE(again["conditions"].size() == 18);
-  CHECK(again["conditions"][0]["usable"] == 77);
-  CHECK(again["conditions"][5]["figures"] == made["conditions"][5]["figures"]);
-  // A call that resumes says how many rows there are.
-  const auto told = run_ok("calibrate --faults --protocol " + folder / "p.json" + options + " --resume");
-  CHECK(told.err == "calibrate: resuming: " + folder / "f.json" + " has 18 of 18 rows\n");
-  check_refused(faults + " --resume --seed 9", "seed is 9, and was 2026");
-  check_refused(std::string(faults).replace(faults.find("--trials 1"), 10, "--trials 2") + " --resume",
-                "trials is 2, and was 1");
-  check_refused(faults + " --resume --model " DECID_SOURCE_DIR "/models/ideal.safetensors", "network is \"");
-  check_refused(faults + " --resume --sensor-noise 0.03", "protocol.sensor_noise_deg is 0.03, and was 0.02");
-  cut["conditions"][0]["size"] = 99;
-  write_text(folder / "f.json", cut.dump());
-  check_refused(faults + " --resume", "f.json: ");
-  cut["conditions"] = nlohmann::ordered_json::object();
-  write_text(folder / "f.json", cut.dump());
-  check_refused(faults + " --resume", "f.json: ");
-  write_text(folder / "f.json", "[]");
-  check_refused(faults + " --resume", "f.json: ");
-  const auto table = run_ok("calibrate --conditions " + folder / "p.json" + " --trials 1 --max-draws 8 --quiet");
-  CHECK(std::count(table.out.begin(), table.out.end(), '\n') == 4);  // two lines of the header, none, offset_deg
-  CHECK(contains(table.out, "| offset_deg |"));
-}
-
-TEST_CASE("calibrate: another network's answers take the place of the first one's" * doctest::test_suite("long")) {
-  const Folder folder;
-  const std::string command =
-      "calibrate --quiet --sensor-noise 0.02 --max-draws 8 --trials 1 --json -o " + folder / "c.json";
-  const std::string model = " --model " DECID_SOURCE_DIR "/models/spectra.safetensors";
-  const auto first = run_ok(command);
-  const Json own = Json::parse(first.out), other = run_json(command + " --resume" + model);
-  CHECK(own["network"] != other["network"]);
-  CHECK(own["trials"][0]["mean"] == other["trials"][0]["mean"]);
-  CHECK(own["trials"][0]["network"] != other["trials"][0]["network"]);
-  CHECK(own["calibration"]["network_log_score"].is_number());
-  CHECK(other["calibration"]["network_log_score"].is_null());  // it gives point estimates
-  CHECK(run_json(command + " --resume") == own);
-  check_refused(command + "2 --protocol short" + model);
-}
-
-TEST_CASE("compare: the table, the JSON and the page say the same" * doctest::test_suite("slow")) {
-  const Folder folder;
-  const std::string protocol = tiny(folder), model = " --model " + folder / "m.safetensors" + " ";
-  write_text(folder / "net.txt", "globalavgpool\nfc 7\n");
-  run_ok("train --stream --stream-trials 40 --validation-trials 20 --epochs 1 --head point --quiet --architecture " +
-         folder / "net.txt" + protocol + "-o " + folder / "m.safetensors");
-  const auto result = run_ok("compare" + model + "--trials 2 --sensor-noise 0.02 --quiet --json --report " +
-                             folder / "c.html" + " -o " + folder / "c.json" + small);
-  const Json json = Json::parse(result.out);
-  CHECK(json["trials"] == 2);
-  REQUIRE(json["methods"].size() == 6);
-  CHECK(json["methods"][0]["name"] == "network");
-  CHECK(json["methods"][0]["simulations"] == 0);
-  for (const Json& method : json["methods"]) {
-    double sum = 0;
-    for (const auto& [name, mse] : method["mse_per_parameter"].items()) sum += mse.get<double>();
-    CHECK(near(method["mse"].get<double>(), sum / 7, 2e-15));  // another order of 7 numbers
-    if (method["name"] != "posterior") CHECK(method["simulations"].get<double>() <= 6500);
-    CHECK(method["seconds"].get<double>() > 0);
-    const std::string name = method["name"];
-    CHECK(method["error_per_standard_error"].is_number() ==
-          (name == "iterative fit" || name == "iterative fit from network" || name == "posterior"));
-  }
-  CHECK(result.out == read_text(folder / "c.json"));
-  // A study of the same model shows it, of another not.
-  const std::string study =
-      "study" + model + "--quiet --trials 20 --realisations 1 --sensor-noise 0 -o " + folder / "study";
-  const auto studied = run_ok(study + " --comparison " + folder / "c.json");
-  CHECK(contains(studied.out, "| iterative fit from network |"));
-  const Json study_json = read_json(folder / "study/study.json");
-  Json shown = json;  // without its call
-  for (const char* key : {"arguments", "command", "decid", "inputs", "seed"}) shown.erase(key);
-  CHECK(study_json["comparisons"] == Json::array({shown}));
-  CHECK(contains(read_text(folder / "study/report.html"), "fit from network"));
-  Json other = json;
-  other["weights_sha256"] = "0";
-  write_text(folder / "other.json", other.dump());
-  check_refused(study + " --comparison " + folder / "other.json", "other.json");
-  other.erase("methods");
-  write_text(folder / "other.json", other.dump());
-  check_refused(study + " --comparison " + folder / "other.json", "other.json");
-  write_text(folder / "other.json", "{");
-  check_refused(study + " --comparison " + folder / "other.json", "other.json");
-  // On trials of a data set, which have their own noise; in words.
-  run_ok("dataset" + protocol + "--quiet --count 2 --seed 77 -o " + folder / "d.npz");
-  const std::string on_data = "compare" + model + "--trials 1 --quiet --data " + folder / "d.npz" + small;
-  const auto said = run_ok(on_data);
-  CHECK(contains(said.out, "d.npz"));
-  CHECK(contains(said.out, "iterative fit from network"));
-  // Whoever looks at the page needs nothing else.
-  const std::string page = read_text(folder / "c.html");
-  CHECK(contains(page, "fit from network"));
-  CHECK_FALSE(contains(page, "src="));
-}
-
-TEST_CASE("errors are squared differences over the deviation, averaged") {
-  using namespace decid;
-  const std::vector<sim::Parameters> truth(2, sim::Parameters(7));
-  std::vector<sim::Parameters> estimates = truth;
-  const sim::Parameters stddev{2, 2, 2, 2, 2, 2, 2};
-  estimates[0][1] = 4;   // 2 deviations
-  estimates[1][1] = -2;  // 1
-  const MethodFigures figures = compute_errors("a", "b", estimates, truth, stddev);
-  CHECK(figures.mse_per_parameter[1] == 2.5);
-  CHECK(figures.mse_per_parameter[0] == 0);
-  CHECK(near(figures.mse, 2.5 / 7, 1e-15));
-  // The two trials have 4/7 and 1/7: half their difference.
-  CHECK(near(figures.mse_standard_error, 1.5 / 7, 2e-15));
 }

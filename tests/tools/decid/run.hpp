@@ -23,6 +23,12 @@ inline constexpr const char* brief_protocol = R"({"name": "tiny", "sensor_noise_
     "sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "state_s": 0.1, "amplitude_deg": 4, "offset_s": 0,
     "cycles": 2}})";
 
+/// Writes the brief protocol to a file; returns its option.
+inline std::string with_brief_protocol(const Folder& folder) {
+  write_text(folder / "tiny.json", brief_protocol);
+  return " --protocol " + folder / "tiny.json" + " ";
+}
+
 struct Result {
   int code;
   std::string out, err;
