@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "recording/recording.hpp"
+#include "recording/table/detail/units.hpp"
 #include "recording/table/table.hpp"
-#include "recording/table/units.hpp"
 
 namespace decid::recording {
 

@@ -1,5 +1,5 @@
 // Units in the names of columns: see units.hpp.
-#include "recording/table/units.hpp"
+#include "recording/table/detail/units.hpp"
 
 #include <algorithm>
 
