@@ -355,11 +355,11 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
   }
   const bool from_network = figures.answer == FitFigures::Answer::network;
   // A start well within its prior explains such a recording.
-  const auto is_other_start = [](const Warning& warning) { return warning.code == "other_start"; };
   const bool start_explains =
-      !from_network && density.infers(Density::start) &&
-      std::ranges::count(at_edge(density, found, start_edge_probability), int{Density::start}) == 0 &&
-      std::erase_if(result.warnings, is_other_start) > 0;
+      trial.other_start && !from_network && density.infers(Density::start) &&
+      std::ranges::count(at_edge(density, found, start_edge_probability), int{Density::start}) == 0;
+  if (start_explains)
+    std::erase_if(result.warnings, [](const Warning& warning) { return warning.code == "other_start"; });
   // The inferred noise explains the rest of the sway, and the predictive check tests whether such noise is usual. So a
   // noise-free trial that explains little is not a fault of the recording.
   result.explanation = plan_->own.explainer.explain(
@@ -375,11 +375,9 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
   if (!unlike_training.empty())
     out_of_distribution.push_back({!odd.empty() || found.max_rhat() > odd_rhat ? Severity::invalid : Severity::caution,
                                    "out_of_distribution", "by the network, " + unlike_training});
-  Warnings following = response_ratio_warnings(result.explanation);
-  if (start_explains) std::erase_if(following, [](const Warning& warning) { return warning.code == "weak_response"; });
-  result.warnings =
-      most_severe_first({result.warnings, unlike_simulated, result.explanation.warnings, out_of_distribution, following,
-                         posterior_warnings(density, observation, found, from_network), contradictions});
+  result.warnings = most_severe_first({result.warnings, unlike_simulated, result.explanation.warnings,
+                                       out_of_distribution, response_ratio_warnings(result.explanation, start_explains),
+                                       posterior_warnings(density, observation, found, from_network), contradictions});
   figures.inferred = posterior::infer(density, observation, found, report_.fit->keeps_log_likelihood);
   for (int i = 0; i < found.points(); ++i) figures.stored_draws.push_back(found.draw_of_point(i));
   figures.posterior.drop_points();

@@ -47,6 +47,7 @@ struct Trial {
   std::vector<SampleRange> gaps = {};
   std::optional<LowPass> low_pass = {};  ///< that smoothed the sway
   bool start_is_doubtful = false;        ///< a warning of the recording says so
+  bool other_start = false;              ///< of this name: the sway follows the tilt as if from another start
 
   /// Returns the samples of com_sway. Throws Error without them.
   std::vector<float>& sway_rad() & { return signals.at(com_sway).rad; }
