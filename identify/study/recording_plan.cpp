@@ -13,7 +13,6 @@
 #include "identify/study/detail/contradictions.hpp"
 #include "identify/study/detail/path_match.hpp"
 #include "identify/study/detail/person_lines.hpp"
-#include "identify/study/detail/same_content.hpp"
 #include "identify/study/reading_option.hpp"
 #include "sim/segments.hpp"
 
