@@ -34,11 +34,6 @@ sim::Protocol with_standing(sim::Protocol protocol, double standing_s) {
   return protocol;
 }
 
-sim::Protocol with_body(sim::Protocol protocol, const std::optional<sim::Body>& body) {
-  if (body) protocol.experiment.body = *body;
-  return protocol;
-}
-
 /// Uses the measured tilt, else the request; warns if the tilt contradicts the request.
 bool moved_before(const recording::TiltMatch& tilt, bool asked, Warnings& warnings) {
   const bool moved = tilt.moved_before.value_or(asked);
@@ -181,10 +176,11 @@ class Fitter::Plan {
 };
 
 Fitter::Fitter(const Model* model, sim::Protocol protocol, const std::optional<sim::Body>& body, FitRequest request) {
-  request.priors = posterior::with_conventions(std::move(request.priors), with_body(protocol, body).ranges());
-  plan_ = std::make_unique<Plan>(model, with_body(protocol, body), request);
+  if (body) protocol.experiment.body = *body;
+  request.priors = posterior::with_conventions(std::move(request.priors), protocol.ranges());
+  plan_ = std::make_unique<Plan>(model, protocol, request);
   const std::span<const float> tilt_rad = plan_->own.explainer.tilt_rad();
-  report_.protocol = with_body(std::move(protocol), body);
+  report_.protocol = std::move(protocol);
   report_.body_assumed = !body;
   report_.tilt_rad.assign(tilt_rad.begin(), tilt_rad.end());
   report_.fit = std::move(request);

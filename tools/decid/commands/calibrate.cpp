@@ -230,8 +230,6 @@ std::string with_call(Json json, const Call& call) {
 void run_conditions(const CalibrateOptions& options, const Command& command) {
   if (ranks() != nullptr)
     throw Error(Code::not_supported, "--conditions", "runs in one process", "start it without mpirun");
-  if (options.resume && options.output.empty())
-    throw Error(Code::setting_missing, "--resume", "needs --output", "name the file to continue");
   std::vector<std::string> inputs;
   ProtocolOptions named = options.protocol;
   if (!options.conditions.empty()) named.name = options.conditions;
@@ -295,8 +293,6 @@ void run_calibrate(const CalibrateOptions& options, const Command& command) {
   refuse_same_file(options.figure, inputs);
   for (const std::string& path : {options.output, options.figure})
     if (!path.empty() && is_root()) PendingFile probe(path);
-  if (options.resume && options.output.empty())
-    throw Error(Code::setting_missing, "--resume", "needs --output", "name the file to continue");
   const Json settings = settings_json(options, protocol, std::span(protocols).subspan(1));
   const Model model = model_or_built_in(options.model);
   if (!options.model.empty()) require_same_experiment(model, options.model, protocol, "protocol " + protocol.name);
@@ -388,6 +384,8 @@ void run_calibrate_or_conditions(CalibrateOptions& options, const Command& comma
     throw Error(Code::setting_conflict, "--with", "cannot be combined with --faults or --conditions", "leave it out");
   if (!options.only.empty() && !options.faults && options.conditions.empty())
     throw Error(Code::setting_conflict, "--only", "chooses rows of --conditions or --faults", "add one of them");
+  if (options.resume && options.output.empty())
+    throw Error(Code::setting_missing, "--resume", "needs --output", "name the file to continue");
   if (options.faults || !options.conditions.empty()) return run_conditions(options, command);
   run_calibrate(options, command);
 }
