@@ -44,7 +44,7 @@ function(decid_test_options target)
 endfunction()
 
 # decid_test_batches(result name sources...): sets `result` to the sources that test_<name> compiles. Where CMAKE_UNITY_BUILD
-# asks for speed, one source includes up to twelve test files (batch_tests.cmake). A file that includes C code or replaces
+# asks for speed, one source includes up to 24 test files (batch_tests.cmake). A file that includes C code or replaces
 # operator new must stay outside a namespace, and is compiled separately.
 function(decid_test_batches result name)
   if(NOT CMAKE_UNITY_BUILD)
@@ -64,7 +64,7 @@ function(decid_test_batches result name)
   endforeach()
   # As many to each batch.
   list(LENGTH files count)
-  math(EXPR batches "(${count} + 11) / 12")
+  math(EXPR batches "(${count} + 23) / 24")
   set(part "")
   set(batch 0)
   set(begun 0)

@@ -151,11 +151,11 @@ bool Target::metric(std::span<const std::vector<double>> informations, std::size
       std::fill_n(factor.begin() + static_cast<std::ptrdiff_t>(triangle(row)), row, 0.0);
       for (std::size_t later = row; later < size; ++later) factor[triangle(later) + row] = later == row ? 1.0 : 0.0;
     }
-    if (!factorize(size, factor)) return false;
+    if (!decid::factorize(size, factor)) return false;
     add_corner(
         t, [&](std::size_t i, std::size_t j) { return factor[triangle(i) + j]; }, corner);
   }
-  if (!factorize(commons(), corner)) return false;
+  if (!decid::factorize(commons(), corner)) return false;
   for (std::size_t t = 0; t < trials(); ++t) {
     const std::size_t begin = triangle(own(t));
     const std::vector<double> parameter_rows(factors[t].begin() + static_cast<std::ptrdiff_t>(begin), factors[t].end());
@@ -184,7 +184,7 @@ Target::Lanes Target::half_log_determinant(std::span<const std::vector<double>> 
       add_corner(t, element, corner);
     }
     if (!joint()) continue;
-    if (!factorize(commons(), corner)) {
+    if (!decid::factorize(commons(), corner)) {
       sums[l] = std::numeric_limits<double>::quiet_NaN();
       continue;
     }
