@@ -11,7 +11,7 @@ struct OtherAnswer {
 
 inline constexpr OtherAnswer beside_identify{
     "decid fit",
-    "a third of the squared error, and intervals that allow for start, drift and noise; about 10 s per recording"};
+    "a third of the squared error, and intervals that allow for start, drift and noise; a few seconds per recording"};
 inline constexpr OtherAnswer beside_fit{"decid identify",
                                         "a second opinion within milliseconds, with three times the squared error"};
 
