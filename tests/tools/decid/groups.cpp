@@ -387,7 +387,7 @@ TEST_CASE(
   found = decid::tools::group_verdicts(report);
   CHECK(found.sentences.size() == 3);
   REQUIRE(found.notes.size() == 2);
-  CHECK(contains(found.notes[0], "1 person alone is group 'patient': a typo of 'patients'?"));
+  CHECK(contains(found.notes[0], "Group 'patient' has one person: a typo of 'patients'?"));
   CHECK(contains(found.notes[1], "'Excluded'"));
   CHECK(decid::tools::page_groups(report)["verdicts"]["notes"].size() == 2);
 

@@ -48,11 +48,11 @@ std::string quoted(const std::string& name) {
   return "'" + one_line(name) + "'";
 }
 
-/// Returns "1 person alone is group 'patient': a typo of 'patients'? The comparison leaves this group out."
+/// Returns "Group 'patient' has one person: a typo of 'patients'? The comparison leaves this group out."
 std::string note_on_small(const GroupComparison& found, std::size_t place, bool is_left_out) {
   const Group& small = found.groups[place];
-  std::string note = small.participants == 1 ? "1 person alone is group " + quoted(small.name)
-                                             : "no recording of group " + quoted(small.name) + " can be used";
+  std::string note = small.participants == 1 ? "Group " + quoted(small.name) + " has one person"
+                                             : "No recording of group " + quoted(small.name) + " can be used";
   const auto other = std::ranges::find_if(found.groups, [&](const Group& group) {
     return group.participants > small.participants && may_misspell(small.name, group.name);
   });
