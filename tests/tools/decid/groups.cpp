@@ -330,6 +330,7 @@ TEST_CASE("group_verdicts: the parameters whose deciding interval leaves out 0, 
   comparison.groups[1].name = "controls";
   decid::GroupPair pair;
   pair.second = 1;
+  pair.participants = {1, 8};
   decid::GroupEffect effect;
   effect.difference = 1.0;
   effect.adjusted_interval95 = {-1.0, 3.0};
@@ -348,9 +349,13 @@ TEST_CASE("group_verdicts: the parameters whose deciding interval leaves out 0, 
   const decid::tools::GroupVerdicts found = decid::tools::group_verdicts(report);
   REQUIRE(found.sentences.size() == 1);
   CAPTURE(found.sentences[0]);
-  for (const char* fact : {"Kp: controls higher, 90 N m/rad [20, 160]", "delay: patients longer, 21 ms [5, 37]",
-                           "no difference shown in: Kd, Kp_pass, Kd_pass, theta", "no interval of: Nv"})
+  for (const char* fact :
+       {"Kp: controls higher, 90 N m/rad [20, 160]", "delay: patients longer, 21 ms [5, 37]",
+        "no difference shown in: Kd, Kp_pass, Kd_pass, theta", "no interval of: Nv (too few people)"})
     CHECK(contains(found.sentences[0], fact));
+  comparison.pairs[0].participants = {8, 8};
+  CHECK(contains(decid::tools::group_verdicts(report).sentences[0],
+                 "no interval of: Nv (identical values of all people)"));
   CHECK(contains(found.intervals, "adjusted"));
   CHECK(decid::tools::group_verdicts({}).sentences.empty());
 }

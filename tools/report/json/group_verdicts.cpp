@@ -1,6 +1,7 @@
 // Comparisons in sentences: see group_verdicts.hpp.
 #include "tools/report/json/group_verdicts.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -40,8 +41,9 @@ std::string shown_difference(const sim::ParameterInfo& info, const Decided& foun
          format("%.3g%s [%.3g, %.3g]", sign * found.difference, unit.name.c_str(), low, high);
 }
 
+/// reason: why intervals are missing.
 std::string sentence(const std::string& first, const std::string& second, const sim::ParameterTable& parameters,
-                     const std::vector<Decided>& all) {
+                     const std::vector<Decided>& all, const std::string& reason) {
   std::string shown, same, unknown;
   const auto add = [](std::string& list, const char* between, const std::string& text) {
     list += (list.empty() ? "" : between) + text;
@@ -56,7 +58,7 @@ std::string sentence(const std::string& first, const std::string& second, const 
       add(same, ", ", parameters[p].name);
   }
   if (!same.empty()) add(shown, "; ", "no difference shown in: " + same);
-  if (!unknown.empty()) add(shown, "; ", "no interval of: " + unknown);
+  if (!unknown.empty()) add(shown, "; ", "no interval of: " + unknown + " (" + reason + ")");
   return first + " and " + second + ": " + shown;
 }
 
@@ -90,17 +92,23 @@ std::vector<std::string> sentences_of(const cohort::Result& found, const sim::Pa
   std::vector<std::string> sentences;
   const auto name = [&](std::size_t cell) { return shown_name(found.cells[cell]); };
   for (const cohort::Comparison& one : found.comparisons)
-    sentences.push_back(sentence(name(one.first), name(one.second), parameters, decided(one.effects)));
+    sentences.push_back(
+        sentence(name(one.first), name(one.second), parameters, decided(one.effects), "the draws give none"));
   const auto change = [&](std::size_t comparison) {
     const cohort::Comparison& one = found.comparisons[comparison];
     return "(" + name(one.first) + " minus " + name(one.second) + ")";
   };
   for (const cohort::Interaction& one : found.interactions)
-    sentences.push_back(sentence(change(one.first), change(one.second), parameters, decided(one.effects)));
+    sentences.push_back(
+        sentence(change(one.first), change(one.second), parameters, decided(one.effects), "the draws give none"));
   return sentences;
 }
 
 }  // namespace
+
+const char* missing_interval_reason(const GroupPair& pair) {
+  return std::ranges::min(pair.participants) < 2 ? "too few people" : "identical values of all people";
+}
 
 GroupVerdicts group_verdicts(const Report& report) {
   if (!report.groups) return {};
@@ -113,8 +121,9 @@ GroupVerdicts group_verdicts(const Report& report) {
   for (const GroupPair& pair : found.pairs) {
     std::vector<Decided> all;
     for (const GroupEffect& effect : pair.parameters) all.push_back({effect.difference, effect.adjusted_interval95});
-    verdicts.sentences.push_back(
-        sentence(shown_group(*report.groups, pair.first), shown_group(*report.groups, pair.second), parameters, all));
+    verdicts.sentences.push_back(sentence(shown_group(*report.groups, pair.first),
+                                          shown_group(*report.groups, pair.second), parameters, all,
+                                          missing_interval_reason(pair)));
   }
   if (!verdicts.sentences.empty()) verdicts.notes = group_notes(report);
   return verdicts;
