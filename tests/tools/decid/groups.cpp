@@ -308,8 +308,23 @@ TEST_CASE("a group of one has no interval, and three groups have three compariso
   const std::string text = groups_text(report);
   CHECK(contains(text, "each recording counts as a person"));
   CHECK(contains(text, "in 3 pairs of groups"));
+  CHECK(contains(text, "c: 1 person, 1 recording\n    Kp                  2 N m/rad\n"));
+  CHECK_FALSE(contains(text, "+- -"));
   CHECK(contains(text, "one person: no"));
   CHECK(contains(text, "a group of one person: no interval"));
+}
+
+TEST_CASE("the text of a group without usable recordings has no values") {
+  Report report;
+  GroupTable table{"subject", {}};
+  for (const char* group : {"a", "b"})
+    for (const char* person : {"1", "2"})
+      add(report, table, group, std::string(group) + person, recording("f", 700.0 + *person));
+  add(report, table, "c", "c1", recording("bad.csv", 1e6, Severity::invalid));
+  compared(report, table);
+  const std::string text = groups_text(report);
+  CAPTURE(text);
+  CHECK(contains(text, "  c: 0 people, 0 recordings\n    no usable recording\n  a minus b"));
 }
 
 TEST_CASE("values that are the same for all people have no interval, and the text says so") {
