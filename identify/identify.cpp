@@ -91,8 +91,8 @@ void judge(const Model& model, const Estimate& estimate, const recording::Trial&
                                          std::string(stands && noise <= 0.0 ? "has no noise" : "falls")
                                    : format("stimulus response ratio %.2f", explanation.response_ratio);
   explanation.unlike_training = format(
-      "this recording does not resemble the test (OOD score %.4g, limit 1; %s); common causes: wrong sign, late start, "
-      "other platform movement, wrong unit or rate, smoothing",
+      "this recording does not resemble the trials of the model's training (OOD score %.4g, limit 1; %s); common "
+      "causes: wrong sign, late start, other platform movement, wrong unit or rate, smoothing",
       std::ceil(1e3 * explanation.ood_score) / 1e3, response.c_str());  // rounded up: never the limit itself
   if (explanation.response_ratio < against_ratio && !trial.start_is_doubtful)
     explanation.unlike_training +=

@@ -35,6 +35,8 @@ TEST_CASE("positions are sway at their height above the ankles") {
   check_error(reading("time,x_m\n0,1\n0.01,4\n", {.com_height_m = 1.0}), Code::value_invalid);
   check_error(reading("time,sway_deg\n0,1\n0.01,4\n", {.ankle_column = "time"}), Code::setting_missing, "com_height");
   check_error(reading("time,sway\n0,1\n0.01,4\n", {.metres_per_unit = 1.0}), Code::setting_missing, "com_height");
+  check_error(reading("time,sway_deg\n0,1\n0.01,4\n", {.metres_per_unit = 1e-3}), Code::setting_missing,
+              "unit mm declares sway_deg a length");
   for (const double wrong : {-1.0, 0.0, std::nan(""), static_cast<double>(INFINITY)}) {
     check_error(reading(text, {.com_height_m = wrong}), Code::setting_out_of_range, "com_height");
     check_error(reading(text, {.body_height_m = wrong}), Code::setting_out_of_range, "height");

@@ -12,7 +12,7 @@ using dataset::Distribution;
 
 Json figures_of(const Distribution& values) {
   return {{"mean", values.mean()},
-          {"deviation", values.stddev()},
+          {"sd", values.stddev()},
           {"min", values.least()},
           {"max", values.most()},
           {"counts", std::vector<long long>(values.bins().begin(), values.bins().end())}};

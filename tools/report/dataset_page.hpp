@@ -20,7 +20,7 @@ struct DatasetFigures {
 
 /// Keys: file, bytes, trials, base_trials, children, samples, seed, protocol, base_attempts, acceptance_rate, parents,
 /// parent_threshold_rad, child_attempts, child_acceptance_rate (null without children), and distributions: for Kp, ..,
-/// delay and peak_to_peak (rad) unit, low and high of the histogram, and for base and enriched the mean, deviation
+/// delay and peak_to_peak (rad) unit, low and high of the histogram, and for base and enriched the mean, sd
 /// (over N), min, max and the counts of the equal bins from low to high. Without children both are the same.
 Json dataset_json(const DatasetFigures& figures);
 

@@ -183,10 +183,19 @@ class Study:
         return self.json["recordings"]
 
     @property
-    def groups(self) -> Optional[dict[str, Any]]:
-        """The JSON's `hierarchical`: groups, comparisons, interactions, covariates, changes; None if there is none. The t-test
-        is json["groups"] and json["comparisons"]."""
+    def hierarchical(self) -> Optional[dict[str, Any]]:
+        """The hierarchical model: groups, comparisons, interactions, covariates, changes; None if it has too few people."""
         return self.json.get("hierarchical")
+
+    @property
+    def comparisons(self) -> list[dict[str, Any]]:
+        """Each pair of groups by the t-test: names, people, and each parameter's difference; empty if none is compared."""
+        return self.json.get("comparisons") or []
+
+    @property
+    def groups(self) -> Optional[dict[str, Any]]:
+        """The same as `hierarchical`, not the JSON's `groups`: these are the t-test's, json["groups"]."""
+        return self.hierarchical
 
     def rows(self) -> list[dict[str, Any]]:
         """Returns one dict per recording and parameter, with the columns of the sheet; one dict for a recording with an error."""

@@ -9,6 +9,7 @@
 #include "base/error.hpp"
 #include "base/math/statistics.hpp"
 #include "base/setting.hpp"
+#include "base/text.hpp"
 #include "recording/detail/sway/sway_name.hpp"
 #include "recording/quality/detail/block_means.hpp"
 #include "recording/table/columns.hpp"
@@ -18,6 +19,13 @@
 namespace decid::recording {
 
 namespace {
+
+/// Returns "mm", "cm" or "m", or "0.3048 m".
+std::string length_name(double metres) {
+  if (metres == 1e-3) return "mm";
+  if (metres == 1e-2) return "cm";
+  return metres == 1.0 ? "m" : format("%g m", metres);
+}
 
 /// Returns a column of lengths in metres.
 std::vector<double> read_metres(const Table& table, int column, const RecordingOptions& options,
@@ -148,10 +156,12 @@ Signal<double> read_sway(const Table& table, const SwaySource& source, const Rec
   Signal<double> sway{com_sway, table.name(columns.front()), {}};
   if (source.kind == Kind::angle) {
     if (options.metres_per_unit)
-      throw Error(Code::setting_missing, where, sway.column + " was declared a length",
-                  "give the height of the centre of mass above the "
-                  "ankles as " +
-                      setting("com_height"));
+      throw Error(
+          Code::setting_missing, where,
+          setting("unit") + " " + length_name(*options.metres_per_unit) + " declares " + sway.column + " a length",
+          "give " + setting("unit") +
+              " deg or rad if it is an angle, or the height of the centre of mass above the ankles as " +
+              setting("com_height"));
     sway.rad = read_angles(table, columns[0], options, read, recording);
     return sway;
   }

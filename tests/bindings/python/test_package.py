@@ -336,9 +336,12 @@ class Studies(WithFolder):
         study = decid.study(path, group=True, within=["session"], covariates=["age"])
         self.assertEqual(study.text, program("identify", "--study", path, "--group", path, "--within", "session",
                                              "--covariates", "age", "--json"))
-        self.assertEqual([group["name"] for group in study.groups["groups"]], ["a, 1", "a, 2", "b, 1", "b, 2"])
-        self.assertEqual(len(study.groups["interactions"]), 1)
-        self.assertEqual(study.groups["covariates"][0]["name"], "age")
+        self.assertEqual([group["name"] for group in study.hierarchical["groups"]], ["a, 1", "a, 2", "b, 1", "b, 2"])
+        self.assertEqual(len(study.hierarchical["interactions"]), 1)
+        self.assertEqual(study.hierarchical["covariates"][0]["name"], "age")
+        self.assertIs(study.groups, study.hierarchical)
+        self.assertIs(study.comparisons, study.json["comparisons"])
+        self.assertIn(["a, 1", "b, 1"], [pair["groups"] for pair in study.comparisons])
         rows = study.rows()
         self.assertEqual(len(rows), 8 * 7)
         self.assertEqual((rows[7]["participant_id"], rows[7]["session"], rows[7]["age"]), ("p0", "2", "60"))
@@ -351,10 +354,18 @@ class Studies(WithFolder):
         self.assertEqual(decid.study(path, within="session", covariates="age").text,
                          decid.study(path, within=["session"], covariates=["age"]).text)
         lost = decid.study(path)
+        self.assertIsNone(lost.hierarchical)
         self.assertIsNone(lost.groups)
+        self.assertEqual(lost.comparisons, [])
         self.assertEqual(lost.recordings[0]["code"], "file_missing")
         self.assertEqual(lost.rows()[0]["parameter"], None)
         self.assertIn("1 with an error", repr(lost))
+
+    def test_a_small_study_has_comparisons_and_no_hierarchical_model(self):
+        small = decid.study(self.sheet(persons=2), group=True)
+        self.assertIsNone(small.hierarchical)
+        self.assertIsNone(small.groups)
+        self.assertEqual([pair["groups"] for pair in small.comparisons], [["a", "b"]])
 
     def test_fits_of_a_study_have_the_bits_of_the_program(self):
         brief = {"name": "tiny", "sensor_noise_deg": 0.02, "sample_rate_hz": 20,

@@ -416,7 +416,7 @@ class Changes(Page):
         self.assertEqual(self.changed("at('unit').value = 'mm'"), [True, True, True])
         self.assertIn("The new one is being computed", self.note())
         self.wait_for("identify")
-        self.assertIn("was declared a length", self.problems())
+        self.assertIn("mm declares com_sway_deg a length", self.problems())
         self.assertEqual(self.seen(), [True, True, False])
         self.assertIn("Earlier result: trial3.csv, no settings. Now chosen: trial3.csv, Unit of the sway mm.", self.note())
         self.assertEqual(self.result("html"), before)

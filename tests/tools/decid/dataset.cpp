@@ -146,6 +146,8 @@ TEST_CASE("the figures of a data set: one JSON object, a table, and a page") {
   // As many roundings on either side as there are trials.
   CHECK(near(kp.at("base").at("mean").get<double>(), mean(300), 300 * 0x1p-52));
   CHECK(near(kp.at("enriched").at("mean").get<double>(), mean(400), 400 * 0x1p-52));
+  CHECK(kp.at("base").at("sd") > 150.0);  // 218 of uniform values
+  CHECK(kp.at("base").at("sd") < 250.0);
   const Json& sway = figures.at("distributions").at("peak_to_peak");
   const auto counts = sway.at("enriched").at("counts").get<std::vector<int>>();
   CHECK(std::accumulate(counts.begin(), counts.end(), 0) == 400);
@@ -153,6 +155,7 @@ TEST_CASE("the figures of a data set: one JSON object, a table, and a page") {
   CHECK(std::accumulate(before.begin() + 10, before.end(), 0) == figures.at("parents"));
 
   CHECK(contains(result.err, "before enrichment"));
+  CHECK(contains(result.err, "     mean        sd       min       max"));
   CHECK(contains(result.err, "peak to peak"));
   for (const auto& info : decid::sim::single_pendulum().parameters) CHECK(contains(result.err, info.name));
 

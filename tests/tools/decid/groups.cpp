@@ -308,8 +308,23 @@ TEST_CASE("a group of one has no interval, and three groups have three compariso
   const std::string text = groups_text(report);
   CHECK(contains(text, "each recording counts as a person"));
   CHECK(contains(text, "in 3 pairs of groups"));
+  CHECK(contains(text, "c: 1 person, 1 recording\n    Kp                  2 N m/rad\n"));
+  CHECK_FALSE(contains(text, "+- -"));
   CHECK(contains(text, "one person: no"));
   CHECK(contains(text, "a group of one person: no interval"));
+}
+
+TEST_CASE("the text of a group without usable recordings has no values") {
+  Report report;
+  GroupTable table{"subject", {}};
+  for (const char* group : {"a", "b"})
+    for (const char* person : {"1", "2"})
+      add(report, table, group, std::string(group) + person, recording("f", 700.0 + *person));
+  add(report, table, "c", "c1", recording("bad.csv", 1e6, Severity::invalid));
+  compared(report, table);
+  const std::string text = groups_text(report);
+  CAPTURE(text);
+  CHECK(contains(text, "  c: 0 people, 0 recordings\n    no usable recording\n  a minus b"));
 }
 
 TEST_CASE("values that are the same for all people have no interval, and the text says so") {
@@ -330,6 +345,7 @@ TEST_CASE("group_verdicts: the parameters whose deciding interval leaves out 0, 
   comparison.groups[1].name = "controls";
   decid::GroupPair pair;
   pair.second = 1;
+  pair.participants = {1, 8};
   decid::GroupEffect effect;
   effect.difference = 1.0;
   effect.adjusted_interval95 = {-1.0, 3.0};
@@ -348,9 +364,13 @@ TEST_CASE("group_verdicts: the parameters whose deciding interval leaves out 0, 
   const decid::tools::GroupVerdicts found = decid::tools::group_verdicts(report);
   REQUIRE(found.sentences.size() == 1);
   CAPTURE(found.sentences[0]);
-  for (const char* fact : {"Kp: controls higher, 90 N m/rad [20, 160]", "delay: patients longer, 21 ms [5, 37]",
-                           "no difference shown in: Kd, Kp_pass, Kd_pass, theta", "no interval of: Nv"})
+  for (const char* fact :
+       {"Kp: controls higher, 90 N m/rad [20, 160]", "delay: patients longer, 21 ms [5, 37]",
+        "no difference shown in: Kd, Kp_pass, Kd_pass, theta", "no interval of: Nv (too few people)"})
     CHECK(contains(found.sentences[0], fact));
+  comparison.pairs[0].participants = {8, 8};
+  CHECK(contains(decid::tools::group_verdicts(report).sentences[0],
+                 "no interval of: Nv (identical values of all people)"));
   CHECK(contains(found.intervals, "adjusted"));
   CHECK(decid::tools::group_verdicts({}).sentences.empty());
 }
@@ -387,7 +407,7 @@ TEST_CASE(
   found = decid::tools::group_verdicts(report);
   CHECK(found.sentences.size() == 3);
   REQUIRE(found.notes.size() == 2);
-  CHECK(contains(found.notes[0], "1 person alone is group 'patient': a typo of 'patients'?"));
+  CHECK(contains(found.notes[0], "Group 'patient' has one person: a typo of 'patients'?"));
   CHECK(contains(found.notes[1], "'Excluded'"));
   CHECK(decid::tools::page_groups(report)["verdicts"]["notes"].size() == 2);
 

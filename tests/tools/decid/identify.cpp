@@ -176,7 +176,8 @@ TEST_CASE("the frequency response is in the JSON, and a sway that does not follo
   CHECK(still["trust"] == "not usable");
   CHECK(still["warnings"][0]["code"] == "out_of_distribution");
   CHECK(still["warnings"][0]["severity"] == "invalid");
-  CHECK(still["warnings"][0]["text"].get<std::string>().starts_with("this recording does not resemble the test"));
+  CHECK(still["warnings"][0]["text"].get<std::string>().starts_with(
+      "this recording does not resemble the trials of the model's training"));
   CHECK(contains(still["warnings"][0]["text"].get<std::string>(), "smoothing"));
   CHECK_FALSE(contains(still["warnings"][0]["text"].get<std::string>(), "score 1, limit 1"));
   const std::string text = run_decid("identify " + folder / "b.csv").out;

@@ -186,6 +186,20 @@ TEST_CASE("the text of an assumed body has the remedy") {
   CHECK(decid::test::contains(body_text({}, true, "write it down"), "write it down"));
 }
 
+TEST_CASE("the lines of warnings begin with the severity that the JSON has") {
+  Warnings warnings;
+  add_info(warnings, "rate_stated", "one");
+  add_caution(warnings, "spikes", "two");
+  add_caution(warnings, "jumps", "three");
+  CHECK(trust_text(warnings) == "  caution: two\n");
+  CHECK(warnings_text(warnings) == "  info: one\n  caution: three\n");
+  add_invalid(warnings, "does_not_stand", "four");
+  add_invalid(warnings, "impossible_value", "five");
+  CHECK(trust_text(warnings) == "  not usable: four\n");
+  CHECK(warnings_text(warnings) == "  info: one\n  caution: two\n  caution: three\n  invalid: five\n");
+  CHECK(warning_line(warnings[1]) == "  caution: two\n");
+}
+
 TEST_CASE("the text of controllers over several recordings: sums, differences, in how many each is best") {
   const std::string text =
       controller_sums_text({.recordings = 12,

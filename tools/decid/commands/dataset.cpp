@@ -39,7 +39,7 @@ std::string table_line(const std::string& name, const std::string& unit, const d
 /// The paper's table, before and after enrichment.
 std::string table(const sim::ParameterTable& parameters, const dataset::DatasetReport& report) {
   const bool children = report.child_attempts > 0;
-  const std::string columns = format("  %9s %9s %9s %9s", "mean", "deviation", "min", "max");
+  const std::string columns = format("  %9s %9s %9s %9s", "mean", "sd", "min", "max");
   std::string text = format("%-22s  %-39s", "", children ? "before enrichment" : "");
   text += children ? "  after enrichment\n" : "\n";
   if (!children) text.clear();

@@ -362,7 +362,7 @@ std::string log_ratio_text(const LogRatioReport& report) {
     if (report.answers.size() > 1) text += "\n" + controller.name + ", " + controller.description + "\n";
     text += answer_text(answer, report.truth);
   }
-  for (const Warning& warning : body_warnings(body_of(first.density))) text += "  warning: " + warning.text + "\n";
+  for (const Warning& warning : body_warnings(body_of(first.density))) text += warning_line(warning);
   return text + body_text(body_of(first.density), report.body_assumed);
 }
 

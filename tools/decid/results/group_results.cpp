@@ -28,11 +28,12 @@ std::string people_text(std::size_t count) {
 std::string group_text(const Group& group, const sim::ParameterTable& table) {
   std::string text = "  " + one_line(group.name) + ": " + people_text(group.participants) + ", " +
                      counted(static_cast<long long>(group.recordings), "recording") + "\n";
+  if (group.participants == 0) return text + "    no usable recording\n";
   for (std::size_t p = 0; p < table.size(); ++p) {
     const std::string unit = table[p].shown_unit();
-    text +=
-        format("    %-8s %12s +- %s%s\n", table[p].name.c_str(), number_text(group.parameters[p].mean, "%.5g").c_str(),
-               number_text(group.parameters[p].sd, "%.3g").c_str(), unit.empty() ? "" : (" " + unit).c_str());
+    const double sd = group.parameters[p].sd;
+    text += format("    %-8s %12.5g%s%s\n", table[p].name.c_str(), group.parameters[p].mean,
+                   std::isfinite(sd) ? format(" +- %.3g", sd).c_str() : "", unit.empty() ? "" : (" " + unit).c_str());
   }
   return group.participants == 1 ? text + "    one person: no standard deviation; record more people\n" : text;
 }
@@ -62,10 +63,10 @@ std::string missing_intervals_text(const GroupPair& pair, const sim::ParameterTa
   for (std::size_t p = 0; p < table.size(); ++p)
     if (!std::isfinite(pair.parameters[p].interval95[0])) without += (without.empty() ? "" : ", ") + table[p].name;
   if (without.empty()) return {};
-  if (std::min(pair.participants[0], pair.participants[1]) < 2)
+  if (std::ranges::min(pair.participants) < 2)
     return pair.paired ? "    one person in both groups: no interval; record more people\n"
                        : "    a group of one person: no interval; record more people\n";
-  return "    identical values of all people: no interval of " + without + "\n";
+  return std::string("    ") + missing_interval_reason(pair) + ": no interval of " + without + "\n";
 }
 
 std::string pair_text(const GroupPair& pair, const std::vector<Group>& groups, const sim::ParameterTable& table) {

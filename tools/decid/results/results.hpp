@@ -51,6 +51,8 @@ void write_draws(const std::filesystem::path& path, const Report& report, std::s
 std::string body_text(const sim::Body& body, bool assumed, const std::string& remedy = "give --mass and --height");
 /// Returns a line: the trust, with the most severe of the warnings.
 std::string trust_text(const Warnings& warnings);
+/// Returns a line of a warning: its severity, as the JSON names it, and its text.
+std::string warning_line(const Warning& warning);
 /// Returns a line for each of the other warnings.
 std::string warnings_text(const Warnings& warnings);
 /// Returns a table of the controllers over several recordings.

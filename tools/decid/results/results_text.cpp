@@ -168,13 +168,14 @@ std::string trust_text(const Warnings& warnings) {
          (trust == Trust::usable ? "recording passed all checks" : most_severe(warnings)->text) + "\n";
 }
 
+std::string warning_line(const Warning& warning) {
+  return "  " + std::string(name(warning.severity)) + ": " + warning.text + "\n";
+}
+
 std::string warnings_text(const Warnings& warnings) {
   std::string text;
   for (auto w = warnings.begin(); w != warnings.end(); ++w)
-    if (w->severity == Severity::info)
-      text += "  note: " + w->text + "\n";
-    else if (w != most_severe(warnings))
-      text += "  warning: " + w->text + "\n";
+    if (w->severity == Severity::info || w != most_severe(warnings)) text += warning_line(*w);
   return text;
 }
 

@@ -43,8 +43,9 @@ std::string shown_difference(const sim::ParameterInfo& info, const Decided& foun
          format("%.3g%s [%.3g, %.3g]", sign * found.difference, unit.name.c_str(), low, high);
 }
 
+/// reason: why intervals are missing.
 std::string sentence(const std::string& first, const std::string& second, const sim::ParameterTable& parameters,
-                     const std::vector<Decided>& all) {
+                     const std::vector<Decided>& all, const std::string& reason) {
   std::string shown, same, unknown;
   const auto add = [](std::string& list, const char* between, const std::string& text) {
     list += (list.empty() ? "" : between) + text;
@@ -59,7 +60,7 @@ std::string sentence(const std::string& first, const std::string& second, const 
       add(same, ", ", parameters[p].name);
   }
   if (!same.empty()) add(shown, "; ", "no difference shown in: " + same);
-  if (!unknown.empty()) add(shown, "; ", "no interval of: " + unknown);
+  if (!unknown.empty()) add(shown, "; ", "no interval of: " + unknown + " (" + reason + ")");
   return first + " and " + second + ": " + shown;
 }
 
@@ -93,13 +94,15 @@ std::vector<std::string> sentences_of(const cohort::Result& found, const sim::Pa
   std::vector<std::string> sentences;
   const auto name = [&](std::size_t cell) { return shown_name(found.cells[cell]); };
   for (const cohort::Comparison& one : found.comparisons)
-    sentences.push_back(sentence(name(one.first), name(one.second), parameters, decided(one.effects)));
+    sentences.push_back(
+        sentence(name(one.first), name(one.second), parameters, decided(one.effects), "the draws give none"));
   const auto change = [&](std::size_t comparison) {
     const cohort::Comparison& one = found.comparisons[comparison];
     return "(" + name(one.first) + " minus " + name(one.second) + ")";
   };
   for (const cohort::Interaction& one : found.interactions)
-    sentences.push_back(sentence(change(one.first), change(one.second), parameters, decided(one.effects)));
+    sentences.push_back(
+        sentence(change(one.first), change(one.second), parameters, decided(one.effects), "the draws give none"));
   return sentences;
 }
 
@@ -139,11 +142,11 @@ std::string quoted(const std::string& name) {
   return "'" + one_line(name) + "'";
 }
 
-/// Returns "1 person alone is group 'patient': a typo of 'patients'? The comparison leaves this group out."
+/// Returns "Group 'patient' has one person: a typo of 'patients'? The comparison leaves this group out."
 std::string note_on_small(const GroupComparison& found, std::size_t place, bool is_left_out) {
   const Group& small = found.groups[place];
-  std::string note = small.participants == 1 ? "1 person alone is group " + quoted(small.name)
-                                             : "no recording of group " + quoted(small.name) + " can be used";
+  std::string note = small.participants == 1 ? "Group " + quoted(small.name) + " has one person"
+                                             : "No recording of group " + quoted(small.name) + " can be used";
   const auto other = std::ranges::find_if(found.groups, [&](const Group& group) {
     return group.participants > small.participants && may_misspell(small.name, group.name);
   });
@@ -177,6 +180,10 @@ std::vector<std::string> group_notes(const Report& report) {
 
 }  // namespace
 
+const char* missing_interval_reason(const GroupPair& pair) {
+  return std::ranges::min(pair.participants) < 2 ? "too few people" : "identical values of all people";
+}
+
 GroupVerdicts group_verdicts(const Report& report) {
   if (!report.groups) return {};
   const sim::ParameterTable parameters = report.compared_parameters();
@@ -188,8 +195,9 @@ GroupVerdicts group_verdicts(const Report& report) {
   for (const GroupPair& pair : found.pairs) {
     std::vector<Decided> all;
     for (const GroupEffect& effect : pair.parameters) all.push_back({effect.difference, effect.adjusted_interval95});
-    verdicts.sentences.push_back(
-        sentence(shown_group(*report.groups, pair.first), shown_group(*report.groups, pair.second), parameters, all));
+    verdicts.sentences.push_back(sentence(shown_group(*report.groups, pair.first),
+                                          shown_group(*report.groups, pair.second), parameters, all,
+                                          missing_interval_reason(pair)));
   }
   if (!verdicts.sentences.empty()) verdicts.notes = group_notes(report);
   return verdicts;

@@ -16,6 +16,9 @@ struct GroupVerdicts {
   std::vector<std::string> notes = {};
 };
 
+/// Returns why parameters of this pair have no interval, if any has none.
+const char* missing_interval_reason(const GroupPair& pair);
+
 /// Returns one sentence per comparison, such as "patients and controls: delay: patients longer, 21 ms [5, 37]; no
 /// difference shown in: Kp, Kd". A name that is a number is "group 1", "session 1" or "condition 1". The hierarchical
 /// model's simultaneous intervals decide, or without it the adjusted ones. Empty without groups.

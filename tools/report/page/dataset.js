@@ -19,7 +19,7 @@ function distributionTable() {
     `${titles[set]}: ${count(set === "base" ? report.base_trials : report.trials)} trials`);
   const rows = distributions.map(distribution => {
     const decimals = decimalsOf(distribution) + 1;
-    const cells = sets.flatMap(set => ["mean", "deviation", "min", "max"].map(key =>
+    const cells = sets.flatMap(set => ["mean", "sd", "min", "max"].map(key =>
       element("td", { class: "number" }, fixed(distribution[set][key], decimals))));
     return element("tr", {},
       element("th", { scope: "row" }, titleOf(distribution), distribution === amplitude ? null
@@ -42,7 +42,7 @@ function histogram(distribution, height, sheet, threshold = [], legend = true) {
   const { low, high } = distribution, width = (high - low) / distribution.base.counts.length;
   const bars = set => distribution[set].counts.map((count, bin) => [low + (bin + 0.03) * width, low + (bin + 0.97) * width, count]);
   return plot({ title: `Histogram of ${titleOf(distribution)}, ` + sets.map(set => `${titles[set].toLowerCase()}: mean ${compact(distribution[set].mean)}, ` +
-      `SD ${compact(distribution[set].deviation)}`).join("; "), x: { text: withUnit(distribution), low, high }, y: { text: "Trials", zero: true }, height, sheet, legend,
+      `SD ${compact(distribution[set].sd)}`).join("; "), x: { text: withUnit(distribution), low, high }, y: { text: "Trials", zero: true }, height, sheet, legend,
     marks: [...[...sets].reverse().map(set => ({ name: titles[set], class: classes[set], bars: bars(set) })), ...threshold] });
 }
 
