@@ -45,6 +45,8 @@ class Planner {
       file_keys_.emplace_back(source.file.string());
     }
     used_.assign(lines().size(), false);
+    names_people_ = choice != Choice::for_groups &&
+                    std::ranges::any_of(lines(), [](const SheetLine& line) { return !line.entry.participant.empty(); });
   }
 
   RecordingPlan operator()() {
@@ -268,6 +270,13 @@ class Planner {
     planned.options = line.reading;
     planned.entry.cells.resize(plan_.sheet->columns.size());
     planned.error = error ? error : line.error;
+    if (names_people_ && line.number > 0 && line.entry.participant.empty()) {
+      plan_.nameless.push_back(line.number);
+      if (!planned.error)
+        planned.error =
+            Error(Code::value_missing, plan_.sheet->locate(line),
+                  "has no " + plan_.sheet->participant_column + ", and other lines have one", repeat_the_name);
+    }
     RecordingSetting setting{reading_.body, {}};
     try {
       apply(line, planned.reading, setting);
@@ -306,6 +315,7 @@ class Planner {
   std::vector<PathKey> name_keys_, file_keys_;    // their names, and their files
   PersonLines people_;
   PersonBodies bodies_;
+  bool names_people_ = false;                 // some line does, and people count
   std::optional<std::vector<PathKey>> near_;  // files below the sheet's folder, once they are needed
   std::vector<bool> used_;                    // lines
   /// Numbers of the lines that name recordings: of a recording, a protocol and options of reading.
