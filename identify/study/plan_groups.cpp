@@ -89,10 +89,14 @@ GroupTable groups_of_plan(const RecordingPlan& plan, bool by_group) {
   GroupTable groups{has_column ? plan.sheet->participant_column : "", {}};
   groups.has_groups = by_group;
   if (!has_column && plan.sheet) groups.other_columns = plan.sheet->columns;
-  Spelling of_group, of_participant;
-  for (const PlannedRecording& it : plan.recordings)
-    groups.members.push_back({by_group ? of_group(it.entry.group) : cohort::everyone,
-                              has_participant(it) ? of_participant(it.entry.participant) : it.source.name()});
+  Spelling of_group, of_participant, of_session, of_condition;
+  for (const PlannedRecording& it : plan.recordings) {
+    GroupMember& member = groups.members.emplace_back();
+    member.group = by_group ? of_group(it.entry.group) : cohort::everyone;
+    member.participant = has_participant(it) ? of_participant(it.entry.participant) : it.source.name();
+    member.sheet_session = of_session(it.entry.session);
+    member.sheet_condition = of_condition(it.entry.condition);
+  }
   return groups;
 }
 
