@@ -498,7 +498,7 @@ TEST_CASE("verdicts: notes on conditions that differ between groups, on sessions
   for (GroupMember& member : table.members) member.condition = member.sheet_condition;
   CHECK(notes().empty());
 
-  // Each person has dates of its own: one note for all, in place of one per date.
+  // Each person has dates of its own: one note for all, instead of one per date.
   report = {};
   table = {"subject", {}};
   table.has_groups = false;
