@@ -6,6 +6,7 @@
 #include <set>
 
 #include "base/name_order.hpp"
+#include "base/setting.hpp"
 #include "base/text.hpp"
 
 namespace decid::tools {
@@ -85,10 +86,10 @@ std::vector<std::string> notes_on_mixed(const GroupReport& groups, bool has_stud
                return format("%zu of %s", count, one_line(value).c_str());
              });
     });
+    const std::string sheet = has_study ? "" : "give the table as " + setting("study") + ", and ";
     notes.push_back("The groups have different " + column + "s (recordings of " + shown +
-                    "), so their differences may be those of " + column + "s: compare these too (" +
-                    (has_study ? "" : "give the table as --study, and ") + "--within " + other + column +
-                    "), or leave recordings out.");
+                    "), so their differences may be those of " + column + "s: compare these too (" + sheet +
+                    setting("within") + " " + other + column + "), or leave recordings out.");
   };
   add("session", &GroupMember::session, &GroupMember::sheet_session, "");
   add("condition", &GroupMember::condition, &GroupMember::sheet_condition,
