@@ -10,6 +10,7 @@
 #include "identify/study/recording_plan.hpp"
 #include "identify/study/sidecar.hpp"
 #include "tests/helpers.hpp"
+#include "tests/identify/study/sheet_files.hpp"
 
 using namespace decid;
 using namespace decid::test;
