@@ -489,14 +489,14 @@ TEST_CASE("verdicts: notes on conditions that differ between groups, on sessions
   REQUIRE(found.size() == 1);
   CHECK(contains(found[0], "compare these too ("));
   CHECK_FALSE(contains(found[0], "give the table as"));
-  for (GroupMember& member : table.members) {
+  for (decid::GroupMember& member : table.members) {
     member.session = "1";  // is compared
     if (member.group == "controls") member.sheet_session = "2";
   }
   found = notes();
   REQUIRE(found.size() == 1);
   CHECK(contains(found[0], "within session,condition)"));
-  for (GroupMember& member : table.members) member.condition = member.sheet_condition;
+  for (decid::GroupMember& member : table.members) member.condition = member.sheet_condition;
   CHECK(notes().empty());
 
   // Each person has dates of its own: one note for all, instead of one per date.
@@ -513,7 +513,8 @@ TEST_CASE("verdicts: notes on conditions that differ between groups, on sessions
   CHECK(contains(found[0], "Most sessions have one person alone (a1, a2, b1, b2)"));
   CHECK(contains(found[0], "number each person's visits (1, 2)"));
   const auto with_dates = [&](const std::string& first, const std::string& second) {
-    for (GroupMember& member : table.members) member.session = member.sheet_session.ends_with("1") ? first : second;
+    for (decid::GroupMember& member : table.members)
+      member.session = member.sheet_session.ends_with("1") ? first : second;
     return notes();
   };
   CHECK(with_dates("10.01.2023", "09.02.2023").empty());
