@@ -55,6 +55,7 @@ struct GroupMember {
   std::string participant;                   ///< the recording itself where the table has no column of people
   std::string session = {}, condition = {};  ///< compared too, unless empty
   std::vector<double> covariates = {};       ///< one per name in GroupTable; NaN: unknown
+  std::string sheet_session = {}, sheet_condition = {};  ///< as the sheet has them, compared or not
 
   /// Returns what the recording is compared as: cohort::cell_name(), empty for none.
   std::string cell() const { return group.empty() ? std::string() : cohort::cell_name(group, session, condition); }

@@ -11,6 +11,7 @@
 #include "base/error.hpp"
 #include "base/setting.hpp"
 #include "base/text.hpp"
+#include "identify/study/detail/contradictions.hpp"
 #include "identify/study/detail/text_key.hpp"
 #include "recording/table/cells.hpp"
 
@@ -36,6 +37,22 @@ void refuse_without_groups(const StudySheet& sheet) {
   throw Error(Code::column_missing, sheet.file.string(),
               "has no column \"group\"; its columns are " + joined(sheet.names, ", ", one_line),
               "name the column of the groups so");
+}
+
+/// Throws Error if only some lines name a person: the others' recordings would be people of their own, or in no group.
+void refuse_nameless(const RecordingPlan& plan) {
+  const std::set<std::size_t> numbers(plan.nameless.begin(), plan.nameless.end());
+  if (numbers.empty()) return;
+  constexpr std::size_t shown = 10;
+  std::vector<std::string> texts;
+  for (const std::size_t number : numbers)
+    if (texts.size() < shown) texts.push_back(std::to_string(number));
+  const std::string others = numbers.size() > shown ? format(" and %zu others", numbers.size() - shown) : std::string();
+  throw Error(
+      Code::value_missing,
+      plan.sheet->file.string() + (numbers.size() == 1 ? ", line " : ", lines ") + joined(texts, ", ") + others,
+      (numbers.size() == 1 ? "has no " : "have no ") + plan.sheet->participant_column + ", and other lines have one",
+      repeat_the_name);
 }
 
 /// Throws Error if commas stand between thousands: read as decimals, "12,300" steps would be fewer than 980.
@@ -66,15 +83,20 @@ std::vector<std::string> split_columns(const std::string& text) {
 
 GroupTable groups_of_plan(const RecordingPlan& plan, bool by_group) {
   if (by_group && plan.sheet) refuse_without_groups(*plan.sheet);
+  refuse_nameless(plan);
   const auto has_participant = [](const PlannedRecording& it) { return !it.entry.participant.empty(); };
   const bool has_column = std::ranges::any_of(plan.recordings, has_participant);
   GroupTable groups{has_column ? plan.sheet->participant_column : "", {}};
   groups.has_groups = by_group;
   if (!has_column && plan.sheet) groups.other_columns = plan.sheet->columns;
-  Spelling of_group, of_participant;
-  for (const PlannedRecording& it : plan.recordings)
-    groups.members.push_back({by_group ? of_group(it.entry.group) : cohort::everyone,
-                              has_participant(it) ? of_participant(it.entry.participant) : it.source.name()});
+  Spelling of_group, of_participant, of_session, of_condition;
+  for (const PlannedRecording& it : plan.recordings) {
+    GroupMember& member = groups.members.emplace_back();
+    member.group = by_group ? of_group(it.entry.group) : cohort::everyone;
+    member.participant = has_participant(it) ? of_participant(it.entry.participant) : it.source.name();
+    member.sheet_session = of_session(it.entry.session);
+    member.sheet_condition = of_condition(it.entry.condition);
+  }
   return groups;
 }
 

@@ -31,7 +31,7 @@ std::vector<std::string> split_columns(const std::string& text);
 
 /// Returns the group and the person of every recording, by its line of the sheet. Letter case does not count in these
 /// texts. by_group: false puts all recordings in cohort::everyone. Throws Error if by_group and the sheet has no column
-/// "group".
+/// "group", and if only some lines of recordings name their participant (RecordingPlan::nameless).
 GroupTable groups_of_plan(const RecordingPlan& plan, bool by_group);
 
 /// Throws Error for fewer groups than `least`, and for two groups that share some people, but fewer than half of the

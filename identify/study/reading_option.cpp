@@ -55,7 +55,7 @@ class Value {
     return value;
   }
   recording::Unit angle() const {
-    if (const std::optional<recording::Unit> unit = angle_unit_named(text_)) return *unit;
+    if (const std::optional<recording::Unit> unit = angle_unit_named(lower_case(text_))) return *unit;
     refuse("deg, rad or mrad");
   }
 
@@ -70,13 +70,15 @@ void set_unit(recording::RecordingOptions& made, const Value& value, const std::
 }
 
 void set_invert(recording::RecordingOptions& made, const Value& value, const std::string& text) {
-  if (text != "sway" && text != "tilt" && text != "both" && text != "none") value.refuse("sway, tilt, both or none");
-  made.invert_sway = text == "sway" || text == "both";
+  const bool is_sway = text == "sway" || text == "yes", is_none = text == "none" || text == "no";
+  if (!is_sway && !is_none && text != "tilt" && text != "both")
+    value.refuse("sway (or yes), tilt, both or none (or no)");
+  made.invert_sway = is_sway || text == "both";
   made.invert_tilt = text == "tilt" || text == "both";
 }
 
 recording::Detrend detrend_of(const Value& value, const std::string& text) {
-  if (text == "none") return recording::Detrend::none;
+  if (text == "none" || text == "no") return recording::Detrend::none;
   if (text == "offset") return recording::Detrend::offset;
   if (text == "linear") return recording::Detrend::linear;
   value.refuse("none, offset or linear");
@@ -118,18 +120,19 @@ std::string find_reading_option(std::string_view column) {
 
 void set_reading_option(ReadOptions& made, const std::string& name, const std::string& text, const std::string& where) {
   const Value value(name, text, where);
+  const std::string word = lower_case(text);
   recording::RecordingOptions& reading = made.recording;
   if (std::string* const column = column_of(reading, name)) {
     *column = text;
   } else if (name == "tilt_column") {
-    reading.find_tilt = text != "none";
+    reading.find_tilt = word != "none";
     reading.tilt_column = reading.find_tilt ? text : std::string();
   } else if (name == "unit") {
-    set_unit(reading, value, text);
+    set_unit(reading, value, word);
   } else if (name == "tilt_unit") {
     reading.tilt_unit = value.angle();
   } else if (name == "invert") {
-    set_invert(reading, value, text);
+    set_invert(reading, value, word);
   } else if (name == "rate") {
     reading.rate_hz = value.number(1.0, 1e5);
   } else if (name == "com_height") {
@@ -143,7 +146,7 @@ void set_reading_option(ReadOptions& made, const std::string& name, const std::s
   } else if (name == "begin") {
     made.trial.start_s = value.number(0.0, 1e6);
   } else if (name == "detrend") {
-    made.trial.detrend = detrend_of(value, text);
+    made.trial.detrend = detrend_of(value, word);
   } else {
     throw Error(Code::setting_unknown, where, "'" + name + "' is not an option of reading", "name one of them");
   }

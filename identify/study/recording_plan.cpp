@@ -12,6 +12,7 @@
 #include "base/text.hpp"
 #include "identify/study/detail/contradictions.hpp"
 #include "identify/study/detail/path_match.hpp"
+#include "identify/study/detail/person_bodies.hpp"
 #include "identify/study/detail/person_lines.hpp"
 #include "identify/study/reading_option.hpp"
 #include "sim/segments.hpp"
@@ -34,6 +35,7 @@ class Planner {
     plan_.notes = sheet.notes;
     plan_.sheet = std::move(sheet);
     people_ = PersonLines(lines());
+    bodies_ = PersonBodies(lines());
     for (const SheetLine& line : lines()) line_keys_.emplace_back(line.file);
     for (const RecordingSource& source : sources) {
       const PathKey& key = source_keys_.emplace_back(shown(source));
@@ -43,6 +45,8 @@ class Planner {
       file_keys_.emplace_back(source.file.string());
     }
     used_.assign(lines().size(), false);
+    names_people_ = choice != Choice::for_groups &&
+                    std::ranges::any_of(lines(), [](const SheetLine& line) { return !line.entry.participant.empty(); });
   }
 
   RecordingPlan operator()() {
@@ -258,11 +262,21 @@ class Planner {
               "correct the name, or copy the file there"));
   }
 
-  void add(const RecordingSource& source, const SheetLine& line, const std::optional<Error>& error = {}) {
+  void add(const RecordingSource& source, SheetLine line, const std::optional<Error>& error = {}) {
+    Warnings warnings;
+    if (!error && !line.error) bodies_.fill(line, warnings);
     PlannedRecording planned{source, reading_, 0, line.entry, line.mass_kg, line.height_m};
+    planned.warnings = std::move(warnings);
     planned.options = line.reading;
     planned.entry.cells.resize(plan_.sheet->columns.size());
     planned.error = error ? error : line.error;
+    if (names_people_ && line.number > 0 && line.entry.participant.empty()) {
+      plan_.nameless.push_back(line.number);
+      if (!planned.error)
+        planned.error =
+            Error(Code::value_missing, plan_.sheet->locate(line),
+                  "has no " + plan_.sheet->participant_column + ", and other lines have one", repeat_the_name);
+    }
     RecordingSetting setting{reading_.body, {}};
     try {
       apply(line, planned.reading, setting);
@@ -300,6 +314,8 @@ class Planner {
   std::vector<PathKey> source_keys_, path_keys_;  // of sources: what people, and what lines' files, are searched in
   std::vector<PathKey> name_keys_, file_keys_;    // their names, and their files
   PersonLines people_;
+  PersonBodies bodies_;
+  bool names_people_ = false;                 // some line does, and people count
   std::optional<std::vector<PathKey>> near_;  // files below the sheet's folder, once they are needed
   std::vector<bool> used_;                    // lines
   /// Numbers of the lines that name recordings: of a recording, a protocol and options of reading.

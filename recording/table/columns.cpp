@@ -195,22 +195,30 @@ int find_named(const Table& table, int without, std::initializer_list<const char
 
 int named_column(const Table& table, const std::string& column, const std::string& where,
                  const std::string& setting_name) {
-  // In this order: the exact name; another case; without its unit: "KSP" for "KSP (deg)".
+  // In this order: the exact name; another case; without its unit: "KSP" for "KSP (deg)", then "LHIP_x" for
+  // "LHIP_x_mm".
   const auto key = [](const std::string& text) { return lower_case(with_plain_blanks(text)); };
-  std::vector<int> exact, paths, alike, plain;
+  const std::string joined_words = joined(words(column), "_");
+  std::vector<int> exact, paths, alike, plain, suffixed;
   for (int i = 0; i < table.columns(); ++i) {
     const std::string& name = table.names()[static_cast<std::size_t>(i)];
     if (name == column) exact.push_back(i);
     if (table.path(i) == column) paths.push_back(i);
     if (key(name) == key(column)) alike.push_back(i);
     if (key(name_before_unit(name)) == key(column)) plain.push_back(i);
+    if (!joined_words.empty() && name_without_unit(name) == joined_words) suffixed.push_back(i);
   }
-  for (const std::vector<int>& found : {exact, paths, alike, plain}) {
+  for (const std::vector<int>& found : {exact, paths, alike, plain, suffixed}) {
     if (found.size() == 1) return found.front();
     if (found.size() > 1) refuse_several(table, found, column, where, setting_name);
   }
   const int number = number_from<int>(column).value_or(0);
   if (number >= 1 && number <= table.columns()) return number - 1;
+  if (column.find(',') != column.npos)
+    throw Error(Code::column_missing, where,
+                "has no column '" + column + "', and decid does not average columns, as those of left and right",
+                "name one column as " + setting_name + ", or add one with their mean to the file; its columns are " +
+                    to_list(table, -1));
   throw Error(Code::column_missing, where, "has no column '" + column + "'; its columns are " + to_list(table, -1),
               "give one of them, or its number from 1, as " + setting_name);
 }

@@ -57,6 +57,30 @@ GroupTable read_group_table(const std::string& table, const std::vector<Recordin
   return groups;
 }
 
+namespace {
+
+/// Returns a note on recordings in no group, with a person who has a group in another line; empty if there are none.
+std::string note_on_groupless(const RecordingPlan& plan, const GroupTable& groups) {
+  long long count = 0;
+  std::string person;
+  for (std::size_t i = 0; i < groups.members.size(); ++i) {
+    const GroupMember& one = groups.members[i];
+    if (!one.group.empty() || plan.recordings.at(i).error) continue;
+    ++count;
+    if (person.empty() && std::ranges::any_of(groups.members, [&](const GroupMember& other) {
+          return !other.group.empty() && !one.participant.empty() && other.participant == one.participant;
+        }))
+      person = one.participant;
+  }
+  if (count == 0) return "";
+  std::string note = "without a group, and so not compared: " + counted(count, "recording");
+  if (!person.empty())
+    note += "; " + one_line(person) + " has a group in another line: repeat it in each line if cells were merged";
+  return note;
+}
+
+}  // namespace
+
 GroupTable read_groups(const GroupFlags& flags, const RecordingFlags& recordings, const RecordingPlan& plan,
                        bool quiet) {
   if (!flags.given()) return {};
@@ -71,6 +95,8 @@ GroupTable read_groups(const GroupFlags& flags, const RecordingFlags& recordings
   } else {
     groups = read_group_table(table, recordings.sources, least);
   }
+  if (const std::string note = note_on_groupless(plan, groups); !note.empty() && !quiet && is_root())
+    std::cerr << "note: " << note << '\n';
   for (const std::string& column : split_columns(flags.within)) {
     const std::size_t left_out = compare_within(column, plan, groups);
     if (left_out > 0 && !quiet && is_root())

@@ -210,10 +210,6 @@ void add_truth_option(const Command& command, RecordingFlags& flags) {
       "Show these known parameters beside the estimates: Kp=..,Kd=..,Kp_pass=..,Kd_pass=..,Nv=..,theta=..,delay=..");
 }
 
-void refuse_alone(const std::vector<RecordingResult>& all) {
-  if (all.size() == 1 && all.front().error) throw *all.front().error;
-}
-
 void tell_errors(const std::string& command, const std::vector<RecordingResult>& all) {
   for (const RecordingResult& id : all)
     if (id.error) std::cerr << "decid: " << one_line(id.error->what()) << '\n';

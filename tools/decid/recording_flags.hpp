@@ -62,8 +62,6 @@ void add_study_option(const Command& command, RecordingFlags& flags);
 /// Adds --truth, an option of the commands that show estimates.
 void add_truth_option(const Command& command, RecordingFlags& flags);
 
-/// Throws the error of a single recording. With several recordings, each keeps its own error.
-void refuse_alone(const std::vector<RecordingResult>& all);
 /// Prints a line on standard error for each recording that could not be used, then throws Error if there is one. Call
 /// it after all output is written.
 void tell_errors(const std::string& command, const std::vector<RecordingResult>& all);

@@ -6,6 +6,10 @@
 
 namespace decid {
 
+/// The remedy for lines without a participant.
+inline constexpr const char* repeat_the_name =
+    "repeat the name in each line of the person; of merged cells only the first holds it";
+
 /// Throws Error if two lines put one person in two groups. Letter case does not count.
 void refuse_two_groups(const StudySheet& sheet);
 

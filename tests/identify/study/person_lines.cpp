@@ -96,6 +96,11 @@ TEST_CASE("lines of people: a person's line fills lines of recordings in any spe
     CHECK(plan.notes.empty());
     CHECK(plan.recordings[0].entry.group == "x");
     CHECK(plan.recordings[0].mass_kg == 70.0);
-    CHECK_FALSE(plan.recordings[1].mass_kg);  // of another session
+    CHECK(plan.recordings[0].warnings.empty());
+    CHECK(plan.recordings[1].entry.group.empty());  // of another session, whose body counts
+    CHECK(plan.recordings[1].mass_kg == 70.0);
+    REQUIRE(plan.recordings[1].warnings.size() == 1);
+    CHECK(plan.recordings[1].warnings[0].code == "body_of_other_line");
+    CHECK(contains(plan.recordings[1].warnings[0].text, "70 kg of line 2, session Pre"));
   }
 }

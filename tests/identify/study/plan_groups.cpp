@@ -128,3 +128,31 @@ TEST_CASE("groups of a plan: columns of a sheet that names nobody, and sessions 
   CHECK(groups.members[2].cell() == "1");
   CHECK(groups.members[3].cell() == "10");
 }
+
+TEST_CASE("groups of a plan: lines without a participant, as of merged cells, are errors, and groups refuse them") {
+  const TemporaryFolder folder;
+  const std::vector<std::string> files{"a.csv", "b.csv", "c.csv", "d.csv"};
+  const std::string merged = "Subject,file,group\nA,a.csv,x\n,b.csv,\nB,c.csv,y\n-,d.csv,\n";
+  const std::filesystem::path path = write_text(folder / "s.csv", merged);
+  for (const Choice choice : {Choice::by_sheet, Choice::by_call}) {
+    const RecordingPlan plan = make_plan(read_sheet(path), sources(folder, files), choice, {});
+    REQUIRE(plan.recordings.size() == 4);
+    CHECK_FALSE(plan.recordings[0].error);
+    check_has(plan.recordings[1].error, Code::value_missing, "line 3: has no Subject, and other lines have one");
+    check_has(plan.recordings[3].error, Code::value_missing, "line 5");
+    CHECK(plan.nameless == std::vector<std::size_t>{3, 5});
+    for (const bool by_group : {true, false})
+      check_error([&] { groups_of_plan(plan, by_group); }, Code::value_missing, "lines 3, 5: have no Subject");
+  }
+  // A call without these lines, a table of groups, and a sheet without people.
+  const StudySheet sheet = read_sheet(path);
+  const RecordingPlan some = make_plan(sheet, sources(folder, {"a.csv", "c.csv"}), Choice::by_call, {});
+  CHECK(groups_of_plan(some, true).members.size() == 2);
+  const RecordingPlan table = make_plan(sheet, sources(folder, files), Choice::for_groups, {});
+  CHECK_FALSE(table.recordings[1].error);
+  CHECK(groups_of_plan(table, true).members[1].group.empty());
+  const RecordingPlan nobody = make_plan(read_sheet(write_text(folder / "s.csv", "Subject,file\n,a.csv\n,b.csv\n")),
+                                         sources(folder, files), Choice::by_sheet, {});
+  CHECK_FALSE(nobody.recordings[0].error);
+  CHECK(nobody.nameless.empty());
+}

@@ -140,10 +140,8 @@ TEST_CASE("plan_of: two bodies and two ages of a person in one session are warni
   };
   const auto codes = [](const PlannedRecording& one) {
     std::vector<std::string> all;
-    for (const Warning& warning : one.warnings) {
-      CHECK(warning.severity == Severity::caution);
-      all.push_back(warning.code);
-    }
+    for (const Warning& warning : one.warnings)
+      if (warning.severity == Severity::caution) all.push_back(warning.code);
     return all;
   };
   using Codes = std::vector<std::string>;
@@ -163,13 +161,15 @@ TEST_CASE("plan_of: two bodies and two ages of a person in one session are warni
   for (const char* fact : {"60 here", "61 for"}) CHECK(contains(in_sessions[0].warnings[1].text, fact));
   CHECK(contains(in_sessions[1].warnings[0].text, "a.csv"));
 
-  // Without sessions the values must agree; units, rounding and empty cells do not count.
+  // Without sessions the values must agree; units and rounding do not count. An empty cell has the body of the line
+  // above, and with it the contradiction.
   const auto without = planned(
       "ID\tfile\tweight\theight\tAge (years)\nP1\ta.csv\t70\t175\t60\nP1\tb.csv\t70,0\t1.75\t60.0\n"
       "P1\tc.csv\tn/a\tn/a\tn/a\nP1\td.csv\t70\t1.74\tn/a\n");
   CHECK(codes(without[0]) == Codes{"two_bodies"});
   CHECK(codes(without[1]) == Codes{"two_bodies"});
-  CHECK(codes(without[2]).empty());
+  CHECK(codes(without[2]) == Codes{"two_bodies"});
+  CHECK(contains(without[2].warnings[0].text, "70 kg of line 3 and 1.75 m of line 3"));
   CHECK(codes(without[3]) == Codes{"two_bodies"});
 
   // A person's line fills what a recording's line lacks. A marker has one height in a session, another one its own.
@@ -207,4 +207,38 @@ TEST_CASE("recordings_below: files that may be recordings, by name, not what des
     found.push_back(path.lexically_relative(folder.path()).string());
   CHECK(found == std::vector<std::string>{"a.mat", "b/t.CSV", "c.trc"});
   CHECK(recordings_below(folder / "none").empty());
+}
+
+TEST_CASE("plan_of: a line without a body has that of the person's other lines, and a note; others the call's") {
+  const TemporaryFolder folder;
+  const std::filesystem::path path =
+      write_text(folder / "s.csv",
+                 "ID,session,file,height,weight\nA,1,a.csv,175,60\nA,2,b.csv,,\na,1,c.csv,n/a,\nA,2,d.csv,,65\n"
+                 "B,,e.csv,,\nC,,f.csv,16,\nC,,g.csv,160,50\n");
+  ReadOptions reading;
+  reading.body = sim::body_of_participant({.mass_kg = 90.0, .height_m = 1.9});
+  const std::vector<PlannedRecording> all =
+      make_plan(read_sheet(path), sources(folder, {"a.csv", "b.csv", "c.csv", "d.csv", "e.csv", "f.csv", "g.csv"}),
+                Choice::by_sheet, reading)
+          .recordings;
+  REQUIRE(all.size() == 7);
+  CHECK(all[0].warnings.empty());
+  const auto check_filled = [&](std::size_t i, double mass_kg, const std::string& fact) {
+    CHECK(all[i].mass_kg == mass_kg);
+    CHECK(all[i].height_m == 1.75);
+    CHECK_FALSE(all[i].error);
+    CHECK(all[i].reading.body == sim::body_of_participant({.mass_kg = mass_kg, .height_m = 1.75}));
+    CHECK(all[i].reading.recording.body_height_m == 1.75);
+    REQUIRE(all[i].warnings.size() == 1);
+    CHECK(all[i].warnings[0].code == "body_of_other_line");
+    CHECK(all[i].warnings[0].severity == Severity::info);
+    CHECK(contains(all[i].warnings[0].text, fact));
+  };
+  check_filled(1, 65.0, "line 3 of the sheet has no weight and no height; decid takes 65 kg of line 5 and 1.75 m of");
+  check_filled(2, 60.0, "60 kg of line 2 and 1.75 m of line 2, of the same person");
+  check_filled(3, 65.0, "line 5 of the sheet has no height; decid takes 1.75 m of line 2, session 1, of");
+  CHECK(all[4].reading.body == reading.body);
+  CHECK(all[4].warnings.empty());
+  check_has(all[5].error, Code::value_invalid, "'16'");
+  CHECK_FALSE(all[6].error);
 }

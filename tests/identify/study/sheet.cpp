@@ -10,6 +10,7 @@
 #include "identify/study/recording_plan.hpp"
 #include "identify/study/sidecar.hpp"
 #include "tests/helpers.hpp"
+#include "tests/identify/study/sheet_files.hpp"
 
 using namespace decid;
 using namespace decid::test;
@@ -190,12 +191,29 @@ TEST_CASE("set_reading_option: every option, and values it does not have") {
   CHECK((reading.tilt_column == "p" && reading.find_tilt && reading.tilt_unit == recording::Unit::radian));
   CHECK((reading.invert_sway && reading.invert_tilt));
   CHECK(made.trial.detrend == recording::Detrend::linear);
-  set_reading_option(made, "tilt_column", "none", "here");
+  set_reading_option(made, "tilt_column", "None", "here");
   CHECK((!made.recording.find_tilt && made.recording.tilt_column.empty()));
+  const auto inverted = [](const std::string& word) {
+    ReadOptions one;
+    set_reading_option(one, "invert", word, "here");
+    return std::pair(one.recording.invert_sway, one.recording.invert_tilt);
+  };
+  for (const char* word : {"sway", "Sway", "yes", "YES"}) CHECK(inverted(word) == std::pair(true, false));
+  for (const char* word : {"none", "None", "no", "No"}) CHECK(inverted(word) == std::pair(false, false));
+  CHECK(inverted("Tilt") == std::pair(false, true));
+  CHECK(inverted("BOTH") == std::pair(true, true));
+  set_reading_option(made, "detrend", "Offset", "here");
+  CHECK(made.trial.detrend == recording::Detrend::offset);
+  set_reading_option(made, "detrend", "No", "here");
+  CHECK(made.trial.detrend == recording::Detrend::none);
+  set_reading_option(made, "unit", "Deg", "here");
+  set_reading_option(made, "tilt_unit", "MRAD", "here");
+  CHECK((made.recording.unit == recording::Unit::degree && made.recording.tilt_unit == recording::Unit::milliradian));
   for (const auto& [name, value] : std::initializer_list<std::pair<const char*, const char*>>{{"unit", "feet"},
                                                                                               {"tilt_unit", "mm"},
                                                                                               {"invert", "all"},
                                                                                               {"detrend", "mean"},
+                                                                                              {"detrend", "yes"},
                                                                                               {"rate", "0"},
                                                                                               {"rate", "x"},
                                                                                               {"begin", "-1"},

@@ -131,6 +131,15 @@ TEST_CASE("columns: one is named as it stands, in another case, without its unit
     INFO(none);
     check_error([&] { named(none); }, Code::column_missing, "from 1, as column");
   }
+  const CsvTable markers("t,LHIP_x_mm,RHIP_x_mm,SHO_mm,SHO_cm,C7\n0,1,2,3,4,5\n1,1,2,3,4,5\n", "t.csv");
+  const auto marker = [&](const char* name) { return named_column(markers, name, "t.csv", "hip"); };
+  CHECK(marker("LHIP_x") == 1);
+  CHECK(marker("rhip x") == 2);
+  check_error([&] { marker("SHO"); }, Code::column_ambiguous, "numbers 4 and 5");
+  check_error([&] { marker("HIP_x"); }, Code::column_missing,
+              "has no column 'HIP_x'; its columns are 't', 'LHIP_x_mm'");
+  check_error([&] { marker("LHIP_x,RHIP_x"); }, Code::column_missing,
+              "decid does not average columns, as those of left and right; name one column as hip");
   const CsvTable twice("a,A\n1,2\n3,4\n", "t.csv");
   check_error([&] { named_column(twice, "a (x)", "t.csv", "column"); }, Code::column_missing);
   CHECK(named_column(twice, "a", "t.csv", "column") == 0);

@@ -474,3 +474,73 @@ TEST_CASE("groups of recordings with distributions also have a hierarchical mode
   CHECK(contains(text, "a minus b, 3 people in both"));
   CHECK(decid::tools::page_groups(report)["hierarchical"]["draws"] == 4000);
 }
+
+TEST_CASE("verdicts: notes on conditions that differ between groups, on sessions of one person, on unclear dates") {
+  Report report;
+  GroupTable table{"subject", {}};
+  double value = 700.0;
+  const auto add_one = [&](const std::string& group, const std::string& person, const std::string& session,
+                           const std::string& condition) {
+    add(report, table, group, person, recording("f", value += 1.0));
+    table.members.back().sheet_session = session;
+    table.members.back().sheet_condition = condition;
+  };
+  const auto notes = [&] {
+    report.groups = decid::report_groups(table, report);
+    return decid::tools::group_verdicts(report).notes;
+  };
+  for (const char* person : {"a", "b"})
+    for (const char* condition : {"EO", "EC"}) add_one("patients", person, "", condition);
+  for (const char* person : {"c", "d"}) add_one("controls", person, "", "EO");
+  std::vector<std::string> found = notes();
+  REQUIRE(found.size() == 1);
+  for (const char* fact : {"different conditions (recordings of controls: 2 of EO; patients: 2 of EC, 2 of EO)",
+                           "give the table as ", "within condition), or leave recordings out"})
+    CHECK(contains(found[0], fact));
+  CHECK(decid::tools::groups_json(report)["group_comparison"]["notes"] == Json(found));
+  CHECK(decid::tools::page_groups(report)["verdicts"]["notes"] == Json(found));
+  report.sheet.emplace();
+  for (const char* person : {"c", "d"}) add_one("controls", person, "", "EC");
+  CHECK(notes().empty());
+  for (const char* person : {"c", "d"}) add_one("controls", person, "", "EC");
+  CHECK(notes().empty());  // a share of 2/3 instead of 1/2
+  for (int i = 0; i < 6; ++i) add_one("controls", "c", "", "EC");
+  found = notes();
+  REQUIRE(found.size() == 1);
+  CHECK(contains(found[0], "compare these too ("));
+  CHECK_FALSE(contains(found[0], "give the table as"));
+  for (decid::GroupMember& member : table.members) {
+    member.session = "1";  // is compared
+    if (member.group == "controls") member.sheet_session = "2";
+  }
+  found = notes();
+  REQUIRE(found.size() == 1);
+  CHECK(contains(found[0], "within session,condition)"));
+  for (decid::GroupMember& member : table.members) member.condition = member.sheet_condition;
+  CHECK(notes().empty());
+
+  // Each person has dates of its own: one note for all, instead of one per date.
+  report = {};
+  table = {"subject", {}};
+  table.has_groups = false;
+  for (const char* person : {"a", "b"})
+    for (const char* session : {"1", "2"}) {
+      add_one("all", person, person + std::string(session), "");
+      table.members.back().session = table.members.back().sheet_session;
+    }
+  found = notes();
+  REQUIRE(found.size() == 1);
+  CHECK(contains(found[0], "Most sessions have one person alone (a1, a2, b1, b2)"));
+  CHECK(contains(found[0], "number each person's visits (1, 2)"));
+  const auto with_dates = [&](const std::string& first, const std::string& second) {
+    for (decid::GroupMember& member : table.members)
+      member.session = member.sheet_session.ends_with("1") ? first : second;
+    return notes();
+  };
+  CHECK(with_dates("10.01.2023", "09.02.2023").empty());
+  CHECK(report.groups->comparison.groups[0].name == "10.01.2023");
+  CHECK(with_dates("13/01/2023", "09/02/2023").empty());
+  found = with_dates("01/10/2023", "09/02/2023");
+  REQUIRE(found.size() == 1);
+  CHECK(contains(found[0], "Session 01/10/2023 is ordered as day, month and year"));
+}

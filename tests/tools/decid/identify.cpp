@@ -217,3 +217,29 @@ TEST_CASE("known parameters are shown beside the identified ones") {
   const Json json = run_json("identify --json --truth " + truth + " " + folder / "a.csv");
   CHECK(json.at("recordings").at(0).at("parameters").at(0).at("true") == 881.0);
 }
+
+TEST_CASE("a single recording that cannot be used: JSON and tables have its error, a report is not written") {
+  const Folder folder;
+  const std::string cut = write_text(folder / "cut.csv", "time_s,sway_deg\n0,0\n0.05,1\n0.1,0\n").string(),
+                    none = folder / "none.csv";
+  for (const std::string command : {"identify ", "fit --max-draws 8 "})
+    for (const auto& [file, code] : {std::pair(cut, "recording_too_short"), std::pair(none, "file_missing")}) {
+      const std::string call = command + file;
+      const Result plain = run_decid(call), written = run_decid(call + " --json -o " + folder / "o.json" + " --table " +
+                                                                folder / "t.csv" + " --report " + folder / "r.html");
+      CAPTURE(call);
+      CAPTURE(written.err);
+      CHECK(plain.code == 2);
+      CHECK(plain.out.empty());
+      CHECK(written.code == 2);
+      CHECK(written.err == plain.err);
+      const Json json = Json::parse(written.out);
+      CHECK(read_text(folder / "o.json") == written.out);
+      REQUIRE(json["recordings"].size() == 1);
+      CHECK(json["recordings"][0]["file"] == file);
+      CHECK(json["recordings"][0]["code"] == code);
+      CHECK("decid: " + json["recordings"][0]["error"].get<std::string>() + "\n" == plain.err);
+      CHECK(decid::test::contains(read_text(folder / "t.csv"), file));
+      CHECK_FALSE(std::filesystem::exists(folder / "r.html"));
+    }
+}

@@ -210,6 +210,18 @@ TEST_CASE("a sheet is a table of groups, too; n/a is no group") {
   const auto rows = cells_of(read_text(folder / "t.csv"), ',');
   CHECK(cell(rows, 3, "group") == "b");
   CHECK(cell(rows, 4, "group").empty());
+
+  const std::string call = "identify --study " + path + " --group " + path;
+  CHECK(contains(run_ok(call).err, "note: without a group, and so not compared: 1 recording\n"));
+  write_text(path, "participant_id,group,file\np0,a,0.csv\np0,,1.csv\np2,b,2.csv\n");
+  CHECK(contains(run_ok(call).err, "1 recording; p0 has a group in another line"));
+  write_text(path, "participant_id,group,file\np0,a,0.csv\n,,1.csv\np2,b,2.csv\n");
+  check_refused(call, "line 3: has no participant_id");
+  const Result alone = run_decid("identify --quiet --json --study " + path);
+  CHECK(alone.code == 2);
+  const Json nameless = Json::parse(alone.out)["recordings"];
+  CHECK(nameless[1]["code"] == "value_missing");
+  CHECK_FALSE(nameless[2].contains("error"));
 }
 
 TEST_CASE("a study in two sessions: changes within persons, between groups, and with age") {

@@ -336,12 +336,12 @@ void run_fit(FitOptions options, const Command& command) {
   options.outputs.count = results.size();
   Report report = make_report(options, fitter, std::move(results), groups, options.outputs.places);
   const std::vector<RecordingResult>& begun = report.recordings;
-  refuse_alone(begun);
   report.model = model_name(options.model);
   report.model_sha256 = nn::weights_sha256(model.network);
   report.options = command.given(beside_answers);
   report.call = record_call(command, inputs, recordings.named);
   report.call.seed = options.request.settings.seed;
+  options.outputs.refuse_alone(report, options.common.json);
   options.outputs.write(report, options.common.json);
   const bool failed = std::ranges::any_of(begun, [](const RecordingResult& id) { return id.error.has_value(); });
   if (journal && !failed && begun.size() == options.outputs.count && !interrupted()) journal->remove();

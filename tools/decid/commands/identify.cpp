@@ -80,7 +80,6 @@ void run_identify(IdentifyOptions options, const Command& command) {
 
   Report report = identify_all(options, model, plan);
   if (!is_root()) return;
-  refuse_alone(report.recordings);
   if (options.groups.given()) report.groups = report_groups(groups, report);
   report.model = model_name(options.model);
   report.options = command.given(beside_answers);
@@ -88,6 +87,7 @@ void run_identify(IdentifyOptions options, const Command& command) {
     report.model_sha256 = nn::weights_sha256(model.network);  // a millisecond that text does without
     report.call = record_call(command, inputs, recordings.named);
   }
+  options.outputs.refuse_alone(report, options.common.json);
   options.outputs.write(report, options.common.json);
   tell_errors("identify", report.recordings);
 }

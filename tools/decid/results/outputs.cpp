@@ -61,12 +61,25 @@ void Outputs::write(const Report& report, bool print_json) const {
   const std::string text = print_json || !json.empty() ? report_json(report) : std::string();
   if (!draws.empty()) write_draws(draws, report, places, count);
   if (!page.empty()) write_file(page, report.fit ? fit_page(report) : identify_page(report));
-  const CsvStyle style = parse_csv_style(excel);
-  if (!table.empty()) write_table(table, wide_table(report), style);
-  if (!long_table.empty()) write_table(long_table, decid::tools::long_table(report), style);
+  write_tables(report);
   if (!figures.empty()) write_figures(figures, report);
   if (!json.empty()) write_file(json, text);
   std::cout << (print_json ? text : report_text(report));
+}
+
+void Outputs::refuse_alone(const Report& report, bool print_json) const {
+  if (report.recordings.size() != 1 || !report.recordings.front().error) return;
+  const std::string text = print_json || !json.empty() ? report_json(report) : std::string();
+  write_tables(report);
+  if (!json.empty()) write_file(json, text);
+  if (print_json) std::cout << text;
+  throw Error(*report.recordings.front().error);
+}
+
+void Outputs::write_tables(const Report& report) const {
+  const CsvStyle style = parse_csv_style(excel);
+  if (!table.empty()) write_table(table, wide_table(report), style);
+  if (!long_table.empty()) write_table(long_table, decid::tools::long_table(report), style);
 }
 
 void add_report_options(const Command& command, Outputs& outputs, bool of_fit) {

@@ -24,6 +24,12 @@ struct Outputs {
   void check(std::vector<std::string> inputs) const;
   /// Writes the files and prints the report on standard output, as JSON or as text.
   void write(const Report& report, bool print_json) const;
+  /// Throws the error of a single recording, after its JSON and its tables are written as write() does. With several
+  /// recordings, each keeps its own error.
+  void refuse_alone(const Report& report, bool print_json) const;
+
+ private:
+  void write_tables(const Report& report) const;
 };
 
 /// Adds -o, --report, --table, --long, --excel and --figures, of a fit also --draws.

@@ -10,6 +10,7 @@
 
 #include "base/text.hpp"
 #include "identify/study/sheet.hpp"
+#include "tools/report/json/visit_notes.hpp"
 
 namespace decid::tools {
 namespace {
@@ -154,8 +155,9 @@ std::string note_on_small(const GroupComparison& found, std::size_t place, bool 
   return is_left_out ? note + " The comparison leaves this group out." : note;
 }
 
-/// Returns notes for people, beside the verdicts: that each recording counts as a person; groups of fewer than two
-/// people, with the group whose name they may misspell; groups whose names are marks of exclusion.
+/// Returns notes for people, beside the verdicts: that each recording counts as a person; sessions and conditions that
+/// may mislead (visit_notes.hpp); groups of fewer than two people, with the group whose name they may misspell; groups
+/// whose names are marks of exclusion.
 std::vector<std::string> group_notes(const Report& report) {
   std::vector<std::string> notes;
   const GroupTable& table = report.groups->table;
@@ -166,7 +168,12 @@ std::vector<std::string> group_notes(const Report& report) {
       note += (i == 0 ? " Columns that decid carries along: " : ", ") + one_line(table.other_columns[i]);
     notes.push_back(note);
   }
-  for (std::size_t place = 0; place < found.groups.size(); ++place)
+  const auto add = [&](const std::vector<std::string>& some) { notes.insert(notes.end(), some.begin(), some.end()); };
+  const std::vector<std::string> lone = notes_on_lone_sessions(*report.groups);
+  add(notes_on_mixed(*report.groups, report.sheet.has_value()));
+  add(notes_on_dates(*report.groups));
+  add(lone);
+  for (std::size_t place = 0; place < found.groups.size() && lone.empty(); ++place)
     if (found.groups[place].participants < 2)
       notes.push_back(note_on_small(found, place, std::ranges::find(found.too_small, place) != found.too_small.end()));
   std::set<std::string> groups;

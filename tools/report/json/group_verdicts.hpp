@@ -11,7 +11,8 @@ namespace decid::tools {
 struct GroupVerdicts {
   std::string intervals;               ///< the intervals that decide, for people
   std::vector<std::string> sentences;  ///< one per pair of groups, and per difference of differences
-  /// Possible mistakes in the table of groups, if there are sentences: each recording counts as a person, groups of
+  /// Possible mistakes in the table of groups, if there are sentences: each recording counts as a person, sessions
+  /// and conditions that differ between groups, sessions of one person each, dates whose order is unclear, groups of
   /// fewer than two people, groups whose names are marks of exclusion.
   std::vector<std::string> notes = {};
 };

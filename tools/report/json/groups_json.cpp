@@ -79,7 +79,8 @@ Json groups_json(const Report& report) {
             {"left_out", std::move(left_out)},
             {"without_distribution", std::move(without)},
             {"without_distribution_reasons", std::move(reasons)},
-            {"unused_lines", std::move(unused)}}},
+            {"unused_lines", std::move(unused)},
+            {"notes", group_verdicts(report).notes}}},
           {"hierarchical", cohort_json(report)},
           {"reliability", reliability_json(report)}};
 }

@@ -11,7 +11,8 @@ namespace decid::tools {
 ///    "comparisons": [{"groups": [a, b], "paired", "participants": [in a, in b], "unpaired_participants",
 ///                     "parameters": [{"name", "difference", "interval95", "adjusted_interval95", "hedges_g"}]}],
 ///    "group_comparison": {"participant_column", "parameters", "pairs", "intervals", "adjustment", "covariates",
-///                         "left_out": [{"file", "group", "reason"}], "unused_lines": [{"line", "file"}]},
+///                         "left_out": [{"file", "group", "reason"}], "unused_lines": [{"line", "file"}],
+///                         "notes": group_verdicts().notes},
 ///    "hierarchical": cohort_json(), "reliability": reliability_json()}
 /// with every pair that is compared, groups in the order of their names; null of a report without groups.
 Json groups_json(const Report& report);
