@@ -229,13 +229,13 @@ FrequencyResponses frequency_responses(const sim::FrequencyResponse& analysis, c
   return found;
 }
 
-Warnings response_ratio_warnings(const Explanation& explanation) {
+Warnings response_ratio_warnings(const Explanation& explanation, bool start_explains) {
   Warnings warnings;
   constexpr double least = 0.3, most = 2.0, significant_sd = 4.0;
   const double ratio = explanation.response_ratio * explanation.gain;
   const double mean = explanation.response_ratio_mean, sd = explanation.response_ratio_sd;
   if (std::isnan(ratio) || std::abs(ratio - mean) < significant_sd * sd) return warnings;
-  if (ratio < least * mean)
+  if (ratio < least * mean && !start_explains)
     add_caution(
         warnings, "weak_response",
         format("the sway hardly follows the protocol's tilt: %.2f of the response that the identified controller "

@@ -68,6 +68,7 @@ std::vector<float> noise_free_trial(const sim::Simulator& simulator, const sim::
 
 /// Returns a warning if an explained recording does not follow the tilt; for recordings that no model has judged. A
 /// fit's gain may explain a sensor's scale, but no other tilt and no other unit: the response counts with the gain.
-Warnings response_ratio_warnings(const Explanation& explanation);
+/// start_explains: the recording starts elsewhere, so a weak response is expected.
+Warnings response_ratio_warnings(const Explanation& explanation, bool start_explains = false);
 
 }  // namespace decid

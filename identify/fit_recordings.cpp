@@ -34,11 +34,6 @@ sim::Protocol with_standing(sim::Protocol protocol, double standing_s) {
   return protocol;
 }
 
-sim::Protocol with_body(sim::Protocol protocol, const std::optional<sim::Body>& body) {
-  if (body) protocol.experiment.body = *body;
-  return protocol;
-}
-
 /// Uses the measured tilt, else the request; warns if the tilt contradicts the request.
 bool moved_before(const recording::TiltMatch& tilt, bool asked, Warnings& warnings) {
   const bool moved = tilt.moved_before.value_or(asked);
@@ -181,10 +176,11 @@ class Fitter::Plan {
 };
 
 Fitter::Fitter(const Model* model, sim::Protocol protocol, const std::optional<sim::Body>& body, FitRequest request) {
-  request.priors = posterior::with_conventions(std::move(request.priors), with_body(protocol, body).ranges());
-  plan_ = std::make_unique<Plan>(model, with_body(protocol, body), request);
+  if (body) protocol.experiment.body = *body;
+  request.priors = posterior::with_conventions(std::move(request.priors), protocol.ranges());
+  plan_ = std::make_unique<Plan>(model, protocol, request);
   const std::span<const float> tilt_rad = plan_->own.explainer.tilt_rad();
-  report_.protocol = with_body(std::move(protocol), body);
+  report_.protocol = std::move(protocol);
   report_.body_assumed = !body;
   report_.tilt_rad.assign(tilt_rad.begin(), tilt_rad.end());
   report_.fit = std::move(request);
@@ -355,11 +351,11 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
   }
   const bool from_network = figures.answer == FitFigures::Answer::network;
   // A start well within its prior explains such a recording.
-  const auto is_other_start = [](const Warning& warning) { return warning.code == "other_start"; };
   const bool start_explains =
-      !from_network && density.infers(Density::start) &&
-      std::ranges::count(at_edge(density, found, start_edge_probability), int{Density::start}) == 0 &&
-      std::erase_if(result.warnings, is_other_start) > 0;
+      trial.other_start && !from_network && density.infers(Density::start) &&
+      std::ranges::count(at_edge(density, found, start_edge_probability), int{Density::start}) == 0;
+  if (start_explains)
+    std::erase_if(result.warnings, [](const Warning& warning) { return warning.code == "other_start"; });
   // The inferred noise explains the rest of the sway, and the predictive check tests whether such noise is usual. So a
   // noise-free trial that explains little is not a fault of the recording.
   result.explanation = plan_->own.explainer.explain(
@@ -375,11 +371,9 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
   if (!unlike_training.empty())
     out_of_distribution.push_back({!odd.empty() || found.max_rhat() > odd_rhat ? Severity::invalid : Severity::caution,
                                    "out_of_distribution", "by the network, " + unlike_training});
-  Warnings following = response_ratio_warnings(result.explanation);
-  if (start_explains) std::erase_if(following, [](const Warning& warning) { return warning.code == "weak_response"; });
-  result.warnings =
-      most_severe_first({result.warnings, unlike_simulated, result.explanation.warnings, out_of_distribution, following,
-                         posterior_warnings(density, observation, found, from_network), contradictions});
+  result.warnings = most_severe_first({result.warnings, unlike_simulated, result.explanation.warnings,
+                                       out_of_distribution, response_ratio_warnings(result.explanation, start_explains),
+                                       posterior_warnings(density, observation, found, from_network), contradictions});
   figures.inferred = posterior::infer(density, observation, found, report_.fit->keeps_log_likelihood);
   for (int i = 0; i < found.points(); ++i) figures.stored_draws.push_back(found.draw_of_point(i));
   figures.posterior.drop_points();

@@ -19,7 +19,7 @@ void set_body(const Report& report, GroupReport& made) {
     const double mgh = report.protocol_for(report.recordings[i]).experiment.body.mgh();
     if (!first) first = mgh;
     made.bodies_differ = made.bodies_differ || mgh != *first;
-    made.assumed_bodies += report.body_assumed_for(report.recordings[i]) ? 1U : 0U;
+    made.assumed_bodies += report.setting_of(report.recordings[i]).body_assumed ? 1U : 0U;
   }
   made.mgh_nm_rad = made.bodies_differ ? sim::Body{}.mgh() : first.value_or(report.protocol.experiment.body.mgh());
 }
@@ -55,18 +55,6 @@ Warnings most_severe_first(std::initializer_list<Warnings> lists) {
 
 sim::ParameterTable Report::ranges() const {
   return fit ? posterior::ranges_for(fit->priors, protocol.ranges()) : protocol.ranges();
-}
-
-const sim::Protocol& Report::protocol_for(const RecordingResult& recording) const {
-  return recording.setting == 0 ? protocol : other_settings.at(recording.setting - 1).protocol;
-}
-
-bool Report::body_assumed_for(const RecordingResult& recording) const {
-  return recording.setting == 0 ? body_assumed : other_settings.at(recording.setting - 1).body_assumed;
-}
-
-const std::vector<float>& Report::tilt_for(const RecordingResult& recording) const {
-  return recording.setting == 0 ? tilt_rad : other_settings.at(recording.setting - 1).tilt_rad;
 }
 
 sim::ParameterTable Report::ranges_for(const RecordingResult& recording) const {

@@ -125,10 +125,7 @@ struct Call {
 };
 
 /// The recordings of one call, and their common values.
-struct Report {
-  sim::Protocol protocol;              ///< with the subject's body, or the one that is assumed
-  bool body_assumed = true;            ///< no body was given
-  std::vector<float> tilt_rad;         ///< the platform at the trials' samples
+struct Report : ReportSetting {
   dataset::ImageSettings image;        ///< of the network; unset for a fit
   dataset::ImageShape image_shape{};   ///< of Estimate::image, where that is not empty
   std::optional<FitRequest> fit = {};  ///< settings of a fit
@@ -143,9 +140,10 @@ struct Report {
   std::optional<StudySheet> sheet = {};
   Call call = {};
 
-  const sim::Protocol& protocol_for(const RecordingResult& recording) const;
-  bool body_assumed_for(const RecordingResult& recording) const;
-  const std::vector<float>& tilt_for(const RecordingResult& recording) const;
+  const ReportSetting& setting_of(const RecordingResult& recording) const {
+    return recording.setting == 0 ? *this : other_settings.at(recording.setting - 1);
+  }
+  const sim::Protocol& protocol_for(const RecordingResult& recording) const { return setting_of(recording).protocol; }
 
   /// Returns the parameters with their ranges: the body's, or the requested ones.
   sim::ParameterTable ranges() const;

@@ -295,9 +295,8 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
   const bool guessed = source.kind == SwaySource::Kind::angle && !options.unit && !unit_in(name) && !table.unit();
   const bool of_positions = source.kind == SwaySource::Kind::displacement || source.kind == SwaySource::Kind::markers;
   check_size(signal, guessed, options.mean_is_upright, of_positions, recording);
-  if (options.invert_sway) {
+  if (options.invert_sway)
     for (double& value : signal.rad) value = -value;
-  }
   // Other columns are read after this function returns.
   const auto with_missing = [read, clock, missing_value = options.missing_value](int column, std::size_t step) {
     if (step > 1 && !clock.place.empty()) return std::vector<double>();

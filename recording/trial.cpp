@@ -78,7 +78,7 @@ void add_change(Recording& recording) {
 
 }  // namespace
 
-ProtocolPlan::ProtocolPlan(const sim::Protocol& protocol) : protocol_(protocol) {}
+ProtocolPlan::ProtocolPlan(const sim::Protocol& protocol) : protocol_(protocol), tilt_rad_(prescribed_tilt(protocol)) {}
 
 ProtocolPlan::~ProtocolPlan() = default;
 
@@ -87,16 +87,14 @@ const TiltMatcher& ProtocolPlan::tilt() const {
   // then ends, or hangs with glibc before 2.34.
   const std::lock_guard lock(making_);
   if (!tilt_) {
-    const std::size_t overhang = overhang_of(static_cast<std::size_t>(protocol_.samples()));
-    tilt_ = std::make_unique<const TiltMatcher>(prescribed_tilt(protocol_), static_cast<int>(overhang));
+    tilt_ = std::make_unique<const TiltMatcher>(tilt_rad_, static_cast<int>(overhang_of(tilt_rad_.size())));
   }
   return *tilt_;
 }
 
 const ResponseCheck& ProtocolPlan::response() const {
   const std::lock_guard lock(making_);
-  if (!response_)
-    response_ = std::make_unique<const ResponseCheck>(prescribed_tilt(protocol_), protocol_.experiment.sample_rate_hz);
+  if (!response_) response_ = std::make_unique<const ResponseCheck>(tilt_rad_, protocol_.experiment.sample_rate_hz);
   return *response_;
 }
 
@@ -130,8 +128,7 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   trial.is_large = recording.is_large;
   TrialPlacement place{options.start_s.value_or(0.0), 0, needed - 1};
   if (tilt && !options.start_s) {
-    trial.tilt =
-        recording.tilt_was_found ? try_start(plan, from_hz, recording) : find_start(*tilt, plan, from_hz, recording);
+    trial.tilt = recording.tilt_was_found ? try_start(plan, from_hz, recording) : find_start(plan, from_hz, recording);
     tilt = recording.signals.find(platform_tilt);
   }
   if (trial.tilt) place.start_s = trial.tilt->delay_s;
@@ -159,7 +156,7 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   add_change(recording);
   for (const Signal<double>& signal : recording.signals) {
     std::vector<double> values = cut(signal.rad, from_hz, rate, place, samples);
-    if (signal.name == com_sway) look_for_changes(plan.response(), values, recording.warnings);
+    if (signal.name == com_sway) trial.other_start = look_for_changes(plan.response(), values, recording.warnings);
     if (&signal == tilt) {
       const auto tilt_gaps = gaps_in_trial(recording.tilt_gaps, from_hz, rate, place, samples);
       look_for_tilt_slips(values, tilt_gaps, plan, from_hz, options.start_s.has_value(), recording.warnings);

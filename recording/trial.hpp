@@ -47,6 +47,7 @@ struct Trial {
   std::vector<SampleRange> gaps = {};
   std::optional<LowPass> low_pass = {};  ///< that smoothed the sway
   bool start_is_doubtful = false;        ///< a warning of the recording says so
+  bool other_start = false;              ///< of this name: the sway follows the tilt as if from another start
 
   /// Returns the samples of com_sway. Throws Error without them.
   std::vector<float>& sway_rad() & { return signals.at(com_sway).rad; }
@@ -60,18 +61,21 @@ class TiltMatcher;
 class ResponseCheck;
 
 /// A protocol for many recordings: the first that needs a search table for tilts or sways makes it. All threads may
-/// share one plan. The protocol must outlive it.
+/// share one plan. The protocol must outlive it, unchanged.
 class ProtocolPlan {
  public:
   explicit ProtocolPlan(const sim::Protocol& protocol);
   ~ProtocolPlan();
 
   const sim::Protocol& protocol() const noexcept { return protocol_; }
+  /// Returns the protocol's tilt in rad, one value per sample.
+  const std::vector<double>& tilt_rad() const noexcept { return tilt_rad_; }
   const TiltMatcher& tilt() const;
   const ResponseCheck& response() const;
 
  private:
   const sim::Protocol& protocol_;
+  std::vector<double> tilt_rad_;
   mutable std::mutex making_;
   mutable std::unique_ptr<const TiltMatcher> tilt_;
   mutable std::unique_ptr<const ResponseCheck> response_;

@@ -8,7 +8,7 @@
 #include "base/error.hpp"
 #include "base/setting.hpp"
 #include "base/text.hpp"
-#include "identify/cohort/detail/streams.hpp"
+#include "identify/detail/streams.hpp"
 #include "identify/identify.hpp"
 #include "posterior/planning/expected_posterior.hpp"
 #include "sim/protocol/conditions.hpp"

@@ -1,4 +1,4 @@
-// The stream of random numbers (base/math/random.hpp) that predictive checks use. Its number determines their bits.
+// Streams of random numbers (base/math/random.hpp) of predictive checks and of studies. Numbers determine their bits.
 #pragma once
 
 #include "base/math/random.hpp"
@@ -6,5 +6,6 @@
 namespace decid::streams {
 
 inline constexpr Stream predictive{12};  ///< item: trial simulated from a draw; its measurement noise: with bit 63 set
+inline constexpr Stream cohort{17};  ///< item: chain and sweep of the hierarchical model; a person of a planned study
 
 }  // namespace decid::streams

@@ -110,11 +110,6 @@ void finish(std::vector<Bin>& all) {
     }
 }
 
-[[noreturn]] void refuse_seed(std::uint64_t seed) {
-  throw Error(Code::data_reused, "test trials", "the model was trained with seed " + std::to_string(seed),
-              "give another " + setting("seed"));
-}
-
 int column_named(const recording::CsvTable& table, const std::string& name, const std::string& file) {
   for (int c = 0; c < table.columns(); ++c)
     if (table.names()[static_cast<std::size_t>(c)] == name) return c;
@@ -129,15 +124,13 @@ double KnownTrial::squared_error() const {
   return sum;
 }
 
-double mean_of(const Scores& scores) {
-  return std::accumulate(scores.begin(), scores.end(), 0.0) / static_cast<double>(scores.size());
-}
-
 void study_dataset(const Model& model, const std::string& file, ModelStudy& study, const Announce& announce) {
   const dataset::StoredDataset stored{std::filesystem::path(file)};
   const dataset::Dataset& about = stored.about();
   require_same_experiment(model, study.model, about.protocol, file);
-  if (about.seed == study.fresh_seed) refuse_seed(study.fresh_seed);
+  if (about.seed == study.fresh_seed)
+    throw Error(Code::data_reused, "test trials", "the model was trained with seed " + std::to_string(about.seed),
+                "give another " + setting("seed"));
   announce("sway of " + file);
   StudyData& data = study.data.emplace();
   data.file = file;

@@ -71,8 +71,6 @@ struct NoiseLevel {
   std::vector<Bin> by_amplitude_deg;  ///< peak to peak of the noise-free sway
   std::vector<Bin> by_nv;
 };
-/// Returns the mean over the parameters.
-double mean_of(const Scores& scores);
 
 struct LearningPoint {
   double trials, mse;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 #include <sstream>
@@ -35,6 +36,18 @@ void refuse_without_groups(const StudySheet& sheet) {
   throw Error(Code::column_missing, sheet.file.string(),
               "has no column \"group\"; its columns are " + joined(sheet.names, ", ", one_line),
               "name the column of the groups so");
+}
+
+/// Throws Error if commas stand between thousands: read as decimals, "12,300" steps would be fewer than 980.
+void refuse_thousands(const std::vector<std::string>& cells, const std::string& where, const std::string& column) {
+  recording::CommaFinder finder;
+  for (const std::string& cell : cells)
+    if (finder.see(cell)) break;
+  if (!finder.example().empty() && finder.found(false, false) == recording::Commas::thousands)
+    throw Error(Code::value_invalid, where,
+                "column " + column + " has '" + std::string(finder.example()) +
+                    "', whose comma may stand between thousands, beside numbers without a comma",
+                "write its numbers without separators between thousands, and with decimal points");
 }
 
 }  // namespace
@@ -111,6 +124,34 @@ std::size_t compare_within(const std::string& column, const RecordingPlan& plan,
                 "the compared recordings have " + counted(static_cast<long long>(values.size()), column),
                 "give two or more in the sheet's column " + column);
   return left_out;
+}
+
+std::vector<double> read_covariate(const RecordingPlan& plan, const std::string& column) {
+  if (!plan.sheet)
+    throw Error(Code::setting_missing, setting("covariates") + " " + column,
+                "is a column of a sheet, and the call has none", "give the sheet of the study");
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  std::vector<double> values;
+  if (names_weights(column) || names_heights(column)) {
+    const auto value = names_weights(column) ? &PlannedRecording::mass_kg : &PlannedRecording::height_m;
+    for (const PlannedRecording& one : plan.recordings) values.push_back((one.*value).value_or(none));
+    return values;
+  }
+  const auto text_of = plan.sheet->reader_for(column);
+  const std::string where = plan.sheet->file.string();
+  std::vector<std::string> cells;
+  for (const PlannedRecording& one : plan.recordings) cells.push_back(text_of(one.entry));
+  refuse_thousands(cells, where, column);
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const std::optional<double> value = read_number(cells[i]);
+    if (!value && !cells[i].empty())
+      throw Error(Code::value_invalid, where,
+                  "column " + column + " of " + plan.recordings[i].source.name() + " has '" + cells[i] +
+                      "', which is not a number",
+                  "write numbers, such as 0 and 1 for two kinds, or n/a");
+    values.push_back(value.value_or(none));
+  }
+  return values;
 }
 
 void add_covariate(const std::string& column, const RecordingPlan& plan, GroupTable& groups) {

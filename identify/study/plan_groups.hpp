@@ -45,6 +45,11 @@ void refuse_groups(const std::vector<GroupMember>& members, const std::string& w
 /// values.
 std::size_t compare_within(const std::string& column, const RecordingPlan& plan, GroupTable& groups);
 
+/// Returns the numbers in a column of the plan's sheet, one per recording; NaN: n/a. Weights are in kg, heights in m.
+/// Throws Error for a plan without a sheet, a column that the sheet does not have, a text that is not a number, and
+/// numbers that seem to have commas between thousands.
+std::vector<double> read_covariate(const RecordingPlan& plan, const std::string& column);
+
 /// Adds a covariate: a column of numbers. Throws Error as read_covariate() does, and for fewer than two values.
 void add_covariate(const std::string& column, const RecordingPlan& plan, GroupTable& groups);
 

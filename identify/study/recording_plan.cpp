@@ -3,22 +3,17 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <functional>
 #include <iterator>
-#include <limits>
 #include <map>
 #include <system_error>
 #include <tuple>
 #include <utility>
 
-#include "base/setting.hpp"
 #include "base/text.hpp"
 #include "identify/study/detail/contradictions.hpp"
 #include "identify/study/detail/path_match.hpp"
 #include "identify/study/detail/person_lines.hpp"
-#include "identify/study/detail/same_content.hpp"
 #include "identify/study/reading_option.hpp"
-#include "recording/table/cells.hpp"
 #include "sim/segments.hpp"
 
 namespace decid {
@@ -169,20 +164,18 @@ class Planner {
   }
 
   void plan_sheet() {
+    std::vector<std::vector<std::size_t>> found(lines().size());  // recordings of each line with a file
     std::vector<bool> taken(sources_.size(), false);
-    for (std::size_t line = 0; line < lines().size(); ++line)
-      if (!lines()[line].file.empty())
-        found_.push_back(find(line));
-      else
-        found_.emplace_back();
-    for (const std::vector<std::size_t>& some : found_)
-      if (some.size() == 1) taken[some[0]] = true;
+    for (std::size_t line = 0; line < lines().size(); ++line) {
+      if (!lines()[line].file.empty()) found[line] = find(line);
+      if (found[line].size() == 1) taken[found[line][0]] = true;
+    }
     std::vector<FittingLines> of_people(sources_.size());
     for (std::size_t i = 0; i < sources_.size(); ++i)
       if (!taken[i]) of_people[i] = people_.find(source_keys_[i]);
     for (std::size_t line = 0; line < lines().size(); ++line) {
       if (!lines()[line].file.empty())
-        plan_line(line);
+        plan_line(line, found[line]);
       else
         plan_person(line, of_people);
     }
@@ -205,9 +198,8 @@ class Planner {
     return best;
   }
 
-  void plan_line(std::size_t line) {
+  void plan_line(std::size_t line, const std::vector<std::size_t>& best) {
     const SheetLine here = with_person(line);
-    const std::vector<std::size_t>& best = found_[line];
     std::error_code ignored;
     const std::filesystem::path direct = path_beside(*plan_.sheet, here.file);
     if (best.size() > 1 && sources_[best[0]].trial.empty())
@@ -248,10 +240,6 @@ class Planner {
       else if (line == found.fitting[0])
         add_unclear(i, found.fitting[0], found.fitting[1]);
     }
-    if (!has_one || person.error) add_without_recording(person, has_one);
-  }
-
-  void add_without_recording(const SheetLine& person, bool has_one) {
     if (has_one) return;  // its recordings have the error of the line
     const std::string name = person.entry.participant.empty() ? plan_.sheet->locate(person) : person.entry.participant;
     add(std::filesystem::path(name), person,
@@ -316,20 +304,7 @@ class Planner {
   std::vector<bool> used_;                    // lines
   /// Numbers of the lines that name recordings: of a recording, a protocol and options of reading.
   std::map<std::tuple<std::string, std::string, std::vector<std::pair<std::string, std::string>>>, std::size_t> named_;
-  std::vector<std::vector<std::size_t>> found_;  // recordings of each line with a file
 };
-
-/// Throws Error if commas stand between thousands: read as decimals, "12,300" steps would be fewer than 980.
-void refuse_thousands(const std::vector<std::string>& cells, const std::string& where, const std::string& column) {
-  recording::CommaFinder finder;
-  for (const std::string& cell : cells)
-    if (finder.see(cell)) break;
-  if (!finder.example().empty() && finder.found(false, false) == recording::Commas::thousands)
-    throw Error(Code::value_invalid, where,
-                "column " + column + " has '" + std::string(finder.example()) +
-                    "', whose comma may stand between thousands, beside numbers without a comma",
-                "write its numbers without separators between thousands, and with decimal points");
-}
 
 }  // namespace
 
@@ -370,32 +345,6 @@ void refuse_repeated(const RecordingPlan& plan, const std::string& option) {
                 other == source.name() ? "is given twice" : "is the same recording as " + other,
                 "give each recording of " + option + " once");
   }
-}
-
-std::vector<double> read_covariate(const RecordingPlan& plan, const std::string& column) {
-  if (!plan.sheet)
-    throw Error(Code::setting_missing, setting("covariates") + " " + column,
-                "is a column of a sheet, and the call has none", "give the sheet of the study");
-  const bool of_weight = names_weights(column), of_height = names_heights(column);
-  std::function<std::string(const SheetEntry& entry)> text_of;
-  if (!of_weight && !of_height) text_of = plan.sheet->reader_for(column);
-  std::vector<std::string> cells;
-  for (const PlannedRecording& one : plan.recordings) cells.push_back(text_of ? text_of(one.entry) : std::string());
-  refuse_thousands(cells, plan.sheet->file.string(), column);
-  std::vector<double> values;
-  for (const PlannedRecording& one : plan.recordings) {
-    std::optional<double> value = of_weight ? one.mass_kg : one.height_m;
-    if (text_of) {
-      const std::string text = text_of(one.entry);
-      value = read_number(text);
-      if (!value && !text.empty())
-        throw Error(Code::value_invalid, plan.sheet->file.string(),
-                    "column " + column + " of " + one.source.name() + " has '" + text + "', which is not a number",
-                    "write numbers, such as 0 and 1 for two kinds, or n/a");
-    }
-    values.push_back(value.value_or(std::numeric_limits<double>::quiet_NaN()));
-  }
-  return values;
 }
 
 }  // namespace decid

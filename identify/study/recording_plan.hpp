@@ -66,9 +66,4 @@ RecordingPlan make_plan(StudySheet sheet, const std::vector<RecordingSource>& so
 /// once, for the message. A sheet's lines that name one again have an error already.
 void refuse_repeated(const RecordingPlan& plan, const std::string& option);
 
-/// Returns the numbers in a column of the plan's sheet, one per recording; NaN: n/a. Weights are in kg, heights in m.
-/// Throws Error for a plan without a sheet, a column that the sheet does not have, a text that is not a number, and
-/// numbers that seem to have commas between thousands.
-std::vector<double> read_covariate(const RecordingPlan& plan, const std::string& column);
-
 }  // namespace decid

@@ -59,24 +59,25 @@ double height_of(const std::string& cell, double metres_per_unit, const std::str
 /// where: the line; name: the column's.
 void read_cell(const SheetColumn& column, const std::string& name, const std::string& cell, const std::string& where,
                SheetLine& line) {
+  const bool may_be_marked =
+      column.role == ColumnRole::participant || column.role == ColumnRole::session || column.role == ColumnRole::group;
+  if (may_be_marked ? is_none(cell) : has_no_value(cell)) {
+    if (column.role == ColumnRole::carried) line.entry.cells.emplace_back();
+    return;
+  }
   switch (column.role) {
     case ColumnRole::carried:
-      line.entry.cells.push_back(has_no_value(cell) ? std::string() : cell);
-      return;
-    case ColumnRole::participant:
-      line.entry.participant = is_none(cell) ? std::string() : cell;
-      return;
-    case ColumnRole::session:
-      line.entry.session = is_none(cell) ? std::string() : without_point_zero(cell);
-      return;
-    case ColumnRole::group:
-      line.entry.group = is_none(cell) ? std::string() : without_point_zero(cell);
-      return;
-    default:
+      line.entry.cells.push_back(cell);
       break;
-  }
-  if (has_no_value(cell)) return;
-  switch (column.role) {
+    case ColumnRole::participant:
+      line.entry.participant = cell;
+      break;
+    case ColumnRole::session:
+      line.entry.session = without_point_zero(cell);
+      break;
+    case ColumnRole::group:
+      line.entry.group = without_point_zero(cell);
+      break;
     case ColumnRole::condition:
       line.entry.condition = without_point_zero(cell);
       break;

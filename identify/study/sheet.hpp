@@ -11,9 +11,15 @@
 #include <vector>
 
 #include "base/error.hpp"
-#include "identify/study/entry.hpp"
 
 namespace decid {
+
+/// The cells of a line that go with a recording to its results.
+struct SheetEntry {
+  std::string participant, session, group, condition;
+  std::vector<std::string> cells = {};  ///< of the sheet's other columns, in their order; empty: n/a
+  bool operator==(const SheetEntry&) const = default;
+};
 
 struct SheetLine {
   std::size_t number = 0;  ///< in the file, from 1

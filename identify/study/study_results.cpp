@@ -2,6 +2,7 @@
 #include "identify/study/study_results.hpp"
 
 #include <algorithm>
+#include <map>
 #include <numeric>
 #include <utility>
 
@@ -29,15 +30,9 @@ namespace {
 std::vector<RecordingResult> read_places(const RecordingPlan& plan, std::span<const std::size_t> places,
                                          const std::vector<const sim::Protocol*>& protocols,
                                          const std::vector<std::optional<Error>>& errors) {
-  std::vector<std::unique_ptr<recording::ProtocolPlan>> plans(protocols.size());
-  for (std::size_t k = 0; k < plans.size(); ++k) {
-    const auto same = std::find(protocols.begin(), protocols.begin() + static_cast<std::ptrdiff_t>(k), protocols[k]);
-    if (protocols[k] != nullptr && same == protocols.begin() + static_cast<std::ptrdiff_t>(k))
-      plans[k] = std::make_unique<recording::ProtocolPlan>(*protocols[k]);
-  }
-  const auto plan_of_setting = [&](std::size_t setting) -> const recording::ProtocolPlan& {
-    return *plans[static_cast<std::size_t>(std::ranges::find(protocols, protocols[setting]) - protocols.begin())];
-  };
+  std::map<const sim::Protocol*, recording::ProtocolPlan> plans;
+  for (const sim::Protocol* protocol : protocols)
+    if (protocol != nullptr) plans.try_emplace(protocol, *protocol);
   std::vector<RecordingResult> all(places.size());
   parallel_for(static_cast<int>(places.size()), [&](int place) {
     const auto i = static_cast<std::size_t>(place);
@@ -47,7 +42,7 @@ std::vector<RecordingResult> read_places(const RecordingPlan& plan, std::span<co
       all[i].file = planned.source.name();
       all[i].error = error;
     } else {
-      all[i] = read_source(plan_of_setting(planned.setting), planned.source, planned.reading);
+      all[i] = read_source(plans.at(protocols[planned.setting]), planned.source, planned.reading);
     }
     set_planned(all[i], planned);
   });

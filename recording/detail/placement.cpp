@@ -161,10 +161,7 @@ void warn_of_length(Recording& recording, const sim::Protocol& protocol, const T
                               : place.last == protocol.samples() - 1 ? "start"
                                                                      : "ends") +
                              "; the mirror image of their neighbours replaces them";
-    if (is_usual)
-      add_info(recording.warnings, "samples_lacking", text);
-    else
-      add_caution(recording.warnings, "samples_lacking", text);
+    add_warning(recording.warnings, is_usual ? Severity::info : Severity::caution, "samples_lacking", text);
   }
 }
 

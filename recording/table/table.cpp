@@ -2,7 +2,6 @@
 #include "recording/table/table.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <iostream>
 #include <map>
@@ -70,8 +69,6 @@ const std::vector<TableArray>& Table::arrays() const {
   return none;
 }
 
-void Table::keep_element(const std::string&, std::size_t) {}
-
 std::vector<double> Table::numbers_of_each(int column, std::size_t step, Missing missing) const {
   const std::vector<double> all = numbers(column, missing);
   std::vector<double> some;
@@ -92,15 +89,11 @@ RowLabels Table::labels(int column) const {
   return labels;
 }
 
-void Table::keep_rows(int, const std::vector<std::size_t>&) {}
-
 std::unique_ptr<Table> read_table(const std::filesystem::path& path, std::optional<int> skip_lines,
                                   const std::string& section) {
   const bool is_stdin = path == standard_input;
   const std::string where = is_stdin ? "standard input" : path.string();
-  std::string end = path.extension().string();
-  std::transform(end.begin(), end.end(), end.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string end = lower_case(path.extension().string());
   // Reading first gives the reason if a file cannot be read or is too large.
   std::string text = is_stdin ? read_standard_input() : read_file(path, file_limit_bytes);
   if (is_xlsx(text)) return read_sheet(text, where, skip_lines, section);

@@ -90,7 +90,7 @@ class Table {
   /// Returns arrays whose elements may be recordings.
   virtual const std::vector<TableArray>& arrays() const;
   /// Drops the columns of the array's other elements; counted from 0.
-  virtual void keep_element(const std::string& array, std::size_t element);
+  virtual void keep_element(const std::string& /*array*/, std::size_t /*element*/) {}
   /// Returns the labels of the rows in a column; by default of numbers. Throws Error as numbers().
   virtual RowLabels labels(int column) const;
   /// Returns the text of a cell, where a table has texts; else empty.
@@ -98,7 +98,7 @@ class Table {
   /// Returns the format's name for messages, "C3D file", if its files hold only one recording. Otherwise empty.
   virtual std::string format_of_one() const { return {}; }
   /// Keeps these rows, in increasing order, of all columns as long as this one.
-  virtual void keep_rows(int column, const std::vector<std::size_t>& rows);
+  virtual void keep_rows(int /*column*/, const std::vector<std::size_t>& /*rows*/) {}
 
  private:
   Warnings none_;

@@ -321,6 +321,7 @@ TEST_CASE("other_start: dropped by a fit that infers the start, kept where the s
   for (const double prior_start_s : {0.1, 0.0}) {
     std::vector<RecordingResult> read = of_one_participant();
     add_caution(read[0].warnings, "other_start", "starts later");
+    read[0].trial.other_start = true;
     FitRequest request = quick_request();
     request.priors.start_s = prior_start_s;
     Fitter fitter(nullptr, sines_protocol(), {}, request);

@@ -12,6 +12,7 @@
 
 #include "base/error.hpp"
 #include "base/number.hpp"
+#include "base/text.hpp"
 #include "recording/protocol_file.hpp"
 #include "sim/protocol/protocol_json.hpp"
 #include "tools/decid/ranks.hpp"
@@ -24,32 +25,18 @@ struct Format {
   const char* ending;
 };
 
-Format format_of(Written written) {
-  switch (written) {
-    case Written::json:
-      return {"JSON", ".json"};
-    case Written::csv:
-      return {"CSV", ".csv"};
-    case Written::table:
-      return {"CSV or a workbook", ".csv"};
-    case Written::npz:
-    case Written::draws:
-      return {"NumPy's arrays", ".npz"};
-    case Written::html:
-      return {"a page", ".html"};
-    case Written::svg:
-      return {"an SVG drawing", ".svg"};
-    case Written::safetensors:
-      return {"a model", ".safetensors"};
-    case Written::onnx:
-      return {"a network in ONNX", ".onnx"};
-    case Written::samples:
-      return {"bare samples", ".bin"};
-    case Written::folder:
-      break;
-  }
-  return {"", ""};
-}
+/// In the order of Written.
+constexpr Format formats[] = {{"JSON", ".json"},
+                              {"CSV", ".csv"},
+                              {"CSV or a workbook", ".csv"},
+                              {"NumPy's arrays", ".npz"},
+                              {"NumPy's arrays", ".npz"},
+                              {"a page", ".html"},
+                              {"an SVG drawing", ".svg"},
+                              {"a model", ".safetensors"},
+                              {"a network in ONNX", ".onnx"},
+                              {"bare samples", ".bin"},
+                              {"", ""}};
 
 /// File endings that programs and people know. Any other ending is valid for every format.
 constexpr const char* known_endings[] = {".csv",  ".tsv",         ".json", ".npz", ".npy", ".mat",  ".html",
@@ -60,12 +47,11 @@ constexpr const char* known_endings[] = {".csv",  ".tsv",         ".json", ".npz
 std::string what_is_wrong(const std::string& name, Written written) {
   if (name == "-") return "'-' is not a file; to print results, use --json with the commands that have it";
   const std::filesystem::path path(name);
-  const Format right = format_of(written);
+  const Format& right = formats[static_cast<std::size_t>(written)];
   if (written != Written::folder && (path.filename().empty() || std::filesystem::is_directory(path)))
     return "'" + name + "' is a folder, but the option names a file; give for example '" +
            (path / (std::string("result") + right.ending)).string() + "'";
-  std::string ending = path.extension();
-  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const std::string ending = lower_case(path.extension().string());
   const bool same = ending == right.ending || (written == Written::html && ending == ".htm") ||
                     (written == Written::draws && ending == ".csv") || (written == Written::table && ending == ".xlsx");
   if (same || std::ranges::count(known_endings, ending) == 0) return "";
@@ -97,8 +83,7 @@ void apply(CommonOptions& options) {
 }
 
 void add_protocol_options(const Command& command, ProtocolOptions& options) {
-  command.add_option("--protocol", options.name, "Simulate this protocol: default, short, or a JSON file")
-      .show_default();
+  command.add_option("--protocol", options.name, "Simulate this protocol: default, short, or a JSON file");
   add_controller_option(command, options.controller,
                         "Simulate this controller (decid info --controllers); default: the protocol's, else dec");
   command
@@ -116,7 +101,7 @@ void add_seed_option(const Command& command, std::uint64_t& seed, const std::str
     text = std::to_string(*value);
     return {};
   };
-  command.add_option("--seed", seed, description).show_default().rewritten(to_decimal, "UINT").section("Advanced");
+  command.add_option("--seed", seed, description).rewritten(to_decimal, "UINT").section("Advanced");
 }
 
 namespace {

@@ -3,7 +3,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "sim/protocol/protocol.hpp"
@@ -21,6 +23,18 @@ struct CommonOptions {
 void add_common_options(const Command& command, CommonOptions& options, bool prints_figures);
 /// Applies --threads. With several ranks, only rank 0 prints.
 void apply(CommonOptions& options);
+/// Adds the common options, and sets the command's work: run(options, command) or run(options).
+template <class Options, class Run>
+void run_with(const Command& command, const std::shared_ptr<Options>& options, bool prints_figures, Run run) {
+  add_common_options(command, options->common, prints_figures);
+  command.callback([=] {
+    apply(options->common);
+    if constexpr (std::is_invocable_v<Run, Options&, const Command&>)
+      run(*options, command);
+    else
+      run(*options);
+  });
+}
 
 /// The options --protocol and --sensor-noise of the commands that simulate many trials.
 struct ProtocolOptions {

@@ -38,12 +38,7 @@ std::string message_of(const CLI::ParseError& error) {
 }  // namespace
 
 Option& Option::required() {
-  option_->required();
-  return *this;
-}
-
-Option& Option::show_default() {
-  option_->capture_default_str();
+  option_->required()->default_str("");
   return *this;
 }
 
@@ -112,7 +107,12 @@ void Command::require_subcommand() const {
 
 template <class T>
 Option Command::add_option(const std::string& names, T& value, const std::string& description) const {
-  return Option(app_->add_option(names, value, description));
+  CLI::Option* const option = app_->add_option(names, value, description);
+  bool has_default = true;
+  if constexpr (requires { value.empty(); }) has_default = !value.empty();
+  if constexpr (requires { value.has_value(); }) has_default = value.has_value();
+  if (has_default && description.find("default:") == std::string::npos) option->capture_default_str();
+  return Option(option);
 }
 template Option Command::add_option(const std::string&, std::string&, const std::string&) const;
 template Option Command::add_option(const std::string&, int&, const std::string&) const;

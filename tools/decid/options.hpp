@@ -21,8 +21,6 @@ class Option {
   explicit Option(CLI::Option* option) : option_(option) {}
 
   Option& required();
-  /// Shows the variable's current value in the help.
-  Option& show_default();
   /// Accepts numbers from low to high.
   Option& range(int low, int high);
   Option& range(long long low, long long high);
@@ -53,7 +51,8 @@ class Command {
   void require_subcommand() const;
 
   /// Adds an option. `names`: "-o,--output", or "model" without dashes for a positional argument. `value` must live
-  /// until the program has been parsed. T: std::string, int, long long, std::uint64_t, double; std::optional of
+  /// until the program has been parsed; the help shows its value as the default, if it has one and the description does
+  /// not say "default:". T: std::string, int, long long, std::uint64_t, double; std::optional of
   /// std::string, int or double; std::vector of std::string or double.
   template <class T>
   Option add_option(const std::string& names, T& value, const std::string& description) const;

@@ -69,18 +69,8 @@ std::vector<Value> gather_values(const Value& own) {
 template <class Value>
 using Give = std::function<void(std::size_t item, Value value)>;
 
-/// Distributes items 0 .. count - 1 to the ranks as they become free, up to `at_once` at a time. Every rank calls this
-/// function. work(first, last, give): calls give once for each of these items, in any order, or for fewer if it has to
-/// stop. Each rank calls work in a thread that may differ from the caller's. take(item, value): rank 0 calls it as
-/// values arrive, from one thread at a time. stop: every rank calls it. Returns false at all ranks if the work was
-/// stopped. Values travel as bytes (base/archive.hpp); a single process moves them.
-template <class Value>
-bool share_out(std::size_t count, std::size_t at_once,
-               const std::function<void(std::size_t first, std::size_t last, const Give<Value>& give)>& work,
-               const Give<Value>& take, const std::function<bool()>& stop);
-
 namespace detail {
-/// Does the same for one process, and for bytes among several processes.
+/// Do as share_out() for one process, and for bytes among several processes.
 bool work_alone(std::size_t count, std::size_t at_once,
                 const std::function<void(std::size_t first, std::size_t last)>& work,
                 const std::function<bool()>& stop);
@@ -90,6 +80,11 @@ bool share_bytes(std::size_t count, std::size_t at_once,
                  const GiveBytes& take, const std::function<bool()>& stop);
 }  // namespace detail
 
+/// Distributes items 0 .. count - 1 to the ranks as they become free, up to `at_once` at a time. Every rank calls this
+/// function. work(first, last, give): calls give once for each of these items, in any order, or for fewer if it has to
+/// stop. Each rank calls work in a thread that may differ from the caller's. take(item, value): rank 0 calls it as
+/// values arrive, from one thread at a time. stop: every rank calls it. Returns false at all ranks if the work was
+/// stopped. Values travel as bytes (base/archive.hpp); a single process moves them.
 template <class Value>
 bool share_out(std::size_t count, std::size_t at_once,
                const std::function<void(std::size_t first, std::size_t last, const Give<Value>& give)>& work,

@@ -19,12 +19,6 @@ constexpr const char* no_column = "none";
 
 }  // namespace
 
-void RecordingFlags::find_files(const std::vector<std::string>& others, bool quiet) {
-  RecordingFiles found = recording_files(files, others, recursive);
-  files = std::move(found.files);
-  if (const std::string text = found.left_out.text(); !quiet && !text.empty()) std::cerr << "note: " << text << '\n';
-}
-
 ReadOptions RecordingFlags::read_options() const {
   ReadOptions made;
   made.recording.column = column;
@@ -79,8 +73,9 @@ void RecordingFlags::find_sources(const std::vector<std::string>& others, bool q
     sources = make_sources({files.begin(), files.end()}, read_options().recording);
     return;
   }
-  find_files(others, quiet);
-  sources = make_sources({files.begin(), files.end()}, read_options().recording);
+  const RecordingFiles found = recording_files(files, others, recursive);
+  if (const std::string text = found.left_out.text(); !quiet && !text.empty()) std::cerr << "note: " << text << '\n';
+  sources = make_sources({found.files.begin(), found.files.end()}, read_options().recording);
   files.clear();
   for (const RecordingSource& source : sources) files.push_back(source.name());
   named = distinct_files();

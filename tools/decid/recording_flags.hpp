@@ -35,11 +35,9 @@ struct RecordingFlags : BodyFlags {
   std::vector<RecordingSource> sources;  ///< the recordings in the files, once they are found
   std::vector<std::string> named;        ///< the files of the call, each once, without those that a sheet names
 
-  /// Replaces `files` by the files for which they stand (recording_files.hpp), except `others`. Prints on standard
-  /// error which files it left out, unless `quiet`.
-  void find_files(const std::vector<std::string>& others, bool quiet);
-  /// Finds the recordings in the files, as find_files() finds files; `files` are then their names. With --study and no
-  /// file it finds all recordings below the sheet's folder.
+  /// Finds the recordings in the files for which `files` stand (recording_files.hpp), except `others`; `files` are then
+  /// their names. With --study and no file it finds all recordings below the sheet's folder. Prints on standard error
+  /// which files it left out, unless `quiet`.
   void find_sources(const std::vector<std::string>& others, bool quiet);
   /// Returns the plan of the recordings found, by the sheet of --study if there is one. `sources` and `files` are then
   /// the plan's. Prints on standard error which lines are of no recording, unless `quiet`.

@@ -210,7 +210,7 @@ Json signals_of(const RecordingResult& recording, const FitFigures& fitted, cons
   Chart noise(fitted.first_edge_s, step_s), tilt(fitted.first_edge_s, step_s);
   noise.band("noise", inferred.noise_rad_s, edges);
   tilt.band("estimate", inferred.tilt_estimate_rad, edges);
-  const std::vector<float>& tilt_rad = of.tilt_for(recording);
+  const std::vector<float>& tilt_rad = of.setting_of(recording).tilt_rad;
   std::vector<double> platform;
   for (std::size_t i = 0; i < inferred.tilt_estimate_rad.low.size() && !tilt_rad.empty(); ++i) {
     const double place = (fitted.first_edge_s + static_cast<double>(i) * fitted.edge_s) * rate_hz;
@@ -267,7 +267,7 @@ Json recording_to_json(const RecordingResult& recording, const Report& of, const
           {"column", recording.column},
           {"tilt", tilt_to_json(recording)},
           {"protocol", protocol_figures(of.protocol_for(recording))},
-          {"body_assumed", of.body_assumed_for(recording)},
+          {"body_assumed", of.setting_of(recording).body_assumed},
           {"trust", name(recording.trust())},
           {"warnings", warnings_json(recording.warnings)},
           {"peak_to_peak_deg", page_number(recording.peak_to_peak_deg())},

@@ -169,7 +169,7 @@ Json recording_to_json(const RecordingResult& recording, const Report& of) {
             {"column", recording.column},
             {"tilt", tilt_to_json(recording)},
             {"protocol", protocol_figures(of.protocol_for(recording))},
-            {"body_assumed", of.body_assumed_for(recording)},
+            {"body_assumed", of.setting_of(recording).body_assumed},
             {"parameters", described_parameters(recording, of.protocol_for(recording), of.ranges_for(recording))},
             {"rms_residual_deg", page_number(explanation.rms_residual_deg)},
             {"variance_accounted_for", page_number(explanation.variance_accounted_for)},

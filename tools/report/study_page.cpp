@@ -23,9 +23,9 @@ Json bins_json(const sim::ParameterTable& table, const std::vector<Bin>& bins) {
     list.push_back({{"low", bin.low},
                     {"high", bin.high},
                     {"trials", bin.trials},
-                    {"mse", number_or_null(mean_of(bin.mse))},
+                    {"mse", number_or_null(mean(bin.mse))},
                     {"mse_per_parameter", by_parameter(table, bin.mse)},
-                    {"mean_guess_mse", number_or_null(mean_of(bin.baseline))}});
+                    {"mean_guess_mse", number_or_null(mean(bin.baseline))}});
   return list;
 }
 

@@ -6,7 +6,7 @@
 
 #include "base/math/cholesky.hpp"
 #include "base/math/math.hpp"
-#include "identify/cohort/detail/streams.hpp"
+#include "identify/detail/streams.hpp"
 
 namespace decid::cohort {
 namespace {

@@ -1,4 +1,5 @@
-// Contradictions of a study's sheet: lines about a person that cannot be right together. Not installed.
+// Contradictions of a study's sheet, lines about a person that cannot be right together, and copies among the
+// recordings of a plan. Not installed.
 #pragma once
 
 #include "identify/study/recording_plan.hpp"
@@ -12,5 +13,10 @@ void refuse_two_groups(const StudySheet& sheet);
 /// session, or without sessions. Between sessions both may change. Markers of one column at two heights are two bodies,
 /// too. An empty cell contradicts nothing.
 void warn_of_contradictions(RecordingPlan& plan);
+
+/// Adds a warning (`same_content`) to recordings whose files hold the same bytes, and which are read with the same
+/// options: a group or a joint fit would count the copy as another person or as new evidence. Reads only files of equal
+/// size, and neither pipes nor standard input.
+void warn_of_copies(RecordingPlan& plan);
 
 }  // namespace decid

@@ -1,6 +1,4 @@
-// Copies among recordings: see same_content.hpp.
-#include "identify/study/detail/same_content.hpp"
-
+// Copies among recordings: see contradictions.hpp.
 #include <filesystem>
 #include <map>
 #include <tuple>
@@ -11,6 +9,7 @@
 #include "base/files/file.hpp"
 #include "base/files/sha256.hpp"
 #include "base/parallel.hpp"
+#include "identify/study/detail/contradictions.hpp"
 
 namespace decid {
 namespace {

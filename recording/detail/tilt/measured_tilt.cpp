@@ -104,12 +104,10 @@ std::vector<double> read_tilt_deg(const TiltFile& file, double sample_rate_hz, W
     warnings->insert(warnings->end(), table.warnings().begin(), table.warnings().end());
     if (const std::string change = table.change_at(column); !change.empty()) add_info(*warnings, "resampled", change);
   }
-  if (*unit == Unit::milliradian) {
+  if (*unit == Unit::milliradian)
     for (double& value : tilt) value *= rad_in(Unit::milliradian);
-  }
-  if (*unit != Unit::degree) {
+  if (*unit != Unit::degree)
     for (double& value : tilt) value /= sim::rad_per_deg;
-  }
   if (file.is_cycle) {
     // The check precedes resampling, which would spread a jump over its neighbours.
     if (const std::string problem = sim::broken_joint(tilt); !problem.empty()) {

@@ -169,7 +169,7 @@ std::vector<Candidate> find_candidates(const std::vector<OtherColumn>& columns, 
   const double rate = experiment.sample_rate_hz;
   const long state = std::lround(sequence->state_s * rate);
   if (state < 2) return {};
-  const std::vector<double> expected = prescribed_tilt(plan.protocol());
+  const std::vector<double>& expected = plan.tilt_rad();
   Screen screen(expected, from_hz, rate);
   std::vector<Candidate> found;
   for (const OtherColumn& column : columns) {
@@ -180,7 +180,7 @@ std::vector<Candidate> find_candidates(const std::vector<OtherColumn>& columns, 
     } catch (const Error&) {  // words, or hardly any numbers
       continue;
     }
-    const std::vector<double> measured = from_hz == rate ? candidate.rad : resample(candidate.rad, from_hz, rate);
+    const std::vector<double> measured = resample(candidate.rad, from_hz, rate);
     if (measured.size() + 2 * overhang_of(expected.size()) < expected.size()) return found;
     const Match match = plan.tilt().match(measured);
     if (std::abs(match.correlation) < min_of_tilt || !is_as_sharp(measured, expected, match, state)) continue;

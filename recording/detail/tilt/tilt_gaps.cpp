@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
+#include <utility>
 
 #include "base/math/statistics.hpp"
 
@@ -27,38 +29,49 @@ struct Prescribed {
   }
 };
 
-/// The measured samples within the protocol, and the protocol's tilt there.
-struct Compared {
-  std::vector<double> played, prescribed;
-};
-Compared compared(const Recording& recording, const Prescribed& protocol) {
-  const std::vector<double>& tilt = recording.signals.at(platform_tilt).rad;
-  Compared result;
-  std::size_t k = 0;
-  const auto keep_until = [&](std::size_t end) {
-    for (; k < end; ++k) {
-      if (!protocol.covers(k)) continue;
-      result.played.push_back(tilt[k]);
-      result.prescribed.push_back(protocol.at(k));
+/// The samples of a tilt outside of its gaps.
+class Measured {
+ public:
+  explicit Measured(const Recording& recording) {
+    const std::vector<double>& tilt = recording.signals.at(platform_tilt).rad;
+    std::size_t k = 0;
+    const auto keep_until = [&](std::size_t end) {
+      for (; k < end; ++k) {
+        samples_.push_back(k);
+        rad_.push_back(tilt[k]);
+      }
+    };
+    for (const SampleRange& gap : recording.tilt_gaps) {
+      keep_until(gap.first);
+      k = gap.end;
     }
-  };
-  for (const SampleRange& gap : recording.tilt_gaps) {
-    keep_until(gap.first);
-    k = gap.end;
+    keep_until(tilt.size());
   }
-  keep_until(tilt.size());
-  return result;
-}
+
+  /// Returns those within the protocol, and the protocol's tilt there; valid until the next call.
+  std::pair<std::span<const double>, std::span<const double>> beside(const Prescribed& protocol) {
+    prescribed_.clear();
+    std::size_t first = 0;
+    while (first < samples_.size() && !protocol.covers(samples_[first])) ++first;
+    for (std::size_t i = first; i < samples_.size() && protocol.covers(samples_[i]); ++i)
+      prescribed_.push_back(protocol.at(samples_[i]));
+    return {std::span(rad_).subspan(first, prescribed_.size()), prescribed_};
+  }
+
+ private:
+  std::vector<std::size_t> samples_;
+  std::vector<double> rad_, prescribed_;
+};
 
 /// Returns the start of the largest correlation of measured samples, at most `reach` samples of the protocol from
 /// another start.
 double refined_start(const Recording& recording, const std::vector<double>& expected, double start_s, long reach,
                      double from_hz, double rate_hz) {
   const auto start_of = [&](double samples) { return start_s + samples / rate_hz; };
+  Measured measured(recording);
   std::vector<double> found;
   for (long lag = -reach; lag <= reach; ++lag) {
-    const auto [played, prescribed] =
-        compared(recording, {expected, start_of(static_cast<double>(lag)), from_hz, rate_hz});
+    const auto [played, prescribed] = measured.beside({expected, start_of(static_cast<double>(lag)), from_hz, rate_hz});
     found.push_back(played.size() < 2 ? 0.0 : std::abs(correlation(played, prescribed)));
   }
   const auto best = std::ranges::max_element(found);
@@ -117,7 +130,8 @@ double start_beside_gaps(const Recording& recording, const std::vector<double>& 
 Match fill_as_prescribed(Recording& recording, const std::vector<double>& expected, double start_s, double from_hz,
                          double rate_hz) {
   const Prescribed protocol{expected, start_s, from_hz, rate_hz};
-  const auto [played, prescribed] = compared(recording, protocol);
+  Measured measured(recording);
+  const auto [played, prescribed] = measured.beside(protocol);
   Match match{start_s * rate_hz, 0.0, 0.0};
   if (played.size() < 2) return match;
   match.correlation = correlation(played, prescribed);

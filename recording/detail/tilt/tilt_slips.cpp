@@ -8,7 +8,6 @@
 
 #include "base/setting.hpp"
 #include "recording/detail/tilt/tilt_match.hpp"
-#include "recording/detail/tilt/tilt_start.hpp"
 #include "recording/table/columns.hpp"
 
 namespace decid::recording {
@@ -108,7 +107,7 @@ void warn_of_slips(const std::vector<Slip>& slips, bool start_was_given, Warning
 void look_for_tilt_slips(const std::vector<double>& tilt, std::span<const SampleRange> gaps, const ProtocolPlan& plan,
                          double from_hz, bool start_was_given, Warnings& warnings) {
   const double rate = plan.protocol().experiment.sample_rate_hz;
-  const std::vector<Slip> slips = slips_of(tilt, gaps, prescribed_tilt(plan.protocol()), rate);
+  const std::vector<Slip> slips = slips_of(tilt, gaps, plan.tilt_rad(), rate);
   Warnings found;
   if (const std::optional<double> slope = slope_of(slips))
     warn_of_clock(*slope, from_hz, found);

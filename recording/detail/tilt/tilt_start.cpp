@@ -132,21 +132,20 @@ std::size_t overhang_of(std::size_t samples) {
   return samples / 4;
 }
 
-TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, double from_hz, Recording& recording) {
+TiltMatch find_start(const ProtocolPlan& plan, double from_hz, Recording& recording) {
   const sim::Protocol& protocol = plan.protocol();
   const double rate = protocol.experiment.sample_rate_hz;
-  const auto needed = static_cast<std::size_t>(protocol.samples());
-  const auto at_rate = [&] { return from_hz == rate ? tilt.rad : resample(tilt.rad, from_hz, rate); };
-  std::vector<double> measured = at_rate();
-  if (measured.size() + 2 * overhang_of(needed) < needed) refuse_length(recording, protocol, 0.0);
-  const std::vector<double> expected = prescribed_tilt(protocol);
+  const Signal<double>& tilt = recording.signals.at(platform_tilt);
+  const std::vector<double>& expected = plan.tilt_rad();
+  std::vector<double> measured = resample(tilt.rad, from_hz, rate);
+  if (measured.size() + 2 * overhang_of(expected.size()) < expected.size()) refuse_length(recording, protocol, 0.0);
   Match match;
   if (recording.tilt_gaps.empty()) {
     match = plan.tilt().match(measured);
   } else {
     const double start_s = start_beside_gaps(recording, measured, expected, from_hz, rate);
     match = fill_as_prescribed(recording, expected, start_s, from_hz, rate);
-    measured = at_rate();
+    measured = resample(tilt.rad, from_hz, rate);
   }
   TiltMatch result = judged(tilt, measured, match, "best", protocol, recording);
   const TiltBefore before = tilt_before(measured, match.delay_samples, expected, match.gain, rate);
@@ -189,7 +188,7 @@ std::optional<TiltMatch> try_start(const ProtocolPlan& plan, double from_hz, Rec
   std::optional<TiltMatch> match;
   try_to(
       [&] {
-        match = find_start(tilt, plan, from_hz, recording);
+        match = find_start(plan, from_hz, recording);
         add_info(recording.warnings, "tilt_found",
                  "the column " + tilt.column + " is assumed to be the platform's tilt and gives the protocol's start");
       },
@@ -202,15 +201,14 @@ std::optional<TiltMatch> check_at_start(const ProtocolPlan& plan, double from_hz
   const sim::Protocol& protocol = plan.protocol();
   const double rate = protocol.experiment.sample_rate_hz;
   const Signal<double>& tilt = *recording.signals.find(platform_tilt);
-  const std::vector<double> expected = prescribed_tilt(protocol);
   std::optional<Match> found;
-  if (!recording.tilt_gaps.empty()) found = fill_as_prescribed(recording, expected, start_s, from_hz, rate);
-  std::vector<double> measured = from_hz == rate ? tilt.rad : resample(tilt.rad, from_hz, rate);
+  if (!recording.tilt_gaps.empty()) found = fill_as_prescribed(recording, plan.tilt_rad(), start_s, from_hz, rate);
+  std::vector<double> measured = resample(tilt.rad, from_hz, rate);
   // The length was checked: what is missing at the end is the held value.
   const auto begin = std::min(static_cast<std::size_t>(std::lround(start_s * rate)), measured.size() - 1);
   measured.erase(measured.begin(), measured.begin() + static_cast<std::ptrdiff_t>(begin));
   measured.resize(static_cast<std::size_t>(protocol.samples()), measured.back());
-  Match match = TiltMatcher(expected, 0).match(measured);
+  Match match = TiltMatcher(plan.tilt_rad(), 0).match(measured);
   if (found) match = {match.delay_samples, found->correlation, found->gain};
   std::optional<TiltMatch> result;
   try_to([&] { result = judged(tilt, measured, match, "the given start", protocol, recording); }, recording);

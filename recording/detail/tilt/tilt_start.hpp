@@ -22,7 +22,7 @@ std::size_t overhang_of(std::size_t samples);
 
 /// Finds the protocol's tilt in the recording's. Throws Error if the platform played another stimulus, and for too few
 /// samples; adds warnings of what differs.
-TiltMatch find_start(const Signal<double>& tilt, const ProtocolPlan& plan, double from_hz, Recording& recording);
+TiltMatch find_start(const ProtocolPlan& plan, double from_hz, Recording& recording);
 
 /// Compares a tilt that was found by its name or its values with the protocol at the start that was given: adds the
 /// warnings of find_start(). If it does not follow the protocol there, removes it, with a warning, and returns nothing.

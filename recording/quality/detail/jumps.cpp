@@ -9,6 +9,7 @@
 
 #include "base/math/statistics.hpp"
 #include "base/setting.hpp"
+#include "recording/quality/detail/block_means.hpp"
 #include "recording/table/columns.hpp"
 #include "sim/protocol/protocol.hpp"
 
@@ -36,12 +37,7 @@ std::vector<double> smoothed(std::span<const double> sway, std::size_t block) {
     clamp(0, 1, 2);
     clamp(last, last - 2, last - 1);
   }
-  std::vector<double> means(medians.size() / block);
-  for (std::size_t i = 0; i < means.size(); ++i) {
-    for (std::size_t k = 0; k < block; ++k) means[i] += medians[i * block + k];
-    means[i] /= static_cast<double>(block);
-  }
-  return means;
+  return block_means(medians, block);
 }
 
 /// Returns the weights of eight samples with which their fitted line is extrapolated by half a step.

@@ -48,28 +48,6 @@ StretchesText describe(const std::vector<SampleRange>& stretches, std::size_t sa
           fraction >= stretches_fraction};
 }
 
-void warn_of_frozen(const std::vector<SampleRange>& stretches, std::size_t samples, double rate_hz, double begin_s,
-                    Warnings& warnings) {
-  const StretchesText found = describe(stretches, samples, rate_hz, begin_s);
-  if (found.text.empty()) return;
-  add_warning(warnings, found.is_caution ? Severity::caution : Severity::info, "frozen",
-              "the sway stands still in " + found.text + "the sensor froze, or samples were repeated");
-}
-
-/// known: stretches of which the reader has warned.
-void warn_of_bridges(std::vector<SampleRange> stretches, std::size_t samples, double rate_hz, double begin_s,
-                     std::span<const SampleRange> known, Warnings& warnings) {
-  std::erase_if(stretches, [&](const SampleRange& stretch) {
-    return std::ranges::any_of(known, [&](const SampleRange& gap) {  // a bend may be straight by chance on either side
-      return stretch.first + 2 >= gap.first && stretch.end <= gap.end + 2;
-    });
-  });
-  const StretchesText found = describe(stretches, samples, rate_hz, begin_s);
-  if (found.text.empty()) return;
-  add_warning(warnings, found.is_caution ? Severity::caution : Severity::info, "bridged",
-              "the sway is a straight line in " + found.text + "samples were lost and interpolated");
-}
-
 /// Returns the step in rad; 0 if there is none.
 double look_for_steps(std::span<const double> sway, Warnings& warnings) {
   const auto [lowest, highest] = std::ranges::minmax(sway);
@@ -199,8 +177,19 @@ FoundInSway look_for_faults(std::span<const double> sway_rad, double rate_hz, Wa
                             double held_s, std::span<const SampleRange> known) {
   if (static_cast<double>(sway_rad.size()) < shortest_s * rate_hz || sway_rad.size() < 20) return {};
   Stretches found = find_stretches(sway_rad, rate_hz);
-  warn_of_frozen(found.frozen, sway_rad.size(), rate_hz, begin_s, warnings);
-  warn_of_bridges(std::move(found.straight), sway_rad.size(), rate_hz, begin_s, known, warnings);
+  std::erase_if(found.straight, [&](const SampleRange& stretch) {
+    return std::ranges::any_of(known, [&](const SampleRange& gap) {  // a bend may be straight by chance on either side
+      return stretch.first + 2 >= gap.first && stretch.end <= gap.end + 2;
+    });
+  });
+  const StretchesText frozen = describe(found.frozen, sway_rad.size(), rate_hz, begin_s),
+                      bridged = describe(found.straight, sway_rad.size(), rate_hz, begin_s);
+  if (!frozen.text.empty())
+    add_warning(warnings, frozen.is_caution ? Severity::caution : Severity::info, "frozen",
+                "the sway stands still in " + frozen.text + "the sensor froze, or samples were repeated");
+  if (!bridged.text.empty())
+    add_warning(warnings, bridged.is_caution ? Severity::caution : Severity::info, "bridged",
+                "the sway is a straight line in " + bridged.text + "samples were lost and interpolated");
   const double step = look_for_steps(sway_rad, warnings);
   look_for_spikes(sway_rad, rate_hz, step, begin_s, warnings);
   look_for_jumps(sway_rad, rate_hz, step, begin_s, warnings);

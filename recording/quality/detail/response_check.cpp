@@ -281,7 +281,7 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad) cons
   return found;
 }
 
-void look_for_changes(const ResponseCheck& check, std::span<const double> sway_rad, Warnings& warnings) {
+bool look_for_changes(const ResponseCheck& check, std::span<const double> sway_rad, Warnings& warnings) {
   const ResponseCheck::Found found = check.check(sway_rad);
   const bool known = std::ranges::any_of(warnings, [](const Warning& warning) {
     return one_of(warning.code, {"jumps", "spikes", "frozen"});
@@ -296,9 +296,9 @@ void look_for_changes(const ResponseCheck& check, std::span<const double> sway_r
                 "from " + three_digits(found.rest_begin_s) + " to " + three_digits(found.rest_end_s) +
                     " s of the protocol the sway does not follow the tilt, and otherwise it does: the platform stood "
                     "still there, or the sensor failed; give the part with the tilt and its protocol");
-    return;
+    return false;
   }
-  if (found.slip_gain <= slip_gain) return;
+  if (found.slip_gain <= slip_gain) return false;
   if (found.shift_gain > found.slip_gain) {
     const bool late = found.shift_s > 0.0;
     add_caution(warnings, "other_start",
@@ -307,7 +307,7 @@ void look_for_changes(const ResponseCheck& check, std::span<const double> sway_r
                     (late ? "give a recording from the protocol's start on"
                           : "give the protocol's start as " + setting("begin")) +
                     ", or let a fit infer it (" + setting("prior_start") + ")");
-    return;
+    return true;
   }
   add_caution(warnings, "time_slips",
               "after " + three_digits(found.slip_at_s) + " s of the protocol the sway follows the tilt " +
@@ -315,6 +315,7 @@ void look_for_changes(const ResponseCheck& check, std::span<const double> sway_r
                   " than before: " +
                   (found.slip_s > 0.0 ? "a stretch of the recording is probably missing"
                                       : "a stretch was probably recorded twice"));
+  return false;
 }
 
 }  // namespace decid::recording

@@ -40,7 +40,7 @@ class ResponseCheck {
 
 /// Adds the cautions `stretch_off` (an unexplained movement of 0.3 degrees and 14 medians), and one of `no_response`
 /// (in one part, as from a platform that stopped), `other_start` and `time_slips`. Skips `stretch_off` if the warnings
-/// already contain jumps, spikes or a frozen sensor.
-void look_for_changes(const ResponseCheck& check, std::span<const double> sway_rad, Warnings& warnings);
+/// already contain jumps, spikes or a frozen sensor. Returns true with `other_start`.
+bool look_for_changes(const ResponseCheck& check, std::span<const double> sway_rad, Warnings& warnings);
 
 }  // namespace decid::recording

@@ -61,7 +61,8 @@ int warned(const std::string& code, const Change& change, std::uint64_t end, std
     std::vector<double> values = sway(i);
     change(values);
     Recording recording = make_recording(values, rate_hz);
-    static_cast<void>(bring_to_protocol(recording, plan));
+    const Trial trial = bring_to_protocol(recording, plan);
+    CHECK(trial.other_start == (std::ranges::count(recording.warnings, "other_start", &Warning::code) > 0));
     for (const Warning& warning : recording.warnings)
       if (warning.code == code ||
           (code.empty() && (warning.code == "jumps" || warning.code == "stretch_off" || warning.code == "time_slips" ||

@@ -1,10 +1,9 @@
 // Streams of random numbers: equal numbers would give two purposes the same random numbers.
-#include "identify/cohort/detail/streams.hpp"
+#include "identify/detail/streams.hpp"
 
 #include <set>
 #include <vector>
 
-#include "identify/detail/streams.hpp"
 #include "posterior/streams.hpp"
 #include "sim/streams.hpp"
 #include "tests/helpers.hpp"
@@ -27,7 +26,7 @@ TEST_CASE("every stream of random numbers has a number of its own, from 1 on wit
                                 posterior::streams::chains,
                                 posterior::streams::particles,
                                 posterior::streams::design,
-                                cohort::streams::cohort,
+                                streams::cohort,
                                 streams::predictive,
                                 iterative::search_stream,
                                 iterative::noise_stream};

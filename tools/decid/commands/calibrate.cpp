@@ -221,12 +221,15 @@ std::vector<FitCondition> chosen_rows(std::vector<FitCondition> rows, const std:
   return rows;
 }
 
+std::string with_call(Json json, const Call& call) {
+  add_call(json, call);
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
 /// Makes the table of recording conditions or artefacts: fits as users run them, with start and gain unknown.
 void run_conditions(const CalibrateOptions& options, const Command& command) {
   if (ranks() != nullptr)
     throw Error(Code::not_supported, "--conditions", "runs in one process", "start it without mpirun");
-  if (options.resume && options.output.empty())
-    throw Error(Code::setting_missing, "--resume", "needs --output", "name the file to continue");
   std::vector<std::string> inputs;
   ProtocolOptions named = options.protocol;
   if (!options.conditions.empty()) named.name = options.conditions;
@@ -254,11 +257,7 @@ void run_conditions(const CalibrateOptions& options, const Command& command) {
     std::cerr << "calibrate: " << resuming_text(options.output, rows.size(), conditions.size(), "rows") << '\n';
   Call call = record_call(command, inputs);
   call.seed = options.seed;
-  const auto document = [&] {
-    Json json{{"settings", settings}, {"conditions", rows}};
-    add_call(json, call);
-    return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
-  };
+  const auto document = [&] { return with_call({{"settings", settings}, {"conditions", rows}}, call); };
   catch_interrupt();
   for (std::size_t i = rows.size(); i < conditions.size() && !interrupted(); ++i) {
     const Fault& fault = conditions[i].fault;
@@ -294,8 +293,6 @@ void run_calibrate(const CalibrateOptions& options, const Command& command) {
   refuse_same_file(options.figure, inputs);
   for (const std::string& path : {options.output, options.figure})
     if (!path.empty() && is_root()) PendingFile probe(path);
-  if (options.resume && options.output.empty())
-    throw Error(Code::setting_missing, "--resume", "needs --output", "name the file to continue");
   const Json settings = settings_json(options, protocol, std::span(protocols).subspan(1));
   const Model model = model_or_built_in(options.model);
   if (!options.model.empty()) require_same_experiment(model, options.model, protocol, "protocol " + protocol.name);
@@ -328,8 +325,7 @@ void run_calibrate(const CalibrateOptions& options, const Command& command) {
     json["parts"] = parts_json(trials, protocol, stddev);
     json["agreeing"] = some ? figures_json(table, calibration_of_agreeing(trials, stddev)) : Json(nullptr);
     json["trials"] = std::move(all);
-    add_call(json, call);
-    return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+    return with_call(std::move(json), call);
   };
   catch_interrupt();
   {
@@ -380,13 +376,27 @@ void run_calibrate(const CalibrateOptions& options, const Command& command) {
                                     options.output.empty() ? "" : "; --resume continues"));
 }
 
+void run_calibrate_or_conditions(CalibrateOptions& options, const Command& command) {
+  options.settings.min_draws = std::min(options.settings.min_draws, options.settings.max_draws);
+  if (options.faults && !options.conditions.empty())
+    throw Error(Code::setting_conflict, "--faults", "cannot be combined with --conditions", "give one of them");
+  if (!options.with.empty() && (options.faults || !options.conditions.empty()))
+    throw Error(Code::setting_conflict, "--with", "cannot be combined with --faults or --conditions", "leave it out");
+  if (!options.only.empty() && !options.faults && options.conditions.empty())
+    throw Error(Code::setting_conflict, "--only", "chooses rows of --conditions or --faults", "add one of them");
+  if (options.resume && options.output.empty())
+    throw Error(Code::setting_missing, "--resume", "needs --output", "name the file to continue");
+  if (options.faults || !options.conditions.empty()) return run_conditions(options, command);
+  run_calibrate(options, command);
+}
+
 }  // namespace
 
 void add_calibrate(const Command& program) {
   auto options = std::make_shared<CalibrateOptions>();
   const Command command = program.add_subcommand("calibrate", "Measure errors and coverage of fit on simulated trials");
   command.section("Trials");
-  command.add_option("--trials", options->trials, "Simulate this many trials").show_default().range(1, 1'000'000);
+  command.add_option("--trials", options->trials, "Simulate this many trials").range(1, 1'000'000);
   add_protocol_options(command, options->protocol);
   add_seed_option(command, options->seed, "Seed the trials");
   command.add_option("--model", options->model,
@@ -394,18 +404,15 @@ void add_calibrate(const Command& program) {
   command
       .add_option("--prior-start", options->priors.start_s,
                   "Shift each trial's start by up to this many seconds, which fit has to estimate; 0: known")
-      .show_default()
       .range(0.0, 0.5);
   command
       .add_option("--prior-gain", options->priors.gain,
                   "Scale each trial's sway by a random factor, which fit has to estimate, with this standard deviation "
                   "of its logarithm; 0: known")
-      .show_default()
       .range(0.0, 0.5);
   command
       .add_option("--standing", options->priors.standing_s,
                   "Let the body stand and sway for this many seconds before each trial; 0: it starts at rest")
-      .show_default()
       .range(0.0, 60.0);
   command
       .add_option("--with", options->with,
@@ -424,36 +431,21 @@ void add_calibrate(const Command& program) {
       .shown_as("NAME");
   command.section("Advanced");
   command.add_option("--max-draws,--most-draws", options->settings.max_draws, "Take at most this many draws per chain")
-      .show_default()
       .range(8, 1'000'000);
-  command.add_option("--groups", options->settings.groups, "Run this many groups of eight chains")
-      .show_default()
-      .range(1, 64);
+  command.add_option("--groups", options->settings.groups, "Run this many groups of eight chains").range(1, 64);
   add_output_option(command, "-o,--output", options->output, Written::json,
                     "Write the results to this JSON file, which is updated every few trials");
   add_output_option(command, "--figure", options->figure, Written::svg,
                     "Draw the ranks of the true values among the draws to this SVG file");
   command.section("Output");
   command.add_flag("--resume", options->resume, "Continue with the trials in the output file");
-  add_common_options(command, options->common, true);
   command.footer(
       "Examples:\n"
       "  decid calibrate --trials 300 --sensor-noise 0.02 -o calibration.json\n"
       "  decid calibrate --trials 40 --sensor-noise 0.02 --with default --with default\n"
       "  decid calibrate --conditions examples/laboratory.json --sensor-noise 0.02 --trials 60\n"
       "  decid calibrate --faults --sensor-noise 0.02 --trials 60 -o artefacts.json --resume");
-  command.callback([options, command] {
-    options->settings.min_draws = std::min(options->settings.min_draws, options->settings.max_draws);
-    apply(options->common);
-    if (options->faults && !options->conditions.empty())
-      throw Error(Code::setting_conflict, "--faults", "cannot be combined with --conditions", "give one of them");
-    if (!options->with.empty() && (options->faults || !options->conditions.empty()))
-      throw Error(Code::setting_conflict, "--with", "cannot be combined with --faults or --conditions", "leave it out");
-    if (!options->only.empty() && !options->faults && options->conditions.empty())
-      throw Error(Code::setting_conflict, "--only", "chooses rows of --conditions or --faults", "add one of them");
-    if (options->faults || !options->conditions.empty()) return run_conditions(*options, command);
-    run_calibrate(*options, command);
-  });
+  run_with(command, options, true, run_calibrate_or_conditions);
 }
 
 }  // namespace decid::tools

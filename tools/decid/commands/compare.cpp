@@ -109,7 +109,10 @@ ComparisonFigures compare(const CompareOptions& options) {
   return figures;
 }
 
-void run_compare(const CompareOptions& options, const Command& command) {
+void run_compare(CompareOptions options, const Command& command) {
+  options.settings.posterior.seed = options.settings.seed;
+  options.settings.posterior.min_draws =
+      std::min(options.settings.posterior.min_draws, options.settings.posterior.max_draws);
   refuse_same_file(options.output, {options.model, options.data});
   refuse_same_file(options.report, {options.model, options.data, options.output});
   for (const std::string& path : {options.output, options.report})
@@ -133,9 +136,7 @@ void add_compare(const Command& program) {
   const Command command = program.add_subcommand(
       "compare", "Compare network, posterior and iterative fits on trials with known parameters");
   command.section("Input");
-  command.add_option("--trials", options->trials, "Compare the methods on this many trials")
-      .show_default()
-      .range(1, 100'000);
+  command.add_option("--trials", options->trials, "Compare the methods on this many trials").range(1, 100'000);
   add_seed_option(command, options->settings.seed, "Seed the trials and the fits");
   command
       .add_option("--sensor-noise", options->sensor_noise_deg,
@@ -149,32 +150,22 @@ void add_compare(const Command& program) {
   command
       .add_option("--starts", options->settings.starts,
                   "Start the fit without a network this many times; the fit from the network's estimate starts once")
-      .show_default()
       .range(1, 100);
   command.add_option("--simulations", options->settings.simulations, "Simulate at most this many trials for each fit")
-      .show_default()
       .range(1LL, 1'000'000'000LL);
   command
       .add_option("--max-draws,--most-draws", options->settings.posterior.max_draws,
                   "Take at most this many draws per chain of a posterior")
-      .show_default()
       .range(8, 1'000'000);
   add_output_option(command, "-o,--output", options->output, Written::json, "Write the results to this JSON file");
   add_output_option(command, "--report", options->report, Written::html,
                     "Write the table and a chart to this HTML page");
-  add_common_options(command, options->common, true);
   command.footer(
       "Examples:\n"
       "  decid compare --trials 100 --sensor-noise 0.02 --report compare.html\n"
       "  decid compare --data test.npz --model mine.safetensors -o compare.json\n"
       "  decid compare --trials 20 --starts 1 --simulations 6500");
-  command.callback([options, command] {
-    options->settings.posterior.seed = options->settings.seed;
-    options->settings.posterior.min_draws =
-        std::min(options->settings.posterior.min_draws, options->settings.posterior.max_draws);
-    apply(options->common);
-    run_compare(*options, command);
-  });
+  run_with(command, options, true, run_compare);
 }
 
 }  // namespace decid::tools

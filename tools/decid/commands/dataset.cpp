@@ -149,17 +149,13 @@ void add_dataset(const Command& program) {
       .required();
   add_output_option(command, "--report", options->report, Written::html,
                     "Write acceptance rates and the distributions of parameters and sway to this HTML page");
-  add_common_options(command, options->common, true);
   command.footer(
       "Examples:\n"
       "  decid dataset --count 2000 --seed 99 -o test.npz\n"
       "  decid dataset --count 10000 --protocol mine.json --sensor-noise 0.001 0.1 -o noisy.npz\n"
       "  decid dataset --count 12766 --base 10000 --seed 1 -o data.npz --report data.html\n"
       "The last example makes the paper's data set.");
-  command.callback([options] {
-    apply(options->common);
-    make_dataset(*options);
-  });
+  run_with(command, options, true, make_dataset);
 }
 
 }  // namespace decid::tools

@@ -213,34 +213,26 @@ void add_design(const Command& program) {
   command
       .add_option("--sensor-noise", options->planned.sensor_noise_deg,
                   "Expect this white measurement noise, in degrees per sample")
-      .show_default()
       .range(1e-5, 10.0);
   command
       .add_option("--prior-start", options->priors.start_s,
                   "Expect recordings to start up to this many seconds before or after the protocol; 0: known")
-      .show_default()
       .range(0.0, 0.5);
   command
       .add_option(
           "--prior-gain", options->priors.gain,
           "Expect this relative error of the sway sensor's scale (standard deviation of its logarithm); 0: exact")
-      .show_default()
       .range(0.0, 0.5);
   command.section("Calculation");
   command.add_option("--draws", options->planned.draws, "Average over this number of simulated people")
-      .range(1, 100'000)
-      .show_default();
+      .range(1, 100'000);
   add_seed_option(command, options->planned.seed, "Seed the simulated people");
-  add_common_options(command, options->common, true);
   command.footer(
       "Examples:\n"
       "  decid design --protocol default --protocol short\n"
       "  decid design --protocol short --amplitude 0.5 1 2 4 --cycles 1 3\n"
       "  decid design --at Kp=839 --at delay=0.15 --protocol mine.json --sensor-noise 0.05 --json");
-  command.callback([options] {
-    apply(options->common);
-    run_design(*options);
-  });
+  run_with(command, options, true, run_design);
 }
 
 }  // namespace decid::tools

@@ -173,7 +173,8 @@ std::string table_for(const std::vector<Evaluated>& models, const std::string& d
   return text;
 }
 
-void evaluate_models(const EvaluateOptions& options) {
+void evaluate_models(EvaluateOptions options) {
+  if (options.models.empty()) options.models.emplace_back();
   std::vector<Model> models;
   for (const std::string& path : options.models) models.push_back(model_or_built_in(path));
   const dataset::StoredDataset stored(options.data);
@@ -214,17 +215,12 @@ void add_evaluate(const Command& program) {
                   "training set, else all")
       .one_of({"all", "training", "validation"});
   command.add_flag("--int8", options->int8, "Evaluate the 8-bit integer network that decid export c --int8 writes");
-  add_common_options(command, options->common, true);
   command.footer(
       "Examples:\n"
       "  decid evaluate --data test.npz\n"
       "  decid evaluate --model mine.safetensors --data test.npz --json\n"
       "  decid evaluate --model a.safetensors --model b.safetensors --data test.npz --split all");
-  command.callback([options] {
-    apply(options->common);
-    if (options->models.empty()) options->models.emplace_back();
-    evaluate_models(*options);
-  });
+  run_with(command, options, true, evaluate_models);
 }
 
 }  // namespace decid::tools

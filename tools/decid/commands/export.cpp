@@ -182,16 +182,12 @@ void add_export_c(const Command& parent) {
   command.add_flag("--familiarity", options->firmware.familiarity,
                    "Add a function that scores how far a trial is from the training trials");
   add_body_options(command, options->body);
-  add_common_options(command, options->common, true);
   command.footer(
       "Examples:\n"
       "  decid export c models/firmware.safetensors -o firmware\n"
       "  decid export c models/firmware.safetensors --incremental -o firmware\n"
       "  decid export c models/firmware.safetensors --int8 --name sway -o firmware");
-  command.callback([options] {
-    apply(options->common);
-    export_model(*options);
-  });
+  run_with(command, options, true, export_model);
 }
 
 struct ControllerOptions {
@@ -273,7 +269,8 @@ void warn(const ControllerOptions& options, bool knows_body, const sim::Paramete
                  "change the gains or lower the delay\n";
 }
 
-void export_controller(const ControllerOptions& options) {
+void export_controller(ControllerOptions options, const Command& command) {
+  options.names_protocol = command.count("--protocol") > 0;
   check_firmware_name(options.name);
   const int steps_per_second = steps_per_second_of(options.step_s);
   const bool is_result = !options.result.empty();
@@ -321,8 +318,7 @@ void add_export_controller(const Command& parent) {
   const Command command = parent.add_subcommand("controller", "Write a posture controller as one C file");
   command.add_option("result", options->result,
                      "Use the estimates in this result of decid identify -o; default: the middle of every range");
-  command.add_option("--recording", options->recording, "Use this recording of the result, counted from 1")
-      .show_default();
+  command.add_option("--recording", options->recording, "Use this recording of the result, counted from 1");
   command.add_flag("--force", options->force, "Accept estimates that are not usable");
   add_controller_option(command, options->controller,
                         "Write this controller (decid info --controllers); default: the result's or the protocol's");
@@ -331,11 +327,10 @@ void add_export_controller(const Command& parent) {
     const sim::ParameterInfo& info = model.parameters[i];
     return "Use this " + in_sentence(info) + (info.unit == "1" ? "" : " in " + info.unit) + " instead of the estimate";
   });
-  const Option protocol = command
-                              .add_option("--protocol", options->protocol,
-                                          "Use this protocol's tilt for the self-test, and its body, which must be the "
-                                          "result's: default, short or a JSON file")
-                              .show_default();
+  const Option protocol =
+      command.add_option("--protocol", options->protocol,
+                         "Use this protocol's tilt for the self-test, and its body, which must be the "
+                         "result's: default, short or a JSON file");
   Option scale_to = command.add_option(
       "--scale-to", options->scale_to,
       "Scale the result's gains by m g h to the body of this protocol; gains given as options are not scaled");
@@ -353,26 +348,19 @@ void add_export_controller(const Command& parent) {
                   "Set its moment of inertia in kg m2 about the ankles; default: scaled from the result's body")
       .excludes(scale_to);
   scale_to.excludes(protocol);
-  command
-      .add_option("--step", options->step_s,
-                  "Set the time in s from call to call, 0.0005 to 0.01, with a whole number of calls per second")
-      .show_default();
-  command.add_option("--name", options->name, "Name the files and functions").show_default();
+  command.add_option("--step", options->step_s,
+                     "Set the time in s from call to call, 0.0005 to 0.01, with a whole number of calls per second");
+  command.add_option("--name", options->name, "Name the files and functions");
   add_output_option(command, "-o,--output", options->output, Written::folder,
                     "Write NAME.c and NAME.h to this folder, created if missing")
       .required();
-  add_common_options(command, options->common, false);
   command.footer(
       "Examples:\n"
       "  decid export controller result.json -o firmware\n"
       "  decid export controller result.json --scale-to robot.json -o firmware\n"
       "  decid export controller result.json --step 0.002 -o firmware\n"
       "  decid export controller --kp 900 --kd 280 --name ankle -o firmware");
-  command.callback([options, command] {
-    apply(options->common);
-    options->names_protocol = command.count("--protocol") > 0;
-    export_controller(*options);
-  });
+  run_with(command, options, false, export_controller);
 }
 
 struct SwayOptions {
@@ -412,16 +400,12 @@ void add_export_sway(const Command& parent) {
                      "Use the rate and protocol of this model file; default: the built-in model");
   add_output_option(command, "-o,--output", options->output, Written::samples, "Write the samples to this file")
       .required();
-  add_common_options(command, options->common, false);
   command.footer(
       "Examples:\n"
       "  decid export sway trial.csv -o sway.bin\n"
       "  decid export sway trial.csv --model models/firmware.safetensors -o sway.bin\n"
       "  decid export sway trial.csv --column COM_x --unit rad -o sway.bin");
-  command.callback([options] {
-    apply(options->common);
-    export_sway(*options);
-  });
+  run_with(command, options, false, export_sway);
 }
 
 struct OnnxOptions {
@@ -454,16 +438,12 @@ void add_export_onnx(const Command& parent) {
   command.add_option("model", options->model,
                      "Export this file of a model, or of a network only; default: the built-in model");
   add_output_option(command, "-o,--output", options->output, Written::onnx, "Write this file (.onnx)").required();
-  add_common_options(command, options->common, false);
   command.footer(
       "Examples:\n"
       "  decid export onnx -o model.onnx\n"
       "  decid export onnx mine.safetensors -o mine.onnx\n"
       "  decid export onnx models/ideal.safetensors -o ideal.onnx --quiet");
-  command.callback([options] {
-    apply(options->common);
-    export_onnx(*options);
-  });
+  run_with(command, options, false, export_onnx);
 }
 
 }  // namespace

@@ -353,6 +353,14 @@ void run_fit(FitOptions options, const Command& command) {
   tell_errors("fit", begun);
 }
 
+void run_fit_or_table(FitOptions& options, const Command& command) {
+  check_kind(options, command);
+  if (options.prior_gain) options.request.priors.gain = *options.prior_gain;
+  options.request.settings.min_draws = std::min(options.request.settings.min_draws, options.request.settings.max_draws);
+  if (options.frf.empty()) return run_fit(options, command);
+  run_table(options, command);
+}
+
 }  // namespace
 
 void add_fit(const Command& program) {
@@ -404,7 +412,6 @@ void add_fit(const Command& program) {
       .add_option("--prior-start", options->request.priors.start_s,
                   "Allow the recording to start up to this many seconds before or after the protocol; 0: both start "
                   "together; a tilt column overrides this")
-      .show_default()
       .range(0.0, 0.5);
   command
       .add_option("--prior-gain", options->prior_gain,
@@ -415,7 +422,6 @@ void add_fit(const Command& program) {
   command
       .add_option("--prior-noise", options->request.priors.sensor_noise_deg,
                   "Expect this measurement noise in degrees, within a factor of 20")
-      .show_default()
       .range(1e-6, 10.0);
   command
       .add_option("--range", options->ranges,
@@ -444,7 +450,6 @@ void add_fit(const Command& program) {
   command
       .add_option("--max-draws,--most-draws", options->request.settings.max_draws,
                   "Take at most this many draws per chain; decid stops earlier if fewer suffice")
-      .show_default()
       .range(8, 1'000'000);
   add_seed_option(command, options->request.settings.seed, "Seed the chains");
   add_report_options(command, options->outputs, true);
@@ -452,7 +457,6 @@ void add_fit(const Command& program) {
   command.section("Output");
   command.add_flag("--resume", options->resume,
                    "Continue a stopped call: skip the recordings that are done, which OUTPUT.journal holds");
-  add_common_options(command, options->common, true);
   command.footer(
       "Examples:\n"
       "  decid fit recording.csv --mass 70 --height 1.75 -o result.json --report report.html\n"
@@ -460,15 +464,7 @@ void add_fit(const Command& program) {
       "  decid fit --study participants.tsv -o results.json --long long.csv\n"
       "  decid fit recording.csv --range delay=0.05,0.2 --prior Kp=900,100 --draws draws.npz\n"
       "  decid fit --frf response.csv --amplitude 1 --mass 70 --height 1.75 --report response.html");
-  command.callback([options, command] {
-    check_kind(*options, command);
-    if (options->prior_gain) options->request.priors.gain = *options->prior_gain;
-    options->request.settings.min_draws =
-        std::min(options->request.settings.min_draws, options->request.settings.max_draws);
-    apply(options->common);
-    if (options->frf.empty()) return run_fit(*options, command);
-    run_table(*options, command);
-  });
+  run_with(command, options, true, run_fit_or_table);
 }
 
 }  // namespace decid::tools

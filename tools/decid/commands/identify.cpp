@@ -107,7 +107,6 @@ void add_identify(const Command& program) {
   add_controller_of_model(command, options->controller);
   add_report_options(command, options->outputs, false);
   add_group_options(command, options->groups);
-  add_common_options(command, options->common, true);
   command.footer(
       "Examples:\n"
       "  decid identify recording.csv --mass 70 --height 1.75 -o result.json --report report.html\n"
@@ -119,10 +118,7 @@ void add_identify(const Command& program) {
       "  decid identify --study participants.tsv --table results.xlsx --long long.csv\n"
       "A recording that cannot be used does not stop the others: its JSON entry has \"error\", and the exit code is "
       "2.");
-  command.callback([options, command] {
-    apply(options->common);
-    run_identify(*options, command);
-  });
+  run_with(command, options, true, run_identify);
 }
 
 }  // namespace decid::tools

@@ -119,16 +119,12 @@ void add_image(const Command& program) {
                     "Write this .npz file: images (trials x channels x rows x columns, float32), targets (z-scored), "
                     "parameters, split")
       .required();
-  add_common_options(command, options->common, false);
   command.footer(
       "Examples:\n"
       "  decid image data.npz -o images.npz\n"
       "  decid image data.npz --model mine.safetensors -o images.npz\n"
       "  decid image data.npz --preset best -o images.npz");
-  command.callback([options] {
-    apply(options->common);
-    make_images(*options);
-  });
+  run_with(command, options, false, make_images);
 }
 
 }  // namespace decid::tools

@@ -88,37 +88,6 @@ void info_alone(const InfoOptions& options, const NetworkAlone& file) {
   for (const std::string& tensor : file.skipped) std::cout << "skipped   " << one_line(tensor) << '\n';
 }
 
-void info(const InfoOptions& options) {
-  if (const std::optional<NetworkAlone> alone = network_alone(options.model)) return info_alone(options, *alone);
-  const Model model = model_or_built_in(options.model);
-  const auto& network = model.network;
-  const std::string hash = nn::weights_sha256(network);
-  if (options.common.json) {
-    const nn::Shape& in = network.input_shape();
-    std::cout << Json{{"model", model_name(options.model)},
-                      {"input", {in.channels, in.rows, in.columns}},
-                      {"layers", layers_json(network)},
-                      {"parameters", network.parameter_count()},
-                      {"flops", network.flops()},
-                      {"protocol", sim::to_json_object(model.protocol)},
-                      {"image", dataset::to_json_object(model.image())},
-                      {"origin", to_json_object(model.origin)},
-                      {"head", model.head->name()},
-                      {"recalibrated", model.recalibration.known()},
-                      {"weights_sha256", hash}}
-                     .dump(2)
-              << '\n';
-    return;
-  }
-  const char* const recalibrated = !model.gives_distribution()   ? ""
-                                   : model.recalibration.known() ? ", recalibrated"
-                                                                 : ", not recalibrated";
-  print_layers(model_name(options.model), network);
-  std::cout << "protocol  " << compact(sim::to_json_object(model.protocol)) << "\nimage     "
-            << compact(dataset::to_json_object(model.image())) << "\norigin    " << to_json(model.origin)
-            << "\nhead      " << model.head->name() << recalibrated << "\nweights   SHA-256 " << hash << '\n';
-}
-
 Json controllers_json() {
   Json list = Json::array();
   for (const sim::BodyModel* model : sim::body_models()) {
@@ -154,6 +123,38 @@ void list_controllers(bool as_json) {
   }
 }
 
+void info(const InfoOptions& options) {
+  if (options.controllers) return list_controllers(options.common.json);
+  if (const std::optional<NetworkAlone> alone = network_alone(options.model)) return info_alone(options, *alone);
+  const Model model = model_or_built_in(options.model);
+  const auto& network = model.network;
+  const std::string hash = nn::weights_sha256(network);
+  if (options.common.json) {
+    const nn::Shape& in = network.input_shape();
+    std::cout << Json{{"model", model_name(options.model)},
+                      {"input", {in.channels, in.rows, in.columns}},
+                      {"layers", layers_json(network)},
+                      {"parameters", network.parameter_count()},
+                      {"flops", network.flops()},
+                      {"protocol", sim::to_json_object(model.protocol)},
+                      {"image", dataset::to_json_object(model.image())},
+                      {"origin", to_json_object(model.origin)},
+                      {"head", model.head->name()},
+                      {"recalibrated", model.recalibration.known()},
+                      {"weights_sha256", hash}}
+                     .dump(2)
+              << '\n';
+    return;
+  }
+  const char* const recalibrated = !model.gives_distribution()   ? ""
+                                   : model.recalibration.known() ? ", recalibrated"
+                                                                 : ", not recalibrated";
+  print_layers(model_name(options.model), network);
+  std::cout << "protocol  " << compact(sim::to_json_object(model.protocol)) << "\nimage     "
+            << compact(dataset::to_json_object(model.image())) << "\norigin    " << to_json(model.origin)
+            << "\nhead      " << model.head->name() << recalibrated << "\nweights   SHA-256 " << hash << '\n';
+}
+
 }  // namespace
 
 void add_info(const Command& program) {
@@ -166,18 +167,13 @@ void add_info(const Command& program) {
       .add_flag("--controllers", options->controllers,
                 "Instead of a model, list the controllers that decid simulates: parameters, options, ranges, sources")
       .excludes(model);
-  add_common_options(command, options->common, true);
   command.footer(
       "Examples:\n"
       "  decid info\n"
       "  decid info model.safetensors\n"
       "  decid info model.safetensors --json\n"
       "  decid info --controllers");
-  command.callback([options] {
-    apply(options->common);
-    if (options->controllers) return list_controllers(options->common.json);
-    info(*options);
-  });
+  run_with(command, options, true, info);
 }
 
 }  // namespace decid::tools

@@ -242,27 +242,21 @@ void add_power(const Command& program) {
   command
       .add_option("--participants", options->participants,
                   "Predict the power for this number of participants per group")
-      .range(2, 10000)
-      .show_default();
+      .range(2, 10000);
   command.add_option("--trials", options->trials, "Record this number of trials per participant and visit")
-      .range(1, 1000)
-      .show_default();
+      .range(1, 1000);
   command.add_flag("--paired", options->design.paired, "Compare two visits of the same participants");
   command
       .add_option("--intervals", options->intervals,
                   "Plan for this number of intervals that hold together (simultaneous intervals), for example 7: one "
                   "per parameter and pair of groups")
-      .range(1, 1000)
-      .show_default();
-  command.add_option("--power", options->power, "Find the number of participants for this power")
-      .range(0.01, 0.999)
-      .show_default();
+      .range(1, 1000);
+  command.add_option("--power", options->power, "Find the number of participants for this power").range(0.01, 0.999);
   command.section("Model");
   command
       .add_option("--by", options->by,
                   "Simulate values of decid identify (network), or predict those of decid fit (fit)")
-      .one_of({"network", "fit"})
-      .show_default();
+      .one_of({"network", "fit"});
   command.add_option("--protocol", options->protocol, "With --by fit: record this protocol; default: the model's");
   command.add_option("--model", options->model, "Use this model file; default: the built-in model");
   command
@@ -272,10 +266,8 @@ void add_power(const Command& program) {
           "with --by fit: 0.02")
       .values(1, 2);
   command.add_option("--recordings", options->recordings, "Simulate this number of recordings, four per participant")
-      .range(8, 100000)
-      .show_default();
+      .range(8, 100000);
   add_seed_option(command, options->seed, "Seed the simulated recordings");
-  add_common_options(command, options->common, true);
   command.footer(
       "Examples:\n"
       "  decid power --difference delay=0.02 --difference Kp=-15%\n"
@@ -285,10 +277,7 @@ void add_power(const Command& program) {
       "  decid power --difference delay=0.02 --intervals 7\n"
       "The prediction is for the t-test of the participants' means. If the estimates are uncertain, decid's "
       "hierarchical model finds more.");
-  command.callback([options] {
-    apply(options->common);
-    run_power(*options);
-  });
+  run_with(command, options, true, run_power);
 }
 
 }  // namespace decid::tools

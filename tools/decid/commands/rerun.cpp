@@ -189,7 +189,6 @@ void add_rerun(const Command& program) {
   command.add_option("result", options->result, "Repeat the call that wrote this JSON, from the same folder")
       .required();
   add_output_option(command, "-o,--output", options->output, Written::json, "Write the new JSON to this file");
-  add_common_options(command, options->common, false);
   command.footer(
       "Examples:\n"
       "  decid rerun result.json\n"
@@ -197,10 +196,7 @@ void add_rerun(const Command& program) {
       "  decid rerun result.json --quiet && echo the same bytes\n"
       "decid refuses inputs that have changed, and results of another version. If the new result differs, the exit "
       "code is 1; computing times may differ.");
-  command.callback([options] {
-    apply(options->common);
-    run_rerun(*options);
-  });
+  run_with(command, options, false, run_rerun);
 }
 
 }  // namespace decid::tools

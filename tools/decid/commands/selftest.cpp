@@ -92,16 +92,12 @@ void add_selftest(const Command& program) {
   const Command command =
       program.add_subcommand("selftest", "Check that this machine, or cluster, computes the expected bits");
   command.add_flag("--mpi", options->mpi, "Fail unless several MPI processes run");
-  add_common_options(command, options->common, true);
   command.footer(
       "Examples:\n"
       "  decid selftest\n"
       "  decid selftest --json\n"
       "  mpirun -n 8 decid selftest --mpi");
-  command.callback([options] {
-    apply(options->common);
-    run_selftest(*options);
-  });
+  run_with(command, options, true, run_selftest);
 }
 
 }  // namespace decid::tools

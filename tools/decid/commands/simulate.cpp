@@ -156,7 +156,13 @@ void simulate_double(const SimulateOptions& options, sim::Protocol protocol) {
   print_summary(options, simulator.protocol(), outcome);
 }
 
-void simulate(const SimulateOptions& options) {
+void simulate(const SimulateOptions& options, const Command& command) {
+  for (const sim::ParameterInfo& info : joint_table()) {
+    const std::string name = "--hip-" + info.option;
+    if (options.model != "dip" && command.count(name) > 0)
+      throw Error(Code::setting_conflict, name, "has no effect on the single pendulum, which has no hip",
+                  "use it with --model dip");
+  }
   std::vector<std::string> files;
   sim::Protocol protocol = read_protocol(options.protocol, options.common.quiet, &files, options.controller);
   refuse_same_file(options.output, files);
@@ -190,8 +196,7 @@ void add_simulate(const Command& program) {
       .add_option("--model", options->model,
                   "Simulate sip, a single inverted pendulum, or dip, leg and trunk with one controller at the ankle "
                   "(the options above) and one at the hip; measurement noise affects com_sway_deg only")
-      .one_of({"sip", "dip"})
-      .show_default();
+      .one_of({"sip", "dip"});
   for (std::size_t i = 0; i < joint_table().size(); ++i) {
     const sim::ParameterInfo& info = joint_table()[i];
     command
@@ -201,12 +206,10 @@ void add_simulate(const Command& program) {
         .shown_as("FLOAT");
   }
   command.section("Input");
-  command.add_option("--protocol", options->protocol, "Simulate this protocol: default, short, or a JSON file")
-      .show_default();
+  command.add_option("--protocol", options->protocol, "Simulate this protocol: default, short, or a JSON file");
   add_output_option(command, "-o,--output", options->output, Written::csv,
                     "Write this CSV file: time,com_sway_deg,tilt_deg; with --model dip also leg_deg,trunk_deg")
       .required();
-  add_common_options(command, options->common, false);
   command.footer(
       "Examples:\n"
       "  decid simulate -o trial.csv\n"
@@ -215,16 +218,7 @@ void add_simulate(const Command& program) {
       "  decid simulate --controller dec2015 --gravity-gain 0.55 -o person.csv\n"
       "  decid simulate --model dip --hip-delay 0.05 -o two_segments.csv\n"
       "Default gains are those of the default body; they scale with the m g h of the protocol's body.");
-  command.callback([options, command] {
-    for (const sim::ParameterInfo& info : joint_table()) {
-      const std::string name = "--hip-" + info.option;
-      if (options->model != "dip" && command.count(name) > 0)
-        throw Error(Code::setting_conflict, name, "has no effect on the single pendulum, which has no hip",
-                    "use it with --model dip");
-    }
-    apply(options->common);
-    simulate(*options);
-  });
+  run_with(command, options, false, simulate);
 }
 
 }  // namespace decid::tools

@@ -49,8 +49,7 @@ void add_stimulus(const Command& program) {
   auto options = std::make_shared<StimulusOptions>();
   const Command command = program.add_subcommand("stimulus", "Write and plot the platform's tilt");
   command.section("Input");
-  command.add_option("--protocol", options->protocol, "Use this protocol: default, short, or a JSON file")
-      .show_default();
+  command.add_option("--protocol", options->protocol, "Use this protocol: default, short, or a JSON file");
   add_output_option(command, "-o,--output", options->output, Written::csv,
                     "Write the tilt to this CSV file: time,tilt_deg at the sample rate");
   add_output_option(command, "--plot", options->plot, Written::html,
@@ -58,16 +57,12 @@ void add_stimulus(const Command& program) {
   add_output_option(command, "--write-protocol", options->written_protocol, Written::json,
                     "Write the protocol with every setting, and a measured tilt with its samples, to this JSON file, "
                     "as a start for your own");
-  add_common_options(command, options->common, false);
   command.footer(
       "Examples:\n"
       "  decid stimulus -o stimulus.csv\n"
       "  decid stimulus --protocol short --plot stimulus.html\n"
       "  decid stimulus --write-protocol mine.json");
-  command.callback([options] {
-    apply(options->common);
-    stimulus(*options);
-  });
+  run_with(command, options, false, stimulus);
 }
 
 }  // namespace decid::tools

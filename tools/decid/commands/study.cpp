@@ -56,6 +56,9 @@ void add_recording(const StudyOptions& options, const Model& model, ModelStudy& 
 }
 
 void run_study(const StudyOptions& options, const Command& command) {
+  for (const char* name : reading_options)
+    if (options.recording.empty() && command.count(name) > 0)
+      throw Error(Code::setting_conflict, name, "has no effect without a recording", "use it with --recording");
   ModelStudy study;
   for (const std::string& text : options.times) study.seconds.push_back(time_from_text(text));
   Model model = model_or_built_in(options.model);
@@ -140,20 +143,16 @@ void add_study(const Command& program) {
                      "Use this CSV, MAT, C3D or .xlsx file instead of the paper's human trial");
   add_reading_options(command, options->reading);
   command.section("Trials");
-  command.add_option("--trials", options->trials, "Evaluate on this many test trials")
-      .show_default()
-      .range(1, 1'000'000);
+  command.add_option("--trials", options->trials, "Evaluate on this many test trials").range(1, 1'000'000);
   add_seed_option(command, options->seed, "Seed the test trials; use another seed than the training's");
   command
       .add_option("--sensor-noise", options->levels_deg,
                   "Evaluate at these levels of measurement noise, standard deviations in degrees")
-      .show_default()
       .values(1, 20)
       .range(0.0, 10.0);
   command
       .add_option("--realisations", options->realisations,
                   "Simulate the double pendulum with this many realisations of its noise")
-      .show_default()
       .range(1, 10'000);
   command.add_flag(
       "--faults", options->faults,
@@ -169,19 +168,12 @@ void add_study(const Command& program) {
   add_output_option(command, "-o,--output", options->output, Written::folder,
                     "Write report.html, table.txt, study.json and each figure as .svg and .csv to this folder")
       .required();
-  add_common_options(command, options->common, true);
   command.footer(
       "Examples:\n"
       "  decid study -o study\n"
       "  decid study --model model.safetensors --data data.npz --recording trial.csv -o study\n"
       "  decid study --faults --trials 500 -o study");
-  command.callback([options, command] {
-    for (const char* name : reading_options)
-      if (options->recording.empty() && command.count(name) > 0)
-        throw Error(Code::setting_conflict, name, "has no effect without a recording", "use it with --recording");
-    apply(options->common);
-    run_study(*options, command);
-  });
+  run_with(command, options, true, run_study);
 }
 
 }  // namespace decid::tools

@@ -265,7 +265,11 @@ void check_files(const TrainOptions& options, std::vector<std::string> read) {
     if (!path.empty()) PendingFile probe(path);
 }
 
-void train(const TrainOptions& options) {
+void train(const TrainOptions& options, const Command& command) {
+  for (const char* name : {"--protocol", "--controller", "--sensor-noise", "--stream-trials", "--validation-trials"})
+    if (!options.stream && command.count(name) > 0)
+      throw Error(Code::setting_conflict, name, "has no effect on a data set, which was simulated already",
+                  "use it with --stream");
   if (options.data.empty() != options.stream)
     throw Error(Code::setting_missing, "train", "needs trials", "give either --data data.npz or --stream");
   const TrainFiles files(options.output);
@@ -341,18 +345,15 @@ void add_train(const Command& program) {
       .excludes(data);
   add_protocol_options(command, options->protocol);
   command.add_option("--stream-trials", options->stream_trials, "Simulate this many trials per epoch, with --stream")
-      .show_default()
       .range(16, 100'000'000);
   command
       .add_option("--validation-trials", options->validation_trials,
                   "Simulate this many validation trials, with --stream")
-      .show_default()
       .range(1, 1'000'000);
   command.section("Network and training");
   const std::string names = joined(presets(), "; ", [](const Preset& p) { return p.name + ": " + p.description; });
-  command
-      .add_option("--preset", options->preset, "Use the network, input and training settings of this preset. " + names)
-      .show_default();
+  command.add_option("--preset", options->preset,
+                     "Use the network, input and training settings of this preset. " + names);
   command.add_option("--architecture", options->architecture_file,
                      "Use the layers in this text file, one per line, for example conv 32 3x3 stride 2x2 pad 1x1");
   command.add_option("--head", options->head,
@@ -397,20 +398,12 @@ void add_train(const Command& program) {
       command, "-o,--output", options->output, Written::safetensors,
       "Write this model file (.safetensors); until it is done, OUTPUT.checkpoint holds the state to resume from")
       .required();
-  add_common_options(command, options->common, true);
   command.footer(
       "Examples:\n"
       "  decid train --data data.npz --preset best -o model.safetensors\n"
       "  decid train --stream --preset series --protocol mine.json --sensor-noise 0.001 0.1 -o mine.safetensors\n"
       "  decid train --stream --preset series --epochs 80 --resume -o mine.safetensors");
-  command.callback([options, command] {
-    for (const char* name : {"--protocol", "--controller", "--sensor-noise", "--stream-trials", "--validation-trials"})
-      if (!options->stream && command.count(name) > 0)
-        throw Error(Code::setting_conflict, name, "has no effect on a data set, which was simulated already",
-                    "use it with --stream");
-    apply(options->common);
-    train(*options);
-  });
+  run_with(command, options, true, train);
 }
 
 }  // namespace decid::tools

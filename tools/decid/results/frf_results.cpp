@@ -2,7 +2,10 @@
 #include "tools/decid/results/frf_results.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
+#include <initializer_list>
 
 #include "dataset/npz/arrays.hpp"
 #include "identify/body_warnings.hpp"
@@ -22,42 +25,57 @@ Polar polar(sim::Complex response, double near_deg) {
 }
 
 struct Shown {
+  double frequency_hz;
   Polar table, model;
-  double low_deg, high_deg;  // of the model's phase
 };
 
-/// Row by row, phases unwrapped from each to the next.
-std::vector<Shown> shown_rows(const FrfAnswer& answer) {
+/// Row by row, phases unwrapped from each to the next. response: of a value of `found`.
+template <class Found, class Response = std::identity>
+std::vector<Shown> shown_rows(const frf::Table& table, const std::vector<Found>& found, Response response = {}) {
   std::vector<Shown> rows;
   double before_deg = 0.0;
-  for (std::size_t i = 0; i < answer.found.predicted().size(); ++i) {
-    const frf::Predicted& predicted = answer.found.predicted()[i];
-    const Polar table = polar(answer.density.table().rows[i].response, before_deg);
-    const Polar model = polar(predicted.response, table.phase_deg);
-    const double turned = model.phase_deg - predicted.phase_deg;
-    rows.push_back({table, model, predicted.phase_low_deg + turned, predicted.phase_high_deg + turned});
-    before_deg = table.phase_deg;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const Polar given = polar(table.rows[i].response, before_deg);
+    rows.push_back({table.rows[i].frequency_hz, given, polar(std::invoke(response, found[i]), given.phase_deg)});
+    before_deg = given.phase_deg;
   }
   return rows;
 }
 
-Json table_json(const FrfAnswer& answer) {
+/// Returns lists under these keys, and fills those of both kinds of answers.
+Json rows_json(const std::vector<Shown>& rows, std::initializer_list<const char*> keys) {
   Json json;
-  for (const char* key : {"frequency_hz", "gain", "phase_deg", "sd", "model_gain", "model_gain_interval90",
-                          "model_phase_deg", "model_phase_interval90", "distance"})
-    json[key] = Json::array();
-  const std::vector<Shown> rows = shown_rows(answer);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const frf::Row& row = answer.density.table().rows[i];
-    const frf::Predicted& predicted = answer.found.predicted()[i];
+  for (const char* key : keys) json[key] = Json::array();
+  for (const Shown& row : rows) {
     json["frequency_hz"].push_back(row.frequency_hz);
-    json["gain"].push_back(rows[i].table.gain);
-    json["phase_deg"].push_back(rows[i].table.phase_deg);
-    json["sd"].push_back(row.stddev > 0.0 ? Json(row.stddev) : Json(nullptr));
-    json["model_gain"].push_back(rows[i].model.gain);
+    json["gain"].push_back(row.table.gain);
+    json["phase_deg"].push_back(row.table.phase_deg);
+    json["model_gain"].push_back(row.model.gain);
+    json["model_phase_deg"].push_back(row.model.phase_deg);
+  }
+  return json;
+}
+
+std::vector<Shown> shown_rows(const FrfAnswer& answer) {
+  return shown_rows(answer.density.table(), answer.found.predicted(), &frf::Predicted::response);
+}
+
+/// Returns the interval of a predicted phase, as its row shows the phase.
+std::array<double, 2> phase_interval(const Shown& row, const frf::Predicted& predicted) {
+  const double turned = row.model.phase_deg - predicted.phase_deg;
+  return {predicted.phase_low_deg + turned, predicted.phase_high_deg + turned};
+}
+
+Json table_json(const FrfAnswer& answer) {
+  const std::vector<Shown> rows = shown_rows(answer);
+  Json json = rows_json(rows, {"frequency_hz", "gain", "phase_deg", "sd", "model_gain", "model_gain_interval90",
+                               "model_phase_deg", "model_phase_interval90", "distance"});
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const double sd = answer.density.table().rows[i].stddev;
+    const frf::Predicted& predicted = answer.found.predicted()[i];
+    json["sd"].push_back(sd > 0.0 ? Json(sd) : Json(nullptr));
     json["model_gain_interval90"].push_back({predicted.gain_low, predicted.gain_high});
-    json["model_phase_deg"].push_back(rows[i].model.phase_deg);
-    json["model_phase_interval90"].push_back({rows[i].low_deg, rows[i].high_deg});
+    json["model_phase_interval90"].push_back(phase_interval(rows[i], predicted));
     json["distance"].push_back(predicted.distance);
   }
   return json;
@@ -176,10 +194,10 @@ std::string rows_text(const FrfAnswer& answer) {
   const std::vector<Shown> rows = shown_rows(answer);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const frf::Predicted& predicted = answer.found.predicted()[i];
-    text += format("  %8.4g %9.4g %9.4g %20s %9.1f %9.1f %20s %9.1f\n", answer.density.table().rows[i].frequency_hz,
-                   rows[i].table.gain, rows[i].model.gain,
-                   format("%.4g to %.4g", predicted.gain_low, predicted.gain_high).c_str(), rows[i].table.phase_deg,
-                   rows[i].model.phase_deg, format("%.1f to %.1f", rows[i].low_deg, rows[i].high_deg).c_str(),
+    const auto [low_deg, high_deg] = phase_interval(rows[i], predicted);
+    text += format("  %8.4g %9.4g %9.4g %20s %9.1f %9.1f %20s %9.1f\n", rows[i].frequency_hz, rows[i].table.gain,
+                   rows[i].model.gain, format("%.4g to %.4g", predicted.gain_low, predicted.gain_high).c_str(),
+                   rows[i].table.phase_deg, rows[i].model.phase_deg, format("%.1f to %.1f", low_deg, high_deg).c_str(),
                    predicted.distance);
   }
   return text;
@@ -272,22 +290,7 @@ void write_frf_draws(const std::filesystem::path& path, const FrfReport& report)
 
 namespace {
 
-struct PointRow {
-  Polar table, model;
-};
-
-std::vector<PointRow> rows_of(const LogRatioReport::Answer& answer) {
-  std::vector<PointRow> rows;
-  double before_deg = 0.0;
-  for (std::size_t i = 0; i < answer.found.responses.size(); ++i) {
-    const Polar table = polar(answer.density.table().rows[i].response, before_deg);
-    rows.push_back({table, polar(answer.found.responses[i], table.phase_deg)});
-    before_deg = table.phase_deg;
-  }
-  return rows;
-}
-
-Json answer_json(const LogRatioReport::Answer& answer, const std::optional<sim::Parameters>& truth) {
+Json answer_json(const LogRatioAnswer& answer, const std::optional<sim::Parameters>& truth) {
   const sim::ParameterTable& ranges = answer.density.ranges();
   Json parameters = parameters_json(ranges, answer.found.state.parameters, mgh_of(answer.density), truth);
   for (std::size_t p = 0; p < ranges.size(); ++p) {
@@ -295,28 +298,18 @@ Json answer_json(const LogRatioReport::Answer& answer, const std::optional<sim::
     parameters[p]["at_end"] = static_cast<bool>(answer.found.at_end[p]);
     if (answer.density.is_fixed(p)) parameters[p]["fixed"] = true;
   }
-  Json frf;
-  for (const char* key : {"frequency_hz", "gain", "phase_deg", "model_gain", "model_phase_deg"})
-    frf[key] = Json::array();
-  const std::vector<PointRow> rows = rows_of(answer);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    frf["frequency_hz"].push_back(answer.density.table().rows[i].frequency_hz);
-    frf["gain"].push_back(rows[i].table.gain);
-    frf["phase_deg"].push_back(rows[i].table.phase_deg);
-    frf["model_gain"].push_back(rows[i].model.gain);
-    frf["model_phase_deg"].push_back(rows[i].model.phase_deg);
-  }
   return {{"controller", answer.density.model().protocol().experiment.body_model->name},
           {"parameters", std::move(parameters)},
           {"passing_gain", answer.found.passing_gain},
           {"misfit", {{"log_ratio", answer.found.misfit}, {"relative_error", answer.found.left}}},
-          {"frf", std::move(frf)},
+          {"frf", rows_json(shown_rows(answer.density.table(), answer.found.responses),
+                            {"frequency_hz", "gain", "phase_deg", "model_gain", "model_phase_deg"})},
           {"diagnostics", {{"agreeing_starts", answer.found.agreeing}}},
           {"trust", name(worst_trust(answer.found.warnings))},
           {"warnings", warnings_json(answer.found.warnings)}};
 }
 
-std::string answer_text(const LogRatioReport::Answer& answer, const std::optional<sim::Parameters>& truth) {
+std::string answer_text(const LogRatioAnswer& answer, const std::optional<sim::Parameters>& truth) {
   const sim::ParameterTable& ranges = answer.density.ranges();
   const int width = name_width(ranges);
   std::string text = format("  %-*s %10s %-10s %14s%s  %s\n", width, "", "estimate", "unit", "or",
@@ -334,10 +327,9 @@ std::string answer_text(const LogRatioReport::Answer& answer, const std::optiona
   text += format("  the dead band passes %.2f; the response determines only this combination of Nv and theta\n",
                  answer.found.passing_gain);
   text += format("  %8s %9s %9s %9s %9s\n", "Hz", "gain", "model", "phase", "model");
-  const std::vector<PointRow> rows = rows_of(answer);
-  for (std::size_t i = 0; i < rows.size(); ++i)
-    text += format("  %8.4g %9.4g %9.4g %9.1f %9.1f\n", answer.density.table().rows[i].frequency_hz, rows[i].table.gain,
-                   rows[i].model.gain, rows[i].table.phase_deg, rows[i].model.phase_deg);
+  for (const Shown& row : shown_rows(answer.density.table(), answer.found.responses))
+    text += format("  %8.4g %9.4g %9.4g %9.1f %9.1f\n", row.frequency_hz, row.table.gain, row.model.gain,
+                   row.table.phase_deg, row.model.phase_deg);
   text += format("  the fit leaves %.1f%% (root mean square of the relative error); %d starts agree\n",
                  100.0 * answer.found.left, answer.found.agreeing);
   return text + warnings_text(answer.found.warnings);
@@ -346,7 +338,7 @@ std::string answer_text(const LogRatioReport::Answer& answer, const std::optiona
 }  // namespace
 
 Json log_ratio_object(const LogRatioReport& report) {
-  const LogRatioReport::Answer& first = report.answers.front();
+  const LogRatioAnswer& first = report.answers.front();
   const sim::Protocol& protocol = first.density.model().protocol();
   Json json{{"options", report.options},
             {"body", body_json(protocol.experiment.body, report.body_assumed)},
@@ -357,15 +349,15 @@ Json log_ratio_object(const LogRatioReport& report) {
   add(json, answer_json(first, report.truth));
   if (report.answers.size() > 1) {
     Json& list = json["controllers"] = Json::array();
-    for (const LogRatioReport::Answer& answer : report.answers) list.push_back(answer_json(answer, {}));
+    for (const LogRatioAnswer& answer : report.answers) list.push_back(answer_json(answer, {}));
   }
   return json;
 }
 
 std::string log_ratio_text(const LogRatioReport& report) {
-  const LogRatioReport::Answer& first = report.answers.front();
+  const LogRatioAnswer& first = report.answers.front();
   std::string text = headline(first.density.table()) + "; least squares of the log ratio\n";
-  for (const LogRatioReport::Answer& answer : report.answers) {
+  for (const LogRatioAnswer& answer : report.answers) {
     const sim::BodyModel& controller = *answer.density.model().protocol().experiment.body_model;
     if (report.answers.size() > 1) text += "\n" + controller.name + ", " + controller.description + "\n";
     text += answer_text(answer, report.truth);

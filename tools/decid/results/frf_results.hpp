@@ -23,13 +23,22 @@ struct FrfAnswer {
   const sim::BodyModel& controller() const { return *density.model().protocol().experiment.body_model; }
 };
 
-struct FrfReport {
-  std::vector<FrfAnswer> answers;  ///< of each controller; the first one is the call's
+/// The least-squares fit of one controller.
+struct LogRatioAnswer {
+  frf::Density density;
+  frf::PointEstimate found;
+};
+
+template <class Answer>
+struct FrfReportOf {
+  std::vector<Answer> answers;  ///< of each controller; the first one is the call's
   std::optional<sim::Parameters> truth;
   double seconds;
   Json options;
   bool body_assumed;
 };
+using FrfReport = FrfReportOf<FrfAnswer>;
+using LogRatioReport = FrfReportOf<LogRatioAnswer>;
 
 /// Returns the keys of a recording's fit where they mean the same, and "misfit", "frf"; each parameter also has
 /// "prior_sd" and "contraction". Several controllers: also the list "controllers".
@@ -40,18 +49,6 @@ std::string frf_fit_text(const FrfReport& report);
 /// "chain", a number for each draw.
 void write_frf_draws(const std::filesystem::path& path, const FrfReport& report);
 
-/// Least-squares fits.
-struct LogRatioReport {
-  struct Answer {
-    frf::Density density;
-    frf::PointEstimate found;
-  };
-  std::vector<Answer> answers;
-  std::optional<sim::Parameters> truth;
-  double seconds;
-  Json options;
-  bool body_assumed;
-};
 Json log_ratio_object(const LogRatioReport& report);
 std::string log_ratio_text(const LogRatioReport& report);
 

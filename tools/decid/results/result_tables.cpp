@@ -78,7 +78,7 @@ std::vector<Cell> body_cells(const Report& report, const RecordingResult& id) {
     return cells;
   }
   const sim::Body& body = report.protocol_for(id).experiment.body;
-  const bool assumed = report.body_assumed_for(id);
+  const bool assumed = report.setting_of(id).body_assumed;
   append(cells, {body.mass_kg, body.com_height_m, std::string(assumed ? "yes" : "no"), body.mgh()});
   return cells;
 }
@@ -157,21 +157,10 @@ ResultTable long_table(const Report& report) {
   ResultTable table{{"file"}, {}};
   append(table.names, who_names(report));
   append(table.names, body_names);
-  const std::vector<std::string> own{"parameter",
-                                     "unit",
-                                     "value",
-                                     "sd",
-                                     "low50",
-                                     "high50",
-                                     "low90",
-                                     "high90",
-                                     "normalized",
-                                     "normalized_low90",
-                                     "normalized_high90",
-                                     "rhat",
-                                     "effective_draws"};
-  append(table.names, own);
-  append(table.names, {"trust"});
+  const std::size_t before = table.names.size();
+  append(table.names, {"parameter", "unit", "value", "sd", "low50", "high50", "low90", "high90", "normalized",
+                       "normalized_low90", "normalized_high90", "rhat", "effective_draws", "trust"});
+  const std::size_t own = table.names.size() - before;
   append(table.names, check_names);
   append(table.names, source_names);
   for (std::size_t i = 0; i < report.recordings.size(); ++i) {
@@ -184,7 +173,7 @@ ResultTable long_table(const Report& report) {
       append(row, who_cells(report, i));
       append(row, body_cells(report, id));
       if (id.error) {
-        append(row, std::vector<Cell>(own.size() + 1));
+        append(row, std::vector<Cell>(own));
       } else {
         const Figures& of = figures[p];
         const double mgh = report.protocol_for(id).experiment.body.mgh();

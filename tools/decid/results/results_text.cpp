@@ -141,7 +141,7 @@ std::string recording_text(const RecordingResult& id, const Report& report) {
          (id.fit ? controllers_text(*id.fit, report.protocol_for(id).experiment.body_model->name) + fit_text(*id.fit)
                  : "") +
          sway_text(id) +
-         (report.sheet ? "  " + body_text(report.protocol_for(id).experiment.body, report.body_assumed_for(id),
+         (report.sheet ? "  " + body_text(report.protocol_for(id).experiment.body, report.setting_of(id).body_assumed,
                                           "give the person's weight and height in the sheet")
                        : "") +
          warnings_text(id.warnings);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/math/statistics.hpp"
 #include "base/text.hpp"
 #include "tools/report/figures/svg.hpp"
 
@@ -27,9 +28,9 @@ std::string table(const sim::ParameterTable& parameters, const std::vector<Noise
   for (const NoiseLevel& level : levels)
     for (const Bin& bin : level.*bins) {
       std::vector<double> row{level.sensor_noise_deg, bin.low, bin.high, static_cast<double>(bin.trials),
-                              mean_of(bin.mse)};
+                              mean(bin.mse)};
       row.insert(row.end(), bin.mse.begin(), bin.mse.end());
-      row.push_back(mean_of(bin.baseline));
+      row.push_back(mean(bin.baseline));
       row.insert(row.end(), bin.baseline.begin(), bin.baseline.end());
       for (std::size_t c = 0; c < row.size(); ++c) columns[c].push_back(row[c]);
     }
@@ -47,7 +48,7 @@ std::string panels(const sim::ParameterTable& parameters, const std::vector<Nois
   names.emplace_back("guessing the mean", grey);
   sheet.legend({60, 20}, names);
   const auto value = [&](const Scores& scores, std::size_t panel) {
-    return panel < parameters.size() ? scores[panel] : mean_of(scores);
+    return panel < parameters.size() ? scores[panel] : mean(scores);
   };
   const std::vector<Bin>& first = levels.front().*bins;
   const double end = first.back().high;

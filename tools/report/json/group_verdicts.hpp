@@ -9,9 +9,11 @@
 namespace decid::tools {
 
 struct GroupVerdicts {
-  std::string intervals;                ///< the intervals that decide, for people
-  std::vector<std::string> sentences;   ///< one per pair of groups, and per difference of differences
-  std::vector<std::string> notes = {};  ///< group_notes(), if there are sentences
+  std::string intervals;               ///< the intervals that decide, for people
+  std::vector<std::string> sentences;  ///< one per pair of groups, and per difference of differences
+  /// Possible mistakes in the table of groups, if there are sentences: each recording counts as a person, groups of
+  /// fewer than two people, groups whose names are marks of exclusion.
+  std::vector<std::string> notes = {};
 };
 
 /// Returns one sentence per comparison, such as "patients and controls: delay: patients longer, 21 ms [5, 37]; no

@@ -11,10 +11,16 @@
 
 namespace decid::tools {
 
+/// Figures: docs/guide/fit.md, "Should I use `identify` or `fit`?"
 Json other_answer_json(const Report& report) {
   if (!report.network_answers) return nullptr;
-  const OtherAnswer& other = report.fit ? beside_fit : beside_identify;
-  return {{"command", other.command}, {"adds", other.adds}};
+  if (report.fit)
+    return {{"command", "decid identify"},
+            {"adds", "a second opinion within milliseconds, with three times the squared error"}};
+  return {{"command", "decid fit"},
+          {"adds",
+           "a third of the squared error, and intervals that allow for start, drift and noise; about 10 s per "
+           "recording"}};
 }
 
 namespace {
@@ -64,13 +70,13 @@ Json described_parameters(const RecordingResult& recording, const sim::Protocol&
   return list;
 }
 
-Json tilt_to_json(const RecordingResult& recording) {
+Json tilt_to_json(const RecordingResult& recording, Json (*number)(double)) {
   const std::optional<recording::TiltMatch>& tilt = recording.trial.tilt;
   if (!tilt) return nullptr;
   return {{"column", recording.tilt_column},
-          {"delay_s", page_number(tilt->delay_s)},
-          {"correlation", page_number(tilt->correlation)},
-          {"gain", page_number(tilt->gain)}};
+          {"delay_s", number(tilt->delay_s)},
+          {"correlation", number(tilt->correlation)},
+          {"gain", number(tilt->gain)}};
 }
 
 double whole_per_unit(double widest) {

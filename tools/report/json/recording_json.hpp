@@ -8,7 +8,6 @@
 
 #include "base/files/json_object.hpp"
 #include "identify/result.hpp"
-#include "tools/report/json/other_answer.hpp"
 #include "tools/report/json/parameters_json.hpp"
 
 namespace decid::tools {
@@ -53,8 +52,9 @@ Json page_correlations(const Found& found, std::size_t parameters) {
   return correlations;
 }
 
-/// Returns the recording's measured tilt: "column", "delay_s", "correlation", "gain"; null if there is none.
-Json tilt_to_json(const RecordingResult& recording);
+/// Returns the recording's measured tilt: "column", "delay_s", "correlation", "gain"; null if there is none. number:
+/// formats the values.
+Json tilt_to_json(const RecordingResult& recording, Json (*number)(double) = page_number);
 
 /// Returns the power of ten that scales values to whole numbers of three to four digits. `widest`: their widest
 /// excursion.

@@ -146,7 +146,7 @@ Json sheet_json(const RecordingResult& id, const Report& report) {
             {"columns", std::move(columns)}};
   if (id.error) return json;
   json["protocol"] = report.protocol_for(id).name;
-  json["body"] = body_json(report.protocol_for(id).experiment.body, report.body_assumed_for(id));
+  json["body"] = body_json(report.protocol_for(id).experiment.body, report.setting_of(id).body_assumed);
   return json;
 }
 
@@ -171,19 +171,13 @@ Json recording_json(const RecordingResult& id, const Report& report) {
   }
   const sim::ParameterTable table = report.ranges_for(id);
   const Explanation& explanation = id.explanation;
-  const std::optional<recording::TiltMatch>& tilt = id.trial.tilt;
   recording["parameters"] = parameters_of(id, report, table);
   recording["fit"] = {{"rms_residual_deg", number_or_null(explanation.rms_residual_deg)},
                       {"variance_accounted_for", number_or_null(explanation.variance_accounted_for)}};
   recording["peak_to_peak_deg"] = id.peak_to_peak_deg();
   recording["response_ratio"] = number_or_null(explanation.response_ratio);
   recording["ood_score"] = number_or_null(explanation.ood_score);
-  if (tilt) {
-    recording["tilt"] = {{"column", id.tilt_column},
-                         {"delay_s", tilt->delay_s},
-                         {"correlation", tilt->correlation},
-                         {"gain", tilt->gain}};
-  }
+  if (id.trial.tilt) recording["tilt"] = tilt_to_json(id, number_or_null);
   recording["gaps"] = Json::array();
   for (const SampleRange& gap : id.trial.gaps) {
     const double rate_hz = report.protocol_for(id).experiment.sample_rate_hz;

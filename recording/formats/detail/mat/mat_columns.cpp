@@ -19,49 +19,16 @@ using Kind = MatVariable::Kind;
 using Variables = std::vector<MatVariable>;
 
 const char* to_text(Kind kind) {
-  switch (kind) {
-    case Kind::numbers:
-      return "numbers";
-    case Kind::complex:
-      return "complex";
-    case Kind::text:
-      return "text";
-    case Kind::cell:
-      return "cell";
-    case Kind::structure:
-      return "struct";
-    case Kind::sparse:
-      return "sparse";
-    case Kind::function:
-      return "function";
-    case Kind::object:
-      break;
-  }
-  return "object";
+  constexpr const char* names[] = {"numbers", "complex", "text", "cell", "struct", "sparse", "object", "function"};
+  return names[static_cast<std::size_t>(kind)];  // in the order of Kind
 }
 
 bool is_rate(const std::string& plain) {
-  return one_of(plain, {"fs",
-                        "sr",
-                        "rate",
-                        "rate_hz",
-                        "fs_hz",
-                        "fsample",
-                        "srate",
-                        "sample_rate",
-                        "samplerate",
-                        "sample_rate_hz",
-                        "samplingrate",
-                        "sampling_rate",
-                        "sampling_rate_hz",
-                        "samplingfrequency",
-                        "sampling_frequency",
-                        "framerate",
-                        "frame_rate",
-                        "sf",
-                        "freq",
-                        "frequency",
-                        "sample_frequency"});
+  return one_of(plain,
+                {"fs", "sr", "sf", "fs_hz", "rate", "rate_hz", "freq", "frequency", "framerate", "frame_rate"}) ||
+         one_of(plain,
+                {"fsample", "srate", "sample_rate", "samplerate", "sample_rate_hz", "sample_frequency", "samplingrate",
+                 "sampling_rate", "sampling_rate_hz", "samplingfrequency", "sampling_frequency"});
 }
 
 // Variables that LabChart and Qualisys write. All others are the user's and become columns.
