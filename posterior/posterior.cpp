@@ -6,7 +6,6 @@
 #include <cmath>
 #include <deque>
 #include <limits>
-#include <type_traits>
 
 #include "base/error.hpp"
 #include "base/math/statistics.hpp"
@@ -44,13 +43,13 @@ bool are_equal(std::span<const double> draws) {
   return draws.size() > 1 && std::ranges::all_of(draws, [&](double draw) { return draw == draws.front(); });
 }
 
-/// Posteriors of more parameters are longer ridges, and those of controllers with free gains bend more: chains need
-/// more steps to reach them, and to travel along them.
+/// Posteriors of more parameters are longer ridges, those of controllers with free gains bend more, and those of
+/// several trials are narrower: chains need longer transitions to travel along them.
 constexpr int many_parameters = 9;
 
 Settings for_target(Settings settings, const Target& target) {
   check(settings);
-  bool is_long = false;
+  bool is_long = target.trials() > 1;
   for (std::size_t t = 0; t < target.trials(); ++t) {
     const Density& density = target.density(t);
     int inferred = 0;
@@ -58,14 +57,10 @@ Settings for_target(Settings settings, const Target& target) {
     is_long = is_long || inferred >= many_parameters || !density.protocol().family().has_unit_gains();
   }
   if (!is_long) return settings;
-  const auto times = [](auto& setting, int factor) {
-    setting = setting > std::numeric_limits<std::remove_reference_t<decltype(setting)>>::max() / factor
-                  ? std::numeric_limits<std::remove_reference_t<decltype(setting)>>::max()
-                  : setting * factor;
+  const auto times = [](int& setting, int factor) {
+    setting = std::min(setting, std::numeric_limits<int>::max() / factor) * factor;
   };
-  times(settings.annealing_transitions, 3);
   times(settings.max_leapfrog_steps, 4);
-  times(settings.max_steps, 4);
   times(settings.window_transitions, 5);
   settings.window_transitions /= 3;
   return settings;

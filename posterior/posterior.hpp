@@ -21,12 +21,12 @@
 
 namespace decid::posterior {
 
-/// For controllers other than `dec`, whose gains are free, and for nine or more inferred parameters,
-/// annealing_transitions count three times, window_transitions 5/3 times, max_leapfrog_steps and max_steps four times.
+/// For several trials, for controllers other than `dec`, whose gains are free, and for nine or more inferred
+/// parameters, window_transitions count 5/3 times and max_leapfrog_steps four times.
 struct Settings {
   std::uint64_t seed = 1;
   int groups = 1;                  ///< of 8 chains each (posterior::lanes), on their own threads
-  int annealing_transitions = 15;  ///< transitions at each level of the measurement noise
+  int annealing_transitions = 45;  ///< transitions at each level of the measurement noise
   int window_transitions = 18;     ///< in each window of the warm-up
   int max_leapfrog_steps = 200;    ///< per transition at most; the widest direction sets the number
   int block = 20;                  ///< transitions of each chain between checks of sufficiency
@@ -36,7 +36,7 @@ struct Settings {
   int max_draws = 160;
   /// Leapfrog steps of a group after which no draws beyond min_draws begin; twice as many for several trials. After
   /// half of them no round is repeated.
-  long long max_steps = 25'000;
+  long long max_steps = 100'000;
   double max_rhat = 1.05;        ///< sufficient: every quantity's R-hat is at most this
   double effective_draws = 100;  ///< sufficient: every quantity has this many
 };

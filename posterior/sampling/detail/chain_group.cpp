@@ -17,12 +17,13 @@ constexpr double min_noise_deg = 3.2e-3;  // in the mean of a block twice the mo
 // Chosen on trials of a seed that is used for no published figure.
 constexpr double lowering = 1.6, highest_noise_deg = 3.0;
 constexpr int annealing_leapfrog_steps = 15, stages_per_metric = 2;
+constexpr double annealing_fraction = 0.6;  // of the time before the first draws, for Progress
 constexpr int windows = 3, window_informations = 3, first_window_leapfrog_steps = 48, max_window_leapfrog_steps = 96;
 constexpr int settling_transitions = 12, min_leapfrog_steps = 16;
 // Over the steps that cross the standard deviation of the widest direction once.
 constexpr double leapfrog_steps_per_width = 2.2;
 constexpr double target_acceptance = 0.8;
-constexpr double stuck_nats = 25.0;
+constexpr double stuck_nats = 25.0;  // of one trial; grows with the root of the number of dimensions
 constexpr double stranded_log_noise = 0.1;
 constexpr double first_slow_noise = 0.02;  // over the white noise of a block
 
@@ -142,7 +143,7 @@ void ChainGroup::anneal(const Report& report) {
     sampler_.begin_adapting(step);
     adapt(settings_.annealing_transitions, annealing_leapfrog_steps);
     step = std::clamp(sampler_.middle_step(), 0.02, 0.4);
-    report("annealing", 0.3 * std::min(1.0, (stage + 1) / stages));
+    report("annealing", annealing_fraction * std::min(1.0, (stage + 1) / stages));
     bool last = true;
     for (std::size_t t = 0; t < trials_.size(); ++t) {
       double& noise = trials_[t].annealed_deg;
@@ -161,7 +162,7 @@ void ChainGroup::warm_up(const Report& report) {
   for (int window = 0; window < windows && !stopped_; ++window) {
     learn_in_window(window == 0 ? first_window_leapfrog_steps : std::min(leapfrog_steps_, max_window_leapfrog_steps),
                     window + 1 == windows);
-    report("warming up", 0.3 + 0.7 * (window + 1) / windows);
+    report("warming up", annealing_fraction + (1.0 - annealing_fraction) * (window + 1) / windows);
   }
 }
 
@@ -222,7 +223,7 @@ void ChainGroup::learn(int move, int moves) {
 void ChainGroup::end_window() {
   const Sampler::Lanes badness = log_mass();
   reparameterise();
-  restart(badness, stuck_nats);
+  restart(badness, stuck_nats * std::sqrt(static_cast<double>(trials_.size())));
   const double leapfrog_steps = leapfrog_steps_per_width * sampler_.widest(globals_) / sampler_.middle_step();
   leapfrog_steps_ = static_cast<int>(
       std::clamp(leapfrog_steps, static_cast<double>(std::min(min_leapfrog_steps, settings_.max_leapfrog_steps)),
