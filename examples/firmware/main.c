@@ -136,11 +136,26 @@ static int are_usable(const float* identified) {
   return usable;
 }
 
-/* A network may answer a little outside of a parameter's range; balance_begin refuses values below 0 or a delay that is
-   too long. */
-static double limited(float value, double most) {
-  const double from_zero = (value > 0.0F) ? (double)value : 0.0;
-  return (from_zero < most) ? from_zero : most;
+/* A network may answer a little outside of a parameter's range, also below 0, which balance_begin refuses. */
+static double limited(const float* identified, int32_t parameter) {
+  static const float low[POSTURE_PARAMETERS] = POSTURE_MINIMA;
+  static const float high[POSTURE_PARAMETERS] = POSTURE_MAXIMA;
+  const float value = identified[parameter];
+  const float at_least = (value > low[parameter]) ? value : low[parameter];
+  return (double)((at_least < high[parameter]) ? at_least : high[parameter]);
+}
+
+static int is_near(double x, double y) {
+  return ((x >= (0.999 * y)) && (x <= (1.001 * y))) ? 1 : 0;
+}
+
+/* Returns 1 if the model answers for the controller's body: gains of one body are not another one's. */
+static int is_one_body(void) {
+  return ((is_near(POSTURE_MASS_KG, BALANCE_MASS_KG) != 0) &&
+          (is_near(POSTURE_COM_HEIGHT_M, BALANCE_COM_HEIGHT_M) != 0) &&
+          (is_near(POSTURE_INERTIA_KGM2, BALANCE_INERTIA_KGM2) != 0))
+             ? 1
+             : 0;
 }
 
 /* The controller's own test, then steps with the parameters that were identified. */
@@ -156,12 +171,15 @@ static int run_controller(const float* identified) {
   if (are_usable(identified) == 0) {
     return -106;
   }
-  parameters.kp = limited(identified[POSTURE_KP], 1e6);
-  parameters.kd = limited(identified[POSTURE_KD], 1e6);
-  parameters.kp_pass = limited(identified[POSTURE_KP_PASS], 1e6);
-  parameters.kd_pass = limited(identified[POSTURE_KD_PASS], 1e6);
-  parameters.theta = limited(identified[POSTURE_THETA], 1.0);
-  parameters.delay = limited(identified[POSTURE_DELAY], BALANCE_LONGEST_DELAY_S);
+  if (is_one_body() == 0) {
+    return -107;
+  }
+  parameters.kp = limited(identified, POSTURE_KP);
+  parameters.kd = limited(identified, POSTURE_KD);
+  parameters.kp_pass = limited(identified, POSTURE_KP_PASS);
+  parameters.kd_pass = limited(identified, POSTURE_KD_PASS);
+  parameters.theta = limited(identified, POSTURE_THETA);
+  parameters.delay = limited(identified, POSTURE_DELAY);
   result = balance_begin(&controller, &parameters);
   (void)instructions();
   for (step = 0; (step < 1000) && (result == BALANCE_OK); ++step) {

@@ -236,13 +236,40 @@ std::string constants(const Model& model, const FirmwarePlan& plan) {
   return text;
 }
 
+/// Returns the end of a parameter's name in C: KP_PASS.
+std::string constant_name(const sim::ParameterInfo& info) {
+  std::string name;
+  for (const char c : info.option)
+    name += c == '-' ? '_' : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return name;
+}
+
+/// Returns the constants of the body for which the model answers, in the controller's names.
+std::string body_constants(const sim::Body& body) {
+  return define_double("DECID_FW_MASS_KG", body.mass_kg) + define_double("DECID_FW_COM_HEIGHT_M", body.com_height_m) +
+         define_double("DECID_FW_INERTIA_KGM2", body.inertia_kgm2) + define_double("DECID_FW_MGH_NM_RAD", body.mgh());
+}
+
+/// Returns the constants of the parameters' ranges, each alone and all as initialisers of tables, with names and units.
+std::string range_constants(const sim::ParameterTable& ranges) {
+  const auto low = [](const sim::ParameterInfo& info) { return literal(static_cast<float>(info.low)); };
+  const auto high = [](const sim::ParameterInfo& info) { return literal(static_cast<float>(info.high)); };
+  std::string text;
+  for (const sim::ParameterInfo& info : ranges)
+    text += "#define DECID_FW_" + constant_name(info) + "_MIN " + low(info) + "\n#define DECID_FW_" +
+            constant_name(info) + "_MAX " + high(info) + "\n";
+  const auto list = [&](const char* name, const auto& item) {
+    return std::string("#define DECID_FW_") + name + " {" + joined(ranges, ", ", item) + "}\n";
+  };
+  return text + list("MINIMA", low) + list("MAXIMA", high) +
+         list("NAMES", [](const sim::ParameterInfo& info) { return quoted(info.name); }) +
+         list("UNITS", [](const sim::ParameterInfo& info) { return quoted(info.unit); });
+}
+
 /// Returns the enumerators of the parameters, each with its meaning and unit.
 std::string places(const sim::ParameterTable& table) {
   const auto enumerator = [&](std::size_t i) {
-    std::string name = "DECID_FW_";
-    for (const char c : table[i].option)
-      name += c == '-' ? '_' : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-    return name + (i + 1 < table.size() ? "," : "");
+    return "DECID_FW_" + constant_name(table[i]) + (i + 1 < table.size() ? "," : "");
   };
   std::size_t width = 0;
   for (std::size_t i = 0; i < table.size(); ++i) width = std::max(width, enumerator(i).size());
@@ -282,6 +309,8 @@ FirmwareFiles firmware_files(const Model& model, const ForBody& body, const Firm
   std::string header = "/* " + origin + "\n   How to use it: docs/guide/firmware.md of decid. */\n";
   header += embedded::firmware_header();
   header = replaced(header, "@CONSTANTS@", constants(model, plan));
+  header = replaced(header, "@BODY@", body_constants(body.protocol.experiment.body));
+  header = replaced(header, "@RANGES@", range_constants(body.ranges));
   header = replaced(header, "@PLACES@", places(model.parameters()));
   header = replaced(header, "@DEVIATIONS@",
                     components(model) > 0 ? std::string(embedded::firmware_deviations()) : std::string());
