@@ -1,11 +1,10 @@
 /* Identifies the trials of sway.bin (float32, rad) twice, as a whole and as samples arrive, writes the parameters to
    results.bin, lets the controller run with them, and prints what it all cost. A product reads its sensor where this
    reads a file, and drives its ankle where this drops the torque. */
-#include <float.h>
-
 #include "balance.h"
 #include "posture.h"
 #include "semihosting.h"
+#include "verdict.h"
 
 #define FEED_SAMPLES 110 /* 1.1 s */
 #define UNITS_A_FEED 8
@@ -126,16 +125,6 @@ static int identify_as_samples_arrive(float* parameters, cost* spent) {
   return (result >= 0) ? posture_result(parameters, &arena) : result;
 }
 
-/* Returns 1 if all parameters are finite, and Kp is above 0. */
-static int are_usable(const float* identified) {
-  int32_t i;
-  int usable = (identified[POSTURE_KP] > 0.0F) ? 1 : 0;
-  for (i = 0; i < POSTURE_PARAMETERS; ++i) {
-    usable = ((identified[i] >= -FLT_MAX) && (identified[i] <= FLT_MAX)) ? usable : 0;
-  }
-  return usable;
-}
-
 /* A network may answer a little outside of a parameter's range, also below 0, which balance_begin refuses. */
 static double limited(const float* identified, int32_t parameter) {
   static const float low[POSTURE_PARAMETERS] = POSTURE_MINIMA;
@@ -158,8 +147,8 @@ static int is_one_body(void) {
              : 0;
 }
 
-/* The controller's own test, then steps with the parameters that were identified. */
-static int run_controller(const float* identified) {
+/* The controller's own test, then steps with the parameters that were identified, if they are usable. */
+static int run_controller(const float* identified, verdict usable) {
   balance_parameters parameters;
   double largest = 0.0;
   int32_t step;
@@ -168,8 +157,8 @@ static int run_controller(const float* identified) {
   if (result != BALANCE_OK) {
     return result;
   }
-  if (are_usable(identified) == 0) {
-    return -106;
+  if (usable != VERDICT_USABLE) {
+    return -106; /* a product keeps its old controller */
   }
   if (is_one_body() == 0) {
     return -107;
@@ -192,8 +181,8 @@ static int run_controller(const float* identified) {
   return (largest > 0.0) ? -104 : result; /* it holds against the sway */
 }
 
-#ifdef FAMILIARITY
-/* The distance of the last trial; above 1.17 a product would not use its parameters. */
+#if POSTURE_GIVES_DISTANCE
+/* The distance of the last trial, which also counts in its verdict. */
 static int tell_distance(void) {
   double distance = 0.0;
   int result;
@@ -212,6 +201,7 @@ static int run(int32_t in, int32_t out) {
   const int32_t trials = host_length(in) / (int32_t)bytes;
   uint32_t most = 0U;
   cost spent = {0U, 0U, 0U};
+  verdict usable;
   int32_t trial;
   int32_t i;
   int result;
@@ -245,7 +235,7 @@ static int run(int32_t in, int32_t out) {
       result = -102;
     }
   }
-#ifdef FAMILIARITY
+#if POSTURE_GIVES_DISTANCE
   if (result == POSTURE_OK) {
     result = tell_distance();
   }
@@ -255,7 +245,9 @@ static int run(int32_t in, int32_t out) {
   print_number("instructions_parts ", spent.all, "\n");
   print_number("instructions_largest_part ", spent.max_unit, "\n");
   print_number("instructions_after_last_sample ", spent.after_last_sample, "\n");
-  return (result == POSTURE_OK) ? run_controller(whole) : result;
+  usable = judge(result, whole, &arena);
+  print_number("verdict ", (uint32_t)usable, "\n");
+  return (result == POSTURE_OK) ? run_controller(whole, usable) : result;
 }
 
 int main(void) {

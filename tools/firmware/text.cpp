@@ -26,6 +26,7 @@
 #include "embedded/firmware_state.hpp"
 #include "embedded/firmware_types.hpp"
 #include "embedded/firmware_windows.hpp"
+#include "identify/response_ratio.hpp"
 #include "tools/firmware/c_text.hpp"
 #include "tools/firmware/layer_text.hpp"
 
@@ -232,7 +233,12 @@ std::string constants(const Model& model, const FirmwarePlan& plan) {
   text += define("DECID_FW_IMAGE_CHANNELS", shape.channels) + define("DECID_FW_IMAGE_ROWS", shape.rows) +
           define("DECID_FW_IMAGE_COLUMNS", shape.columns);
   text += define("DECID_FW_ARENA_BYTES", plan.arena.bytes) + define("DECID_FW_WEIGHT_BYTES", plan.weight_bytes());
-  if (plan.options.familiarity) text += define("DECID_FW_FAMILIARITY_BYTES", familiarity_bytes(model, plan));
+  text += define("DECID_FW_GIVES_DEVIATIONS", components(model) > 0 ? 1 : 0) +
+          define("DECID_FW_GIVES_DISTANCE", plan.options.familiarity ? 1 : 0);
+  if (plan.options.familiarity)
+    text += define("DECID_FW_FAMILIARITY_BYTES", familiarity_bytes(model, plan)) + "#define DECID_FW_DISTANCE_USABLE " +
+            literal(ood_border - ood_missing_weight, 6) + "\n#define DECID_FW_DISTANCE_NOT_USABLE " +
+            literal(ood_border, 6) + "\n";
   return text;
 }
 
