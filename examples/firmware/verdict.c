@@ -1,4 +1,4 @@
-/* Whether a product may use an identification: see verdict.h. */
+/* Judges an identification: may a product use it? See verdict.h. */
 #include "verdict.h"
 
 #include "posture.h"
@@ -47,7 +47,7 @@ verdict judge(int result, const float* parameters, void* arena) {
     if ((posture_distance(&distance, arena) != POSTURE_OK) || (distance > POSTURE_DISTANCE_NOT_USABLE)) {
       return VERDICT_NOT_USABLE;
     }
-    found = worse(found, (distance > POSTURE_DISTANCE_USABLE) ? VERDICT_CAUTION : VERDICT_USABLE);
+    found = worse(found, (distance > 1.0) ? VERDICT_CAUTION : VERDICT_USABLE);
   }
 #endif
   (void)arena;

@@ -119,7 +119,7 @@ TEST_CASE("margins of stability: an unstable loop has none, and searches end") {
 }
 
 // Beyond a margin the lean grows slowly, so each change goes on a little; a tilt of 0.05 degrees grows 100 times in
-// 121 s. Of 219 loops of these models none fell within its margins, and 15 stood beyond one.
+// 121 s. No one of 219 loops of these models fell within its margins, and 15 stood beyond one.
 TEST_CASE("margins of stability are the simulator's") {
   for (const sim::BodyModel* model : {&sim::single_pendulum(), &sim::dec2015(), &sim::independent_channels()}) {
     CAPTURE(model->name);
