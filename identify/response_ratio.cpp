@@ -118,9 +118,9 @@ double ResponseRatio::measure(const Simulated& simulated, std::span<const float>
 }
 
 double ood_score(double distance, double usual, double response_ratio) {
-  constexpr double weight = 0.4, most = 1.0, border = 1.17;
+  constexpr double most = 1.0;
   const double missing = std::isnan(response_ratio) ? most : std::clamp(1 - response_ratio, 0.0, most);
-  return (distance / usual + weight * missing) / border;
+  return (distance / usual + ood_missing_weight * missing) / ood_border;
 }
 
 }  // namespace decid

@@ -54,6 +54,10 @@ class ResponseRatio {
   std::size_t lines_;
 };
 
+/// The score of a feature distance over the usual one, x, and the missing part of the response, m from 0 to 1, is
+/// (x + ood_missing_weight m) / ood_border.
+inline constexpr double ood_missing_weight = 0.4, ood_border = 1.17;
+
 /// Returns the out-of-distribution score of a recording; above 1 its parameters are not reliable. The score combines
 /// the feature distance (network/ood_detector.hpp), over the usual distance, with a low response ratio. Either term on
 /// its own misses every sixth recording with a wrong start. The weights were chosen on 900 trials.

@@ -1,11 +1,10 @@
 /* Identifies the trials of sway.bin (float32, rad) twice, as a whole and as samples arrive, writes the parameters to
    results.bin, lets the controller run with them, and prints what it all cost. A product reads its sensor where this
    reads a file, and drives its ankle where this drops the torque. */
-#include <float.h>
-
 #include "balance.h"
 #include "posture.h"
 #include "semihosting.h"
+#include "verdict.h"
 
 #define FEED_SAMPLES 110 /* 1.1 s */
 #define UNITS_A_FEED 8
@@ -126,25 +125,30 @@ static int identify_as_samples_arrive(float* parameters, cost* spent) {
   return (result >= 0) ? posture_result(parameters, &arena) : result;
 }
 
-/* Returns 1 if all parameters are finite, and Kp is above 0. */
-static int are_usable(const float* identified) {
-  int32_t i;
-  int usable = (identified[POSTURE_KP] > 0.0F) ? 1 : 0;
-  for (i = 0; i < POSTURE_PARAMETERS; ++i) {
-    usable = ((identified[i] >= -FLT_MAX) && (identified[i] <= FLT_MAX)) ? usable : 0;
-  }
-  return usable;
+/* A network may answer a little outside of a parameter's range, also below 0, which balance_begin refuses. */
+static double limited(const float* identified, int32_t parameter) {
+  static const float low[POSTURE_PARAMETERS] = POSTURE_MINIMA;
+  static const float high[POSTURE_PARAMETERS] = POSTURE_MAXIMA;
+  const float value = identified[parameter];
+  const float at_least = (value > low[parameter]) ? value : low[parameter];
+  return (double)((at_least < high[parameter]) ? at_least : high[parameter]);
 }
 
-/* A network may answer a little outside of a parameter's range; balance_begin refuses values below 0 or a delay that is
-   too long. */
-static double limited(float value, double most) {
-  const double from_zero = (value > 0.0F) ? (double)value : 0.0;
-  return (from_zero < most) ? from_zero : most;
+static int is_near(double x, double y) {
+  return ((x >= (0.999 * y)) && (x <= (1.001 * y))) ? 1 : 0;
 }
 
-/* The controller's own test, then steps with the parameters that were identified. */
-static int run_controller(const float* identified) {
+/* Returns 1 if the model answers for the controller's body: gains of one body are not another one's. */
+static int is_one_body(void) {
+  return ((is_near(POSTURE_MASS_KG, BALANCE_MASS_KG) != 0) &&
+          (is_near(POSTURE_COM_HEIGHT_M, BALANCE_COM_HEIGHT_M) != 0) &&
+          (is_near(POSTURE_INERTIA_KGM2, BALANCE_INERTIA_KGM2) != 0))
+             ? 1
+             : 0;
+}
+
+/* The controller's own test, then steps with the parameters that were identified, if they are usable. */
+static int run_controller(const float* identified, verdict usable) {
   balance_parameters parameters;
   double largest = 0.0;
   int32_t step;
@@ -153,15 +157,18 @@ static int run_controller(const float* identified) {
   if (result != BALANCE_OK) {
     return result;
   }
-  if (are_usable(identified) == 0) {
-    return -106;
+  if (usable != VERDICT_USABLE) {
+    return -106; /* a product keeps its old controller */
   }
-  parameters.kp = limited(identified[POSTURE_KP], 1e6);
-  parameters.kd = limited(identified[POSTURE_KD], 1e6);
-  parameters.kp_pass = limited(identified[POSTURE_KP_PASS], 1e6);
-  parameters.kd_pass = limited(identified[POSTURE_KD_PASS], 1e6);
-  parameters.theta = limited(identified[POSTURE_THETA], 1.0);
-  parameters.delay = limited(identified[POSTURE_DELAY], BALANCE_LONGEST_DELAY_S);
+  if (is_one_body() == 0) {
+    return -107;
+  }
+  parameters.kp = limited(identified, POSTURE_KP);
+  parameters.kd = limited(identified, POSTURE_KD);
+  parameters.kp_pass = limited(identified, POSTURE_KP_PASS);
+  parameters.kd_pass = limited(identified, POSTURE_KD_PASS);
+  parameters.theta = limited(identified, POSTURE_THETA);
+  parameters.delay = limited(identified, POSTURE_DELAY);
   result = balance_begin(&controller, &parameters);
   (void)instructions();
   for (step = 0; (step < 1000) && (result == BALANCE_OK); ++step) {
@@ -174,8 +181,8 @@ static int run_controller(const float* identified) {
   return (largest > 0.0) ? -104 : result; /* it holds against the sway */
 }
 
-#ifdef FAMILIARITY
-/* The distance of the last trial; above 1.17 a product would not use its parameters. */
+#if POSTURE_GIVES_DISTANCE
+/* The distance of the last trial, which also counts in its verdict. */
 static int tell_distance(void) {
   double distance = 0.0;
   int result;
@@ -194,6 +201,7 @@ static int run(int32_t in, int32_t out) {
   const int32_t trials = host_length(in) / (int32_t)bytes;
   uint32_t most = 0U;
   cost spent = {0U, 0U, 0U};
+  verdict usable;
   int32_t trial;
   int32_t i;
   int result;
@@ -227,7 +235,7 @@ static int run(int32_t in, int32_t out) {
       result = -102;
     }
   }
-#ifdef FAMILIARITY
+#if POSTURE_GIVES_DISTANCE
   if (result == POSTURE_OK) {
     result = tell_distance();
   }
@@ -237,7 +245,9 @@ static int run(int32_t in, int32_t out) {
   print_number("instructions_parts ", spent.all, "\n");
   print_number("instructions_largest_part ", spent.max_unit, "\n");
   print_number("instructions_after_last_sample ", spent.after_last_sample, "\n");
-  return (result == POSTURE_OK) ? run_controller(whole) : result;
+  usable = judge(result, whole, &arena);
+  print_number("verdict ", (uint32_t)usable, "\n");
+  return (result == POSTURE_OK) ? run_controller(whole, usable) : result;
 }
 
 int main(void) {

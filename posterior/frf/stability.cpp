@@ -123,6 +123,28 @@ bool is_stable_with_unit_gains(const sim::Body& body, const sim::Coefficients& c
   return w * c[delay] < decid::atan2(w * c[kd], c[kp]) + decid::atan2(w * c[kd_pass], j * square + lean);
 }
 
+/// Returns the place between a stable and an unstable one at which the stability changes.
+template <class IsStableAt>
+double border_between(const IsStableAt& is_stable_at, double stable, double unstable) {
+  constexpr int halvings = 40;
+  for (int i = 0; i < halvings; ++i) {
+    const double middle = 0.5 * (stable + unstable);
+    (is_stable_at(middle) ? stable : unstable) = middle;
+  }
+  return stable;
+}
+
+/// Returns the first place of instability on the way from a stable place to `end`, or `end`. next: the place after one.
+template <class IsStableAt, class Next>
+double first_border(const IsStableAt& is_stable_at, double from, double end, const Next& next) {
+  for (double here = from; here != end;) {
+    const double there = next(here);
+    if (!is_stable_at(there)) return border_between(is_stable_at, here, there);
+    here = there;
+  }
+  return end;
+}
+
 }  // namespace
 
 int unstable_roots(const std::vector<double>& a, const std::vector<double>& b, double delay_s) {
@@ -166,6 +188,32 @@ bool is_stable(const sim::Body& body, const sim::Family& family, const sim::Coef
     b = sum(product(b, leak), product(leaks, passive), -c[torque]);
   }
   return unstable_roots(a, product(servo, b), c[delay]) == 0;
+}
+
+StabilityMargins stability_margins(const sim::Body& body, const sim::Family& family, const sim::Coefficients& c) {
+  using enum sim::Coefficient;
+  constexpr double delay_step_s = 0.0005, gain_step = 1.02, min_gain = 0.01;
+  StabilityMargins found;
+  found.stable = is_stable(body, family, c);
+  if (!found.stable) return found;
+  const auto stable_later = [&](double delay_s) {
+    sim::Coefficients later = c;
+    later[delay] += delay_s;
+    return is_stable(body, family, later);
+  };
+  const auto stable_with = [&](double factor) {
+    sim::Coefficients other = c;
+    other[kp] *= factor;
+    other[kd] *= factor;
+    return is_stable(body, family, other);
+  };
+  found.delay_s = first_border(stable_later, 0.0, max_delay_margin_s,
+                               [](double delay_s) { return std::min(delay_s + delay_step_s, max_delay_margin_s); });
+  found.gain_low =
+      first_border(stable_with, 1.0, 0.0, [](double factor) { return factor > min_gain ? factor / gain_step : 0.0; });
+  found.gain_high = first_border(stable_with, 1.0, max_gain_margin,
+                                 [](double factor) { return std::min(factor * gain_step, max_gain_margin); });
+  return found;
 }
 
 }  // namespace decid::frf

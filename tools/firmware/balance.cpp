@@ -41,8 +41,8 @@ std::array<double, 3> sine_coefficients_at(const sim::Body& body, int steps_per_
   return all;
 }
 
-std::vector<double> balance(const sim::Family& family, const sim::Coefficients& of, const sim::Body& body,
-                            const sim::Stimulus& stimulus, int steps_per_second) {
+Balanced balance(const sim::Family& family, const sim::Coefficients& of, const sim::Body& body,
+                 const sim::Stimulus& stimulus, int steps_per_second) {
   using enum sim::Coefficient;
   const double step_s = 1.0 / steps_per_second, c = step_s / body.inertia_kgm2;
   const double active_stiffness = c * of[kp], active_damping = c * of[kd];
@@ -59,10 +59,12 @@ std::vector<double> balance(const sim::Family& family, const sim::Coefficients& 
   const std::size_t first_step = whole + (fraction > 0.0 ? 1 : 0);
 
   double sway = 0.0, rate = 0.0, error = 0.0, slow_angle = 0.0, torque_angle = 0.0, active = 0.0, before = 0.0;
-  std::vector<double> commands, all;
+  std::vector<double> commands;
+  double peak = 0.0;
+  Balanced found;
   for (std::size_t interval = 0; interval < stimulus.rate_rad_s.size(); ++interval) {
     if (!(std::abs(sway) <= sim::sway_limit_rad)) break;
-    all.push_back(sway);
+    found.sway.push_back(sway);
     const double support = stimulus.rate_rad_s[interval], drive_slope = passive * (support * step_s);
     const double q = (0.0 - clamped(of[tilt] * support, -threshold, threshold)) + tilt_over_servo * support;
     double drive = std::fma(passive, stimulus.tilt_rad[interval], damping * support);
@@ -78,6 +80,7 @@ std::vector<double> balance(const sim::Family& family, const sim::Coefficients& 
       const double newer = step >= whole ? commands[step - whole] : 0.0;
       active = step < first_step ? 0.0 : std::fma(fraction, before - newer, newer);
       before = newer;
+      peak = std::max(peak, std::abs(active));
       const double z = sway * sway, polynomial = std::fma(std::fma(sine[2], z, sine[1]), z, sine[0]);
       const double next = std::fma(lean, sway, std::fma(1.0 - damping, rate, drive - active));
       drive = drive + drive_slope;
@@ -85,7 +88,8 @@ std::vector<double> balance(const sim::Family& family, const sim::Coefficients& 
       sway = std::fma(rate, step_s, sway);
     }
   }
-  return all;
+  found.peak_active_torque_nm = peak / c;
+  return found;
 }
 
 }  // namespace decid::tools

@@ -15,10 +15,16 @@ sim::Stimulus stimulus_at(const sim::Stimulus& stimulus, int steps_per_second);
 /// Returns sim::sine_coefficients_for the body, for another step.
 std::array<double, 3> sine_coefficients_at(const sim::Body& body, int steps_per_second);
 
-/// Returns the sway at the start of each interval, noise-free and from rest, until it leaves the simulator's bound. The
-/// operations are those of DECID_FW_self_test in runtime/controller.c. UNIT_GAINS there only moves factors of 2, so at
-/// 1000 steps per second this sway has the simulator's bits.
-std::vector<double> balance(const sim::Family& family, const sim::Coefficients& of, const sim::Body& body,
-                            const sim::Stimulus& stimulus, int steps_per_second);
+/// A body on the platform.
+struct Balanced {
+  std::vector<double> sway;            ///< rad, at the start of each interval, until it leaves the simulator's bound
+  double peak_active_torque_nm = 0.0;  ///< the largest of a step, in size, until then
+};
+
+/// Simulates the body, noise-free and from rest. The operations are those of DECID_FW_self_test in
+/// runtime/controller.c. UNIT_GAINS there only moves factors of 2, so at 1000 steps per second this sway has the
+/// simulator's bits.
+Balanced balance(const sim::Family& family, const sim::Coefficients& of, const sim::Body& body,
+                 const sim::Stimulus& stimulus, int steps_per_second);
 
 }  // namespace decid::tools

@@ -65,6 +65,15 @@ std::string comment(const std::string& text) {
   return safe;
 }
 
+std::string quoted(const std::string& text) {
+  std::string literal = "\"";
+  for (const char c : one_line(text)) {
+    if (c == '"' || c == '\\' || c == '?') literal += '\\';  // ?: trigraphs
+    literal += c;
+  }
+  return literal + "\"";
+}
+
 template <class T>
 std::string table(const std::string& declaration, const std::vector<T>& values) {
   constexpr std::size_t width = 116;

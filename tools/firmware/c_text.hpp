@@ -22,6 +22,8 @@ std::string literal(float value);
 std::string literal(double value, int digits = 17);
 /// Returns the bits of each value.
 std::vector<std::uint32_t> to_bits(const std::vector<float>& values);
+/// Returns `text` as a string literal of C.
+std::string quoted(const std::string& text);
 /// Escapes `text` for a C comment.
 std::string comment(const std::string& text);
 /// Returns a C table, several values per line.

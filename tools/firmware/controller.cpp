@@ -83,19 +83,35 @@ SelfTest simulate_test(const sim::Simulator& simulator, const sim::Parameters& n
   return test;
 }
 
-/// Returns the test with the sway at another step. Throws Error if the body falls.
-SelfTest balance_test(const sim::Simulator& simulator, const sim::Parameters& noise_free, int steps_per_second) {
-  const sim::Protocol& protocol = simulator.protocol();
+/// Returns the test with the sway at another step.
+SelfTest balance_test(const sim::Stimulus& stimulus, const Balanced& balanced, int steps_per_second) {
   SelfTest test;
-  test.stimulus = stimulus_at(simulator.stimulus(), steps_per_second);
+  test.stimulus = stimulus;
   test.steps_per_sample = test.stimulus.interval_steps;
-  const std::vector<double> sway = balance(protocol.family(), protocol.family().coefficients(noise_free),
-                                           protocol.experiment.body, test.stimulus, steps_per_second);
-  if (sway.size() < test.stimulus.tilt_rad.size())
-    refuse_fall(static_cast<double>(sway.size()) * test.stimulus.interval_steps / steps_per_second);
   shorten(test.stimulus, std::min(test.intervals(), test_seconds * steps_per_second / test.stimulus.interval_steps));
-  test.hash = hash_values(std::span(sway).first(static_cast<std::size_t>(test.intervals())));
+  test.hash = hash_values(std::span(balanced.sway).first(static_cast<std::size_t>(test.intervals())));
   return test;
+}
+
+double peak(const std::vector<double>& values) {
+  double most = 0.0;
+  for (const double value : values) most = std::max(most, std::abs(value));
+  return most;
+}
+
+std::string limits_constants(const ControllerLimits& limits) {
+  return define("DECID_FW_IS_STABLE", limits.margins.stable ? 1 : 0) +
+         define_double("DECID_FW_DELAY_MARGIN_S", limits.margins.delay_s) +
+         define_double("DECID_FW_GAIN_MARGIN_LOW", limits.margins.gain_low) +
+         define_double("DECID_FW_GAIN_MARGIN_HIGH", limits.margins.gain_high) +
+         define_double("DECID_FW_PEAK_TORQUE_NM", limits.peak_active_torque_nm);
+}
+
+/// Returns the lines of a comment.
+std::string limits_comment(const ControllerLimits& limits) {
+  std::string text;
+  for (const std::string& line : limits_text(limits)) text += "\n   " + comment(line);
+  return text;
 }
 
 }  // namespace
@@ -117,26 +133,57 @@ int steps_per_second_of(double step_s) {
   return static_cast<int>(whole);
 }
 
-FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Protocol& protocol,
-                               const std::string& name, const std::string& origin, int steps_per_second) {
+std::vector<std::string> limits_text(const ControllerLimits& limits) {
+  const frf::StabilityMargins& margins = limits.margins;
+  const auto up_to = [](double value, double most, const char* shown) {
+    return (value < most ? "" : "at least ") + format(shown, value);
+  };
+  std::vector<std::string> lines{"the loop is UNSTABLE: a small lean grows without limit"};
+  if (margins.stable)
+    lines.front() = "delay margin " + up_to(1000.0 * margins.delay_s, 1000.0 * frf::max_delay_margin_s, "%.0f ms") +
+                    " beyond the controller's delay; gain margin (factor of kp and kd) " +
+                    format("%.2f to ", margins.gain_low) + up_to(margins.gain_high, frf::max_gain_margin, "%.2f");
+  lines.push_back(format("active torque up to %.3g N m for the protocol's tilt of up to %.3g degrees (sway up to %.3g)",
+                         limits.peak_active_torque_nm, limits.peak_tilt_rad / sim::rad_per_deg,
+                         limits.peak_sway_rad / sim::rad_per_deg));
+  return lines;
+}
+
+ControllerFiles controller_files(const sim::Parameters& parameters, const sim::Protocol& protocol,
+                                 const std::string& name, const std::string& origin, int steps_per_second) {
   if (protocol.gravity_dead_band_deg > 0.0)
     throw Error(Code::not_supported, "protocol " + protocol.name,
                 "has a gravity dead band, which exported controllers do not have", "leave gravity_dead_band_deg out");
   sim::Protocol from_rest = protocol;
   from_rest.standing_s = 0.0;  // so begins the self-test
   const sim::Simulator simulator(from_rest);
-  const sim::Parameters noise_free = protocol.family().without_noise(parameters);
+  const sim::Family& family = protocol.family();
+  const sim::Parameters noise_free = family.without_noise(parameters);
   SelfTest test = simulate_test(simulator, noise_free);
-  if (steps_per_second != sim::steps_per_second) test = balance_test(simulator, noise_free, steps_per_second);
+  const bool is_other_step = steps_per_second != sim::steps_per_second;
+  const sim::Stimulus stimulus =
+      is_other_step ? stimulus_at(simulator.stimulus(), steps_per_second) : simulator.stimulus();
+  const Balanced balanced =
+      balance(family, family.coefficients(noise_free), protocol.experiment.body, stimulus, steps_per_second);
+  if (balanced.sway.size() < stimulus.rate_rad_s.size())
+    refuse_fall(static_cast<double>(balanced.sway.size()) * stimulus.interval_steps / steps_per_second);
+  if (is_other_step) test = balance_test(stimulus, balanced, steps_per_second);
   const double step_s = 1.0 / steps_per_second;
 
   const sim::Body& body = protocol.experiment.body;
+  sim::Coefficients sampled = family.coefficients(parameters);
+  sampled[sim::Coefficient::delay] += step_s;
+  const ControllerLimits limits{.margins = frf::stability_margins(body, family, sampled),
+                                .peak_tilt_rad = peak(stimulus.tilt_rad),
+                                .peak_sway_rad = peak(balanced.sway),
+                                .peak_active_torque_nm = balanced.peak_active_torque_nm};
   std::string header =
       "/* " + origin +
       format(
           "\n   For a body of %.6g kg whose centre of mass is %.6g m above the ankles: m g h %.6g N m/rad."
-          "\n   How to use it: docs/guide/firmware.md of decid. */\n",
-          body.mass_kg, body.com_height_m, body.mgh());
+          "\n   Simulated with this body and the parameters that this file was made with:",
+          body.mass_kg, body.com_height_m, body.mgh()) +
+      limits_comment(limits) + "\n   How to use it: docs/guide/firmware.md of decid. */\n";
   header += embedded::firmware_controller_header();
   const int delay_steps = static_cast<int>(sim::longest_delay_s * steps_per_second) + 2;
   header = replaced(header, "@CONSTANTS@",
@@ -146,8 +193,8 @@ FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Pro
                         define_double("DECID_FW_COM_HEIGHT_M", body.com_height_m) +
                         define_double("DECID_FW_INERTIA_KGM2", body.inertia_kgm2) +
                         define_double("DECID_FW_MGH_NM_RAD", body.mgh()) + define("DECID_FW_TEST_STEPS", test.steps()));
+  header = replaced(header, "@LIMITS@", limits_constants(limits));
 
-  const sim::Family& family = protocol.family();
   const bool unit_gains = family.has_unit_gains();
   header = replaced(header, "@GAINS@", unit_gains ? "" : gain_members);
   header = replaced(header, "@STATE@", unit_gains ? "" : gain_state);
@@ -181,7 +228,7 @@ FirmwareFiles controller_files(const sim::Parameters& parameters, const sim::Pro
             table("static const double test_tilt[]", test.stimulus.tilt_rad) +
             table("static const double test_rate[]", test.stimulus.rate_rad_s) + "\n";
   source += embedded::firmware_controller();
-  return {with_name(header, name), with_name(source, name)};
+  return {{with_name(header, name), with_name(source, name)}, limits};
 }
 
 }  // namespace decid::tools

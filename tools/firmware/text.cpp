@@ -26,6 +26,7 @@
 #include "embedded/firmware_state.hpp"
 #include "embedded/firmware_types.hpp"
 #include "embedded/firmware_windows.hpp"
+#include "identify/response_ratio.hpp"
 #include "tools/firmware/c_text.hpp"
 #include "tools/firmware/layer_text.hpp"
 
@@ -232,17 +233,49 @@ std::string constants(const Model& model, const FirmwarePlan& plan) {
   text += define("DECID_FW_IMAGE_CHANNELS", shape.channels) + define("DECID_FW_IMAGE_ROWS", shape.rows) +
           define("DECID_FW_IMAGE_COLUMNS", shape.columns);
   text += define("DECID_FW_ARENA_BYTES", plan.arena.bytes) + define("DECID_FW_WEIGHT_BYTES", plan.weight_bytes());
-  if (plan.options.familiarity) text += define("DECID_FW_FAMILIARITY_BYTES", familiarity_bytes(model, plan));
+  text += define("DECID_FW_GIVES_DEVIATIONS", components(model) > 0 ? 1 : 0) +
+          define("DECID_FW_GIVES_DISTANCE", plan.options.familiarity ? 1 : 0);
+  if (plan.options.familiarity)
+    text += define("DECID_FW_FAMILIARITY_BYTES", familiarity_bytes(model, plan)) + "#define DECID_FW_DISTANCE_USABLE " +
+            literal(ood_border - ood_missing_weight, 6) + "\n#define DECID_FW_DISTANCE_NOT_USABLE " +
+            literal(ood_border, 6) + "\n";
   return text;
+}
+
+/// Returns the end of a parameter's name in C: KP_PASS.
+std::string constant_name(const sim::ParameterInfo& info) {
+  std::string name;
+  for (const char c : info.option)
+    name += c == '-' ? '_' : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return name;
+}
+
+/// Returns the constants of the body for which the model answers, in the controller's names.
+std::string body_constants(const sim::Body& body) {
+  return define_double("DECID_FW_MASS_KG", body.mass_kg) + define_double("DECID_FW_COM_HEIGHT_M", body.com_height_m) +
+         define_double("DECID_FW_INERTIA_KGM2", body.inertia_kgm2) + define_double("DECID_FW_MGH_NM_RAD", body.mgh());
+}
+
+/// Returns the constants of the parameters' ranges, each alone and all as initialisers of tables, with names and units.
+std::string range_constants(const sim::ParameterTable& ranges) {
+  const auto low = [](const sim::ParameterInfo& info) { return literal(static_cast<float>(info.low)); };
+  const auto high = [](const sim::ParameterInfo& info) { return literal(static_cast<float>(info.high)); };
+  std::string text;
+  for (const sim::ParameterInfo& info : ranges)
+    text += "#define DECID_FW_" + constant_name(info) + "_MIN " + low(info) + "\n#define DECID_FW_" +
+            constant_name(info) + "_MAX " + high(info) + "\n";
+  const auto list = [&](const char* name, const auto& item) {
+    return std::string("#define DECID_FW_") + name + " {" + joined(ranges, ", ", item) + "}\n";
+  };
+  return text + list("MINIMA", low) + list("MAXIMA", high) +
+         list("NAMES", [](const sim::ParameterInfo& info) { return quoted(info.name); }) +
+         list("UNITS", [](const sim::ParameterInfo& info) { return quoted(info.unit); });
 }
 
 /// Returns the enumerators of the parameters, each with its meaning and unit.
 std::string places(const sim::ParameterTable& table) {
   const auto enumerator = [&](std::size_t i) {
-    std::string name = "DECID_FW_";
-    for (const char c : table[i].option)
-      name += c == '-' ? '_' : static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-    return name + (i + 1 < table.size() ? "," : "");
+    return "DECID_FW_" + constant_name(table[i]) + (i + 1 < table.size() ? "," : "");
   };
   std::size_t width = 0;
   for (std::size_t i = 0; i < table.size(); ++i) width = std::max(width, enumerator(i).size());
@@ -282,6 +315,8 @@ FirmwareFiles firmware_files(const Model& model, const ForBody& body, const Firm
   std::string header = "/* " + origin + "\n   How to use it: docs/guide/firmware.md of decid. */\n";
   header += embedded::firmware_header();
   header = replaced(header, "@CONSTANTS@", constants(model, plan));
+  header = replaced(header, "@BODY@", body_constants(body.protocol.experiment.body));
+  header = replaced(header, "@RANGES@", range_constants(body.ranges));
   header = replaced(header, "@PLACES@", places(model.parameters()));
   header = replaced(header, "@DEVIATIONS@",
                     components(model) > 0 ? std::string(embedded::firmware_deviations()) : std::string());

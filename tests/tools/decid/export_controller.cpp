@@ -154,16 +154,62 @@ TEST_CASE("export controller: a recording of a study has the gains of its own bo
               robot.mgh() / person.mgh());
 }
 
-TEST_CASE("export controller: a loop that is unstable, and falls only after the protocol, is warned of") {
+TEST_CASE("export controller: a loop that is unstable, and falls only after the protocol, is refused") {
   const Folder folder;
   const std::string command = "export controller --quiet -o " + folder / "c";
   CHECK(run_ok(command).err.empty());
   // A lean grows 30 times in 400 s: the simulator's step adds to the delay, at whose limit this is.
-  CHECK(contains(run_ok(command + " --delay 0.24").err, "unstable"));
   CHECK(run_ok(command + " --delay 0.235").err.empty());
   // A step of 10 ms adds as much.
-  CHECK(contains(run_ok(command + " --delay 0.235 --step 0.01").err, "unstable"));
   CHECK(run_ok(command + " --delay 0.22 --step 0.01").err.empty());
+  std::filesystem::remove_all(folder / "c");
+  for (const char* options : {" --delay 0.24", " --delay 0.235 --step 0.01"}) {
+    check_refused(command + options, "unstable");
+    CHECK_FALSE(std::filesystem::exists(folder / "c"));
+  }
+  const auto forced = run_ok(command + " --delay 0.24 --force --json --name c");
+  CHECK(contains(forced.err, "unstable"));
+  const Json json = Json::parse(forced.out);
+  CHECK(json["stable"] == false);
+  CHECK(json["delay_margin_s"] == 0.0);
+  CHECK(json["gain_margin"] == Json{1.0, 1.0});
+  const std::string header = read_text(folder / "c/c.h");
+  CHECK(contains(header, "UNSTABLE"));
+  CHECK(contains(header, "#define C_IS_STABLE 0\n"));
+}
+
+TEST_CASE("export controller: margins and the peak torque, in the text, the JSON and the header") {
+  const Folder folder;
+  const std::string command = "export controller --name c -o " + folder / "c";
+  const auto json = run_json(command + " --json");
+  CHECK(json["stable"] == true);
+  CHECK(json["body"]["mass_kg"] == sim::Body{}.mass_kg);
+  const double delay_s = sim::single_pendulum().parameters.middle()[sim::Delay];
+  const double margin_s = json["delay_margin_s"];
+  // The margin is what --delay may grow by; a step of 10 ms instead of 1 takes 9 ms of it.
+  CHECK(near(run_json(command + format(" --delay %.17g --json", delay_s + 0.05))["delay_margin_s"].get<double>(),
+             margin_s - 0.05, 1e-9));
+  CHECK(near(run_json(command + " --step 0.01 --json")["delay_margin_s"].get<double>(), margin_s - 0.009, 1e-9));
+  const sim::Parameters p = sim::single_pendulum().parameters.middle();
+  CHECK(near(json["gain_margin"][0].get<double>(), 0.5 * (sim::Body{}.mgh() - p[sim::Kp_pass]) / p[sim::Kp], 1e-9));
+  const double high = json["gain_margin"][1];
+  const auto with_gain = [&](double factor) {
+    return command + format(" --quiet --kp %.17g --kd %.17g", factor * p[sim::Kp], factor * p[sim::Kd]);
+  };
+  CHECK(run_ok(with_gain(0.99 * high)).code == 0);
+  check_refused(with_gain(1.1 * high));
+
+  const auto own = run_ok(command);
+  CHECK(contains(own.err, format("delay margin %.0f ms", 1000.0 * margin_s)));
+  CHECK(contains(own.err, format("%.2f to %.2f", json["gain_margin"][0].get<double>(), high)));
+  const double torque = json["peak_active_torque_nm"];
+  CHECK(contains(own.err, format("active torque up to %.3g N m", torque)));
+  const std::string header = read_text(folder / "c/c.h");
+  CHECK(contains(header, format("delay margin %.0f ms", 1000.0 * margin_s)));
+  CHECK(contains(header, "#define C_IS_STABLE 1\n"));
+  for (const auto& [name, value] : {std::pair{"DELAY_MARGIN_S", margin_s}, {"GAIN_MARGIN_HIGH", high}})
+    CHECK(contains(header, "#define C_" + std::string(name) + " " + format("%.17g", value)));
+  CHECK(contains(header, format("#define C_PEAK_TORQUE_NM %.17g", torque)));
 }
 
 TEST_CASE("export controller: a step that no controller has is refused") {

@@ -142,13 +142,40 @@ TEST_CASE("the body of a controller's self-test has the simulator's bits at 1 ms
     REQUIRE(simulator.run(p, Random(0, sim::streams::vestibular_noise, 0), sway).valid);
     const sim::Stimulus& stimulus = simulator.stimulus();
     const std::vector<double> mine =
-        balance(protocol.family(), protocol.family().coefficients(p), protocol.experiment.body, stimulus, 1000);
+        balance(protocol.family(), protocol.family().coefficients(p), protocol.experiment.body, stimulus, 1000).sway;
     const auto apart = static_cast<std::size_t>(protocol.experiment.steps_per_sample() / stimulus.interval_steps);
     REQUIRE(mine.size() >= sway.size() * apart);
     std::size_t different = 0;
     for (std::size_t k = 0; k < sway.size(); ++k) different += mine[k * apart] == sway[k] ? 0 : 1;
     CHECK(different == 0);
   }
+}
+
+TEST_CASE("the peak torque of a trial balances the body, and does not depend on the step") {
+  const sim::Protocol protocol = sim::default_protocol();
+  const sim::Body& body = protocol.experiment.body;
+  const sim::Parameters p = protocol.family().without_noise(protocol.experiment.parameters().middle());
+  const sim::Simulator simulator(protocol);
+  const auto balanced = [&](int steps_per_second) {
+    return balance(protocol.family(), protocol.family().coefficients(p), body,
+                   stimulus_at(simulator.stimulus(), steps_per_second), steps_per_second);
+  };
+  const Balanced fine = balanced(1000);
+  // J a'' = m g h sin(a) + torque - Kp_pass (a - f) - Kd_pass (a' - f'), with differences over 10 ms.
+  const sim::Stimulus stimulus = stimulus_at(simulator.stimulus(), 1000);
+  const double h = stimulus.interval_steps / 1000.0;
+  double peak = 0.0;
+  for (std::size_t k = 1; k + 1 < fine.sway.size(); ++k) {
+    const double a = fine.sway[k], rate = (fine.sway[k + 1] - fine.sway[k - 1]) / (2.0 * h);
+    const double bend = (fine.sway[k + 1] - 2.0 * a + fine.sway[k - 1]) / (h * h);
+    const double tilt_rate = 0.5 * (stimulus.rate_rad_s[k] + stimulus.rate_rad_s[k - 1]);
+    peak =
+        std::max(peak, std::abs(body.inertia_kgm2 * bend - body.mgh() * std::sin(a) +
+                                p[sim::Kp_pass] * (a - stimulus.tilt_rad[k]) + p[sim::Kd_pass] * (rate - tilt_rate)));
+  }
+  CHECK(fine.peak_active_torque_nm > 5.0);
+  CHECK(std::abs(peak / fine.peak_active_torque_nm - 1.0) < 0.02);
+  CHECK(std::abs(balanced(500).peak_active_torque_nm / fine.peak_active_torque_nm - 1.0) < 0.01);
 }
 
 TEST_CASE("a stimulus at another step is the same, straight within 10 ms") {

@@ -14,7 +14,6 @@
 #include "base/text.hpp"
 #include "base/version.hpp"
 #include "nn/predictor.hpp"
-#include "posterior/frf/stability.hpp"
 #include "recording/recording.hpp"
 #include "recording/trial.hpp"
 #include "sim/protocol/protocol_json.hpp"
@@ -255,18 +254,32 @@ sim::Protocol controller_protocol(const ControllerOptions& options, const std::o
 }
 
 /// Warns of gains for a body that nobody gave, and of a loop that is unstable, although its body stands in the
-/// self-test's trial. A step of the controller adds to the delay.
-void warn(const ControllerOptions& options, bool knows_body, const sim::Parameters& parameters,
-          const sim::Protocol& protocol) {
-  const sim::Body& body = protocol.experiment.body;
+/// self-test's trial. Throws Error for such a loop without --force.
+void warn(const ControllerOptions& options, bool knows_body, const sim::Body& body, const ControllerLimits& limits) {
+  if (!limits.margins.stable && !options.force)
+    throw Error(Code::body_falls, "export controller",
+                "the loop is unstable, although the body stands for this protocol: a small lean grows without limit",
+                "change the gains or lower the delay, or write it with --force");
   if (!knows_body)
     std::cerr << options.result << ": does not say whose body its gains are for: they fit the default body only, "
               << shown(body) << "; give identify --mass and --height, or fit a --protocol that has the body\n";
-  sim::Coefficients sampled = protocol.family().coefficients(parameters);
-  sampled[sim::Coefficient::delay] += options.step_s;
-  if (!frf::is_stable(body, protocol.family(), sampled))
+  if (!limits.margins.stable)
     std::cerr << "the loop is unstable, although the body stands for this protocol: a small lean grows without limit; "
                  "change the gains or lower the delay\n";
+}
+
+Json controller_json(const ControllerOptions& options, const sim::Body& body, bool assumed, int steps_per_second,
+                     const ControllerLimits& limits) {
+  const frf::StabilityMargins& margins = limits.margins;
+  return Json{{"files", {options.name + ".h", options.name + ".c"}},
+              {"body", body_json(body, assumed)},
+              {"steps_per_second", steps_per_second},
+              {"stable", margins.stable},
+              {"delay_margin_s", margins.delay_s},
+              {"gain_margin", {margins.gain_low, margins.gain_high}},
+              {"peak_tilt_deg", limits.peak_tilt_rad / sim::rad_per_deg},
+              {"peak_sway_deg", limits.peak_sway_rad / sim::rad_per_deg},
+              {"peak_active_torque_nm", limits.peak_active_torque_nm}};
 }
 
 void export_controller(ControllerOptions options, const Command& command) {
@@ -301,16 +314,20 @@ void export_controller(ControllerOptions options, const Command& command) {
   const std::string origin = format(
       "The %s posture controller, made by decid %s%s.", &model == &sim::single_pendulum() ? "DEC" : model.name.c_str(),
       version, options.result.empty() ? "" : (" from " + comment(fs::path(options.result).filename())).c_str());
-  const FirmwareFiles files = controller_files(parameters, protocol, options.name, origin, steps_per_second);
-  warn(options, chosen.body.has_value(), parameters, protocol);
-  write_files(options.output, options.name, Kind::controller, files);
-  if (options.common.quiet) return;
+  const ControllerFiles made = controller_files(parameters, protocol, options.name, origin, steps_per_second);
+  warn(options, chosen.body.has_value(), body, made.limits);
+  write_files(options.output, options.name, Kind::controller, made.files);
+  if (options.common.json)
+    std::cout << controller_json(options, body, !chosen.body, steps_per_second, made.limits).dump(2) << '\n';
+  if (options.common.quiet || options.common.json) return;
   std::cerr << format("%s.h and %s.c written to %s%s, for a body of %s\n", options.name.c_str(), options.name.c_str(),
                       options.output.c_str(), chosen.which.empty() ? "" : (", of " + chosen.which).c_str(),
                       shown(body).c_str());
   if (steps_per_second != sim::steps_per_second)
     std::cerr << format("call %s_step %d times per second\n", options.name.c_str(), steps_per_second);
   if (ratio != 1.0) std::cerr << format("gains are scaled by %.4g, as m g h is\n", ratio);
+  if (!made.limits.margins.stable) return;
+  for (const std::string& line : limits_text(made.limits)) std::cerr << line << '\n';
 }
 
 void add_export_controller(const Command& parent) {
@@ -319,7 +336,7 @@ void add_export_controller(const Command& parent) {
   command.add_option("result", options->result,
                      "Use the estimates in this result of decid identify -o; default: the middle of every range");
   command.add_option("--recording", options->recording, "Use this recording of the result, counted from 1");
-  command.add_flag("--force", options->force, "Accept estimates that are not usable");
+  command.add_flag("--force", options->force, "Accept estimates that are not usable, and an unstable loop");
   add_controller_option(command, options->controller,
                         "Write this controller (decid info --controllers); default: the result's or the protocol's");
   options->parameters.add(command, [](const sim::BodyModel& model, std::size_t i) {
@@ -360,7 +377,7 @@ void add_export_controller(const Command& parent) {
       "  decid export controller result.json --scale-to robot.json -o firmware\n"
       "  decid export controller result.json --step 0.002 -o firmware\n"
       "  decid export controller --kp 900 --kd 280 --name ankle -o firmware");
-  run_with(command, options, false, export_controller);
+  run_with(command, options, true, export_controller);
 }
 
 struct SwayOptions {

@@ -8,6 +8,11 @@ extern "C" {
 #endif
 
 @CONSTANTS@
+/* How far this body, with the parameters that the file was made with, is from falling (linearised; 0, 1 and 1 for an
+   unstable loop). DELAY_MARGIN_S: what sensors, bus and motors may add to the delay, at most 1. GAIN_MARGIN: the factors
+   between which kp and kd together keep it stable, at most 100. Keep away from these limits: near them each push swings
+   for long. PEAK_TORQUE_NM: the largest active torque in the protocol's trial, without a push. */
+@LIMITS@
 /* Return codes. */
 enum {
   DECID_FW_OK = 0,

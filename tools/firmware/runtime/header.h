@@ -6,6 +6,12 @@ extern "C" {
 #endif
 
 @CONSTANTS@
+/* The body for which the model answers: what is above the ankles, its centre of mass above them, and its moment of
+   inertia about them. Compare them with your machine's, and with an exported controller's, which has the same names. */
+@BODY@
+/* The range of each parameter for this body, in the unit below: the model was trained on it. Limit a result to it. A
+   result that is outside of it by more than a twentieth of its width is doubtful. */
+@RANGES@
 /* Return codes. */
 enum {
   DECID_FW_OK = 0,
@@ -33,7 +39,7 @@ typedef union {
 /* From a trial to its parameters. sway_rad: DECID_FW_SAMPLES samples at DECID_FW_RATE_HZ, 0 upright, positive in
    the direction of the platform's tilt, from the stimulus' start on. parameters: DECID_FW_PARAMETERS values, written
    only if the result is DECID_FW_OK. A network may answer a little outside of a parameter's range, also below 0: limit
-   the values before you use them. arena: DECID_FW_ARENA_BYTES, aligned to 8. */
+   the values (DECID_FW_MINIMA, DECID_FW_MAXIMA) before you use them. arena: DECID_FW_ARENA_BYTES, aligned to 8. */
 int DECID_FW_identify(const float *sway_rad, float *parameters, void *arena);
 
 /* The same from the network's input: DECID_FW_IMAGE_CHANNELS x _ROWS x _COLUMNS values, row scaling applied. */
