@@ -63,7 +63,7 @@ void archive(Archive& a, PredictiveCheck& check) {
 }
 template <class Archive>
 void archive(Archive& a, ControllerFit& fit) {
-  a(fit.controller, fit.posterior, fit.sway_rad, fit.check, fit.compared, fit.warnings);
+  a(fit.controller, fit.posterior, fit.sway_rad, fit.check, fit.compared, fit.warnings, fit.comparable);
 }
 template <class Archive>
 void archive(Archive& a, JointFit& fit) {
@@ -72,7 +72,8 @@ void archive(Archive& a, JointFit& fit) {
 template <class Archive>
 void archive(Archive& a, FitFigures& fit) {
   a(fit.answer, fit.posterior, fit.network, fit.inferred, fit.stored_draws, fit.check, fit.samples_noise_deg,
-    fit.block_s, fit.edge_s, fit.first_edge_s, fit.seconds, fit.stopped, fit.compared, fit.others, fit.joint);
+    fit.block_s, fit.edge_s, fit.first_edge_s, fit.seconds, fit.stopped, fit.compared, fit.others, fit.comparable,
+    fit.joint);
 }
 template <class Archive>
 void archive(Archive& a, RecordingResult& result) {
