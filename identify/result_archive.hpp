@@ -51,7 +51,8 @@ template <class Archive>
 void archive(Archive& a, posterior::Inferred& inferred) {
   posterior::LeaveOneOut& left_out = inferred.left_out;
   a(inferred.sway_rad, inferred.noise_rad_s, inferred.tilt_estimate_rad, left_out.log_density, left_out.standard_error,
-    left_out.effective_parameters, left_out.max_shape, left_out.unreliable, inferred.log_likelihood);
+    left_out.effective_parameters, left_out.max_shape, left_out.unreliable, inferred.recorded_blocks,
+    inferred.log_likelihood);
 }
 template <class Archive>
 void archive(Archive& a, CheckedFigure& figure) {

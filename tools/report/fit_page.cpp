@@ -285,7 +285,7 @@ Json recording_to_json(const RecordingResult& recording, const Report& of, const
             {"standard_error", page_number(left_out.standard_error)},
             {"effective_parameters", page_number(left_out.effective_parameters)},
             {"unreliable", left_out.unreliable},
-            {"blocks", fitted.inferred.sway_rad.low.size()},
+            {"blocks", fitted.inferred.recorded_blocks.size()},
             {"block_s", page_number(fitted.block_s)}}},
           {"correlations", page_correlations(found, ranges.size())},
           {"draws", draws_for(found, ranges.size())},

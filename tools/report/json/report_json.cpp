@@ -55,7 +55,7 @@ Json left_out_json(const FitFigures& fitted) {
   return {{"value", left_out.log_density},
           {"standard_error", left_out.standard_error},
           {"effective_parameters", left_out.effective_parameters},
-          {"blocks", fitted.inferred.sway_rad.low.size()},
+          {"blocks", fitted.inferred.recorded_blocks.size()},
           {"block_s", fitted.block_s},
           {"max_shape", left_out.max_shape},
           {"unreliable_blocks", left_out.unreliable}};
