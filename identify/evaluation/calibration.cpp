@@ -87,15 +87,24 @@ double gaussian_log_score(const sim::Parameters& truth, std::span<const posterio
 
 CalibratedTrial calibrate(const sim::Parameters& truth, const posterior::Posterior& found,
                           const sim::ParameterTable& ranges) {
+  return calibrate(truth, std::span(&found, 1), ranges);
+}
+
+CalibratedTrial calibrate(const sim::Parameters& truth, std::span<const posterior::Posterior> of_trials,
+                          const sim::ParameterTable& ranges) {
+  const posterior::Posterior& found = of_trials.front();
   CalibratedTrial trial = beside(truth, found);
   for (std::size_t p = 0; p < truth.size(); ++p) {
     const auto below = std::ranges::count_if(
         found.states(), [&](const posterior::State& state) { return state.parameters[p] < truth[p]; });
     trial.below.push_back(static_cast<double>(below) / found.draws());
   }
-  trial.rhat = *std::ranges::max_element(found.rhat());
-  trial.effective_draws = *std::ranges::min_element(found.effective_draws());
-  trial.agreed = found.agreed();
+  trial.effective_draws = std::numeric_limits<double>::infinity();
+  for (const posterior::Posterior& each : of_trials) {
+    trial.rhat = std::max(trial.rhat, *std::ranges::max_element(each.rhat()));
+    trial.effective_draws = std::min(trial.effective_draws, *std::ranges::min_element(each.effective_draws()));
+  }
+  trial.agreed = std::ranges::all_of(of_trials, &posterior::Posterior::agreed);
   trial.log_score = gaussian_log_score(truth, found.states(), ranges);
   return trial;
 }

@@ -25,9 +25,9 @@ struct CalibratedTrial {
   double network_log_score = unknown_score;  ///< for a network that gives distributions
 
   static constexpr double unknown_score = std::numeric_limits<double>::quiet_NaN();
-  std::vector<double> below;  ///< fraction of the draws below the truth
-  double rhat = 0.0;          ///< the largest
-  double effective_draws = 0.0;
+  std::vector<double> below;     ///< fraction of the draws below the truth
+  double rhat = 0.0;             ///< the largest of a parameter, and of start, gain and noise of each recording
+  double effective_draws = 0.0;  ///< the fewest of those
   bool agreed = false;
   double seconds = 0.0;
 
@@ -40,6 +40,11 @@ struct CalibratedTrial {
 
 /// Compares the posterior of a simulated trial with its truth. ranges: of the prior.
 CalibratedTrial calibrate(const sim::Parameters& truth, const posterior::Posterior& found,
+                          const sim::ParameterTable& ranges);
+/// Compares the posterior of several trials with the truth of their common parameters, whose draws are the same in all
+/// (posterior::sample_joint). R-hat, effective draws and agreement are the worst of all trials, with the start, gain
+/// and noise of each. found: at least one.
+CalibratedTrial calibrate(const sim::Parameters& truth, std::span<const posterior::Posterior> found,
                           const sim::ParameterTable& ranges);
 /// Compares a network's distribution with the truth; fields of chains stay empty.
 CalibratedTrial calibrate(const sim::Parameters& truth, const ParameterDistribution& found);
