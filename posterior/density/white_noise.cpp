@@ -9,7 +9,9 @@
 
 namespace decid::posterior {
 
-// Proposals are as wide as is best for one normal quantity, 2.4 times its standard deviation.
+// Proposals are as wide as is best for one normal quantity, 2.4 times its standard deviation, if every row has white
+// noise alone. The width does not depend on the coordinate, nor on any other: otherwise the acceptance would have to
+// count the way back.
 void Density::draw_white_noise(const Observation& observation, std::span<double> x, std::span<const double> normals,
                                std::span<const double> uniforms, Workspace& work) const {
   check(observation, x, std::min(normals.size(), uniforms.size()), white_noise_draws * lanes);
@@ -17,20 +19,16 @@ void Density::draw_white_noise(const Observation& observation, std::span<double>
     return x[(static_cast<std::size_t>(noise_.size()) + place(quantity)) * lanes + l];
   };
   Chains c = chains(x, {});
-  std::array<double, lanes> potential = forward(observation, x, c, work), width, proposal;
+  std::array<double, lanes> potential = forward(observation, x, c, work), proposal;
+  const double by_coordinate = 2.0 * decid::log(priors_.sensor_noise_factor);  // of the logarithm of a row's variance
+  const double width = 2.4 / std::sqrt(1.0 + 0.5 * spectrum_.rows() * by_coordinate * by_coordinate);
   for (std::size_t l = 0; l < lanes; ++l) {
     const double here = coordinate(sensor_noise, l);
     potential[l] += 0.5 * here * here;
-    double information = 1.0;
-    for (std::size_t k = 0; k < static_cast<std::size_t>(spectrum_.rows()); ++k) {
-      const double change = power_changes(c, work, k, l).front();
-      information = std::fma(0.5 * change, change, information);
-    }
-    width[l] = 2.4 / std::sqrt(information);
   }
   for (std::size_t draw = 0; draw < white_noise_draws; ++draw) {
     for (std::size_t l = 0; l < lanes; ++l) {
-      proposal[l] = std::fma(width[l], normals[draw * lanes + l], coordinate(sensor_noise, l));
+      proposal[l] = std::fma(width, normals[draw * lanes + l], coordinate(sensor_noise, l));
       set_noise(c, l, proposal[l], coordinate(slow_noise, l), coordinate(slow_memory, l), {});
     }
     std::array<double, lanes> proposed = spectrum_.misfit(c.levels, work.unfolded, work.noise, isa_);
