@@ -14,7 +14,7 @@
 namespace decid {
 namespace {
 
-constexpr double kolmogorov_95 = 1.36;
+constexpr double kolmogorov_95 = 1.36, chance = 0.05;
 constexpr double fixed_sd =
     1e-9;  // of a parameter that is fixed, from rounding; over its range, or the range's standard deviation
 
@@ -133,6 +133,8 @@ Calibration compute_calibration(std::span<const CalibratedTrial> trials, const s
   };
   double inferred = 0.0;
   for (std::size_t p = 0; p < stddev.size(); ++p) inferred += is_inferred(p) ? 1.0 : 0.0;
+  // Kolmogorov's distance over 1 / sqrt(count) exceeds x with a probability of at most 2 exp(-2 x^2).
+  result.band_of_all = std::sqrt(0.5 * decid::log(2.0 * std::max(inferred, 1.0) / chance) / count);
   for (std::size_t p = 0; p < stddev.size(); ++p) {
     ParameterCalibration& of = result.parameters.emplace_back();
     std::vector<double> below;

@@ -73,7 +73,10 @@ struct Calibration {
   std::vector<ParameterCalibration> parameters;
   ParameterCalibration all;                         ///< means over the inferred parameters; the largest distance
   double log_score = 0.0, network_log_score = 0.0;  ///< means over the trials; NaN unless all have one
-  double band = 0.0;                                ///< 1.36 / sqrt(trials)
+  double band = 0.0;                                ///< 1.36 / sqrt(trials), for one parameter's distance
+  /// For the largest distance of the m inferred parameters, all.distance: correct posteriors exceed it with probability
+  /// 0.05 at most (Bonferroni): sqrt(log(2 m / 0.05) / 2 / trials), 1.68 / sqrt(trials) of seven.
+  double band_of_all = 0.0;
 };
 
 /// Computes the calibration over trials. stddev: the standard deviation of the trials' prior, which divides the

@@ -62,6 +62,7 @@ TEST_CASE("calibration_of: right posteriors are covered as they should be") {
   CHECK(within(found.parameters[0].coverage90, 0.9, 4.0 * 0.3 / std::sqrt(count)));
   CHECK(found.parameters[0].distance < 1.5 * found.band);
   CHECK(near(found.band, 1.36 / std::sqrt(count), 1e-12));
+  CHECK(near(found.band_of_all, 1.4802 / std::sqrt(count), 1e-4));  // of two: exceeded by 2.5% each
   CHECK(found.parameters[1].mse == 0.0);
   CHECK(near(found.parameters[1].predicted_variance, 1.0 / 16.0, 1e-12));
   CHECK(near(found.parameters[1].distance, 0.5 / count, 1e-9));
