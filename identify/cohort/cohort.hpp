@@ -157,7 +157,7 @@ struct Result {
   std::vector<Covariate> covariates;     ///< as in the settings
   std::vector<Visit> visits;             ///< by participant, then cell
   std::vector<Change> changes;
-  double max_rhat = 1.0;  ///< of every Quantity below
+  double max_rhat = 1.0;  ///< of every Quantity here
   int draws = 0;
 };
 

@@ -199,7 +199,7 @@ Fit fit(const Density& density, const SmcSettings& settings) {
   for (int q = 0; q < density.quantities(); ++q)
     for (const State& state : states) found.draws_[static_cast<std::size_t>(q)].push_back(density.value(state, q));
   found.prior_stddevs_ = prior_stddevs(density, settings.seed);
-  // Of the quantities, not of the coordinates: Nv and theta each depend on two.
+  // Quantities are judged, not coordinates: Nv and theta depend on two each.
   for (int q = 0; q < density.quantities(); ++q) {
     const posterior::ChainDraws chains = found.chains_for(q);
     found.rhat_.push_back(posterior::rhat(chains));
