@@ -14,7 +14,7 @@ using posterior::ComparedModel;
 using posterior::LeaveOneOut;
 
 constexpr double comparable_rhat = 1.2;
-constexpr double significant_sd = 4.0, significant_nats = 4.0;
+constexpr double leading_sd = 4.0, leading_nats = 4.0;
 
 /// Returns how much better `other` predicts the blocks than `own`; place: 0.
 BetterController lead_of(const std::vector<double>& other, const std::vector<double>& own) {
@@ -22,8 +22,8 @@ BetterController lead_of(const std::vector<double>& other, const std::vector<dou
   return {0, -both.front().difference, both.front().standard_error};
 }
 
-bool is_significant(const BetterController& lead) {
-  return lead.nats > significant_nats && lead.nats > significant_sd * lead.standard_error;
+bool leads_far(const BetterController& lead) {
+  return lead.nats > leading_nats && lead.nats > leading_sd * lead.standard_error;
 }
 
 /// Returns whether `other` predicts far better by the blocks that few draws dominate in neither fit.
@@ -34,7 +34,7 @@ bool is_reliably_better(const LeaveOneOut& other, const LeaveOneOut& own) {
     of_own.push_back(own.pointwise[i]);
     of_other.push_back(other.pointwise[i]);
   }
-  return of_own.size() >= 2 && is_significant(lead_of(of_other, of_own));
+  return of_own.size() >= 2 && leads_far(lead_of(of_other, of_own));
 }
 
 /// The controllers of one recording, the one that answers first.
@@ -84,7 +84,7 @@ std::optional<BetterController> find_better_controller(std::span<const LeaveOneO
     if (!comparable.at(k)) continue;
     BetterController lead = lead_of(left_out[k].pointwise, own.pointwise);
     lead.place = k;
-    if (is_significant(lead) && is_reliably_better(left_out[k], own) && (!best || lead.nats > best->nats)) best = lead;
+    if (leads_far(lead) && is_reliably_better(left_out[k], own) && (!best || lead.nats > best->nats)) best = lead;
   }
   return best;
 }
