@@ -5,11 +5,37 @@
 #include <cmath>
 
 #include "identify/result.hpp"
+#include "posterior/sampling/model_comparison.hpp"
 
 namespace decid {
 namespace {
 
 using posterior::ComparedModel;
+using posterior::LeaveOneOut;
+
+constexpr double comparable_rhat = 1.2;
+constexpr double leading_sd = 4.0, leading_nats = 4.0;
+
+/// Returns how much better `other` predicts the blocks than `own`; place: 0.
+BetterController lead_of(const std::vector<double>& other, const std::vector<double>& own) {
+  const std::vector<ComparedModel> both = posterior::compare_models(std::vector{own, other});
+  return {0, -both.front().difference, both.front().standard_error};
+}
+
+bool leads_far(const BetterController& lead) {
+  return lead.nats > leading_nats && lead.nats > leading_sd * lead.standard_error;
+}
+
+/// Returns whether `other` predicts far better by the blocks that few draws dominate in neither fit.
+bool is_reliably_better(const LeaveOneOut& other, const LeaveOneOut& own) {
+  std::vector<double> of_other, of_own;
+  for (std::size_t i = 0; i < own.pointwise.size(); ++i) {
+    if (own.shapes[i] > own.max_reliable_shape || other.shapes[i] > other.max_reliable_shape) continue;
+    of_own.push_back(own.pointwise[i]);
+    of_other.push_back(other.pointwise[i]);
+  }
+  return of_own.size() >= 2 && leads_far(lead_of(of_other, of_own));
+}
 
 /// The controllers of one recording, the one that answers first.
 struct Comparison {
@@ -39,7 +65,29 @@ double standard_error(const Comparison& comparison, std::size_t one, std::size_t
   return one == other ? 0.0 : to_best(one) + to_best(other);
 }
 
+bool has_code(const Warnings& warnings, const char* code) {
+  return std::ranges::find(warnings, code, &Warning::code) != warnings.end();
+}
+
 }  // namespace
+
+bool chains_allow_comparison(double max_rhat, const Warnings& warnings) {
+  return max_rhat <= comparable_rhat && !has_code(warnings, "chains_disagree") && !has_code(warnings, "divergences");
+}
+
+std::optional<BetterController> find_better_controller(std::span<const LeaveOneOut> left_out,
+                                                       const std::vector<bool>& comparable) {
+  std::optional<BetterController> best;
+  if (left_out.empty() || !comparable.at(0)) return best;
+  const LeaveOneOut& own = left_out.front();
+  for (std::size_t k = 1; k < left_out.size(); ++k) {
+    if (!comparable.at(k)) continue;
+    BetterController lead = lead_of(left_out[k].pointwise, own.pointwise);
+    lead.place = k;
+    if (leads_far(lead) && is_reliably_better(left_out[k], own) && (!best || lead.nats > best->nats)) best = lead;
+  }
+  return best;
+}
 
 std::optional<ControllerSums> sum_controllers(const Report& report) {
   ControllerSums sums;
@@ -49,6 +97,8 @@ std::optional<ControllerSums> sum_controllers(const Report& report) {
     if (!made || (!all.empty() && made->names != all.front().names)) continue;  // a journal may have other controllers
     all.push_back(std::move(*made));
     sums.not_usable += result.trust() == Trust::not_usable ? 1U : 0U;
+    sums.not_comparable +=
+        result.fit->comparable && std::ranges::all_of(result.fit->others, &ControllerFit::comparable) ? 0U : 1U;
   }
   if (all.size() < 2) return std::nullopt;
   sums.recordings = all.size();

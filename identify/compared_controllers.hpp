@@ -1,14 +1,37 @@
-// Several controllers over the recordings of a call: in how many each predicts best, and the sum of its log predictive
-// densities (posterior/sampling/leave_one_out.hpp).
+// Several controllers of one recording: which fits can be compared, and which predicts far better. Several over the
+// recordings of a call: in how many each predicts best, and the sum of its log predictive densities
+// (posterior/sampling/leave_one_out.hpp).
 #pragma once
 
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "base/warning.hpp"
+#include "posterior/sampling/leave_one_out.hpp"
+
 namespace decid {
 struct Report;
+
+/// Returns true if the chains of a fit agree well enough to compare its predictions: the largest R-hat of a parameter
+/// is at most 1.2, and no warning says `chains_disagree` or `divergences`.
+bool chains_allow_comparison(double max_rhat, const Warnings& warnings);
+
+/// A controller that predicts a recording better than the first one.
+struct BetterController {
+  std::size_t place = 0;        ///< among the controllers
+  double nats = 0.0;            ///< sum of the differences between the log predictive densities of the blocks
+  double standard_error = 0.0;  ///< of the sum
+};
+
+/// Returns the best of the controllers that predict far better than the first: by more than 4 nats and 4 standard
+/// errors, over all blocks, and also over the blocks that are reliable in both fits (LeaveOneOut::max_reliable_shape).
+/// Empty if there is none, and if the first is not comparable. left_out: of each controller, of the same blocks;
+/// comparable: of each; other fits are ignored.
+std::optional<BetterController> find_better_controller(std::span<const posterior::LeaveOneOut> left_out,
+                                                       const std::vector<bool>& comparable);
 
 /// One controller among those of a call.
 struct SummedController {
@@ -21,6 +44,7 @@ struct SummedController {
 
 struct ControllerSums {
   std::size_t recordings = 0, not_usable = 0;  ///< with a comparison; those of them that are not usable
+  std::size_t not_comparable = 0;              ///< those with a fit that is not comparable; they count
   std::vector<SummedController> controllers;   ///< the one that answers first
 };
 

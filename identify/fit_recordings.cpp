@@ -15,6 +15,7 @@
 #include "base/parallel.hpp"
 #include "base/setting.hpp"
 #include "base/text.hpp"
+#include "identify/compared_controllers.hpp"
 #include "identify/detail/fit_warnings.hpp"
 
 namespace decid {
@@ -72,21 +73,30 @@ bool is_incomplete(const Posterior& drawn, bool cut, const posterior::Settings& 
   return cut && drawn.draws_per_chain() < settings.max_draws;
 }
 
-/// Compares the controllers of a recording; warns if another one than the protocol's predicts it far better.
-void compare(std::span<const std::vector<double>> pointwise, const std::string& own, FitFigures& figures,
+/// Compares the controllers of a recording; warns if another one than the protocol's predicts it far better and both
+/// fits are comparable.
+void compare(std::span<const posterior::LeaveOneOut> left_out, const std::string& own, FitFigures& figures,
              Warnings& warnings) {
-  constexpr double significant_sd = 4.0, significant_nats = 4.0;
+  std::vector<std::vector<double>> pointwise;
+  for (const posterior::LeaveOneOut& one : left_out) pointwise.push_back(one.pointwise);
   const std::vector<posterior::ComparedModel> places = posterior::compare_models(pointwise);
   figures.compared = places.front();
-  for (std::size_t i = 0; i < figures.others.size(); ++i) figures.others[i].compared = places[i + 1];
-  const double lost = -places.front().difference;
-  if (!(lost > significant_nats && lost > significant_sd * places.front().standard_error)) return;
-  const auto best =
-      std::ranges::find(figures.others, 0.0, [](const ControllerFit& other) { return other.compared.difference; });
+  figures.comparable = chains_allow_comparison(figures.posterior.max_rhat(), warnings);
+  std::vector<bool> comparable{figures.comparable};
+  for (std::size_t i = 0; i < figures.others.size(); ++i) {
+    ControllerFit& other = figures.others[i];
+    other.compared = places[i + 1];
+    other.comparable = chains_allow_comparison(other.posterior.max_rhat(), other.warnings) &&
+                       worst_trust(other.warnings) != Trust::not_usable;
+    comparable.push_back(other.comparable);
+  }
+  const std::optional<BetterController> best = find_better_controller(left_out, comparable);
+  if (!best) return;
   Warnings better;
-  add_caution(better, "other_controller",
-              format("controller %s predicts this recording better than %s, by %.0f +- %.0f nats: use its parameters",
-                     best->controller.c_str(), own.c_str(), lost, places.front().standard_error));
+  add_caution(
+      better, "other_controller",
+      format("controller %s predicts this recording better than %s, by %.0f +- %.0f nats: use its parameters",
+             figures.others[best->place - 1].controller.c_str(), own.c_str(), best->nats, best->standard_error));
   warnings = most_severe_first({better, warnings});
 }
 
@@ -394,7 +404,7 @@ void Fitter::fit_others(RecordingResult& result, const Prepared& prepared, const
   const posterior::Settings& settings = report_.fit->settings;
   FitFigures& figures = *result.fit;
   std::vector<ControllerFit> fits;
-  std::vector<std::vector<double>> pointwise{figures.inferred.left_out.pointwise};
+  std::vector<posterior::LeaveOneOut> left_out{figures.inferred.left_out};
   for (Plan::Controller& other : plan_->others) {
     const recording::Trial& trial = prepared.trial;
     const Density& density = other.density_for(trial, prepared.moved);
@@ -415,11 +425,11 @@ void Fitter::fit_others(RecordingResult& result, const Prepared& prepared, const
     if (const std::string unlike = fit.check.warning(); !unlike.empty())
       add_caution(fit.warnings, "unlike_simulated", unlike);
     fit.sway_rad = std::move(inferred.sway_rad);
-    pointwise.push_back(std::move(inferred.left_out.pointwise));
+    left_out.push_back(std::move(inferred.left_out));
   }
   if (fits.empty()) return;
   figures.others = std::move(fits);
-  compare(pointwise, plan_->own.name(), figures, result.warnings);
+  compare(left_out, plan_->own.name(), figures, result.warnings);
 }
 
 std::vector<FitGroup> with_singletons(std::vector<FitGroup> groups, std::size_t recordings) {

@@ -41,6 +41,8 @@ struct ControllerFit {
   PredictiveCheck check;
   posterior::ComparedModel compared;
   Warnings warnings;  ///< of its posterior and of its check
+  /// Its predictions can be compared: its chains agree (chains_allow_comparison()), and no warning is `invalid`.
+  bool comparable = true;
 };
 
 /// The recordings that were fitted together with one.
@@ -69,6 +71,7 @@ struct FitFigures {
   /// The place of this fit among all fitted controllers, and the others; empty if only one was fitted.
   std::optional<posterior::ComparedModel> compared{};
   std::vector<ControllerFit> others{};
+  bool comparable = true;           ///< by chains_allow_comparison(); true if only one was fitted
   std::optional<JointFit> joint{};  ///< empty: the recording was fitted alone
 };
 const char* name(FitFigures::Answer answer);

@@ -51,7 +51,8 @@ template <class Archive>
 void archive(Archive& a, posterior::Inferred& inferred) {
   posterior::LeaveOneOut& left_out = inferred.left_out;
   a(inferred.sway_rad, inferred.noise_rad_s, inferred.tilt_estimate_rad, left_out.log_density, left_out.standard_error,
-    left_out.effective_parameters, left_out.max_shape, left_out.unreliable, inferred.log_likelihood);
+    left_out.effective_parameters, left_out.max_shape, left_out.unreliable, inferred.recorded_blocks,
+    inferred.log_likelihood);
 }
 template <class Archive>
 void archive(Archive& a, CheckedFigure& figure) {
@@ -63,7 +64,7 @@ void archive(Archive& a, PredictiveCheck& check) {
 }
 template <class Archive>
 void archive(Archive& a, ControllerFit& fit) {
-  a(fit.controller, fit.posterior, fit.sway_rad, fit.check, fit.compared, fit.warnings);
+  a(fit.controller, fit.posterior, fit.sway_rad, fit.check, fit.compared, fit.warnings, fit.comparable);
 }
 template <class Archive>
 void archive(Archive& a, JointFit& fit) {
@@ -72,7 +73,8 @@ void archive(Archive& a, JointFit& fit) {
 template <class Archive>
 void archive(Archive& a, FitFigures& fit) {
   a(fit.answer, fit.posterior, fit.network, fit.inferred, fit.stored_draws, fit.check, fit.samples_noise_deg,
-    fit.block_s, fit.edge_s, fit.first_edge_s, fit.seconds, fit.stopped, fit.compared, fit.others, fit.joint);
+    fit.block_s, fit.edge_s, fit.first_edge_s, fit.seconds, fit.stopped, fit.compared, fit.others, fit.comparable,
+    fit.joint);
 }
 template <class Archive>
 void archive(Archive& a, RecordingResult& result) {

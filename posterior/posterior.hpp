@@ -125,7 +125,8 @@ class Posterior {
   long long leapfrog_steps() const noexcept { return leapfrog_steps_; }  ///< of all chains
   /// Returns the mean acceptance probability of the draws' transitions.
   double acceptance() const noexcept { return acceptance_; }
-  /// Returns true if every R-hat is at most 1.05 and each quantity has 100 effective draws.
+  /// Returns true if every R-hat is at most 1.05 and each quantity has 100 effective draws: the rule by which drawing
+  /// stops (Settings). It counts neither restarts() nor tail_effective_draws().
   bool agreed() const;
   /// Returns the largest R-hat of a parameter; infinite without draws. Noise, start and gain may mix more slowly.
   double max_rhat() const;

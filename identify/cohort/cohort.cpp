@@ -17,8 +17,16 @@ namespace {
 /// Every draw of one quantity, chain after chain.
 using Series = std::vector<double>;
 
-Quantity quantity_of(Series series) {
-  Quantity quantity{mean(series), stddev(series), {}};
+double rhat_of(const Series& series, int chains) {
+  posterior::ChainDraws parts;
+  const std::ptrdiff_t length = std::ssize(series) / chains;
+  for (int chain = 0; chain < chains; ++chain)
+    parts.emplace_back(series.begin() + chain * length, series.begin() + (chain + 1) * length);
+  return posterior::rhat(parts);
+}
+
+Quantity quantity_of(Series series, int chains) {
+  Quantity quantity{mean(series), stddev(series), {}, rhat_of(series, chains)};
   std::ranges::sort(series);
   quantity.interval95 = {quantile_of_sorted(series, 0.025), quantile_of_sorted(series, 0.975)};
   return quantity;
@@ -28,13 +36,17 @@ Quantity quantity_of(Series series) {
 struct Drawn {
   const Design& design;
   std::span<const sim::ParameterInfo> ranges;
-  std::vector<Draw> draws;
+  int chains;
+  std::vector<Draw> draws;  // chain after chain
 
   Series series(const std::function<double(const Draw&)>& value) const {
     Series result;
     result.reserve(draws.size());
     for (const Draw& draw : draws) result.push_back(value(draw));
     return result;
+  }
+  Quantity quantity(const std::function<double(const Draw&)>& value) const {
+    return quantity_of(series(value), chains);
   }
   double squared_sd(const std::vector<double>& sd, std::size_t p) const { return sd.empty() ? 0.0 : sd[p] * sd[p]; }
   double participant_variance(const Draw& draw, std::size_t cell, std::size_t p) const {
@@ -113,12 +125,13 @@ double direction_of(const Series& series) {
 }
 
 /// Returns the effect of a difference whose participants have these variances, draw by draw.
-Effect effect_of(const Series& difference, const Series& variance) {
+Effect effect_of(const Series& difference, const Series& variance, int chains) {
   Series standardised;
   for (std::size_t i = 0; i < difference.size(); ++i) standardised.push_back(difference[i] / std::sqrt(variance[i]));
   // The posterior of a standard deviation may reach 0, and then no mean of this ratio exists: its median does.
   const double middle = median(standardised);
-  Effect effect{quantity_of(difference), {}, quantity_of(std::move(standardised)), direction_of(difference)};
+  Effect effect{
+      quantity_of(difference, chains), {}, quantity_of(std::move(standardised), chains), direction_of(difference)};
   effect.standardised.mean = middle;
   return effect;
 }
@@ -134,7 +147,8 @@ int factor_of(const Cell& a, const Cell& b) {
 }
 
 /// Adds the differences of differences, and their draws to `contrasts`.
-void add_interactions(const Design& design, std::vector<Contrast>& contrasts, Result& result) {
+void add_interactions(const Drawn& drawn, std::vector<Contrast>& contrasts, Result& result) {
+  const Design& design = drawn.design;
   const std::size_t count = result.comparisons.size();
   for (std::size_t a = 0; a < count; ++a)
     for (std::size_t b = a + 1; b < count; ++b) {
@@ -156,7 +170,7 @@ void add_interactions(const Design& design, std::vector<Contrast>& contrasts, Re
           made.difference[i] -= other.difference[i];
           made.variance[i] = 0.5 * (made.variance[i] + other.variance[i]);
         }
-        interaction.effects.push_back(effect_of(made.difference, made.variance));
+        interaction.effects.push_back(effect_of(made.difference, made.variance, drawn.chains));
         contrasts.push_back(std::move(made));
       }
       result.interactions.push_back(std::move(interaction));
@@ -177,13 +191,13 @@ void add_comparisons(const Drawn& drawn, const std::vector<std::vector<CellSerie
           made.difference.push_back(first.mean[i] - second.mean[i]);
           made.variance.push_back(0.5 * (first.sd[i] * first.sd[i] + second.sd[i] * second.sd[i]));
         }
-        comparison.effects.push_back(effect_of(made.difference, made.variance));
+        comparison.effects.push_back(effect_of(made.difference, made.variance, drawn.chains));
         contrasts.push_back(std::move(made));
       }
       result.comparisons.push_back(std::move(comparison));
     }
   if (contrasts.empty()) return;
-  add_interactions(design, contrasts, result);
+  add_interactions(drawn, contrasts, result);
   std::vector<Series> differences;
   for (Contrast& contrast : contrasts) differences.push_back(std::move(contrast.difference));
   const std::vector<std::array<double, 2>> intervals = simultaneous_intervals(differences);
@@ -209,16 +223,15 @@ void add_variances(const Drawn& drawn, std::span<const Recording> recordings, Re
       return drawn.ranges[p].range() * normal_density(middle_of(drawn, draw, p));
     };
     const auto part = [&](std::vector<double> Draw::*sd) {
-      return quantity_of(
-          drawn.series([&](const Draw& draw) { return slope(draw) * std::sqrt(drawn.squared_sd(draw.*sd, p)); }));
+      return drawn.quantity([&](const Draw& draw) { return slope(draw) * std::sqrt(drawn.squared_sd(draw.*sd, p)); });
     };
     VarianceParts parts;
-    parts.participant = quantity_of(drawn.series([&](const Draw& draw) {
+    parts.participant = drawn.quantity([&](const Draw& draw) {
       double sum = 0.0;
       for (std::size_t g = 0; g < design.groups; ++g)
         sum += drawn.squared_sd(draw.participant_sd, g * design.parameters + p);
       return slope(draw) * std::sqrt(sum / static_cast<double>(design.groups));
-    }));
+    });
     parts.visit = part(&Draw::visit_sd);
     parts.trial = part(&Draw::trial_sd);
     std::vector<double> variances;
@@ -230,19 +243,19 @@ void add_variances(const Drawn& drawn, std::span<const Recording> recordings, Re
 
 void add_visits(const Drawn& drawn, Result& result) {
   const Design& design = drawn.design;
-  std::vector<std::vector<Series>> all;
-  for (std::size_t v = 0; v < design.visits.size(); ++v) {
+  std::vector<std::vector<Series>> all(design.visits.size());
+  result.visits.resize(design.visits.size());
+  parallel_for(static_cast<int>(design.visits.size()), [&](int place) {
+    const auto v = static_cast<std::size_t>(place);
     const Design::Visit& visit = design.visits[v];
-    result.visits.push_back({design.participants[visit.participant].name, visit.cell, visit.recordings.size(), {}});
-    std::vector<Series> series;
+    result.visits[v] = {design.participants[visit.participant].name, visit.cell, visit.recordings.size(), {}};
     for (std::size_t p = 0; p < design.parameters; ++p) {
-      series.push_back(drawn.series([&](const Draw& draw) {
+      all[v].push_back(drawn.series([&](const Draw& draw) {
         return drawn.value(draw.visits[v * design.parameters + p], drawn.squared_sd(draw.trial_sd, p), p);
       }));
-      result.visits.back().value.push_back(quantity_of(series.back()));
+      result.visits[v].value.push_back(quantity_of(all[v].back(), drawn.chains));
     }
-    all.push_back(std::move(series));
-  }
+  });
   for (const Design::Participant& participant : design.participants)
     for (std::size_t c = 0; c < result.comparisons.size(); ++c) {
       const auto visit_in = [&](std::size_t cell) {
@@ -250,14 +263,16 @@ void add_visits(const Drawn& drawn, Result& result) {
       };
       const auto first = visit_in(result.comparisons[c].first), second = visit_in(result.comparisons[c].second);
       if (first == participant.visits.end() || second == participant.visits.end()) continue;
-      Change change{c, *first, *second, {}};
-      for (std::size_t p = 0; p < design.parameters; ++p) {
-        Series difference = all[*first][p];
-        for (std::size_t i = 0; i < difference.size(); ++i) difference[i] -= all[*second][p][i];
-        change.difference.push_back(quantity_of(std::move(difference)));
-      }
-      result.changes.push_back(std::move(change));
+      result.changes.push_back({c, *first, *second, {}});
     }
+  parallel_for(static_cast<int>(result.changes.size()), [&](int place) {
+    Change& change = result.changes[static_cast<std::size_t>(place)];
+    for (std::size_t p = 0; p < design.parameters; ++p) {
+      Series difference = all[change.first][p];
+      for (std::size_t i = 0; i < difference.size(); ++i) difference[i] -= all[change.second][p][i];
+      change.difference.push_back(quantity_of(std::move(difference), drawn.chains));
+    }
+  });
 }
 
 void add_covariates(const Drawn& drawn, std::span<const Recording> recordings, const std::vector<std::string>& names,
@@ -276,17 +291,33 @@ void add_covariates(const Drawn& drawn, std::span<const Recording> recordings, c
         return drawn.ranges[p].range() * normal_density(middle_of(drawn, draw, p) / wider) / wider *
                draw.slopes[k * design.parameters + p] / design.covariate_sd[k];
       });
-      one.slopes.push_back({quantity_of(series), direction_of(series)});
+      one.slopes.push_back({quantity_of(series, drawn.chains), direction_of(series)});
     }
   }
 }
 
-double rhat_of(const Series& series, int chains) {
-  posterior::ChainDraws parts;
-  const std::ptrdiff_t length = std::ssize(series) / chains;
-  for (int chain = 0; chain < chains; ++chain)
-    parts.emplace_back(series.begin() + chain * length, series.begin() + (chain + 1) * length);
-  return posterior::rhat(parts);
+/// Returns the largest R-hat of all quantities.
+double max_rhat_of(const Result& result) {
+  double largest = 1.0;
+  const auto add = [&](const Quantity& quantity) { largest = std::max(largest, quantity.rhat); };
+  const auto add_effects = [&](const std::vector<Effect>& effects) {
+    for (const Effect& effect : effects) {
+      add(effect.difference);
+      add(effect.standardised);
+    }
+  };
+  for (const Cell& cell : result.cells) {
+    std::ranges::for_each(cell.mean, add);
+    std::ranges::for_each(cell.between_sd, add);
+  }
+  for (const Comparison& comparison : result.comparisons) add_effects(comparison.effects);
+  for (const Interaction& interaction : result.interactions) add_effects(interaction.effects);
+  for (const VarianceParts& parts : result.variances)
+    for (const Quantity& part : {parts.participant, parts.visit, parts.trial}) add(part);
+  for (const Covariate& covariate : result.covariates) std::ranges::for_each(covariate.slopes, add);
+  for (const Visit& visit : result.visits) std::ranges::for_each(visit.value, add);
+  for (const Change& change : result.changes) std::ranges::for_each(change.difference, add);
+  return largest;
 }
 
 std::vector<Draw> sample(const Design& design, std::span<const Recording> recordings, const Settings& settings) {
@@ -319,7 +350,7 @@ std::string cell_name(const std::string& group, const std::string& session, cons
 Result analyse(std::span<const Recording> recordings, std::span<const sim::ParameterInfo> ranges,
                const Settings& settings) {
   const Design design = make_design(recordings, ranges.size(), settings);
-  const Drawn drawn{design, ranges, sample(design, recordings, settings)};
+  const Drawn drawn{design, ranges, settings.chains, sample(design, recordings, settings)};
   Result result;
   result.draws = static_cast<int>(drawn.draws.size());
   std::vector<std::vector<CellSeries>> cells(design.cells.size());
@@ -332,10 +363,8 @@ Result analyse(std::span<const Recording> recordings, std::span<const sim::Param
     }
     for (std::size_t p = 0; p < design.parameters; ++p) {
       cells[c].push_back(cell_series(drawn, c, p));
-      for (const Series& series : {cells[c][p].mean, cells[c][p].sd})
-        result.max_rhat = std::max(result.max_rhat, rhat_of(series, settings.chains));
-      cell.mean.push_back(quantity_of(cells[c][p].mean));
-      cell.between_sd.push_back(quantity_of(cells[c][p].sd));
+      cell.mean.push_back(quantity_of(cells[c][p].mean, drawn.chains));
+      cell.between_sd.push_back(quantity_of(cells[c][p].sd, drawn.chains));
     }
     result.cells.push_back(std::move(cell));
   }
@@ -343,6 +372,7 @@ Result analyse(std::span<const Recording> recordings, std::span<const sim::Param
   add_variances(drawn, recordings, result);
   add_covariates(drawn, recordings, settings.covariates, result);
   add_visits(drawn, result);
+  result.max_rhat = max_rhat_of(result);
   return result;
 }
 

@@ -61,10 +61,11 @@ struct Settings {
   std::vector<std::string> covariates = {};
 };
 
-/// A quantity's posterior: mean, standard deviation, and the central 95% interval.
+/// A quantity's posterior: mean, standard deviation, the central 95% interval, and R-hat of its chains.
 struct Quantity {
   double mean = 0.0, sd = 0.0;
   std::array<double, 2> interval95{};
+  double rhat = 1.0;  ///< posterior/sampling/diagnostics.hpp; 1 of a quantity that is known
 };
 
 /// The group of studies without groups.
@@ -156,7 +157,7 @@ struct Result {
   std::vector<Covariate> covariates;     ///< as in the settings
   std::vector<Visit> visits;             ///< by participant, then cell
   std::vector<Change> changes;
-  double max_rhat = 1.0;  ///< of all cells' means and standard deviations
+  double max_rhat = 1.0;  ///< of every Quantity here
   int draws = 0;
 };
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "base/error.hpp"
@@ -76,10 +77,15 @@ Reliability reliability(std::size_t visits, std::span<const double> values,
                participant_part = squares.participants - squares.rest;
   found.icc_single = participant_part / (squares.participants + (k - 1.0) * squares.rest + k * visit_variance);
   found.icc_average = participant_part / (squares.participants + visit_variance);
-  if (squares.rest > 1e-20 * squares.participants) {  // else visits agree except for rounding
+  constexpr double rounding = 1e-20;
+  const double nothing = rounding * (squares.participants + squares.visits);
+  if (squares.rest > nothing) {
     found.icc_single95 = interval_of(found.icc_single, squares, n, k);
     for (std::size_t end = 0; end < 2; ++end) found.icc_average95[end] = of_average(found.icc_single95[end], k);
-  } else {
+  } else if (squares.visits > nothing) {  // everybody changes by the same amount: the interval's freedom is 0 over 0
+    found.icc_single95.fill(std::numeric_limits<double>::quiet_NaN());
+    found.icc_average95 = found.icc_single95;
+  } else {  // visits agree
     found.icc_single95 = {found.icc_single, found.icc_single};
     found.icc_average95 = {found.icc_average, found.icc_average};
   }

@@ -18,14 +18,16 @@ namespace decid::cohort {
 
 struct Reliability {
   std::size_t participants = 0;
-  double icc_single = 0.0, icc_average = 0.0;             ///< ICC(2,1) and ICC(2,k)
-  std::array<double, 2> icc_single95{}, icc_average95{};  ///< minus infinity where ICC(2,1) is -1 / (k - 1) or below
-  double standard_error = 0.0;                            ///< of measurement
-  double minimal_detectable_change = 0.0;                 ///< with 95%
-  double participant_sd = 0.0;                            ///< between participants
-  double visit_sd = 0.0;                                  ///< between visits, of everybody alike
-  double measurement_sd = 0.0;                            ///< the posteriors' part of the root of MSE
-  double within_participant_sd = 0.0;                     ///< the other part: root of MSE - measurement_sd^2, or 0
+  double icc_single = 0.0, icc_average = 0.0;  ///< ICC(2,1) and ICC(2,k)
+  /// Minus infinity where ICC(2,1) is -1 / (k - 1) or below; NaN if everybody changes by the same amount between
+  /// visits: such data do not determine them.
+  std::array<double, 2> icc_single95{}, icc_average95{};
+  double standard_error = 0.0;             ///< of measurement
+  double minimal_detectable_change = 0.0;  ///< with 95%
+  double participant_sd = 0.0;             ///< between participants
+  double visit_sd = 0.0;                   ///< between visits, of everybody alike
+  double measurement_sd = 0.0;             ///< the posteriors' part of the root of MSE
+  double within_participant_sd = 0.0;      ///< the other part: root of MSE - measurement_sd^2, or 0
   /// The part of a person's change that the values show: means of posteriors are drawn towards the prior's mean. 1
   /// unless compute_reliability() sets it. A change of minimal_detectable_change / shown_fraction is detected.
   double shown_fraction = 1.0;

@@ -14,7 +14,7 @@
 namespace decid {
 namespace {
 
-constexpr double kolmogorov_95 = 1.36;
+constexpr double kolmogorov_95 = 1.36, chance = 0.05;
 constexpr double fixed_sd =
     1e-9;  // of a parameter that is fixed, from rounding; over its range, or the range's standard deviation
 
@@ -87,15 +87,24 @@ double gaussian_log_score(const sim::Parameters& truth, std::span<const posterio
 
 CalibratedTrial calibrate(const sim::Parameters& truth, const posterior::Posterior& found,
                           const sim::ParameterTable& ranges) {
+  return calibrate(truth, std::span(&found, 1), ranges);
+}
+
+CalibratedTrial calibrate(const sim::Parameters& truth, std::span<const posterior::Posterior> of_trials,
+                          const sim::ParameterTable& ranges) {
+  const posterior::Posterior& found = of_trials.front();
   CalibratedTrial trial = beside(truth, found);
   for (std::size_t p = 0; p < truth.size(); ++p) {
     const auto below = std::ranges::count_if(
         found.states(), [&](const posterior::State& state) { return state.parameters[p] < truth[p]; });
     trial.below.push_back(static_cast<double>(below) / found.draws());
   }
-  trial.rhat = *std::ranges::max_element(found.rhat());
-  trial.effective_draws = *std::ranges::min_element(found.effective_draws());
-  trial.agreed = found.agreed();
+  trial.effective_draws = std::numeric_limits<double>::infinity();
+  for (const posterior::Posterior& each : of_trials) {
+    trial.rhat = std::max(trial.rhat, *std::ranges::max_element(each.rhat()));
+    trial.effective_draws = std::min(trial.effective_draws, *std::ranges::min_element(each.effective_draws()));
+  }
+  trial.agreed = std::ranges::all_of(of_trials, &posterior::Posterior::agreed);
   trial.log_score = gaussian_log_score(truth, found.states(), ranges);
   return trial;
 }
@@ -124,6 +133,8 @@ Calibration compute_calibration(std::span<const CalibratedTrial> trials, const s
   };
   double inferred = 0.0;
   for (std::size_t p = 0; p < stddev.size(); ++p) inferred += is_inferred(p) ? 1.0 : 0.0;
+  // Kolmogorov's distance over 1 / sqrt(count) exceeds x with a probability of at most 2 exp(-2 x^2).
+  result.band_of_all = std::sqrt(0.5 * decid::log(2.0 * std::max(inferred, 1.0) / chance) / count);
   for (std::size_t p = 0; p < stddev.size(); ++p) {
     ParameterCalibration& of = result.parameters.emplace_back();
     std::vector<double> below;

@@ -25,9 +25,9 @@ struct CalibratedTrial {
   double network_log_score = unknown_score;  ///< for a network that gives distributions
 
   static constexpr double unknown_score = std::numeric_limits<double>::quiet_NaN();
-  std::vector<double> below;  ///< fraction of the draws below the truth
-  double rhat = 0.0;          ///< the largest
-  double effective_draws = 0.0;
+  std::vector<double> below;     ///< fraction of the draws below the truth
+  double rhat = 0.0;             ///< the largest of a parameter, and of start, gain and noise of each recording
+  double effective_draws = 0.0;  ///< the fewest of those
   bool agreed = false;
   double seconds = 0.0;
 
@@ -40,6 +40,11 @@ struct CalibratedTrial {
 
 /// Compares the posterior of a simulated trial with its truth. ranges: of the prior.
 CalibratedTrial calibrate(const sim::Parameters& truth, const posterior::Posterior& found,
+                          const sim::ParameterTable& ranges);
+/// Compares the posterior of several trials with the truth of their common parameters, whose draws are the same in all
+/// (posterior::sample_joint). R-hat, effective draws and agreement are the worst of all trials, with the start, gain
+/// and noise of each. found: at least one.
+CalibratedTrial calibrate(const sim::Parameters& truth, std::span<const posterior::Posterior> found,
                           const sim::ParameterTable& ranges);
 /// Compares a network's distribution with the truth; fields of chains stay empty.
 CalibratedTrial calibrate(const sim::Parameters& truth, const ParameterDistribution& found);
@@ -68,7 +73,10 @@ struct Calibration {
   std::vector<ParameterCalibration> parameters;
   ParameterCalibration all;                         ///< means over the inferred parameters; the largest distance
   double log_score = 0.0, network_log_score = 0.0;  ///< means over the trials; NaN unless all have one
-  double band = 0.0;                                ///< 1.36 / sqrt(trials)
+  double band = 0.0;                                ///< 1.36 / sqrt(trials), for one parameter's distance
+  /// For the largest distance of the m inferred parameters, all.distance: correct posteriors exceed it with probability
+  /// 0.05 at most (Bonferroni): sqrt(log(2 m / 0.05) / 2 / trials), 1.68 / sqrt(trials) of seven.
+  double band_of_all = 0.0;
 };
 
 /// Computes the calibration over trials. stddev: the standard deviation of the trials' prior, which divides the

@@ -87,10 +87,8 @@ std::optional<CalibratedTrial> calibrate_trial(const std::deque<posterior::Densi
   std::iota(common.begin(), common.end(), std::size_t{0});
   std::vector<posterior::TargetTrial> together;
   for (std::size_t k = 0; k < observations.size(); ++k) together.push_back({&densities[k], &observations[k], common});
-  const posterior::Posterior found = std::move(
-      posterior::sample_joint(posterior::Target(std::move(together)), settings, [&](const posterior::Progress&) {
-        return !stop();
-      }).front());
+  const std::vector<posterior::Posterior> found = posterior::sample_joint(
+      posterior::Target(std::move(together)), settings, [&](const posterior::Progress&) { return !stop(); });
   if (stop()) return std::nullopt;
   CalibratedTrial result = calibrate(trial.truth, found, ranges);
   result.attempt = trial.attempt;

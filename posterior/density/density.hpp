@@ -80,8 +80,9 @@ class Density {
   static constexpr int others = 5;
   static constexpr int max_globals = sim::Parameters::most + others;
 
-  /// The number of slow-noise globals, at the end. Warm-up determines them, and they stay fixed while chains draw:
-  /// further learning widens no interval, and chains mix far more slowly in them than in all others.
+  /// The number of slow-noise globals, at the end. Warm-up estimates them, and they stay fixed while chains draw,
+  /// because chains mix far more slowly in them than in all others. The estimate is plugged in: intervals do not
+  /// contain its uncertainty, except that chains have different estimates.
   static constexpr int held = 2;
 
   /// Throws Error if the protocol is invalid, has fewer than 20 blocks of samples, noise of a single frequency,

@@ -12,6 +12,21 @@
 namespace decid::posterior {
 namespace {
 
+/// Returns the places of the blocks that are not missing.
+std::vector<int> recorded_blocks_of(const Observation& observation) {
+  std::vector<int> recorded;
+  for (int block = 0; block < static_cast<int>(observation.sway.size()); ++block)
+    if (!std::ranges::binary_search(observation.missing.blocks, block)) recorded.push_back(block);
+  return recorded;
+}
+
+/// Appends the values of these blocks as append() does.
+void append_blocks(std::span<const double> side_by_side, std::span<const int> blocks, int chains,
+                   std::vector<double>& draws) {
+  for (std::size_t chain = 0; chain < static_cast<std::size_t>(chains); ++chain)
+    for (const int block : blocks) draws.push_back(side_by_side[static_cast<std::size_t>(block) * lanes + chain]);
+}
+
 /// Appends values of each chain, stored lane by lane, as values of one draw after the other.
 void append(std::span<const double> side_by_side, int chains, std::vector<double>& draws) {
   for (std::size_t chain = 0; chain < static_cast<std::size_t>(chains); ++chain)
@@ -43,6 +58,7 @@ Inferred infer(const Density& density, const Observation& observation, const Pos
   const auto blocks = static_cast<std::size_t>(density.blocks()), edges = static_cast<std::size_t>(density.edges());
   std::vector<double> x(size), sway(blocks * lanes), residual(blocks * lanes), noise(edges * lanes), tilt(noise.size());
   std::vector<double> left_out(blocks * lanes), all_sway, all_noise, all_tilt, likelihood;
+  const std::vector<int> recorded = recorded_blocks_of(observation);
   Density::Workspace work(density);
   for (int first = 0; first < found.points(); first += lanes) {
     const int here = std::min(lanes, found.points() - first);
@@ -59,12 +75,13 @@ Inferred infer(const Density& density, const Observation& observation, const Pos
     append(noise, here, all_noise);
     append(tilt, here, all_tilt);
     density.leave_block_out(observation, x, left_out, work);
-    append(left_out, here, likelihood);
+    append_blocks(left_out, recorded, here, likelihood);
   }
   Inferred inferred{make_band(all_sway, density.blocks()),
                     make_band(all_noise, density.edges()),
                     make_band(all_tilt, density.edges()),
-                    leave_one_out(likelihood, density.blocks()),
+                    leave_one_out(likelihood, static_cast<int>(recorded.size())),
+                    recorded,
                     {}};
   if (keeps_log_likelihood) inferred.log_likelihood = std::move(likelihood);
   return inferred;

@@ -22,9 +22,10 @@ struct Inferred {
   Band sway_rad;           ///< in blocks of the density, in the recording's frame: its start and its gain
   Band noise_rad_s;        ///< velocity of the vestibular noise at the dead band, at the edges of the density's bins
   Band tilt_estimate_rad;  ///< integral of the passed velocity, at the same edges
-  /// For the means of blocks, in degrees: each given the parameters, the noise and all other blocks.
+  /// For the means of the recorded blocks, in degrees: each given the parameters, the noise and all other blocks.
   LeaveOneOut left_out;
-  /// log p(block | draw) of each stored point, the blocks of one after the other; empty unless they are kept.
+  std::vector<int> recorded_blocks;  ///< the places of those blocks, ascending: all except those that gaps touch
+  /// log p(block | draw) of each stored point, its recorded blocks one after the other; empty unless they are kept.
   std::vector<double> log_likelihood;
 };
 

@@ -9,8 +9,9 @@
 
 namespace decid::posterior {
 
-// Proposals are 2.4 times as wide as the distribution, the best for one normal quantity, where white noise is all that
-// the rows hold. The width must not depend on the coordinate that moves.
+// Proposals are as wide as is best for one normal quantity, 2.4 times its standard deviation, if every row has white
+// noise alone. The width does not depend on the coordinate, nor on any other: otherwise the acceptance would have to
+// count the way back.
 void Density::draw_white_noise(const Observation& observation, std::span<double> x, std::span<const double> normals,
                                std::span<const double> uniforms, Workspace& work) const {
   check(observation, x, std::min(normals.size(), uniforms.size()), white_noise_draws * lanes);
@@ -19,12 +20,12 @@ void Density::draw_white_noise(const Observation& observation, std::span<double>
   };
   Chains c = chains(x, {});
   std::array<double, lanes> potential = forward(observation, x, c, work), proposal;
+  const double by_coordinate = 2.0 * decid::log(priors_.sensor_noise_factor);  // of the logarithm of a row's variance
+  const double width = 2.4 / std::sqrt(1.0 + 0.5 * spectrum_.rows() * by_coordinate * by_coordinate);
   for (std::size_t l = 0; l < lanes; ++l) {
     const double here = coordinate(sensor_noise, l);
     potential[l] += 0.5 * here * here;
   }
-  const double spread = decid::log(priors_.sensor_noise_factor);
-  const double width = 2.4 / std::sqrt(std::fma(2.0 * spread * spread, static_cast<double>(spectrum_.rows()), 1.0));
   for (std::size_t draw = 0; draw < white_noise_draws; ++draw) {
     for (std::size_t l = 0; l < lanes; ++l) {
       proposal[l] = std::fma(width, normals[draw * lanes + l], coordinate(sensor_noise, l));

@@ -9,6 +9,7 @@
 #include "base/math/random.hpp"
 #include "base/math/statistics.hpp"
 #include "base/text.hpp"
+#include "posterior/sampling/diagnostics.hpp"
 #include "posterior/streams.hpp"
 
 namespace decid::frf {
@@ -76,6 +77,16 @@ State Fit::state(int draw) const {
   state.gain = draws_for(gain()).at(number);
   state.error = draws_for(error()).at(number);
   return state;
+}
+
+std::vector<std::vector<double>> Fit::chains_for(int quantity) const {
+  const std::vector<double>& all = draws_for(quantity);
+  std::vector<std::vector<double>> chains;
+  for (int chain = 0; chain < chains_; ++chain) {
+    const auto first = all.begin() + static_cast<std::ptrdiff_t>(chain) * draws_per_chain();
+    chains.emplace_back(first, first + draws_per_chain());
+  }
+  return chains;
 }
 
 double Fit::mean(int quantity) const {
@@ -188,10 +199,11 @@ Fit fit(const Density& density, const SmcSettings& settings) {
   for (int q = 0; q < density.quantities(); ++q)
     for (const State& state : states) found.draws_[static_cast<std::size_t>(q)].push_back(density.value(state, q));
   found.prior_stddevs_ = prior_stddevs(density, settings.seed);
+  // Quantities are judged, not coordinates: Nv and theta depend on two each.
   for (int q = 0; q < density.quantities(); ++q) {
-    const auto coordinate = density.find_coordinate(q);
-    found.rhat_.push_back(coordinate ? result.rhat[*coordinate] : 1.0);
-    found.effective_.push_back(coordinate ? result.effective[*coordinate] : static_cast<double>(found.draws()));
+    const posterior::ChainDraws chains = found.chains_for(q);
+    found.rhat_.push_back(posterior::rhat(chains));
+    found.effective_.push_back(posterior::effective_draws(chains));
   }
   found.acceptance_ = result.acceptance;
   found.evaluations_ = result.evaluations;

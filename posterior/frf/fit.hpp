@@ -40,6 +40,8 @@ class Fit {
   int draws_per_chain() const noexcept { return draws() / chains_; }
   /// Returns the draws of a quantity, chain by chain.
   const std::vector<double>& draws_for(int quantity) const { return draws_[static_cast<std::size_t>(quantity)]; }
+  /// Returns the draws of each chain.
+  std::vector<std::vector<double>> chains_for(int quantity) const;
 
   double mean(int quantity) const;
   double stddev(int quantity) const;
@@ -51,7 +53,8 @@ class Fit {
   /// Returns the posterior contraction: the fraction of the prior's variance that the table removes, 0 to 1.
   double contraction(int quantity) const;
 
-  /// Returns R-hat of each quantity; 1 for fixed parameters.
+  /// Returns R-hat of each quantity, and its effective draws (posterior/sampling/diagnostics.hpp); 1 and all draws for
+  /// fixed parameters.
   const std::vector<double>& rhat() const noexcept { return rhat_; }
   const std::vector<double>& effective_draws() const noexcept { return effective_; }
   double acceptance() const noexcept { return acceptance_; }

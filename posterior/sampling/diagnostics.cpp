@@ -128,7 +128,9 @@ double energy_fraction(const ChainDraws& energy) {
   for (const std::vector<double>& chain : energy) {
     double sum = 0.0;
     for (std::size_t i = 1; i < chain.size(); ++i) sum += (chain[i] - chain[i - 1]) * (chain[i] - chain[i - 1]);
-    smallest = std::min(smallest, sum / static_cast<double>(chain.size() - 1) / sample_variance(chain));
+    const double variance = sample_variance(chain);
+    if (!(variance > 0.0)) return std::numeric_limits<double>::quiet_NaN();
+    smallest = std::min(smallest, sum / static_cast<double>(chain.size() - 1) / variance);
   }
   return smallest;
 }

@@ -26,7 +26,8 @@ double mean_effective_draws(const ChainDraws& chains);
 double tail_effective_draws(const ChainDraws& chains);
 
 /// Returns the smallest E (energy[n] - energy[n - 1])^2 / var(energy) of the chains. Below 0.3 the momenta are too
-/// small to cross the energies of the distribution. energy: at each transition's start, momentum included.
+/// small to cross the energies of the distribution. NaN if a chain's energy does not vary. energy: at each transition's
+/// start, momentum included.
 double energy_fraction(const ChainDraws& energy);
 
 }  // namespace decid::posterior

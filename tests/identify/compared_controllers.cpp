@@ -3,7 +3,9 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "identify/result.hpp"
 #include "sim/body_model.hpp"
@@ -35,6 +37,16 @@ ComparedModel best(double log_density) {
 }
 ComparedModel worse(double log_density, double difference, double standard_error) {
   return {.log_density = log_density, .difference = difference, .standard_error = standard_error};
+}
+
+/// 100 blocks, each predicted by this many nats plus a varying part that all controllers share.
+posterior::LeaveOneOut of_blocks(double nats) {
+  posterior::LeaveOneOut made;
+  for (int i = 0; i < 100; ++i) {
+    made.pointwise.push_back(nats * (i % 2 == 0 ? 0.5 : 1.5) - 0.01 * (i % 7));
+    made.shapes.push_back(0.2);
+  }
+  return made;
 }
 
 }  // namespace
@@ -92,4 +104,61 @@ TEST_CASE("controllers: recordings that are not usable count and are numbered; o
   CHECK(sums->not_usable == 1);
   CHECK(sums->controllers[1].difference == -3.0);
   CHECK_FALSE(sum_controllers({}));
+}
+
+TEST_CASE("controllers: chains that do not agree are not compared") {
+  CHECK(chains_allow_comparison(1.2, {}));
+  CHECK_FALSE(chains_allow_comparison(1.86, {}));
+  CHECK_FALSE(chains_allow_comparison(std::numeric_limits<double>::infinity(), {}));
+  CHECK_FALSE(chains_allow_comparison(std::numeric_limits<double>::quiet_NaN(), {}));
+  for (const char* code : {"chains_disagree", "divergences"}) {
+    Warnings warnings;
+    add_caution(warnings, code, "text");
+    CHECK_FALSE(chains_allow_comparison(1.0, warnings));
+  }
+  Warnings others;
+  add_caution(others, "at_edge", "text");
+  CHECK(chains_allow_comparison(1.0, others));
+}
+
+TEST_CASE("controllers: the best comparable one of those that predict far better is named") {
+  const posterior::LeaveOneOut own = of_blocks(0.0), better = of_blocks(0.2), best = of_blocks(0.5);
+  const std::vector three{own, better, best};
+  const auto found = find_better_controller(three, {true, true, true});
+  REQUIRE(found);
+  CHECK(found->place == 2);
+  CHECK(near(found->nats, 50.0, 1e-12));
+  CHECK(found->standard_error < 10.0);
+  // Without the best one's chains, the other one; without their own, none.
+  REQUIRE(find_better_controller(three, {true, true, false}));
+  CHECK(find_better_controller(three, {true, true, false})->place == 1);
+  CHECK_FALSE(find_better_controller(three, {false, true, true}));
+  CHECK_FALSE(find_better_controller(three, {true, false, false}));
+  CHECK_FALSE(find_better_controller(std::vector{best, own}, {true, true}));
+  CHECK_FALSE(find_better_controller(std::vector{own, of_blocks(0.03)}, {true, true}));  // 3 nats
+}
+
+TEST_CASE("controllers: blocks that rest on few draws do not make a controller better") {
+  const posterior::LeaveOneOut own = of_blocks(0.0);
+  posterior::LeaveOneOut other = of_blocks(0.0);
+  for (std::size_t i = 0; i < 60; ++i) {
+    other.pointwise[i] += 1.0;
+    other.shapes[i] = 0.9;
+  }
+  CHECK_FALSE(find_better_controller(std::vector{own, other}, {true, true}));
+  std::ranges::fill(other.shapes, 0.3);
+  CHECK(find_better_controller(std::vector{own, other}, {true, true}));
+  std::ranges::fill(other.shapes, 0.9);
+  CHECK_FALSE(find_better_controller(std::vector{own, other}, {true, true}));
+}
+
+TEST_CASE("controllers: recordings with a fit that is not comparable are numbered") {
+  Report report;
+  add(report, best(-10.0), {{"ic", worse(-11.0, -1.0, 1.0)}}).fit->others[0].comparable = false;
+  add(report, best(-20.0), {{"ic", worse(-22.0, -2.0, 1.0)}}).fit->comparable = false;
+  add(report, best(-30.0), {{"ic", worse(-33.0, -3.0, 1.0)}});
+  const std::optional<ControllerSums> sums = sum_controllers(report);
+  REQUIRE(sums);
+  CHECK(sums->recordings == 3);
+  CHECK(sums->not_comparable == 2);
 }

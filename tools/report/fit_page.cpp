@@ -226,7 +226,7 @@ Json controllers_of(const FitFigures& fitted, const sim::Protocol& protocol) {
   Json list = Json::array();
   if (!fitted.compared) return list;
   const auto add = [&](const std::string& name, const posterior::ComparedModel& compared, const Posterior& found,
-                       const PredictiveCheck& check) {
+                       const PredictiveCheck& check, bool comparable) {
     const sim::BodyModel& model = sim::find_body_model(name, "controller");
     Json parameters = Json::array(), odd = Json::array();
     for (std::size_t p = 0; p < model.parameters.size(); ++p) {
@@ -249,12 +249,14 @@ Json controllers_of(const FitFigures& fitted, const sim::Protocol& protocol) {
                     {"difference", page_number(compared.difference)},
                     {"standard_error", page_number(compared.standard_error)},
                     {"weight", page_number(compared.weight)},
+                    {"comparable", comparable},
                     {"parameters", std::move(parameters)},
                     {"odd", std::move(odd)},
                     {"sway", sway.json()}});
   };
-  add(protocol.experiment.body_model->name, *fitted.compared, fitted.posterior, fitted.check);
-  for (const ControllerFit& other : fitted.others) add(other.controller, other.compared, other.posterior, other.check);
+  add(protocol.experiment.body_model->name, *fitted.compared, fitted.posterior, fitted.check, fitted.comparable);
+  for (const ControllerFit& other : fitted.others)
+    add(other.controller, other.compared, other.posterior, other.check, other.comparable);
   return list;
 }
 
@@ -283,7 +285,7 @@ Json recording_to_json(const RecordingResult& recording, const Report& of, const
             {"standard_error", page_number(left_out.standard_error)},
             {"effective_parameters", page_number(left_out.effective_parameters)},
             {"unreliable", left_out.unreliable},
-            {"blocks", fitted.inferred.sway_rad.low.size()},
+            {"blocks", fitted.inferred.recorded_blocks.size()},
             {"block_s", page_number(fitted.block_s)}}},
           {"correlations", page_correlations(found, ranges.size())},
           {"draws", draws_for(found, ranges.size())},

@@ -12,6 +12,7 @@ namespace decid::cohort {
 namespace {
 
 constexpr double lowest_log_sd = -6.907755278982137;  // of 0.001
+constexpr double first_low = 0.03, first_high = 0.9;  // chains begin with standard deviations between these
 constexpr double factor_sd = 0.3;                     // of the logarithm of a group's standard deviation
 constexpr std::size_t everybody = std::numeric_limits<std::size_t>::max();
 
@@ -50,7 +51,7 @@ Sampler::Sampler(const Design& design, std::span<const Recording> recordings, st
   levels_[visits].active = design.has_visit_level;
   levels_[trials].active = design.has_trial_level;
   for (std::size_t l = 0; l < levels_.size(); ++l) {
-    levels_[l].log_sd.assign(size_, log(0.25));
+    levels_[l].log_sd.assign(size_, 0.0);
     levels_[l].log_factor.assign(design.groups * size_, 0.0);
     levels_[l].effects.assign(counts[l] * size_, 0.0);
     levels_[l].group.assign(counts[l], 0);
@@ -71,6 +72,9 @@ Sampler::Sampler(const Design& design, std::span<const Recording> recordings, st
   }
   for (std::size_t j = 0; j < design.cells.size(); ++j)
     for (std::size_t p = 0; p < size_; ++p) coefficient_[j * size_ + p] = 0.3 * random_.normal(used_++);
+  // Far apart, so that R-hat shows a warm-up that is too short.
+  for (Level& level : levels_)
+    for (double& log_sd : level.log_sd) log_sd = log(first_low) + log(first_high / first_low) * uniform();
   for (std::size_t v = 0; v < design.visits.size(); ++v)
     for (std::size_t p = 0; p < size_; ++p) base_[v * size_ + p] = coefficient_[design.visits[v].cell * size_ + p];
 }

@@ -272,6 +272,7 @@ class Fits(WithFolder):
         likelihood = arrays["log_likelihood"]
         self.assertEqual(likelihood.shape, (8, len(arrays["log_likelihood_draw"]), expected["log_predictive_density"]["blocks"]))
         self.assertTrue(np.isfinite(likelihood).all())
+        np.testing.assert_array_equal(arrays["log_likelihood_block"], np.arange(likelihood.shape[2]))
         np.testing.assert_array_equal(found.draws_frame()["chain"], arrays["chain"])
         self.assertEqual(told, sorted(told, key=lambda at: at[0]))
         self.assertEqual(told[0][1], "annealing")

@@ -52,6 +52,18 @@ TEST_CASE("reliability: visits that agree exactly have a reliability of 1") {
   CHECK(found.minimal_detectable_change == 0.0);
 }
 
+TEST_CASE("reliability: there is no interval if everybody changes by the same amount") {
+  const Reliability found = reliability(2, std::vector<double>{1, 1.5, 2, 2.5, 3, 3.5, 4, 4.5});
+  CHECK(found.icc_single > 0.8);
+  CHECK(found.icc_single < 1.0);
+  for (const double end :
+       {found.icc_single95[0], found.icc_single95[1], found.icc_average95[0], found.icc_average95[1]})
+    CHECK(std::isnan(end));
+  CHECK(found.visit_sd > 0.0);
+  const Reliability alike = reliability(2, std::vector<double>{1, 2, 1, 2, 1, 2});  // persons do not differ either
+  CHECK(std::isnan(alike.icc_single95[0]));
+}
+
 TEST_CASE("reliability: tables that cannot be used are refused") {
   const std::vector<double> values{1, 2, 3, 4};
   check_error([&] { (void)reliability(1, values); }, Code::size_mismatch);

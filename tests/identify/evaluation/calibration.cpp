@@ -2,11 +2,15 @@
 #include "identify/evaluation/calibration.hpp"
 
 #include <cmath>
+#include <tuple>
+#include <type_traits>
 
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
 #include "posterior/streams.hpp"
 #include "tests/helpers.hpp"
+#include "tests/posterior/sampling/quick.hpp"
+#include "tests/posterior/trial.hpp"
 
 using namespace decid;
 using namespace decid::test;
@@ -29,6 +33,21 @@ std::vector<CalibratedTrial> trials_of(double stated, int count) {
   return trials;
 }
 
+/// An archive that sets the last R-hat and number of effective draws of a posterior.
+struct Spoiler {
+  double rhat, effective_draws;
+
+  template <class... Members>
+  void operator()(Members&... members) {
+    const auto all = std::tie(members...);
+    auto& of_rhat = std::get<sizeof...(Members) - 2>(all);
+    auto& of_effective = std::get<sizeof...(Members) - 1>(all);
+    static_assert(std::is_same_v<decltype(of_rhat), std::vector<double>&>);
+    of_rhat.back() = rhat;
+    of_effective.back() = effective_draws;
+  }
+};
+
 }  // namespace
 
 TEST_CASE("calibration_of: right posteriors are covered as they should be") {
@@ -43,6 +62,7 @@ TEST_CASE("calibration_of: right posteriors are covered as they should be") {
   CHECK(within(found.parameters[0].coverage90, 0.9, 4.0 * 0.3 / std::sqrt(count)));
   CHECK(found.parameters[0].distance < 1.5 * found.band);
   CHECK(near(found.band, 1.36 / std::sqrt(count), 1e-12));
+  CHECK(near(found.band_of_all, 1.4802 / std::sqrt(count), 1e-4));  // of two: exceeded by 2.5% each
   CHECK(found.parameters[1].mse == 0.0);
   CHECK(near(found.parameters[1].predicted_variance, 1.0 / 16.0, 1e-12));
   CHECK(near(found.parameters[1].distance, 0.5 / count, 1e-9));
@@ -112,6 +132,25 @@ TEST_CASE("gaussian_log_score: of Gaussian draws, and of draws that tell no cova
                4.0 / 6.0 * std::sqrt((6.0 + 3.0 * 6.0) / (2.0 * count))));
   std::fill(draws.begin(), draws.end(), draws.front());
   CHECK(std::isnan(gaussian_log_score(truth, draws, table)));
+}
+
+TEST_CASE("calibrate: chains of any of a person's recordings that do not agree count") {
+  const sim::Protocol protocol = sines_protocol();
+  const posterior::Density density(protocol, {});
+  const posterior::Posterior drawn =
+      posterior::sample(density, density.observe(recorded(protocol, some_parameters(), 0.02, 0)), quick());
+  std::vector<posterior::Posterior> found(3, drawn);
+  Spoiler spoiler{7.0, 2.0};
+  found[1].archive(spoiler);
+  const CalibratedTrial one = calibrate(some_parameters(), found.front(), protocol.ranges()),
+                        all = calibrate(some_parameters(), found, protocol.ranges());
+  CHECK(one.rhat < 7.0);
+  CHECK(one.effective_draws > 2.0);
+  CHECK(all.rhat == 7.0);
+  CHECK(all.effective_draws == 2.0);
+  CHECK_FALSE(all.agreed);
+  CHECK(all.mean == one.mean);
+  CHECK(all.below == one.below);
 }
 
 TEST_CASE("calibration_by: three parts of equal size, in the key's order; a network's errors stand beside") {

@@ -85,6 +85,31 @@ TEST_CASE("draw_white_noise: draws have the distribution of the density, with an
   }
 }
 
+// A Metropolis step is exact only if the way back has the same width.
+TEST_CASE("draw_white_noise: a step's width is the same wherever it begins") {
+  const Density density(sines_protocol(), {});
+  const Observation observation = density.observe(recorded(sines_protocol(), some_parameters(), 0.02, 0));
+  const int white = density.noise_size() + static_cast<int>(density.place(Density::sensor_noise)),
+            slow = density.noise_size() + static_cast<int>(density.place(Density::slow_noise));
+  std::vector<double> steps;
+  for (const double begin : {-0.2, 0.0, 0.2})
+    for (const double of_slow : {-1.0, 1.5}) {
+      Values x = random_points(density, 8);
+      for (std::size_t chain = 0; chain < lanes; ++chain) {
+        at(x, white, chain) = begin;
+        at(x, slow, chain) = of_slow;
+      }
+      Draws with;
+      std::fill_n(with.normals.begin(), lanes, 1.0);  // one step of one width; the others go nowhere
+      std::ranges::fill(with.uniforms, 1e-300);       // and are accepted
+      Density::Workspace work(density);
+      density.draw_white_noise(observation, x, with.normals, with.uniforms, work);
+      for (std::size_t chain = 0; chain < lanes; ++chain) steps.push_back(at(x, white, chain) - begin);
+    }
+  CHECK(steps.front() > 0.01);
+  for (const double step : steps) CHECK(near(step, steps.front(), 1e-9));
+}
+
 TEST_CASE("draw_white_noise: the same bits for every instruction set, and its errors") {
   const sim::Protocol protocol = sines_protocol();
   const std::vector<float> sway = recorded(protocol, some_parameters(), 0.02, 0);

@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -101,4 +102,8 @@ TEST_CASE(
 TEST_CASE("energy_fraction: 2 for independent energies, small for a slow walk") {
   CHECK(near(energy_fraction(autoregression(0.0, 4, 4000)), 2.0, 0.1));
   CHECK(energy_fraction(autoregression(0.98, 4, 2000)) < 0.1);
+  ChainDraws stuck = autoregression(0.0, 4, 100);
+  std::ranges::fill(stuck[1], 5.0);
+  CHECK(std::isnan(energy_fraction(stuck)));
+  CHECK(std::isnan(energy_fraction({{5.0, 5.0, 5.0, 5.0}})));
 }

@@ -108,6 +108,7 @@ TEST_CASE("fit page") {
     CHECK(controllers[0]["difference"] == 0.0);
     CHECK(controllers[1]["difference"] == -10.0);
     CHECK(controllers[1]["standard_error"] == 3.0);
+    CHECK(controllers[1]["comparable"] == true);
     const Posterior& found = fitted().recordings[0].fit->posterior;
     const json& delay = controllers[1]["parameters"][sim::Delay];
     CHECK(delay["unit"] == "s");
@@ -125,6 +126,12 @@ TEST_CASE("fit page") {
     const json sums = json::parse(tools::report_json(all))["controller_comparison"];
     CHECK(sums["recordings"] == 2);
     CHECK(sums["not_usable"] == 0);
+    CHECK(sums["not_comparable"] == 0);
+    last.others[0].comparable = false;
+    const json spoilt = json::parse(tools::report_json(all));
+    CHECK(spoilt["controller_comparison"]["not_comparable"] == 1);
+    CHECK(spoilt["recordings"][2]["controllers"][0]["comparable"] == true);
+    CHECK(spoilt["recordings"][2]["controllers"][1]["comparable"] == false);
     REQUIRE(sums["controllers"].size() == 2);
     const json &first = sums["controllers"][0], &second = sums["controllers"][1];
     CHECK(first["controller"] == "dec");

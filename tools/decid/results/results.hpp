@@ -37,8 +37,9 @@ std::string report_text(const Report& report);
 std::string summary_text(const Report& report);
 /// Writes every draw of each fit. An .npz file has float64 arrays of chains x draws, each under its name: the
 /// parameters in SI units, sensor_noise_deg, slow_noise_deg, start_s, gain, lp, acceptance_rate, diverging, energy; if
-/// kept, log_likelihood of chains x stored draws x blocks, with log_likelihood_draw, the places of these draws in their
-/// chains; and parameters of all draws x parameters with chain. Several recordings: "1/Kp", "2/Kp" and so on, by
+/// kept, log_likelihood of chains x stored draws x recorded blocks, with log_likelihood_draw, the places of these draws
+/// in their chains, and log_likelihood_block, the places of the blocks in the trial; and parameters of all draws x
+/// parameters with chain. Several recordings: "1/Kp", "2/Kp" and so on, by
 /// `places`, the places of the recordings in a call of `count`. A .csv file has Stan's columns: .chain, .iteration and
 /// .draw from 1, lp__, accept_stat__, divergent__, energy__, then the quantities; with several recordings `file` comes
 /// first.

@@ -91,6 +91,8 @@ void add_draws(const std::string& prefix, const FitFigures& fit, const std::vect
   for (std::size_t i = 0; i < stored / chains; ++i)
     places.push_back(static_cast<double>(static_cast<std::size_t>(fit.stored_draws[i]) % each));
   arrays.add(prefix + "log_likelihood_draw", {stored / chains}, std::move(places));
+  const std::vector<int>& blocks = fit.inferred.recorded_blocks;
+  arrays.add(prefix + "log_likelihood_block", {blocks.size()}, {blocks.begin(), blocks.end()});
 }
 
 /// Appends the draws of a recording; `before`: cells before them.

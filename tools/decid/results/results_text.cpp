@@ -60,12 +60,13 @@ std::string difference_text(double difference, double standard_error) {
 std::string controllers_text(const FitFigures& fitted, const std::string& own) {
   if (!fitted.compared) return {};
   std::string text = format("  %-10s %24s %26s %8s\n", "controller", "log predictive density", "difference", "weight");
-  const auto line = [&](const std::string& name, const posterior::ComparedModel& compared) {
-    text += format("  %-10s %24.1f %26s %8.2f\n", name.c_str(), compared.log_density,
-                   difference_text(compared.difference, compared.standard_error).c_str(), compared.weight);
+  const auto line = [&](const std::string& name, const posterior::ComparedModel& compared, bool comparable) {
+    text += format("  %-10s %24.1f %26s %8.2f%s\n", name.c_str(), compared.log_density,
+                   difference_text(compared.difference, compared.standard_error).c_str(), compared.weight,
+                   comparable ? "" : "  not comparable");
   };
-  line(own, *fitted.compared);
-  for (const ControllerFit& other : fitted.others) line(other.controller, other.compared);
+  line(own, *fitted.compared, fitted.comparable);
+  for (const ControllerFit& other : fitted.others) line(other.controller, other.compared, other.comparable);
   return text;
 }
 
@@ -187,6 +188,9 @@ std::string controller_sums_text(const ControllerSums& sums) {
                    difference_text(one.difference, one.standard_error).c_str(), one.best_in);
   if (sums.not_usable > 0)
     text += "  with " + counted(static_cast<long long>(sums.not_usable), "recording") + " not usable\n";
+  if (sums.not_comparable > 0)
+    text += "  with " + counted(static_cast<long long>(sums.not_comparable), "recording") +
+            " of which a fit is not comparable\n";
   return text;
 }
 

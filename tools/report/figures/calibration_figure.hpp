@@ -9,8 +9,8 @@
 
 namespace decid::tools {
 
-/// SVG: of each parameter the distribution of the fractions of the draws below the truth, less the uniform one. A line
-/// that leaves the band of `band` either side is not chance, at 95 %.
+/// SVG: of each parameter the distribution of the fractions of the draws below the truth, less the uniform one. By
+/// chance any line leaves the band of `band` either side, Calibration::band_of_all, in 5% of calibrations at most.
 std::string calibration_figure(const sim::ParameterTable& table, std::span<const CalibratedTrial> trials, double band);
 
 }  // namespace decid::tools

@@ -55,7 +55,7 @@ Json left_out_json(const FitFigures& fitted) {
   return {{"value", left_out.log_density},
           {"standard_error", left_out.standard_error},
           {"effective_parameters", left_out.effective_parameters},
-          {"blocks", fitted.inferred.sway_rad.low.size()},
+          {"blocks", fitted.inferred.recorded_blocks.size()},
           {"block_s", fitted.block_s},
           {"max_shape", left_out.max_shape},
           {"unreliable_blocks", left_out.unreliable}};
@@ -85,8 +85,9 @@ sim::Protocol with_controller(sim::Protocol protocol, const std::string& name) {
   return protocol;
 }
 
-Json compared_json(const std::string& controller, const posterior::ComparedModel& compared) {
+Json compared_json(const std::string& controller, const posterior::ComparedModel& compared, bool comparable) {
   return {{"controller", controller},
+          {"comparable", comparable},
           {"log_predictive_density", compared.log_density},
           {"difference", compared.difference},
           {"difference_standard_error", compared.standard_error},
@@ -95,10 +96,10 @@ Json compared_json(const std::string& controller, const posterior::ComparedModel
 
 /// All fitted controllers, the one that answers first; the others with their parameters.
 Json controllers_json(const FitFigures& fitted, const sim::Protocol& protocol) {
-  Json list = Json::array({compared_json(protocol.experiment.body_model->name, *fitted.compared)});
+  Json list = Json::array({compared_json(protocol.experiment.body_model->name, *fitted.compared, fitted.comparable)});
   const double mgh = protocol.experiment.body.mgh();
   for (const ControllerFit& other : fitted.others) {
-    Json& json = list.emplace_back(compared_json(other.controller, other.compared));
+    Json& json = list.emplace_back(compared_json(other.controller, other.compared, other.comparable));
     const sim::Protocol of_other = with_controller(protocol, other.controller);
     const sim::ParameterTable table = of_other.ranges();
     sim::Parameters means(table.size());
@@ -205,7 +206,10 @@ Json controller_sums_json(const ControllerSums& sums) {
                     {"log_predictive_density", one.log_density},
                     {"difference", one.difference},
                     {"difference_standard_error", one.standard_error}});
-  return {{"recordings", sums.recordings}, {"not_usable", sums.not_usable}, {"controllers", std::move(list)}};
+  return {{"recordings", sums.recordings},
+          {"not_usable", sums.not_usable},
+          {"not_comparable", sums.not_comparable},
+          {"controllers", std::move(list)}};
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ function predictions(controllers) {
       heading("Cannot explain", ""))),
     element("tbody", {}, ...controllers.map(one => element("tr", {},
       element("th", { scope: "row" }, one.name, element("span", { class: "description" }, one.description)),
-      number(fixed(one.log_density, 1)), number(difference(one)), number(fixed(one.weight, 2)),
+      number(fixed(one.log_density, 1)), number(one.comparable ? difference(one) : `${difference(one)}, not comparable`), number(fixed(one.weight, 2)),
       element("td", {}, one.odd.length === 0 ? "nothing found" : one.odd.join(", ")))))));
 }
 
@@ -50,7 +50,7 @@ return recording => {
   for (const { parameters } of controllers) parameters.forEach(inShownUnit);
   return element("section", { class: "controllers", "aria-label": "Which controller?" }, element("h3", {}, "Which controller?"),
     element("p", { class: "note" }, "Each controller predicts every part of the recording from the rest. A larger log predictive density is better; a difference below " +
-      "two standard errors decides nothing. The weights are those of the mixture that predicts best. \u201cCannot explain\u201d lists checks with p below 0.01."),
+      "two standard errors decides nothing, nor does a fit whose chains do not agree (not comparable). The weights are those of the mixture that predicts best. \u201cCannot explain\u201d lists checks with p below 0.01."),
     predictions(controllers), parameters(controllers), ...bands(controllers, recording.signals.sway));
 };
 })();
