@@ -11,6 +11,7 @@
 #include "recording/detail/sway/sway_name.hpp"
 #include "recording/table/columns.hpp"
 #include "recording/table/detail/candidates.hpp"
+#include "recording/table/detail/quaternion.hpp"
 #include "recording/table/detail/trials.hpp"
 
 namespace decid::recording {
@@ -92,6 +93,9 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
     throw Error(Code::column_missing, recording.file, "has a time column but no sway column" + unread, add);
   const std::vector<int> tilts = tilt_columns(table, time);
   for (const int tilt : tilts) std::erase(candidates, tilt);
+  const std::vector<int> quaternions = quaternion_columns(table, candidates);
+  for (const int quaternion : quaternions) std::erase(candidates, quaternion);
+  if (candidates.empty() && !quaternions.empty()) refuse_quaternion(table, quaternions.front(), recording.file);
   if (!options.trial_column.empty())
     for (const int column : trial_columns(table, options.trial_column, recording.file)) std::erase(candidates, column);
   if (candidates.size() > 1) refuse_other_quantities(table, candidates, recording.file);
@@ -234,6 +238,7 @@ SwaySource find_sway_source(const Table& table, int time, const RecordingOptions
     source.kind = Kind::segments;
     add(options.leg_column, setting("leg"));
     add(options.trunk_column, setting("trunk"));
+    for (const int column : source.columns) refuse_quaternion(table, column, where);
   } else if (names_markers(options)) {
     source.kind = Kind::markers;
     add(options.hip_column, setting("hip"));
@@ -245,6 +250,7 @@ SwaySource find_sway_source(const Table& table, int time, const RecordingOptions
       source.columns.push_back(find_sway(table, time, options, recording));
     } else {
       add(options.column, setting("column"));
+      refuse_quaternion(table, source.columns.front(), where);
     }
     const std::string& name = table.name(source.columns.front());
     if (!options.com_height_m) refuse_ankle(name, where);
