@@ -28,18 +28,31 @@ void refuse_response(const Table& table, const std::string& where) {
                 "fit it with " + setting("frf") + " " + where);
 }
 
-/// Throws Error if every candidate is a quantity by its name that is neither an angle nor a length.
+/// Returns true for a force or a torque, which is never a sway.
+bool is_load(const char* quantity) {
+  return quantity != nullptr && one_of(quantity, {a_force, a_torque});
+}
+
+/// Throws Error if every candidate is a quantity by its name that is neither an angle nor the length of a body's place.
+/// A single candidate may be such a quantity with a given unit, except a force or a torque.
 void refuse_other_quantities(const Table& table, const std::vector<int>& candidates, const std::string& where) {
   std::string list;
+  bool has_pressure = false;
   for (const int column : candidates) {
     const std::string& name = table.name(column);
     const char* quantity = other_quantity(name);
-    if (!table.has_header() || quantity == nullptr || find_metres_per_unit(name)) return;
+    if (!table.has_header() || quantity == nullptr) return;
+    const bool is_pressure = std::string_view(quantity) == centre_of_pressure;
+    if ((find_metres_per_unit(name) && !is_pressure) || (candidates.size() == 1 && !is_load(quantity))) return;
+    has_pressure = has_pressure || is_pressure;
     if (list.size() < 200) list += (list.empty() ? "'" : ", '") + name + "' is " + quantity;
   }
-  throw Error(
-      Code::column_unsuitable, where, "has no column of angles by the names: " + list,
-      "convert the sway to degrees, or name its column with " + setting("column") + " and give " + setting("unit"));
+  if (list.empty()) return;
+  throw Error(Code::column_unsuitable, where, "has no column of angles by the names: " + list,
+              has_pressure ? "estimate the centre of mass first, and name its column: a force plate's centre of "
+                             "pressure moves farther and faster"
+                           : "convert the sway to degrees, or name its column with " + setting("column") +
+                                 " and give " + setting("unit"));
 }
 
 /// Lists the columns, except the time and the tilt, that are another quantity by their names; empty without one.
@@ -98,7 +111,7 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
   if (candidates.empty() && !quaternions.empty()) refuse_quaternion(table, quaternions.front(), recording.file);
   if (!options.trial_column.empty())
     for (const int column : trial_columns(table, options.trial_column, recording.file)) std::erase(candidates, column);
-  if (candidates.size() > 1) refuse_other_quantities(table, candidates, recording.file);
+  refuse_other_quantities(table, candidates, recording.file);
   if (candidates.size() > 1) {
     // "0,01,0,02": half as many names as cells, so they are not a header.
     const bool decimal_commas = !table.has_header() && table.columns() % 2 == 0 && table.arrays().empty();
@@ -254,6 +267,9 @@ SwaySource find_sway_source(const Table& table, int time, const RecordingOptions
     }
     const std::string& name = table.name(source.columns.front());
     if (!options.com_height_m) refuse_ankle(name, where);
+    if (const char* quantity = other_quantity(name); options.com_height_m && is_load(quantity))
+      throw Error(Code::column_unsuitable, where, name + " is " + quantity + " by its name, not a position",
+                  "name a position of the centre of mass with " + setting("column"));
     if (options.com_height_m && other_quantity(name) == centre_of_pressure)
       static_cast<void>(find_unit(name, {}, where, setting("unit")));  // throws: not a position of the centre of mass
     warn_of_part(name, recording);
