@@ -15,6 +15,7 @@
 #include "recording/detail/copied_rows.hpp"
 #include "recording/detail/recording_name.hpp"
 #include "recording/detail/sway/read_sway.hpp"
+#include "recording/detail/sway/sway_axis.hpp"
 #include "recording/detail/sway/sway_source.hpp"
 #include "recording/detail/tilt/read_tilt.hpp"
 #include "recording/table/columns.hpp"
@@ -258,16 +259,10 @@ void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, 
   }
 }
 
-}  // namespace
-
-Recording read_recording(const std::filesystem::path& path, const RecordingOptions& options) {
+/// Reads a recording from a table that holds no other one.
+Recording read_from(const std::shared_ptr<Table>& read, const std::string& file, const RecordingOptions& options) {
   Recording recording;
-  recording.file = path == standard_input ? "standard input" : path.string();
-  const std::shared_ptr<Table> read = read_table(path, options.skip_lines, options.section);
-  if (!options.trial_column.empty()) {
-    keep_trial(*read, options.trial_column, options.trial, recording.file);
-    recording.file += "#" + options.trial;
-  }
+  recording.file = file;
   const Table& table = *read;
   recording.warnings = table.warnings();
   if (table.preamble_lines() > 0 && !options.skip_lines && options.section.empty())
@@ -326,7 +321,29 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
     throw Error(Code::setting_missing, recording.file,
                 "no tilt is read for " + setting("tilt_unit") + " or " + setting("invert") + " tilt",
                 "name its column with " + setting("tilt_column"));
+  if (options.column.empty() && options.ankle_column.empty() && source.columns.size() == 1) {
+    for (const int column : axes_beside(table, sway, time)) {
+      RecordingOptions of_axis = options;
+      of_axis.column = std::to_string(column + 1);
+      try {
+        recording.other_axes.push_back(read_from(read, file, of_axis));
+      } catch (const Error&) {  // a constant, or words: not the sway
+      }
+    }
+  }
   return recording;
+}
+
+}  // namespace
+
+Recording read_recording(const std::filesystem::path& path, const RecordingOptions& options) {
+  std::string file = path == standard_input ? "standard input" : path.string();
+  const std::shared_ptr<Table> read = read_table(path, options.skip_lines, options.section);
+  if (!options.trial_column.empty()) {
+    keep_trial(*read, options.trial_column, options.trial, file);
+    file += "#" + options.trial;
+  }
+  return read_from(read, file, options);
 }
 
 std::vector<std::string> list_trials(const std::filesystem::path& path, const RecordingOptions& options) {

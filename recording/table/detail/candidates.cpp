@@ -26,7 +26,7 @@ bool is_counter_name(const std::string& name) {
 bool may_be_quaternion(const std::string& name) {
   std::string joined;
   for (const std::string& part : words(name)) joined += part;
-  return is_quaternion_name(name) || one_of(joined, {"q0", "q1", "q2", "q3"});
+  return is_quaternion_name(name) || one_of(joined, {"q0", "q1", "q2", "q3", "q4"});
 }
 
 /// Returns true for an unnamed column of 1, 2, 3 ...
