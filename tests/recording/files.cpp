@@ -121,7 +121,7 @@ TEST_CASE("a force plate's channels are not sway; the error says what is needed"
   // A single channel, and one that is named as a position.
   const std::string load = "time,Fz\n0,700\n0.01,701\n0.02,702\n";
   const RecordingOptions position{.com_height_m = 0.95, .metres_per_unit = 1e-3};
-  check_error(reading(load, position), Code::column_unsuitable, "'Fz' is a force");
+  check_error(reading(load, position), Code::column_unsuitable, "Fz is a force");
   RecordingOptions named = position;
   named.column = "Fz";
   check_error(reading(load, named), Code::column_unsuitable, "Fz is a force");

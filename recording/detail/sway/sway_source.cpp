@@ -34,7 +34,6 @@ bool is_load(const char* quantity) {
 }
 
 /// Throws Error if every candidate is a quantity by its name that is neither an angle nor the length of a body's place.
-/// A single candidate may be such a quantity with a given unit, except a force or a torque.
 void refuse_other_quantities(const Table& table, const std::vector<int>& candidates, const std::string& where) {
   std::string list;
   bool has_pressure = false;
@@ -43,11 +42,10 @@ void refuse_other_quantities(const Table& table, const std::vector<int>& candida
     const char* quantity = other_quantity(name);
     if (!table.has_header() || quantity == nullptr) return;
     const bool is_pressure = std::string_view(quantity) == centre_of_pressure;
-    if ((find_metres_per_unit(name) && !is_pressure) || (candidates.size() == 1 && !is_load(quantity))) return;
+    if (find_metres_per_unit(name) && !is_pressure) return;
     has_pressure = has_pressure || is_pressure;
     if (list.size() < 200) list += (list.empty() ? "'" : ", '") + name + "' is " + quantity;
   }
-  if (list.empty()) return;
   throw Error(Code::column_unsuitable, where, "has no column of angles by the names: " + list,
               has_pressure ? "estimate the centre of mass first, and name its column: a force plate's centre of "
                              "pressure moves farther and faster"
@@ -111,7 +109,7 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
   if (candidates.empty() && !quaternions.empty()) refuse_quaternion(table, quaternions.front(), recording.file);
   if (!options.trial_column.empty())
     for (const int column : trial_columns(table, options.trial_column, recording.file)) std::erase(candidates, column);
-  refuse_other_quantities(table, candidates, recording.file);
+  if (candidates.size() > 1) refuse_other_quantities(table, candidates, recording.file);
   if (candidates.size() > 1) {
     // "0,01,0,02": half as many names as cells, so they are not a header.
     const bool decimal_commas = !table.has_header() && table.columns() % 2 == 0 && table.arrays().empty();
