@@ -118,6 +118,9 @@ TEST_CASE("a force plate's channels are not sway; the error says what is needed"
       check_error(reading(pressure + channel + rows, options), Code::column_unsuitable, "'COPx_mm'");
       CHECK(remedy(pressure + channel + rows, options).starts_with("estimate the centre of mass first"));
     }
+  const Error bare = error_of(reading("time,x_mm,Fz" + std::string("\n0,1,700\n0.01,2,701\n"), {.com_height_m = 0.95}));
+  CHECK(bare.code() == Code::column_ambiguous);
+  CHECK(contains(bare.remedy(), "centre of pressure"));
   // A single channel, and one that is named as a position.
   const std::string load = "time,Fz\n0,700\n0.01,701\n0.02,702\n";
   const RecordingOptions position{.com_height_m = 0.95, .metres_per_unit = 1e-3};

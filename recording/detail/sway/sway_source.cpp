@@ -33,6 +33,15 @@ bool is_load(const char* quantity) {
   return quantity != nullptr && one_of(quantity, {a_force, a_torque});
 }
 
+/// Returns an advice for a file of a force plate: a bare "x_mm" beside "Fz" is a centre of pressure. Empty for others.
+std::string force_plate_advice(const Table& table) {
+  const auto& names = table.names();
+  if (!table.has_header() ||
+      std::ranges::none_of(names, [](const std::string& name) { return is_load(other_quantity(name)); }))
+    return {};
+  return "; a force plate's centre of pressure is not the sway: estimate the centre of mass first";
+}
+
 /// Throws Error if every candidate is a quantity by its name that is neither an angle nor the length of a body's place.
 void refuse_other_quantities(const Table& table, const std::vector<int>& candidates, const std::string& where) {
   std::string list;
@@ -121,7 +130,7 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
         std::string("name one with " + setting("column") + ", or the sway's parts with " + setting("leg") + " and " +
                     setting("trunk") + ", or " + setting("hip") + " and " + setting("shoulder")) +
             (decimal_commas ? "; if its numbers have decimal commas, save it with semicolons between them" : "") +
-            trial_advice(table));
+            force_plate_advice(table) + trial_advice(table));
   }
   if (candidates.empty() && tilts.empty())
     throw Error(Code::column_missing, recording.file,
