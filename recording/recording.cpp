@@ -12,8 +12,10 @@
 #include "base/math/statistics.hpp"
 #include "base/setting.hpp"
 #include "recording/detail/clock.hpp"
+#include "recording/detail/copied_rows.hpp"
 #include "recording/detail/recording_name.hpp"
 #include "recording/detail/sway/read_sway.hpp"
+#include "recording/detail/sway/sway_axis.hpp"
 #include "recording/detail/sway/sway_source.hpp"
 #include "recording/detail/tilt/read_tilt.hpp"
 #include "recording/table/columns.hpp"
@@ -63,7 +65,20 @@ void compare_rates(const Table& table, double given_hz, Recording& recording) {
     }
 }
 
-Clock find_clock(const Table& table, int sway, int time, const RecordingOptions& options, Recording& recording) {
+/// Returns the clock of a time column, without rows that are copies of the row before them.
+Clock read_times(Table& table, int time, Recording& recording) {
+  const auto read = [&] { return read_clock(table, time, recording.file, setting("rate")); };
+  Clock clock;
+  try {
+    clock = read();
+  } catch (const Error&) {
+    if (!drop_copied_rows(table, time, recording.warnings)) throw;
+    return read();
+  }
+  return clock.has_shared_times && drop_copied_rows(table, time, recording.warnings) ? read() : clock;
+}
+
+Clock find_clock(Table& table, int sway, int time, const RecordingOptions& options, Recording& recording) {
   if (options.rate_hz && !is_sample_rate(*options.rate_hz)) {
     throw Error(Code::setting_out_of_range, recording.file,
                 "the rate " + six_digits(*options.rate_hz) + " Hz is not from 1 to 100,000 Hz",
@@ -89,7 +104,7 @@ Clock find_clock(const Table& table, int sway, int time, const RecordingOptions&
   const std::string name = "'" + table.names()[static_cast<std::size_t>(time)] + "'";
   Clock clock;
   try {
-    clock = read_clock(table, time, recording.file, setting("rate"));
+    clock = read_times(table, time, recording);
   } catch (const Error& error) {
     const std::vector<std::size_t> starts = restarts(table, time);
     const std::string exchanged = exchanged_with_time(table, starts.empty() ? -1 : sway, time);
@@ -244,16 +259,10 @@ void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, 
   }
 }
 
-}  // namespace
-
-Recording read_recording(const std::filesystem::path& path, const RecordingOptions& options) {
+/// Reads a recording from a table that holds no other one.
+Recording read_from(const std::shared_ptr<Table>& read, const std::string& file, const RecordingOptions& options) {
   Recording recording;
-  recording.file = path == standard_input ? "standard input" : path.string();
-  const std::shared_ptr<Table> read = read_table(path, options.skip_lines, options.section);
-  if (!options.trial_column.empty()) {
-    keep_trial(*read, options.trial_column, options.trial, recording.file);
-    recording.file += "#" + options.trial;
-  }
+  recording.file = file;
   const Table& table = *read;
   recording.warnings = table.warnings();
   if (table.preamble_lines() > 0 && !options.skip_lines && options.section.empty())
@@ -283,7 +292,7 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
                 "name the sway with " + setting("column") + ", or give " + setting("rate") +
                     " and save the file without that time");
   }
-  const Clock clock = find_clock(table, sway, time, options, recording);
+  const Clock clock = find_clock(*read, sway, time, options, recording);
   recording.rate_hz = clock.rate_hz;
   if (options.trial_column.empty() && !options.is_one_trial)
     recording.change = describe_change(table, sway, time, clock.rate_hz);
@@ -312,7 +321,29 @@ Recording read_recording(const std::filesystem::path& path, const RecordingOptio
     throw Error(Code::setting_missing, recording.file,
                 "no tilt is read for " + setting("tilt_unit") + " or " + setting("invert") + " tilt",
                 "name its column with " + setting("tilt_column"));
+  if (options.column.empty() && options.ankle_column.empty() && source.columns.size() == 1) {
+    for (const int column : axes_beside(table, sway, time)) {
+      RecordingOptions of_axis = options;
+      of_axis.column = std::to_string(column + 1);
+      try {
+        recording.other_axes.push_back(read_from(read, file, of_axis));
+      } catch (const Error&) {  // a constant, or words: not the sway
+      }
+    }
+  }
   return recording;
+}
+
+}  // namespace
+
+Recording read_recording(const std::filesystem::path& path, const RecordingOptions& options) {
+  std::string file = path == standard_input ? "standard input" : path.string();
+  const std::shared_ptr<Table> read = read_table(path, options.skip_lines, options.section);
+  if (!options.trial_column.empty()) {
+    keep_trial(*read, options.trial_column, options.trial, file);
+    file += "#" + options.trial;
+  }
+  return read_from(read, file, options);
 }
 
 std::vector<std::string> list_trials(const std::filesystem::path& path, const RecordingOptions& options) {

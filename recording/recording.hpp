@@ -67,6 +67,9 @@ struct Recording {
   double first_time_s = 0.0;  ///< the first sample's time by the file's time column; 0 without one
   /// Columns that may be the platform's tilt if no column is the tilt by its name: the protocol shows whether one is.
   std::vector<OtherColumn> other_columns;
+  /// The recordings of the other axes of the same centre of mass: bring_to_protocol() chooses the axis that follows the
+  /// tilt.
+  std::vector<Recording> other_axes;
   std::string tilt_problem;            ///< a caution if none of other_columns is the tilt; empty: none
   std::vector<SampleRange> tilt_gaps;  ///< samples of the tilt that were missing and bridged, ascending
   bool is_large = false;               ///< the sway is larger than a standing body's; a warning says so
@@ -93,6 +96,9 @@ struct Recording {
 /// sway is the column named in the options, else the first called com_sway, COM_x, sway or similar (_deg, _rad and
 /// _mrad may follow), else the only column except time and tilt. A column called tilt, platform, Plattform or similar
 /// is read as the platform's tilt; a warning says so.
+///
+/// If a centre of mass has several axes ("COM_x", "COM_y"), the first is read, and the others into other_axes. Rows
+/// that equal the row before them, time included, are dropped, with a note.
 ///
 /// The rate is that of the mean time step. Without a time, a MAT-file's scalar fs or similar or a C3D file's own rate
 /// counts. Uneven times (clock.hpp) are interpolated to an even grid, with a warning. Lost samples and missing cells

@@ -9,6 +9,7 @@
 #include "recording/detail/detrend.hpp"
 #include "recording/detail/placement.hpp"
 #include "recording/detail/recording_name.hpp"
+#include "recording/detail/sway/sway_axis.hpp"
 #include "recording/detail/tilt/tilt_column.hpp"
 #include "recording/detail/tilt/tilt_match.hpp"
 #include "recording/detail/tilt/tilt_slips.hpp"
@@ -103,6 +104,7 @@ Trial bring_to_protocol(Recording& recording, const sim::Protocol& protocol, con
 }
 
 Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const TrialOptions& options) {
+  if (!recording.other_axes.empty()) choose_axis(plan, options, recording);
   const sim::Protocol& protocol = plan.protocol();
   const double rate = protocol.experiment.sample_rate_hz;
   const auto needed = static_cast<long long>(protocol.samples());

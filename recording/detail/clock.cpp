@@ -120,7 +120,7 @@ std::optional<Clock> coarse_clock(const std::vector<double>& time, double unit_s
     clock.rate_hz = 1.0 / (step * unit_s);
     const double nearest = std::round(clock.rate_hz);
     if (nearest > 0.0 && width_at(ends, 1.0 / (nearest * unit_s)) <= 1.05 * resolution) clock.rate_hz = nearest;
-    clock.is_caution = true;
+    clock.is_caution = clock.has_shared_times = true;
     clock.warning = "the times of '" + name + "' are rounded to " + six_digits(resolution_s) +
                     " s, so several samples share a time: decid assumes an even rate of " + six_digits(clock.rate_hz) +
                     " Hz";

@@ -15,12 +15,13 @@ namespace decid::recording {
 /// Places of a recording's samples on an even grid of rate_hz; the first is at 0.
 struct Clock {
   double rate_hz = 0.0;
-  std::vector<double> place;  ///< in samples, strictly increasing; empty: sample k at k
-  std::string warning;        ///< the text of a warning, if times were uneven
-  bool is_caution = false;    ///< the warning's severity
-  std::string first_uneven;   ///< the first step that is not even: "line 4: 'time' steps by 0.02, elsewhere by 0.01"
-  double first_s = 0.0;       ///< the first sample's time
-  double gap = 1.5;           ///< in samples: neighbours farther apart enclose a gap
+  std::vector<double> place;      ///< in samples, strictly increasing; empty: sample k at k
+  std::string warning;            ///< the text of a warning, if times were uneven
+  bool is_caution = false;        ///< the warning's severity
+  bool has_shared_times = false;  ///< several samples have the same time
+  std::string first_uneven;  ///< the first step that is not even: "line 4: 'time' steps by 0.02, elsewhere by 0.01"
+  double first_s = 0.0;      ///< the first sample's time
+  double gap = 1.5;          ///< in samples: neighbours farther apart enclose a gap
 };
 
 /// Returns the sample rate and the sample places of a time column, in seconds unless its name says otherwise.

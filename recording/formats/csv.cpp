@@ -359,9 +359,11 @@ std::string CsvTable::label(int column, std::size_t row) const {
 }
 
 void CsvTable::keep_rows(int, const std::vector<std::size_t>& rows) {
+  std::vector<std::size_t> kept;  // of the file
+  for (const std::size_t row : rows) kept.push_back(row < kept_.size() ? kept_[row] : row);
   for (std::size_t i = 0; i < rows.size(); ++i) rows_[i] = rows_[rows[i]];
   rows_.resize(rows.size());
-  kept_ = rows;
+  kept_ = std::move(kept);
 }
 
 std::string CsvTable::locate(std::size_t row) const {

@@ -107,6 +107,36 @@ TEST_CASE("lost samples are gaps: filled when they may be, else refused with the
   CHECK(warns(recording, "5 missing values of sway_deg in 2 gaps, the longest 0.04 s, are interpolated (1% of"));
 }
 
+TEST_CASE("rows that are exact copies are dropped, other rows of the same time and blocks that come twice are not") {
+  const std::vector<std::string> rows = {"0,1,a\n", "0.01,2,b\n", "0.02,3,c\n", "0.03,4,d\n"};
+  const std::string header = "time,sway_deg,note\n";
+  for (const std::optional<double> rate_hz : {std::optional<double>(), std::optional(100.0)}) {
+    const Recording recording =
+        read(header + rows[0] + rows[1] + rows[1] + rows[1] + rows[2] + rows[3] + rows[3], {.rate_hz = rate_hz});
+    CHECK(recording.rate_hz == 100.0);
+    CHECK(recording.signals.samples() == 4);
+    CHECK(has(recording.warnings, "copied_rows"));
+    CHECK(warns(recording, "3 rows equal the row before them, time included (the first is line 4)"));
+    CHECK(worst_trust(recording.warnings) == Trust::usable);
+  }
+  CHECK(warns(read(header + rows[0] + rows[1] + rows[2] + rows[2] + rows[3]), "1 row equals the row before it"));
+  // Another value in any column.
+  for (const char* other : {"0.01,2.5,b\n", "0.01,2,e\n"})
+    check_error([&] { read(header + rows[0] + rows[1] + other + rows[2] + rows[2] + rows[3]); }, Code::times_uneven,
+                "line 4");
+  // A missing value equals a missing value; the line of a later fault is the file's.
+  check_error([&] { read(header + rows[0] + rows[0] + "0.01,,\n0.01,,\n" + rows[2]); }, Code::value_missing, "line 4");
+  std::string block;
+  for (int k = 0; k < 30; ++k) block += std::to_string(k) + "e-2," + std::to_string(k % 4) + ",x\n";
+  check_error([&] { read(header + block + block); }, Code::recording_ambiguous, "line 32");
+}
+
+TEST_CASE("rows of a trial: copies are dropped, and lines are the file's") {
+  const std::string text =
+      "trial,time,sway_deg\n1,0,1\n1,0.01,2\n1,0.02,3\n2,0,1\n2,0,1\n2,0.01,2\n2,0.02,\n2,0.03,3\n";
+  check_error([&] { read(text, {.trial_column = "trial", .trial = "2"}); }, Code::value_missing, "line 8");
+}
+
 TEST_CASE("missing cells are gaps, in the middle and at the ends") {
   const auto text = [](const std::string& a, const std::string& b, const std::string& c) {
     return "time,sway_deg\n0," + a + "\n0.01,1\n0.02," + b + "\n0.03,3\n0.04," + c + "\n";

@@ -101,6 +101,36 @@ TEST_CASE("columns whose names exclude sway are refused, even a single one; part
   CHECK(warning(read("time,lean_deg\n0,1\n0.01,2\n").warnings, "sway_of_a_part") == nullptr);
 }
 
+TEST_CASE("a force plate's channels are not sway; the error says what is needed") {
+  const std::string pressure = "time,COPx_mm,COPy_mm,", rows = "\n0,1,2,700\n0.01,2,3,701\n0.02,3,4,702\n";
+  const auto remedy = [](const std::string& text, const RecordingOptions& options) -> std::string {
+    try {
+      read(text, options);
+    } catch (const Error& error) {
+      return error.code() == Code::column_unsuitable ? error.remedy() : "another code";
+    }
+    return {};
+  };
+  for (const char* channel : {"Fz", "My", "Force_x", "FP1_Mx", "Fz1"})
+    for (const RecordingOptions& options :
+         {RecordingOptions{}, {.com_height_m = 0.95}, {.com_height_m = 0.95, .metres_per_unit = 1e-3}}) {
+      CAPTURE(std::string(channel));
+      check_error(reading(pressure + channel + rows, options), Code::column_unsuitable, "'COPx_mm'");
+      CHECK(remedy(pressure + channel + rows, options).starts_with("estimate the centre of mass first"));
+    }
+  const Error bare = error_of(reading("time,x_mm,Fz" + std::string("\n0,1,700\n0.01,2,701\n"), {.com_height_m = 0.95}));
+  CHECK(bare.code() == Code::column_ambiguous);
+  CHECK(contains(bare.remedy(), "centre of pressure"));
+  // A single channel, and one that is named as a position.
+  const std::string load = "time,Fz\n0,700\n0.01,701\n0.02,702\n";
+  const RecordingOptions position{.com_height_m = 0.95, .metres_per_unit = 1e-3};
+  check_error(reading(load, position), Code::column_unsuitable, "Fz is a force");
+  RecordingOptions named = position;
+  named.column = "Fz";
+  check_error(reading(load, named), Code::column_unsuitable, "Fz is a force");
+  CHECK(read("time,Fz,COM_mm\n0,700,1\n0.01,701,2\n0.02,702,3\n", position).signals.at(com_sway).column == "COM_mm");
+}
+
 TEST_CASE("with two columns, one of them the platform's tilt, the other is the sway") {
   const Recording recording = read("time,lean_deg,platform_deg\n0,1,0\n0.01,2,0.1\n0.02,3,0.2\n");
   CHECK(recording.signals.at(com_sway).column == "lean_deg");

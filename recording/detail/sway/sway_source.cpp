@@ -11,6 +11,7 @@
 #include "recording/detail/sway/sway_name.hpp"
 #include "recording/table/columns.hpp"
 #include "recording/table/detail/candidates.hpp"
+#include "recording/table/detail/quaternion.hpp"
 #include "recording/table/detail/trials.hpp"
 
 namespace decid::recording {
@@ -27,18 +28,38 @@ void refuse_response(const Table& table, const std::string& where) {
                 "fit it with " + setting("frf") + " " + where);
 }
 
-/// Throws Error if every candidate is a quantity by its name that is neither an angle nor a length.
+/// Returns true for a force or a torque, which is never a sway.
+bool is_load(const char* quantity) {
+  return quantity != nullptr && one_of(quantity, {a_force, a_torque});
+}
+
+/// Returns an advice for a file of a force plate: a bare "x_mm" beside "Fz" is a centre of pressure. Empty for others.
+std::string force_plate_advice(const Table& table) {
+  const auto& names = table.names();
+  if (!table.has_header() ||
+      std::ranges::none_of(names, [](const std::string& name) { return is_load(other_quantity(name)); }))
+    return {};
+  return "; a force plate's centre of pressure is not the sway: estimate the centre of mass first";
+}
+
+/// Throws Error if every candidate is a quantity by its name that is neither an angle nor the length of a body's place.
 void refuse_other_quantities(const Table& table, const std::vector<int>& candidates, const std::string& where) {
   std::string list;
+  bool has_pressure = false;
   for (const int column : candidates) {
     const std::string& name = table.name(column);
     const char* quantity = other_quantity(name);
-    if (!table.has_header() || quantity == nullptr || find_metres_per_unit(name)) return;
+    if (!table.has_header() || quantity == nullptr) return;
+    const bool is_pressure = std::string_view(quantity) == centre_of_pressure;
+    if (find_metres_per_unit(name) && !is_pressure) return;
+    has_pressure = has_pressure || is_pressure;
     if (list.size() < 200) list += (list.empty() ? "'" : ", '") + name + "' is " + quantity;
   }
-  throw Error(
-      Code::column_unsuitable, where, "has no column of angles by the names: " + list,
-      "convert the sway to degrees, or name its column with " + setting("column") + " and give " + setting("unit"));
+  throw Error(Code::column_unsuitable, where, "has no column of angles by the names: " + list,
+              has_pressure ? "estimate the centre of mass first, and name its column: a force plate's centre of "
+                             "pressure moves farther and faster"
+                           : "convert the sway to degrees, or name its column with " + setting("column") +
+                                 " and give " + setting("unit"));
 }
 
 /// Lists the columns, except the time and the tilt, that are another quantity by their names; empty without one.
@@ -92,6 +113,9 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
     throw Error(Code::column_missing, recording.file, "has a time column but no sway column" + unread, add);
   const std::vector<int> tilts = tilt_columns(table, time);
   for (const int tilt : tilts) std::erase(candidates, tilt);
+  const std::vector<int> quaternions = quaternion_columns(table, candidates);
+  for (const int quaternion : quaternions) std::erase(candidates, quaternion);
+  if (candidates.empty() && !quaternions.empty()) refuse_quaternion(table, quaternions.front(), recording.file);
   if (!options.trial_column.empty())
     for (const int column : trial_columns(table, options.trial_column, recording.file)) std::erase(candidates, column);
   if (candidates.size() > 1) refuse_other_quantities(table, candidates, recording.file);
@@ -106,7 +130,7 @@ int find_sway(const Table& table, int time, const RecordingOptions& options, Rec
         std::string("name one with " + setting("column") + ", or the sway's parts with " + setting("leg") + " and " +
                     setting("trunk") + ", or " + setting("hip") + " and " + setting("shoulder")) +
             (decimal_commas ? "; if its numbers have decimal commas, save it with semicolons between them" : "") +
-            trial_advice(table));
+            force_plate_advice(table) + trial_advice(table));
   }
   if (candidates.empty() && tilts.empty())
     throw Error(Code::column_missing, recording.file,
@@ -234,6 +258,7 @@ SwaySource find_sway_source(const Table& table, int time, const RecordingOptions
     source.kind = Kind::segments;
     add(options.leg_column, setting("leg"));
     add(options.trunk_column, setting("trunk"));
+    for (const int column : source.columns) refuse_quaternion(table, column, where);
   } else if (names_markers(options)) {
     source.kind = Kind::markers;
     add(options.hip_column, setting("hip"));
@@ -245,9 +270,13 @@ SwaySource find_sway_source(const Table& table, int time, const RecordingOptions
       source.columns.push_back(find_sway(table, time, options, recording));
     } else {
       add(options.column, setting("column"));
+      refuse_quaternion(table, source.columns.front(), where);
     }
     const std::string& name = table.name(source.columns.front());
     if (!options.com_height_m) refuse_ankle(name, where);
+    if (const char* quantity = other_quantity(name); options.com_height_m && is_load(quantity))
+      throw Error(Code::column_unsuitable, where, name + " is " + quantity + " by its name, not a position",
+                  "name a position of the centre of mass with " + setting("column"));
     if (options.com_height_m && other_quantity(name) == centre_of_pressure)
       static_cast<void>(find_unit(name, {}, where, setting("unit")));  // throws: not a position of the centre of mass
     warn_of_part(name, recording);

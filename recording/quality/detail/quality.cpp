@@ -10,6 +10,7 @@
 #include "base/setting.hpp"
 #include "recording/quality/detail/block_means.hpp"
 #include "recording/quality/detail/gaps.hpp"
+#include "recording/quality/detail/held.hpp"
 #include "recording/quality/detail/jumps.hpp"
 #include "recording/quality/detail/moving_average.hpp"
 #include "recording/table/columns.hpp"
@@ -20,6 +21,7 @@ namespace decid::recording {
 namespace {
 
 constexpr double shortest_s = 2.0;
+constexpr std::size_t fewest_samples = 20;
 constexpr double stretches_fraction = 0.02;
 constexpr double step_deg = 0.02, coarse_deg = 0.2;
 constexpr double spike_deg = 0.05, spike_medians = 20.0, spike_steps = 3.0;
@@ -150,6 +152,15 @@ std::string describe(const LowPass& filter) {
   return text + "; give unfiltered recordings";
 }
 
+void note_held(const Held& held, double rate_hz, Warnings& warnings) {
+  const double length_s = static_cast<double>(held.samples) / rate_hz;
+  add_warning(warnings, length_s > trained_average_s * (1.0 + 1e-6) ? Severity::caution : Severity::info,
+              "held_samples",
+              "each value of the sway lasts " + std::to_string(held.samples) + " samples: the sensor's rate is " +
+                  six_digits(std::round(1e3 / length_s) / 1e3) + " Hz, and the file repeats its values at " +
+                  six_digits(rate_hz) + " Hz; give the sensor's own samples");
+}
+
 /// Returns the low-pass that smoothed the sway.
 std::optional<LowPass> look_for_smoothing(std::span<const double> sway, double rate_hz, double held_s,
                                           Warnings& warnings) {
@@ -175,7 +186,7 @@ std::optional<LowPass> look_for_smoothing(std::span<const double> sway, double r
 
 FoundInSway look_for_faults(std::span<const double> sway_rad, double rate_hz, Warnings& warnings, double begin_s,
                             double held_s, std::span<const SampleRange> known) {
-  if (static_cast<double>(sway_rad.size()) < shortest_s * rate_hz || sway_rad.size() < 20) return {};
+  if (static_cast<double>(sway_rad.size()) < shortest_s * rate_hz || sway_rad.size() < fewest_samples) return {};
   Stretches found = find_stretches(sway_rad, rate_hz);
   std::erase_if(found.straight, [&](const SampleRange& stretch) {
     return std::ranges::any_of(known, [&](const SampleRange& gap) {  // a bend may be straight by chance on either side
@@ -191,9 +202,15 @@ FoundInSway look_for_faults(std::span<const double> sway_rad, double rate_hz, Wa
     add_warning(warnings, bridged.is_caution ? Severity::caution : Severity::info, "bridged",
                 "the sway is a straight line in " + bridged.text + "samples were lost and interpolated");
   const double step = look_for_steps(sway_rad, warnings);
-  look_for_spikes(sway_rad, rate_hz, step, begin_s, warnings);
-  look_for_jumps(sway_rad, rate_hz, step, begin_s, warnings);
-  return {std::move(found.unmeasured), look_for_smoothing(sway_rad, rate_hz, held_s, warnings)};
+  const Held held = find_held(sway_rad);
+  if (held.is_held()) note_held(held, rate_hz, warnings);
+  // Values that are held jump by nature, so decid looks at the sensor's own samples.
+  const std::vector<double> own = held.is_held() ? held.values_of(sway_rad) : std::vector<double>();
+  const std::span<const double> sway = held.is_held() ? std::span<const double>(own) : sway_rad;
+  const double own_hz = rate_hz / static_cast<double>(held.samples);
+  look_for_spikes(sway, own_hz, step, begin_s, warnings);
+  look_for_jumps(sway, own_hz, step, begin_s, warnings);
+  return {std::move(found.unmeasured), look_for_smoothing(sway, own_hz, held_s, warnings)};
 }
 
 }  // namespace decid::recording

@@ -281,6 +281,30 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad) cons
   return found;
 }
 
+ResponseCheck::Response ResponseCheck::response_of(std::span<const double> signal_rad) const {
+  if (static_cast<double>(blocks_) * step_s_ < shortest_s || blocks_ < 3 * margin) return {};
+  std::vector<double> signal = block_means(signal_rad, block_);
+  const auto subtract_mean = [](std::vector<double>& values) {
+    const double middle = mean(values);
+    for (double& value : values) value -= middle;
+  };
+  subtract_mean(signal);
+  constexpr double least_rad = 1e-12;  // a constant's rounding errors are smaller
+  if (std::ranges::all_of(signal, [](double value) { return std::abs(value) < least_rad; })) return {};
+  const Rest fit = fit_response(signal, tilt_);
+  std::vector<double> response(signal.size());
+  for (std::size_t k = 0; k < signal.size(); ++k) response[k] = signal[k] - fit.noise[k];
+  subtract_mean(response);
+  const auto power = [](const std::vector<double>& values, std::size_t first) {
+    double sum = 0.0;
+    for (std::size_t k = first; k < values.size(); ++k) sum += values[k] * values[k];
+    return sum;
+  };
+  const double rest_power = power(whitened(fit.noise, fit.a), order), all = power(whitened(signal, fit.a), order);
+  const auto n = static_cast<double>(signal.size());
+  return {n * (all / rest_power - 1.0), std::sqrt(power(response, 0) / n)};
+}
+
 bool look_for_changes(const ResponseCheck& check, std::span<const double> sway_rad, Warnings& warnings) {
   const ResponseCheck::Found found = check.check(sway_rad);
   const bool known = std::ranges::any_of(warnings, [](const Warning& warning) {

@@ -31,6 +31,14 @@ class ResponseCheck {
   /// Checks a sway that has the tilt's number of samples. Returns zeros for trials under 40 s.
   Found check(std::span<const double> sway_rad) const;
 
+  struct Response {
+    double gain = 0.0;     ///< the improvement by the response to the tilt, as slip_gain; about 12 without a response
+    double rms_rad = 0.0;  ///< of the response
+  };
+  /// Returns the response of a signal that has the tilt's number of samples. Returns zeros for trials under 40 s, and
+  /// for a constant.
+  Response response_of(std::span<const double> signal_rad) const;
+
  private:
   std::size_t block_;
   double step_s_;

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "recording/table/columns.hpp"
+#include "recording/table/detail/quaternion.hpp"
 
 namespace decid::recording {
 
@@ -21,10 +22,11 @@ bool is_counter_name(const std::string& name) {
                  "comments",     "annotation",    "status",  "valid",       "sampletimefine"});
 }
 
-bool is_quaternion(const std::string& name) {
+/// Includes "q1", which is a joint's angle in some files.
+bool may_be_quaternion(const std::string& name) {
   std::string joined;
   for (const std::string& part : words(name)) joined += part;
-  return joined.find("quat") != std::string::npos || one_of(joined, {"q0", "q1", "q2", "q3", "qw", "qx", "qy", "qz"});
+  return is_quaternion_name(name) || one_of(joined, {"q0", "q1", "q2", "q3", "q4"});
 }
 
 /// Returns true for an unnamed column of 1, 2, 3 ...
@@ -44,20 +46,23 @@ bool is_unnamed_counter(const Table& table, int column) {
 }  // namespace
 
 std::vector<int> sway_candidates(const Table& table, int time) {
-  std::vector<int> all, signals, likely;
+  std::vector<int> all, quaternions, signals, likely;
   for (int column = 0; column < table.columns(); ++column) {
     if (column == time) continue;
     all.push_back(column);
     const std::string& name = table.own_name(column);
     const bool is_named = table.has_header();
-    if ((is_named && (is_counter_name(name) || is_quaternion(name) || is_time_name(name))) ||
-        is_unnamed_counter(table, column))
+    if ((is_named && (is_counter_name(name) || is_time_name(name))) || is_unnamed_counter(table, column)) continue;
+    if (is_named && may_be_quaternion(name)) {
+      quaternions.push_back(column);
       continue;
+    }
     signals.push_back(column);
     if (!is_named || other_quantity(name) == nullptr) likely.push_back(column);
   }
   if (!likely.empty()) return likely;
-  return signals.empty() ? all : signals;
+  if (!signals.empty()) return signals;
+  return quaternions.empty() ? all : quaternions;
 }
 
 }  // namespace decid::recording

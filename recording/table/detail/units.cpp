@@ -67,6 +67,16 @@ bool has_factor(std::string_view name) {
   return name.find("10^") != name.npos && std::ranges::any_of(parts, is_unit);
 }
 
+/// Returns the quantity of a force plate's channel, "Fz", "FP1_Fx" and "My2", or nullptr. "CoMx" is one word.
+const char* quantity_of_channel(const std::vector<std::string>& parts) {
+  for (std::string_view word : parts) {
+    while (!word.empty() && word.back() >= '0' && word.back() <= '9') word.remove_suffix(1);
+    if (one_of(word, {"fx", "fy", "fz"})) return a_force;
+    if (one_of(word, {"mx", "my", "mz"})) return a_torque;
+  }
+  return nullptr;
+}
+
 /// Returns the quantity that a unit measures ("mV": "a voltage"). Returns nullptr for units of angles, for mm, cm and
 /// m, and for text that is not a unit ("AP", "left").
 const char* quantity_of_unit(std::string_view text) {
@@ -78,8 +88,8 @@ const char* quantity_of_unit(std::string_view text) {
   for (const auto& [quantity, units] :
        {std::pair{"a voltage", "|v|mv|uv|\xC2\xB5v|\xCE\xBCv|volt|volts|"},
         {"a current", "|ma|ua|\u00B5a|\u03BCa|"},
-        {"a force", "|n|kn|lb|lbs|lbf|"},
-        {"a torque", "|nm|n*m|n.m|nmm|n*mm|n.mm|nm/kg|"},
+        {a_force, "|n|kn|lb|lbs|lbf|"},
+        {a_torque, "|nm|n*m|n.m|nmm|n*mm|n.mm|nm/kg|"},
         {"a pressure", "|pa|kpa|"},
         {"a velocity", "|m/s|mm/s|cm/s|"},
         {"an acceleration", "|m/s^2|m/s2|g|"},
@@ -125,8 +135,8 @@ const char* other_quantity(std::string_view name) {
     const bool is_integrated = unit_in(name) && std::ranges::find(all, "angle") != all.end();
     if (one_of(word, {"gyro", "gyr"}) && !is_integrated) return "a velocity";
     if (one_of(word, {"acc", "accel", "accx", "accy", "accz", "ddot", "beschleunigung"})) return "an acceleration";
-    if (one_of(word, {"torque", "moment", "drehmoment"})) return "a torque";
-    if (one_of(word, {"force", "grf", "kraft"})) return "a force";
+    if (one_of(word, {"torque", "moment", "drehmoment", "moments"})) return a_torque;
+    if (one_of(word, {"force", "forces", "grf", "kraft"})) return a_force;
     if (word == "emg") return "muscle activity";
     if (one_of(word, {"temperature", "temperatur"})) return "a temperature";
     if (one_of(word, {"std", "sd", "stdev"})) return "a standard deviation";
@@ -139,7 +149,8 @@ const char* other_quantity(std::string_view name) {
       return parts[i] == "s2" || (i + 1 < parts.size() && parts[i + 1] == "2") ? "an acceleration" : "a velocity";
     }
   }
-  return last == "dps" ? "a velocity" : nullptr;
+  if (last == "dps") return "a velocity";
+  return unit_in(name) ? nullptr : quantity_of_channel(parts);
 }
 
 std::optional<Unit> unit_in(std::string_view name) {

@@ -17,8 +17,9 @@ std::optional<Unit> unit_in(std::string_view name);
 /// Returns the quantity of a column whose name excludes an angle: "a length", "a torque", "in counts". Returns nullptr
 /// for all other names, and for a column called just "m".
 const char* other_quantity(std::string_view name);
-/// The quantity of a force plate's point of force, an angle or a length by its unit.
+/// The quantities of a force plate. A point of force is an angle or a length by its unit.
 inline constexpr char centre_of_pressure[] = "a centre of pressure";
+inline constexpr char a_force[] = "a force", a_torque[] = "a torque";
 /// Returns the unit of a column of angles: the given one, else the name's, if any. Throws Error for a name that
 /// excludes an angle ("COM_x (mm)", "sway_deg_s", "tilt speed"), and for a unit with a factor ("sway [1/10 deg]").
 /// `where` names the file, `setting_name` the setting of units: "--unit".

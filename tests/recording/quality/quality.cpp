@@ -189,6 +189,35 @@ TEST_CASE("moving averages are found by the zeros of their spectrum, with their 
   for (const Warning& warning : found(pulse)) CHECK(warning.code == "jumps");
 }
 
+TEST_CASE("values of a slow sensor that are held have no jumps by this; their rate is named") {
+  // Faster than the sway of the other cases, so that each value differs clearly from the one before.
+  const auto held = [](std::size_t every, std::size_t first, double noise_deg) {
+    std::vector<double> values = sway(noise_deg, 12000);
+    for (std::size_t k = 0; k < values.size(); ++k) values[k] *= 1.0 + 0.5 * std::sin(0.05 * static_cast<double>(k));
+    for (std::size_t k = 0; k < values.size(); ++k)
+      if ((k + every - first) % every != 0 && k > 0) values[k] = values[k - 1];
+    return values;
+  };
+  for (const auto& [every, rate] : {std::pair{4U, "25 Hz"}, {5U, "20 Hz"}, {8U, "12.5 Hz"}, {10U, "10 Hz"}})
+    for (const std::size_t first : {0U, 3U}) {
+      CAPTURE(every);
+      CAPTURE(first);
+      check_only(found(held(every, first, 0.002)), "held_samples", Severity::info, rate);
+      check_only(found(held(every, first, 0.02)), "held_samples", Severity::info, rate);
+    }
+  check_only(found(held(30, 0, 0.02)), "held_samples", Severity::caution, "lasts 30 samples");
+  // A jump of the sensor and a wrong value of it are found all the same.
+  std::vector<double> jump = held(5, 0, 0.02), wrong = jump;
+  for (std::size_t k = 6000; k < jump.size(); ++k) jump[k] += 4.0;
+  CHECK(has(found(jump), "jumps"));
+  for (std::size_t k = 6000; k < 6005; ++k) wrong[k] += 4.0;
+  CHECK(has(found(wrong), "spikes"));
+  // One sample that comes late: these are no equal runs.
+  std::vector<double> late = held(5, 0, 0.02);
+  late[7000] = late[6999];
+  CHECK_FALSE(has(found(late), "held_samples"));
+}
+
 TEST_CASE("zeros of the tilt's spectrum are no moving average") {
   const std::vector<double> held = averaged(sway(0.02, 12000), 25);
   Warnings warnings;

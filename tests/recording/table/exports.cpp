@@ -1,4 +1,5 @@
 // Exports of other programs: formats, clocks, counters, missing values, angles that wrap.
+#include <cmath>
 #include <cstdio>
 #include <string>
 
@@ -124,6 +125,34 @@ TEST_CASE("counters, forces and quaternions are not sway; the remaining column i
     CHECK(has(read(text).warnings, "column_assumed"));
   }
   check_error(reading("PacketCounter,Roll,Pitch\n1,0,1\n2,0,2\n"), Code::column_ambiguous, "'Roll', 'Pitch'");
+}
+
+TEST_CASE("parts of quaternions are not sway, by their names or their values, also if they are named") {
+  const auto quaternion = [](const std::string& header, const std::string& before = "") {
+    std::string text = header + "\n";
+    char row[96];
+    for (int k = 0; k < 30; ++k) {
+      const double half = 0.5 * sim::rad_per_deg * std::sin(0.3 * k);
+      std::snprintf(row, sizeof row, "%.2f,%s%.7f,%.7f,%.7f,%.7f\n", 0.01 * k, before.c_str(), std::cos(half), 0.0,
+                    std::sin(half), 0.0);
+      text += row;
+    }
+    return text;
+  };
+  const RecordingOptions named{.column = "4", .unit = Unit::radian};
+  for (const char* header : {"time,qw,qx,qy,qz", "time,Quat_W,Quat_X,Quat_Y,Quat_Z", "time,q0,q1,q2,q3",
+                             "time,ori.a,ori.b,ori.c,ori.d", "time,q1,q2,q3,q4"}) {
+    CAPTURE(std::string(header));
+    check_error(reading(quaternion(header)), Code::column_unsuitable, "quaternion");
+    check_error(reading(quaternion(header), named), Code::column_unsuitable, "quaternion");
+  }
+  check_error(reading(quaternion("time,Frame,q0,q1,q2,q3", "5,")), Code::column_unsuitable, "quaternion");
+  check_one_two_three("time,sway_deg,qw,qx,qy,qz\n0,1,1,0,0,0\n0.01,2,1,0,0,0\n0.02,3,1,0,0,0\n");
+  // Angles of a quaternion, joints of a robot, and three small angles beside a constant 1.
+  check_one_two_three("time,quat_pitch_deg,qw\n0,1,1\n0.01,2,1\n0.02,3,1\n");
+  check_one_two_three("time,q1,q2\n0,1,1\n0.01,2,1\n0.02,3,1\n", {.column = "q1"});
+  const std::string beside = "time,level,a,b,c\n0,1,0.01,0,0\n0.01,1,0.02,0,0\n0.02,1,0.03,0,0\n";
+  CHECK(read(beside, {.column = "a", .unit = Unit::radian}).signals.at(com_sway).rad[1] == 0.02);
 }
 
 TEST_CASE("names of tilts and sways") {

@@ -122,7 +122,9 @@ void MatTable::keep_rows(int column, const std::vector<std::size_t>& rows) {
     for (std::size_t i = 0; i < rows.size(); ++i) kept.values[i] = kept.values[rows[i]];
     kept.values.resize(rows.size());
   }
-  rows_ = rows;
+  std::vector<std::size_t> of_file;
+  for (const std::size_t row : rows) of_file.push_back(row < rows_.size() ? rows_[row] : row);
+  rows_ = std::move(of_file);
 }
 
 std::string MatTable::locate(std::size_t row) const {

@@ -1,0 +1,21 @@
+// The axis of a centre of mass that has several: the one that follows the platform's tilt. Not installed.
+#pragma once
+
+#include <vector>
+
+#include "recording/recording.hpp"
+#include "recording/table/table.hpp"
+#include "recording/trial.hpp"
+
+namespace decid::recording {
+
+/// Returns the columns whose names differ from the sway's only by the axis, "COM_y_mm" beside "COM_x_mm". `time`: the
+/// time column, or -1.
+std::vector<int> axes_beside(const Table& table, int sway, int time);
+
+/// Makes the axis that follows the protocol's tilt the recording's sway, with an info that names the others, and
+/// empties recording.other_axes. Adds the caution `axes_turned` if another axis follows the tilt a fifth as far, which
+/// a turn by 11 degrees does. Throws Error column_ambiguous if none clearly follows it, and as bring_to_protocol.
+void choose_axis(const ProtocolPlan& plan, const TrialOptions& options, Recording& recording);
+
+}  // namespace decid::recording
