@@ -1,5 +1,5 @@
-// Posteriors of recordings that were brought to a protocol: sampled, checked, explained. A recording that cannot be
-// used does not stop the others.
+// Posteriors of recordings at a protocol's rate and length: samples, checks and explains them. A recording that cannot
+// be used does not stop the others.
 //
 //   Fitter fitter(&model, protocol, body, request);
 //   Report report = fitter.report();
@@ -17,12 +17,12 @@
 
 namespace decid {
 
-/// Reports progress: the recording, counted from 0, and its sampling. Returns false to stop. Called by one thread at a
-/// time; several recordings are fitted at the same time.
+/// Reports progress: the recording, counted from 0, and its sampling. Returns false to stop. One thread at a time calls
+/// it; several recordings are fitted at the same time.
 using FitProgress = std::function<bool(std::size_t recording, const posterior::Progress& progress)>;
 
-/// Called for each recording that was begun when it is done or has an error, by one thread at a time; it may move the
-/// recording's result. Others are still being written.
+/// Receives each recording that was begun, when it is done or has an error. One thread at a time calls it. It may move
+/// this recording's result, but must not touch the others, which are still being written.
 using OnFitted = std::function<void(std::size_t recording)>;
 
 /// Recordings of one person that are fitted together. All their parameters are the same, except FitRequest::freed,
@@ -35,11 +35,11 @@ struct FitGroup {
 /// Returns the groups, and recordings of no group as groups of one, in the order of their first recordings.
 std::vector<FitGroup> with_singletons(std::vector<FitGroup> groups, std::size_t recordings);
 
-/// Fits recordings of one protocol: has the plans that the fits share. The model must outlive it.
+/// Fits recordings of one protocol: has the tables that the fits share. The model must outlive it.
 class Fitter {
  public:
-  /// model: its network supplies estimates if it covers the experiment; may be null. body: the subject's; empty: the
-  /// protocol's. Throws Error if the protocol cannot be fitted.
+  /// model: its network supplies estimates if it covers the experiment; may be null. body: the person's or robot's;
+  /// empty: the protocol's. Throws Error if the protocol cannot be fitted.
   Fitter(const Model* model, sim::Protocol protocol, const std::optional<sim::Body>& body, FitRequest request);
   Fitter(const Fitter&) = delete;
   Fitter& operator=(const Fitter&) = delete;

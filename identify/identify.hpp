@@ -24,22 +24,22 @@ using IdentifyOptions = recording::TrialOptions;
 
 /// Identifies a recording of the model's protocol and explains it. sway_rad: sway of the body's centre of mass, rad, 0
 /// upright, positive in the platform's direction of tilt, at rate_hz; it is resampled and cut to the protocol's rate
-/// and length (recording::bring_to_protocol). body: the subject's; empty: the model's own is assumed (for_body.hpp).
+/// and length (recording::bring_to_protocol). body: the person's or robot's; empty: the model's own (for_body.hpp).
 /// Throws Error for samples that are too short, not finite, or constant, and for a body height outside the model's
-/// range. Safe to call from many threads at once.
+/// range. Many threads may call it at once.
 RecordingResult identify(const Model& model, std::span<const double> sway_rad, double rate_hz,
                          const IdentifyOptions& options = {}, const std::optional<sim::Body>& body = {});
 
-/// Identifies many recordings: sets up once what the function above sets up at every call. One thread's plan: a copy
-/// shares the network's weights and the simulator, so make one for each thread. The model must outlive it.
+/// Identifies many recordings: sets up once what the function above sets up at every call. One thread may use it at a
+/// time; make a copy for each thread, which shares the network's weights and the simulator. The model must outlive it.
 class Identifier {
  public:
-  /// The maximum number of images that go through the network together.
+  /// The maximum number of recordings that go through the network together.
   static constexpr std::size_t max_at_once = 64;
 
-  /// The model must outlive it.
+  /// Identifies recordings of the model's own body.
   explicit Identifier(const Model& model) : Identifier(model, for_body(model, "the model", {})) {}
-  /// Identifies recordings of that body. usually: the number of recordings that estimate() often gets at once; the
+  /// Identifies recordings of that body. usually: the usual number of recordings in a call of estimate(); the
   /// constructor allocates memory for them.
   Identifier(const Model& model, ForBody body, std::size_t usually = max_at_once);
   explicit Identifier(Model&& model) = delete;
@@ -54,9 +54,8 @@ class Identifier {
   /// Identifies and explains the recordings that have no error: sets their estimates, explanations and warnings.
   void identify(std::span<RecordingResult> read);
 
-  /// Returns the network's estimates, in the order of the trials: each image is drawn once, the network run once.
-  /// A trial's estimate does not depend on the others. Throws Error for a trial of another length than the protocol's,
-  /// and for one with a value that is not finite.
+  /// Returns the network's estimates, in the order of the trials. A trial's estimate does not depend on the others.
+  /// Throws Error for a trial of another length than the protocol's, and for one with a value that is not finite.
   std::vector<Estimate> estimate(const std::vector<recording::Trial>& trials) { return run(pointers(trials)); }
   /// Returns how well estimates explain their trials, and the OOD scores of the trials. Simulates trials from the
   /// parameters and compares them with the recorded trials.

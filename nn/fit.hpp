@@ -73,7 +73,7 @@ struct FitLog {
   std::vector<FitEpoch> epochs;
   int kept = 0;  ///< the epoch whose weights the network has: with patience the best, else the last. A stop within an
                  ///< epoch leaves the last batch's weights, or their average, unless there is a best epoch
-  bool finished = true;  ///< false: after_batch stopped it
+  bool finished = true;  ///< false: after_batch stopped the training
 };
 
 /// Every setting has a default that trains.
@@ -103,11 +103,11 @@ struct FitOptions {
 };
 
 /// Trains `network`. A network with the values of its constructor is initialised from the seed first. With a checkpoint
-/// the result has the bits of a training that was never stopped. Throws Error for options that do not fit, a loss or
-/// weight that is no longer finite, a checkpoint of another network or other samples in memory or options (callbacks
-/// are not compared), and what callbacks, samples, loss and optimiser throw. Then the network has the weights of the
-/// last step, not their average or those of the best epoch. BatchNorm's statistics may include one more batch, and an
-/// optimiser that throws leaves its step half done.
+/// the result has the bits of a training that was never stopped. Throws Error for options that contradict each other or
+/// the network, a loss or weight that is no longer finite, a checkpoint of another network or other samples in memory
+/// or options (callbacks are not compared), and what callbacks, samples, loss and optimiser throw. Then the network has
+/// the weights of the last step, not their average or those of the best epoch. BatchNorm's statistics may include one
+/// more batch, and an optimiser that throws leaves its step half done.
 FitLog fit(Network<float>& network, const Samples& samples, const FitOptions& options = {});
 
 /// Returns the outputs of samples that lie one after the other: output_shape().size() values each. For calls that

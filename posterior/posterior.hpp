@@ -25,7 +25,7 @@ namespace decid::posterior {
 /// annealing_transitions count three times, window_transitions 5/3 times, max_leapfrog_steps and max_steps four times.
 struct Settings {
   std::uint64_t seed = 1;
-  int groups = 1;                  ///< of `lanes` chains each, on their own threads
+  int groups = 1;                  ///< of 8 chains each (posterior::lanes), on their own threads
   int annealing_transitions = 15;  ///< transitions at each level of the measurement noise
   int window_transitions = 18;     ///< in each window of the warm-up
   int max_leapfrog_steps = 200;    ///< per transition at most; the widest direction sets the number
@@ -96,11 +96,14 @@ class Posterior {
   int quantity(std::size_t place) const noexcept {
     return static_cast<int>(place < parameters() ? place : place - parameters() + Density::sensor_noise);
   }
+  /// Returns a quantity of a draw: a parameter in SI units, noise in degrees, the start in s, the gain without unit.
   static double value(const State& state, int quantity);
+  /// Returns the quantity of all draws, chain by chain.
   std::vector<double> draws_for(int quantity) const;
   /// Returns the draws of each chain.
   std::vector<std::vector<double>> chains_for(int quantity) const;
 
+  // Statistics of all draws, in the unit of the quantity.
   double mean(int quantity) const;
   double stddev(int quantity) const;
   double quantile(int quantity, double probability) const;
@@ -111,7 +114,7 @@ class Posterior {
   // Known quantities have an R-hat of 1.
   const std::vector<double>& rhat() const noexcept { return rhat_; }
   const std::vector<double>& effective_draws() const noexcept { return effective_; }
-  /// Effective draws of the 5% and 95% quantiles, the smaller; NaN of fewer than four draws per chain.
+  /// Returns the effective draws of the 5% or 95% quantile, the smaller; NaN for fewer than four draws per chain.
   double tail_effective_draws(int quantity) const;
   /// Returns the Monte Carlo standard error of mean(): stddev() over the root of the mean's effective draws.
   double monte_carlo_error(int quantity) const;
@@ -160,8 +163,8 @@ class Posterior {
 Posterior sample(const Density& density, const Observation& observation, const Settings& settings,
                  const OnProgress& progress = {});
 
-/// Draws from the joint posterior of several trials (target.hpp). Returns that of each trial's unknowns, with the same
-/// draws: common unknowns have the same values in all. Result and errors otherwise as of sample().
+/// Draws from the joint posterior of several trials (target.hpp). Returns a Posterior for each trial's unknowns. Draw i
+/// of each is the same joint draw, so common unknowns have the same values in all. Throws Error as sample() does.
 std::vector<Posterior> sample_joint(const Target& target, const Settings& settings, const OnProgress& progress = {});
 
 }  // namespace decid::posterior

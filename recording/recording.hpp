@@ -21,12 +21,12 @@ inline constexpr double longest_gap_s = 60.0;
 enum class Unit { degree, radian, milliradian };
 
 struct RecordingOptions {
-  std::string column = {};             ///< name of the sway column, or its number from 1; empty: found by name
-  std::optional<Unit> unit = {};       ///< empty: taken from the column's name (..._deg, _rad, _mrad), else degrees
-  std::optional<double> rate_hz = {};  ///< overrides the time column; 1 to 100,000
+  std::string column = {};                   ///< name of the sway column, or its number from 1; empty: found by name
+  std::optional<Unit> unit = {};             ///< empty: from the column's name (..._deg, _rad, _mrad), else degrees
+  std::optional<double> rate_hz = {};        ///< overrides the time column; 1 to 100,000
   std::optional<double> missing_value = {};  ///< a number that marks missing values, in addition to the known ones
   bool mean_is_upright = false;              ///< an offset will be subtracted (TrialOptions): sizes count from the mean
-  double fill_gaps_s = 0.0;                  ///< missing values and lost samples up to this long are interpolated
+  double fill_gaps_s = 0.0;                  ///< longest gap to interpolate; 0: gaps are errors
   std::string tilt_column = {};              ///< the platform's tilt, by name or number from 1; empty: see find_tilt
   bool find_tilt = true;  ///< a column clearly named as the tilt is read without being named in the options
   std::optional<Unit> tilt_unit = {};  ///< as `unit`
@@ -91,8 +91,8 @@ struct Recording {
 /// The time is the first column called time, t, timestamp, Zeit or similar, in seconds unless its name ends in ms or
 /// us, or as clock times. In a file without a header it is the first of several columns if it increases evenly. The
 /// sway is the column named in the options, else the first called com_sway, COM_x, sway or similar (_deg, _rad and
-/// _mrad may follow), else the only column except the time. A column called tilt, platform, Plattform or similar is
-/// read as the platform's tilt; a warning says so.
+/// _mrad may follow), else the only column except time and tilt. A column called tilt, platform, Plattform or similar
+/// is read as the platform's tilt; a warning says so.
 ///
 /// The rate is that of the mean time step. Without a time, a MAT-file's scalar fs or similar or a C3D file's own rate
 /// counts. Uneven times (clock.hpp) are interpolated to an even grid, with a warning. Lost samples and missing cells

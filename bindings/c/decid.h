@@ -255,13 +255,13 @@ typedef enum decid_detrend { DECID_DETREND_NONE = 0, DECID_DETREND_OFFSET = 1, D
 
 typedef struct decid_identify_options {
   size_t size;
-  double mass_kg, height_m; /* of the person, both or none; 0: the protocol's body */
+  double mass_kg, height_m; /* of the person, both or none; 0: the protocol's body is assumed */
   double begin_s; /* where in the recording the protocol starts; NaN: at its first sample, or by its tilt [NaN] */
   int detrend;    /* a decid_detrend: subtract the mean of the whole cycles, or also a line [NONE] */
 } decid_identify_options;
 DECID_API void decid_identify_defaults(decid_identify_options* options, size_t size);
 
-/* Estimates with the model, in milliseconds; `decid identify` gives the same bits. */
+/* Estimates the parameters with the model's network, in milliseconds; `decid identify` gives the same bits. */
 DECID_API decid_status decid_identify(const decid_model* model, const decid_recording* recording,
                                       const decid_identify_options* options, decid_result** result);
 
@@ -279,7 +279,7 @@ typedef struct decid_fit_options {
   const decid_protocol* protocol; /* the protocol played; NULL: the model's */
   double prior_start_s;           /* the recording starts within +- this of the protocol; 0: at it [0.1] */
   double prior_gain;              /* standard deviation of the logarithm of recorded over true sway; 0: known [0.06] */
-  double prior_noise_deg;         /* measurement noise, to a factor of 20 [0.02] */
+  double prior_noise_deg;         /* centre of the measurement noise's prior, two thirds within a factor of 20 [0.02] */
   int max_draws;                  /* of each chain, 8 or more; fewer if they are enough [160] */
   uint64_t seed;                  /* [1] */
   decid_progress progress;        /* NULL: none */
@@ -290,8 +290,8 @@ typedef struct decid_fit_options {
 } decid_fit_options;
 DECID_API void decid_fit_defaults(decid_fit_options* options, size_t size);
 
-/* Draws from the posterior, in seconds to minutes, as `decid fit`. Where the chains are far apart, the result has the
-   model's estimates. */
+/* Draws from the posterior, in seconds to minutes, as `decid fit`. If the chains are far apart, the result has the
+   network's estimates (from_network of decid_sampling). */
 DECID_API decid_status decid_fit(const decid_model* model, const decid_recording* recording,
                                  const decid_fit_options* options, decid_result** result);
 
@@ -321,7 +321,7 @@ typedef struct decid_figures {
 typedef struct decid_sampling {
   int chains, draws; /* draws: of all chains */
   int agreed;        /* every R-hat is at most 1.05, and every quantity has 100 effective draws */
-  int from_network;  /* 1: the chains are far apart, and the values are the model's */
+  int from_network;  /* 1: the chains are far apart, and the values are the network's */
   int divergences;
   double samples_noise_deg; /* white measurement noise, by the power above 2 Hz */
   double seconds;
@@ -354,8 +354,8 @@ typedef struct decid_study decid_study;
 
 typedef struct decid_study_options {
   size_t size;
-  int by_group;           /* 1: compare the groups in the sheet's column "group" */
-  const char* within;     /* "session", "condition" or "session,condition": compare them within participants; NULL: none */
+  int by_group;       /* 1: compare the groups in the sheet's column "group" */
+  const char* within; /* "session", "condition" or "session,condition": compare them within participants; NULL: none */
   const char* covariates; /* columns of numbers, such as "age,weight"; NULL: none */
   int fit;                /* 1: sample posteriors, as `decid fit`; 0: as `decid identify` */
   const char* joint;      /* of fits: fit recordings together that have the same text in this column; NULL: none */

@@ -5,7 +5,7 @@
 %   "column", "tilt_column"   by name, or a number in quotes from 1; both are found by name; tilt "none": not read
 %   "unit", "tilt_unit"       "deg", "rad" or "mrad"; otherwise from the column's name, else degrees
 %   "leg", "trunk"            instead of a column of sway: columns of angles in space
-%   "hip", "shoulder"         or of positions, with the subject's "height" in m
+%   "hip", "shoulder"         or of positions, with the person's "height" in m
 %   "com_height"              or: "column" is a position at this height above the ankles, m
 %   "ankle"                   column from which positions count; otherwise their means are upright. Their "unit" may be
 %                             "mm", "cm" or "m"
@@ -15,7 +15,7 @@
 %   "skip_lines"              lines of a text file above its table; otherwise found
 %   "invert_sway", "invert_tilt"   true: positive against the protocol's direction
 %   "section"                 of a text file that holds several tables, by name, or a number in quotes from 1
-%   "trial_column", "trial"   where a file holds several recordings: the column that tells them apart, and which of them
+%   "trial_column", "trial"   for a file of several recordings: the column that distinguishes them, and the recording to read
 %                             (decid_trial_names); trial_column "none": all rows are one recording
 %
 % recording: a structure of sway and, if it was read, tilt (rad), rate (Hz), column and warnings (severity, code, text).

@@ -9,8 +9,8 @@
 %   "group"                 true: compare the groups in the sheet's column group
 %   "within"                "session", "condition" or "session,condition": compare them within participants
 %   "covariates"            columns of numbers, such as "age,weight"
-%   "fit"                   true: sample posteriors, which takes seconds to minutes a recording
-%   "joint"                 of fits: column of recordings that are fitted together, such as "participant_id"
+%   "fit"                   true: sample posteriors, which takes seconds to minutes per recording
+%   "joint"                 of fits: fit recordings together that have the same text in this column, such as "participant_id"
 %   "free"                  with "joint": parameters that differ between the texts of a column, such as "theta,Nv:condition"
 %   "max_draws", "seed"     of fits, as in decid_fit
 %   "model"                 a model file; otherwise the built-in model

@@ -41,7 +41,7 @@ def _angle_of(unit: Optional[str], name: str) -> int:
 
 
 def controllers() -> dict[str, str]:
-    """The posture controllers that decid simulates and trains models of: a description by each name."""
+    """Returns a description of each posture controller, by its name."""
     return _decid.controllers()
 
 
@@ -53,15 +53,16 @@ def set_threads(threads: int) -> None:
 
 
 class Recording:
-    """Sway, and perhaps the platform's tilt, sampled together: of a file, decid.read(), or of samples."""
+    """Sway, and perhaps the platform's tilt, sampled together: from a file with decid.read(), or from samples."""
 
     def __init__(self, sway: ArrayLike, rate: float, unit: str, *, tilt: Optional[ArrayLike] = None, tilt_unit: Optional[str] = None,
                  invert_sway: bool = False, invert_tilt: bool = False, mean_is_upright: bool = False) -> None:
-        """sway: (samples,), of the body's centre of mass, 0 upright; rate: Hz; unit: "deg", "rad" or "mrad". Copied.
+        """Copies sway (samples,) of the body's centre of mass, 0 upright; rate: Hz; unit: "deg", "rad" or "mrad".
 
-        tilt: (samples,), the platform's, measured with the sway: it determines where the protocol starts, and its course, sign and
-        size are compared with the protocol's. tilt_unit: None is the sway's unit. invert_sway, invert_tilt: positive against the
-        protocol's direction. mean_is_upright: the sway's size counts from its mean, for a sensor whose offset detrend will subtract."""
+        tilt: (samples,), of the platform, measured with the sway. It determines where the protocol starts; decid compares its course,
+        sign and size with the protocol's. tilt_unit: None is the sway's unit. invert_sway, invert_tilt: True if positive means against
+        the protocol's direction. mean_is_upright: True if detrend will subtract the sensor's offset: decid then judges the size of the
+        sway from its mean."""
         if unit is None:
             raise _error("setting_missing", "unit", "is not given", 'give "deg", "rad" or "mrad"')
         samples = numbers_of(sway, "sway")
@@ -75,27 +76,27 @@ class Recording:
 
     @property
     def sway(self) -> np.ndarray:
-        """rad: (samples,), read-only."""
+        """The sway in rad: (samples,), read-only."""
         return self._handle.sway
 
     @property
     def tilt(self) -> Optional[np.ndarray]:
-        """rad, if it was read."""
+        """The platform's tilt in rad: (samples,); None if it was not read."""
         return self._handle.tilt
 
     @property
     def rate(self) -> float:
-        """Samples a second, Hz."""
+        """The sample rate in Hz."""
         return self._handle.rate_hz
 
     @property
     def time(self) -> np.ndarray:
-        """s, 0 at the first sample."""
+        """The time in s, 0 at the first sample: (samples,)."""
         return np.arange(len(self.sway)) / self.rate
 
     @property
     def column(self) -> str:
-        """The column of the sway; empty for samples."""
+        """The name of the sway's column; empty for samples."""
         return self._handle.column
 
     @property
@@ -116,20 +117,19 @@ def read(path: Path, column: Union[str, int, None] = None, unit: Optional[str] =
          trial: Union[str, int, None] = None, missing: Optional[float] = None, mean_is_upright: bool = False) -> Recording:
     """Reads a CSV, MAT, C3D or .xlsx file.
 
-    column, tilt_column: by name, or number from 1; both are found by name unless they are given; tilt_column "none": not
-    read. unit, tilt_unit: "deg", "rad" or "mrad"; None: from the column's name, else degrees.
-    skip_lines: above the table of a text file; None: found. section: of a text file that holds several tables, the one to
-    read, by its name or its number from 1.
-    trial_column: where a file holds several recordings, the column that tells them apart, several with commas between
-    them, or an array of a MAT-file; trial: which of them, a name of trial_names(). trial_column "none": all rows are one
-    recording; None: files of several are refused.
-    Instead of a column of sway: leg and trunk, columns of angles in space; hip and shoulder, of positions, with the
-    subject's height in m; or com_height, the height in m above the ankles at which column is a position. Positions count
-    from the column ankle, or their means are upright; their unit may be "mm", "cm" or "m".
+    column, tilt_column: a name, or a number from 1; None: found by name; tilt_column "none": no tilt is read.
+    unit, tilt_unit: "deg", "rad" or "mrad"; None: from the column's name, else degrees.
+    skip_lines: the number of lines above the table of a text file; None: found. section: the table to read in a text file
+    of several, by its name or its number from 1.
+    trial_column: the column that distinguishes the recordings of a file, several joined by commas, or an array of a
+    MAT-file; trial: the recording to read, a name of trial_names(). trial_column "none": all rows are one recording; None:
+    files of several recordings are errors.
+    Sources of the sway instead of `column`: leg and trunk, columns of angles in space; hip and shoulder, columns of
+    positions, with the person's height in m; or com_height, the height in m above the ankles of the position in `column`.
+    Positions count from the column ankle; without it their means are upright. Their unit may be "mm", "cm" or "m".
     rate: Hz, instead of the column of time. fill_gaps: longest gap in seconds to interpolate.
     missing: a number that marks a missing value, in addition to the usual ones.
-    invert_sway, invert_tilt: positive against the protocol's direction.
-    mean_is_upright: the sway's size counts from its mean, for a sensor whose offset detrend will subtract."""
+    invert_sway, invert_tilt, mean_is_upright: as for Recording."""
     longest = number(fill_gaps, "fill_gaps")
     if not 0.0 <= longest <= 60.0:
         raise _error("setting_out_of_range", "fill_gaps", f"is {longest:g} s", "give 0 to 60 s")
@@ -146,7 +146,7 @@ def read(path: Path, column: Union[str, int, None] = None, unit: Optional[str] =
 
 def trial_names(path: Path, trial_column: str, *, skip_lines: Optional[int] = None,
                 section: Union[str, int, None] = None) -> List[str]:
-    """The recordings of a file that holds several, as read() has them, in the order in which they begin.
+    """Returns the names of the recordings in a file of several, for read(), in the order in which they begin.
 
         for name in decid.trial_names("long.csv", "subject,trial"):
             decid.identify(decid.read("long.csv", trial_column="subject,trial", trial=name))"""
@@ -160,23 +160,23 @@ class Trials:
     sway: np.ndarray = field(repr=False)  #: rad: (samples,), or (trials, samples); NaN from where a body falls
     tilt: np.ndarray = field(repr=False)  #: of the platform, rad: (samples,)
     rate: float  #: Hz
-    parameters: dict[str, Any]  #: SI units, a number each, or (trials,)
-    stood: np.ndarray  #: whether the body stood: bool, (), or (trials,)
+    parameters: dict[str, Any]  #: SI units: numbers, or arrays (trials,)
+    stood: np.ndarray  #: True if the body stood: () or (trials,)
 
     @property
     def time(self) -> np.ndarray:
-        """s."""
+        """The time in s: (samples,)."""
         return np.arange(self.sway.shape[-1]) / self.rate
 
 
 def simulate(protocol: Union[Protocol, Path] = "default", seed: int = 1, allow_falls: bool = False,
              controller: Optional[str] = None, **parameters: ArrayLike) -> Trials:
-    """Simulates the single pendulum as it is recorded, with the bits of `decid simulate --seed`.
+    """Simulates recordings of the single pendulum, with the bits of `decid simulate --seed`.
 
     controller: a name of controllers(), for a protocol given by name or path; None: the protocol's.
 
-    parameters: Kp=900, delay=0.1, ..., SI units; those left out have the middle of their range. Arrays of one dimension
-    make as many trials, trial i with the noise of seed + i. A body that falls raises decid.Error unless allow_falls."""
+    parameters: Kp=900, delay=0.1, ..., SI units; the others have the middle of their range. Arrays (trials,) make as many
+    trials, trial i with the noise of seed + i. A body that falls raises decid.Error unless allow_falls."""
     if controller is not None and isinstance(protocol, Protocol):
         raise _error("setting_conflict", "controller", "comes from the protocol", "leave it out, or give the protocol's name or path")
     played = as_protocol(protocol) if controller is None else Protocol(protocol, controller)
@@ -237,13 +237,14 @@ def identify(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optiona
              unit: Optional[str] = None, *, mass: Optional[float] = None, height: Optional[float] = None,
              begin: Optional[float] = None, detrend: str = "none",
              model: Union[Model, Path, None] = None, **reading: Any) -> Result:
-    """The model's answer, in milliseconds: what `decid identify` gives.
+    """Estimates the parameters with a model's network, in milliseconds; same bits as `decid identify`.
 
     recording: samples (samples,) with their rate in Hz and unit, "deg", "rad" or "mrad"; a file; a Recording; or Trials.
-    mass, height: the person's, kg and m; both or none, which is the protocol's body. height is read()'s too, for hip and shoulder.
-    begin: where in the recording the protocol starts, s; None: at its first sample, or where its tilt says.
-    detrend: "none", "offset" or "linear": what is subtracted. model: None is the built-in one. reading: of a file, other
-    arguments of read(), such as fill_gaps=0.4; of samples, those of Recording(), such as tilt=platform."""
+    mass, height: of the person, kg and m; None for both: the protocol's body. read() also uses height, for hip and shoulder.
+    begin: the protocol's start in s after the first sample; None: from the measured tilt, else 0.
+    detrend: subtract the mean of whole cycles ("offset"), a line ("linear") or nothing ("none"). model: None is the built-in
+    one. reading: other arguments of read() for a file, such as fill_gaps=0.4, or of Recording() for samples, such as
+    tilt=platform."""
     of = as_model(model)
     raw = _decid.identify(of._handle, _recording_of(recording, rate, unit, reading, height, detrend)._handle, *body_of(mass, height),
                           number_or(begin, "begin", math.nan), _number_of(_DETREND, detrend, "detrend"))
@@ -265,14 +266,14 @@ def fit(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[flo
         ranges: Optional[Mapping[str, Tuple[float, float]]] = None,
         priors: Optional[Mapping[str, Tuple[float, float]]] = None, moved_before: bool = False, max_draws: int = 160,
         seed: int = 1, progress: Optional[Callable[[float, str], object]] = None, **reading: Any) -> Fit:
-    """Draws from the posterior, in seconds to minutes: what `decid fit` gives. As identify(), and:
+    """Draws from the posterior, in seconds to minutes; same bits as `decid fit`. Arguments of identify(), and:
 
-    protocol: the protocol played; None: the model's. prior_start: largest distance in s between both starts.
-    prior_gain: standard deviation of the logarithm of recorded over true sway. prior_noise: of the sensor, degrees,
-    to a factor of 20. ranges: where parameters may lie, {"delay": (0.05, 0.2)}; priors: normal distributions within
-    that, mean and standard deviation, {"delay": (0.12, 0.02)}; both in the units of Result.parameters. moved_before:
-    the platform played the cycle's end before the recording. max_draws: of each chain. progress(done, stage): called
-    with the part that is done; what it raises ends the fit."""
+    protocol: the protocol played; None: the model's. prior_start: the recording starts at most this many s before or after
+    the protocol. prior_gain: standard deviation of the logarithm of recorded over true sway. prior_noise: centre of the
+    measurement noise's prior in degrees, two thirds within a factor of 20. ranges: where parameters may lie, {"delay": (0.05,
+    0.2)}; priors: normal distributions within the ranges, mean and standard deviation, {"delay": (0.12, 0.02)}; both in the
+    units of Result.parameters. moved_before: True if the platform played the cycle's end before the recording. max_draws: of
+    each chain. progress(done, stage): gets the fraction done, 0 to 1; its exceptions end the fit."""
     of = as_model(model)
     played = None if protocol is None else as_protocol(protocol)
     raw = _decid.fit(of._handle, _recording_of(recording, rate, unit, reading, height, detrend)._handle, *body_of(mass, height),
@@ -298,17 +299,17 @@ def study(sheet: Path, *, group: bool = False, within: Union[str, Sequence[str]]
 
         study = decid.study("participants.tsv", group=True, within=["session"], covariates=["age"])
 
-    group: compare the groups in the sheet's column group. within: "session", "condition" or both, compared within participants.
-    covariates: columns of numbers, "weight" (kg) and "height" (m) among them. joint: column of recordings that are fitted
-    together, such as "participant_id". free: parameters that then differ between the texts of another column, such as
-    "theta,Nv:condition". max_draws, seed, progress: as in fit()."""
+    group: True compares the groups in the sheet's column "group". within: "session", "condition" or both, to compare within
+    participants. covariates: columns of numbers, also "weight" (kg) and "height" (m). joint: fit recordings together that have
+    the same text in this column, such as "participant_id". free: parameters that then differ between the texts of another
+    column, such as "theta,Nv:condition". max_draws, seed, progress: as in fit()."""
     text = _decid.study(as_model(model)._handle, os.fspath(sheet), group, _columns(within),
                         _columns(covariates), fit, joint, free, whole(max_draws, "max_draws", 8), seed_of(seed), progress)
     return Study(text)
 
 
 class Dataset:
-    """Simulated trials of known parameters, in memory or on disk: Dataset.make(), Dataset.read()."""
+    """Simulated trials with known parameters, in memory or on disk: Dataset.make(), Dataset.read()."""
 
     def __init__(self, handle: _decid.Dataset) -> None:
         self._handle = handle
@@ -317,17 +318,17 @@ class Dataset:
     def make(cls, count: int, base: int = 0, seed: int = 1, protocol: Union[Protocol, Path] = "default",
              path: Optional[Path] = None, progress: Optional[Callable[[float, str], object]] = None) -> Dataset:
         """Simulates valid trials, as `decid dataset` does. base: number of trials drawn from the ranges; the rest are
-        children of large sways; 0: all. path: an .npz file that it is made in, for more than memory holds."""
+        children of large sways; 0: all. path: write to this .npz file, for sets that memory does not hold."""
         return cls(_decid.make_dataset(as_protocol(protocol)._handle, whole(count, "count"), whole(base, "base"), seed_of(seed),
                                        None if path is None else os.fspath(path), progress))
 
     @classmethod
     def read(cls, path: Path) -> Dataset:
-        """An .npz file that decid has written. Its sway stays on disk."""
+        """Opens an .npz file that decid has written. Its sway stays on disk."""
         return cls(_decid.read_dataset(os.fspath(path)))
 
     def write(self, path: Path) -> None:
-        """Writes a data set in memory as an .npz file, which numpy.load opens, whole or not at all."""
+        """Writes a data set in memory as an .npz file, completely or not at all; numpy.load opens it."""
         self._handle.write(os.fspath(path))
 
     def __len__(self) -> int:
@@ -344,12 +345,12 @@ class Dataset:
 
     @property
     def sway(self) -> np.ndarray:
-        """rad: (trials, samples), float32, read-only; each call reads a data set on disk again."""
+        """The sway in rad: (trials, samples), float32, read-only; each access reads a data set on disk again."""
         return self._handle.sway
 
     @property
     def parameters(self) -> np.ndarray:
-        """SI units: (trials, parameters), read-only; columns: names."""
+        """The parameters in SI units: (trials, parameters), read-only, in the order of names."""
         return self._handle.parameters
 
     @property

@@ -1,4 +1,4 @@
-"""Protocols and models: what was played, and the network that answers."""
+"""Protocols, which describe an experiment, and models, trained networks."""
 from __future__ import annotations
 
 import json
@@ -45,7 +45,7 @@ class Protocol:
 
     @property
     def rate(self) -> float:
-        """Samples a second, Hz."""
+        """The sample rate in Hz."""
         return self._handle.rate_hz
 
     @property
@@ -64,7 +64,7 @@ class Protocol:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """All of it, as docs/reference/protocols.md describes the JSON."""
+        """The complete protocol as a dict; docs/reference/protocols.md describes its keys."""
         return json.loads(self._handle.json)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -157,7 +157,7 @@ class Model:
         return self._handle.sha256
 
     def save(self, path: Union[str, os.PathLike[str]]) -> None:
-        """Writes the model file, whole or not at all."""
+        """Writes the model file, completely or not at all."""
         self._handle.save(os.fspath(path))
 
     def __reduce__(self) -> tuple[Any, ...]:

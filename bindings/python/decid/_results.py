@@ -45,19 +45,19 @@ class Notice:
 
 @dataclass(frozen=True)
 class TiltMatch:
-    """How a measured tilt of the platform lies over the protocol's."""
-    delay_s: float
+    """Compares the measured tilt of the platform with the protocol's."""
+    delay_s: float  #: time in the recording at which the protocol starts
     correlation: float
-    gain: float
+    gain: float  #: measured over the protocol's size
 
 
 @dataclass(frozen=True)
 class Body:
-    """The body that stiffness and damping are of."""
+    """The body to which stiffness and damping belong."""
     mass_kg: float  #: above the ankles
     com_height_m: float
     inertia_kgm2: float  #: about the ankles
-    assumed: bool  #: nobody said whose it is
+    assumed: bool  #: True if no body was given
 
     @property
     def mgh(self) -> float:
@@ -74,8 +74,8 @@ class Result:
     rms_residual_deg: Optional[float]  #: of the noise-free trial of these parameters, against the recording
     variance_accounted_for: Optional[float]
     peak_to_peak_deg: float
-    response_ratio: Optional[float]  #: how much of the response to the tilt is there: 1 all, 0 none
-    ood_score: Optional[float]  #: above 1: unlike what the model was trained on
+    response_ratio: Optional[float]  #: stimulus response ratio: 1 the whole response, 0 none
+    ood_score: Optional[float]  #: out-of-distribution score; above 1: unlike the training trials
     tilt: Optional[TiltMatch]
     body: Body
     correlations: np.ndarray  #: (parameters, parameters); a fit's: of all quantities; NaN unknown
@@ -97,7 +97,7 @@ class Result:
         return len(self.parameters)
 
     def rows(self) -> list[dict[str, Any]]:
-        """A dict a parameter, with an interval's ends as numbers of their own: for csv, json, pandas."""
+        """Returns one dict per parameter, with the ends of intervals as separate numbers: for csv, json, pandas."""
         def row(parameter: Parameter) -> dict[str, Any]:
             flat: dict[str, Any] = {}
             for key, value in asdict(parameter).items():
@@ -146,7 +146,7 @@ class Sampling:
     chains: int
     draws: int  #: of all chains
     agreed: bool  #: every R-hat is at most 1.05, and every quantity has 100 effective draws
-    from_network: bool  #: they are far apart, and the values are the model's
+    from_network: bool  #: True if the chains are far apart, and the values are the network's
     divergences: int
     samples_noise_deg: float  #: white measurement noise, by the power above 2 Hz
     seconds: float
@@ -184,11 +184,12 @@ class Study:
 
     @property
     def groups(self) -> Optional[dict[str, Any]]:
-        """The hierarchical model: groups, comparisons, interactions, covariates, changes; None without one."""
+        """The JSON's `hierarchical`: groups, comparisons, interactions, covariates, changes; None if there is none. The t-test
+        is json["groups"] and json["comparisons"]."""
         return self.json.get("hierarchical")
 
     def rows(self) -> list[dict[str, Any]]:
-        """A dict a recording and parameter, with the columns of the sheet; of a recording with an error, one dict."""
+        """Returns one dict per recording and parameter, with the columns of the sheet; one dict for a recording with an error."""
         rows = []
         for recording in self.recordings:
             common = {key: recording.get(key) for key in ("file", "participant_id", "session", "group", "condition")}
@@ -200,7 +201,7 @@ class Study:
         return rows
 
     def to_frame(self) -> Any:
-        """A pandas.DataFrame, a row a recording and parameter; needs pandas."""
+        """A pandas.DataFrame, one row per recording and parameter; needs pandas."""
         import pandas
         return pandas.DataFrame(self.rows())
 
@@ -216,9 +217,9 @@ class Evaluation:
     mse: float
     matlab_loss: float  #: MATLAB's regression loss: half the sum over the parameters
     mse_per_parameter: dict[str, float]
-    coverage50: Optional[float]  #: share of the truths in the intervals
+    coverage50: Optional[float]  #: fraction of the true values in the intervals
     coverage90: Optional[float]
-    log_score: Optional[float]  #: nats a parameter; 0: only the ranges are known
+    log_score: Optional[float]  #: nats per parameter; 0: only the ranges are known
 
 
 def result_of(raw: _decid.Result, parameters: int) -> Result:

@@ -96,12 +96,12 @@ class Network:
 
     @property
     def tensors(self) -> Mapping[str, np.ndarray]:
-        """Weights and running statistics by name: views, to read and to write, which stay so in fit(). The mapping
-        itself takes no array: write values with tensors["layers.0.weight"][:] = array."""
+        """Weights and running statistics by name: views, to read and to write, also during fit(). You cannot replace an
+        array of this mapping: write values with tensors["layers.0.weight"][:] = array."""
         return MappingProxyType(self._network.tensors)
 
     def initialise(self, seed: int = 1) -> None:
-        """Draws new weights (He et al., 2015). fit() does so for a network whose values are all as new."""
+        """Draws new weights (He et al., 2015). fit() does this for a network that was never trained or changed."""
         self._network.initialise(seed_of(seed))
 
     def fit(self, inputs, targets=None, *, loss: Union[str, Callable[[np.ndarray, np.ndarray], Tuple[Any, Any]]] = "squared-error",

@@ -423,7 +423,7 @@ class Page(unittest.TestCase):
                     exec(compile(block, "python-nn.md", "exec"), names)
             finally:
                 os.chdir(here)
-        self.assertEqual(names["slopes"].shape, (300, 1, 6, 6))
+        self.assertEqual(names["gradients"].shape, (300, 1, 6, 6))
         self.assertGreater(names["net"].accuracy(names["images"], names["labels"]), 0.9)
 
 
