@@ -156,7 +156,8 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   add_change(recording);
   for (const Signal<double>& signal : recording.signals) {
     std::vector<double> values = cut(signal.rad, from_hz, rate, place, samples);
-    if (signal.name == com_sway) trial.other_start = look_for_changes(plan.response(), values, recording.warnings);
+    if (signal.name == com_sway)
+      trial.other_start = look_for_changes(plan.response(), values, trial.gaps, recording.warnings);
     if (&signal == tilt) {
       const auto tilt_gaps = gaps_in_trial(recording.tilt_gaps, from_hz, rate, place, samples);
       look_for_tilt_slips(values, tilt_gaps, plan, from_hz, options.start_s.has_value(), recording.warnings);

@@ -10,6 +10,7 @@
 #include "base/math/statistics.hpp"
 #include "base/setting.hpp"
 #include "recording/quality/detail/block_means.hpp"
+#include "recording/quality/detail/whitened.hpp"
 #include "recording/table/columns.hpp"
 #include "sim/protocol/protocol.hpp"
 
@@ -24,6 +25,8 @@ constexpr std::size_t longest_slip = 30, slip_step = 2, margin = 100, place_step
 constexpr std::size_t rest = longest_slip + taps + order;
 constexpr int rounds = 3;
 constexpr double off_deg = 0.3, off_medians = 14.0, slip_gain = 50.0, rest_gain = 26.0;
+constexpr double movement_deg = 0.3, movement_deviations = 8.0;
+constexpr double around_s = 1.0;  ///< what a user empties on both sides of a movement, together
 
 using Row = std::array<double, unknowns>;
 using Square = std::array<Row, unknowns>;  // lower triangle
@@ -61,14 +64,6 @@ void solve(std::array<std::array<double, N>, N> a, std::array<double, N>& b) {
 }
 
 using Filter = std::array<double, order>;
-
-/// Returns values[k] - sum_i a_i values[k - 1 - i], with zeros before the first value.
-std::vector<double> whitened(const std::vector<double>& values, const Filter& a) {
-  std::vector<double> result = values;
-  for (std::size_t k = 0; k < values.size(); ++k)
-    for (std::size_t i = 0; i < std::min(k, order); ++i) result[k] -= a[i] * values[k - 1 - i];
-  return result;
-}
 
 /// Solves the Yule-Walker equations of the noise.
 Filter autoregression(const std::vector<double>& noise) {
@@ -214,6 +209,25 @@ class Slips {
   std::vector<Row> before_;      // [k]: with the sway, before block k of the trial
 };
 
+std::string describe(const Movement& movement) {
+  const std::string size = three_digits(std::abs(movement.size) / sim::rad_per_deg) + " degrees",
+                    unexplained = ", which neither the tilt nor this sway's noise explains: ",
+                    from = three_digits(movement.begin_s), to = three_digits(movement.end_s);
+  if (movement.is_step)
+    return "about " + three_digits(0.5 * (movement.begin_s + movement.end_s)) +
+           " s after the protocol's start the sway moves to another level, by " + size + unexplained +
+           "if the person stood differently from then on, or the sensor slipped, repeat the trial";
+  const std::string fill = setting("fill_gaps") + " ";
+  if (movement.begin_s <= 0.0)
+    return "in the protocol's first " + to + " s the sway moves by " + size + unexplained +
+           "if the person had not settled, leave the sway's values empty until the person stands as later, and give " +
+           fill + "with the length of this gap, or repeat the trial";
+  return "from " + from + " to " + to + " s of the protocol the sway moves by " + size + unexplained +
+         "if the person staggered or was held, leave the sway's values in this stretch and half a second on both sides "
+         "empty, and give " +
+         fill + three_digits(std::ceil(movement.end_s - movement.begin_s + around_s)) + "; else repeat the trial";
+}
+
 }  // namespace
 
 ResponseCheck::ResponseCheck(std::span<const double> tilt_rad, double rate_hz)
@@ -226,7 +240,7 @@ ResponseCheck::ResponseCheck(std::span<const double> tilt_rad, double rate_hz)
   tilt_.resize(tilt_.size() + longest_slip, 0.0);
 }
 
-ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad) const {
+ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad, std::span<const SampleRange> gaps) const {
   Found found;
   if (static_cast<double>(blocks_) * step_s_ < shortest_s || blocks_ < 3 * margin) return found;
   std::vector<double> sway = block_means(sway_rad, block_);
@@ -234,6 +248,11 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad) cons
   for (const double value : sway) mean += value / static_cast<double>(blocks_);
   for (double& value : sway) value -= mean;
   const Rest fit = fit_response(sway, tilt_);
+
+  std::vector<bool> is_measured(gaps.empty() ? 0 : blocks_, true);
+  for (const SampleRange& gap : gaps)
+    for (std::size_t k = gap.first / block_; k < blocks_ && k * block_ < gap.end; ++k) is_measured[k] = false;
+  found.movement = largest_movement(fit.noise, fit.a, is_measured, step_s_);
 
   std::vector<double> innovations = whitened(fit.noise, fit.a);
   innovations.erase(innovations.begin(), innovations.begin() + order);
@@ -281,17 +300,22 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad) cons
   return found;
 }
 
-bool look_for_changes(const ResponseCheck& check, std::span<const double> sway_rad, Warnings& warnings) {
-  const ResponseCheck::Found found = check.check(sway_rad);
+bool look_for_changes(const ResponseCheck& check, std::span<const double> sway_rad, std::span<const SampleRange> gaps,
+                      Warnings& warnings) {
+  const ResponseCheck::Found found = check.check(sway_rad, gaps);
   const bool known = std::ranges::any_of(warnings, [](const Warning& warning) {
     return one_of(warning.code, {"jumps", "spikes", "frozen"});
   });
-  if (!known && found.medians > off_medians && found.innovation_rad > off_deg * sim::rad_per_deg)
+  const bool is_off = found.medians > off_medians && found.innovation_rad > off_deg * sim::rad_per_deg;
+  const bool moves = !known && !is_off && found.movement.deviations > movement_deviations &&
+                     std::abs(found.movement.size) > movement_deg * sim::rad_per_deg;
+  if (!known && is_off)
     add_caution(warnings, "stretch_off",
                 three_digits(found.innovation_at_s) + " s after the protocol's start the sway moves by " +
                     three_digits(found.innovation_rad / sim::rad_per_deg) + " degrees within 0.1 s, " +
                     three_digits(found.medians) + " times as far as it usually does: check the sensor there");
-  if (found.rest_gain > rest_gain && found.rest_gain > std::max(found.shift_gain, found.slip_gain)) {
+  if (moves) add_caution(warnings, "unusual_movement", describe(found.movement));
+  if (!moves && found.rest_gain > rest_gain && found.rest_gain > std::max(found.shift_gain, found.slip_gain)) {
     add_caution(warnings, "no_response",
                 "from " + three_digits(found.rest_begin_s) + " to " + three_digits(found.rest_end_s) +
                     " s of the protocol the sway does not follow the tilt, and otherwise it does: the platform stood "
