@@ -94,7 +94,12 @@ const TiltMatcher& ProtocolPlan::tilt() const {
 
 const ResponseCheck& ProtocolPlan::response() const {
   const std::lock_guard lock(making_);
-  if (!response_) response_ = std::make_unique<const ResponseCheck>(tilt_rad_, protocol_.experiment.sample_rate_hz);
+  if (!response_) {
+    const sim::Family& family = protocol_.family();
+    const bool has_passive =
+        family.varies(sim::Coefficient::kp_pass, 0.0) || family.varies(sim::Coefficient::kd_pass, 0.0);
+    response_ = std::make_unique<const ResponseCheck>(tilt_rad_, protocol_.experiment.sample_rate_hz, has_passive);
+  }
   return *response_;
 }
 

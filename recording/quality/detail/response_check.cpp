@@ -23,8 +23,13 @@ constexpr std::size_t taps = 12, order = 6;  ///< of h and a
 constexpr std::size_t unknowns = taps + 1;   ///< with c
 constexpr std::size_t longest_slip = 30, slip_step = 2, margin = 100, place_step = 50;
 constexpr std::size_t rest = longest_slip + taps + order;
+constexpr std::size_t longest_dead = 17;  ///< of the response, in a recording that starts early
 constexpr int rounds = 3;
 constexpr double off_deg = 0.3, off_medians = 14.0, slip_gain = 50.0, rest_gain = 26.0;
+/// What the taps before a dead time add by chance: their number, on average.
+constexpr double needed_gain = 2.0, needed_gain_more = 5.0, dead_gain = 60.0;
+/// Passive stiffness and damping show in the second block. Without them the active torque shows after its delay.
+constexpr std::size_t passive_dead = 1, longest_passive_dead = 3, longest_active_dead = 5;
 constexpr double movement_deg = 0.3, movement_deviations = 8.0;
 constexpr double around_s = 1.0;  ///< what a user empties on both sides of a movement, together
 
@@ -209,6 +214,53 @@ class Slips {
   std::vector<Row> before_;      // [k]: with the sway, before block k of the trial
 };
 
+/// Fits with responses that begin later. y, u: whitened sway and tilt.
+class DeadTimes {
+ public:
+  DeadTimes(const std::vector<double>& y, const std::vector<double>& u, double constant) : n_(y.size()) {
+    const auto tilt = [&](std::size_t k, std::size_t lag) { return u[k + rest - lag]; };
+    for (std::size_t k = order; k < n_; ++k) {
+      size_ += y[k] * y[k];
+      right_[reach] += y[k] * constant;
+      for (std::size_t i = 0; i < reach; ++i) {
+        right_[i] += y[k] * tilt(k, i);
+        left_[i][0] += tilt(k, i) * tilt(k, 0);
+        left_[reach][i] += tilt(k, i) * constant;
+      }
+    }
+    left_[reach][reach] = static_cast<double>(n_ - order) * constant * constant;
+    // One block earlier are the products of the taps before.
+    for (std::size_t i = 1; i < reach; ++i)
+      for (std::size_t j = 1; j <= i; ++j)
+        left_[i][j] = left_[i - 1][j - 1] + tilt(order, i) * tilt(order, j) - tilt(n_, i) * tilt(n_, j);
+  }
+
+  /// Returns the residual of a response of taps first .. end - 1.
+  double residual(std::size_t first, std::size_t end) const {
+    Products left{};
+    Taps right{};
+    const auto is_used = [&](std::size_t i) { return i == reach || (i >= first && i < end); };
+    for (std::size_t i = 0; i <= reach; ++i) {
+      if (!is_used(i)) continue;
+      right[i] = right_[i];
+      for (std::size_t j = 0; j <= i; ++j)
+        if (is_used(j)) left[i][j] = left_[i][j];
+    }
+    return size_ - eliminate(left, right);
+  }
+
+ private:
+  static constexpr std::size_t reach = longest_dead + taps;
+  static_assert(reach + order <= rest);
+  using Taps = std::array<double, reach + 1>;  // with the constant
+  using Products = std::array<Taps, reach + 1>;
+
+  std::size_t n_;
+  double size_ = 0.0;
+  Products left_{};
+  Taps right_{};
+};
+
 std::string describe(const Movement& movement) {
   const std::string size = three_digits(std::abs(movement.size) / sim::rad_per_deg) + " degrees",
                     unexplained = ", which neither the tilt nor this sway's noise explains: ",
@@ -230,11 +282,12 @@ std::string describe(const Movement& movement) {
 
 }  // namespace
 
-ResponseCheck::ResponseCheck(std::span<const double> tilt_rad, double rate_hz)
+ResponseCheck::ResponseCheck(std::span<const double> tilt_rad, double rate_hz, bool has_passive)
     : block_(std::max<std::size_t>(1, static_cast<std::size_t>(std::round(rate_hz / coarse_hz)))),
       step_s_(static_cast<double>(block_) / rate_hz),
       tilt_(rest, 0.0),
-      blocks_(tilt_rad.size() / block_) {
+      blocks_(tilt_rad.size() / block_),
+      longest_dead_(has_passive ? longest_passive_dead : longest_active_dead) {
   const std::vector<double> means = block_means(tilt_rad, block_);
   tilt_.insert(tilt_.end(), means.begin(), means.end());
   tilt_.resize(tilt_.size() + longest_slip, 0.0);
@@ -263,7 +316,8 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad, std:
   const double typical = median(std::move(innovations));
   found.medians = typical > 0.0 ? found.innovation_rad / typical : 0.0;
 
-  const Slips slips(whitened(sway, fit.a), whitened(tilt_, fit.a), constant_of(fit.a));
+  const std::vector<double> y = whitened(sway, fit.a), u = whitened(tilt_, fit.a);
+  const Slips slips(y, u, constant_of(fit.a));
   const double plain = slips.without();
   double best = plain;
   for (std::size_t shifted = rest - longest_slip; shifted <= rest + longest_slip; shifted += slip_step) {
@@ -288,6 +342,19 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad, std:
     found.shift_s = (static_cast<double>(shifted) - static_cast<double>(rest)) * step_s_;
   }
   found.shift_gain = gain(plain, best_shifted);
+
+  const DeadTimes dead_times(y, u, constant_of(fit.a));
+  const double no_response = dead_times.residual(0, 0);
+  const auto is_needed = [&](std::size_t dead) {
+    return gain(dead_times.residual(dead, dead + taps), dead_times.residual(0, dead + taps)) >
+           needed_gain * static_cast<double>(dead) + needed_gain_more;
+  };
+  std::size_t dead = 0;
+  if (gain(no_response, dead_times.residual(0, longest_dead + taps)) > dead_gain)
+    while (dead < longest_dead && !is_needed(dead + 1)) ++dead;
+  if (dead > longest_dead_ && dead < longest_dead &&
+      gain(no_response, dead_times.residual(dead, dead + taps)) > dead_gain)
+    found.early_s = static_cast<double>(dead - passive_dead) * step_s_;
 
   double best_missing = plain;
   slips.visit_missing([&](std::size_t place, bool is_before, double residual) {
@@ -322,17 +389,19 @@ bool look_for_changes(const ResponseCheck& check, std::span<const double> sway_r
                     "still there, or the sensor failed; give the part with the tilt and its protocol");
     return false;
   }
-  if (found.slip_gain <= slip_gain) return false;
-  if (found.shift_gain > found.slip_gain) {
-    const bool late = found.shift_s > 0.0;
+  const bool slips = found.slip_gain > slip_gain, is_shifted = slips && found.shift_gain > found.slip_gain;
+  if (is_shifted || (!slips && found.early_s > 0.0)) {
+    const double start_s = is_shifted ? found.shift_s : -found.early_s;
+    const bool late = start_s > 0.0;
     add_caution(warnings, "other_start",
-                "the sway follows the tilt as if the recording started " + three_digits(std::abs(found.shift_s)) +
-                    " s " + (late ? "after" : "before") + " the protocol: " +
+                "the sway follows the tilt as if the recording started " + three_digits(std::abs(start_s)) + " s " +
+                    (late ? "after" : "before") + " the protocol: " +
                     (late ? "give a recording from the protocol's start on"
                           : "give the protocol's start as " + setting("begin")) +
                     ", or let a fit infer it (" + setting("prior_start") + ")");
     return true;
   }
+  if (!slips) return false;
   add_caution(warnings, "time_slips",
               "after " + three_digits(found.slip_at_s) + " s of the protocol the sway follows the tilt " +
                   three_digits(std::abs(found.slip_s)) + " s " + (found.slip_s > 0.0 ? "earlier" : "later") +

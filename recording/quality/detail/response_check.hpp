@@ -16,8 +16,9 @@ namespace decid::recording {
 /// Checks sways against one tilt. Immutable: threads may share it.
 class ResponseCheck {
  public:
-  /// tilt_rad: one value per sample of the trial.
-  ResponseCheck(std::span<const double> tilt_rad, double rate_hz);
+  /// tilt_rad: one value per sample of the trial. has_passive: the body's passive stiffness or damping responds to the
+  /// tilt at once; else only the active torque responds, after its delay.
+  ResponseCheck(std::span<const double> tilt_rad, double rate_hz, bool has_passive = true);
 
   struct Found {
     double innovation_rad = 0.0, medians = 0.0;  ///< the largest |e|, and its ratio to the median of |e|
@@ -27,6 +28,9 @@ class ResponseCheck {
     /// slip_gain is the number of samples times the relative decrease of the residual, or 0.
     double slip_gain = 0.0, slip_s = 0.0, slip_at_s = 0.0;
     double shift_gain = 0.0, shift_s = 0.0;  ///< the same improvement if the whole sway is shift_s earlier
+    /// How much later than a body the sway begins to respond, so that the recording starts early; 0 below 0.3 s, and
+    /// for a small response.
+    double early_s = 0.0;
     /// The same improvement without any response from rest_begin_s to rest_end_s, one of which is an end of the trial.
     /// Below 0, thus 0, for a sway that follows the tilt throughout.
     double rest_gain = 0.0, rest_begin_s = 0.0, rest_end_s = 0.0;
@@ -40,6 +44,7 @@ class ResponseCheck {
   double step_s_;
   std::vector<double> tilt_;  // means of blocks, with rest before and after
   std::size_t blocks_;        // of the trial
+  std::size_t longest_dead_;  // blocks of a body's dead time
 };
 
 /// Adds the cautions `stretch_off` (an unexplained movement of 0.3 degrees and 14 medians within a block),

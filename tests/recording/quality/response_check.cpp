@@ -257,3 +257,30 @@ TEST_CASE("a recording that starts late or early throughout is no slip") {
     CHECK(warned("other_start", moved, 60, 3) >= 17);
   }
 }
+
+TEST_CASE("a recording that starts a little before the platform, which the taps of a response would absorb") {
+  const auto started = [](std::size_t samples) {
+    return [=](std::vector<double>& values) {
+      values.insert(values.begin(), samples, values.front());
+      values.resize(values.size() - samples);
+    };
+  };
+  // Of 20 bodies with little noise; the response of some of the others is small.
+  CHECK(warned("other_start", started(30), 60, 3) >= 15);
+  CHECK(warned("other_start", started(50), 60, 3) >= 17);
+  CHECK(warned("time_slips", started(50), 60, 3) == 0);
+  int near = 0, with_active_torque_only = 0;
+  std::vector<double> tilt;
+  const int steps = simulator().protocol().experiment.steps_per_sample();
+  for (int k = 0; k < simulator().samples(); ++k) tilt.push_back(simulator().stimulus().tilt_at(k * steps));
+  const ResponseCheck active(tilt, rate_hz, false);
+  for (std::uint64_t i = 0; i < 60; i += 3) {
+    std::vector<double> values = sway(i);
+    CHECK(check().check(values).early_s == 0.0);
+    started(30)(values);
+    near += std::abs(check().check(values).early_s - 0.3) < 0.11;
+    with_active_torque_only += active.check(values).early_s > 0.0;
+  }
+  CHECK(near >= 15);
+  CHECK(with_active_torque_only <= 1);  // whose delay is up to 0.24 s
+}
