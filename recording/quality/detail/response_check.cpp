@@ -26,8 +26,8 @@ constexpr std::size_t rest = longest_slip + taps + order;
 constexpr std::size_t longest_dead = 17;  ///< of the response, in a recording that starts early
 constexpr int rounds = 3;
 constexpr double off_deg = 0.3, off_medians = 14.0, slip_gain = 50.0, rest_gain = 26.0;
-/// What the taps before a dead time add by chance: their number, on average.
-constexpr double needed_gain = 2.0, needed_gain_more = 5.0, dead_gain = 60.0;
+constexpr double chance_gain = 2.0, chance_gain_more = 5.0, inexact_part = 0.02, most_inexact_gain = 250.0;
+constexpr double dead_gain = 60.0;
 /// Passive stiffness and damping show in the second block. Without them the active torque shows after its delay.
 constexpr std::size_t passive_dead = 1, longest_passive_dead = 3, longest_active_dead = 5;
 constexpr double movement_deg = 0.3, movement_deviations = 8.0;
@@ -345,12 +345,15 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad, std:
 
   const DeadTimes dead_times(y, u, constant_of(fit.a));
   const double no_response = dead_times.residual(0, 0);
+  const double whole_gain = gain(no_response, dead_times.residual(0, longest_dead + taps));
+  // What the taps before a dead time add by chance, and because the response is not linear.
+  const double inexact_gain = std::min(inexact_part * whole_gain, most_inexact_gain);
   const auto is_needed = [&](std::size_t dead) {
     return gain(dead_times.residual(dead, dead + taps), dead_times.residual(0, dead + taps)) >
-           needed_gain * static_cast<double>(dead) + needed_gain_more;
+           std::max(chance_gain * static_cast<double>(dead) + chance_gain_more, inexact_gain);
   };
   std::size_t dead = 0;
-  if (gain(no_response, dead_times.residual(0, longest_dead + taps)) > dead_gain)
+  if (whole_gain > dead_gain)
     while (dead < longest_dead && !is_needed(dead + 1)) ++dead;
   if (dead > longest_dead_ && dead < longest_dead &&
       gain(no_response, dead_times.residual(dead, dead + taps)) > dead_gain)
