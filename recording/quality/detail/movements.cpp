@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <numeric>
 #include <utility>
 
 #include "base/math/statistics.hpp"
@@ -74,12 +75,14 @@ class Innovations {
   Match compare(const Shape& shape, std::ptrdiff_t place) const {
     const std::ptrdiff_t end = std::min(place + std::ssize(shape.form), std::ssize(values_)),
                          begin = std::max(place, first_);
-    const bool is_whole = is_known_.empty() && begin == place && end == place + std::ssize(shape.form);
-    double sum = 0.0, energy = is_whole ? shape.energy : 0.0;
-    for (std::ptrdiff_t k = begin; k < end; ++k) {
-      const double value = shape.form[static_cast<std::size_t>(k - place)];
-      sum += values_[static_cast<std::size_t>(k)] * value;
-      if (!is_whole && (is_known_.empty() || is_known_[static_cast<std::size_t>(k)])) energy += value * value;
+    if (begin >= end) return {};
+    const auto form = shape.form.begin() + (begin - place), form_end = shape.form.begin() + (end - place);
+    const double sum = std::inner_product(form, form_end, values_.begin() + begin, 0.0);
+    double energy = shape.energy;
+    if (!is_known_.empty() || form_end - form < std::ssize(shape.form)) {
+      energy = 0.0;
+      for (std::ptrdiff_t k = begin; k < end; ++k)
+        if (is_known_.empty() || is_known_[static_cast<std::size_t>(k)]) energy += form[k - begin] * form[k - begin];
     }
     if (!(energy > min_energy * shape.energy)) return {};
     return {sum / std::sqrt(energy), sum / energy};

@@ -155,13 +155,6 @@ class Slips {
 
   double without() const { return residual(y_.size(), rest, {}); }
 
-  /// Returns the residual if the tilt is read later from the first block on.
-  double shifted(std::size_t shifted) const {
-    Row all{};
-    for (std::size_t k = order; k < y_.size(); ++k) add_products(row_of(u_, constant_, k + shifted), y_[k], all);
-    return residual(order, shifted, all);
-  }
-
   /// Calls visit(block, is_before, residual) for each place: the response is missing before the block, or from it on.
   template <class Visit>
   void visit_missing(const Visit& visit) const {
@@ -184,15 +177,17 @@ class Slips {
     }
   }
 
-  /// Calls visit(block, residual) for each place, from last to first. `shifted`: `rest` plus the blocks by which the
-  /// tilt is read later.
+  /// Calls visit(block, residual) for each place, from last to first. Returns the residual if the tilt is read later
+  /// from the first block on. `shifted`: `rest` plus the blocks by which the tilt is read later.
   template <class Visit>
-  void visit(std::size_t shifted, const Visit& visit) const {
+  double visit(std::size_t shifted, const Visit& visit) const {
     Row behind{};
-    for (std::size_t k = y_.size(); k-- > margin;) {
+    for (std::size_t k = y_.size(); k-- > order;) {
       add_products(row_of(u_, constant_, k + shifted), y_[k], behind);
-      if (k <= y_.size() - margin && (k - margin) % place_step == 0) visit(k, residual(k, shifted, behind));
+      if (k >= margin && k <= y_.size() - margin && (k - margin) % place_step == 0)
+        visit(k, residual(k, shifted, behind));
     }
+    return residual(order, shifted, behind);
   }
 
  private:
@@ -319,28 +314,24 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad, std:
   const std::vector<double> y = whitened(sway, fit.a), u = whitened(tilt_, fit.a);
   const Slips slips(y, u, constant_of(fit.a));
   const double plain = slips.without();
-  double best = plain;
+  double best = plain, best_shifted = plain;
   for (std::size_t shifted = rest - longest_slip; shifted <= rest + longest_slip; shifted += slip_step) {
     if (shifted == rest) continue;
-    slips.visit(shifted, [&](std::size_t place, double residual) {
+    const double shift_s = (static_cast<double>(shifted) - static_cast<double>(rest)) * step_s_;
+    const double whole = slips.visit(shifted, [&](std::size_t place, double residual) {
       if (!(residual < best)) return;
       best = residual;
-      found.slip_s = (static_cast<double>(shifted) - static_cast<double>(rest)) * step_s_;
+      found.slip_s = shift_s;
       found.slip_at_s = static_cast<double>(place) * step_s_;
     });
+    if (!(whole < best_shifted)) continue;
+    best_shifted = whole;
+    found.shift_s = shift_s;
   }
   const auto gain = [&](double worse, double better) {
     return better > 0.0 ? static_cast<double>(blocks_) * (worse / better - 1.0) : 0.0;
   };
   found.slip_gain = gain(plain, best);
-
-  double best_shifted = plain;
-  for (std::size_t shifted = rest - longest_slip; shifted <= rest + longest_slip; shifted += slip_step) {
-    const double residual = slips.shifted(shifted);
-    if (!(residual < best_shifted)) continue;
-    best_shifted = residual;
-    found.shift_s = (static_cast<double>(shifted) - static_cast<double>(rest)) * step_s_;
-  }
   found.shift_gain = gain(plain, best_shifted);
 
   const DeadTimes dead_times(y, u, constant_of(fit.a));
