@@ -5,10 +5,10 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <numbers>
 #include <numeric>
 #include <utility>
 
+#include "base/math/math.hpp"
 #include "base/math/statistics.hpp"
 #include "recording/quality/detail/whitened.hpp"
 
@@ -42,14 +42,14 @@ std::vector<Shape> shapes_of(std::span<const double> a, double step_s) {
     std::vector<double> values;  // a raised cosine
     const auto steps = static_cast<int>(std::round(length_s / step_s));
     for (int k = 1; k < steps; ++k) {
-      const double sine = std::sin(std::numbers::pi * k / steps);
+      const double sine = sincos_of_turn(k, 2LL * steps).sin;
       values.push_back(sine * sine);
     }
     shapes.push_back(shape_of(std::move(values), false, a));
   }
   std::vector<double> values;
   const auto reach = static_cast<int>(std::round(step_reach_s / step_s));
-  for (int k = -reach; k <= reach; ++k) values.push_back(1.0 / (1.0 + std::exp(-k * step_s / step_time_s)));
+  for (int k = -reach; k <= reach; ++k) values.push_back(1.0 / (1.0 + decid::exp(-k * step_s / step_time_s)));
   shapes.push_back(shape_of(std::move(values), true, a));
   return shapes;
 }

@@ -337,7 +337,7 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad, std:
   const DeadTimes dead_times(y, u, constant_of(fit.a));
   const double no_response = dead_times.residual(0, 0);
   const double whole_gain = gain(no_response, dead_times.residual(0, longest_dead + taps));
-  // What the taps before a dead time add by chance, and because the response is not linear.
+  // The taps before a dead time improve the fit by chance, and because the response is not linear.
   const double inexact_gain = std::min(inexact_part * whole_gain, most_inexact_gain);
   const auto is_needed = [&](std::size_t dead) {
     return gain(dead_times.residual(dead, dead + taps), dead_times.residual(0, dead + taps)) >

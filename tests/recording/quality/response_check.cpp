@@ -266,7 +266,7 @@ TEST_CASE("a recording that starts a little before the platform, which the taps 
       values.resize(values.size() - samples);
     };
   };
-  // Of 20 bodies with little noise; the response of some of the others is small.
+  // 20 bodies with little noise: the response of some of the others is small.
   CHECK(warned("other_start", started(30), 60, 3) >= 14);
   CHECK(warned("other_start", started(50), 60, 3) >= 17);
   CHECK(warned("time_slips", started(50), 60, 3) == 0);
