@@ -123,6 +123,7 @@ TEST_CASE("a stagger, a change of posture and a person who settles are found") {
     }
   };
   CHECK(warned("unusual_movement", settle, 40, 1) >= 36);
+  CHECK(warned("no_response", settle, 40, 1) <= 1);
 
   std::vector<double> values = sway(1);
   bump(-3.0, 60.0, 2.0)(values);
