@@ -94,7 +94,7 @@ void warn_of_residual(std::span<const float> sway_rad, std::span<const std::vect
   std::vector<float> straight(sway_rad.begin(), sway_rad.end());
   const double drift_deg = subtract_drift(straight, explanation.fitted_rad);
   const double without_drift = residual_of(straight, explanation.fitted_rad).variance_accounted_for;
-  if (without_drift >= least) {
+  if (without_drift >= least && without_drift > 0.0) {  // a line that leaves nothing explained is no cause
     explanation.warnings.push_back(
         {severity, "drift",
          format("the sway drifts by %.2g degrees over the trial, which the identified controller does not explain: "

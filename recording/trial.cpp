@@ -95,7 +95,12 @@ const TiltMatcher& ProtocolPlan::tilt() const {
 
 const ResponseCheck& ProtocolPlan::response() const {
   const std::lock_guard lock(making_);
-  if (!response_) response_ = std::make_unique<const ResponseCheck>(tilt_rad_, protocol_.experiment.sample_rate_hz);
+  if (!response_) {
+    const sim::Family& family = protocol_.family();
+    const bool has_passive =
+        family.varies(sim::Coefficient::kp_pass, 0.0) || family.varies(sim::Coefficient::kd_pass, 0.0);
+    response_ = std::make_unique<const ResponseCheck>(tilt_rad_, protocol_.experiment.sample_rate_hz, has_passive);
+  }
   return *response_;
 }
 
@@ -158,7 +163,8 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   add_change(recording);
   for (const Signal<double>& signal : recording.signals) {
     std::vector<double> values = cut(signal.rad, from_hz, rate, place, samples);
-    if (signal.name == com_sway) trial.other_start = look_for_changes(plan.response(), values, recording.warnings);
+    if (signal.name == com_sway)
+      trial.other_start = look_for_changes(plan.response(), values, trial.gaps, recording.warnings);
     if (&signal == tilt) {
       const auto tilt_gaps = gaps_in_trial(recording.tilt_gaps, from_hz, rate, place, samples);
       look_for_tilt_slips(values, tilt_gaps, plan, from_hz, options.start_s.has_value(), recording.warnings);

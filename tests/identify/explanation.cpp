@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "base/math/random.hpp"
 #include "identify/detail/as_recorded.hpp"
@@ -82,6 +83,22 @@ TEST_CASE("explanation: a drift is named, and another movement is not taken for 
   CHECK(warned(0.07, 0.0) == std::pair{true, false});
   CHECK(warned(-0.07, 0.0) == std::pair{true, false});
   CHECK(warned(0.0, 0.05) == std::pair{false, true});
+}
+
+TEST_CASE("explanation: a line is no drift if nothing is explained without it either, as behind a high-pass") {
+  const sim::Parameters parameters = controller(1.5);
+  int unexplained = 0;
+  for (std::uint64_t item = 0; item < 10; ++item) {
+    const std::vector<double> sway = trial(parameters, item);
+    std::vector<double> high_passed(sway.size(), 0.0);
+    const double kept = 1.0 / (1.0 + 0.02 * std::numbers::pi * 0.1);  // 0.1 Hz at 100 Hz
+    for (std::size_t k = 1; k < sway.size(); ++k)
+      high_passed[k] = kept * (high_passed[k - 1] + 0.6 * (sway[k] - sway[k - 1]));
+    const Warnings warnings = explained(high_passed, parameters).warnings;
+    CHECK_FALSE(has(warnings, "drift"));
+    unexplained += has(warnings, "little_explained");
+  }
+  CHECK(unexplained >= 7);
 }
 
 TEST_CASE("explain: a trial that starts late is compared with simulated trials from there on") {

@@ -10,6 +10,7 @@
 #include "base/math/statistics.hpp"
 #include "base/setting.hpp"
 #include "recording/quality/detail/block_means.hpp"
+#include "recording/quality/detail/whitened.hpp"
 #include "recording/table/columns.hpp"
 #include "sim/protocol/protocol.hpp"
 
@@ -22,8 +23,15 @@ constexpr std::size_t taps = 12, order = 6;  ///< of h and a
 constexpr std::size_t unknowns = taps + 1;   ///< with c
 constexpr std::size_t longest_slip = 30, slip_step = 2, margin = 100, place_step = 50;
 constexpr std::size_t rest = longest_slip + taps + order;
+constexpr std::size_t longest_dead = 17;  ///< of the response, in a recording that starts early
 constexpr int rounds = 3;
 constexpr double off_deg = 0.3, off_medians = 14.0, slip_gain = 50.0, rest_gain = 26.0;
+constexpr double chance_gain = 2.0, chance_gain_more = 5.0, inexact_part = 0.02, most_inexact_gain = 250.0;
+constexpr double dead_gain = 60.0;
+/// Passive stiffness and damping show in the second block. Without them the active torque shows after its delay.
+constexpr std::size_t passive_dead = 1, longest_passive_dead = 3, longest_active_dead = 5;
+constexpr double movement_deg = 0.3, movement_deviations = 8.0;
+constexpr double around_s = 1.0;  ///< what a user empties on both sides of a movement, together
 
 using Row = std::array<double, unknowns>;
 using Square = std::array<Row, unknowns>;  // lower triangle
@@ -61,14 +69,6 @@ void solve(std::array<std::array<double, N>, N> a, std::array<double, N>& b) {
 }
 
 using Filter = std::array<double, order>;
-
-/// Returns values[k] - sum_i a_i values[k - 1 - i], with zeros before the first value.
-std::vector<double> whitened(const std::vector<double>& values, const Filter& a) {
-  std::vector<double> result = values;
-  for (std::size_t k = 0; k < values.size(); ++k)
-    for (std::size_t i = 0; i < std::min(k, order); ++i) result[k] -= a[i] * values[k - 1 - i];
-  return result;
-}
 
 /// Solves the Yule-Walker equations of the noise.
 Filter autoregression(const std::vector<double>& noise) {
@@ -155,13 +155,6 @@ class Slips {
 
   double without() const { return residual(y_.size(), rest, {}); }
 
-  /// Returns the residual if the tilt is read later from the first block on.
-  double shifted(std::size_t shifted) const {
-    Row all{};
-    for (std::size_t k = order; k < y_.size(); ++k) add_products(row_of(u_, constant_, k + shifted), y_[k], all);
-    return residual(order, shifted, all);
-  }
-
   /// Calls visit(block, is_before, residual) for each place: the response is missing before the block, or from it on.
   template <class Visit>
   void visit_missing(const Visit& visit) const {
@@ -184,15 +177,17 @@ class Slips {
     }
   }
 
-  /// Calls visit(block, residual) for each place, from last to first. `shifted`: `rest` plus the blocks by which the
-  /// tilt is read later.
+  /// Calls visit(block, residual) for each place, from last to first. Returns the residual if the tilt is read later
+  /// from the first block on. `shifted`: `rest` plus the blocks by which the tilt is read later.
   template <class Visit>
-  void visit(std::size_t shifted, const Visit& visit) const {
+  double visit(std::size_t shifted, const Visit& visit) const {
     Row behind{};
-    for (std::size_t k = y_.size(); k-- > margin;) {
+    for (std::size_t k = y_.size(); k-- > order;) {
       add_products(row_of(u_, constant_, k + shifted), y_[k], behind);
-      if (k <= y_.size() - margin && (k - margin) % place_step == 0) visit(k, residual(k, shifted, behind));
+      if (k >= margin && k <= y_.size() - margin && (k - margin) % place_step == 0)
+        visit(k, residual(k, shifted, behind));
     }
+    return residual(order, shifted, behind);
   }
 
  private:
@@ -214,19 +209,86 @@ class Slips {
   std::vector<Row> before_;      // [k]: with the sway, before block k of the trial
 };
 
+/// Fits with responses that begin later. y, u: whitened sway and tilt.
+class DeadTimes {
+ public:
+  DeadTimes(const std::vector<double>& y, const std::vector<double>& u, double constant) : n_(y.size()) {
+    const auto tilt = [&](std::size_t k, std::size_t lag) { return u[k + rest - lag]; };
+    for (std::size_t k = order; k < n_; ++k) {
+      size_ += y[k] * y[k];
+      right_[reach] += y[k] * constant;
+      for (std::size_t i = 0; i < reach; ++i) {
+        right_[i] += y[k] * tilt(k, i);
+        left_[i][0] += tilt(k, i) * tilt(k, 0);
+        left_[reach][i] += tilt(k, i) * constant;
+      }
+    }
+    left_[reach][reach] = static_cast<double>(n_ - order) * constant * constant;
+    // One block earlier are the products of the taps before.
+    for (std::size_t i = 1; i < reach; ++i)
+      for (std::size_t j = 1; j <= i; ++j)
+        left_[i][j] = left_[i - 1][j - 1] + tilt(order, i) * tilt(order, j) - tilt(n_, i) * tilt(n_, j);
+  }
+
+  /// Returns the residual of a response of taps first .. end - 1.
+  double residual(std::size_t first, std::size_t end) const {
+    Products left{};
+    Taps right{};
+    const auto is_used = [&](std::size_t i) { return i == reach || (i >= first && i < end); };
+    for (std::size_t i = 0; i <= reach; ++i) {
+      if (!is_used(i)) continue;
+      right[i] = right_[i];
+      for (std::size_t j = 0; j <= i; ++j)
+        if (is_used(j)) left[i][j] = left_[i][j];
+    }
+    return size_ - eliminate(left, right);
+  }
+
+ private:
+  static constexpr std::size_t reach = longest_dead + taps;
+  static_assert(reach + order <= rest);
+  using Taps = std::array<double, reach + 1>;  // with the constant
+  using Products = std::array<Taps, reach + 1>;
+
+  std::size_t n_;
+  double size_ = 0.0;
+  Products left_{};
+  Taps right_{};
+};
+
+std::string describe(const Movement& movement) {
+  const std::string size = three_digits(std::abs(movement.size) / sim::rad_per_deg) + " degrees",
+                    unexplained = ", which neither the tilt nor this sway's noise explains: ",
+                    from = three_digits(movement.begin_s), to = three_digits(movement.end_s);
+  if (movement.is_step)
+    return "about " + three_digits(0.5 * (movement.begin_s + movement.end_s)) +
+           " s after the protocol's start the sway moves to another level, by " + size + unexplained +
+           "if the person stood differently from then on, or the sensor slipped, repeat the trial";
+  const std::string fill = setting("fill_gaps") + " ";
+  if (movement.begin_s <= 0.0)
+    return "in the protocol's first " + to + " s the sway moves by " + size + unexplained +
+           "if the person had not settled, leave the sway's values empty until the person stands as later, and give " +
+           fill + "with the length of this gap, or repeat the trial";
+  return "from " + from + " to " + to + " s of the protocol the sway moves by " + size + unexplained +
+         "if the person staggered or was held, leave the sway's values in this stretch and half a second on both sides "
+         "empty, and give " +
+         fill + three_digits(std::ceil(movement.end_s - movement.begin_s + around_s)) + "; else repeat the trial";
+}
+
 }  // namespace
 
-ResponseCheck::ResponseCheck(std::span<const double> tilt_rad, double rate_hz)
+ResponseCheck::ResponseCheck(std::span<const double> tilt_rad, double rate_hz, bool has_passive)
     : block_(std::max<std::size_t>(1, static_cast<std::size_t>(std::round(rate_hz / coarse_hz)))),
       step_s_(static_cast<double>(block_) / rate_hz),
       tilt_(rest, 0.0),
-      blocks_(tilt_rad.size() / block_) {
+      blocks_(tilt_rad.size() / block_),
+      longest_dead_(has_passive ? longest_passive_dead : longest_active_dead) {
   const std::vector<double> means = block_means(tilt_rad, block_);
   tilt_.insert(tilt_.end(), means.begin(), means.end());
   tilt_.resize(tilt_.size() + longest_slip, 0.0);
 }
 
-ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad) const {
+ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad, std::span<const SampleRange> gaps) const {
   Found found;
   if (static_cast<double>(blocks_) * step_s_ < shortest_s || blocks_ < 3 * margin) return found;
   std::vector<double> sway = block_means(sway_rad, block_);
@@ -234,6 +296,11 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad) cons
   for (const double value : sway) mean += value / static_cast<double>(blocks_);
   for (double& value : sway) value -= mean;
   const Rest fit = fit_response(sway, tilt_);
+
+  std::vector<bool> is_measured(gaps.empty() ? 0 : blocks_, true);
+  for (const SampleRange& gap : gaps)
+    for (std::size_t k = gap.first / block_; k < blocks_ && k * block_ < gap.end; ++k) is_measured[k] = false;
+  found.movement = largest_movement(fit.noise, fit.a, is_measured, step_s_);
 
   std::vector<double> innovations = whitened(fit.noise, fit.a);
   innovations.erase(innovations.begin(), innovations.begin() + order);
@@ -244,31 +311,44 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad) cons
   const double typical = median(std::move(innovations));
   found.medians = typical > 0.0 ? found.innovation_rad / typical : 0.0;
 
-  const Slips slips(whitened(sway, fit.a), whitened(tilt_, fit.a), constant_of(fit.a));
+  const std::vector<double> y = whitened(sway, fit.a), u = whitened(tilt_, fit.a);
+  const Slips slips(y, u, constant_of(fit.a));
   const double plain = slips.without();
-  double best = plain;
+  double best = plain, best_shifted = plain;
   for (std::size_t shifted = rest - longest_slip; shifted <= rest + longest_slip; shifted += slip_step) {
     if (shifted == rest) continue;
-    slips.visit(shifted, [&](std::size_t place, double residual) {
+    const double shift_s = (static_cast<double>(shifted) - static_cast<double>(rest)) * step_s_;
+    const double whole = slips.visit(shifted, [&](std::size_t place, double residual) {
       if (!(residual < best)) return;
       best = residual;
-      found.slip_s = (static_cast<double>(shifted) - static_cast<double>(rest)) * step_s_;
+      found.slip_s = shift_s;
       found.slip_at_s = static_cast<double>(place) * step_s_;
     });
+    if (!(whole < best_shifted)) continue;
+    best_shifted = whole;
+    found.shift_s = shift_s;
   }
   const auto gain = [&](double worse, double better) {
     return better > 0.0 ? static_cast<double>(blocks_) * (worse / better - 1.0) : 0.0;
   };
   found.slip_gain = gain(plain, best);
-
-  double best_shifted = plain;
-  for (std::size_t shifted = rest - longest_slip; shifted <= rest + longest_slip; shifted += slip_step) {
-    const double residual = slips.shifted(shifted);
-    if (!(residual < best_shifted)) continue;
-    best_shifted = residual;
-    found.shift_s = (static_cast<double>(shifted) - static_cast<double>(rest)) * step_s_;
-  }
   found.shift_gain = gain(plain, best_shifted);
+
+  const DeadTimes dead_times(y, u, constant_of(fit.a));
+  const double no_response = dead_times.residual(0, 0);
+  const double whole_gain = gain(no_response, dead_times.residual(0, longest_dead + taps));
+  // The taps before a dead time improve the fit by chance, and because the response is not linear.
+  const double inexact_gain = std::min(inexact_part * whole_gain, most_inexact_gain);
+  const auto is_needed = [&](std::size_t dead) {
+    return gain(dead_times.residual(dead, dead + taps), dead_times.residual(0, dead + taps)) >
+           std::max(chance_gain * static_cast<double>(dead) + chance_gain_more, inexact_gain);
+  };
+  std::size_t dead = 0;
+  if (whole_gain > dead_gain)
+    while (dead < longest_dead && !is_needed(dead + 1)) ++dead;
+  if (dead > longest_dead_ && dead < longest_dead &&
+      gain(no_response, dead_times.residual(dead, dead + taps)) > dead_gain)
+    found.early_s = static_cast<double>(dead - passive_dead) * step_s_;
 
   double best_missing = plain;
   slips.visit_missing([&](std::size_t place, bool is_before, double residual) {
@@ -305,34 +385,41 @@ ResponseCheck::Response ResponseCheck::response_of(std::span<const double> signa
   return {n * (all / rest_power - 1.0), std::sqrt(power(response, 0) / n)};
 }
 
-bool look_for_changes(const ResponseCheck& check, std::span<const double> sway_rad, Warnings& warnings) {
-  const ResponseCheck::Found found = check.check(sway_rad);
+bool look_for_changes(const ResponseCheck& check, std::span<const double> sway_rad, std::span<const SampleRange> gaps,
+                      Warnings& warnings) {
+  const ResponseCheck::Found found = check.check(sway_rad, gaps);
   const bool known = std::ranges::any_of(warnings, [](const Warning& warning) {
     return one_of(warning.code, {"jumps", "spikes", "frozen"});
   });
-  if (!known && found.medians > off_medians && found.innovation_rad > off_deg * sim::rad_per_deg)
+  const bool is_off = found.medians > off_medians && found.innovation_rad > off_deg * sim::rad_per_deg;
+  const bool moves = !known && !is_off && found.movement.deviations > movement_deviations &&
+                     std::abs(found.movement.size) > movement_deg * sim::rad_per_deg;
+  if (!known && is_off)
     add_caution(warnings, "stretch_off",
                 three_digits(found.innovation_at_s) + " s after the protocol's start the sway moves by " +
                     three_digits(found.innovation_rad / sim::rad_per_deg) + " degrees within 0.1 s, " +
                     three_digits(found.medians) + " times as far as it usually does: check the sensor there");
-  if (found.rest_gain > rest_gain && found.rest_gain > std::max(found.shift_gain, found.slip_gain)) {
+  if (moves) add_caution(warnings, "unusual_movement", describe(found.movement));
+  if (!moves && found.rest_gain > rest_gain && found.rest_gain > std::max(found.shift_gain, found.slip_gain)) {
     add_caution(warnings, "no_response",
                 "from " + three_digits(found.rest_begin_s) + " to " + three_digits(found.rest_end_s) +
                     " s of the protocol the sway does not follow the tilt, and otherwise it does: the platform stood "
                     "still there, or the sensor failed; give the part with the tilt and its protocol");
     return false;
   }
-  if (found.slip_gain <= slip_gain) return false;
-  if (found.shift_gain > found.slip_gain) {
-    const bool late = found.shift_s > 0.0;
+  const bool slips = found.slip_gain > slip_gain, is_shifted = slips && found.shift_gain > found.slip_gain;
+  if (is_shifted || (!slips && found.early_s > 0.0)) {
+    const double start_s = is_shifted ? found.shift_s : -found.early_s;
+    const bool late = start_s > 0.0;
     add_caution(warnings, "other_start",
-                "the sway follows the tilt as if the recording started " + three_digits(std::abs(found.shift_s)) +
-                    " s " + (late ? "after" : "before") + " the protocol: " +
+                "the sway follows the tilt as if the recording started " + three_digits(std::abs(start_s)) + " s " +
+                    (late ? "after" : "before") + " the protocol: " +
                     (late ? "give a recording from the protocol's start on"
                           : "give the protocol's start as " + setting("begin")) +
                     ", or let a fit infer it (" + setting("prior_start") + ")");
     return true;
   }
+  if (!slips) return false;
   add_caution(warnings, "time_slips",
               "after " + three_digits(found.slip_at_s) + " s of the protocol the sway follows the tilt " +
                   three_digits(std::abs(found.slip_s)) + " s " + (found.slip_s > 0.0 ? "earlier" : "later") +

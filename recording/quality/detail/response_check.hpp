@@ -7,29 +7,37 @@
 #include <span>
 #include <vector>
 
+#include "base/sample_range.hpp"
 #include "base/warning.hpp"
+#include "recording/quality/detail/movements.hpp"
 
 namespace decid::recording {
 
 /// Checks sways against one tilt. Immutable: threads may share it.
 class ResponseCheck {
  public:
-  /// tilt_rad: one value per sample of the trial.
-  ResponseCheck(std::span<const double> tilt_rad, double rate_hz);
+  /// tilt_rad: one value per sample of the trial. has_passive: the body's passive stiffness or damping responds to the
+  /// tilt at once; else only the active torque responds, after its delay.
+  ResponseCheck(std::span<const double> tilt_rad, double rate_hz, bool has_passive = true);
 
   struct Found {
     double innovation_rad = 0.0, medians = 0.0;  ///< the largest |e|, and its ratio to the median of |e|
     double innovation_at_s = 0.0;
+    Movement movement;  ///< the most conspicuous one, in rad
     /// The improvement if the sway from slip_at_s is slip_s earlier than before (positive: a stretch is missing).
     /// slip_gain is the number of samples times the relative decrease of the residual, or 0.
     double slip_gain = 0.0, slip_s = 0.0, slip_at_s = 0.0;
     double shift_gain = 0.0, shift_s = 0.0;  ///< the same improvement if the whole sway is shift_s earlier
+    /// How much later than a body the sway begins to respond, so that the recording starts early; 0 below 0.3 s, and
+    /// for a small response.
+    double early_s = 0.0;
     /// The same improvement without any response from rest_begin_s to rest_end_s, one of which is an end of the trial.
     /// Below 0, thus 0, for a sway that follows the tilt throughout.
     double rest_gain = 0.0, rest_begin_s = 0.0, rest_end_s = 0.0;
   };
-  /// Checks a sway that has the tilt's number of samples. Returns zeros for trials under 40 s.
-  Found check(std::span<const double> sway_rad) const;
+  /// Checks a sway that has the tilt's number of samples. Returns zeros for trials under 40 s. gaps: samples that were
+  /// not measured; no movement is looked for there.
+  Found check(std::span<const double> sway_rad, std::span<const SampleRange> gaps = {}) const;
 
   struct Response {
     double gain = 0.0;     ///< the improvement by the response to the tilt, as slip_gain; about 12 without a response
@@ -44,11 +52,15 @@ class ResponseCheck {
   double step_s_;
   std::vector<double> tilt_;  // means of blocks, with rest before and after
   std::size_t blocks_;        // of the trial
+  std::size_t longest_dead_;  // blocks of a body's dead time
 };
 
-/// Adds the cautions `stretch_off` (an unexplained movement of 0.3 degrees and 14 medians), and one of `no_response`
-/// (in one part, as from a platform that stopped), `other_start` and `time_slips`. Skips `stretch_off` if the warnings
-/// already contain jumps, spikes or a frozen sensor. Returns true with `other_start`.
-bool look_for_changes(const ResponseCheck& check, std::span<const double> sway_rad, Warnings& warnings);
+/// Adds the cautions `stretch_off` (an unexplained movement of 0.3 degrees and 14 medians within a block),
+/// `unusual_movement` (one of 0.5 to 4 s, or to another level, of 0.3 degrees and 8 standard deviations; not with
+/// `stretch_off`), and one of `no_response` (in one part, as from a platform that stopped; not with a movement, which
+/// also hides the response), `other_start` and `time_slips`. Skips the first two if the warnings already contain jumps,
+/// spikes or a frozen sensor. gaps: samples that were not measured. Returns true with `other_start`.
+bool look_for_changes(const ResponseCheck& check, std::span<const double> sway_rad, std::span<const SampleRange> gaps,
+                      Warnings& warnings);
 
 }  // namespace decid::recording

@@ -1,12 +1,14 @@
-// A sway that goes on as it began, and sways with levels that are off and time that is missing.
+// A sway that goes on as it began, and sways with levels that are off, movements and time that is missing.
 #include "recording/quality/detail/response_check.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <vector>
 
 #include "base/math/random.hpp"
+#include "base/sample_range.hpp"
 #include "recording/trial.hpp"
 #include "sim/simulate.hpp"
 #include "sim/streams.hpp"
@@ -65,8 +67,9 @@ int warned(const std::string& code, const Change& change, std::uint64_t end, std
     CHECK(trial.other_start == (std::ranges::count(recording.warnings, "other_start", &Warning::code) > 0));
     for (const Warning& warning : recording.warnings)
       if (warning.code == code ||
-          (code.empty() && (warning.code == "jumps" || warning.code == "stretch_off" || warning.code == "time_slips" ||
-                            warning.code == "other_start" || warning.code == "no_response"))) {
+          (code.empty() &&
+           (warning.code == "jumps" || warning.code == "stretch_off" || warning.code == "time_slips" ||
+            warning.code == "other_start" || warning.code == "no_response" || warning.code == "unusual_movement"))) {
         ++count;
         break;
       }
@@ -93,6 +96,86 @@ TEST_CASE("levels that are off are found, sudden ones and those that a filter ha
   CHECK(warned("", off(1.0), 20, 1) == 20);
   CHECK(warned("", off(30.0), 20, 1) == 20);
   CHECK(warned("stretch_off", off(50.0), 20, 1) >= 15);
+}
+
+TEST_CASE("a stagger, a change of posture and a person who settles are found") {
+  const auto bump = [](double deg, double from_s, double length_s) {
+    return [=](std::vector<double>& values) {
+      for (double t = 0.0; t < length_s; t += 1.0 / rate_hz) {
+        const double sine = std::sin(std::numbers::pi * t / length_s);
+        values[static_cast<std::size_t>(std::lround((from_s + t) * rate_hz))] += deg * sine * sine * sim::rad_per_deg;
+      }
+    };
+  };
+  CHECK(warned("unusual_movement", bump(6.0, 60.0, 3.0), 40, 1) >= 39);
+  CHECK(warned("unusual_movement", bump(3.0, 20.0, 2.0), 40, 1) >= 39);
+  CHECK(warned("unusual_movement", bump(1.5, 100.0, 4.0), 40, 1) >= 34);
+  CHECK(warned("", bump(1.5, 100.0, 4.0), 40, 1) == warned("unusual_movement", bump(1.5, 100.0, 4.0), 40, 1));
+  const auto step = [](std::vector<double>& values) {
+    for (std::size_t k = 0; k < values.size(); ++k)
+      values[k] += 1.5 * sim::rad_per_deg / (1.0 + std::exp(-(static_cast<double>(k) - 6000.0) / 15.0));
+  };
+  CHECK(warned("unusual_movement", step, 40, 1) >= 32);
+  CHECK(warned("", step, 40, 1) >= 32);
+  const auto settle = [](std::vector<double>& values) {
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      const double t = static_cast<double>(k) / rate_hz;
+      values[k] += 2.0 * sim::rad_per_deg * std::exp(-t / 1.5) * std::cos(2.0 * std::numbers::pi * 0.3 * t);
+    }
+  };
+  CHECK(warned("unusual_movement", settle, 40, 1) >= 36);
+  CHECK(warned("no_response", settle, 40, 1) <= 1);
+
+  std::vector<double> values = sway(1);
+  bump(-3.0, 60.0, 2.0)(values);
+  Movement found = check().check(values).movement;
+  CHECK(test::within(found.size / sim::rad_per_deg, -3.0, 0.5));
+  CHECK(test::within(found.begin_s, 60.0, 0.3));
+  CHECK(test::within(found.end_s, 62.0, 0.3));
+  CHECK_FALSE(found.is_step);
+  // Without its values it is none.
+  const std::vector<SampleRange> gaps{{5950, 6250}};
+  bridge(values, gaps[0]);
+  CHECK(check().check(values, gaps).movement.deviations < 6.5);
+  values = sway(1);
+  step(values);
+  found = check().check(values).movement;
+  CHECK(found.is_step);
+  CHECK(test::within(found.size / sim::rad_per_deg, 1.5, 0.4));
+  values = sway(1);
+  settle(values);
+  found = check().check(values).movement;
+  CHECK(found.begin_s == 0.0);
+  CHECK(found.deviations > 10.0);
+}
+
+TEST_CASE("fewer than 1% of sound trials move unusually: with drift and slow noise, and with bridged gaps") {
+  int gap_trials = 0;
+  for (std::uint64_t i = 0; i < 100; ++i) {
+    std::vector<double> values = sway(i);
+    const Random random(4, sim::streams::sensor_noise, i);
+    std::vector<SampleRange> gaps;
+    for (std::size_t g = 0; g < 8; ++g) {
+      const auto first = static_cast<std::size_t>(random.uniform(2 * g, 0.0, 11900.0));
+      gaps.push_back({first, first + 5 + static_cast<std::size_t>(random.uniform(2 * g + 1, 0.0, 95.0))});
+      bridge(values, gaps.back());
+    }
+    const Movement movement = check().check(values, gaps).movement;
+    gap_trials += movement.deviations > 8.0 && std::abs(movement.size) > 0.3 * sim::rad_per_deg;
+  }
+  CHECK(gap_trials <= 1);
+  std::uint64_t i = 0;
+  const auto slow = [&](std::vector<double>& values) {
+    const Random random(5, sim::streams::sensor_noise, i++);
+    const double drift_rad = random.uniform(0, -2.0, 2.0) * sim::rad_per_deg;
+    const double kept = std::exp(-1.0 / (rate_hz * random.uniform(1, 1.0, 30.0)));
+    double noise = 0.2 * sim::rad_per_deg * random.normal(2);
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      noise = kept * noise + 0.2 * sim::rad_per_deg * std::sqrt(1.0 - kept * kept) * random.normal(k + 3);
+      values[k] += noise + drift_rad * static_cast<double>(k) / static_cast<double>(values.size());
+    }
+  };
+  CHECK(warned("unusual_movement", slow, 100, 1) <= 1);
 }
 
 TEST_CASE("a second that is missing is found where the sway follows the tilt") {
@@ -176,4 +259,31 @@ TEST_CASE("a recording that starts late or early throughout is no slip") {
     CHECK(warned("time_slips", moved, 60, 3) <= 1);
     CHECK(warned("other_start", moved, 60, 3) >= 17);
   }
+}
+
+TEST_CASE("a recording that starts a little before the platform, which the taps of a response would absorb") {
+  const auto started = [](std::size_t samples) {
+    return [=](std::vector<double>& values) {
+      values.insert(values.begin(), samples, values.front());
+      values.resize(values.size() - samples);
+    };
+  };
+  // 20 bodies with little noise: the response of some of the others is small.
+  CHECK(warned("other_start", started(30), 60, 3) >= 14);
+  CHECK(warned("other_start", started(50), 60, 3) >= 17);
+  CHECK(warned("time_slips", started(50), 60, 3) == 0);
+  int near = 0, with_active_torque_only = 0;
+  std::vector<double> tilt;
+  const int steps = simulator().protocol().experiment.steps_per_sample();
+  for (int k = 0; k < simulator().samples(); ++k) tilt.push_back(simulator().stimulus().tilt_at(k * steps));
+  const ResponseCheck active(tilt, rate_hz, false);
+  for (std::uint64_t i = 0; i < 60; i += 3) {
+    std::vector<double> values = sway(i);
+    CHECK(check().check(values).early_s == 0.0);
+    started(30)(values);
+    near += std::abs(check().check(values).early_s - 0.3) < 0.11;
+    with_active_torque_only += active.check(values).early_s > 0.0;
+  }
+  CHECK(near >= 13);
+  CHECK(with_active_torque_only <= 1);  // whose delay is up to 0.24 s
 }
