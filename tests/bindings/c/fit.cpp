@@ -37,7 +37,7 @@ TEST_CASE("a fit has the draws of the library's") {
   });
   decid_fit_options options = brief();
   options.moved_before = 1;
-  options.seed = 19;  // whose chains are far apart
+  options.seed = 10;  // whose chains are far apart
   std::vector<double> told;
   options.user = &told;
   options.progress = [](void* user, double done, const char* stage) {

@@ -26,5 +26,5 @@ TEST_CASE("sample: golden draws" * doctest::test_suite("golden")) {
       bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
     }
   }
-  CHECK(sha256(bytes) == "3588b1af08ae7b08db5039fc09f748757abc10d98ee85bfc5c0cc333c6f440cb");
+  CHECK(sha256(bytes) == "d243f375b6f8e3ba3bb7c1080764656f89c6b4a62344c5d46e294847ad2d6fd0");
 }
