@@ -13,7 +13,7 @@ namespace decid::recording {
 
 namespace {
 
-constexpr int parts = 4;
+constexpr int all_parts = 4;
 
 /// Returns true if the squares of four columns add up to 1, far closer than by three small columns beside a constant 1.
 bool are_unit(std::span<const std::vector<double>> columns) {
@@ -36,16 +36,16 @@ bool are_unit(std::span<const std::vector<double>> columns) {
 
 /// Returns true if the columns from `first` on are four neighbours that form a quaternion.
 bool forms_quaternion(const Table& table, int first) {
-  if (first < 0 || first + parts > table.columns()) return false;
+  if (first < 0 || first + all_parts > table.columns()) return false;
   constexpr std::size_t some_rows = 32;
   const std::size_t rows = table.rows(first);
-  for (int i = 1; i < parts; ++i)
+  for (int i = 1; i < all_parts; ++i)
     if (table.rows(first + i) != rows) return false;
   // A few rows exclude most columns, faster than all rows.
   for (const std::size_t step : {rows / some_rows + 1, std::size_t{1}}) {
-    std::array<std::vector<double>, parts> values;
+    std::array<std::vector<double>, all_parts> values;
     try {
-      for (int i = 0; i < parts; ++i)
+      for (int i = 0; i < all_parts; ++i)
         values[static_cast<std::size_t>(i)] = table.numbers_of_each(first + i, step, Missing::refused);
     } catch (const Error&) {  // words, or missing values
       return false;
@@ -79,7 +79,7 @@ std::vector<int> quaternion_columns(const Table& table, const std::vector<int>& 
   for (const int column : among) {
     const bool are_among = is_among(column + 1) && is_among(column + 2) && is_among(column + 3);
     if (are_among && forms_quaternion(table, column))
-      for (int i = 0; i < parts; ++i) add(column + i);
+      for (int i = 0; i < all_parts; ++i) add(column + i);
   }
   std::ranges::sort(found);
   return found;
@@ -88,7 +88,7 @@ std::vector<int> quaternion_columns(const Table& table, const std::vector<int>& 
 void refuse_quaternion(const Table& table, int column, const std::string& where) {
   const bool by_name = table.has_header() && is_quaternion_name(table.own_name(column));
   bool by_values = false;
-  for (int first = column - parts + 1; !by_name && !by_values && first <= column; ++first)
+  for (int first = column - all_parts + 1; !by_name && !by_values && first <= column; ++first)
     by_values = forms_quaternion(table, first);
   if (!by_name && !by_values) return;
   throw Error(
