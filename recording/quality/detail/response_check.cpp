@@ -115,20 +115,21 @@ struct Rest {
   Filter a;
 };
 
-Rest fit_response(const std::vector<double>& sway, const std::vector<double>& tilt) {
+/// `shifted`: `rest` plus the blocks by which the tilt is read later.
+Rest fit_response(const std::vector<double>& sway, const std::vector<double>& tilt, std::size_t shifted = rest) {
   Rest found{sway, {0.9}};
   for (int round = 0; round < rounds; ++round) {
     const std::vector<double> y = whitened(sway, found.a), u = whitened(tilt, found.a);
     Square left{};
     Row h{};
     for (std::size_t k = order; k < sway.size(); ++k) {
-      const Row row = row_of(u, constant_of(found.a), k + rest);
+      const Row row = row_of(u, constant_of(found.a), k + shifted);
       add_products(row, left);
       add_products(row, y[k], h);
     }
     solve(left, h);
     for (std::size_t k = 0; k < sway.size(); ++k) {
-      const Row row = row_of(tilt, 1.0, k + rest);
+      const Row row = row_of(tilt, 1.0, k + shifted);
       found.noise[k] = sway[k];
       for (std::size_t j = 0; j < unknowns; ++j) found.noise[k] -= h[j] * row[j];
     }
@@ -361,7 +362,7 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad, std:
   return found;
 }
 
-ResponseCheck::Response ResponseCheck::response_of(std::span<const double> signal_rad) const {
+ResponseCheck::Response ResponseCheck::response_of(std::span<const double> signal_rad, double shift_s) const {
   if (static_cast<double>(blocks_) * step_s_ < shortest_s || blocks_ < 3 * margin) return {};
   std::vector<double> signal = block_means(signal_rad, block_);
   const auto subtract_mean = [](std::vector<double>& values) {
@@ -371,7 +372,9 @@ ResponseCheck::Response ResponseCheck::response_of(std::span<const double> signa
   subtract_mean(signal);
   constexpr double least_rad = 1e-12;  // a constant's rounding errors are smaller
   if (std::ranges::all_of(signal, [](double value) { return std::abs(value) < least_rad; })) return {};
-  const Rest fit = fit_response(signal, tilt_);
+  constexpr auto most = static_cast<double>(longest_slip);
+  const double shift = std::clamp(std::round(shift_s / step_s_), -most, most);
+  const Rest fit = fit_response(signal, tilt_, static_cast<std::size_t>(static_cast<double>(rest) + shift));
   std::vector<double> response(signal.size());
   for (std::size_t k = 0; k < signal.size(); ++k) response[k] = signal[k] - fit.noise[k];
   subtract_mean(response);

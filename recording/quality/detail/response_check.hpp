@@ -43,9 +43,9 @@ class ResponseCheck {
     double gain = 0.0;     ///< the improvement by the response to the tilt, as slip_gain; about 12 without a response
     double rms_rad = 0.0;  ///< of the response
   };
-  /// Returns the response of a signal that has the tilt's number of samples. Returns zeros for trials under 40 s, and
-  /// for a constant.
-  Response response_of(std::span<const double> signal_rad) const;
+  /// Returns the response of a signal that has the tilt's number of samples and starts shift_s, -3 to 3, after it.
+  /// Returns zeros for trials under 40 s, and for a constant.
+  Response response_of(std::span<const double> signal_rad, double shift_s = 0.0) const;
 
  private:
   std::size_t block_;
