@@ -24,7 +24,10 @@ TEST_CASE("columns: quantities that are no angle are known by their names and un
   CHECK(quantity("Fz [kN]") == "a force");
   for (const char* name : {"Fz", "FP1_Fx", "FY", "Force_x", "Force.Fy2"}) CHECK(quantity(name) == "a force");
   for (const char* name : {"My", "MX1", "FP1_Mz", "Moment_y"}) CHECK(quantity(name) == "a torque");
-  for (const char* name : {"CoMx", "COMy", "my_deg", "M1x"}) CHECK(quantity(name).empty());
+  CHECK(quantity("data.My") == "a torque");
+  for (const char* name : {"CoMx", "COMy", "my_deg", "M1x", "my angle", "my_sway", "My data", "My lean", "mein Winkel",
+                           "MyCOM", "my com x"})
+    CHECK(quantity(name).empty());
   CHECK(quantity("ankle (N.m)") == "a torque");
   CHECK(quantity("COM (mm/s)") == "a velocity");
   CHECK(quantity("trunk (m/s^2)") == "an acceleration");
