@@ -29,7 +29,7 @@ constexpr double off_deg = 0.3, off_medians = 14.0, slip_gain = 50.0, rest_gain 
 constexpr double chance_gain = 2.0, chance_gain_more = 5.0, inexact_part = 0.02, most_inexact_gain = 250.0;
 constexpr double dead_gain = 60.0;
 /// Passive stiffness and damping show in the second block. Without them the active torque shows after its delay.
-constexpr std::size_t passive_dead = 1, longest_passive_dead = 3, longest_active_dead = 5;
+constexpr std::size_t passive_dead = 1, active_dead = 3, longest_passive_dead = 3, longest_active_dead = 5;
 constexpr double movement_deg = 0.3, movement_deviations = 8.0;
 constexpr double around_s = 1.0;  ///< what a user empties on both sides of a movement, together
 
@@ -283,6 +283,7 @@ ResponseCheck::ResponseCheck(std::span<const double> tilt_rad, double rate_hz, b
       step_s_(static_cast<double>(block_) / rate_hz),
       tilt_(rest, 0.0),
       blocks_(tilt_rad.size() / block_),
+      typical_dead_(has_passive ? passive_dead : active_dead),
       longest_dead_(has_passive ? longest_passive_dead : longest_active_dead) {
   const std::vector<double> means = block_means(tilt_rad, block_);
   tilt_.insert(tilt_.end(), means.begin(), means.end());
@@ -349,7 +350,7 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad, std:
     while (dead < longest_dead && !is_needed(dead + 1)) ++dead;
   if (dead > longest_dead_ && dead < longest_dead &&
       gain(no_response, dead_times.residual(dead, dead + taps)) > dead_gain)
-    found.early_s = static_cast<double>(dead - passive_dead) * step_s_;
+    found.early_s = static_cast<double>(dead - typical_dead_) * step_s_;
 
   double best_missing = plain;
   slips.visit_missing([&](std::size_t place, bool is_before, double residual) {

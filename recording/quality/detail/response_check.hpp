@@ -50,9 +50,9 @@ class ResponseCheck {
  private:
   std::size_t block_;
   double step_s_;
-  std::vector<double> tilt_;  // means of blocks, with rest before and after
-  std::size_t blocks_;        // of the trial
-  std::size_t longest_dead_;  // blocks of a body's dead time
+  std::vector<double> tilt_;                 // means of blocks, with rest before and after
+  std::size_t blocks_;                       // of the trial
+  std::size_t typical_dead_, longest_dead_;  // blocks of a body's dead time
 };
 
 /// Adds the cautions `stretch_off` (an unexplained movement of 0.3 degrees and 14 medians within a block),

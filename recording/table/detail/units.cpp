@@ -67,8 +67,8 @@ bool has_factor(std::string_view name) {
   return name.find("10^") != name.npos && std::ranges::any_of(parts, is_unit);
 }
 
-/// Returns the quantity of a force plate's channel, "Fz", "FP1_Fx" and "My2", or nullptr. "CoMx" is one word. Beside a
-/// body's quantity, as in "my sway", it is no channel.
+/// Returns the quantity of a force plate's channel, "Fz", "FP1_Fx" and "My2", or nullptr. "CoMx" is one word. A
+/// name with a body's quantity, as "my sway", is no channel.
 const char* quantity_of_channel(const std::vector<std::string>& parts) {
   const auto is_of_body = [](const std::string& word) {
     return one_of(word, {"angle", "sway", "tilt", "lean", "com", "cog", "winkel", "deg"});
