@@ -404,7 +404,9 @@ bool look_for_changes(const ResponseCheck& check, std::span<const double> sway_r
                     three_digits(found.innovation_rad / sim::rad_per_deg) + " degrees within 0.1 s, " +
                     three_digits(found.medians) + " times as far as it usually does: check the sensor there");
   if (moves) add_caution(warnings, "unusual_movement", describe(found.movement));
-  if (!moves && found.rest_gain > rest_gain && found.rest_gain > std::max(found.shift_gain, found.slip_gain)) {
+  // A person who settles at the start hides the response there, or imitates one that then ends.
+  const bool settles = moves && found.movement.begin_s <= 0.0;
+  if (!settles && found.rest_gain > rest_gain && found.rest_gain > std::max(found.shift_gain, found.slip_gain)) {
     add_caution(warnings, "no_response",
                 "from " + three_digits(found.rest_begin_s) + " to " + three_digits(found.rest_end_s) +
                     " s of the protocol the sway does not follow the tilt, and otherwise it does: the platform stood "
