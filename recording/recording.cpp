@@ -259,8 +259,10 @@ void check_size(const Signal<double>& sway, bool guessed, bool mean_is_upright, 
   }
 }
 
-/// Reads a recording from a table that holds no other one.
-Recording read_from(const std::shared_ptr<Table>& read, const std::string& file, const RecordingOptions& options) {
+/// Reads a recording from a table that holds no other one. `axis`: the sway's column, if it is another axis of a centre
+/// of mass; else -1.
+Recording read_from(const std::shared_ptr<Table>& read, const std::string& file, const RecordingOptions& options,
+                    int axis = -1) {
   Recording recording;
   recording.file = file;
   const Table& table = *read;
@@ -271,7 +273,7 @@ Recording read_from(const std::shared_ptr<Table>& read, const std::string& file,
                  ? "the line above the table is ignored"
                  : "the first " + std::to_string(table.preamble_lines()) + " lines above the table are ignored");
   int time = find_time(table);
-  const SwaySource source = find_sway_source(table, time, options, recording);
+  const SwaySource source = find_sway_source(table, time, options, recording, axis);
   const int sway = source.columns.front();
   if (read->choose(sway)) time = find_time(table);
   if (options.trial_column.empty() && !options.is_one_trial) refuse_several_trials(table, sway, time, recording.file);
@@ -324,10 +326,12 @@ Recording read_from(const std::shared_ptr<Table>& read, const std::string& file,
   if (options.column.empty() && options.ankle_column.empty() && source.columns.size() == 1) {
     for (const int column : axes_beside(table, sway, time)) {
       RecordingOptions of_axis = options;
-      of_axis.column = std::to_string(column + 1);
+      of_axis.column = table.name(column);
       try {
-        recording.other_axes.push_back(read_from(read, file, of_axis));
-      } catch (const Error&) {  // a constant, or words: not the sway
+        recording.other_axes.push_back(read_from(read, file, of_axis, column));
+      } catch (const Error& error) {
+        if (may_be_axis(table, column))
+          recording.axis_problem += "; '" + table.name(column) + "' cannot be read: " + error.problem();
       }
     }
   }

@@ -70,6 +70,7 @@ struct Recording {
   /// The recordings of the other axes of the same centre of mass: bring_to_protocol() chooses the axis that follows the
   /// tilt.
   std::vector<Recording> other_axes;
+  std::string axis_problem;            ///< names further axes that cannot be read, and why; empty: none
   std::string tilt_problem;            ///< a caution if none of other_columns is the tilt; empty: none
   std::vector<SampleRange> tilt_gaps;  ///< samples of the tilt that were missing and bridged, ascending
   bool is_large = false;               ///< the sway is larger than a standing body's; a warning says so

@@ -215,7 +215,8 @@ DECID_API void decid_trials_free(decid_trials* trials);
 DECID_API size_t decid_trials_count(const decid_trials* trials);
 DECID_API const char* decid_trials_name(const decid_trials* trials, size_t index);
 
-/* Reads a CSV, MAT, C3D or .xlsx file (docs/guide/recordings.md). */
+/* Reads a CSV, MAT, C3D or .xlsx file (docs/guide/recordings.md). If a centre of mass has several axes (COM_x, COM_y),
+   decid_recording_sway gives the first, and decid_identify and decid_fit use the one that follows the tilt. */
 DECID_API decid_status decid_recording_read(const char* path, const decid_read_options* options,
                                             decid_recording** recording);
 /* Samples in memory, which are copied: sway of the body's centre of mass, 0 upright, positive in the platform's

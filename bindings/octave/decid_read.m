@@ -19,6 +19,8 @@
 %                             (decid_trial_names); trial_column "none": all rows are one recording
 %
 % recording: a structure of sway and, if it was read, tilt (rad), rate (Hz), column and warnings (severity, code, text).
+% If a centre of mass has several axes (COM_x, COM_y), sway is the first; decid_identify and decid_fit use the one
+% that follows the tilt.
 function recording = decid_read (file, varargin)
   recording = decid_mex ('read', file, struct (varargin{:}));
 end

@@ -195,7 +195,7 @@ int find_named(const Table& table, int without, std::initializer_list<const char
 
 int named_column(const Table& table, const std::string& column, const std::string& where,
                  const std::string& setting_name) {
-  // In this order: the exact name; another case; without its unit: "KSP" for "KSP (deg)", then "LHIP_x" for
+  // In this order: the exact name; another case; without its unit: "KSP" for "KSP (deg)"; a number; then "LHIP_x" for
   // "LHIP_x_mm".
   const auto key = [](const std::string& text) { return lower_case(with_plain_blanks(text)); };
   const std::string joined_words = joined(words(column), "_");
@@ -208,12 +208,13 @@ int named_column(const Table& table, const std::string& column, const std::strin
     if (key(name_before_unit(name)) == key(column)) plain.push_back(i);
     if (!joined_words.empty() && name_without_unit(name) == joined_words) suffixed.push_back(i);
   }
-  for (const std::vector<int>& found : {exact, paths, alike, plain, suffixed}) {
+  const int number = number_from<int>(column).value_or(0);
+  std::vector<int> numbered;
+  if (number >= 1 && number <= table.columns()) numbered.push_back(number - 1);
+  for (const std::vector<int>& found : {exact, paths, alike, plain, numbered, suffixed}) {
     if (found.size() == 1) return found.front();
     if (found.size() > 1) refuse_several(table, found, column, where, setting_name);
   }
-  const int number = number_from<int>(column).value_or(0);
-  if (number >= 1 && number <= table.columns()) return number - 1;
   if (column.find(',') != column.npos)
     throw Error(Code::column_missing, where,
                 "has no column '" + column + "', and decid does not average columns, as those of left and right",

@@ -47,7 +47,7 @@ def links_of(page):
 WARNING = re.compile(r'add_(info|caution|invalid)\(\s*[\w.]+,\s*"(\w+)"|\{Severity::(\w+), "(\w+)"')
 VARIABLE = re.compile(r'\{severity, "(\w+)"')  # the severity is computed
 EITHER = re.compile(r'add_warning\(\s*[\w.]+,\s*([^"]*?),\s*"(\w+)"')  # the severities are among its arguments
-LISTED = re.compile(r"^\| `(\w+)` \| (info|caution|invalid)(?:, (info|caution|invalid))? \|", re.MULTILINE)
+LISTED = re.compile(r"^\| `(\w+)` \| (info|caution|invalid)(?:, (info|caution|invalid))?(?:, (invalid))? \|", re.MULTILINE)
 
 
 def limit_of(name):

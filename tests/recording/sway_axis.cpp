@@ -116,12 +116,79 @@ TEST_CASE("of several axes of a centre of mass, the sway is the one that follows
   CHECK_FALSE(has(brought(table("time,COM_x_deg", {deg}), {}).recording.warnings, "axis_chosen"));
 }
 
-TEST_CASE("axes of which none follows the tilt are ambiguous") {
+TEST_CASE("of axes of which none follows the tilt, the first is assumed, which a caution says") {
   const std::vector<double> ap = forward(1), ml = lateral(ap.size());
   std::vector<double> reversed(ml.rbegin(), ml.rend());
-  const std::string text =
-      table("time,COM_x_mm,COM_y_mm", {millimetres(ml, 1.0, ml, 0.0), millimetres(reversed, 1.0, ml, 0.0)});
-  check_error([&] { brought(text); }, Code::column_ambiguous, "'COM_x_mm', 'COM_y_mm'");
+  const Brought found =
+      brought(table("time,COM_x_mm,COM_y_mm", {millimetres(ml, 1.0, ml, 0.0), millimetres(reversed, 1.0, ml, 0.0)}));
+  CHECK(found.column == "COM_x_mm");
+  CHECK_FALSE(has(found.recording.warnings, "axis_chosen"));
+  const Warning* assumed = warning(found.recording.warnings, "axis_assumed");
+  REQUIRE(assumed != nullptr);
+  CHECK(assumed->severity == Severity::caution);
+  CHECK(contains(assumed->text, "'COM_x_mm', 'COM_y_mm' are axes"));
+}
+
+TEST_CASE("recordings of axes that start late, and of short trials, are read") {
+  for (const std::size_t late : {50U, 80U}) {
+    CAPTURE(late);
+    for (const std::uint64_t i : {1U, 2U, 3U}) {
+      std::vector<double> ap = forward(i);
+      ap.erase(ap.begin(), ap.begin() + static_cast<std::ptrdiff_t>(late));
+      const std::vector<double> ml = lateral(ap.size());
+      const std::string text =
+          table("time,COM_x_mm,COM_y_mm", {millimetres(ap, 0.0, ml, 1.0), millimetres(ap, 1.0, ml, 0.0)});
+      CHECK(brought(text).column == "COM_y_mm");
+    }
+  }
+  // One cycle of 60.5 s is enough, 20 s are not.
+  const auto read_late = [](const sim::Protocol& protocol) {
+    const auto samples = static_cast<std::size_t>(protocol.samples());
+    std::vector<double> ap = forward(1);
+    ap.erase(ap.begin(), ap.begin() + 50);
+    ap.resize(samples);
+    const std::vector<double> ml = lateral(samples);
+    Brought result{read(table("time,COM_x_mm,COM_y_mm", {millimetres(ap, 0.0, ml, 1.0), millimetres(ap, 1.0, ml, 0.0)}),
+                        {.com_height_m = 0.95}),
+                   {}};
+    result.column = bring_to_protocol(result.recording, protocol).signals.at(com_sway).column;
+    return result;
+  };
+  sim::Protocol protocol = sim::default_protocol();
+  protocol.sequence().cycles = 1;
+  CHECK(read_late(protocol).column == "COM_y_mm");
+  protocol.sequence().feedback = {0, 0, -1, 1};
+  protocol.sequence().start = {0, 0, 0, 1};
+  REQUIRE(protocol.samples() < 4000);
+  const Brought found = read_late(protocol);
+  CHECK(found.column == "COM_x_mm");
+  CHECK(has(found.recording.warnings, "axis_assumed"));
+}
+
+TEST_CASE("an axis that cannot be read is named, with a caution if no other one follows the tilt") {
+  const std::vector<double> ap = forward(1), ml = lateral(ap.size());
+  const std::string header = "time,COM_x_mm,COM_y_mm";
+  const std::vector<double> along = millimetres(ap, 1.0, ml, 0.0), across = millimetres(ap, 0.0, ml, 1.0);
+  for (const char* cell : {"", "x"}) {
+    CAPTURE(std::string(cell));
+    const auto with_fault = [&](std::string text) {
+      const std::size_t end = text.find('\n', 60'000), begin = text.rfind(',', end) + 1;
+      return text.replace(begin, end - begin, cell);
+    };
+    const Brought lost = brought(with_fault(table(header, {across, along})));
+    CHECK(lost.column == "COM_x_mm");
+    const Warning* assumed = warning(lost.recording.warnings, "axis_assumed");
+    REQUIRE(assumed != nullptr);
+    CHECK(contains(assumed->text, "'COM_y_mm' cannot be read: "));
+    const Brought found = brought(with_fault(table(header, {along, across})));
+    CHECK(found.column == "COM_x_mm");
+    CHECK_FALSE(has(found.recording.warnings, "axis_assumed"));
+    const Warning* chosen = warning(found.recording.warnings, "axis_chosen");
+    REQUIRE(chosen != nullptr);
+    CHECK(contains(chosen->text, "'COM_y_mm' cannot be read: "));
+  }
+  const std::vector<double> up(ap.size(), 950.0);
+  CHECK_FALSE(has(brought(table(header, {across, up})).recording.warnings, "axis_assumed"));
 }
 
 TEST_CASE("axes that are turned against the tilt both follow it, which a caution says") {

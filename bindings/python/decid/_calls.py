@@ -129,7 +129,9 @@ def read(path: Path, column: Union[str, int, None] = None, unit: Optional[str] =
     Positions count from the column ankle; without it their means are upright. Their unit may be "mm", "cm" or "m".
     rate: Hz, instead of the column of time. fill_gaps: longest gap in seconds to interpolate.
     missing: a number that marks a missing value, in addition to the usual ones.
-    invert_sway, invert_tilt, mean_is_upright: as for Recording."""
+    invert_sway, invert_tilt, mean_is_upright: as for Recording.
+    If a centre of mass has several axes (COM_x, COM_y), `.sway` is the first; identify and fit use the one that follows
+    the tilt."""
     longest = number(fill_gaps, "fill_gaps")
     if not 0.0 <= longest <= 60.0:
         raise _error("setting_out_of_range", "fill_gaps", f"is {longest:g} s", "give 0 to 60 s")

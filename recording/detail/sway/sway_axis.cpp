@@ -2,35 +2,55 @@
 #include "recording/detail/sway/sway_axis.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "base/error.hpp"
 #include "base/setting.hpp"
 #include "recording/quality/detail/response_check.hpp"
 #include "recording/table/columns.hpp"
+#include "sim/protocol/protocol.hpp"
 
 namespace decid::recording {
 
 namespace {
 
-/// A centre of mass reaches a gain of 82 and more in the trials of twelve simulated people, and a signal without a
-/// response to the tilt 20 and less.
-constexpr double min_gain = 60.0, min_gain_of_turned = 35.0;
-constexpr double min_turned = 0.2;  // the sine of 11 degrees
+/// A centre of mass reaches a gain of 82 and more in trials of 121 s of twelve simulated people, and a signal without a
+/// response to the tilt 20 and less. The gain of a response is proportional to the length.
+constexpr double min_gain = 60.0, min_gain_of_turned = 35.0, tuned_s = 120.0, least_gain = 26.0;
+constexpr double min_turned = 0.2;                           // the sine of 11 degrees
+constexpr double longest_shift_s = 3.0, shift_step_s = 0.5;  // of a recording that starts late or early
 
 struct Axis {
   Recording recording;
-  ResponseCheck::Response response;
+  std::vector<double> sway_rad;
+  ResponseCheck::Response response{};
 
   const std::string& name() const { return recording.signals.at(com_sway).column; }
-  bool responds() const { return response.gain > min_gain; }
 };
 
-ResponseCheck::Response response_of(const ProtocolPlan& plan, const TrialOptions& options, Recording recording) {
-  const Trial trial = bring_to_protocol(recording, plan, options);
+Axis brought(const ProtocolPlan& plan, const TrialOptions& options, Recording recording) {
+  Recording copy = recording;
+  const Trial trial = bring_to_protocol(copy, plan, options);
   const std::vector<float>& sway = trial.signals.at(com_sway).rad;
-  return plan.response().response_of(std::vector<double>(sway.begin(), sway.end()));
+  return {std::move(recording), std::vector<double>(sway.begin(), sway.end())};
+}
+
+/// Sets the responses at the smallest shift at which one of them exceeds `least`. Returns the axis with the largest
+/// response, or the end without any.
+std::vector<Axis>::iterator find_response(std::vector<Axis>& axes, const ResponseCheck& check, double least) {
+  const auto far = [&](const Axis& axis) { return axis.response.gain > least ? axis.response.rms_rad : 0.0; };
+  for (double size_s = 0.0; size_s <= longest_shift_s; size_s += shift_step_s)
+    for (const double shift_s : {size_s, -size_s}) {
+      if (size_s == 0.0 && std::signbit(shift_s)) continue;
+      for (Axis& axis : axes) axis.response = check.response_of(axis.sway_rad, shift_s);
+      const auto best = std::ranges::max_element(axes, {}, far);
+      if (far(*best) > 0.0) return best;
+    }
+  return axes.end();
 }
 
 }  // namespace
@@ -54,34 +74,57 @@ std::vector<int> axes_beside(const Table& table, int sway, int time) {
   return columns;
 }
 
+bool may_be_axis(const Table& table, int column) {
+  try {
+    static_cast<void>(table.numbers_of_each(column, table.rows(column), Missing::kept));
+  } catch (const Error&) {
+    return false;  // words
+  }
+  std::vector<double> values;
+  try {
+    values = table.numbers(column, Missing::kept);
+  } catch (const Error&) {
+    return true;  // single cells are no numbers
+  }
+  std::erase_if(values, [](double value) { return std::isnan(value); });
+  return std::ranges::adjacent_find(values, std::ranges::not_equal_to()) != values.end();
+}
+
 void choose_axis(const ProtocolPlan& plan, const TrialOptions& options, Recording& recording) {
   std::vector<Recording> others = std::exchange(recording.other_axes, {});
+  std::string problem = std::exchange(recording.axis_problem, {});
   std::vector<Axis> axes;
-  axes.push_back({recording, response_of(plan, options, recording)});
+  axes.push_back(brought(plan, options, recording));
   std::string names = "'" + axes.front().name() + "'";
   for (Recording& other : others) {
+    const std::string name = other.signals.at(com_sway).column;
     try {
-      const ResponseCheck::Response response = response_of(plan, options, other);
-      axes.push_back({std::move(other), response});
-      names += ", '" + axes.back().name() + "'";
-    } catch (const Error&) {  // the first axis was brought to the protocol, so this one is not the sway
+      axes.push_back(brought(plan, options, std::move(other)));
+      names += ", '" + name + "'";
+    } catch (const Error& error) {
+      problem += "; '" + name + "' cannot be brought to the protocol: " + error.problem();
     }
   }
-  const auto far = [](const Axis& axis) { return axis.responds() ? axis.response.rms_rad : 0.0; };
-  const auto best = std::ranges::max_element(axes, {}, far);
-  if (!best->responds())
-    throw Error(Code::column_ambiguous, recording.file,
-                "has several axes of one centre of mass, " + names + ", and none clearly follows the protocol's tilt",
-                "name the one in the direction of the tilt with " + setting("column"));
+  const sim::Protocol& protocol = plan.protocol();
+  const double length_s = static_cast<double>(protocol.samples()) / protocol.experiment.sample_rate_hz;
+  const auto scaled = [&](double gain) { return std::max(least_gain, gain * std::min(1.0, length_s / tuned_s)); };
+  const auto best = find_response(axes, plan.response(), scaled(min_gain));
+  const std::string are = names + (axes.size() > 1 ? " are axes" : " is an axis") + " of one centre of mass";
+  if (best == axes.end()) {
+    add_caution(recording.warnings, "axis_assumed",
+                are + (axes.size() > 1 ? ", none of which clearly follows" : ", which does not clearly follow") +
+                    " the protocol's tilt" + problem + "; decid uses '" + axes.front().name() +
+                    "': name the axis in the direction of the tilt with " + setting("column"));
+    return;
+  }
   Recording chosen = best->recording;
   for (const Warning& warning : recording.warnings)  // the copies are dropped only once
     if (best != axes.begin() && warning.code == "copied_rows") chosen.warnings.push_back(warning);
-  add_info(
-      chosen.warnings, "axis_chosen",
-      names + " are axes of one centre of mass; decid uses '" + best->name() + "', which follows the protocol's tilt");
+  add_info(chosen.warnings, "axis_chosen",
+           are + "; decid uses '" + best->name() + "', which follows the protocol's tilt" + problem);
   const auto ratio = [&](const Axis& other) { return other.response.rms_rad / best->response.rms_rad; };
   for (const Axis& other : axes)
-    if (&other != &*best && other.response.gain > min_gain_of_turned && ratio(other) > min_turned)
+    if (&other != &*best && other.response.gain > scaled(min_gain_of_turned) && ratio(other) > min_turned)
       add_caution(chosen.warnings, "axes_turned",
                   "'" + other.name() + "' follows the protocol's tilt too, " + three_digits(ratio(other)) +
                       " times as far as '" + best->name() +

@@ -245,7 +245,8 @@ void check_com_height(const RecordingOptions& options, Recording& recording) {
 
 }  // namespace
 
-SwaySource find_sway_source(const Table& table, int time, const RecordingOptions& options, Recording& recording) {
+SwaySource find_sway_source(const Table& table, int time, const RecordingOptions& options, Recording& recording,
+                            int axis) {
   using Kind = SwaySource::Kind;
   const std::string& where = recording.file;
   check_options(options);
@@ -265,7 +266,9 @@ SwaySource find_sway_source(const Table& table, int time, const RecordingOptions
     add(options.shoulder_column, setting("shoulder"));
   } else {
     source.kind = options.com_height_m ? Kind::displacement : Kind::angle;
-    if (options.column.empty()) {
+    if (axis >= 0) {
+      source.columns.push_back(axis);
+    } else if (options.column.empty()) {
       refuse_response(table, where);
       source.columns.push_back(find_sway(table, time, options, recording));
     } else {

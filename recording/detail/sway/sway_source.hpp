@@ -17,7 +17,9 @@ struct SwaySource {
 
 /// Finds the columns. Throws Error for contradicting options, missing columns, columns of different length, a table of
 /// frequency responses, a centre of mass above the person's head, and an ankle angle ("ankle_angle": relative to the
-/// platform, not in space). `time`: the time column, or -1.
-SwaySource find_sway_source(const Table& table, int time, const RecordingOptions& options, Recording& recording);
+/// platform, not in space). `time`: the time column, or -1. `axis`: the sway's column if it is
+/// known, or -1.
+SwaySource find_sway_source(const Table& table, int time, const RecordingOptions& options, Recording& recording,
+                            int axis = -1);
 
 }  // namespace decid::recording

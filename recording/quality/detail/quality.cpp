@@ -25,6 +25,8 @@ constexpr std::size_t fewest_samples = 20;
 constexpr double stretches_fraction = 0.02;
 constexpr double step_deg = 0.02, coarse_deg = 0.2;
 constexpr double spike_deg = 0.05, spike_medians = 20.0, spike_steps = 3.0;
+/// A sensor below them loses the response to the platform; trial.cpp refuses recordings below the first.
+constexpr double slowest_held_hz = 5.0, slow_held_hz = 10.0;
 constexpr double smooth_deg = 0.0003, noise_rate_hz = 50.0, trained_average_s = 0.25;
 
 std::string seconds(std::size_t samples, double rate_hz, double begin_s = 0.0) {
@@ -154,11 +156,18 @@ std::string describe(const LowPass& filter) {
 
 void note_held(const Held& held, double rate_hz, Warnings& warnings) {
   const double length_s = static_cast<double>(held.samples) / rate_hz;
-  add_warning(warnings, length_s > trained_average_s * (1.0 + 1e-6) ? Severity::caution : Severity::info,
+  const auto is_below = [&](double least_hz) { return length_s * least_hz > 1.0 + 1e-6; };
+  add_warning(warnings,
+              is_below(slowest_held_hz) ? Severity::invalid
+              : is_below(slow_held_hz)  ? Severity::caution
+                                        : Severity::info,
               "held_samples",
               "each value of the sway lasts " + std::to_string(held.samples) + " samples: the sensor's rate is " +
                   six_digits(std::round(1e3 / length_s) / 1e3) + " Hz, and the file repeats its values at " +
-                  six_digits(rate_hz) + " Hz; give the sensor's own samples");
+                  six_digits(rate_hz) + " Hz; " +
+                  (is_below(slowest_held_hz) ? "below 5 Hz it loses the response to the platform: record faster"
+                   : is_below(slow_held_hz)  ? "record at 25 Hz or faster"
+                                             : "give the sensor's own samples"));
 }
 
 /// Returns the low-pass that smoothed the sway.

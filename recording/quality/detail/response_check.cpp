@@ -29,7 +29,7 @@ constexpr double off_deg = 0.3, off_medians = 14.0, slip_gain = 50.0, rest_gain 
 constexpr double chance_gain = 2.0, chance_gain_more = 5.0, inexact_part = 0.02, most_inexact_gain = 250.0;
 constexpr double dead_gain = 60.0;
 /// Passive stiffness and damping show in the second block. Without them the active torque shows after its delay.
-constexpr std::size_t passive_dead = 1, longest_passive_dead = 3, longest_active_dead = 5;
+constexpr std::size_t passive_dead = 1, active_dead = 3, longest_passive_dead = 3, longest_active_dead = 5;
 constexpr double movement_deg = 0.3, movement_deviations = 8.0;
 constexpr double around_s = 1.0;  ///< what a user empties on both sides of a movement, together
 
@@ -115,20 +115,21 @@ struct Rest {
   Filter a;
 };
 
-Rest fit_response(const std::vector<double>& sway, const std::vector<double>& tilt) {
+/// `shifted`: `rest` plus the blocks by which the tilt is read later.
+Rest fit_response(const std::vector<double>& sway, const std::vector<double>& tilt, std::size_t shifted = rest) {
   Rest found{sway, {0.9}};
   for (int round = 0; round < rounds; ++round) {
     const std::vector<double> y = whitened(sway, found.a), u = whitened(tilt, found.a);
     Square left{};
     Row h{};
     for (std::size_t k = order; k < sway.size(); ++k) {
-      const Row row = row_of(u, constant_of(found.a), k + rest);
+      const Row row = row_of(u, constant_of(found.a), k + shifted);
       add_products(row, left);
       add_products(row, y[k], h);
     }
     solve(left, h);
     for (std::size_t k = 0; k < sway.size(); ++k) {
-      const Row row = row_of(tilt, 1.0, k + rest);
+      const Row row = row_of(tilt, 1.0, k + shifted);
       found.noise[k] = sway[k];
       for (std::size_t j = 0; j < unknowns; ++j) found.noise[k] -= h[j] * row[j];
     }
@@ -282,6 +283,7 @@ ResponseCheck::ResponseCheck(std::span<const double> tilt_rad, double rate_hz, b
       step_s_(static_cast<double>(block_) / rate_hz),
       tilt_(rest, 0.0),
       blocks_(tilt_rad.size() / block_),
+      typical_dead_(has_passive ? passive_dead : active_dead),
       longest_dead_(has_passive ? longest_passive_dead : longest_active_dead) {
   const std::vector<double> means = block_means(tilt_rad, block_);
   tilt_.insert(tilt_.end(), means.begin(), means.end());
@@ -348,7 +350,7 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad, std:
     while (dead < longest_dead && !is_needed(dead + 1)) ++dead;
   if (dead > longest_dead_ && dead < longest_dead &&
       gain(no_response, dead_times.residual(dead, dead + taps)) > dead_gain)
-    found.early_s = static_cast<double>(dead - passive_dead) * step_s_;
+    found.early_s = static_cast<double>(dead - typical_dead_) * step_s_;
 
   double best_missing = plain;
   slips.visit_missing([&](std::size_t place, bool is_before, double residual) {
@@ -361,7 +363,7 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad, std:
   return found;
 }
 
-ResponseCheck::Response ResponseCheck::response_of(std::span<const double> signal_rad) const {
+ResponseCheck::Response ResponseCheck::response_of(std::span<const double> signal_rad, double shift_s) const {
   if (static_cast<double>(blocks_) * step_s_ < shortest_s || blocks_ < 3 * margin) return {};
   std::vector<double> signal = block_means(signal_rad, block_);
   const auto subtract_mean = [](std::vector<double>& values) {
@@ -371,7 +373,9 @@ ResponseCheck::Response ResponseCheck::response_of(std::span<const double> signa
   subtract_mean(signal);
   constexpr double least_rad = 1e-12;  // a constant's rounding errors are smaller
   if (std::ranges::all_of(signal, [](double value) { return std::abs(value) < least_rad; })) return {};
-  const Rest fit = fit_response(signal, tilt_);
+  constexpr auto most = static_cast<double>(longest_slip);
+  const double shift = std::clamp(std::round(shift_s / step_s_), -most, most);
+  const Rest fit = fit_response(signal, tilt_, static_cast<std::size_t>(static_cast<double>(rest) + shift));
   std::vector<double> response(signal.size());
   for (std::size_t k = 0; k < signal.size(); ++k) response[k] = signal[k] - fit.noise[k];
   subtract_mean(response);
@@ -400,7 +404,9 @@ bool look_for_changes(const ResponseCheck& check, std::span<const double> sway_r
                     three_digits(found.innovation_rad / sim::rad_per_deg) + " degrees within 0.1 s, " +
                     three_digits(found.medians) + " times as far as it usually does: check the sensor there");
   if (moves) add_caution(warnings, "unusual_movement", describe(found.movement));
-  if (!moves && found.rest_gain > rest_gain && found.rest_gain > std::max(found.shift_gain, found.slip_gain)) {
+  // A person who settles at the start hides the response there, or imitates one that then ends.
+  const bool settles = moves && found.movement.begin_s <= 0.0;
+  if (!settles && found.rest_gain > rest_gain && found.rest_gain > std::max(found.shift_gain, found.slip_gain)) {
     add_caution(warnings, "no_response",
                 "from " + three_digits(found.rest_begin_s) + " to " + three_digits(found.rest_end_s) +
                     " s of the protocol the sway does not follow the tilt, and otherwise it does: the platform stood "

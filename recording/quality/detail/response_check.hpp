@@ -43,23 +43,24 @@ class ResponseCheck {
     double gain = 0.0;     ///< the improvement by the response to the tilt, as slip_gain; about 12 without a response
     double rms_rad = 0.0;  ///< of the response
   };
-  /// Returns the response of a signal that has the tilt's number of samples. Returns zeros for trials under 40 s, and
-  /// for a constant.
-  Response response_of(std::span<const double> signal_rad) const;
+  /// Returns the response of a signal that has the tilt's number of samples and starts shift_s, -3 to 3, after it.
+  /// Returns zeros for trials under 40 s, and for a constant.
+  Response response_of(std::span<const double> signal_rad, double shift_s = 0.0) const;
 
  private:
   std::size_t block_;
   double step_s_;
-  std::vector<double> tilt_;  // means of blocks, with rest before and after
-  std::size_t blocks_;        // of the trial
-  std::size_t longest_dead_;  // blocks of a body's dead time
+  std::vector<double> tilt_;                 // means of blocks, with rest before and after
+  std::size_t blocks_;                       // of the trial
+  std::size_t typical_dead_, longest_dead_;  // blocks of a body's dead time
 };
 
 /// Adds the cautions `stretch_off` (an unexplained movement of 0.3 degrees and 14 medians within a block),
 /// `unusual_movement` (one of 0.5 to 4 s, or to another level, of 0.3 degrees and 8 standard deviations; not with
-/// `stretch_off`), and one of `no_response` (in one part, as from a platform that stopped; not with a movement, which
-/// also hides the response), `other_start` and `time_slips`. Skips the first two if the warnings already contain jumps,
-/// spikes or a frozen sensor. gaps: samples that were not measured. Returns true with `other_start`.
+/// `stretch_off`), and one of `no_response` (in one part, as from a platform that stopped; not with a movement at the
+/// start, which hides the response or imitates one), `other_start` and `time_slips`. Skips the first two if the
+/// warnings already contain jumps, spikes or a frozen sensor. gaps: samples that were not measured. Returns true with
+/// `other_start`.
 bool look_for_changes(const ResponseCheck& check, std::span<const double> sway_rad, std::span<const SampleRange> gaps,
                       Warnings& warnings);
 

@@ -67,8 +67,14 @@ bool has_factor(std::string_view name) {
   return name.find("10^") != name.npos && std::ranges::any_of(parts, is_unit);
 }
 
-/// Returns the quantity of a force plate's channel, "Fz", "FP1_Fx" and "My2", or nullptr. "CoMx" is one word.
+/// Returns the quantity of a force plate's channel, "Fz", "FP1_Fx" and "My2", or nullptr. "CoMx" is one word. A
+/// name with a body's quantity, as "my sway", is no channel.
 const char* quantity_of_channel(const std::vector<std::string>& parts) {
+  const auto is_of_body = [](const std::string& word) {
+    return one_of(word, {"angle", "sway", "tilt", "lean", "com", "cog", "winkel", "deg"});
+  };
+  // "data.My" is a channel of the structure `data`.
+  if (std::ranges::any_of(parts, is_of_body) || (parts.front() != "data" && parts.back() == "data")) return nullptr;
   for (std::string_view word : parts) {
     while (!word.empty() && word.back() >= '0' && word.back() <= '9') word.remove_suffix(1);
     if (one_of(word, {"fx", "fy", "fz"})) return a_force;

@@ -205,7 +205,10 @@ TEST_CASE("values of a slow sensor that are held have no jumps by this; their ra
       check_only(found(held(every, first, 0.002)), "held_samples", Severity::info, rate);
       check_only(found(held(every, first, 0.02)), "held_samples", Severity::info, rate);
     }
-  check_only(found(held(30, 0, 0.02)), "held_samples", Severity::caution, "lasts 30 samples");
+  for (const std::size_t every : {12U, 16U, 20U})
+    check_only(found(held(every, 0, 0.02)), "held_samples", Severity::caution, "lasts " + std::to_string(every));
+  for (const std::size_t every : {21U, 25U, 30U})
+    check_only(found(held(every, 0, 0.02)), "held_samples", Severity::invalid, "lasts " + std::to_string(every));
   // A jump of the sensor and a wrong value of it are found all the same.
   std::vector<double> jump = held(5, 0, 0.02), wrong = jump;
   for (std::size_t k = 6000; k < jump.size(); ++k) jump[k] += 4.0;

@@ -24,7 +24,10 @@ TEST_CASE("columns: quantities that are no angle are known by their names and un
   CHECK(quantity("Fz [kN]") == "a force");
   for (const char* name : {"Fz", "FP1_Fx", "FY", "Force_x", "Force.Fy2"}) CHECK(quantity(name) == "a force");
   for (const char* name : {"My", "MX1", "FP1_Mz", "Moment_y"}) CHECK(quantity(name) == "a torque");
-  for (const char* name : {"CoMx", "COMy", "my_deg", "M1x"}) CHECK(quantity(name).empty());
+  CHECK(quantity("data.My") == "a torque");
+  for (const char* name : {"CoMx", "COMy", "my_deg", "M1x", "my angle", "my_sway", "My data", "My lean", "mein Winkel",
+                           "MyCOM", "my com x"})
+    CHECK(quantity(name).empty());
   CHECK(quantity("ankle (N.m)") == "a torque");
   CHECK(quantity("COM (mm/s)") == "a velocity");
   CHECK(quantity("trunk (m/s^2)") == "an acceleration");
@@ -134,6 +137,9 @@ TEST_CASE("columns: one is named as it stands, in another case, without its unit
     INFO(none);
     check_error([&] { named(none); }, Code::column_missing, "from 1, as column");
   }
+  const CsvTable numbers("time,1_deg,2_deg,3_deg\n0,1,2,3\n1,1,2,3\n", "t.csv");
+  CHECK(named_column(numbers, "2", "t.csv", "column") == 1);
+  CHECK(named_column(numbers, "2_deg", "t.csv", "column") == 2);
   const CsvTable markers("t,LHIP_x_mm,RHIP_x_mm,SHO_mm,SHO_cm,C7\n0,1,2,3,4,5\n1,1,2,3,4,5\n", "t.csv");
   const auto marker = [&](const char* name) { return named_column(markers, name, "t.csv", "hip"); };
   CHECK(marker("LHIP_x") == 1);
