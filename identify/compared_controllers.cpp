@@ -95,10 +95,11 @@ std::optional<Warning> better_controller_warning(std::span<const LeaveOneOut> le
                                                  const std::vector<std::string>& names) {
   const std::optional<BetterController> best = find_better_controller(left_out, comparable);
   if (!best) return std::nullopt;
-  return Warning{
-      Severity::caution, "other_controller",
-      format("controller %s predicts this recording better than %s, by %.0f +- %.0f nats: use its parameters",
-             names.at(best->place).c_str(), names.front().c_str(), best->nats, best->standard_error)};
+  Warnings found;
+  add_caution(found, "other_controller",
+              format("controller %s predicts this recording better than %s, by %.0f +- %.0f nats: use its parameters",
+                     names.at(best->place).c_str(), names.front().c_str(), best->nats, best->standard_error));
+  return found.front();
 }
 
 std::optional<ControllerSums> sum_controllers(const Report& report) {
