@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/text.hpp"
 #include "identify/result.hpp"
 #include "posterior/sampling/model_comparison.hpp"
 
@@ -87,6 +88,18 @@ std::optional<BetterController> find_better_controller(std::span<const LeaveOneO
     if (leads_far(lead) && is_reliably_better(left_out[k], own) && (!best || lead.nats > best->nats)) best = lead;
   }
   return best;
+}
+
+std::optional<Warning> better_controller_warning(std::span<const LeaveOneOut> left_out,
+                                                 const std::vector<bool>& comparable,
+                                                 const std::vector<std::string>& names) {
+  const std::optional<BetterController> best = find_better_controller(left_out, comparable);
+  if (!best) return std::nullopt;
+  Warnings found;
+  add_caution(found, "other_controller",
+              format("controller %s predicts this recording better than %s, by %.0f +- %.0f nats: use its parameters",
+                     names.at(best->place).c_str(), names.front().c_str(), best->nats, best->standard_error));
+  return found.front();
 }
 
 std::optional<ControllerSums> sum_controllers(const Report& report) {

@@ -33,6 +33,12 @@ struct BetterController {
 std::optional<BetterController> find_better_controller(std::span<const posterior::LeaveOneOut> left_out,
                                                        const std::vector<bool>& comparable);
 
+/// Returns the caution `other_controller` that names the controller of find_better_controller(); empty if there is
+/// none. names: of the controllers, the one that answers first.
+std::optional<Warning> better_controller_warning(std::span<const posterior::LeaveOneOut> left_out,
+                                                 const std::vector<bool>& comparable,
+                                                 const std::vector<std::string>& names);
+
 /// One controller among those of a call.
 struct SummedController {
   std::string name;

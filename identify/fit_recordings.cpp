@@ -83,21 +83,17 @@ void compare(std::span<const posterior::LeaveOneOut> left_out, const std::string
   figures.compared = places.front();
   figures.comparable = chains_allow_comparison(figures.posterior.max_rhat(), warnings);
   std::vector<bool> comparable{figures.comparable};
+  std::vector<std::string> names{own};
   for (std::size_t i = 0; i < figures.others.size(); ++i) {
     ControllerFit& other = figures.others[i];
     other.compared = places[i + 1];
     other.comparable = chains_allow_comparison(other.posterior.max_rhat(), other.warnings) &&
                        worst_trust(other.warnings) != Trust::not_usable;
     comparable.push_back(other.comparable);
+    names.push_back(other.controller);
   }
-  const std::optional<BetterController> best = find_better_controller(left_out, comparable);
-  if (!best) return;
-  Warnings better;
-  add_caution(
-      better, "other_controller",
-      format("controller %s predicts this recording better than %s, by %.0f +- %.0f nats: use its parameters",
-             figures.others[best->place - 1].controller.c_str(), own.c_str(), best->nats, best->standard_error));
-  warnings = most_severe_first({better, warnings});
+  if (const std::optional<Warning> better = better_controller_warning(left_out, comparable, names))
+    warnings = most_severe_first({{*better}, warnings});
 }
 
 /// Returns the trial as it was before a low-pass, with its gaps widened; warns if it is unknown. The warning of the

@@ -16,7 +16,8 @@ typedef enum {
 /* Judges a trial. result: what posture_identify() or posture_result() returned, with these parameters and this arena.
    Call it before the arena is used again. Not usable:
    - a return code other than POSTURE_OK,
-   - a parameter below 0 by more than a twentieth of its range, or outside of its range by more than its whole width,
+   - a parameter below 0 that is also outside of its range by more than a twentieth of it, or one outside of its range
+     by more than its whole width,
    - with --familiarity: a distance above POSTURE_DISTANCE_NOT_USABLE.
    Caution:
    - a parameter outside of its range by more than a twentieth of it,

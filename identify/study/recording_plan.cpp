@@ -264,13 +264,14 @@ class Planner {
 
   void add(const RecordingSource& source, SheetLine line, const std::optional<Error>& error = {}) {
     Warnings warnings;
-    if (!error && !line.error) bodies_.fill(line, warnings);
+    const bool is_filled = !error && !line.error && bodies_.fill(line, warnings);
     PlannedRecording planned{source, reading_, 0, line.entry, line.mass_kg, line.height_m};
+    planned.is_body_of_other_line = is_filled;
     planned.warnings = std::move(warnings);
     planned.options = line.reading;
     planned.entry.cells.resize(plan_.sheet->columns.size());
     planned.error = error ? error : line.error;
-    if (names_people_ && line.number > 0 && line.entry.participant.empty()) {
+    if (names_people_ && line.number > 0 && !line.file.empty() && line.entry.participant.empty()) {
       plan_.nameless.push_back(line.number);
       if (!planned.error)
         planned.error =

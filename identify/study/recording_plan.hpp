@@ -29,6 +29,7 @@ struct PlannedRecording {
   std::size_t setting = 0;  ///< place in RecordingPlan::settings
   SheetEntry entry = {};
   std::optional<double> mass_kg = {}, height_m = {};              ///< of the person, by the sheet
+  bool is_body_of_other_line = false;                             ///< mass or height: `body_of_other_line`
   std::optional<Error> error = {};                                ///< why the recording cannot be used
   std::vector<std::pair<std::string, std::string>> options = {};  ///< of reading, by the sheet
   Warnings warnings = {};  ///< contradictions of the sheet, bodies of other lines, and copies
@@ -41,7 +42,8 @@ struct RecordingPlan {
   /// The sheet's notes, and lines that are of none of the recordings, for people.
   std::vector<std::string> notes = {};
   std::vector<std::size_t> unused = {};  ///< for_groups: places in the sheet of these lines
-  /// Numbers of lines without a participant, if other lines have one; empty for_groups. Their recordings have an error.
+  /// Numbers of lines with a file and without a participant, if other lines have one; empty for_groups. Their
+  /// recordings have an error.
   std::vector<std::size_t> nameless = {};
 };
 

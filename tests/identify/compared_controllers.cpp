@@ -138,6 +138,21 @@ TEST_CASE("controllers: the best comparable one of those that predict far better
   CHECK_FALSE(find_better_controller(std::vector{own, of_blocks(0.03)}, {true, true}));  // 3 nats
 }
 
+TEST_CASE("controllers: the warning names the better controller and the first one") {
+  const std::vector<std::string> names{"dec", "dec2015", "ic"};
+  const std::vector three{of_blocks(0.0), of_blocks(0.2), of_blocks(0.5)};
+  const std::optional<Warning> found = better_controller_warning(three, {true, true, true}, names);
+  REQUIRE(found);
+  CHECK(found->code == "other_controller");
+  CHECK(found->severity == Severity::caution);
+  CHECK(found->text.starts_with("controller ic predicts this recording better than dec, by 50 +- "));
+  const std::optional<Warning> second = better_controller_warning(three, {true, true, false}, names);
+  REQUIRE(second);
+  CHECK(second->text.starts_with("controller dec2015 predicts this recording better than dec, by 20 +- "));
+  CHECK_FALSE(better_controller_warning(three, {false, true, true}, names));
+  CHECK_FALSE(better_controller_warning(std::vector{three[2], three[0], three[1]}, {true, true, true}, names));
+}
+
 TEST_CASE("controllers: blocks that rest on few draws do not make a controller better") {
   const posterior::LeaveOneOut own = of_blocks(0.0);
   posterior::LeaveOneOut other = of_blocks(0.0);

@@ -31,11 +31,12 @@ constexpr const char* gain_members = R"(  double servo;        /* gain of the an
 constexpr const char* gain_state = R"(  double reach, tilt, tilt_over_servo, slow_gain, torque_gain;
   double slow, torque, active;
 )";
-/// Text of the header: the tilt error with such gains, and the one that is right.
+/// Text of the header: the tilt error with such gains, the one that is right, and a limit without such gains.
 constexpr const char* gain_tilt_error =
     "\n   Here it is tilt_gain times the tilt as estimated, less servo times the tilt.";
 constexpr const char* gain_rezero =
     "With\n   (tilt_gain - servo) times the support's absolute angle the estimate is right.";
+constexpr const char* passive_limit = ": GAIN_MARGIN_LOW is then at least\n   m g h / (2 kp + kp_pass)";
 constexpr const char* unit_rezero = "With 0\n   the estimate is right, whatever the support's angle is.";
 
 std::string parameter_table(const sim::Coefficients& of, bool unit_gains) {
@@ -196,6 +197,7 @@ ControllerFiles controller_files(const sim::Parameters& parameters, const sim::P
   header = replaced(header, "@LIMITS@", limits_constants(limits));
 
   const bool unit_gains = family.has_unit_gains();
+  header = replaced(header, "@PASSIVE_LIMIT@", unit_gains ? passive_limit : "");
   header = replaced(header, "@GAINS@", unit_gains ? "" : gain_members);
   header = replaced(header, "@STATE@", unit_gains ? "" : gain_state);
   header = replaced(header, "@TILT_ERROR@", unit_gains ? "" : gain_tilt_error);

@@ -35,7 +35,7 @@ AllStated stated_by(const RecordingPlan& plan, std::optional<Stated> (*of)(const
 }
 
 std::optional<Stated> body_of(const PlannedRecording& planned) {
-  if (!planned.mass_kg || !planned.height_m) return std::nullopt;
+  if (planned.is_body_of_other_line || !planned.mass_kg || !planned.height_m) return std::nullopt;
   return Stated{{*planned.mass_kg, *planned.height_m}, format("%g kg and %g m", *planned.mass_kg, *planned.height_m)};
 }
 

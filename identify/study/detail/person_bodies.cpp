@@ -29,10 +29,10 @@ const PersonBodies::Giver* PersonBodies::find(const std::vector<Giver>& givers, 
   return nearest;
 }
 
-void PersonBodies::fill(SheetLine& line, Warnings& warnings) const {
-  if (line.mass_kg && line.height_m) return;
+bool PersonBodies::fill(SheetLine& line, Warnings& warnings) const {
+  if (line.mass_kg && line.height_m) return false;
   const auto found = givers_.find(text_key(line.entry.participant));
-  if (found == givers_.end()) return;
+  if (found == givers_.end()) return false;
   std::string lacking, taken;
   const auto take = [&](std::optional<double>& value, std::optional<double> Giver::*quantity, const char* name,
                         const char* unit) {
@@ -47,10 +47,11 @@ void PersonBodies::fill(SheetLine& line, Warnings& warnings) const {
   };
   take(line.mass_kg, &Giver::mass_kg, "weight", "kg");
   take(line.height_m, &Giver::height_m, "height", "m");
-  if (!taken.empty())
-    add_info(warnings, "body_of_other_line",
-             format("line %zu of the sheet has no %s; decid takes %s, of the same person", line.number, lacking.c_str(),
-                    taken.c_str()));
+  if (taken.empty()) return false;
+  add_info(warnings, "body_of_other_line",
+           format("line %zu of the sheet has no %s; decid takes %s, of the same person", line.number, lacking.c_str(),
+                  taken.c_str()));
+  return true;
 }
 
 }  // namespace decid

@@ -19,8 +19,9 @@ class PersonBodies {
   explicit PersonBodies(const std::vector<SheetLine>& lines);
 
   /// Fills the weight and the height that a line lacks from other lines of its person: from those of the same session
-  /// first, then from lines above before lines below, from the nearest. Adds the note `body_of_other_line`.
-  void fill(SheetLine& line, Warnings& warnings) const;
+  /// first, then from lines above before lines below, from the nearest. Then adds the note `body_of_other_line` and
+  /// returns true.
+  bool fill(SheetLine& line, Warnings& warnings) const;
 
  private:
   struct Giver {

@@ -144,6 +144,21 @@ TEST_CASE("groups of a plan: lines without a participant, as of merged cells, ar
     for (const bool by_group : {true, false})
       check_error([&] { groups_of_plan(plan, by_group); }, Code::value_missing, "lines 3, 5: have no Subject");
   }
+  // A footnote, which has an error of its own, is of no recording.
+  const StudySheet noted =
+      read_sheet(write_text(folder / "n.csv", "Subject,file,group\nA,a.csv,x\nB,c.csv,y\n,,end\n"));
+  for (const Choice choice : {Choice::by_sheet, Choice::by_call}) {
+    const RecordingPlan plan = make_plan(noted, sources(folder, {"a.csv", "c.csv"}), choice, {});
+    CHECK(plan.nameless.empty());
+    const GroupTable groups = groups_of_plan(plan, true);
+    REQUIRE(groups.members.size() == plan.recordings.size());
+    CHECK(groups.members[0].group == "x");
+    CHECK(groups.members[1].group == "y");
+    if (choice == Choice::by_sheet) {
+      REQUIRE(plan.recordings.size() == 3);
+      check_has(plan.recordings[2].error, Code::value_missing, "line 4");
+    }
+  }
   // A call without these lines, a table of groups, and a sheet without people.
   const StudySheet sheet = read_sheet(path);
   const RecordingPlan some = make_plan(sheet, sources(folder, {"a.csv", "c.csv"}), Choice::by_call, {});

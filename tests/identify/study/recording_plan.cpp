@@ -161,15 +161,18 @@ TEST_CASE("plan_of: two bodies and two ages of a person in one session are warni
   for (const char* fact : {"60 here", "61 for"}) CHECK(contains(in_sessions[0].warnings[1].text, fact));
   CHECK(contains(in_sessions[1].warnings[0].text, "a.csv"));
 
-  // Without sessions the values must agree; units and rounding do not count. An empty cell has the body of the line
-  // above, and with it the contradiction.
+  // Without sessions the values must agree; units and rounding do not count. A line without a body has that of the line
+  // above, and contradicts nothing.
   const auto without = planned(
       "ID\tfile\tweight\theight\tAge (years)\nP1\ta.csv\t70\t175\t60\nP1\tb.csv\t70,0\t1.75\t60.0\n"
       "P1\tc.csv\tn/a\tn/a\tn/a\nP1\td.csv\t70\t1.74\tn/a\n");
   CHECK(codes(without[0]) == Codes{"two_bodies"});
   CHECK(codes(without[1]) == Codes{"two_bodies"});
-  CHECK(codes(without[2]) == Codes{"two_bodies"});
+  CHECK(codes(without[2]).empty());
+  REQUIRE(without[2].warnings.size() == 1);
   CHECK(contains(without[2].warnings[0].text, "70 kg of line 3 and 1.75 m of line 3"));
+  CHECK(without[2].is_body_of_other_line);
+  CHECK_FALSE(without[1].is_body_of_other_line);
   CHECK(codes(without[3]) == Codes{"two_bodies"});
 
   // A person's line fills what a recording's line lacks. A marker has one height in a session, another one its own.

@@ -75,14 +75,14 @@ std::array<double, 2> variances_on_grid(double a, double b, double c, const std:
 
 }  // namespace
 
-// 400 estimates of 1,000 sweeps: the mean ratio has a standard error of about 0.5%. Axes alone give 0.95.
+// 100 estimates of 1,000 sweeps: the mean ratio has a standard error of about 1%. Axes alone give 0.95.
 TEST_CASE("planning: the variances of parameters that trade off closely within their ranges") {
   constexpr double sd = 0.2, correlation = 0.99;
   const double a = 1.0 / (sd * sd * (1.0 - correlation * correlation)), b = -correlation * a;
   const std::vector<double> information{a, b, a}, truth{0.3, 0.35};
   const std::vector<FractionPrior> uniform(2);
   double ratio = 0.0;
-  constexpr int estimates = 400;
+  constexpr int estimates = 100;
   for (std::uint64_t item = 0; item < estimates; ++item) {
     const Random random(7, Stream::user, item);
     // The estimate that variances_in_range() draws.
@@ -93,7 +93,7 @@ TEST_CASE("planning: the variances of parameters that trade off closely within t
     const std::vector<double> found = variances_in_range(truth, information, uniform, random);
     ratio += 0.5 * (found[0] / exact[0] + found[1] / exact[1]) / estimates;
   }
-  CHECK(within(ratio, 1.0, 0.02));
+  CHECK(within(ratio, 1.0, 0.03));
 }
 
 TEST_CASE("planning: noise, stimulus and length change what a recording tells as they must") {

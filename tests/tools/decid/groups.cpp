@@ -532,6 +532,19 @@ TEST_CASE("verdicts: notes on conditions that differ between groups, on sessions
   REQUIRE(found.size() == 1);
   CHECK(contains(found[0], "Most sessions have one person alone (a1, a2, b1, b2)"));
   CHECK(contains(found[0], "number each person's visits (1, 2)"));
+  // A session without a recording that can be used has a note of its own.
+  const auto add_unusable = [&](const std::string& person, const std::string& session) {
+    add_one("all", person, session, "");
+    table.members.back().session = session;
+    report.recordings.back().error = decid::Error(decid::Code::file_missing, "f", "is missing", "name another");
+  };
+  add_unusable("c", "c1");
+  found = notes();
+  REQUIRE(found.size() == 2);
+  CHECK(contains(found[0], "Most sessions have one person alone (a1, a2, b1, b2)"));
+  CHECK(contains(found[1], "No recording of group 'c1' can be used"));
+  table.members.pop_back();
+  report.recordings.pop_back();
   const auto with_dates = [&](const std::string& first, const std::string& second) {
     for (decid::GroupMember& member : table.members)
       member.session = member.sheet_session.ends_with("1") ? first : second;

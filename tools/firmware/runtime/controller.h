@@ -9,9 +9,12 @@ extern "C" {
 
 @CONSTANTS@
 /* How far this body, with the parameters that the file was made with, is from falling (linearised; 0, 1 and 1 for an
-   unstable loop). DELAY_MARGIN_S: what sensors, bus and motors may add to the delay, at most 1. GAIN_MARGIN: the factors
-   between which kp and kd together keep it stable, at most 100. Keep away from these limits: near them each push swings
-   for long. PEAK_TORQUE_NM: the largest active torque in the protocol's trial, without a push. */
+   unstable loop). DELAY_MARGIN_S: what sensors, bus and motors may add to this file's delay, at most 1. All of their
+   latency counts, also what was subtracted from the delay for it. GAIN_MARGIN: the factors between which kp and kd
+   together keep it stable, at most 100. Keep away from these limits: near them each push swings for long.
+   They hold for a body with passive stiffness and damping of its own. If motors apply DECID_FW_passive, its latency is
+   not in DELAY_MARGIN_S, and a wrong torque constant scales it too@PASSIVE_LIMIT@.
+   PEAK_TORQUE_NM: the largest active torque in the protocol's trial, without a push. */
 @LIMITS@
 /* Return codes. */
 enum {

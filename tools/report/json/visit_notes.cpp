@@ -99,8 +99,11 @@ std::vector<std::string> notes_on_mixed(const GroupReport& groups, bool has_stud
 
 std::vector<std::string> notes_on_lone_sessions(const GroupReport& groups) {
   std::map<std::string, std::set<std::string>, NameOrder> people_of;
-  for (const GroupMember& one : groups.table.members)
-    if (!one.group.empty() && !one.session.empty()) people_of[one.session].insert(one.participant);
+  for (std::size_t i = 0; i < groups.table.members.size(); ++i) {
+    const GroupMember& one = groups.table.members[i];
+    if (!one.group.empty() && !one.session.empty() && groups.left_out[i].empty())
+      people_of[one.session].insert(one.participant);
+  }
   if (!most_have_one(people_of)) return {};
   const std::string shown =
       first_of(people_of, ", ", [](const std::string& session, const auto&) { return one_line(session); });
