@@ -144,7 +144,8 @@ struct Report : ReportSetting {
   Call call = {};
 
   const ReportSetting& setting_of(const RecordingResult& recording) const {
-    return recording.setting == 0 ? *this : other_settings.at(recording.setting - 1);
+    if (recording.setting == 0) return *this;
+    return other_settings.at(recording.setting - 1);
   }
   const sim::Protocol& protocol_for(const RecordingResult& recording) const { return setting_of(recording).protocol; }
 
