@@ -11,6 +11,7 @@
 #include "sim/simulate.hpp"
 #include "sim/streams.hpp"
 #include "tests/helpers.hpp"
+#include "tests/recording/default_protocol.hpp"
 #include "tests/recording/table/reading.hpp"
 
 using namespace decid;
@@ -18,15 +19,6 @@ using namespace decid::recording;
 using namespace decid::test;
 
 namespace {
-
-const sim::Simulator& simulator() {
-  static const sim::Simulator made(sim::default_protocol());
-  return made;
-}
-const ProtocolPlan& plan() {
-  static const ProtocolPlan made(simulator().protocol());
-  return made;
-}
 
 /// Returns a trial i of the middle of the prior, in rad.
 std::vector<double> forward(std::uint64_t i) {

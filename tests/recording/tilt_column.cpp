@@ -16,6 +16,7 @@
 #include "sim/simulate.hpp"
 #include "sim/streams.hpp"
 #include "tests/helpers.hpp"
+#include "tests/recording/default_protocol.hpp"
 #include "tests/recording/table/reading.hpp"
 
 using namespace decid;
@@ -24,14 +25,6 @@ using namespace decid::test;
 
 namespace {
 
-const sim::Simulator& simulator() {
-  static const sim::Simulator made(sim::default_protocol());
-  return made;
-}
-const ProtocolPlan& plan() {
-  static const ProtocolPlan made(simulator().protocol());
-  return made;
-}
 const std::vector<double>& tilt() {
   static const std::vector<double> made = prescribed_tilt(simulator().protocol());
   return made;

@@ -290,9 +290,13 @@ ResponseCheck::ResponseCheck(std::span<const double> tilt_rad, double rate_hz, b
   tilt_.resize(tilt_.size() + longest_slip, 0.0);
 }
 
+bool ResponseCheck::is_short() const {
+  return static_cast<double>(blocks_) * step_s_ < shortest_s || blocks_ < 3 * margin;
+}
+
 ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad, std::span<const SampleRange> gaps) const {
   Found found;
-  if (static_cast<double>(blocks_) * step_s_ < shortest_s || blocks_ < 3 * margin) return found;
+  if (is_short()) return found;
   std::vector<double> sway = block_means(sway_rad, block_);
   double mean = 0.0;
   for (const double value : sway) mean += value / static_cast<double>(blocks_);
@@ -364,7 +368,7 @@ ResponseCheck::Found ResponseCheck::check(std::span<const double> sway_rad, std:
 }
 
 ResponseCheck::Response ResponseCheck::response_of(std::span<const double> signal_rad, double shift_s) const {
-  if (static_cast<double>(blocks_) * step_s_ < shortest_s || blocks_ < 3 * margin) return {};
+  if (is_short()) return {};
   std::vector<double> signal = block_means(signal_rad, block_);
   const auto subtract_mean = [](std::vector<double>& values) {
     const double middle = mean(values);

@@ -48,6 +48,7 @@ class ResponseCheck {
   Response response_of(std::span<const double> signal_rad, double shift_s = 0.0) const;
 
  private:
+  bool is_short() const;  ///< too short for this check
   std::size_t block_;
   double step_s_;
   std::vector<double> tilt_;                 // means of blocks, with rest before and after

@@ -13,18 +13,15 @@
 #include "sim/simulate.hpp"
 #include "sim/streams.hpp"
 #include "tests/helpers.hpp"
+#include "tests/recording/default_protocol.hpp"
 
 using namespace decid;
 using namespace decid::recording;
+using decid::test::simulator;
 
 namespace {
 
 constexpr double rate_hz = 100.0;
-
-const sim::Simulator& simulator() {
-  static const sim::Simulator made(sim::default_protocol());
-  return made;
-}
 
 const ResponseCheck& check() {
   static const ResponseCheck made = [] {

@@ -1,0 +1,250 @@
+// Groups of recordings as reported: text, JSON and page.
+#include <tuple>
+
+#include "base/error.hpp"
+#include "tests/tools/decid/groups/compared.hpp"
+#include "tools/decid/results/group_results.hpp"
+#include "tools/decid/results/results.hpp"
+#include "tools/report/json/group_verdicts.hpp"
+
+using decid::GroupTable;
+using decid::Json;
+using decid::RecordingResult;
+using decid::Report;
+using decid::Severity;
+using namespace decid::test;
+using decid::tools::groups_text;
+using decid::tools::report_text;
+using decid::tools::verdicts_text;
+
+TEST_CASE("people are compared by the recordings that can be used, the others are named") {
+  Report report;
+  GroupTable table{"subject", {}, {{7, "gone.csv"}}};
+  // The means of people are 856.8 +- 63.4 of five in "a" and 724.5 +- 62.2 of four in "b".
+  const double a[]{812, 905, 777, 860, 930}, b[]{700, 655, 742, 801};
+  for (const double mean : a)
+    for (const double off : {-40.0, 0.0, 40.0})
+      add(report, table, "a", "a" + std::to_string(mean), recording("f", mean + off, Severity::caution));
+  for (const double mean : b) add(report, table, "b", "b" + std::to_string(mean), recording("f", mean));
+  add(report, table, "b", "b1", recording("bad.csv", 1e6, Severity::invalid));
+  add(report, table, "a", "a1", of_other_tilt("twice.csv"));
+  RecordingResult broken;
+  broken.file = "broken.csv";
+  broken.error = decid::Error(decid::Code::file_damaged, "broken.csv", "none", "try");
+  add(report, table, "b", "b2", broken);
+  add(report, table, "", "", recording("elsewhere.csv", 1e6));
+
+  const Json found = compared(report, table);
+  REQUIRE(found["groups"].size() == 2);
+  CHECK(found["groups"][0]["name"] == "a");
+  CHECK(found["groups"][0]["participants"] == 5);
+  CHECK(found["groups"][0]["recordings"] == 15);
+  CHECK(found["groups"][1]["participants"] == 4);
+  CHECK(near(found["groups"][0]["parameters"][3]["sd"].get<double>(), 63.37744078140107, 1e-14));
+  REQUIRE(found["comparisons"].size() == 1);
+  CHECK(found["comparisons"][0]["groups"] == Json{"a", "b"});
+  CHECK(found["comparisons"][0]["paired"] == false);
+  CHECK(found["comparisons"][0]["participants"] == Json{5, 4});
+  const Json& last = found["comparisons"][0]["parameters"][6];
+  CHECK(last["name"] == "delay");
+  CHECK(near(last["difference"].get<double>(), 132.3, 1e-13));
+  CHECK(near(last["hedges_g"].get<double>(), 1.870954512360277, 1e-13));
+  CHECK(near(last["interval95"][1].get<double>(), 232.90206246259245, 1e-12));
+  CHECK(near(last["adjusted_interval95"][1].get<double>(), 293.49617439784564, 1e-12));
+  const Json& settings = found["group_comparison"];
+  CHECK(settings["participant_column"] == "subject");
+  CHECK(settings["parameters"] == 7);
+  CHECK(settings["intervals"] == 7);
+  CHECK(settings["adjustment"] == "bonferroni");
+  CHECK(settings["left_out"] == Json{{{"file", "bad.csv"}, {"group", "b"}, {"reason", "not usable"}},
+                                     {{"file", "twice.csv"}, {"group", "a"}, {"reason", "tilt_of_other_size"}},
+                                     {{"file", "broken.csv"}, {"group", "b"}, {"reason", "error"}}});
+  CHECK(settings["unused_lines"] == Json{{{"line", 7}, {"file", "gone.csv"}}});
+  CHECK(settings["bodies_differ"] == false);
+  CHECK(settings["assumed_bodies"] == 19);
+  CHECK(settings["mgh"] == report.protocol.experiment.body.mgh());
+  CHECK(found["hierarchical"].is_null());  // without distributions
+  CHECK(found["reliability"].is_array());
+  const Json recordings = decid::tools::recordings_json(report);
+  CHECK(recordings[0]["group"] == "a");
+  CHECK(recordings[20]["participant_id"] == "a1");
+  CHECK_FALSE(recordings[22].contains("group"));
+
+  const std::string text = groups_text(report);
+  CAPTURE(text);
+  CHECK(contains(text, "a: 5 people, 15 recordings\n    Kp              856.8 +- 63.4 N m/rad\n"));
+  CHECK(contains(text, "a minus b: 5 people and 4 people"));
+  CHECK(contains(text, "7 parameters were compared"));
+  CHECK(contains(text, "Left out: 3 recordings"));
+  CHECK(contains(text, "twice.csv (a): tilt_of_other_size"));
+  CHECK(groups_text({}).empty());
+  CHECK(decid::tools::summary_text(report).starts_with(
+      "23 recordings: 5 usable, 16 caution, 1 not usable, 1 not analysed\nDo the groups differ?"));
+  CHECK(decid::tools::summary_text({}).empty());
+
+  const Json page = decid::tools::page_groups(report);
+  REQUIRE(page["members"].size() == 22);
+  CHECK(page["members"][20] == Json{{"group", "a"}, {"left_out", "tilt_of_other_size"}});
+  CHECK(page["members"][21] == Json{{"group", ""}, {"left_out", ""}});
+  CHECK(decid::tools::page_groups({}).is_null());
+}
+
+TEST_CASE("fixed parameters are not compared: text and JSON name them") {
+  Report report;
+  GroupTable table{"subject", {}};
+  for (const auto& [group, participant, value] : {std::tuple("a", "s1", 700.0), {"a", "s2", 655.0}, {"b", "s3", 742.0}})
+    add(report, table, group, participant, recording("f", value));
+  report.fit.emplace().priors.parameters = {{.name = "Kd", .fixed = 250.0}, {.name = "Kp", .fixed = 839.0}};
+  const Json found = compared(report, table);
+  const Json& settings = found["group_comparison"];
+  CHECK(settings["fixed_parameters"] == Json{"Kp", "Kd"});  // in the controller's order
+  CHECK(settings["parameters"] == 5);
+  CHECK(settings["intervals"] == 5);
+  for (const Json& parameters : {found["groups"][0]["parameters"], found["comparisons"][0]["parameters"]}) {
+    REQUIRE(parameters.size() == 5);
+    CHECK(parameters[0]["name"] == "Kp_pass");
+    CHECK(parameters[4]["name"] == "delay");
+  }
+  CHECK(found["comparisons"][0]["parameters"][0]["difference"] == 677.5 - 742.0);
+  const std::string text = groups_text(report);
+  CAPTURE(text);
+  CHECK(contains(text, "not compared: Kp, Kd\n"));
+  CHECK_FALSE(contains(text, "Kd  "));
+  CHECK(contains(text, "5 parameters were compared"));
+  // Every recording that the hierarchical model lacks has a reason.
+  CHECK(settings["without_distribution"].size() == 3);
+  CHECK(settings["without_distribution_reasons"] == Json{"no_distribution", "no_distribution", "no_distribution"});
+  CHECK(contains(text, "Not in the hierarchical model: 3 recordings\n    f: "));
+  report.fit.reset();
+  CHECK(compared(report, table)["group_comparison"]["fixed_parameters"].empty());
+}
+
+TEST_CASE("people in two groups are compared in pairs, and the text says so") {
+  Report report;
+  GroupTable table{"participant_id", {}};
+  for (const auto& [participant, before, after] :
+       {std::tuple("s1", 700.0, 812.0), {"s2", 655.0, 905.0}, {"s3", 742.0, 777.0}}) {
+    add(report, table, "before", participant, recording("f", before));
+    add(report, table, "after", participant, recording("f", after));
+  }
+  add(report, table, "before", "s4", recording("f", 1e5));
+  const Json found = compared(report, table);
+  const Json& pair = found["comparisons"][0];
+  CHECK(pair["paired"] == true);
+  CHECK(pair["participants"] == Json{3, 3});
+  CHECK(pair["unpaired_participants"] == 1);
+  CHECK(near(pair["parameters"][0]["difference"].get<double>(), 397.0 / 3.0, 1e-14));
+  const std::string text = groups_text(report);
+  CHECK(contains(text, "paired: 3 people in both groups"));
+  CHECK(contains(text, "without 1 person in only one"));
+}
+
+TEST_CASE("two people in two groups have an interval and no Hedges' g") {
+  Report report;
+  GroupTable table{"subject", {}};
+  for (const auto& [participant, before, after] : {std::tuple("s1", 700.0, 812.0), {"s2", 655.0, 905.0}}) {
+    add(report, table, "before", participant, recording("f", before));
+    add(report, table, "after", participant, recording("f", after));
+  }
+  const Json found = compared(report, table);
+  const Json& effect = found["comparisons"][0]["parameters"][0];
+  CHECK(effect["hedges_g"].is_null());
+  CHECK(effect["difference"] == 181.0);
+  CHECK(effect["interval95"][0].is_number());
+  CHECK(contains(groups_text(report), "         -\n"));
+}
+
+TEST_CASE("a group of one has no interval, and three groups have three comparisons") {
+  Report report;
+  GroupTable table;
+  for (const char* group : {"a", "b", "c"})
+    add(report, table, group, group, recording("f", static_cast<double>(report.recordings.size())));
+  const Json found = compared(report, table);
+  REQUIRE(found["comparisons"].size() == 3);
+  CHECK(found["group_comparison"]["participant_column"].is_null());
+  CHECK(found["group_comparison"]["intervals"] == 21);
+  CHECK(found["comparisons"][2]["groups"] == Json{"b", "c"});
+  CHECK(found["comparisons"][1]["parameters"][0]["difference"] == -2.0);
+  CHECK(found["comparisons"][1]["parameters"][0]["hedges_g"].is_null());
+  CHECK(found["comparisons"][1]["parameters"][0]["interval95"][0].is_null());
+  CHECK(found["groups"][0]["parameters"][0]["sd"].is_null());
+  CHECK_FALSE(decid::tools::recordings_json(report)[0].contains("participant_id"));
+  const std::string text = groups_text(report);
+  CHECK(contains(text, "each recording counts as a person"));
+  CHECK(contains(text, "in 3 pairs of groups"));
+  CHECK(contains(text, "c: 1 person, 1 recording\n    Kp                  2 N m/rad\n"));
+  CHECK_FALSE(contains(text, "+- -"));
+  CHECK(contains(text, "one person: no"));
+  CHECK(contains(text, "a group of one person: no interval"));
+}
+
+TEST_CASE("the text of a group without usable recordings has no values") {
+  Report report;
+  GroupTable table{"subject", {}};
+  for (const char* group : {"a", "b"})
+    for (const char* person : {"1", "2"})
+      add(report, table, group, std::string(group) + person, recording("f", 700.0 + *person));
+  add(report, table, "c", "c1", recording("bad.csv", 1e6, Severity::invalid));
+  compared(report, table);
+  const std::string text = groups_text(report);
+  CAPTURE(text);
+  CHECK(contains(text, "  c: 0 people, 0 recordings\n    no usable recording\n  a minus b"));
+}
+
+TEST_CASE("values that are the same for all people have no interval, and the text says so") {
+  Report report;
+  GroupTable table{"subject", {}};
+  for (const auto& [group, participant] : {std::tuple("a", "s1"), {"a", "s2"}, {"b", "s3"}, {"b", "s4"}})
+    add(report, table, group, participant, recording("f", 700.0));
+  compared(report, table);
+  CHECK(contains(groups_text(report), "identical values"));
+  CHECK(contains(groups_text(report), "no interval of Kp"));
+}
+
+TEST_CASE("groups of recordings with distributions also have a hierarchical model") {
+  Report report;
+  GroupTable table{"subject", {}};
+  std::vector<double> outputs;
+  for (const char* group : {"a", "b"})
+    for (int i = 0; i < 3; ++i) {
+      outputs.assign(1, 0.0);
+      outputs.resize(8, 0.3 * i + (*group == 'a' ? 0.8 : -0.8));
+      outputs.resize(15, 1.2);  // sd of a coordinate: exp(-1.2)
+      outputs.resize(decid::mixture_outputs(1, 7), 0.0);
+      RecordingResult made = recording("f", 900.0 + i);
+      made.estimate.distribution = decid::ParameterDistribution(decid::Mixture(1, 7, outputs), report.ranges());
+      add(report, table, group, "s" + std::to_string(i), made);
+    }
+  const Json found = compared(report, table);
+  const Json& model = found["hierarchical"];
+  CHECK(model["draws"] == 4000);
+  CHECK(model["max_rhat"].get<double>() < 1.2);
+  CHECK(model["groups"][0]["participants"] == 3);
+  CHECK(model["groups"][1]["parameters"][6]["between_sd"].get<double>() > 0.0);
+  const Json& pair = model["comparisons"][0];
+  CHECK(pair["groups"] == Json{"a", "b"});
+  CHECK(pair["participants_in_both"] == 3);
+  const Json& effect = pair["parameters"][6];
+  CHECK(effect["name"] == "delay");
+  CHECK(effect["difference"].get<double>() > 0.05);
+  CHECK(effect["simultaneous95"][0] <= effect["interval95"][0]);
+  CHECK(effect["probability_of_direction"].get<double>() > 0.9);
+  CHECK(model["variance"][0]["trial_sd"] == 0.0);
+  CHECK(model["changes"].size() == 3);
+  CHECK(model["changes"][0]["parameters"][0].contains("changed"));
+  REQUIRE(found["reliability"].size() == 1);
+  CHECK(found["reliability"][0]["participants"] == 3);
+  CHECK(found["reliability"][0]["parameters"][0]["icc_single"] == 1.0);  // the values agree exactly
+  const std::string text = groups_text(report);
+  CAPTURE(text);
+  CHECK(contains(text, "hierarchical model"));
+  CHECK(contains(text, "    delay, s "));  // rows have units
+  CHECK_FALSE(contains(text, "Do the groups differ?"));
+  CHECK(verdicts_text(report).find("Do the groups differ?") == 0);
+  const std::string whole = report_text(report);  // the verdicts stand above the recordings
+  CHECK(whole.starts_with("6 recordings: 6 usable\nDo the groups differ?"));
+  CHECK(whole.find("Groups: mean") > whole.find("f ()"));
+  CHECK(decid::tools::page_groups(report)["verdicts"]["sentences"].size() == 1);
+  CHECK(contains(text, "a minus b, 3 people in both"));
+  CHECK(decid::tools::page_groups(report)["hierarchical"]["draws"] == 4000);
+}
