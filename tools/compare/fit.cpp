@@ -55,7 +55,6 @@ std::vector<double> tempered_weights(std::span<const double> values, double enou
   return weights;
 }
 
-template <int N>
 class Fit {
  public:
   Fit(const sim::ParameterTable& table, const Likelihood& likelihood, const Settings& settings)
@@ -70,7 +69,7 @@ class Fit {
     for (const Start& start : starts) {
       std::vector<double> unit = table_.to_unit(start.parameters);
       for (double& u : unit) u = std::clamp(u, 0.0, 1.0);
-      if (start.prior > 0) priors_.emplace_back(to_vector<N>(unit), start.prior);
+      if (start.prior > 0) priors_.emplace_back(to_vector(unit), start.prior);
       searches.emplace_back(unit, start.spread, population, settings_.seed, searches.size());
     }
     std::vector<bool> ended(searches.size(), false);
@@ -80,12 +79,11 @@ class Fit {
         if (!ended[s]) running.push_back(s);
       const auto wanted = static_cast<long long>(running.size()) * generation_simulations;
       if (running.empty() || result.simulations + wanted + rounds_simulations > settings_.simulations) break;
-      std::vector<Vector<N>> points;
+      std::vector<Vector> points;
       for (const std::size_t s : running) {
         const std::vector<double>& asked = searches[s].ask();
         for (int i = 0; i < population; ++i)
-          points.push_back(
-              to_vector<N>(std::span(asked).subspan(static_cast<std::size_t>(i) * dimensions, dimensions)));
+          points.push_back(to_vector(std::span(asked).subspan(static_cast<std::size_t>(i) * dimensions, dimensions)));
       }
       const std::vector<double> costs = evaluate(points, realisations_each, 0);
       for (std::size_t i = 0; i < running.size(); ++i) {
@@ -108,23 +106,23 @@ class Fit {
   void spread() {
     const Random random(settings_.seed, search_stream, rounds_item);
     std::uint64_t next = 0;
-    Moments<N> about = around_optimum();
+    Moments about = around_optimum();
     double effective = 0;
     for (int round = 0; round < rounds; ++round) {
-      const Proposal<N> proposal(about, wider);
-      std::vector<Vector<N>> points(round_points);
-      for (Vector<N>& point : points) point = proposal.draw(random, next);
+      const Proposal proposal(about, wider);
+      std::vector<Vector> points(round_points);
+      for (Vector& point : points) point = proposal.draw(random, next);
       // Realisations that no search has seen: it has adapted to its own.
       const std::vector<double> costs =
           evaluate(points, round_realisations, rounds_item + static_cast<std::uint64_t>(round * round_realisations));
-      std::vector<Point<N>> drawn;
+      std::vector<Point> drawn;
       std::vector<double> excess;
       for (std::size_t i = 0; i < points.size(); ++i) {
         drawn.push_back({points[i], costs[i]});
         excess.push_back(costs[i] - proposal.energy(points[i]));
       }
       const std::vector<double> weights = tempered_weights(excess, min_weight, effective);
-      about = moments<N>(drawn, weights);
+      about = moments(drawn, weights);
     }
     result.effective_samples = effective;
     result.parameters = table_.from_unit(std::span(about.mean.data(), table_.size()));
@@ -140,10 +138,9 @@ class Fit {
   Result result;
 
  private:
-  std::vector<double> evaluate(std::span<const Vector<N>> points, int each, std::uint64_t first) {
+  std::vector<double> evaluate(std::span<const Vector> points, int each, std::uint64_t first) {
     std::vector<sim::Parameters> candidates;
-    for (const Vector<N>& point : points)
-      candidates.push_back(table_.from_unit(std::span(point.data(), table_.size())));
+    for (const Vector& point : points) candidates.push_back(table_.from_unit(std::span(point.data(), table_.size())));
     const std::vector<Cost> costs = likelihood_.costs(candidates, each, settings_.seed, first);
     result.simulations += static_cast<long long>(candidates.size()) * each;
     std::vector<double> values;
@@ -161,39 +158,30 @@ class Fit {
   }
 
   /// Minus the logarithm of the prior, up to a constant.
-  double prior_energy(const Vector<N>& unit) const {
+  double prior_energy(const Vector& unit) const {
     double energy = 0;
     for (const auto& [centre, stddev] : priors_) energy += 0.5 * (unit - centre).squaredNorm() / (stddev * stddev);
     return energy;
   }
 
   /// Returns the moments of the search points with costs nearest to the best cost.
-  Moments<N> around_optimum() {
-    std::ranges::stable_sort(met_, {}, &Point<N>::cost);
+  Moments around_optimum() {
+    std::ranges::stable_sort(met_, {}, &Point::cost);
     std::vector<double> costs;
-    for (const Point<N>& point : met_) costs.push_back(point.cost);
+    for (const Point& point : met_) costs.push_back(point.cost);
     // Twice the temperature of the likelihood: wide enough to be drawn from.
     for (double& cost : costs) cost *= 0.5;
     double effective = 0;
-    return moments<N>(met_, tempered_weights(costs, 4.0 * static_cast<double>(table_.size()), effective));
+    return moments(met_, tempered_weights(costs, 4.0 * static_cast<double>(table_.size()), effective));
   }
 
   const sim::ParameterTable& table_;
   const Likelihood& likelihood_;
   Settings settings_;
-  std::vector<Point<N>> met_;
-  std::vector<std::pair<Vector<N>, double>> priors_;  // centre and deviation
+  std::vector<Point> met_;
+  std::vector<std::pair<Vector, double>> priors_;  // centre and deviation
   double found_ = std::numeric_limits<double>::infinity();
 };
-
-template <int N>
-Result fit_in(const sim::ParameterTable& table, const Likelihood& likelihood, std::span<const Start> starts,
-              const Settings& settings) {
-  Fit<N> fit(table, likelihood, settings);
-  fit.search(starts);
-  fit.spread();
-  return fit.result;
-}
 
 }  // namespace
 
@@ -230,10 +218,10 @@ Result fit(const sim::Simulator& simulator, std::span<const float> sway_rad, std
       throw Error(Code::size_mismatch, "fit", "a start with " + std::to_string(start.parameters.size()) + " parameters",
                   "give all " + std::to_string(table.size()));
   const Likelihood likelihood(simulator, sway_rad);
-  // Figures are quoted for the single pendulum: its fits keep their bits.
-  constexpr int quoted = 7;
-  return table.size() == quoted ? fit_in<quoted>(table, likelihood, starts, settings)
-                                : fit_in<Eigen::Dynamic>(table, likelihood, starts, settings);
+  Fit fit(table, likelihood, settings);
+  fit.search(starts);
+  fit.spread();
+  return fit.result;
 }
 
 }  // namespace decid::iterative

@@ -1,4 +1,4 @@
-// Proposals of the fit's rounds, in seven dimensions of a fixed size and in as many as a table has.
+// Proposals of the fit's rounds.
 #include "tools/compare/proposal.hpp"
 
 #include <vector>
@@ -10,12 +10,11 @@ namespace decid::iterative {
 namespace {
 
 /// Weighted points about 0.4 in n dimensions, neighbours correlated.
-template <int N>
-std::vector<Point<N>> some_points(int n) {
+std::vector<Point> some_points(int n) {
   const Random random(3, iterative::search_stream, 1);
-  std::vector<Point<N>> points;
+  std::vector<Point> points;
   for (std::uint64_t i = 0; i < 60; ++i) {
-    Vector<N> unit(n);
+    Vector unit(n);
     for (int d = 0; d < n; ++d) {
       const std::uint64_t at = i * 100 + static_cast<std::uint64_t>(d);
       unit[d] = 0.4 + 0.05 * random.normal(at) + 0.02 * random.normal(at + 1);
@@ -33,29 +32,14 @@ std::vector<double> some_weights() {
 
 }  // namespace
 
-TEST_CASE("a proposal of seven dimensions is the same to rounding, whether its size is fixed or not") {
-  const Proposal<7> fixed(moments<7>(some_points<7>(7), some_weights()), 1.5);
-  const Proposal<Eigen::Dynamic> sized(moments<Eigen::Dynamic>(some_points<Eigen::Dynamic>(7), some_weights()), 1.5);
-  const Random random(4, iterative::search_stream, 2);
-  std::uint64_t a = 0, b = 0;
-  for (int i = 0; i < 50; ++i) {
-    const Vector<7> one = fixed.draw(random, a);
-    const Vector<Eigen::Dynamic> other = sized.draw(random, b);
-    REQUIRE(a == b);
-    for (int d = 0; d < 7; ++d) CHECK(test::within(other[d], one[d], 1e-13));
-    // The covariance's condition number is some hundred.
-    CHECK(test::within(sized.energy(other), fixed.energy(one), 1e-11));
-  }
-}
-
 TEST_CASE("draws in fourteen dimensions lie in the box and have the moments that were asked for, wider") {
   constexpr int n = 14, count = 4000;
   constexpr double wider = 1.5;
-  const Moments<Eigen::Dynamic> wanted = moments<Eigen::Dynamic>(some_points<Eigen::Dynamic>(n), some_weights());
-  const Proposal<Eigen::Dynamic> proposal(wanted, wider);
+  const Moments wanted = moments(some_points(n), some_weights());
+  const Proposal proposal(wanted, wider);
   const Random random(5, iterative::search_stream, 3);
   std::uint64_t next = 0;
-  std::vector<Point<Eigen::Dynamic>> drawn;
+  std::vector<Point> drawn;
   double energy = 0.0;
   for (int i = 0; i < count; ++i) {
     drawn.push_back({proposal.draw(random, next), 0.0});
@@ -63,7 +47,7 @@ TEST_CASE("draws in fourteen dimensions lie in the box and have the moments that
     CHECK(drawn.back().unit.maxCoeff() <= 1.0);
     energy += proposal.energy(drawn.back().unit) / count;
   }
-  const Moments<Eigen::Dynamic> found = moments<Eigen::Dynamic>(drawn, std::vector<double>(drawn.size(), 1.0));
+  const Moments found = moments(drawn, std::vector<double>(drawn.size(), 1.0));
   // Five deviations; 0.4 is five deviations from the box's edge, which cuts off next to nothing.
   for (int d = 0; d < n; ++d) {
     const double variance = wider * wanted.covariance(d, d) + 1e-6;
