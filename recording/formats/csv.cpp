@@ -148,6 +148,7 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
       rows_.reserve(std::min(max_rows, rest.size() / (line.size() + 1) + 1));
     }
     rows_.push_back(line);
+    if (!is_plain_) index_cells(cells);
     if (rows_.size() > max_rows) {
       throw Error(Code::file_too_large, where_, "has more than 10 million rows", "cut it to one trial");
     }
@@ -198,12 +199,26 @@ bool CsvTable::is_cut(std::string_view line) const {
   };
   std::size_t usual = 0;
   for (std::size_t row = rows_.size() - std::min(some, rows_.size()); row < rows_.size(); ++row) {
-    const std::string_view cell = cell_at(rows_[row], separator_, cells.size() - 1, is_plain_);
-    if (!parse_number(cell).is_number || (usual != 0 && decimals(cell) != usual)) return false;
-    usual = decimals(cell);
+    const std::string_view text = cell(row, cells.size() - 1);
+    if (!parse_number(text).is_number || (usual != 0 && decimals(text) != usual)) return false;
+    usual = decimals(text);
   }
   if (is_missing(last) && !last.empty() && last != "-") return false;  // a complete word
   return decimals(last) < usual || !parse_number(last).is_number;
+}
+
+/// Appends the places of the last row's cells.
+void CsvTable::index_cells(const std::vector<std::string_view>& cells) {
+  const char* const begin = rows_.back().data();
+  for (std::size_t i = 0; i < names_.size(); ++i)
+    cells_.push_back(
+        {static_cast<std::uint32_t>(cells[i].data() - begin), static_cast<std::uint32_t>(cells[i].size())});
+}
+
+std::string_view CsvTable::cell(std::size_t row, std::size_t column) const {
+  if (is_plain_) return plain_cell(rows_[row], separator_, column);
+  const Place place = cells_[row * names_.size() + column];
+  return rows_[row].substr(place.begin, place.length);
 }
 
 /// Throws Error unless the row has as many cells as the table, or one more that is empty.
@@ -292,7 +307,7 @@ Commas CsvTable::commas_in(int column) const {
   CommaFinder finder;
   std::size_t row = 0;
   for (; row < rows_.size(); ++row)
-    if (finder.see(cell_at(rows_[row], separator_, static_cast<std::size_t>(column), is_plain_))) break;
+    if (finder.see(cell(row, static_cast<std::size_t>(column)))) break;
   const bool points = row == rows_.size() && !finder.example().empty() && has_points_beside(column);
   const Commas found = finder.found(points, separator_ == ',');
   if (found == Commas::unclear)
@@ -312,8 +327,8 @@ std::vector<double> CsvTable::numbers_of_each(int column, std::size_t step, Miss
   std::vector<double> values;
   values.reserve(rows_.size() / step + 1);
   for (std::size_t row = 0; row < rows_.size(); row += step) {
-    const std::string_view cell = cell_at(rows_[row], separator_, static_cast<std::size_t>(column), is_plain_);
-    values.push_back(finite(parse_number(cell, commas), cell, column, row, missing));
+    const std::string_view text = cell(row, static_cast<std::size_t>(column));
+    values.push_back(finite(parse_number(text, commas), text, column, row, missing));
   }
   return values;
 }
@@ -326,12 +341,12 @@ std::vector<double> CsvTable::times(int column) const {
   std::optional<double> first_day;
   double midnights = 0.0;  // midnights passed by times without a date
   for (std::size_t row = 0; row < rows_.size(); ++row) {
-    const std::string_view cell = cell_at(rows_[row], separator_, static_cast<std::size_t>(column), is_plain_);
-    const Parsed parsed = parse_number(cell, commas);
-    const std::optional<ClockTime> time = parsed.is_number ? std::nullopt : clock_time(cell);
+    const std::string_view text = cell(row, static_cast<std::size_t>(column));
+    const Parsed parsed = parse_number(text, commas);
+    const std::optional<ClockTime> time = parsed.is_number ? std::nullopt : clock_time(text);
     if (time && !first_day) first_day = time->day;
     double value = time ? (time->day - *first_day + midnights) * day_s + time->s
-                        : finite(parsed, cell, column, row, Missing::refused);
+                        : finite(parsed, text, column, row, Missing::refused);
     const bool has_date = time && time->day != 0.0;
     if (time && !has_date && !values.empty() && value < values.back() - 0.5 * day_s) {
       midnights += 1.0;
@@ -345,24 +360,29 @@ std::vector<double> CsvTable::times(int column) const {
 RowLabels CsvTable::labels(int column) const {
   RowLabels labels;
   std::map<std::string_view, std::uint32_t> known;
-  for (const std::string_view row : rows_) {
-    const std::string_view cell = cell_at(row, separator_, static_cast<std::size_t>(column), is_plain_);
-    const auto [found, is_new] = known.try_emplace(cell, static_cast<std::uint32_t>(labels.values.size()));
-    if (is_new) labels.values.push_back(is_missing(cell) ? std::string() : std::string(cell));
+  for (std::size_t row = 0; row < rows_.size(); ++row) {
+    const std::string_view text = cell(row, static_cast<std::size_t>(column));
+    const auto [found, is_new] = known.try_emplace(text, static_cast<std::uint32_t>(labels.values.size()));
+    if (is_new) labels.values.push_back(is_missing(text) ? std::string() : std::string(text));
     labels.of_row.push_back(found->second);
   }
   return labels;
 }
 
 std::string CsvTable::label(int column, std::size_t row) const {
-  return std::string(cell_at(rows_[row], separator_, static_cast<std::size_t>(column), is_plain_));
+  return std::string(cell(row, static_cast<std::size_t>(column)));
 }
 
 void CsvTable::keep_rows(int, const std::vector<std::size_t>& rows) {
   std::vector<std::size_t> kept;  // of the file
   for (const std::size_t row : rows) kept.push_back(row < kept_.size() ? kept_[row] : row);
-  for (std::size_t i = 0; i < rows.size(); ++i) rows_[i] = rows_[rows[i]];
+  const std::size_t columns = is_plain_ ? 0 : names_.size();
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    rows_[i] = rows_[rows[i]];
+    for (std::size_t c = 0; c < columns; ++c) cells_[i * columns + c] = cells_[rows[i] * columns + c];
+  }
   rows_.resize(rows.size());
+  cells_.resize(rows.size() * columns);
   kept_ = std::move(kept);
 }
 

@@ -2,6 +2,7 @@
 // Not installed. Format: RFC 4180 and the variants of spreadsheets, MATLAB and NumPy; see CsvTable.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -15,12 +16,11 @@ namespace decid::recording {
 
 /// A table over its text. Numbers are parsed only for requested columns, so other columns may hold anything.
 ///
-/// Accepted: UTF-8, UTF-16 and Windows-1252; line ends
-/// , \r
-///  and \r; blank lines; comment lines (# or %); blanks around cells; quoted cells (on one line); a separator at the
-/// end of the lines; a decimal comma that cannot be a separator ("1,5;2,7", "1,5 2,7", a single column); lines above
-/// the table (preamble.hpp). A line of units below the header ("s,deg", "[s];[Grad]") becomes part of the names: "time
-/// (s)". A last line that ends in the middle is left out, with a warning.
+/// Accepted: UTF-8, UTF-16 and Windows-1252; lines that end in LF, CR LF or CR; blank lines; comment lines (# or %);
+/// blanks around cells; quoted cells (on one line); a separator at the end of the lines; a decimal comma that cannot be
+/// a separator ("1,5;2,7", "1,5 2,7", a single column); lines above the table (preamble.hpp). A line of units below the
+/// header ("s,deg", "[s];[Grad]") becomes part of the names: "time (s)". A last line that ends in the middle is left
+/// out, with a warning.
 class CsvTable final : public Table {
  public:
   /// Reads a table. `where` names the file. `skip_lines`: the number of lines above the table; empty: decid finds it.
@@ -60,9 +60,16 @@ class CsvTable final : public Table {
   bool is_cut(std::string_view line) const;
   bool read_units(const std::vector<std::string_view>& cells);
   void check_row(const std::vector<std::string_view>& cells, std::size_t line_number) const;
+  void index_cells(const std::vector<std::string_view>& cells);
+  std::string_view cell(std::size_t row, std::size_t column) const;
   Commas commas_in(int column) const;
   bool has_points_beside(int column) const;
   double finite(const Parsed& parsed, std::string_view cell, int column, std::size_t row, Missing missing) const;
+
+  /// A cell's place in its row.
+  struct Place {
+    std::uint32_t begin, length;
+  };
 
   std::string text_, where_;
   bool ends_in_line_ = false;  ///< the text lacks a line end at its end
@@ -75,6 +82,7 @@ class CsvTable final : public Table {
   std::string_view header_line_;  ///< the line of names, if it is outside the preamble
   std::vector<std::string> names_;
   std::vector<std::string_view> rows_;
+  std::vector<Place> cells_;  ///< of rows that are not plain, row by row: a search for each would read a wide row whole
   std::vector<std::size_t> kept_;  ///< kept rows of the file; empty: all
 };
 

@@ -78,12 +78,7 @@ bool is_plain(std::string_view text, char separator) {
   return separator != ' ' && text.find('"') == text.npos;
 }
 
-std::string_view cell_at(std::string_view line, char separator, std::size_t column, bool plain) {
-  if (!plain) {
-    std::vector<std::string_view> cells;
-    split(line, separator, cells);
-    return cells[column];
-  }
+std::string_view plain_cell(std::string_view line, char separator, std::size_t column) {
   for (; column > 0; --column) line.remove_prefix(line.find(separator) + 1);
   return trim(line.substr(0, line.find(separator)));
 }

@@ -40,8 +40,8 @@ void split(std::string_view line, char separator, std::vector<std::string_view>&
 /// Returns true if each separator ends a cell: the text has neither quotes nor runs of blanks.
 bool is_plain(std::string_view text, char separator);
 
-/// Returns the cell that split() puts at `column`, which the line must have. `plain`: is_plain() of the line.
-std::string_view cell_at(std::string_view line, char separator, std::size_t column, bool plain);
+/// Returns the cell that split() puts at `column`, which the line must have. The line must be plain (is_plain).
+std::string_view plain_cell(std::string_view line, char separator, std::size_t column);
 
 struct Parsed {
   bool is_number;  ///< true also for infinite numbers and numbers too large for a double
