@@ -138,6 +138,24 @@ TEST_CASE("csv: rows are found in the file") {
   check_error(taking("# c\n\na,b\ns,deg\r\n1,2\n\n# c\n3,x\n5,6\n", 1), Code::value_invalid, "line 8, b (deg)");
 }
 
+TEST_CASE("csv: kept rows keep their cells, quoted, between blanks and plain") {
+  for (const char* text :
+       {"a,b,c\n1,2,x\n3,4,y\n5,6,z\n7,8,y\n", "a,b,c\n\"1\",2,x\n3, \"4\",\"y\"\n5,6,z\n7,8,\" y\"\n",
+        "a b c\n1  2 x\n 3 4 y\n5 6 z\n7 8 y\n"}) {
+    INFO(text);
+    CsvTable table(text, "t.csv");
+    table.keep_rows(0, {1, 3});
+    CHECK(table.numbers(0) == std::vector{3.0, 7.0});
+    CHECK(table.numbers(1) == std::vector{4.0, 8.0});
+    CHECK(table.labels(2).values == Names{"y"});
+    CHECK(table.label(2, 1) == "y");
+    CHECK(table.locate(1) == "line 5");
+    table.keep_rows(0, {1});
+    CHECK(table.numbers(1) == std::vector{8.0});
+    CHECK(table.locate(0) == "line 5");
+  }
+}
+
 TEST_CASE("csv: missing cells are refused or kept as gaps; invalid cells are always refused") {
   for (const std::string cell : {"", "nan", "NaN", "-nan", "NA", "n/a", "N/A", "null", "-"}) {
     CAPTURE(cell);
