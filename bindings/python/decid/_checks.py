@@ -23,6 +23,8 @@ def numbers_of(values: Any, name: str, dtype: Any = np.float64) -> np.ndarray:
     try:
         if np.iscomplexobj(values):
             raise error("value_invalid", name, "is complex", "give real numbers")
+        if np.asarray(values).dtype.kind in "mM":
+            raise error("value_invalid", name, "has dates or times", "give numbers")
         return np.asarray(values, dtype=dtype)
     except (TypeError, ValueError) as raised:
         if isinstance(raised, _decid.Error):

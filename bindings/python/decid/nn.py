@@ -7,7 +7,7 @@
     net.save("net.safetensors")
 
 Arrays have a sample along the first axis and become float32. Behind it inputs have the network's input_shape, where
-axes of length 1 may be left out, or are flat. Equal arguments give equal bits, for any number of threads.
+axes of length 1 may be left out, or are flat; so have targets the outputs' shape. Equal arguments give equal bits, for any number of threads.
 docs/guide/engine.md lists layers, losses, optimisers and options. Bad input raises decid.Error.
 
 fit() also takes functions of yours: a loss, an Optimiser, Samples that are made as they are needed, a callback. It calls
@@ -144,14 +144,24 @@ class Network:
 
     def _samples(self, inputs: Any, targets: Any, loss: Any, prefix: str) -> _nn.Samples:
         if not isinstance(inputs, Samples):
-            return _nn.Samples(_floats(inputs, prefix + "inputs"), _floats(targets, prefix + "targets"))
+            given, wanted = _floats(inputs, prefix + "inputs"), _floats(targets, prefix + "targets")
+            self._refuse_other_axes(wanted.shape[1:], loss, prefix + "targets")
+            return _nn.Samples(given, wanted)
         if targets is not None:
             raise error("setting_conflict", prefix + "targets", "are given with Samples", "leave them out: load() writes them")
         shape = inputs.target_shape
         if shape is None:
             shape = () if loss == "cross-entropy" else self._output_axes()
+        else:
+            self._refuse_other_axes(shape, loss, "target_shape")
         return _nn.Samples(whole(inputs.count, "count", 1), _function(inputs.load, prefix + "samples"),
                            [whole(extent, "target_shape", 0) for extent in shape])
+
+    def _refuse_other_axes(self, shape: Tuple[int, ...], loss: Any, name: str) -> None:
+        """Raises an error for targets of decid's own losses whose axes have another order than the outputs'."""
+        given, wanted = [[extent for extent in axes if extent != 1] for axes in (shape, self.output_shape)]
+        if isinstance(loss, str) and len(given) > 1 and given != wanted and np.prod(given) == np.prod(wanted):
+            raise error("size_mismatch", name, f"has {tuple(shape)} values per sample", f"give the outputs' {self._output_axes()}, or flat ones")
 
     def predict(self, inputs) -> np.ndarray:
         """Returns (samples, outputs), or (samples, channels, rows, columns) for outputs in planes."""

@@ -114,7 +114,7 @@ TEST_CASE("leave_one_out: draws that occur twice hide no tail") {
 }
 
 // The weights of the first value grow by e^3 from draw to draw: the last draw has 95% of the sum, and most of the tail
-// less than 1e-12 of it. Those of the second grow by 10% in all.
+// less than 1e-12 of it. The weights of the second value grow by 10% in all.
 TEST_CASE("leave_one_out: a value whose weights are a single draw's is marked") {
   constexpr int draws = 100;
   std::vector<double> values;
