@@ -72,6 +72,19 @@ def seed_of(value: Any) -> int:
     return whole(value, "seed", 0, 2**64 - 1)
 
 
+def flag(value: Any, name: str) -> bool:
+    """True or False, also NumPy's, 1 or 0; None is False. A text such as "no" would be true."""
+    if value is None or isinstance(value, (bool, np.bool_)) or (isinstance(value, (int, np.integer)) and value in (0, 1)):
+        return bool(value)
+    raise error("setting_malformed", name, f"is {value!r}", "give True or False")
+
+
+def words(value: Any, name: str) -> str:
+    if not isinstance(value, str):
+        raise error("setting_malformed", name, f"is {value!r}", "give a text")
+    return value
+
+
 def body_of(mass: Optional[float], height: Optional[float]) -> Tuple[float, float]:
     """kg and m; 0 for neither."""
     if (mass is None) != (height is None):

@@ -24,7 +24,7 @@ from typing import Any, Callable, Mapping, Optional, Tuple, Union
 import numpy as np
 
 from . import _nn
-from ._checks import error, number, numbers_of, seed_of, whole
+from ._checks import error, number, numbers_of, seed_of, whole, words
 from ._decid import Error
 from ._nn import Random
 
@@ -76,7 +76,13 @@ class Network:
 
     def __init__(self, input_shape, architecture: str):
         """input_shape: (channels, rows, columns)."""
-        self._network = _nn.Network(tuple(input_shape), architecture)
+        try:
+            shape = [whole(extent, "input_shape") for extent in input_shape]
+        except TypeError:
+            shape = []
+        if len(shape) != 3:
+            raise error("setting_malformed", "input_shape", f"is {input_shape!r}", "give channels, rows and columns")
+        self._network = _nn.Network(shape, words(architecture, "architecture"))
 
     @property
     def input_shape(self) -> tuple[int, int, int]:
@@ -131,7 +137,7 @@ class Network:
             fraction = number(validation, "validation")
         rows, kept = self._network.fit(
             self._samples(inputs, targets, loss, ""), _loss_of(loss), _optimiser_of(optimiser), whole(epochs, "epochs"),
-            whole(batch, "batch"), number(learning_rate, "learning_rate"), schedule, number(warmup_epochs, "warmup_epochs"),
+            whole(batch, "batch"), number(learning_rate, "learning_rate"), words(schedule, "schedule"), number(warmup_epochs, "warmup_epochs"),
             number(clip_norm, "clip_norm"), number(average, "average"), whole(frozen_lines, "frozen_lines"), fraction,
             samples, whole(patience, "patience"), seed_of(seed), fspath(checkpoint),
             None if callback is None else lambda *row: callback(Epoch(*row)))
