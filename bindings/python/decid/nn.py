@@ -17,6 +17,7 @@ Threads may use one network at once for predictions and files. While fit() chang
 decid.Error; only the functions that fit() calls may read it. Different networks are independent.
 """
 from dataclasses import dataclass
+from functools import partial
 from os import PathLike, fspath
 from types import MappingProxyType
 from typing import Any, Callable, Mapping, Optional, Tuple, Union
@@ -122,7 +123,8 @@ class Network:
         optimiser: "adamw", "sgd" or "nesterov", then settings: "adamw weight_decay 0.05 beta2 0.99", "sgd momentum 0.8";
         or an Optimiser. validation: a fraction of the samples, a pair (inputs, targets), or Samples. checkpoint: a file from
         which a stopped fit continues; one of another network, other arrays or options raises decid.Error. Functions are
-        compared by their names. callback: called after each epoch. nn/fit.hpp explains each option.
+        compared by their names, functools.partial also by its numbers and texts. callback: called after each epoch.
+        nn/fit.hpp explains each option.
 
         An exception of one of these functions ends the training, and fit() raises it. Then the parameters are those of the
         last complete step, not of the best epoch or the average; BatchNorm's statistics may include one more batch."""
@@ -211,7 +213,12 @@ def _function(given: Any, name: str) -> Callable[..., Any]:
 
 
 def _name_of(function: Callable[..., Any]) -> str:
-    """By which a checkpoint is compared."""
+    """By which a checkpoint is compared. A functools.partial has its numbers and texts in the name."""
+    if isinstance(function, partial):
+        given = [*enumerate(function.args), *sorted(function.keywords.items())]
+        plain = [(key, value.item() if isinstance(value, np.generic) else value) for key, value in given]
+        shown = [f"{key}={value!r}" for key, value in plain if isinstance(value, (str, bool, int, float))]
+        return f"{_name_of(function.func)}({', '.join(shown)})"
     named = function if hasattr(function, "__qualname__") else type(function)
     return f"{named.__module__}.{named.__qualname__}"
 
