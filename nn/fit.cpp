@@ -74,7 +74,31 @@ void load(const Samples& samples, std::span<const int> places, std::size_t value
   });
 }
 
-/// Calls body(outputs, targets) with some of the samples at `places` after the other, in their order.
+bool is_finite(std::span<const float> values) {
+  return std::ranges::all_of(values, [](float value) { return std::isfinite(value); });
+}
+
+/// Throws Error if a value of a sample is not finite. sample: its number, from 0.
+void require_finite(std::span<const float> values, const char* name, int sample) {
+  const auto bad = std::ranges::find_if_not(values, [](float value) { return std::isfinite(value); });
+  if (bad != values.end())
+    throw Error(Code::value_invalid, "samples",
+                format("have %g as value %td of the %s of sample %d, counted from 0", static_cast<double>(*bad),
+                       bad - values.begin(), name, sample),
+                "leave the sample out, or replace the value by a finite one");
+}
+
+/// Checks samples of a function. A relu may hide a NaN from the loss.
+void require_finite(const Loaded& loaded, std::span<const int> places, std::size_t values, std::size_t width) {
+  if (is_finite(loaded.inputs) && is_finite(loaded.targets)) return;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    require_finite(std::span(loaded.inputs).subspan(i * values, values), "inputs", places[i]);
+    require_finite(std::span(loaded.targets).subspan(i * width, width), "targets", places[i]);
+  }
+}
+
+/// Calls body(outputs, targets) with some of the samples at `places` after the other, in their order. epoch: of a fit,
+/// which refuses values that are not finite; 0 outside of one.
 template <class Body>
 void for_each_part(const Network<float>& network, const Samples& samples, std::span<const int> places,
                    std::size_t width, int epoch, const Body& body) {
@@ -86,6 +110,7 @@ void for_each_part(const Network<float>& network, const Samples& samples, std::s
   for (std::size_t first = 0; first < places.size(); first += evaluated_at_once) {
     const std::size_t count = std::min<std::size_t>(evaluated_at_once, places.size() - first);
     load(samples, places.subspan(first, count), values, width, epoch, {}, loaded);
+    if (epoch > 0 && samples.inputs.empty()) require_finite(loaded, places.subspan(first, count), values, width);
     all.resize(count * outputs);
     predictor.run(loaded.inputs, all);
     body(std::span<const float>(all), std::span<const float>(loaded.targets));
@@ -105,20 +130,6 @@ double mean_loss_of(const Network<float>& network, const Samples& samples, std::
                   for (const double one : losses) sum += one;
                 });
   return sum / static_cast<double>(places.size());
-}
-
-bool is_finite(std::span<const float> values) {
-  return std::ranges::all_of(values, [](float value) { return std::isfinite(value); });
-}
-
-/// Throws Error if a value of a sample is not finite. sample: its number, from 0.
-void require_finite(std::span<const float> values, const char* name, int sample) {
-  const auto bad = std::ranges::find_if_not(values, [](float value) { return std::isfinite(value); });
-  if (bad != values.end())
-    throw Error(Code::value_invalid, "samples",
-                format("have %g as value %td of the %s of sample %d, counted from 0", static_cast<double>(*bad),
-                       bad - values.begin(), name, sample),
-                "leave the sample out, or replace the value by a finite one");
 }
 
 /// Throws Error, naming the first one, if a sample in memory is not finite.
@@ -177,7 +188,7 @@ class Fit final : public TrainingLoop {
         validation_(std::move(validation)),
         batches_(static_cast<int>(training_.size()), options.batch),
         schedule_(options.schedule, options.learning_rate, 1LL * batches_.count() * options.epochs, batches_.count(),
-                  std::llround(options.warmup_epochs * batches_.count())),
+                  std::llround(options.warmup_epochs * batches_.count()), Schedule::CosineFrom::warmup_end),
         trainer_(network, batches_.size(0)),
         width_(static_cast<std::size_t>(options.loss->targets(network.output_shape().size()))),
         state{begin(*options.optimiser, network), {}, {}, std::nullopt, std::nullopt, 0} {
@@ -188,11 +199,17 @@ class Fit final : public TrainingLoop {
     trainer_.set_batch(batches_.smallest());  // throws before the first step, not at the epoch's end
     if (options.average > 0) state.average = network;
     std::size_t line = 0, k = 0;
+    Sha256 hash;
     for (const Layer<float>& layer : std::as_const(network).layers()) {
-      for (std::size_t p = 0; p < layer.parameters().size(); ++p, ++k)
-        gradients_.push_back(static_cast<int>(line) < options.frozen_lines ? std::span<float>() : trainer_.gradient(k));
+      const bool is_frozen = static_cast<int>(line) < options.frozen_lines;
+      for (const Parameter<float>& parameter : layer.parameters()) {
+        gradients_.push_back(is_frozen ? std::span<float>() : trainer_.gradient(k));
+        ++k;
+        if (is_frozen) hash.update(parameter.value.data(), parameter.value.size() * sizeof(float));
+      }
       line += layer.lines();
     }
+    if (options.frozen_lines > 0) frozen_ = " of SHA-256 " + hash.hex();
   }
 
   int batches() const { return batches_.count(); }
@@ -212,7 +229,7 @@ class Fit final : public TrainingLoop {
       return Random(options_.seed, Stream::augmentation, epoch << 32U | number);
     };
     load(samples_, places, values, width_, at.epoch + 1, random, loaded_);
-    if (samples_.inputs.empty()) require_finite_batch(places, values);
+    if (samples_.inputs.empty()) require_finite(loaded_, places, values, width_);
     trainer_.set_batch(static_cast<int>(places.size()));
     parallel_for(static_cast<int>(places.size()), [&](int i) {
       trainer_.input().load(
@@ -271,12 +288,13 @@ class Fit final : public TrainingLoop {
   /// Describes everything that determines the bits, except samples of a function and callbacks.
   std::string description() const {
     const FitOptions& o = options_;
-    return format("epochs %d, batch %d, learning rate %.17g, schedule %s, warm-up %.17g, loss %s, optimiser %s, ",
-                  o.epochs, o.batch, o.learning_rate, o.schedule.c_str(), o.warmup_epochs, o.loss->text().c_str(),
+    const char* const then = o.warmup_epochs > 0 && o.schedule == "cosine" ? " and then the cosine" : "";
+    return format("epochs %d, batch %d, learning rate %.17g, schedule %s, warm-up %.17g%s, loss %s, optimiser %s, ",
+                  o.epochs, o.batch, o.learning_rate, o.schedule.c_str(), o.warmup_epochs, then, o.loss->text().c_str(),
                   o.optimiser->text().c_str()) +
-           format("clip norm %.17g, average %.17g, frozen lines %d, patience %d, seed %llu, samples %zu and %zu",
-                  o.clip_norm, o.average, o.frozen_lines, o.patience, static_cast<unsigned long long>(o.seed),
-                  training_.size(), validation_.size()) +
+           format("clip norm %.17g, average %.17g, frozen lines %d%s, patience %d, seed %llu, samples %zu and %zu",
+                  o.clip_norm, o.average, o.frozen_lines, frozen_.c_str(), o.patience,
+                  static_cast<unsigned long long>(o.seed), training_.size(), validation_.size()) +
            " of " + content_;
   }
 
@@ -289,15 +307,6 @@ class Fit final : public TrainingLoop {
   }
 
  private:
-  /// Checks samples of a function. A relu may hide a NaN from the loss.
-  void require_finite_batch(std::span<const int> places, std::size_t values) const {
-    if (is_finite(loaded_.inputs) && is_finite(loaded_.targets)) return;
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      require_finite(std::span(loaded_.inputs).subspan(i * values, values), "inputs", places[i]);
-      require_finite(std::span(loaded_.targets).subspan(i * width_, width_), "targets", places[i]);
-    }
-  }
-
   [[noreturn]] void diverge(const LoopPosition& at, const char* problem) const {
     throw Error(Code::diverged, "fit", format("diverged in epoch %d: %s", at.epoch + 1, problem),
                 format("lower the learning rate of %g, or clip gradients", options_.learning_rate));
@@ -313,6 +322,7 @@ class Fit final : public TrainingLoop {
   std::size_t width_;
   std::vector<std::span<float>> gradients_;  // empty: frozen
   std::string content_;                      // of the samples, for checkpoints
+  std::string frozen_;                       // parameters, which a checkpoint of another network's would replace
   std::vector<int> order_;
   Loaded loaded_;
   double rate_ = 0, last_loss_ = 0;

@@ -82,7 +82,7 @@ struct FitOptions {
   int batch = 64;  ///< samples at most; sizes differ by 1 at most
   double learning_rate = 1e-3;
   std::string schedule = "cosine";  ///< see nn::Schedule
-  double warmup_epochs = 0;         ///< the rate rises linearly at first
+  double warmup_epochs = 0;         ///< the rate rises linearly at first; then a cosine falls from learning_rate
   std::shared_ptr<const Loss> loss = squared_error();
   std::shared_ptr<const Optimiser> optimiser = adamw();
   double clip_norm = 0;     ///< gradients are scaled to this norm at most; 0: never
@@ -104,10 +104,11 @@ struct FitOptions {
 
 /// Trains `network`. A network with the values of its constructor is initialised from the seed first. With a checkpoint
 /// the result has the bits of a training that was never stopped. Throws Error for options that contradict each other or
-/// the network, a loss or weight that is no longer finite, a checkpoint of another network or other samples in memory
-/// or options (callbacks are not compared), and what callbacks, samples, loss and optimiser throw. Then the network has
-/// the weights of the last step, not their average or those of the best epoch. BatchNorm's statistics may include one
-/// more batch, and an optimiser that throws leaves its step half done.
+/// the network, a loss or weight that is no longer finite, and what callbacks, samples, loss and optimiser throw; also
+/// for a checkpoint of another architecture, other frozen weights, other samples in memory or options. It does not
+/// compare callbacks, or the weights that are trained. After an Error the network has the weights of the last step, not
+/// their average or those of the best epoch. BatchNorm's statistics may include one more batch, and an optimiser that
+/// throws leaves its step half done.
 FitLog fit(Network<float>& network, const Samples& samples, const FitOptions& options = {});
 
 /// Returns the outputs of samples that lie one after the other: output_shape().size() values each. For calls that

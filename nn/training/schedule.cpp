@@ -10,8 +10,12 @@
 namespace decid::nn {
 
 Schedule::Schedule(const std::string& text, double base_rate, long long total_steps, long long steps_per_epoch,
-                   long long warmup_steps)
-    : base_rate_(base_rate), total_steps_(total_steps), steps_per_epoch_(steps_per_epoch), warmup_steps_(warmup_steps) {
+                   long long warmup_steps, CosineFrom cosine_from)
+    : base_rate_(base_rate),
+      total_steps_(total_steps),
+      steps_per_epoch_(steps_per_epoch),
+      warmup_steps_(warmup_steps),
+      cosine_begin_(cosine_from == CosineFrom::warmup_end ? warmup_steps : 0) {
   const auto fail = [&](const std::string& problem) {
     throw Error(Code::setting_malformed, "learning-rate schedule '" + text + "'", problem,
                 "give constant, cosine or step:EPOCHS:FACTOR, such as step:10:0.5");
@@ -40,7 +44,7 @@ double Schedule::rate(long long step) const {
   if (step < warmup_steps_) return base_rate_ * static_cast<double>(step + 1) / static_cast<double>(warmup_steps_);
   switch (kind_) {
     case Kind::cosine:
-      return base_rate_ * (0.5 + 0.5 * sincos_of_turn(step, 2 * total_steps_).cos);
+      return base_rate_ * (0.5 + 0.5 * sincos_of_turn(step - cosine_begin_, 2 * (total_steps_ - cosine_begin_)).cos);
     case Kind::step: {
       double rate = base_rate_;
       for (long long drops = step / steps_per_epoch_ / drop_epochs_; drops > 0; --drops) rate *= drop_factor_;

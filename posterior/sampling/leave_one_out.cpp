@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <vector>
 
@@ -64,7 +65,8 @@ GeneralizedPareto fit(std::span<const double> x) {
   return {(count * shape + 5.0) / (count + 10.0), -shape / middle};
 }
 
-/// Replaces the largest log weights by quantiles of the fitted distribution, limited to the largest. Returns its shape.
+/// Replaces the largest log weights by quantiles of the fitted distribution, limited to the largest. Returns its shape:
+/// 0 for equal weights, infinity where less than a quarter of the tail has any weight beside the largest.
 double smooth(std::vector<double>& log_weights) {
   const double largest = *std::ranges::max_element(log_weights);
   for (double& weight : log_weights) weight -= largest;
@@ -77,7 +79,8 @@ double smooth(std::vector<double>& log_weights) {
   const double cut = decid::exp(log_weights[order[order.size() - tail - 1]]);
   std::vector<double> beyond;
   for (const std::size_t i : last) beyond.push_back(decid::exp(log_weights[i]) - cut);
-  if (!(quarter_of(beyond) > 1e-12 * beyond.back())) return 0.0;  // ties: no tail to fit
+  if (!(beyond.back() > 0.0)) return 0.0;  // ties: no tail to fit
+  if (!(quarter_of(beyond) > 1e-12 * beyond.back())) return std::numeric_limits<double>::infinity();
   const GeneralizedPareto found = fit(beyond);
   for (std::size_t j = 0; j < tail; ++j) {
     const double probability = (static_cast<double>(j) + 0.5) / static_cast<double>(tail);

@@ -14,7 +14,8 @@ struct LeaveOneOut {
   /// The increase of the sum if each observation is known: the number of independent parameters that the data
   /// determine.
   double effective_parameters = 0.0;
-  double max_shape = 0.0;  ///< of the weights' tails (k)
+  /// The largest shape (k) of the weights' tails. Infinite where so few draws have all the weight that no tail fits.
+  double max_shape = 0.0;
   int unreliable = 0;  ///< observations whose shape is above min(1 - 1 / log10(draws), 0.7): few draws dominate them
   std::vector<double> pointwise{};  ///< log p(observation | all others) of each observation, nats
   std::vector<double> shapes{};     ///< of each observation's weights

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _decid
-from ._checks import body_of, error as _error, number, number_or, numbers_of, pairs_of, positive_or_0, seed_of, whole
+from ._checks import body_of, error as _error, flag, number, number_or, numbers_of, pairs_of, positive_or_0, seed_of, whole
 from ._network import Model, Protocol, as_model, as_protocol
 from ._results import Evaluation, Fit, Notice, Result, Study, result_of
 
@@ -72,7 +72,8 @@ class Recording:
         if tilt_samples is not None and tilt_samples.shape != samples.shape:
             raise _error("size_mismatch", "tilt", f"has the shape {tilt_samples.shape}, the sway {samples.shape}", "give signals that were sampled together")
         self._handle = _decid.recording_of(samples, positive_or_0(rate, "rate", "Hz"), _angle_of(unit, "unit"), tilt_samples,
-                                           _angle_of(tilt_unit, "tilt_unit"), invert_sway, invert_tilt, mean_is_upright)
+                                           _angle_of(tilt_unit, "tilt_unit"), flag(invert_sway, "invert_sway"), flag(invert_tilt, "invert_tilt"),
+                                           flag(mean_is_upright, "mean_is_upright"))
 
     @property
     def sway(self) -> np.ndarray:
@@ -138,11 +139,12 @@ def read(path: Path, column: Union[str, int, None] = None, unit: Optional[str] =
     recording = Recording.__new__(Recording)
     recording._handle = _decid.read_recording(
         os.fspath(path), _text_of(column), _number_of(_UNITS, unit, "unit"), positive_or_0(rate, "rate", "Hz"),
-        longest, _text_of(tilt_column), _angle_of(tilt_unit, "tilt_unit"), invert_sway, invert_tilt,
+        longest, _text_of(tilt_column), _angle_of(tilt_unit, "tilt_unit"),
+        flag(invert_sway, "invert_sway"), flag(invert_tilt, "invert_tilt"),
         -1 if skip_lines is None else whole(skip_lines, "skip_lines", 0), positive_or_0(com_height, "com_height", "m"),
         positive_or_0(height, "height", "m"), tuple(map(_text_of, (leg, trunk, hip, shoulder, ankle))), _text_of(section),
         _text_of(trial_column), _text_of(trial), None if missing is None else number(missing, "missing"),
-        mean_is_upright)
+        flag(mean_is_upright, "mean_is_upright"))
     return recording
 
 
@@ -199,7 +201,7 @@ def simulate(protocol: Union[Protocol, Path] = "default", seed: int = 1, allow_f
     table = np.stack([np.atleast_1d(value) for value in values], axis=1)
     sway, stood = _decid.simulate(played._handle, table, seed_of(seed))
     stood = stood.astype(bool)
-    if not allow_falls and not stood.all():
+    if not flag(allow_falls, "allow_falls") and not stood.all():
         raise _error("body_falls", "simulate", f"the body of trial {int(np.argmin(stood))} falls",
                      "raise Kp or Kd, lower Nv, the delay or the tilt, or give allow_falls=True")
     one = values[0].ndim == 0
@@ -282,7 +284,7 @@ def fit(recording: Union[Recording, Trials, Path, ArrayLike], rate: Optional[flo
                      number_or(begin, "begin", math.nan), _number_of(_DETREND, detrend, "detrend"),
                      None if played is None else played._handle, number(prior_start, "prior_start"),
                      number(prior_gain, "prior_gain"), number(prior_noise, "prior_noise"), whole(max_draws, "max_draws", 8),
-                     seed_of(seed), moved_before, _priors_of(ranges, priors), progress)
+                     seed_of(seed), flag(moved_before, "moved_before"), _priors_of(ranges, priors), progress)
     found = result_of(raw, len((of.protocol if played is None else played).parameters))
     assert isinstance(found, Fit)
     return found
@@ -305,8 +307,8 @@ def study(sheet: Path, *, group: bool = False, within: Union[str, Sequence[str]]
     participants. covariates: columns of numbers, also "weight" (kg) and "height" (m). joint: fit recordings together that have
     the same text in this column, such as "participant_id". free: parameters that then differ between the texts of another
     column, such as "theta,Nv:condition". max_draws, seed, progress: as in fit()."""
-    text = _decid.study(as_model(model)._handle, os.fspath(sheet), group, _columns(within),
-                        _columns(covariates), fit, joint, free, whole(max_draws, "max_draws", 8), seed_of(seed), progress)
+    text = _decid.study(as_model(model)._handle, os.fspath(sheet), flag(group, "group"), _columns(within),
+                        _columns(covariates), flag(fit, "fit"), joint, free, whole(max_draws, "max_draws", 8), seed_of(seed), progress)
     return Study(text)
 
 

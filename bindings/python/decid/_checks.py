@@ -23,6 +23,8 @@ def numbers_of(values: Any, name: str, dtype: Any = np.float64) -> np.ndarray:
     try:
         if np.iscomplexobj(values):
             raise error("value_invalid", name, "is complex", "give real numbers")
+        if np.asarray(values).dtype.kind in "mM":
+            raise error("value_invalid", name, "has dates or times", "give numbers")
         return np.asarray(values, dtype=dtype)
     except (TypeError, ValueError) as raised:
         if isinstance(raised, _decid.Error):
@@ -68,6 +70,19 @@ def whole(value: Any, name: str, low: int = -2**31, high: int = 2**31 - 1) -> in
 
 def seed_of(value: Any) -> int:
     return whole(value, "seed", 0, 2**64 - 1)
+
+
+def flag(value: Any, name: str) -> bool:
+    """True or False, also NumPy's, 1 or 0; None is False. A text such as "no" would be true."""
+    if value is None or isinstance(value, (bool, np.bool_)) or (isinstance(value, (int, np.integer)) and value in (0, 1)):
+        return bool(value)
+    raise error("setting_malformed", name, f"is {value!r}", "give True or False")
+
+
+def words(value: Any, name: str) -> str:
+    if not isinstance(value, str):
+        raise error("setting_malformed", name, f"is {value!r}", "give a text")
+    return value
 
 
 def body_of(mass: Optional[float], height: Optional[float]) -> Tuple[float, float]:

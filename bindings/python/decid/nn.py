@@ -7,7 +7,7 @@
     net.save("net.safetensors")
 
 Arrays have a sample along the first axis and become float32. Behind it inputs have the network's input_shape, where
-axes of length 1 may be left out, or are flat. Equal arguments give equal bits, for any number of threads.
+axes of length 1 may be left out, or are flat; so have targets the outputs' shape. Equal arguments give equal bits, for any number of threads.
 docs/guide/engine.md lists layers, losses, optimisers and options. Bad input raises decid.Error.
 
 fit() also takes functions of yours: a loss, an Optimiser, Samples that are made as they are needed, a callback. It calls
@@ -17,6 +17,7 @@ Threads may use one network at once for predictions and files. While fit() chang
 decid.Error; only the functions that fit() calls may read it. Different networks are independent.
 """
 from dataclasses import dataclass
+from functools import partial
 from os import PathLike, fspath
 from types import MappingProxyType
 from typing import Any, Callable, Mapping, Optional, Tuple, Union
@@ -24,7 +25,7 @@ from typing import Any, Callable, Mapping, Optional, Tuple, Union
 import numpy as np
 
 from . import _nn
-from ._checks import error, number, numbers_of, seed_of, whole
+from ._checks import error, number, numbers_of, seed_of, whole, words
 from ._decid import Error
 from ._nn import Random
 
@@ -76,7 +77,13 @@ class Network:
 
     def __init__(self, input_shape, architecture: str):
         """input_shape: (channels, rows, columns)."""
-        self._network = _nn.Network(tuple(input_shape), architecture)
+        try:
+            shape = [whole(extent, "input_shape") for extent in input_shape]
+        except TypeError:
+            shape = []
+        if len(shape) != 3:
+            raise error("setting_malformed", "input_shape", f"is {input_shape!r}", "give channels, rows and columns")
+        self._network = _nn.Network(shape, words(architecture, "architecture"))
 
     @property
     def input_shape(self) -> tuple[int, int, int]:
@@ -116,7 +123,8 @@ class Network:
         optimiser: "adamw", "sgd" or "nesterov", then settings: "adamw weight_decay 0.05 beta2 0.99", "sgd momentum 0.8";
         or an Optimiser. validation: a fraction of the samples, a pair (inputs, targets), or Samples. checkpoint: a file from
         which a stopped fit continues; one of another network, other arrays or options raises decid.Error. Functions are
-        compared by their names. callback: called after each epoch. nn/fit.hpp explains each option.
+        compared by their names, functools.partial also by its numbers and texts. callback: called after each epoch.
+        nn/fit.hpp explains each option.
 
         An exception of one of these functions ends the training, and fit() raises it. Then the parameters are those of the
         last complete step, not of the best epoch or the average; BatchNorm's statistics may include one more batch."""
@@ -131,7 +139,7 @@ class Network:
             fraction = number(validation, "validation")
         rows, kept = self._network.fit(
             self._samples(inputs, targets, loss, ""), _loss_of(loss), _optimiser_of(optimiser), whole(epochs, "epochs"),
-            whole(batch, "batch"), number(learning_rate, "learning_rate"), schedule, number(warmup_epochs, "warmup_epochs"),
+            whole(batch, "batch"), number(learning_rate, "learning_rate"), words(schedule, "schedule"), number(warmup_epochs, "warmup_epochs"),
             number(clip_norm, "clip_norm"), number(average, "average"), whole(frozen_lines, "frozen_lines"), fraction,
             samples, whole(patience, "patience"), seed_of(seed), fspath(checkpoint),
             None if callback is None else lambda *row: callback(Epoch(*row)))
@@ -144,14 +152,24 @@ class Network:
 
     def _samples(self, inputs: Any, targets: Any, loss: Any, prefix: str) -> _nn.Samples:
         if not isinstance(inputs, Samples):
-            return _nn.Samples(_floats(inputs, prefix + "inputs"), _floats(targets, prefix + "targets"))
+            given, wanted = _floats(inputs, prefix + "inputs"), _floats(targets, prefix + "targets")
+            self._refuse_other_axes(wanted.shape[1:], loss, prefix + "targets")
+            return _nn.Samples(given, wanted)
         if targets is not None:
             raise error("setting_conflict", prefix + "targets", "are given with Samples", "leave them out: load() writes them")
         shape = inputs.target_shape
         if shape is None:
             shape = () if loss == "cross-entropy" else self._output_axes()
+        else:
+            self._refuse_other_axes(shape, loss, "target_shape")
         return _nn.Samples(whole(inputs.count, "count", 1), _function(inputs.load, prefix + "samples"),
                            [whole(extent, "target_shape", 0) for extent in shape])
+
+    def _refuse_other_axes(self, shape: Tuple[int, ...], loss: Any, name: str) -> None:
+        """Raises an error for targets of decid's own losses whose axes have another order than the outputs'."""
+        given, wanted = [[extent for extent in axes if extent != 1] for axes in (shape, self.output_shape)]
+        if isinstance(loss, str) and len(given) > 1 and given != wanted and np.prod(given) == np.prod(wanted):
+            raise error("size_mismatch", name, f"has {tuple(shape)} values per sample", f"give the outputs' {self._output_axes()}, or flat ones")
 
     def predict(self, inputs) -> np.ndarray:
         """Returns (samples, outputs), or (samples, channels, rows, columns) for outputs in planes."""
@@ -195,7 +213,12 @@ def _function(given: Any, name: str) -> Callable[..., Any]:
 
 
 def _name_of(function: Callable[..., Any]) -> str:
-    """By which a checkpoint is compared."""
+    """By which a checkpoint is compared. A functools.partial has its numbers and texts in the name."""
+    if isinstance(function, partial):
+        given = [*enumerate(function.args), *sorted(function.keywords.items())]
+        plain = [(key, value.item() if isinstance(value, np.generic) else value) for key, value in given]
+        shown = [f"{key}={value!r}" for key, value in plain if isinstance(value, (str, bool, int, float))]
+        return f"{_name_of(function.func)}({', '.join(shown)})"
     named = function if hasattr(function, "__qualname__") else type(function)
     return f"{named.__module__}.{named.__qualname__}"
 

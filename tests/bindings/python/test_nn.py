@@ -192,7 +192,14 @@ class Networks(unittest.TestCase):
                 ("value_missing", "validation inputs", lambda: net.fit(images, labels, loss="cross-entropy", validation=(masked, labels))),
                 ("value_invalid", "inputs", lambda: net.predict(images + 1j)),
                 ("value_invalid", "inputs", lambda: net.predict([["a"]])),
+                ("value_invalid", "inputs", lambda: net.predict(np.zeros((3, 1, 6, 6), "M8[ms]"))),
+                ("value_invalid", "inputs", lambda: net.predict(np.zeros((3, 1, 6, 6), "m8[s]"))),
                 ("setting_malformed", "validation", lambda: net.fit(images, labels, loss="cross-entropy", validation=(images,))),
+                ("setting_malformed", "schedule", lambda: net.fit(images, labels, loss="cross-entropy", schedule=None)),
+                ("setting_malformed", "input_shape", lambda: nn.Network((6, 6), TEXT)),
+                ("setting_malformed", "input_shape", lambda: nn.Network(36, TEXT)),
+                ("setting_malformed", "input_shape", lambda: nn.Network((1, 6.0, 6), TEXT)),
+                ("setting_malformed", "architecture", lambda: nn.Network((1, 6, 6), ["fc 3"])),
                 ("setting_malformed", "epochs", lambda: net.fit(images, labels, loss="cross-entropy", epochs=1.5)),
                 ("setting_out_of_range", "seed", lambda: net.fit(images, labels, loss="cross-entropy", seed=-1)),
                 ("setting_out_of_range", "seed", lambda: net.initialise(-1)),
@@ -231,6 +238,37 @@ class Networks(unittest.TestCase):
             with self.assertRaises(decid.Error) as raised:
                 call()
             self.assertEqual(raised.exception.code, "size_mismatch")
+
+    def test_axes_of_targets(self):
+        """The order of a plane's axes is not guessed: channels come first."""
+        net = nn.Network((1, 4, 5), "conv 2 3x3 pad 1")
+        inputs, targets = np.ones((6, 1, 4, 5)), np.arange(240.0).reshape(6, 2, 4, 5)
+
+        def fitted(targets, samples=inputs, **options):
+            net.initialise(1)
+            net.fit(samples, targets, epochs=1, validation=0, **options)
+            return net.weights_sha256
+
+        expected = fitted(targets)
+        self.assertEqual(fitted(targets.reshape(6, 40)), expected)
+        self.assertEqual(fitted(targets[:, :, None]), expected)
+        last = targets.transpose(0, 2, 3, 1)
+
+        def load(samples, epoch, random, inputs, targets):
+            inputs[:], targets[:] = 1, last[samples]
+
+        def of_channels_last(outputs, targets):
+            error = outputs - targets.transpose(0, 3, 1, 2)
+            return (error**2).mean(), 2 * error / error.size
+
+        fitted(last, loss=of_channels_last)
+        fitted(None, nn.Samples(6, load, (4, 5, 2)), loss=of_channels_last)
+        for where, call in (("targets", lambda: fitted(last)), ("targets", lambda: fitted(last, loss="huber")),
+                            ("target_shape", lambda: fitted(None, nn.Samples(6, load, (4, 5, 2)))),
+                            ("validation targets", lambda: net.fit(inputs, targets, validation=(inputs, last)))):
+            with self.subTest(where=where), self.assertRaises(decid.Error) as raised:
+                call()
+            self.assertEqual((raised.exception.code, raised.exception.where), ("size_mismatch", where))
 
     def test_a_fork_is_refused(self):
         decid.set_threads(2)

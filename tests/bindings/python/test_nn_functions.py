@@ -9,6 +9,7 @@ import tempfile
 import threading
 import unittest
 import weakref
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -260,6 +261,25 @@ class Optimisers(unittest.TestCase):
             with self.assertRaises(decid.Error) as raised:
                 fitted(images, labels, loss="cross-entropy", optimiser=nn.Optimiser(lambda *_: None, 1), checkpoint=path)
             self.assertEqual(raised.exception.code, "file_differs")
+
+    def test_a_checkpoint_has_the_numbers_of_a_partial(self):
+        images, _, targets = data()
+
+        def scaled(scale, outputs, targets, *, power=2, weights=None):
+            value, gradient = squared_error(outputs, targets)
+            return scale * value, scale * gradient
+
+        def fit(loss, path):
+            return fitted(images, targets, loss=loss, checkpoint=path)[0].weights_sha256
+
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "checkpoint"
+            begun = fit(partial(scaled, 2.0, weights=np.ones(3)), path)
+            self.assertEqual(fit(partial(scaled, np.float64(2), weights=np.ones(3)), path), begun)
+            for other in (partial(scaled, 3.0, weights=np.ones(3)), partial(scaled, 2.0, power=3), partial(squared_error)):
+                with self.assertRaises(decid.Error) as raised:
+                    fit(other, path)
+                self.assertEqual(raised.exception.code, "file_differs")
 
 
 class Exceptions(unittest.TestCase):

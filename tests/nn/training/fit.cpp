@@ -201,6 +201,41 @@ TEST_CASE("fit: a checkpoint of another input is refused") {
   std::filesystem::remove(o.checkpoint);
 }
 
+// The frozen lines of a checkpoint would replace those of a network that was trained on something else.
+TEST_CASE("fit: a checkpoint of other frozen weights is refused") {
+  FitOptions o = options();
+  o.epochs = 2;
+  o.frozen_lines = 4;
+  o.average = 0.9;
+  o.checkpoint = scratch("frozen");
+  const auto fitted_from = [&](std::uint64_t seed) {
+    Network<float> network(shape, text);
+    network.initialise(seed);
+    fit(network, samples(), o);
+    return network;
+  };
+  const Network<float> first = fitted_from(9);
+  CHECK(weights_sha256(fitted_from(9)) == weights_sha256(first));
+  check_error([&] { fitted_from(10); }, decid::Code::file_differs);
+  Network<float> again = first;
+  again.parameters()[4]->value[0] += 1;  // of the last line, which the checkpoint has
+  fit(again, samples(), o);
+  CHECK(weights_sha256(again) == weights_sha256(first));
+  std::filesystem::remove(o.checkpoint);
+}
+
+TEST_CASE("fit: the cosine after a warm-up begins at the learning rate") {
+  FitOptions o = options();
+  o.epochs = 4;
+  o.batch = count;  // a step an epoch
+  o.warmup_epochs = 2;
+  o.learning_rate = 0.01;
+  const FitLog log = fitted(o).log;
+  REQUIRE(log.epochs.size() == 4);
+  const double rates[]{0.005, 0.01, 0.01, 0.005};
+  for (std::size_t i = 0; i < 4; ++i) CHECK(std::abs(log.epochs[i].learning_rate - rates[i]) < 1e-15);
+}
+
 TEST_CASE("fit: a checkpoint of other samples in memory is refused") {
   FitOptions o = options();
   o.epochs = 1;
@@ -285,6 +320,19 @@ TEST_CASE("fit: weights and a validation loss that are not finite are errors") {
   check_error([&] { fitted(o); }, decid::Code::diverged, "validation");
   o.validation = 0;
   check_error([&] { fitted(o); }, decid::Code::diverged, "weight");
+}
+
+TEST_CASE("fit: values of a function that are not finite in validation only are named") {
+  FitOptions o = options();
+  o.epochs = 1;
+  for (const bool of_input : {true, false}) {
+    const Samples odd(count,
+                      [&](int sample, const decid::Random* random, std::span<float> input, std::span<float> target) {
+                        samples().load(sample, nullptr, input, target);
+                        if (random == nullptr) (of_input ? input : target)[0] = std::numeric_limits<float>::quiet_NaN();
+                      });
+    check_error([&] { fitted(o, odd); }, decid::Code::value_invalid, of_input ? "inputs" : "targets");
+  }
 }
 
 TEST_CASE("accuracy: outputs that are not finite are wrong") {

@@ -53,6 +53,13 @@ TEST_CASE("Schedule: warm-up rises linearly and meets the schedule") {
   const Schedule cosine("cosine", 0.4, 100, 10, 4), cold("cosine", 0.4, 100, 10);
   CHECK(cosine.rate(1) == 0.2);
   for (const long long step : {4LL, 5LL, 50LL, 99LL}) CHECK(cosine.rate(step) == cold.rate(step));
+  // From the warm-up's end a cosine begins at the base rate, and is that of the other steps.
+  const Schedule continuous("cosine", 0.4, 100, 10, 40, Schedule::CosineFrom::warmup_end), rest("cosine", 0.4, 60, 10);
+  for (const long long at : {0LL, 1LL, 30LL, 59LL}) CHECK(continuous.rate(40 + at) == rest.rate(at));
+  CHECK(continuous.rate(39) == 0.4);
+  CHECK(continuous.rate(40) == 0.4);
+  CHECK(continuous.rate(1000) == rest.rate(59));
+  CHECK(Schedule("cosine", 1, 2, 1, 1000, Schedule::CosineFrom::warmup_end).rate(1) == 2e-3);
   const Schedule step("step:1:0.5", 0.4, 100, 10, 15);
   CHECK(step.rate(14) == 0.4);
   CHECK(step.rate(15) == 0.2);  // the warm-up takes the first drop's place, and does not put off the second

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "base/math/random.hpp"
@@ -110,6 +111,23 @@ TEST_CASE("leave_one_out: draws that occur twice hide no tail") {
       twice.insert(twice.end(), once.begin() + static_cast<std::ptrdiff_t>(draw * 200),
                    once.begin() + static_cast<std::ptrdiff_t>((draw + 1) * 200));
   CHECK(leave_one_out(twice, 200).max_shape > 0.7);
+}
+
+// The weights of the first value grow by e^3 from draw to draw: the last draw has 95% of the sum, and most of the tail
+// less than 1e-12 of it. The weights of the second value grow by 10% in all.
+TEST_CASE("leave_one_out: a value whose weights are a single draw's is marked") {
+  constexpr int draws = 100;
+  std::vector<double> values;
+  for (int draw = 0; draw < draws; ++draw) {
+    values.push_back(-3.0 * draw);
+    values.push_back(-0.001 * draw);
+  }
+  const LeaveOneOut found = leave_one_out(values, 2);
+  REQUIRE(found.shapes.size() == 2);
+  CHECK(found.shapes[0] == std::numeric_limits<double>::infinity());
+  CHECK(found.shapes[1] < found.max_reliable_shape);
+  CHECK(found.max_shape == found.shapes[0]);
+  CHECK(found.unreliable == 1);
 }
 
 TEST_CASE("leave_one_out: draws that say the same need no weights") {

@@ -217,6 +217,12 @@ TEST_CASE("fit: going on after a stop makes the bytes of a call that was never s
     CHECK(recording["parameters"] == json["recordings"][i + 1]["parameters"]);
   }
 
+  // The journal of a call without --draws has no log likelihoods: --draws fits again, and is whole.
+  const std::string with_missing = command + " " + folder / "none.csv";
+  CHECK(run_decid(with_missing + " -o " + folder / "late.json").code == 2);
+  run_decid(command + " --resume -o " + folder / "late.json" + " --draws " + folder / "late.npz");
+  CHECK(read_text(folder / "late.npz") == read_text(folder / "marked.npz"));
+
   write_text(folder / "again.json.journal", journal);
   check_refused(command + " --resume --seed 7" + outputs("again"), "again.json.journal");
 }

@@ -104,7 +104,10 @@ FitResults fit_all(const FitCall& call, PlanFitter& fitter, const RecordingPlan&
       const std::vector<std::string> own = journal_keys(groups[g], call.sources, plan);
       for (std::size_t k = 0; k < members.size(); ++k) {
         keys[members[k]] = own[k];
-        results[members[k]] = journal->find(own[k]);
+        std::optional<RecordingResult> found = journal->find(own[k]);
+        if (call.keeps_log_likelihood && found && found->fit && found->fit->inferred.log_likelihood.empty())
+          found.reset();
+        results[members[k]] = std::move(found);
       }
     }
     const bool done = set_errors(groups[g], call, fitter, results);

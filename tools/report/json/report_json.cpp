@@ -57,7 +57,7 @@ Json left_out_json(const FitFigures& fitted) {
           {"effective_parameters", left_out.effective_parameters},
           {"blocks", fitted.inferred.recorded_blocks.size()},
           {"block_s", fitted.block_s},
-          {"max_shape", left_out.max_shape},
+          {"max_shape", number_or_null(left_out.max_shape)},
           {"unreliable_blocks", left_out.unreliable}};
 }
 
