@@ -9,6 +9,7 @@
 #include "base/math/math.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
+#include "embedded/firmware_angle.hpp"
 #include "embedded/firmware_api.hpp"
 #include "embedded/firmware_arithmetic.hpp"
 #include "embedded/firmware_bins.hpp"
@@ -338,6 +339,8 @@ FirmwareFiles firmware_files(const Model& model, const ForBody& body, const Firm
   source += embedded::firmware_arithmetic();
   source += "\n";
   source += embedded::firmware_elementary();
+  source += "\n";
+  source += embedded::firmware_angle();
   source += "\n";
   source += embedded::firmware_types();
   source += "\n/* ---- Tables */\n\n";
