@@ -80,7 +80,8 @@ int DECID_FW_begin(DECID_FW_state *state, const DECID_FW_parameters *parameters)
    A state without DECID_FW_begin() (all zeros, for example) gives DECID_FW_ERROR_STATE. On an error, state and torque
    do not change. The delay counts calls, so a step that is left out makes it longer. For a sample that is lost or no
    number, and for each tick that was missed, call it with the last good inputs. You decide what the ankle does
-   meanwhile. */
+   meanwhile. A finite outlier (a rate over a wrapped angle, a word misread from a bus) is an input like any other: its
+   torque comes one delay later. Compare each input with its sensor's range, and treat an outlier as a lost sample. */
 int DECID_FW_step(DECID_FW_state *state, double sway_rad, double sway_rate, double support_rate, double vestibular_rate,
                   double *torque);
 /* The same before its scaling to N m, the number that the simulator computes with: minus the torque times
