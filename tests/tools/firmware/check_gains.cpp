@@ -147,6 +147,68 @@ TEST_CASE("an exported controller checks gains as the program does: each answer,
   if (have("clang++-14")) check_answers("", sim::Body{}, 0.001, "clang++-14 -x c++ -std=c++17 -O2");
 }
 
+TEST_CASE(
+    "gains that the check accepts hold the body in a loop with the margins' latency and motors that are off by them") {
+  const Folder folder;
+  run_ok("export controller --name c --quiet -o " + folder / "c");
+  // A body of a sine, from a lean of 0.1 degrees: 1 if it stands and its last swings are no larger than earlier ones.
+  write_text(folder / "main.c", std::string("#include <math.h>\n#include <stddef.h>\n#include \"c.h\"\n") + R"(
+static c_state state;
+static double line[64];
+static int stands(const c_parameters* p, int late_steps, double gain) {
+  double sway = 0.002, rate = 0.0, early = 0.0, late = 0.0;
+  int i;
+  if (c_begin(&state, p) != C_OK) return 0;
+  for (i = 0; i < 64; ++i) line[i] = 0.0;
+  for (i = 0; i < 120000; ++i) {
+    double torque = 0.0;
+    if (c_step(&state, sway, rate, 0.0, 0.0, &torque) != C_OK) return 0;
+    line[i % 64] = gain * torque;
+    torque = line[(i + 64 - late_steps) % 64] + c_passive(&state, sway, rate);
+    rate += C_STEP_S * (C_MGH_NM_RAD * sin(sway) + torque) / C_INERTIA_KGM2;
+    sway += C_STEP_S * rate;
+    if (!(fabs(sway) < 0.5)) return 0;
+    if (i >= 30000 && i < 60000) early = fmax(early, fabs(sway));
+    if (i >= 90000) late = fmax(late, fabs(sway));
+  }
+  return late <= early;
+}
+static double next(unsigned* seed) {
+  *seed = *seed * 1664525U + 1013904223U;
+  return (double)(*seed >> 8) / 16777216.0;
+}
+int main(void) {
+  int accepted = 0, refused = 0, stood = 0, k;
+  unsigned seed = 1U;
+  for (k = 0; k < 60; ++k) {
+    c_parameters p = c_identified;
+    const int late_steps = (int)(50.0 * next(&seed));
+    const double gain = 1.0 + next(&seed);
+    int all;
+    p.kp = C_MGH_NM_RAD * (0.5 + 1.5 * next(&seed));
+    p.kd = C_MGH_NM_RAD * 0.6 * next(&seed);
+    p.kp_pass = C_MGH_NM_RAD * 0.5 * next(&seed);
+    p.kd_pass = C_MGH_NM_RAD * 0.2 * next(&seed);
+    p.delay = 0.15 * next(&seed);
+    p.theta = 0.0;
+    all = stands(&p, late_steps, gain) && stands(&p, late_steps, 1.0 / gain) && stands(&p, 0, gain) && stands(&p, 0, 1.0);
+    if (c_check(&p, late_steps * C_STEP_S, gain) == C_OK) {
+      ++accepted;
+      if (!all) return 3;
+    } else {
+      ++refused;
+      stood += all;
+    }
+  }
+  /* Of the refused ones at most one stands: near the border the steps of 1 ms and the sine matter. */
+  return (accepted > 10 && refused > 10 && stood <= 1) ? 0 : 4;
+}
+)");
+  REQUIRE(shell(std::string(DECID_C_COMPILER) + " -std=c99 -O2 -I " + folder / "c" + " " + folder / "main.c" + " " +
+                folder / "c" + "/c.c -lm -o " + folder / "main") == 0);
+  CHECK(shell(folder / "main") == 0);
+}
+
 TEST_CASE("a controller without a check of gains says so, and has none") {
   const Folder folder;
   for (const char* controller : {"dec2015", "ic"}) {
