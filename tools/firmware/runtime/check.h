@@ -6,7 +6,7 @@
    parameters NULL: those that this file was made with. delay_margin_s: at least the machine's latency, all of it, and
    what you want to be left, 0 to 1 s. gain_margin: 1 to 100; 1.5 is a start.
    DECID_FW_ERROR_RANGE for parameters that DECID_FW_begin() refuses and for other margins, DECID_FW_ERROR_UNSTABLE for a
-   loop that is unstable within them. It knows neither limits of the torque nor bias nor theta: a large push or a
-   saturated motor may still let the body fall. Two square roots and four angles in double, no state: call it outside of
-   the control loop. */
+   loop that is unstable within them. Like the header's margins it takes the passive stiffness and damping to be the
+   body's own. It knows neither limits of the torque nor bias nor theta: a large push or a saturated motor may still let
+   the body fall. Four square roots and four angles in double, no state: call it outside of the control loop. */
 int DECID_FW_check(const DECID_FW_parameters *parameters, double delay_margin_s, double gain_margin);
