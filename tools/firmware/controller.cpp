@@ -9,7 +9,10 @@
 
 #include "base/error.hpp"
 #include "base/text.hpp"
+#include "embedded/firmware_angle.hpp"
 #include "embedded/firmware_arithmetic.hpp"
+#include "embedded/firmware_check.hpp"
+#include "embedded/firmware_check_header.hpp"
 #include "embedded/firmware_controller.hpp"
 #include "embedded/firmware_controller_header.hpp"
 #include "sim/streams.hpp"
@@ -36,6 +39,12 @@ constexpr const char* gain_tilt_error =
     "\n   Here it is tilt_gain times the tilt as estimated, less servo times the tilt.";
 constexpr const char* gain_rezero =
     "With\n   (tilt_gain - servo) times the support's absolute angle the estimate is right.";
+/// Text of the header: where the margins of other gains come from, with a check in C and without.
+constexpr const char* other_gains_checked = "check\n   them with DECID_FW_check().";
+constexpr const char* other_gains_unchecked =
+    "CHECKS_GAINS\n   is 0 because this controller's take polynomials of higher degree, so export each set of gains "
+    "with"
+    "\n   decid, which states its margins.";
 constexpr const char* passive_limit = ": GAIN_MARGIN_LOW is then at least\n   m g h / (2 kp + kp_pass)";
 constexpr const char* unit_rezero = "With 0\n   the estimate is right, whatever the support's angle is.";
 
@@ -194,9 +203,10 @@ ControllerFiles controller_files(const sim::Parameters& parameters, const sim::P
                         define_double("DECID_FW_COM_HEIGHT_M", body.com_height_m) +
                         define_double("DECID_FW_INERTIA_KGM2", body.inertia_kgm2) +
                         define_double("DECID_FW_MGH_NM_RAD", body.mgh()) + define("DECID_FW_TEST_STEPS", test.steps()));
-  header = replaced(header, "@LIMITS@", limits_constants(limits));
-
   const bool unit_gains = family.has_unit_gains();
+  header = replaced(header, "@LIMITS@", limits_constants(limits) + define("DECID_FW_CHECKS_GAINS", unit_gains ? 1 : 0));
+  header = replaced(header, "@OTHER_GAINS@", unit_gains ? other_gains_checked : other_gains_unchecked);
+  header = replaced(header, "@CHECK@", unit_gains ? std::string(embedded::firmware_check_header()) : std::string());
   header = replaced(header, "@PASSIVE_LIMIT@", unit_gains ? passive_limit : "");
   header = replaced(header, "@GAINS@", unit_gains ? "" : gain_members);
   header = replaced(header, "@STATE@", unit_gains ? "" : gain_state);
@@ -209,16 +219,20 @@ ControllerFiles controller_files(const sim::Parameters& parameters, const sim::P
    bits are right. */
 )";
   source += "#include \"" + name + ".h\"\n\n#include <float.h>\n#include <stddef.h>\n#include <stdint.h>\n\n";
-  for (const char* unused : {"USES_SQUARE_ROOT", "USES_LOG", "USES_EXPONENTIAL", "USES_FMA_FLOAT", "USES_FLOAT_BITS"})
+  for (const char* unused : {"USES_LOG", "USES_EXPONENTIAL", "USES_FMA_FLOAT", "USES_FLOAT_BITS"})
     source += define(unused, 0);
+  source += define("USES_SQUARE_ROOT", unit_gains ? 1 : 0);
   source += define("USES_FMA_DOUBLE", 1) + define("USES_IS_FINITE", 1) +
             define_double("LARGEST_GAIN", std::numeric_limits<double>::max()) +
             // Half of the largest whose torque is finite: what rounding adds to it is less.
             define_double("LARGEST_COMMAND",
                           0.5 * std::numeric_limits<double>::max() * std::min(1.0, step_s / body.inertia_kgm2)) +
             define_double("STEP_OVER_INERTIA", step_s / body.inertia_kgm2) + define_double("BODY_MGH", body.mgh()) +
-            define("UNIT_GAINS", unit_gains ? 1 : 0) + define_double("SINE_0", sine[0]) +
-            define_double("SINE_1", sine[1]) + define_double("SINE_2", sine[2]) +
+            define("UNIT_GAINS", unit_gains ? 1 : 0) +
+            (unit_gains ? define("USES_PHASE", 1) + define_double("LARGEST_DELAY_MARGIN_S", frf::max_delay_margin_s) +
+                              define_double("LARGEST_GAIN_MARGIN", frf::max_gain_margin)
+                        : "") +
+            define_double("SINE_0", sine[0]) + define_double("SINE_1", sine[1]) + define_double("SINE_2", sine[2]) +
             define("STEPS_PER_SAMPLE", test.steps_per_sample) +
             define("STEPS_PER_INTERVAL", test.stimulus.interval_steps) + define("TEST_INTERVALS", test.intervals()) +
             format("#define TEST_HASH 0x%016llxU\n\n", static_cast<unsigned long long>(test.hash));
@@ -230,6 +244,11 @@ ControllerFiles controller_files(const sim::Parameters& parameters, const sim::P
             table("static const double test_tilt[]", test.stimulus.tilt_rad) +
             table("static const double test_rate[]", test.stimulus.rate_rad_s) + "\n";
   source += embedded::firmware_controller();
+  if (unit_gains) {
+    source += "\n";
+    source += embedded::firmware_angle();
+    source += embedded::firmware_check();
+  }
   return {{with_name(header, name), with_name(source, name)}, limits};
 }
 

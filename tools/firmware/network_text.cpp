@@ -21,8 +21,8 @@ std::string settings(const nn::Network<float>& network, const FirmwarePlan& plan
                      define("MAPS", static_cast<long long>(plan.maps.size())) +
                      define("LAYERS", static_cast<long long>(plan.layers.size())) +
                      define("INPUTS", network.input_shape().size()) + define("OUTPUTS", network.output_shape().size());
-  text += define("USES_LOG", 0) + define("USES_ASINH", 0) + define("USES_PHASE", 0) +
-          define("USES_EXPONENTIAL", uses_exponential(plan)) + define("USES_NORMAL", gelu) + define("USES_DENSITY", 0) +
+  text += define("USES_LOG", 0) + define("USES_ASINH", 0) + define("USES_EXPONENTIAL", uses_exponential(plan)) +
+          define("USES_NORMAL", gelu) + define("USES_DENSITY", 0) +
           define("USES_SQUARE_ROOT", statistics || has_kind(plan, Kind::layer_norm)) + define("USES_FMA_FLOAT", 1) +
           define("USES_FMA_DOUBLE", gelu) + define("USES_IS_FINITE", 0) + define("USES_FLOAT_BITS", 1);
   if (statistics)

@@ -9,6 +9,7 @@
 #include "base/math/math.hpp"
 #include "base/text.hpp"
 #include "base/version.hpp"
+#include "embedded/firmware_angle.hpp"
 #include "embedded/firmware_api.hpp"
 #include "embedded/firmware_arithmetic.hpp"
 #include "embedded/firmware_bins.hpp"
@@ -235,6 +236,8 @@ std::string constants(const Model& model, const FirmwarePlan& plan) {
   text += define("DECID_FW_ARENA_BYTES", plan.arena.bytes) + define("DECID_FW_WEIGHT_BYTES", plan.weight_bytes());
   text += define("DECID_FW_GIVES_DEVIATIONS", components(model) > 0 ? 1 : 0) +
           define("DECID_FW_GIVES_DISTANCE", plan.options.familiarity ? 1 : 0);
+  if (plan.options.int8)
+    text += "/* In 8 bits there is no distance: its mean, whitening and bounds are of features in float. */\n";
   if (plan.options.familiarity)
     text += define("DECID_FW_FAMILIARITY_BYTES", familiarity_bytes(model, plan)) + "#define DECID_FW_DISTANCE_USABLE " +
             literal(ood_border - ood_missing_weight, 6) + "\n#define DECID_FW_DISTANCE_NOT_USABLE " +
@@ -338,6 +341,8 @@ FirmwareFiles firmware_files(const Model& model, const ForBody& body, const Firm
   source += embedded::firmware_arithmetic();
   source += "\n";
   source += embedded::firmware_elementary();
+  source += "\n";
+  source += embedded::firmware_angle();
   source += "\n";
   source += embedded::firmware_types();
   source += "\n/* ---- Tables */\n\n";

@@ -29,7 +29,8 @@
 #define USES_PHASE 1
 namespace {
 #include "tools/firmware/runtime/arithmetic.c"
-// Another file of the firmware.
+// Other files of the firmware.
+#include "tools/firmware/runtime/angle.c"
 #include "tools/firmware/runtime/elementary.c"
 }  // namespace
 static_assert(HAS_FMA_FLOAT == 0 && HAS_FMA_DOUBLE == 0);

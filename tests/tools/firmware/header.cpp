@@ -68,6 +68,18 @@ TEST_CASE("a model's header has the body for which it answers, and the parameter
   check_header(gains, "", load_model(gains).protocol);
 }
 
+TEST_CASE("a model in 8 bits has no distance, and its header says why") {
+  const Folder folder;
+  for (const std::string form : {"", " --int8", " --familiarity"}) {
+    CAPTURE(form);
+    run_ok("export c " + test::firmware_model + form + " --name model --quiet -o " + folder / "c");
+    const std::string header = read_text(folder / "c/model.h");
+    CHECK(contains(header, "#define MODEL_GIVES_DISTANCE 1\n") == (form == " --familiarity"));
+    CHECK(contains(header, "int model_distance(") == (form == " --familiarity"));
+    CHECK(contains(header, "/* In 8 bits there is no distance") == (form == " --int8"));
+  }
+}
+
 TEST_CASE("a string literal of C ends where it should") {
   CHECK(quoted("N m/rad") == "\"N m/rad\"");
   CHECK(quoted("a\"b\\c\n??") == "\"a\\\"b\\\\c\\?\\?\\?\"");

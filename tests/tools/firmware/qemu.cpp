@@ -46,7 +46,8 @@ std::string row(const std::string& what, const std::string& costs) {
 std::string controller_row(const std::string& what, const std::string& costs) {
   const auto text = [&](const std::string& name) { return std::to_string(cost(costs, "controller_" + name)); };
   return "| " + what + " | " + text("code_bytes") + " | " + text("constant_bytes") + " | " + text("state_bytes") +
-         " | " + text("instructions_a_step") + " |";
+         " | " + text("stack_bytes") + " | " + text("instructions_a_step") + " | " + text("instructions_worst_step") +
+         " | " + format("%.1f", 1e-3 * static_cast<double>(cost(costs, "controller_instructions_check"))) + " |";
 }
 /// Returns a table row: the cost of the out-of-distribution score in a firmware.
 std::string familiarity_row(const std::string& what, const std::string& with, const std::string& without) {
@@ -72,6 +73,8 @@ void check_costs(const std::string& costs, int trials) {
   CHECK(cost(costs, "trials") == trials);
   CHECK(cost(costs, "arena_bytes") < 128 * 1024);
   CHECK(cost(costs, "stack_bytes") < 2048);
+  CHECK(cost(costs, "controller_stack_bytes") < 1024);
+  CHECK(cost(costs, "controller_instructions_worst_step") >= cost(costs, "controller_instructions_a_step"));
   CHECK(cost(costs, "instructions_largest_part") * 20 < cost(costs, "instructions_whole"));
 }
 

@@ -14,7 +14,8 @@ extern "C" {
    together keep it stable, at most 100. Keep away from these limits: near them each push swings for long.
    They hold for a body with passive stiffness and damping of its own. If motors apply DECID_FW_passive, its latency is
    not in DELAY_MARGIN_S, and a wrong torque constant scales it too@PASSIVE_LIMIT@.
-   PEAK_TORQUE_NM: the largest active torque in the protocol's trial, without a push. */
+   PEAK_TORQUE_NM: the largest active torque in the protocol's trial, without a push.
+   Other gains at run time have other margins: @OTHER_GAINS@ */
 @LIMITS@
 /* Return codes. */
 enum {
@@ -24,7 +25,8 @@ enum {
   DECID_FW_ERROR_SELF_TEST = -3,  /* NaN was not refused, subnormal numbers were flushed to 0, or other bits than the
                                      program that made this file computed */
   DECID_FW_ERROR_NOT_FINITE = -4, /* an input of a step is infinite or NaN, or so large that its torque would be */
-  DECID_FW_ERROR_STATE = -5       /* the state was never begun, or was in the self-test */
+  DECID_FW_ERROR_STATE = -5,      /* the state was never begun, or was in the self-test */
+  DECID_FW_ERROR_UNSTABLE = -6    /* of a check of gains: the loop is unstable within the margins */
 };
 
 /* The identified parameters, in SI units. */
@@ -62,7 +64,7 @@ extern const DECID_FW_parameters DECID_FW_identified;
    A model's result may lie a little outside of its range, also below 0, which is DECID_FW_ERROR_RANGE here: limit it
    first. */
 int DECID_FW_begin(DECID_FW_state *state, const DECID_FW_parameters *parameters);
-
+@CHECK@
 /* One step: call it exactly every DECID_FW_STEP_S seconds, because the step is fixed. torque: the active torque on the
    body in N m, positive towards positive sway.
    sway_rad, sway_rate: the body's centre of mass in space, rad and rad/s.
@@ -78,7 +80,8 @@ int DECID_FW_begin(DECID_FW_state *state, const DECID_FW_parameters *parameters)
    A state without DECID_FW_begin() (all zeros, for example) gives DECID_FW_ERROR_STATE. On an error, state and torque
    do not change. The delay counts calls, so a step that is left out makes it longer. For a sample that is lost or no
    number, and for each tick that was missed, call it with the last good inputs. You decide what the ankle does
-   meanwhile. */
+   meanwhile. A finite outlier (a rate over a wrapped angle, a word misread from a bus) is an input like any other: its
+   torque comes one delay later. Compare each input with its sensor's range, and treat an outlier as a lost sample. */
 int DECID_FW_step(DECID_FW_state *state, double sway_rad, double sway_rate, double support_rate, double vestibular_rate,
                   double *torque);
 /* The same before its scaling to N m, the number that the simulator computes with: minus the torque times
