@@ -104,7 +104,8 @@ std::string hint_of_reference(const Explanation& explanation) {
              "; above %g Hz the sway follows the tilt with a gain of %.2f, where a body in space hardly moves: it is "
              "an angle against the platform, as of an ankle, or of a camera on the platform; ",
              fast_hz, fast_real) +
-         (is_angle ? "add the tilt to it" : "subtract it from the tilt") + ", and give the result as sway";
+         (is_angle ? "add the tilt to it" : "subtract it, as decid reads it, from the tilt") +
+         ", and give the result as sway";
 }
 
 /// Adds a warning to recordings that are out of distribution.

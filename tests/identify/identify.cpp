@@ -250,7 +250,7 @@ TEST_CASE("identify: a sway that is the tilt, or an angle against the platform, 
       hints += contains(found.unlike_training, "is the platform's tilt:")         ? 't'
                : contains(found.unlike_training, "the platform's tilt, reversed") ? 'r'
                : contains(found.unlike_training, "add the tilt")                  ? 'a'
-               : contains(found.unlike_training, "subtract it from the tilt")     ? 's'
+               : contains(found.unlike_training, "subtract it")                   ? 's'
                                                                                   : '-';
     }
     return hints;
