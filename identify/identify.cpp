@@ -80,30 +80,31 @@ constexpr double against_ratio = -0.5;  // a response ratio of -1 is the other s
 std::string hint_of_reference(const Explanation& explanation) {
   constexpr double fast_hz = 1.3, near = 0.5, least_coherence = 0.5, same = 0.1;
   if (!explanation.frf || explanation.frf->recorded.empty()) return {};
-  double fast_real = 0.0, coherence = 0.0, bands = 0.0, from_tilt = 0.0, from_reversed = 0.0;
-  double fast_imaginary = 0.0;
+  const auto distance = [](const sim::Complex& response, double from) {
+    const double real = response.real() - from, imaginary = response.imag();
+    return std::sqrt(real * real + imaginary * imaginary);
+  };
+  sim::Complex fast;
+  double coherence = 0.0, bands = 0.0, from_tilt = 0.0, from_reversed = 0.0;
   for (const sim::FrfPoint& point : explanation.frf->recorded) {
-    const double real = point.response.real(), imaginary = point.response.imag();
-    from_tilt = std::max(from_tilt, std::hypot(real - 1.0, imaginary));
-    from_reversed = std::max(from_reversed, std::hypot(real + 1.0, imaginary));
+    from_tilt = std::max(from_tilt, distance(point.response, 1.0));
+    from_reversed = std::max(from_reversed, distance(point.response, -1.0));
     if (point.frequency_hz < fast_hz) continue;
-    bands += 1.0;
-    fast_real += real;
-    fast_imaginary += imaginary;
+    fast += point.response;
     coherence += point.coherence;
+    bands += 1.0;
   }
   if (from_tilt < same || from_reversed < same)
     return "; this sway is the platform's tilt" + std::string(from_tilt < same ? "" : ", reversed") +
            ": name the column of the body's sway with " + setting("column");
-  if (bands < 2.0 || !(coherence > least_coherence * bands)) return {};
-  fast_real /= bands;
-  fast_imaginary /= bands;
-  const bool is_angle = std::hypot(fast_real + 1.0, fast_imaginary) < near;
-  if (!is_angle && std::hypot(fast_real - 1.0, fast_imaginary) >= near) return {};
+  if (bands < 2.0 || !(coherence > least_coherence * bands)) return {};  // a coherence may be NaN
+  fast /= bands;
+  const bool is_angle = distance(fast, -1.0) < near;
+  if (!is_angle && distance(fast, 1.0) >= near) return {};
   return format(
              "; above %g Hz the sway follows the tilt with a gain of %.2f, where a body in space hardly moves: it is "
              "an angle against the platform, as of an ankle, or of a camera on the platform; ",
-             fast_hz, fast_real) +
+             fast_hz, fast.real()) +
          (is_angle ? "add the tilt to it" : "subtract it, as decid reads it, from the tilt") +
          ", and give the result as sway";
 }
