@@ -17,7 +17,6 @@
 #include "recording/quality/detail/quality.hpp"
 #include "recording/quality/detail/repeated_cycle.hpp"
 #include "recording/quality/detail/response_check.hpp"
-#include "recording/quality/detail/slow_lean.hpp"
 #include "recording/table/columns.hpp"
 
 namespace decid::recording {
@@ -168,7 +167,6 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
     if (signal.name == com_sway) {
       trial.other_start = look_for_changes(plan.response(), values, trial.gaps, recording.warnings);
       look_for_repeated_cycle(values, protocol.experiment, recording.warnings);
-      look_for_slow_lean(values, protocol, recording.warnings);
     }
     if (&signal == tilt) {
       const auto tilt_gaps = gaps_in_trial(recording.tilt_gaps, from_hz, rate, place, samples);
