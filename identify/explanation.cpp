@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/math/math.hpp"
 #include "base/math/statistics.hpp"
 #include "base/parallel.hpp"
 #include "base/setting.hpp"
@@ -113,6 +114,57 @@ void warn_of_residual(std::span<const float> sway_rad, std::span<const std::vect
            100 * std::max(0.0, explanation.variance_accounted_for), 100 * low, 100 * high)});
 }
 
+/// Returns how far the first two cycles of a sway differ slowly, in degrees: the rms of the first and second harmonic
+/// of their difference, without its mean, over the square root of 2. A straight drift cancels. 0 for cycles under 40 s.
+double slow_difference_deg(std::span<const float> sway_rad, const sim::Experiment& experiment) {
+  constexpr double shortest_s = 40.0, block_s = 0.5;
+  const double rate_hz = experiment.sample_rate_hz;
+  if (experiment.cycles() < 2 || experiment.cycle_s() < shortest_s) return 0.0;
+  const auto samples_of = [&](double time_s) { return static_cast<std::size_t>(std::round(time_s * rate_hz)); };
+  const std::size_t begin = samples_of(experiment.lead_in_s()), length = samples_of(experiment.cycle_s());
+  if (begin + 2 * length > sway_rad.size()) return 0.0;  // the body fell
+  const std::span<const float> first = sway_rad.subspan(begin), second = first.subspan(length);
+  const std::size_t block = std::max<std::size_t>(1, samples_of(block_s)), blocks = length / block;
+  double power = 0.0;
+  std::vector<double> difference(blocks, 0.0);
+  for (std::size_t k = 0; k < blocks * block; ++k)
+    difference[k / block] += static_cast<double>(second[k]) - static_cast<double>(first[k]);
+  const double values = static_cast<double>(blocks * block);
+  for (const std::size_t harmonic : {std::size_t{1}, std::size_t{2}}) {
+    double sine = 0.0, cosine = 0.0;
+    for (std::size_t i = 0; i < blocks; ++i) {
+      const SinCos at = sincos_of_turn(static_cast<long long>(harmonic * i), static_cast<long long>(blocks));
+      sine += at.sin * difference[i];
+      cosine += at.cos * difference[i];
+    }
+    power += 2.0 * (sine * sine + cosine * cosine) / (values * values);
+  }
+  return std::sqrt(0.5 * power) / sim::rad_per_deg;
+}
+
+/// Warns if the cycles differ slowly, and by far more than in simulated trials of the identified controller.
+void warn_of_slow_lean(std::span<const float> sway_rad, std::span<const std::vector<float>> noisy,
+                       const sim::Experiment& experiment, Severity severity, Explanation& explanation) {
+  constexpr double least_deg = 0.4, most_ratio = 2.4;
+  const double found_deg = slow_difference_deg(sway_rad, experiment);
+  if (found_deg < least_deg) return;
+  double squares = 0.0, count = 0.0;
+  for (const std::vector<float>& trial : noisy) {
+    if (trial.size() < sway_rad.size()) continue;  // skips a trial that fell
+    const double usual_deg = slow_difference_deg(trial, experiment);
+    squares += usual_deg * usual_deg;
+    count += 1.0;
+  }
+  if (count == 0.0 || found_deg * found_deg * count <= most_ratio * most_ratio * squares) return;
+  explanation.warnings.push_back(
+      {severity, "slow_lean",
+       format("the two cycles of the sway differ slowly by %.2f degrees rms, and those of the identified controller's "
+              "trials by %.2f: the person leaned slowly to and fro, or the sensor wandered; Kp and Kp_pass may then be "
+              "too small by several standard deviations; look at the sway, and repeat the trial with the person in one "
+              "position",
+              found_deg, std::sqrt(squares / count))});
+}
+
 }  // namespace
 
 /// An answer's trials up to where the body falls.
@@ -175,6 +227,7 @@ Explanation Explainer::explain(const Answer& answer, Simulated simulated) const 
   explanation.rms_residual_deg = found.rms_deg;
   explanation.variance_accounted_for = found.variance_accounted_for;
   warn_of_residual(sway_rad, simulated.noisy, answer.little_explained, explanation);
+  warn_of_slow_lean(sway_rad, simulated.noisy, simulator_.protocol().experiment, answer.little_explained, explanation);
   if (response_ratio_) {
     ResponseRatio::Spread spread;
     explanation.response_ratio = response_ratio_->measure(simulated.sways, sway_rad, &spread);

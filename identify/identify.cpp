@@ -75,6 +75,40 @@ void warn_of_sway(const sim::Conditions& trained, const recording::Trial& trial,
 
 constexpr double against_ratio = -0.5;  // a response ratio of -1 is the other sign
 
+/// Returns a hint if the response to fast tilts, which a body's inertia keeps small, is one to one: the sway is the
+/// tilt itself, or an angle between body and platform. Empty otherwise.
+std::string hint_of_reference(const Explanation& explanation) {
+  constexpr double fast_hz = 1.3, near = 0.5, least_coherence = 0.5, same = 0.1;
+  if (!explanation.frf || explanation.frf->recorded.empty()) return {};
+  const auto distance = [](const sim::Complex& response, double from) {
+    const double real = response.real() - from, imaginary = response.imag();
+    return std::sqrt(real * real + imaginary * imaginary);
+  };
+  sim::Complex fast;
+  double coherence = 0.0, bands = 0.0, from_tilt = 0.0, from_reversed = 0.0;
+  for (const sim::FrfPoint& point : explanation.frf->recorded) {
+    from_tilt = std::max(from_tilt, distance(point.response, 1.0));
+    from_reversed = std::max(from_reversed, distance(point.response, -1.0));
+    if (point.frequency_hz < fast_hz) continue;
+    fast += point.response;
+    coherence += point.coherence;
+    bands += 1.0;
+  }
+  if (from_tilt < same || from_reversed < same)
+    return "; this sway is the platform's tilt" + std::string(from_tilt < same ? "" : ", reversed") +
+           ": name the column of the body's sway with " + setting("column");
+  if (bands < 2.0 || !(coherence > least_coherence * bands)) return {};  // a coherence may be NaN
+  fast /= bands;
+  const bool is_angle = distance(fast, -1.0) < near;
+  if (!is_angle && distance(fast, 1.0) >= near) return {};
+  return format(
+             "; above %g Hz the sway follows the tilt with a gain of %.2f, where a body in space hardly moves: it is "
+             "an angle against the platform, as of an ankle, or of a camera on the platform; ",
+             fast_hz, fast.real()) +
+         (is_angle ? "add the tilt to it" : "subtract it, as decid reads it, from the tilt") +
+         ", and give the result as sway";
+}
+
 /// Adds a warning to recordings that are out of distribution.
 void judge(const Model& model, const Estimate& estimate, const recording::Trial& trial, Explanation& explanation) {
   if (!model.ood_detector.known()) {
@@ -94,7 +128,9 @@ void judge(const Model& model, const Estimate& estimate, const recording::Trial&
       "this recording does not resemble the trials of the model's training (OOD score %.4g, limit 1; %s); common "
       "causes: wrong sign, late start, other platform movement, wrong unit or rate, smoothing",
       std::ceil(1e3 * explanation.ood_score) / 1e3, response.c_str());  // rounded up: never the limit itself
-  if (explanation.response_ratio < against_ratio && !trial.start_is_doubtful)
+  const std::string hint = hint_of_reference(explanation);
+  explanation.unlike_training += hint;
+  if (hint.empty() && explanation.response_ratio < against_ratio && !trial.start_is_doubtful)
     explanation.unlike_training +=
         "; the sway goes against the platform: if its sensor is reversed, give " + setting("invert") + " sway";
   add_invalid(explanation.warnings, "out_of_distribution", explanation.unlike_training);

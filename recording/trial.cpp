@@ -15,6 +15,7 @@
 #include "recording/detail/tilt/tilt_slips.hpp"
 #include "recording/detail/tilt/tilt_start.hpp"
 #include "recording/quality/detail/quality.hpp"
+#include "recording/quality/detail/repeated_cycle.hpp"
 #include "recording/quality/detail/response_check.hpp"
 #include "recording/table/columns.hpp"
 
@@ -163,8 +164,10 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   add_change(recording);
   for (const Signal<double>& signal : recording.signals) {
     std::vector<double> values = cut(signal.rad, from_hz, rate, place, samples);
-    if (signal.name == com_sway)
+    if (signal.name == com_sway) {
       trial.other_start = look_for_changes(plan.response(), values, trial.gaps, recording.warnings);
+      look_for_repeated_cycle(values, protocol.experiment, recording.warnings);
+    }
     if (&signal == tilt) {
       const auto tilt_gaps = gaps_in_trial(recording.tilt_gaps, from_hz, rate, place, samples);
       look_for_tilt_slips(values, tilt_gaps, plan, from_hz, options.start_s.has_value(), recording.warnings);

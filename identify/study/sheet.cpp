@@ -36,23 +36,46 @@ bool is_none(const std::string& cell) {
   return has_no_value(cell) || std::ranges::find(marks, cell) != marks.end();
 }
 
-double mass_of(const std::string& cell, double kg_per_unit, const std::string& where) {
-  const std::optional<double> given = read_number(cell);
-  const double kg = given.value_or(0.0) * kg_per_unit;
+/// A number of a cell, and its unit in kg or m.
+struct BodyCell {
+  double value = 0.0, per_unit = 1.0;
+};
+
+/// Reads "70", "70 kg" or "154lb"; the value 0 for a cell that is no such number. Throws Error if the units of cell and
+/// column differ.
+BodyCell read_body_cell(const SheetColumn& column, const std::string& cell, const std::string& where) {
+  if (const std::optional<double> number = read_number(cell)) return {*number, column.per_unit};
+  const std::size_t end = cell.find_last_of("0123456789");
+  if (end == std::string::npos) return {};
+  const std::optional<double> number = read_number(cell.substr(0, end + 1));
+  const std::optional<double> per_unit = body_unit(column.role, cell.substr(end + 1));
+  if (!number || !per_unit) return {};
+  if (column.has_unit && *per_unit != column.per_unit)
+    throw Error(Code::value_invalid, where, "'" + cell + "' has another unit than the column's name",
+                "give one unit, in the name or in the cells");
+  return {*number, *per_unit};
+}
+
+double mass_of(const SheetColumn& column, const std::string& cell, const std::string& where) {
+  const BodyCell given = read_body_cell(column, cell, where);
+  const double kg = given.value * given.per_unit;
   if (kg < 1.0 || kg > 250.0)
     throw Error(Code::value_invalid, where, "'" + cell + "' is not a weight from 1 to 250 kg",
-                kg_per_unit == 1.0 ? "give it in kg, or n/a; name a column of pounds weight_lb"
-                                   : "give it in the column's unit, or n/a");
+                column.per_unit == 1.0 ? "give it in kg, or n/a; name a column of pounds weight_lb"
+                                       : "give it in the column's unit, or n/a");
   return kg;
 }
 
-double height_of(const std::string& cell, double metres_per_unit, const std::string& where) {
-  const double given = read_number(cell).value_or(0.0);
-  const double metres = metres_per_unit != 1.0 ? given * metres_per_unit : given >= 30.0 ? given / 100.0 : given;
+double height_of(const SheetColumn& column, const std::string& cell, const std::string& where) {
+  const BodyCell given = read_body_cell(column, cell, where);
+  const double metres = given.per_unit != 1.0 ? given.value * given.per_unit
+                        : given.value >= 30.0 ? given.value / 100.0
+                                              : given.value;
   if (metres < 0.3 || metres > 3.0)
     throw Error(Code::value_invalid, where, "'" + cell + "' is neither a height from 0.3 to 3 m nor from 30 to 300 cm",
-                metres_per_unit == 1.0 ? "give it in m or cm, or n/a; name a column of inches height_in"
-                                       : "give it in the column's unit, or n/a");
+                column.per_unit == 1.0
+                    ? "give it in m or cm, or n/a; name a column of inches height_in, and give feet as inches"
+                    : "give it in the column's unit, or n/a");
   return metres;
 }
 
@@ -85,10 +108,10 @@ void read_cell(const SheetColumn& column, const std::string& name, const std::st
       line.file = cell;
       break;
     case ColumnRole::mass:
-      line.mass_kg = mass_of(cell, column.per_unit, where + ", " + name);
+      line.mass_kg = mass_of(column, cell, where + ", " + name);
       break;
     case ColumnRole::height:
-      line.height_m = height_of(cell, column.per_unit, where + ", " + name);
+      line.height_m = height_of(column, cell, where + ", " + name);
       break;
     case ColumnRole::protocol:
       line.protocol = cell;
@@ -211,10 +234,14 @@ constexpr auto options_words =
                                 {"missing", "missing_value is the setting", has_mark},
                                 {"trial", "it does not split files; the option trial of the call does", has_one_word}});
 
-/// Returns notes on columns that are carried along and look like settings.
+/// Returns notes on columns that are carried along and look like settings, or like weights if the sheet has none.
 std::vector<std::string> notes_on_carried(const StudySheet& sheet) {
   std::vector<std::string> notes;
+  const bool has_weights = std::ranges::any_of(sheet.names, names_weights);
   for (std::size_t i = 0; i < sheet.columns.size(); ++i) {
+    if (!has_weights && has_unit_of_mass(sheet.columns[i]))
+      notes.push_back(sheet.file.string() + ": column " + sheet.columns[i] +
+                      " is carried along; if it is the weight of the body, name it weight, and the height height");
     const auto word = std::ranges::find(options_words, column_key(sheet.columns[i]), &OptionsWord::key);
     if (word == options_words.end()) continue;
     std::vector<std::string> cells;

@@ -314,6 +314,7 @@ std::vector<double> place_evenly(const std::vector<double>& values, const Clock&
 std::string fill_gaps(std::vector<double>& values, double rate_hz, double longest_s, const std::string& name,
                       const std::string& where, const std::function<std::string(std::size_t first)>& place_of,
                       std::vector<SampleRange>& gaps) {
+  constexpr double pause_s = 5.0;  // a longer gap may be a pause of the platform, which no line bridges
   std::size_t count = 0, filled = 0, longest = 0, all = 0, all_gaps = 0, all_missing = 0;
   for (std::size_t k = 0, length = 0; k < values.size(); ++k) {
     length = std::isnan(values[k]) ? length + 1 : 0;
@@ -344,7 +345,8 @@ std::string fill_gaps(std::vector<double>& values, double rate_hz, double longes
           all_s > longest_gap_s
               ? "its longest gap, " + six_digits(all_s) +
                     " s, is too long to interpolate: give the part before or after it"
-              : setting("fill_gaps") + " " + six_digits(std::ceil(all_s * 1e4) / 1e4) + " interpolates all its gaps");
+              : setting("fill_gaps") + " " + six_digits(std::ceil(all_s * 1e4) / 1e4) + " interpolates all its gaps" +
+                    (all_s > pause_s ? "; if the platform paused meanwhile, give the part before or after it" : ""));
     }
     for (std::size_t k = begin; k < end; ++k) {
       if (begin == 0) {

@@ -327,4 +327,34 @@ TEST_CASE("explanation: a stimulus without a frequency response says so once") {
   CHECK(std::ranges::count_if(found.warnings, [](const Warning& w) { return w.code == "no_frequency_response"; }) == 1);
 }
 
+TEST_CASE("explanation: a slow lean of a degree is named; sound trials, and a straight drift, are none") {
+  const sim::Simulator one(sim::default_protocol());
+  const Explainer whole(one);
+  const sim::ParameterTable& table = one.protocol().parameters();
+  const auto warned = [&](std::uint64_t i, const sim::Parameters& parameters, double lean_deg, double drift_deg) {
+    std::vector<double> sway(static_cast<std::size_t>(one.samples()));
+    for (std::uint64_t attempt = 0;; ++attempt)
+      if (one.run(parameters, Random(8, sim::streams::vestibular_noise, 100 * i + attempt + 50), sway).valid) break;
+    for (std::size_t k = 0; k < sway.size(); ++k) {
+      const double t = static_cast<double>(k) / static_cast<double>(sway.size());
+      sway[k] += sim::rad_per_deg *
+                 (lean_deg * std::sin(2.0 * std::numbers::pi * 1.5 * t + static_cast<double>(i)) + drift_deg * t);
+    }
+    const recording::Trial made = as_trial(sway);
+    const Explanation found = whole.explain({parameters, made});
+    return has(found.warnings, "slow_lean");
+  };
+  int leaning = 0;
+  for (std::uint64_t i = 0; i < 12; ++i) {
+    const Random random(14, sim::streams::base_parameters, i);
+    sim::Parameters parameters(table.size());
+    for (std::size_t p = 0; p < table.size(); ++p)
+      parameters[p] = table[p].low + (table[p].high - table[p].low) * random.uniform(p, 0.3, 0.6);
+    leaning += warned(i, parameters, 1.0, 0.0) ? 1 : 0;
+    CHECK_FALSE(warned(i, parameters, 0.0, 0.0));
+    CHECK_FALSE(warned(i, parameters, 0.0, 2.0));
+  }
+  CHECK(leaning >= 11);
+}
+
 }  // namespace decid

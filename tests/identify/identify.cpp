@@ -233,6 +233,34 @@ TEST_CASE("identify: a reversed sway gets the hint of its sign, unless the recor
   }
 }
 
+TEST_CASE("identify: a sway that is the tilt, or an angle against the platform, gets a hint and none of its sign") {
+  Identifier identifier(model());
+  const sim::Protocol& protocol = model().protocol;
+  const std::vector<double> tilt = sim::tilt_at_samples(protocol.experiment, sim::make_stimulus(protocol.experiment));
+  const auto hint_of = [&](double of_sway, double of_tilt) {
+    std::vector<recording::Trial> changed = trials(5);
+    std::string hints;
+    for (recording::Trial& trial : changed)
+      for (std::size_t k = 0; k < tilt.size(); ++k)
+        trial.sway_rad()[k] =
+            static_cast<float>(of_sway * static_cast<double>(trial.sway_rad()[k]) + of_tilt * tilt[k]);
+    for (const Explanation& found : identifier.explain(identifier.estimate(changed), changed)) {
+      CHECK(has(found.warnings, "out_of_distribution"));
+      CHECK_FALSE(contains(found.unlike_training, "invert"));
+      hints += contains(found.unlike_training, "is the platform's tilt:")         ? 't'
+               : contains(found.unlike_training, "the platform's tilt, reversed") ? 'r'
+               : contains(found.unlike_training, "add the tilt")                  ? 'a'
+               : contains(found.unlike_training, "subtract it")                   ? 's'
+                                                                                  : '-';
+    }
+    return hints;
+  };
+  CHECK(hint_of(0.0, 1.0) == "ttttt");
+  CHECK(hint_of(0.0, -1.0) == "rrrrr");
+  CHECK(hint_of(1.0, -1.0) == "aaaaa");
+  CHECK(hint_of(-1.0, 1.0) == "sssss");
+}
+
 TEST_CASE("identify: where the response cannot be measured, the warning says so in words") {
   Identifier identifier(model());
   std::vector<Estimate> estimates = identifier.estimate(trials(1));

@@ -151,6 +151,11 @@ TEST_CASE("missing cells are gaps, in the middle and at the ends") {
     CHECK(contains(refused.problem(), fact));
   CHECK(contains(refused.remedy(), setting("fill_gaps") + " 0.03 "));
   CHECK_NOTHROW(read(gaps, {.fill_gaps_s = 0.03}));
+  CHECK_FALSE(contains(refused.remedy(), "paused"));
+  std::string paused = "time,sway_deg\n";
+  for (int k = 0; k < 400; ++k) paused += std::to_string(0.1 * k + (k < 200 ? 0.0 : 20.0)) + ",1\n";
+  const Error pause = error_of([&] { read(paused); });
+  CHECK(contains(pause.remedy(), "if the platform paused"));
   // A lost row has no place in the file.
   check_error([&] { read("time,sway_deg\n0,0\n0.01,1\n0.03,3\n0.04,4\n0.05,\n0.06,6\n"); }, Code::value_missing,
               "2 gaps of 2 samples");

@@ -18,7 +18,9 @@ struct KnownName {
   ColumnRole role;
 };
 
-/// English and German, as laboratories name the columns of their sheets. A unit may follow a weight or a height.
+/// English and German, as laboratories name the columns of their sheets, and the most important ones in French,
+/// Spanish, Portuguese, Italian and Dutch: a body that is not read would be the assumed one. A unit may follow weights
+/// and heights.
 constexpr auto known_names = std::to_array<KnownName>({
     {"id", ColumnRole::participant},
     {"participant", ColumnRole::participant},
@@ -60,6 +62,26 @@ constexpr auto known_names = std::to_array<KnownName>({
     {"groesse", ColumnRole::height},
     {"k\u00f6rpergr\u00f6\u00dfe", ColumnRole::height},
     {"koerpergroesse", ColumnRole::height},
+    {"stature", ColumnRole::height},
+    {"poids", ColumnRole::mass},
+    {"taille", ColumnRole::height},
+    {"peso", ColumnRole::mass},
+    {"altura", ColumnRole::height},
+    {"estatura", ColumnRole::height},
+    {"talla", ColumnRole::height},
+    {"altezza", ColumnRole::height},
+    {"statura", ColumnRole::height},
+    {"lengte", ColumnRole::height},
+    {"paziente", ColumnRole::participant},
+    {"paciente", ColumnRole::participant},
+    {"sujet", ColumnRole::participant},
+    {"sujeto", ColumnRole::participant},
+    {"soggetto", ColumnRole::participant},
+    {"groupe", ColumnRole::group},
+    {"grupo", ColumnRole::group},
+    {"gruppo", ColumnRole::group},
+    {"fichier", ColumnRole::file},
+    {"archivo", ColumnRole::file},
     {"protocol", ColumnRole::protocol},
     {"protokoll", ColumnRole::protocol},
 });
@@ -167,6 +189,23 @@ std::vector<SheetColumn> sheet_columns(const std::vector<std::string>& names) {
     if (columns[i].naming != columns[*person].naming || !is_alike) columns[i] = {ColumnRole::carried};
   }
   return columns;
+}
+
+std::optional<double> body_unit(ColumnRole role, const std::string& unit) {
+  const std::string key = column_key(unit);
+  for (const KnownUnit& known : known_units)
+    if (known.role == role && known.unit == key && known.size > 0.0) return known.size;
+  return {};
+}
+
+bool has_unit_of_mass(const std::string& name) {
+  constexpr auto endings = std::to_array<std::string_view>({"kg", "kgs", "lb", "lbs"});
+  const std::string key = text_key(name);
+  std::size_t end = key.size();
+  while (end > 0 && (key[end - 1] == ')' || key[end - 1] == ']' || key[end - 1] == ' ')) --end;
+  std::size_t begin = end;
+  while (begin > 0 && key[begin - 1] >= 'a' && key[begin - 1] <= 'z') --begin;
+  return begin > 0 && std::ranges::find(endings, std::string_view(key).substr(begin, end - begin)) != endings.end();
 }
 
 void set_sidecar_unit(const std::string& unit, SheetColumn& column) {

@@ -1,6 +1,7 @@
 // The meaning of the columns of a study's sheet, by their names. Not installed.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,13 @@ SheetColumn sheet_column(const std::string& name);
 /// Returns what the columns of a sheet mean together: the first of its surest columns of people names the person.
 /// Several that are sure, or that have the same name, keep this meaning.
 std::vector<SheetColumn> sheet_columns(const std::vector<std::string>& names);
+
+/// Returns the kg or m of a weight's or a height's unit; 1 for cm too, as in SheetColumn. Nothing for a unit that is
+/// not read.
+std::optional<double> body_unit(ColumnRole role, const std::string& unit);
+
+/// Returns true for the name of a column that ends in a unit of mass: "Vikt (kg)", "lean_mass_kg".
+bool has_unit_of_mass(const std::string& name);
 
 /// Gives a weight or a height without a unit in its name the unit of the sheet's sidecar.
 void set_sidecar_unit(const std::string& unit, SheetColumn& column);

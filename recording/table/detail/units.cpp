@@ -144,6 +144,12 @@ const char* other_quantity(std::string_view name) {
     if (one_of(word, {"torque", "moment", "drehmoment", "moments"})) return a_torque;
     if (one_of(word, {"force", "forces", "grf", "kraft"})) return a_force;
     if (word == "emg") return "muscle activity";
+    if (one_of(word, {"ecg", "ekg", "bpm", "heartrate", "herzfrequenz", "puls", "pulse"}) ||
+        (word == "hr" && all.size() == 1) || (word == "heart" && all.size() > 1))
+      return "a heart's signal";
+    if (one_of(word, {"respiration", "breathing", "atmung"}) || (word == "resp" && all.size() == 1)) return "breathing";
+    if (one_of(word, {"eda", "gsr"})) return "a skin conductance";
+    if (word == "eeg") return "brain activity";
     if (one_of(word, {"temperature", "temperatur"})) return "a temperature";
     if (one_of(word, {"std", "sd", "stdev"})) return "a standard deviation";
   }

@@ -115,6 +115,49 @@ TEST_CASE("read_sheet: columns by BIDS' names, units, decimal commas, missing va
   CHECK(german.file == "a.csv");
 }
 
+TEST_CASE("read_sheet: weights and heights in other languages, and with their unit in the cell") {
+  const TemporaryFolder folder;
+  for (const char* names :
+       {"Patient\tFichier\tTaille (cm)\tPoids (kg)\tGroupe", "Paciente\tArchivo\tAltura [cm]\tPeso_kg\tGrupo",
+        "Paziente\tFile\tAltezza\tPeso\tGruppo", "sujet\tfile\tlengte_cm\tgewicht\tgroup",
+        "sujeto\tarchivo\ttalla\tpeso\tgrupo", "soggetto\tfile\tstature\tpoids\tgruppo"}) {
+    CAPTURE(names);
+    const SheetLine line =
+        read_sheet(write_text(folder / "l.tsv", std::string(names) + "\nA\ta.csv\t170\t70,5\tx\n")).lines.at(0);
+    CHECK(line.entry == SheetEntry{"A", "", "x", "", {}});
+    CHECK(line.file == "a.csv");
+    CHECK(line.height_m == 1.7);
+    CHECK(line.mass_kg == 70.5);
+  }
+  const StudySheet cells = read_sheet(write_text(folder / "c.tsv",
+                                                 "ID\theight\tweight\nA\t1,75 m\t70 kg\nB\t69 in\t154lbs\n"
+                                                 "C\t175cm\t70.0\nD\t5 ft 9\t70\nE\t1.75\t11 stone\n"));
+  REQUIRE(cells.lines.size() == 5);
+  for (const std::size_t i : {0, 2}) {
+    CHECK(cells.lines[i].height_m == 1.75);
+    CHECK(cells.lines[i].mass_kg == 70.0);
+  }
+  CHECK(near(cells.lines[1].height_m.value(), 69 * 0.0254, 1e-15));
+  CHECK(near(cells.lines[1].mass_kg.value(), 154 * 0.45359237, 1e-15));
+  check_has(cells.lines[3].error, Code::value_invalid, "line 5, height: '5 ft 9'");
+  check_has(cells.lines[4].error, Code::value_invalid, "line 6, weight: '11 stone'");
+  const StudySheet differs =
+      read_sheet(write_text(folder / "d.tsv", "ID\theight\tweight_lb\nA\t175\t70 kg\nB\t175\t154 lb\n"));
+  check_has(differs.lines.at(0).error, Code::value_invalid, "line 2, weight_lb: '70 kg'");
+  CHECK(near(differs.lines.at(1).mass_kg.value(), 154 * 0.45359237, 1e-15));
+}
+
+TEST_CASE("read_sheet: a column in kg is noted if the sheet has no weight") {
+  const TemporaryFolder folder;
+  const auto notes = [&](const std::string& names) {
+    return read_sheet(write_text(folder / "n.tsv", "ID\tfile\t" + names + "\nA\ta.csv\t70\t170\n")).notes;
+  };
+  REQUIRE(notes("Vikt (kg)\theight").size() == 1);
+  CHECK(contains(notes("vaha_kg\theight").front(), "vaha_kg is carried along"));
+  CHECK(notes("weight\tlean mass [kg]").empty());
+  CHECK(notes("Rang\tkg").empty());
+}
+
 TEST_CASE("read_spreadsheet: a quote within a cell is text, and one without its pair is an error") {
   const TemporaryFolder folder;
   using Rows = std::vector<std::vector<std::string>>;
