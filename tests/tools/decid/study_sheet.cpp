@@ -295,25 +295,6 @@ TEST_CASE("a sheet that contradicts itself: two bodies are a caution of both rec
   check_refused("identify --study " + path, "lines 2 and 5");
 }
 
-TEST_CASE("columns that cannot be compared are refused before anything is computed") {
-  const Folder folder;
-  simulate(folder / "a.csv", "--seed 1");
-  simulate(folder / "b.csv", "--seed 2");
-  const std::string path =
-      write_text(folder / "s.csv",
-                 "participant_id,session,condition,file,sex,age\nA,1,open,a.csv,F,60\nA,2,open,b.csv,F,60\n")
-          .string();
-  const std::string study = " --study " + path + " ";
-  check_refused("identify --within session " + folder / "a.csv", "--within session");
-  check_refused("identify --covariates age " + folder / "a.csv", "--covariates age");
-  check_refused("identify --within sex" + study, "--within sex");
-  check_refused("identify --within condition" + study, "--within condition");
-  check_refused("identify --covariates sex" + study, "'F'");
-  check_refused("identify --covariates age" + study, "--covariates age");
-  check_refused("identify --covariates shoe" + study, "'shoe'");
-  check_refused("fit --within session --joint participant_id" + study, "--joint");
-}
-
 TEST_CASE("fit: a study of two bodies and two protocols, each with the bits of a call of its own" *
           doctest::test_suite("long")) {
   const Folder folder;
