@@ -130,12 +130,11 @@ double measurement_noise_deg(std::span<const double> sway, double rate_hz) {
   const std::vector<double> mean = block_means(sway, block);
   // White noise of variance 1 has fourth differences of variance 1 + 16 + 36 + 16 + 1. Unlike their mean square, their
   // median is the sensor's in spite of single wrong samples.
-  constexpr double medians_per_stddev = 0.6745;
   std::vector<double> fourth;
   fourth.reserve(mean.size());
   for (std::size_t i = 4; i < mean.size(); ++i)
     fourth.push_back(std::abs(mean[i] - 4.0 * mean[i - 1] + 6.0 * mean[i - 2] - 4.0 * mean[i - 3] + mean[i - 4]));
-  return median(std::move(fourth)) / medians_per_stddev / std::sqrt(70.0) / sim::rad_per_deg;
+  return stddev_by_median(std::move(fourth)) / std::sqrt(70.0) / sim::rad_per_deg;
 }
 
 /// Describes a low-pass.
