@@ -1,4 +1,4 @@
-// Tests of the layers in nn/: cases computed by hand, independence of samples, texts and their errors.
+// Tests of the layers in nn/: cases computed by hand, memory that is used again, texts and their errors.
 // Definitions in nn/layers/layer.hpp, nn/architecture.hpp and nn/kernels/kernels.hpp; derivatives in operations.cpp,
 // figures of PyTorch in torch.cpp.
 #include <doctest/doctest.h>
@@ -248,23 +248,6 @@ TrainingStep train(Network<float>& network, Trainer<float>& trainer, int batch, 
 }
 
 }  // namespace
-
-TEST_CASE("inference: a sample has the same bits alone and in any batch") {
-  const Inference<float> inference(network_of_all_layers());
-  BatchExecutor<float> executor(inference, 33);
-  std::vector<Values> alone;
-  for (int n = 0; n < 33; ++n) alone.push_back(infer(executor, n, 1));
-  CHECK(alone[0] != alone[1]);
-  for (const int batch : {1, 15, 16, 17, 33})
-    for (const int first : {0, 33 - batch}) {
-      CAPTURE(batch);
-      const Values together = infer(executor, first, batch);
-      for (int n = 0; n < batch; ++n) {
-        const auto at = together.begin() + 3 * n;
-        CHECK(same_bits(Values(at, at + 3), alone[static_cast<std::size_t>(first + n)]));
-      }
-    }
-}
 
 TEST_CASE("memory: what a larger batch left behind changes nothing") {
   Network<float> used = network_of_all_layers();

@@ -1,5 +1,5 @@
-// Tests of all layers: gradients by finite differences. Of those that are one file each, of residual and concat, and of
-// a layer that is registered here: inference and training, batches and single samples, threads.
+// Gradients of all layers by finite differences. Layers that are one file each, residual, concat and a layer that is
+// registered here: inference and training, batches and single samples, threads.
 #include <doctest/doctest.h>
 #include <omp.h>
 
