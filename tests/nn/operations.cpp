@@ -213,7 +213,7 @@ TEST_CASE("operations: gradients are differences of the loss, parameters' and in
                         {{17, 2, 3}, "conv 18 2x2 pad 1"},  // more channels than a group
                         {{3, 4, 5}, "batchnorm"},
                         {{9, 4, 1}, "batchnorm"},
-                        {{3, 4, 5}, "relu"},
+                        {{3, 4, 5}, "fc 5; relu"},
                         {{2, 7, 5}, "maxpool 2"},           // a row and a column left out
                         {{2, 5, 7}, "maxpool 2 stride 3"},  // windows leave values out
                         {{9, 5, 6}, "maxpool 2x3 stride 1x2"},
