@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace decid {
 namespace {
@@ -43,6 +44,10 @@ double median(std::vector<double> values) {
   const auto middle = values.begin() + std::ssize(values) / 2;
   std::ranges::nth_element(values, middle);
   return *middle;
+}
+
+double stddev_by_median(std::vector<double> sizes) {
+  return median(std::move(sizes)) / 0.6745;
 }
 
 double quantile(std::vector<double> values, double fraction) {

@@ -15,6 +15,8 @@ double stddev(std::span<const double> values);
 double sample_variance(std::span<const double> values);
 /// Returns the value at place n / 2 in ascending order: the upper median of an even number of values.
 double median(std::vector<double> values);
+/// Returns the standard deviation of normal deviates with these absolute values, by the median of the latter.
+double stddev_by_median(std::vector<double> sizes);
 /// Returns the value that this fraction of the values lies below, interpolated linearly between neighbours.
 double quantile(std::vector<double> values, double fraction);
 /// As quantile(), of values in ascending order.

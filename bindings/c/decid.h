@@ -412,13 +412,13 @@ DECID_API decid_status decid_dataset_copy_sway(const decid_dataset* dataset, siz
 
 /* ---- Evaluation and training ---- */
 
-#define DECID_MOST_PARAMETERS 32
+#define DECID_MAX_PARAMETERS 32
 
 /* Errors of z-scored parameters: guessing the mean has an error of 1. NaN where the model gives no distribution. */
 typedef struct decid_evaluation {
   size_t trials;
   double mse, matlab_loss;
-  double mse_per_parameter[DECID_MOST_PARAMETERS];
+  double mse_per_parameter[DECID_MAX_PARAMETERS];
   double coverage50, coverage90; /* fraction of the true values in the intervals */
   double log_score;              /* nats per parameter; 0: only the ranges are known */
 } decid_evaluation;

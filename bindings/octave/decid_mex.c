@@ -486,8 +486,8 @@ static mxArray* run_study(const mxArray* source, const mxArray* options) {
 
 /* Options: seed, protocol, controller, and each parameter by its name. */
 static mxArray* simulate(const mxArray* options) {
-  double values[DECID_MOST_PARAMETERS];
-  const char* names[DECID_MOST_PARAMETERS + 4] = {"seed", "protocol", "controller"};
+  double values[DECID_MAX_PARAMETERS];
+  const char* names[DECID_MAX_PARAMETERS + 4] = {"seed", "protocol", "controller"};
   const char* played = text(options, "protocol");
   const char* controller = text(options, "controller");
   const uint64_t seed = seed_of(options, 1);
@@ -496,7 +496,7 @@ static mxArray* simulate(const mxArray* options) {
   require(decid_protocol_load_controller(played == NULL ? "default" : played, controller, &protocol));
   count = decid_protocol_parameters(protocol);
   samples = decid_protocol_samples(protocol);
-  if (count > DECID_MOST_PARAMETERS)
+  if (count > DECID_MAX_PARAMETERS)
     fail("decid:not_supported", "controller", "has more parameters than this file holds",
          "compile it with decid's header");
   for (p = 0; p < count; ++p) names[p + 3] = decid_protocol_parameter(protocol, p)->name;

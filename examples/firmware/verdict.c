@@ -28,16 +28,16 @@ verdict judge(int result, const float* parameters, void* arena) {
       found = worse(found, (is_impossible != 0) ? VERDICT_NOT_USABLE : VERDICT_CAUTION);
     }
   }
-#if POSTURE_GIVES_DEVIATIONS
+#if POSTURE_GIVES_STDDEVS
   {
     static const int deciding[] = {POSTURE_KP, POSTURE_KD, POSTURE_DELAY}; /* whether the body stands */
-    float deviations[POSTURE_PARAMETERS];
-    if (posture_deviations(deviations, arena) != POSTURE_OK) {
+    float stddevs[POSTURE_PARAMETERS];
+    if (posture_stddevs(stddevs, arena) != POSTURE_OK) {
       return VERDICT_NOT_USABLE;
     }
     for (i = 0; i < 3; ++i) {
       const int p = deciding[i];
-      found = worse(found, (deviations[p] > (0.2F * (high[p] - low[p]))) ? VERDICT_CAUTION : VERDICT_USABLE);
+      found = worse(found, (stddevs[p] > (0.2F * (high[p] - low[p]))) ? VERDICT_CAUTION : VERDICT_USABLE);
     }
   }
 #endif

@@ -21,7 +21,7 @@ typedef enum {
    - with --familiarity: a distance above POSTURE_DISTANCE_NOT_USABLE.
    Caution:
    - a parameter outside of its range by more than a twentieth of it,
-   - for a model with deviations: one of Kp, Kd or the delay above a fifth of its range (knowing nothing is 0.29),
+   - for a model with standard deviations: one of Kp, Kd or the delay above a fifth of its range (knowing nothing is 0.29),
    - with --familiarity: a distance above 1, as 3 of 100 simulated trials have. POSTURE_DISTANCE_USABLE is stricter.
    Without --familiarity it does not notice a trial of another stimulus, start, sign or rate. */
 verdict judge(int result, const float* parameters, void* arena);

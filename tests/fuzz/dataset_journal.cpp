@@ -1,20 +1,10 @@
 // The journal of a data set that is being made, as it is and as one entry with its hash set right.
-#include <cstring>
-
-#include "base/files/sha256.hpp"
 #include "dataset/npz/detail/journal.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 using namespace decid;
 
 namespace {
-
-std::string entry(const std::string& text) {
-  const std::uint64_t size = text.size();
-  std::string bytes(sizeof size, '\0');
-  std::memcpy(bytes.data(), &size, sizeof size);
-  return bytes + sha256(text) + text;
-}
 
 void read(std::string_view bytes) {
   static const fuzz::InputFile input("data.npz.journal");
@@ -35,6 +25,6 @@ void read(std::string_view bytes) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string text(fuzz::to_text(data, size));
   read(text);
-  read("decid journal 2\n" + entry("{}") + entry(text));
+  read("decid journal 2\n" + fuzz::journal_entry("{}") + fuzz::journal_entry(text));
   return 0;
 }

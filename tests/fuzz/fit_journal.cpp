@@ -2,28 +2,15 @@
 // recording that is appended is read back.
 #include "tools/decid/commands/fit_journal.hpp"
 
-#include <cstring>
-
-#include "base/files/sha256.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 using namespace decid;
 
-namespace {
-
-std::string entry(const std::string& text) {
-  const std::uint64_t size = text.size();
-  std::string bytes(sizeof size, '\0');
-  std::memcpy(bytes.data(), &size, sizeof size);
-  return bytes + sha256(text) + text;
-}
-
-}  // namespace
-
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const fuzz::InputFile input("fit.json.journal");
-  const std::string text(fuzz::to_text(data, size)), settings = "{}", front = "decid fit journal 5\n" + entry(settings);
-  for (const std::string& rest : {text, entry(text)}) {
+  const std::string text(fuzz::to_text(data, size)), settings = "{}";
+  const std::string front = "decid fit journal 5\n" + fuzz::journal_entry(settings);
+  for (const std::string& rest : {text, fuzz::journal_entry(text)}) {
     const std::filesystem::path& path = input.write(front + rest);
     fuzz::accepts([&] {
       tools::FitJournal journal(path, settings, true);

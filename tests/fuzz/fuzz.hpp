@@ -7,11 +7,13 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <string>
 #include <string_view>
 
 #include "base/error.hpp"
+#include "base/files/sha256.hpp"
 
 #define REQUIRE_THAT(condition)                                            \
   do {                                                                     \
@@ -56,6 +58,14 @@ class InputFile {
 
 inline std::string_view to_text(const std::uint8_t* data, std::size_t size) {
   return {reinterpret_cast<const char*>(data), size};
+}
+
+/// Returns the text as an entry of a journal, with its right hash.
+inline std::string journal_entry(const std::string& text) {
+  const std::uint64_t size = text.size();
+  std::string bytes(sizeof size, '\0');
+  std::memcpy(bytes.data(), &size, sizeof size);
+  return bytes + sha256(text) + text;
 }
 
 /// Calls `read`; false if it threw an Error. Anything else that is thrown ends the process.

@@ -291,26 +291,6 @@ TEST_CASE("explain: one that hardly follows the tilt gets a warning, one that ca
   CHECK(id.warnings.back().code == "large_response");
 }
 
-TEST_CASE("explanation: one of many is the same as alone") {
-  std::vector<sim::Parameters> parameters;
-  std::vector<recording::Trial> trials;
-  for (int i = 0; i < 11; ++i) {  // more than are simulated together
-    parameters.push_back(controller(0.05 * i));
-    trials.push_back(as_trial(trial(parameters.back(), static_cast<std::uint64_t>(i))));
-  }
-  std::vector<Answer> answers;
-  for (std::size_t i = 0; i < trials.size(); ++i) answers.push_back({parameters[i], trials[i]});
-  const std::vector<Explanation> all = explainer().explain(answers);
-  REQUIRE(all.size() == trials.size());
-  for (std::size_t i = 0; i < trials.size(); ++i) {
-    const Explanation alone = explainer().explain(answers[i]);
-    CHECK(alone.fitted_rad == all[i].fitted_rad);
-    CHECK(alone.rms_residual_deg == all[i].rms_residual_deg);
-    CHECK(alone.response_ratio == all[i].response_ratio);
-    CHECK(alone.warnings == all[i].warnings);
-  }
-}
-
 TEST_CASE("explanation: a stimulus without a frequency response says so once") {
   sim::Protocol step = sim::short_protocol();
   step.experiment.stimulus = sim::RaisedCosines{

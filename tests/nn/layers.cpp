@@ -1,5 +1,5 @@
-// Tests of the layers in nn/: cases computed by hand, independence of samples, texts and their errors.
-// Definitions in nn/layers/layer.hpp, nn/architecture.hpp and nn/kernels/kernels.hpp; derivatives in gradients.cpp,
+// Tests of the layers in nn/: cases computed by hand, memory that is used again, texts and their errors.
+// Definitions in nn/layers/layer.hpp, nn/architecture.hpp and nn/kernels/kernels.hpp; derivatives in operations.cpp,
 // figures of PyTorch in torch.cpp.
 #include <doctest/doctest.h>
 
@@ -85,14 +85,6 @@ TEST_CASE("conv: by hand") {
   CHECK(channels.forward({1, 10}) == Values{21, 43, 66});
 }
 
-TEST_CASE("fc: by hand") {
-  Hand fc({2, 1, 2}, "fc 2", {{1, 10, 100, 1000, 5, 6, 7, 8}, {0.5f, -1}});
-  CHECK(fc.forward({1, 2, 3, 4}) == Values{4321.5f, 69});
-  CHECK(fc.backward({1, -1}) == Values{-4, 4, 93, 992});
-  CHECK(fc.gradient(0) == Values{1, 2, 3, 4, -1, -2, -3, -4});
-  CHECK(fc.gradient(1) == Values{1, -1});
-}
-
 TEST_CASE("relu: by hand, a NaN stays one") {
   Hand relu({1, 1, 4}, "relu");
   CHECK(relu.forward({-1, 0, 2, -0.0f}) == Values{0, 0, 2, 0});
@@ -136,21 +128,6 @@ TEST_CASE("pooling: by hand, incomplete windows left out") {
   Hand global({2, 1, 2}, "globalavgpool");
   CHECK(global.forward({1, 2, 3, 5}) == Values{1.5f, 4});
   CHECK(global.backward({2, 4}) == Values{1, 1, 2, 2});
-}
-
-TEST_CASE("statspool: by hand") {
-  // Means 3 and 2, variances 4 and 0, to which epsilon is added.
-  Hand pool({2, 2, 2}, "statspool");
-  const Values output = pool.forward({1, 5, 1, 5, 2, 2, 2, 2});
-  CHECK(output[0] == 3.0f);
-  CHECK(output[1] == 2.0f);
-  CHECK(near(output[2], std::sqrt(4 + 1e-5), 1e-6));
-  CHECK(near(output[3], std::sqrt(1e-5), 1e-6));
-  // A quarter of the mean's derivative, and of the deviation's (x - mean) / deviation.
-  const Values diff = pool.backward({8, 4, 16, 7});
-  const double slope = 4 / std::sqrt(4 + 1e-5);
-  for (std::size_t i = 0; i < 4; ++i) CHECK(near(diff[i], 2 + slope * (i % 2 == 0 ? -2 : 2), 1e-6));
-  for (std::size_t i = 4; i < 8; ++i) CHECK(diff[i] == 1.0f);
 }
 
 TEST_CASE("batchnorm: by hand") {
@@ -271,23 +248,6 @@ TrainingStep train(Network<float>& network, Trainer<float>& trainer, int batch, 
 }
 
 }  // namespace
-
-TEST_CASE("inference: a sample has the same bits alone and in any batch") {
-  const Inference<float> inference(network_of_all_layers());
-  BatchExecutor<float> executor(inference, 33);
-  std::vector<Values> alone;
-  for (int n = 0; n < 33; ++n) alone.push_back(infer(executor, n, 1));
-  CHECK(alone[0] != alone[1]);
-  for (const int batch : {1, 15, 16, 17, 33})
-    for (const int first : {0, 33 - batch}) {
-      CAPTURE(batch);
-      const Values together = infer(executor, first, batch);
-      for (int n = 0; n < batch; ++n) {
-        const auto at = together.begin() + 3 * n;
-        CHECK(same_bits(Values(at, at + 3), alone[static_cast<std::size_t>(first + n)]));
-      }
-    }
-}
 
 TEST_CASE("memory: what a larger batch left behind changes nothing") {
   Network<float> used = network_of_all_layers();

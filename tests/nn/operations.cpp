@@ -1,5 +1,5 @@
-// Tests of the layers that are one file each, of residual and concat, and of a layer that is registered here: gradients
-// by finite differences, figures of PyTorch, inference and training, batches and single samples, threads.
+// Gradients of all layers by finite differences. Layers that are one file each, residual, concat and a layer that is
+// registered here: inference and training, batches and single samples, threads.
 #include <doctest/doctest.h>
 #include <omp.h>
 
@@ -203,7 +203,30 @@ static double worst_gradient(const Case& one, int batch) {
 
 TEST_CASE("operations: gradients are differences of the loss, parameters' and input's") {
   const OneThread one_thread;
-  for (const Case& one : cases())
+  std::vector<Case> all{{{3, 5, 4}, "conv 4 1x1"},
+                        {{2, 6, 5}, "conv 3 3x3"},
+                        {{2, 7, 6}, "conv 2 5x3 pad 0x2"},
+                        {{1, 6, 7}, "conv 3 5x5 pad 4"},
+                        {{2, 8, 9}, "conv 3 2x4 stride 3x2 pad 1x3"},
+                        {{3, 7, 8}, "conv 4 1x1 stride 3"},
+                        {{2, 3, 4}, "conv 3 3x4"},
+                        {{17, 2, 3}, "conv 18 2x2 pad 1"},  // more channels than a group
+                        {{3, 4, 5}, "batchnorm"},
+                        {{9, 4, 1}, "batchnorm"},
+                        {{3, 4, 5}, "fc 5; relu"},
+                        {{2, 7, 5}, "maxpool 2"},           // a row and a column left out
+                        {{2, 5, 7}, "maxpool 2 stride 3"},  // windows leave values out
+                        {{9, 5, 6}, "maxpool 2x3 stride 1x2"},
+                        {{2, 7, 5}, "avgpool 2"},
+                        {{2, 5, 7}, "avgpool 2 stride 3"},
+                        {{9, 5, 6}, "avgpool 2x3 stride 1x2"},
+                        {{3, 4, 5}, "globalavgpool"},
+                        {{3, 4, 5}, "statspool"},
+                        {{9, 7, 1}, "statspool"},
+                        {{9, 1, 1}, "fc 34"},                          // more outputs than a group
+                        {{2, 3, 2}, "fc 3; conv 2 3x3 pad 1; fc 2"}};  // outputs with a halo
+  all.insert(all.end(), cases().begin(), cases().end());
+  for (const Case& one : all)
     for (const int batch : {3, 16, 19}) {
       CAPTURE(one.text);
       CAPTURE(batch);

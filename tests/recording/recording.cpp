@@ -28,33 +28,14 @@ std::string cosine(int samples, double rate_hz) {
 
 }  // namespace
 
-TEST_CASE("dialects of CSV") {
-  check_one_two_three("time,com_sway_deg\n0,1\n0.01,2\n0.02,3\n");
-  check_one_two_three("time,COM_x\r\n0.01,1\r\n0.02,2\r\n0.03,3\r\n");
-  check_one_two_three("time,COM_x\r0.01,1\r0.02,2\r0.03,3");
-  check_one_two_three("\xEF\xBB\xBFtime;sway\n0;1\n0.01;2\n0.02;3\n\n\n  \n");
-  check_one_two_three("Zeit;sway_deg\n0;1,0\n0,01;2,0\n0,02;3,0\n");
-  check_one_two_three("t\tsway\n0\t1\n0.01\t2\n0.02\t3\n");
-  check_one_two_three("  time   sway\n  0.00   1.0\n  0.01   2.0\n  0.02   3.0\n");
-  check_one_two_three("\"time (s)\",\"COM_x\"\n0,1\n0.01,2\n0.02,3\n");
-  check_one_two_three("\"time, in s\",\"body sway, deg\",\n0,\"1\",\n0.01,2,\n0.02,3,\n", {.column = "2"});
-  check_one_two_three("# made by hand\n% and so\ntime,sway\n0,1\n# a pause\n0.01,2\n0.02,3\n");
-  check_one_two_three("time,sway,\n0,1,\n0.01,2,\n0.02,3,\n");
-  check_one_two_three("time,sway\n0,1,\n0.01,2,\n0.02,3,\n");
+TEST_CASE("times in seconds or milliseconds, with and without a header; a line of units") {
+  // tests/recording/formats/csv.cpp has the separators, decimal commas, quotes and comments.
   check_one_two_three("time_ms,sway\n0,1\n10,2\n20,3\n");
   check_one_two_three("Time [ms];sway\n0;1\n10;2\n20;3\n");
   check_one_two_three("timestamp,sway\n1700000000.00,1\n1700000000.01,2\n1700000000.02,3\n");
-  check_one_two_three("0,1\n0.01,2\n0.02,3\n");          // no header
-  check_one_two_three("1\n2\n3\n", {.rate_hz = 100.0});  // nor a time
-  check_one_two_three("sway\n+1\n2e0\n.3e1\n", {.rate_hz = 100.0});
-  check_one_two_three("0,00 1,0\n0,01 2,0\n0,02 3,0\n");  // decimal commas between blanks
-  check_one_two_three("t sway\n0,00  1,0\n0,01  2,0\n0,02  3,0\n");
-  check_one_two_three("t\tsway\n0,00\t1,0\n0,01\t2,0\n0,02\t3,0\n");
-  check_one_two_three("sway\n1,0\n2,0\n3,0\n", {.rate_hz = 100.0});  // and in a single column
-  check_one_two_three("time,sway\n\"0,00\",\"1,0\"\n\"0,01\",\"2,0\"\n\"0,02\",\"3,0\"\n");
-  check_one_two_three("time, sway\n0, 1\n0.01, 2\n0.02, 3\n");
+  check_one_two_three("0,1\n0.01,2\n0.02,3\n");                    // no header
+  check_one_two_three("1\n2\n3\n", {.rate_hz = 100.0});            // nor a time
   check_one_two_three("time,sway\ns,deg\n0,1\n0.01,2\n0.02,3\n");  // a line of units
-  check_one_two_three("time;sway;force\n[ms];[deg];[N]\n0;1;9\n10;2;9\n20;3;9\n");
   check_one_two_three("time , sway , note\n0, 1, start\n 0.01 ,2,\n0.02,3, \"a, b\"\n");
 }
 
@@ -167,20 +148,10 @@ TEST_CASE("the rate comes from the time, or from the user") {
 
 TEST_CASE("files that are no recordings are refused") {
   check_error([] { read_recording("/nonexistent/r.csv", {}); }, Code::file_missing, "/nonexistent/r.csv");
-  check_error(reading(""), Code::file_empty);
-  check_error(reading("\n\n# only this\n"), Code::file_empty);
-  check_error(reading("time,sway\n"), Code::file_empty);
   check_error(reading("time,sway\n0,1\n"), Code::recording_too_short);
-  check_error(reading(std::string("t\0i\0", 4)), Code::file_unsupported, "UTF-8");
-  check_error(reading("time,sway\n0,1\n0.01,2,3\n0.02,3\n"), Code::table_unclear, "line 3");
-  check_error(reading("time,sway\n0,1\n0.01\n0.02,3\n"), Code::table_unclear, "line 3");
   check_error(reading("{\"decid\": \"0.2.0\",\n \"recordings\": []}\n"), Code::file_unsupported, "r.csv");
   check_error(reading("time,sway\n0,1\n0.01,x\n"), Code::value_invalid, "line 3, sway");
-  check_error(reading("time,sway\n0,1\n0.01,1.5.2\n"), Code::value_invalid, "line 3, sway");
-  check_error(reading("time,sway\n0,1\n0.01,\n"), Code::value_missing, "line 3, sway");
   check_error(reading("time,sway\n0,1\n0.01,nan\n"), Code::value_missing, "line 3, sway");
-  check_error(reading("time,sway\n0,-inf\n0.01,1\n"), Code::value_invalid, "line 2, sway");
-  check_error(reading("time,sway\n0,1\n0.01,1e999\n"), Code::value_invalid, "line 3, sway");
   check_error(reading("time,sway\nfirst,trial\n0,1\n0.01,2\n"), Code::value_invalid, "line 2");
   check_error(reading("time,sway\ns,deg\n0,1\n0.01,x\n"), Code::value_invalid, "line 4, sway (deg)");
   check_error(reading("time,sway\n0,1\n0.01,1\n0.02,1\n"), Code::value_invalid, "1 degrees");

@@ -172,36 +172,6 @@ TEST_CASE("Fft: round trip, Parseval's theorem") {
   }
 }
 
-TEST_CASE("Fft: linear, and real signals are a special case") {
-  for (const int length : {55, 110, 6050}) {
-    CAPTURE(length);
-    const Signal x = random_signal(length, 5), y = random_signal(length, 6);
-    const Signal transform_x = forward(x), transform_y = forward(y);
-    const Complex factor(-1.75, 0.5);
-    Signal sum, sum_of_transforms;
-    for (std::size_t n = 0; n < x.size(); ++n) {
-      sum.push_back(x[n] + factor * y[n]);
-      sum_of_transforms.push_back(transform_x[n] + factor * transform_y[n]);
-    }
-    CHECK(distance(forward(sum), sum_of_transforms) < 2.0 * tolerance(length));
-
-    const std::vector<double> real = real_parts(x);
-    Signal half = forward(Signal(real.begin(), real.end()));
-    half.resize(static_cast<std::size_t>(length / 2 + 1));
-    CHECK(distance(real_forward(real), half) < 2.0 * tolerance(length));
-  }
-}
-
-TEST_CASE("Fft: a single harmonic lands in its bin, with its sign") {
-  constexpr int length = 60, k = 7;
-  const std::vector<LongComplex> roots = roots_of_unity(length);
-  Signal x;
-  for (std::size_t n = 0; n < length; ++n) x.emplace_back(std::conj(roots[n * k % length]));
-  const Signal spectrum = forward(x);
-  CHECK(std::abs(spectrum[k] - 60.0) < 60.0 * tolerance(length));
-  CHECK(std::abs(spectrum[length - k]) < 60.0 * tolerance(length));
-}
-
 TEST_CASE("Fft: in place has the same bits") {
   for (const int length : {1, 2, 5, 8, 7, 49, 64, 110, 210, 12100}) {  // odd and even numbers of passes
     const Signal x = random_signal(length, 7);

@@ -1,5 +1,5 @@
-// Tests of sim/simulate.hpp: against linear theory, against a second implementation written straight from the
-// equations, the timing of the delay, unstable trials, errors, and the bits of one trial.
+// Tests of sim/simulate.hpp: against a second implementation written straight from the equations, the timing of the
+// delay, unstable trials, errors, and the bits of one trial. family.cpp has linear theory.
 #include "sim/simulate.hpp"
 
 #include <algorithm>
@@ -13,6 +13,7 @@
 #include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/sim/run.hpp"
+#include "tests/sim/straightforward.hpp"
 
 using namespace decid::sim;
 using decid::Random;
@@ -20,49 +21,6 @@ using decid::Stream;
 using namespace decid::test;
 
 namespace {
-
-// The same trial, equation by equation, every signal kept whole on the 1 ms grid. Returns the sway of every step, up
-// to and including the first out of bounds.
-std::vector<double> straightforward(const Protocol& protocol, const Parameters& parameters, const Random& noise) {
-  const Stimulus stimulus = make_stimulus(protocol.experiment);
-  const auto steps = static_cast<std::size_t>(protocol.experiment.steps());
-  const auto per_sample = static_cast<std::size_t>(protocol.experiment.steps_per_sample());
-  std::vector<double> noise_rate(static_cast<std::size_t>(protocol.samples()) + 1);
-  VestibularNoiseMaker(protocol).velocity(parameters[Nv], noise, noise_rate);
-
-  const double dt = 0.001;
-  std::vector<double> estimate{0.0}, estimate_rate;
-  for (std::size_t k = 0; k < steps; ++k) {
-    const double part = static_cast<double>(k % per_sample) / static_cast<double>(per_sample);
-    const double nu_rate = (1.0 - part) * noise_rate[k / per_sample] + part * noise_rate[k / per_sample + 1];
-    const double x = stimulus.rate_at(static_cast<int>(k)) + nu_rate, theta = parameters[Theta];
-    estimate_rate.push_back(x > theta ? x - theta : x < -theta ? x + theta : 0.0);
-    estimate.push_back(estimate[k] + dt * estimate_rate[k]);
-  }
-
-  std::vector<double> sway{0.0}, sway_rate{0.0}, u;
-  const double delay_steps = std::round(parameters[Delay] * 1e6) / 1e3;
-  for (std::size_t k = 0; k < steps; ++k) {
-    const double f = stimulus.tilt_at(static_cast<int>(k)), f_rate = stimulus.rate_at(static_cast<int>(k));
-    u.push_back(parameters[Kp] * (sway[k] + (estimate[k] + sway[k] - f)) +
-                parameters[Kd] * (sway_rate[k] + (estimate_rate[k] + sway_rate[k] - f_rate)));
-    double active = 0.0;
-    const double position = static_cast<double>(k) - delay_steps;
-    if (position >= 0.0) {
-      const auto before = static_cast<std::size_t>(position);
-      const double part = position - static_cast<double>(before);
-      active = part == 0.0 ? u[before] : (1.0 - part) * u[before] + part * u[before + 1];
-    }
-    const Body& body = protocol.experiment.body;
-    const double acceleration = (body.mass_kg * 9.81 * body.com_height_m * std::sin(sway[k]) - active -
-                                 parameters[Kp_pass] * (sway[k] - f) - parameters[Kd_pass] * (sway_rate[k] - f_rate)) /
-                                body.inertia_kgm2;
-    sway_rate.push_back(sway_rate[k] + dt * acceleration);
-    sway.push_back(sway[k] + dt * sway_rate[k + 1]);
-    if (std::abs(sway.back()) > 5.0 * rad_per_deg) break;
-  }
-  return sway;
-}
 
 // The largest difference between a trial and the straightforward one, relative to the largest sway.
 double disagreement(const Protocol& protocol, const Parameters& parameters, const Random& noise) {
@@ -104,41 +62,6 @@ TEST_CASE("dead_band_of: its definition") {
     }
     CHECK(apply_dead_band(theta, theta) == 0.0);
     CHECK(apply_dead_band(-theta, theta) == 0.0);
-  }
-}
-
-TEST_CASE("Simulator: small sway follows the closed loop's transfer function") {
-  Protocol protocol;
-  protocol.sequence().amplitude_deg = 0.01;  // sin(a) = a to 1e-8
-  const Simulator simulator(protocol);
-  const int cycle = 6050;
-  const RealFft fft(cycle);
-  std::vector<Complex> tilt_spectrum(static_cast<std::size_t>(fft.bins())), sway_spectrum(tilt_spectrum.size());
-  std::vector<Complex> work(static_cast<std::size_t>(fft.work_length()));
-  std::vector<double> tilt;
-  for (std::size_t k = 0; k < cycle; ++k) tilt.push_back(simulator.stimulus().tilt_rad[k]);
-  fft.forward(tilt, tilt_spectrum, work);
-
-  //                               Kp     Kd    Kp_pass Kd_pass Nv theta delay
-  for (const Parameters& parameters :
-       {Parameters{900.0, 250.0, 200.0, 120.0, 0.0, 0.0, 0.1}, Parameters{700.0, 300.0, 100.0, 80.0, 0.0, 0.0, 0.0},
-        Parameters{600.0, 200.0, 370.0, 180.0, 0.0, 0.0, 0.1507},
-        Parameters{1200.0, 370.0, 65.0, 65.0, 0.0, 0.0, 0.0305}}) {
-    const Run trial = simulate(simulator, parameters);
-    REQUIRE(trial.outcome.valid);
-    // The transient has died out in the second cycle.
-    fft.forward(std::span(trial.sway).subspan(cycle), sway_spectrum, work);
-    double worst = 0.0;
-    int compared = 0;
-    // The second half of a cycle is the first negated: the odd harmonics are excited. Up to 1.2 Hz, where half a step's
-    // lag of the integration, pi f / 1000 Hz, is 0.4%.
-    for (std::size_t k = 1; k < 73; k += 2, ++compared) {
-      const Complex response = sway_spectrum[k] / tilt_spectrum[k];
-      const Complex expected = closed_loop(protocol.experiment, parameters, static_cast<double>(k) / 60.5);
-      worst = std::max(worst, std::abs(response - expected) / std::abs(expected));
-    }
-    CHECK(compared == 36);
-    CHECK(worst < 0.01);
   }
 }
 
@@ -203,27 +126,6 @@ TEST_CASE("Simulator: the active torque starts when the delay is over") {
     // A torque of step k shows in the sway of step k + 1.
     CHECK(first_difference(simulate(simulator, parameters), without) == c.first_step + 1);
   }
-}
-
-TEST_CASE("Simulator: a fractional delay lies between its neighbours in proportion") {
-  Protocol protocol;
-  protocol.sequence().amplitude_deg = 0.01;
-  const Simulator simulator(protocol);
-  Parameters parameters = single_pendulum().parameters.middle();
-  parameters[Nv] = parameters[Theta] = 0.0;
-  const auto sway = [&](double delay_s) {
-    parameters[Delay] = delay_s;
-    return simulate(simulator, parameters).sway;
-  };
-  const std::vector<double> low = sway(0.100), quarter = sway(0.10025), high = sway(0.101);
-  double difference = 0.0, error = 0.0;
-  for (std::size_t k = 0; k < low.size(); ++k) {
-    difference = std::max(difference, std::abs(high[k] - low[k]));
-    error = std::max(error, std::abs(quarter[k] - (0.75 * low[k] + 0.25 * high[k])));
-  }
-  CHECK(difference > 0.0);
-  // Sway is smooth in the delay: the rest is of second order in 1 ms over the loop's time constants of about 0.1 s.
-  CHECK(error < 0.02 * difference);
 }
 
 TEST_CASE("Simulator: Nv = 0 is exactly without noise, Nv > 0 is not") {

@@ -13,7 +13,7 @@
 #include "embedded/firmware_api.hpp"
 #include "embedded/firmware_arithmetic.hpp"
 #include "embedded/firmware_bins.hpp"
-#include "embedded/firmware_deviations.hpp"
+#include "embedded/firmware_stddevs.hpp"
 #include "embedded/firmware_elementary.hpp"
 #include "embedded/firmware_familiarity.hpp"
 #include "embedded/firmware_familiarity_header.hpp"
@@ -215,7 +215,7 @@ std::string result_tables(const Model& model, const ForBody& body, const TestVec
   }
   return text + table("static const double parameter_range[PARAMETERS]", range) +
          table("static const double deviation_factor[PARAMETERS]", factor) +
-         table("static const uint32_t test_deviations[PARAMETERS]", to_bits(test.stddevs));
+         table("static const uint32_t test_stddevs[PARAMETERS]", to_bits(test.stddevs));
 }
 
 std::string familiarity_tables(const Model& model, const TestVector& test) {
@@ -234,7 +234,7 @@ std::string constants(const Model& model, const FirmwarePlan& plan) {
   text += define("DECID_FW_IMAGE_CHANNELS", shape.channels) + define("DECID_FW_IMAGE_ROWS", shape.rows) +
           define("DECID_FW_IMAGE_COLUMNS", shape.columns);
   text += define("DECID_FW_ARENA_BYTES", plan.arena.bytes) + define("DECID_FW_WEIGHT_BYTES", plan.weight_bytes());
-  text += define("DECID_FW_GIVES_DEVIATIONS", components(model) > 0 ? 1 : 0) +
+  text += define("DECID_FW_GIVES_STDDEVS", components(model) > 0 ? 1 : 0) +
           define("DECID_FW_GIVES_DISTANCE", plan.options.familiarity ? 1 : 0);
   if (plan.options.int8)
     text += "/* In 8 bits there is no distance: its mean, whitening and bounds are of features in float. */\n";
@@ -322,7 +322,7 @@ FirmwareFiles firmware_files(const Model& model, const ForBody& body, const Firm
   header = replaced(header, "@RANGES@", range_constants(body.ranges));
   header = replaced(header, "@PLACES@", places(model.parameters()));
   header = replaced(header, "@DEVIATIONS@",
-                    components(model) > 0 ? std::string(embedded::firmware_deviations()) : std::string());
+                    components(model) > 0 ? std::string(embedded::firmware_stddevs()) : std::string());
   header = replaced(header, "@FAMILIARITY@",
                     plan.options.familiarity ? std::string(embedded::firmware_familiarity_header()) : std::string());
   header = replaced(header, "@INCREMENTAL@",

@@ -19,7 +19,6 @@ namespace {
 constexpr std::array lengths_s{1.0, 1.5, 2.0, 3.0, 4.0};
 constexpr double step_time_s = 0.2, step_reach_s = 1.5;
 constexpr double min_energy = 0.2;  ///< of the shape's
-constexpr double medians_per_stddev = 0.6745;
 
 struct Shape {
   std::size_t size;          ///< of the movement
@@ -127,7 +126,7 @@ Movement largest_movement(std::span<const double> noise, std::span<const double>
       most_at = place + size / 2 + 1 - size;
     }
     if (sizes.empty()) continue;
-    const double typical = median(std::vector(sizes)) / medians_per_stddev;
+    const double typical = stddev_by_median(sizes);
     if (!(std::abs(most.correlation) > largest.deviations * typical)) continue;
     largest = {std::abs(most.correlation) / typical, most.size,
                static_cast<double>(std::max<std::ptrdiff_t>(0, most_at)) * step_s,

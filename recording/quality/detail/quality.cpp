@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -10,7 +11,6 @@
 #include "base/setting.hpp"
 #include "recording/quality/detail/block_means.hpp"
 #include "recording/quality/detail/gaps.hpp"
-#include "recording/quality/detail/held.hpp"
 #include "recording/quality/detail/jumps.hpp"
 #include "recording/quality/detail/moving_average.hpp"
 #include "recording/table/columns.hpp"
@@ -130,12 +130,11 @@ double measurement_noise_deg(std::span<const double> sway, double rate_hz) {
   const std::vector<double> mean = block_means(sway, block);
   // White noise of variance 1 has fourth differences of variance 1 + 16 + 36 + 16 + 1. Unlike their mean square, their
   // median is the sensor's in spite of single wrong samples.
-  constexpr double medians_per_stddev = 0.6745;
   std::vector<double> fourth;
   fourth.reserve(mean.size());
   for (std::size_t i = 4; i < mean.size(); ++i)
     fourth.push_back(std::abs(mean[i] - 4.0 * mean[i - 1] + 6.0 * mean[i - 2] - 4.0 * mean[i - 3] + mean[i - 4]));
-  return median(std::move(fourth)) / medians_per_stddev / std::sqrt(70.0) / sim::rad_per_deg;
+  return stddev_by_median(std::move(fourth)) / std::sqrt(70.0) / sim::rad_per_deg;
 }
 
 /// Describes a low-pass.
@@ -152,6 +151,38 @@ std::string describe(const LowPass& filter) {
   if (!filter.both_ways)
     text += ", and if it ran forwards only, it delays the sway by " + three_digits(filter.delay_s()) + " s";
   return text + "; give unfiltered recordings";
+}
+
+/// Values that are held: samples of a slow sensor, repeated to the rate of the file.
+struct Held {
+  std::size_t samples = 1;  ///< that each value lasts; 1: none is held
+  std::size_t first = 0;    ///< the first sample at which a value begins
+
+  bool is_held() const { return samples > 1; }
+  /// Returns the first sample of each value; also of one that began before `first`.
+  std::vector<double> values_of(std::span<const double> sway) const {
+    std::vector<double> values;
+    if (first > 0 && !sway.empty()) values.push_back(sway.front());
+    for (std::size_t k = first; k < sway.size(); k += samples) values.push_back(sway[k]);
+    return values;
+  }
+};
+
+/// Finds runs of equal samples that all begin at multiples of one number of samples from each other. At least half of
+/// these places must have another value than before: a stretch that stands still holds nothing.
+Held find_held(std::span<const double> sway) {
+  constexpr std::size_t fewest = 20;
+  std::size_t changes = 0, first = 0, last = 0, common = 0;
+  for (std::size_t k = 1; k < sway.size(); ++k) {
+    if (sway[k] == sway[k - 1]) continue;
+    if (changes++ == 0)
+      first = k;
+    else if (common = std::gcd(common, k - last); common == 1)
+      return {};
+    last = k;
+  }
+  if (changes < fewest || common < 2 || 2 * changes * common < sway.size()) return {};
+  return {common, first % common};
 }
 
 void note_held(const Held& held, double rate_hz, Warnings& warnings) {

@@ -28,7 +28,7 @@ struct FoundInSway {
 /// by the median of fourth differences of samples averaged to about 50 Hz. The sway was smoothed or simulated. Checked
 /// from 50 Hz. Also a moving average (moving_average.hpp) at any rate; a caution beyond 0.25 s, which no model was
 /// trained on. Also a low-pass (low_pass.hpp);
-/// - held_samples: a slow sensor's values, each of which the file repeats (held.hpp); a caution below 10 Hz,
+/// - held_samples: a slow sensor's values, each of which the file repeats; a caution below 10 Hz,
 /// invalid below 5 Hz. The three warnings above are then those of the sensor's own samples, without the copies.
 /// held_s: the duration of each state of the platform's tilt, or 0.
 FoundInSway look_for_faults(std::span<const double> sway_rad, double rate_hz, Warnings& warnings, double begin_s = 0.0,

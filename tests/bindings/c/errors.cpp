@@ -280,8 +280,8 @@ TEST_CASE("a forked process is refused instead of waiting forever") {
   if (child == 0) {
     alarm(60);  // instead of waiting for threads for ever
     const decid_status status = decid_identify(built_in(), recording.get(), nullptr, &result);
-    const bool told = std::string(decid_error_text()).find("forked") != std::string::npos;
-    _exit(status == DECID_BAD_INPUT && told && result == nullptr ? 0 : 1);
+    const bool reported = std::string(decid_error_text()).find("forked") != std::string::npos;
+    _exit(status == DECID_BAD_INPUT && reported && result == nullptr ? 0 : 1);
   }
   int how = -1;
   REQUIRE(waitpid(child, &how, 0) == child);

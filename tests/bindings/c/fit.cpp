@@ -38,18 +38,18 @@ TEST_CASE("a fit has the draws of the library's") {
   decid_fit_options options = brief();
   options.moved_before = 1;
   options.seed = 10;  // whose chains are far apart
-  std::vector<double> told;
-  options.user = &told;
+  std::vector<double> reported;
+  options.user = &reported;
   options.progress = [](void* user, double done, const char* stage) {
     static_cast<std::vector<double>*>(user)->push_back(stage != nullptr ? done : -1.0);
     return 0;
   };
   const OwnedResult result =
       make<OwnedResult>([&](decid_result** place) { return decid_fit(same.get(), recording.get(), &options, place); });
-  CHECK(told.size() > 5);
-  CHECK(std::ranges::is_sorted(told));
-  CHECK(told.front() >= 0.0);
-  CHECK(told.back() <= 1.0);
+  CHECK(reported.size() > 5);
+  CHECK(std::ranges::is_sorted(reported));
+  CHECK(reported.front() >= 0.0);
+  CHECK(reported.back() <= 1.0);
 
   RecordingResult expected =
       bring(recording::make_recording(sway_rad, rate_hz), recording::ProtocolPlan(model.protocol), {});

@@ -25,7 +25,7 @@ static decid_recording* recording;
 
 static void make_trial(void) {
   const decid_protocol* protocol;
-  double parameters[DECID_MOST_PARAMETERS];
+  double parameters[DECID_MAX_PARAMETERS];
   double* sway_rad;
   size_t p, samples;
   REQUIRE(decid_model_load(NULL, &model) == DECID_OK);

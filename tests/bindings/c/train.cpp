@@ -52,9 +52,9 @@ OwnedModel train(const decid_dataset* dataset, const decid_protocol* protocol, c
 
 TEST_CASE("training has the weights of the library's, on fresh trials and on a data set") {
   const OwnedProtocol played = protocol("default");
-  std::vector<decid_training> told;
+  std::vector<decid_training> reported;
   decid_train_options options = tiny();
-  options.user = &told;
+  options.user = &reported;
   options.progress = [](void* user, const decid_training* training) {
     static_cast<std::vector<decid_training>*>(user)->push_back(*training);
     return 0;
@@ -62,14 +62,14 @@ TEST_CASE("training has the weights of the library's, on fresh trials and on a d
   const OwnedModel streamed = train(nullptr, played.get(), options);
   CHECK(decid_model_sha256(streamed.get()) ==
         expected_sha256(*dataset::stream_source(sim::default_protocol(), 3, 60, 20), 2000));
-  REQUIRE(told.size() == 2 * (3 + 1));
-  for (std::size_t i = 0; i < told.size(); ++i) {
-    CHECK(told[i].epoch == static_cast<int>(i / 4) + 1);
-    CHECK(told[i].epochs == 2);
-    CHECK(told[i].trials == 60);
-    CHECK(told[i].done == std::min(20 * (static_cast<int>(i % 4) + 1), 60));
-    CHECK(told[i].epoch_is_over == (i % 4 == 3 ? 1 : 0));
-    CHECK(std::isnan(told[i].validation_mse) == (i % 4 != 3));
+  REQUIRE(reported.size() == 2 * (3 + 1));
+  for (std::size_t i = 0; i < reported.size(); ++i) {
+    CHECK(reported[i].epoch == static_cast<int>(i / 4) + 1);
+    CHECK(reported[i].epochs == 2);
+    CHECK(reported[i].trials == 60);
+    CHECK(reported[i].done == std::min(20 * (static_cast<int>(i % 4) + 1), 60));
+    CHECK(reported[i].epoch_is_over == (i % 4 == 3 ? 1 : 0));
+    CHECK(std::isnan(reported[i].validation_mse) == (i % 4 != 3));
   }
 
   decid_dataset_options wanted;

@@ -250,8 +250,8 @@ class Fits(WithFolder):
         wanted = set(inspect.signature(decid.fit).parameters) - set(of_identify) - {"progress"}
         self.assertEqual(wanted - set(keywords), set())
         expected = json.loads(program("fit", path, *options_of(keywords), "--draws", draws, "--json", "--quiet"))["recordings"][0]
-        told = []
-        found = decid.fit(path, **keywords, progress=lambda done, stage: told.append((done, stage)))
+        reported = []
+        found = decid.fit(path, **keywords, progress=lambda done, stage: reported.append((done, stage)))
         self.check_same(found, expected)
         for name in ("sensor_noise_deg", "start_s", "gain"):
             quantity = found.quantities[name]
@@ -274,8 +274,8 @@ class Fits(WithFolder):
         self.assertTrue(np.isfinite(likelihood).all())
         np.testing.assert_array_equal(arrays["log_likelihood_block"], np.arange(likelihood.shape[2]))
         np.testing.assert_array_equal(found.draws_frame()["chain"], arrays["chain"])
-        self.assertEqual(told, sorted(told, key=lambda at: at[0]))
-        self.assertEqual(told[0][1], "annealing")
+        self.assertEqual(reported, sorted(reported, key=lambda at: at[0]))
+        self.assertEqual(reported[0][1], "annealing")
         self.assertIn("sensor_noise_deg", found.to_frame().index)
 
     def test_a_fit_with_the_protocol_of_another_controller_has_its_parameters(self):

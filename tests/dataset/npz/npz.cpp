@@ -88,13 +88,6 @@ TEST_CASE("a data set comes back to the bit, and equal sets are equal files") {
   CHECK_FALSE(a == read_text(folder / "b.npz"));
 }
 
-TEST_CASE("generated data sets can be written and read") {
-  const TemporaryFolder folder;
-  const Dataset data = generate({tiny_protocol(), 12, 0, 1});
-  write_npz(folder / "a.npz", data);
-  check_equal(read_npz(folder / "a.npz"), data);
-}
-
 TEST_CASE("NumPy reads what decid writes") {
   require_numpy();
   const TemporaryFolder folder;

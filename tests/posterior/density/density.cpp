@@ -61,31 +61,6 @@ TEST_CASE("Density: the gradient where start and gain are known, and without ves
   CHECK(state.gain == 1.0);
 }
 
-TEST_CASE("Density: the modelled sway is the simulator's, with its noise") {
-  // The basis' own period, so that the simulator's noise is one of the basis.
-  sim::Protocol protocol = sim::default_protocol();
-  const Priors priors{.start_s = 0.0, .gain = 0.0, .standing_s = 0.0};
-  protocol.noise.vestibular.period_s = Density(protocol, priors).noise_period_s();
-  protocol.noise.vestibular.low_hz = 1.6 / protocol.noise.vestibular.period_s;
-  const Density density(protocol, priors);
-  const sim::Parameters parameters = some_parameters();
-  const Observation observation = density.observe(recorded(protocol, parameters, 0.0, 4));
-  Values x(static_cast<std::size_t>(density.size()) * lanes, 0.0);
-  for (int chain = 0; chain < lanes; ++chain)
-    density.set({.parameters = parameters, .sensor_noise_deg = 0.02}, x, chain);
-  set_simulated_noise(density, parameters[sim::Nv], 4, x);
-  const Modelled modelled = model(density, observation, x);
-  for (std::size_t m = 0; m < static_cast<std::size_t>(density.blocks()); ++m) {
-    CHECK(modelled.sway[m * lanes] == modelled.sway[m * lanes + 5]);
-    const double line =
-        observation.level_rad + observation.slope_rad * (static_cast<double>(m) - 0.5 * (density.blocks() - 1));
-    REQUIRE(within(modelled.sway[m * lanes] + modelled.residual[m * lanes], observation.sway[m] + line, 1e-15));
-  }
-  CHECK(rms_deg(observation.sway) > 0.1);
-  // Bins of 100 ms, 2.5 Hz; a sensor of 0.02 degrees leaves 6e-3 in a block of 100 ms.
-  CHECK(rms_deg(of_chain(modelled.residual, 0)) < 1e-3);
-}
-
 namespace {
 
 /// A trial that begins with 10 s of rest, of which they are cut away: the body sways when the recording begins.

@@ -26,6 +26,12 @@ TEST_CASE("Density: the modelled sway of each model is the simulator's, with its
       density.set({.parameters = parameters, .sensor_noise_deg = 0.02}, x, chain);
     set_simulated_noise(density, body_model->family.coefficients(parameters)[sim::Coefficient::nv], 4, x);
     const Modelled modelled = model(density, observation, x);
+    for (std::size_t m = 0; m < static_cast<std::size_t>(density.blocks()); ++m) {
+      CHECK(modelled.sway[m * lanes] == modelled.sway[m * lanes + 5]);
+      const double line =
+          observation.level_rad + observation.slope_rad * (static_cast<double>(m) - 0.5 * (density.blocks() - 1));
+      REQUIRE(within(modelled.sway[m * lanes] + modelled.residual[m * lanes], observation.sway[m] + line, 1e-15));
+    }
     CHECK(rms_deg(observation.sway) > 0.1);
     // A measurement noise of 0.02 degrees leaves 6e-3 in a block.
     CHECK(rms_deg(of_chain(modelled.residual, 0)) < 1e-3);

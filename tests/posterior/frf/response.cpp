@@ -209,35 +209,6 @@ TEST_CASE("a loop is stable up to the delay at which it oscillates") {
   CHECK_FALSE(model.is_stable(parameters));
 }
 
-TEST_CASE("the stability is the simulator's") {
-  sim::Protocol quiet = sim::short_protocol();
-  quiet.noise.vestibular.scale_deg = 0.0;
-  quiet.sequence().amplitude_deg = 0.01;
-  const sim::Simulator simulator(quiet);
-  const frf::ResponseModel model(quiet, empty_table({0.05, 0.4, 1.1}, 0.1));
-  const sim::ParameterTable& ranges = sim::single_pendulum().parameters;
-  std::vector<double> sway(static_cast<std::size_t>(quiet.samples()));
-  int stable = 0, unstable = 0;
-  for (unsigned i = 0; i < 200; ++i) {
-    const Random random(9, sim::streams::base_parameters, i);
-    std::vector<double> unit;
-    for (std::size_t p = 0; p < ranges.size(); ++p) unit.push_back(random.uniform(p));
-    sim::Parameters parameters = ranges.from_unit(unit);
-    parameters[sim::Theta] = 0.0;
-    const auto is_stable = [&](double factor) {
-      sim::Parameters other = parameters;
-      other[sim::Delay] *= factor;
-      return model.is_stable(other);
-    };
-    // This near to the limit, a growing sway stays within 5° during the trial.
-    if (is_stable(0.9) != is_stable(1.1)) continue;
-    (is_stable(1.0) ? stable : unstable)++;
-    CHECK(simulator.run(parameters, random, sway).valid == is_stable(1.0));
-  }
-  CHECK(stable > 40);
-  CHECK(unstable > 5);
-}
-
 TEST_CASE("no response is an error") {
   const auto with = [](const sim::Protocol& protocol, const std::vector<double>& hz, int harmonics) {
     return [=] { frf::ResponseModel(protocol, empty_table(hz, 0.1, harmonics)); };

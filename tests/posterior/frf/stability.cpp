@@ -48,7 +48,7 @@ TEST_CASE("a loop with unit gains has the count's stability") {
 
 // A slow root near 0 leaves no trace in a trial of a minute: one in thirty loops may differ.
 TEST_CASE("stability is the simulator's for every model") {
-  for (const sim::BodyModel* model : {&sim::dec2015(), &sim::independent_channels(), &third_model()}) {
+  for (const sim::BodyModel* model : all_models()) {
     CAPTURE(model->name);
     sim::Protocol quiet = with_model(sim::default_protocol(), *model);
     quiet.noise.vestibular.scale_deg = 0.0;

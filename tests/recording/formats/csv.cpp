@@ -169,7 +169,7 @@ TEST_CASE("csv: missing cells are refused or kept as gaps; invalid cells are alw
     CHECK(error_of([&] { CsvTable(text, "t.csv").numbers(1); }).remedy() == remedy_for_missing);
     CHECK(CsvTable(text, "t.csv").numbers(0) == std::vector<double>{1, 3, 5});  // of no concern to another column
   }
-  for (const std::string cell : {"inf", "-inf", "1e999", "x"}) {
+  for (const std::string cell : {"inf", "-inf", "1e999", "1.5.2", "x"}) {
     CAPTURE(cell);
     check_error(taking("a,b\n1,2\n3," + cell + "\n", 1, Missing::kept), Code::value_invalid, "line 3, b");
   }

@@ -90,31 +90,6 @@ TEST_CASE("controllers: simulate has the simulator's trial, by each controller's
   with["gravity_dead_band_deg"] = 0.07;
   write_text(folder / "band.json", with.dump());
   CHECK(named != simulated("--gravity-gain 0.55 --protocol " + folder / "band.json"));
-  check_refused("export controller --protocol " + folder / "band.json" + " -o " + folder / "c", "gravity dead band");
-  // The body falls: the remedy counts the controller's own responses.
-  check_refused("simulate --controller ic --kp 500 --protocol " + protocol + " -o " + folder / "f.csv", "--kp");
-}
-
-TEST_CASE("controllers: what contradicts is refused") {
-  const Folder folder;
-  const std::string protocol = quick_protocol(folder), out = " -o " + folder / "x";
-  write_text(folder / "lab.json", R"({"controller": "dec2015"})");
-  const std::string lab = " --protocol " + folder / "lab.json";
-  for (const std::string command :
-       {"simulate --controller ic", "dataset --count 10 --controller ic", "train --stream --controller dec"})
-    check_refused(command + lab + out, "lab.json");
-  check_refused("simulate --servo 0.9" + out, "--servo");
-  check_refused("simulate --controller ic --theta 0.001" + out, "--theta");
-  check_refused("simulate --model dip --controller ic" + out, "--model dip");
-  check_refused("simulate --model dip --servo 1" + out, "--servo");
-  check_refused("export controller --servo 1" + out, "--servo");
-  run_ok("simulate --quiet -o " + folder / "t.csv");
-  check_refused("identify --controller ic " + folder / "t.csv", "--controller");
-  check_refused("study --controller ic -o " + folder / "s", "--controller");
-  check_refused("compare --controller ic", "--controller");
-  CHECK(run_decid("simulate --controller pid" + out).code == 2);
-  run_ok("dataset --quiet --count 20 --protocol " + protocol + " -o " + folder / "d.npz");
-  check_refused("train --data " + folder / "d.npz" + " --controller ic" + out, "--controller");
 }
 
 TEST_CASE("controllers: info lists each with its parameters, ranges and sources") {
@@ -131,7 +106,6 @@ TEST_CASE("controllers: info lists each with its parameters, ranges and sources"
       CHECK(contains(text, " --" + model.parameters[p].option + " "));
     }
   }
-  check_refused("info --controllers m.safetensors", "--controllers");
 }
 
 }  // namespace decid

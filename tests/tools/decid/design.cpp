@@ -64,11 +64,3 @@ TEST_CASE("decid/design: tilts beyond 8 degrees are marked, and recommended only
   CHECK(found["protocols"][0]["large_tilt"] == false);
   CHECK(found["protocols"][1]["large_tilt"] == true);
 }
-
-TEST_CASE("decid/design: plans that cannot be are refused") {
-  check_refused("design --at delay=0.5", "0.24");
-  check_refused("design --at height=2", "--at");
-  check_refused("design --cycles 1.5", "--cycles");
-  check_refused("design --amplitude 0", "amplitude");
-  check_refused("design --mass 70", "--height");
-}

@@ -3,7 +3,6 @@
 #include <thread>
 
 #include "sim/body_model.hpp"
-#include "sim/protocol/protocol_json.hpp"
 #include "tests/tools/decid/run.hpp"
 
 using namespace decid::test;
@@ -169,28 +168,6 @@ TEST_CASE("fit: controllers are summed over recordings, and a journal of other c
   check_refused(some + " --resume --controller dec,ic", "j.json.journal");
   CHECK(run_decid(some + " --resume --controller dec").code == 2);
   CHECK_FALSE(read_json(folder / "j.json").contains("controller_comparison"));
-}
-
-TEST_CASE("fit refuses invalid controllers and fixed values, by the option") {
-  const Folder folder;
-  run_ok("simulate --seed 4 -o " + folder / "t.csv");
-  const std::string fit = "fit " + folder / "t.csv" + " ";
-  check_refused(fit + "--controller pid", "--controller");
-  check_refused(fit + "--controller dec,ic,dec", "--controller");
-  check_refused(fit + "--fix Kp=-1", "--fix");
-  check_refused(fit + "--fix Kp", "--fix");
-  check_refused(fit + "--fix Kp=900 --range Kp=800,1000", "--fix");
-  check_refused(fit + "--fix W=0.5", "--fix");
-  check_refused(fit + "--controller dec,ic --fix gravity=0.5", "--fix");
-  decid::sim::Protocol protocol = decid::sim::default_protocol();
-  protocol.experiment.body_model = &decid::sim::independent_channels();
-  write_text(folder / "ic.json", decid::sim::to_json(protocol));
-  check_refused(fit + "--controller dec2015 --protocol " + folder / "ic.json", "has the controller 'ic'");
-  // The default controller counts too, if the file names it.
-  write_text(folder / "dec.json", R"({"controller": "dec"})");
-  for (const char* others : {"ic", "dec2015,ic"})
-    check_refused(fit + "--controller " + others + " --protocol " + folder / "dec.json", "has the controller 'dec'");
-  check_refused("fit --frf t.csv --controller ic --protocol " + folder / "dec.json", "has the controller 'dec'");
 }
 
 TEST_CASE("fit: one bad recording of several does not stop the others, and quiet leaves the figures" *

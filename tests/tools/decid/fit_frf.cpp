@@ -178,12 +178,3 @@ TEST_CASE("fit --frf warns of a table that the model does not explain") {
   CHECK(json["warnings"][0]["code"] == "no_controller");
   CHECK(json["warnings"][1]["code"] == "response_unexplained");
 }
-
-TEST_CASE("fit --frf refuses invalid controllers, priors and objectives") {
-  const Folder folder;
-  write_text(folder / "good.csv", "frequency,gain,phase\n0.05,0.9,20\n0.4,1.8,-60\n1.1,0.8,-150\n");
-  for (const char* options : {"--controller pid", "--fix gravity=1", "--objective log-ratio --prior Kp=900,20",
-                              "--objective modes", "--controller dec,ic --truth Kp=900"})
-    check_refused("fit --frf " + folder / "good.csv" + " " + options, "--");
-  check_refused("fit r.csv --objective log-ratio", "--objective");
-}

@@ -95,24 +95,6 @@ TEST_CASE_FIXTURE(People, "fit --joint --group: recordings that are fitted toget
   CHECK(group["parameters"][0]["mean"] == parameter(json, 0, 0)["value"]);
 }
 
-TEST_CASE_FIXTURE(People, "fit --joint: what does not fit together is refused") {
-  const auto refused = [&](const std::string& options, const char* fact) {
-    const Result result = run_decid(command(options));
-    CHECK(result.code == 2);
-    CHECK(contains(result.err, fact));
-  };
-  const std::string files = folder / "a1.csv" + " " + folder / "a2.csv", study = "--study " + sheet;
-  refused("--joint participant_id " + files, "participant_id");
-  refused("--joint all " + files + " " + folder / "a1.csv", "is given twice");
-  refused(study + " --joint shoe", "shoe");
-  refused(study + " --joint participant_id --free theta:shoe", "shoe");
-  refused(study + " --joint participant_id --free W:eyes", "'W'");
-  refused(study + " --joint participant_id --free theta", "NAME,..:COLUMN");
-  refused(study + " --free theta:eyes", "--joint");
-  refused(study + " --joint participant_id --free theta:eyes --within session", "--free");
-  refused(study + " --joint participant_id --controller dec,ic", "--controller");
-}
-
 TEST_CASE_FIXTURE(People, "calibrate --with: people recorded several times") {
   const std::string call = "calibrate --quiet --json --trials 1 --max-draws 8" + protocol;
   const Json one = Json::parse(run_ok(call).out),

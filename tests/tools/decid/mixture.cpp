@@ -48,7 +48,7 @@ TEST_CASE("a network with predicted uncertainty: trained, recalibrated, evaluate
     CHECK(parameter.at("interval90")[0].get<double>() < parameter.at("interval90")[1].get<double>());
   CHECK(contains(read_text(folder / "r.html"), "\"recalibrated\":true"));
   run_ok("export c " + folder / "m.safetensors" + " --quiet -o " + folder / "out");
-  CHECK(contains(read_text(folder / "out/m.h"), "int m_deviations("));
+  CHECK(contains(read_text(folder / "out/m.h"), "int m_stddevs("));
 
   // The study of recording artefacts lists the predicted variance beside the error.
   const auto study = run_ok("study --faults --json --quiet --trials 12 --realisations 1 --seed 77 --model " +

@@ -48,36 +48,6 @@ TEST_CASE("decid/power: recordings are simulated where their standard deviation 
           "--measurement-sd Nv=0.1 --measurement-sd delay=0.01")
           .out;
   for (const char* line : {"\nKp, N m/rad ", "\nNv ", "\ndelay, s "}) CHECK(contains(units, line));
-}
-
-TEST_CASE("decid/power: values that cannot be are refused") {
-  check_refused("power --difference height=3", "--difference");
-  check_refused("power --difference delay", "--difference");
-  check_refused("power --difference delay=much", "much");
-  check_refused("power --difference delay=0.02 --at delay=0.5", "0.24");
-  check_refused("power --difference delay=0.02 --measurement-sd delay=-0.01", "-0.01");
-  check_refused("power --difference delay=0.02 --measurement-sd delay=20", "20 ms is 0.02");
-  for (const char* option : {"--participant-sd", "--visit-sd", "--trial-sd"})
-    check_refused("power --difference delay=0.02 --measurement-sd delay=0.01 " + std::string(option) + " delay=20",
-                  "20 ms is 0.02");
-  check_refused("power --difference delay=20 --measurement-sd delay=0.01", "20 ms is 0.02");
-  check_refused("power --difference delay=0.02 --at delay=120", "0.24 s");
-}
-
-TEST_CASE("decid/power: means that no person has, other units, and settings that nothing uses are refused") {
-  const std::string known = " --measurement-sd delay=0.01";
-  check_refused("power --difference delay=-0.2 --at delay=0.05" + known, "-0.15 s");
-  check_refused("power --difference Kp=20% --at Kp=0.9 --measurement-sd Kp=50", "0.9 m g h is 755");
-  check_refused("power --difference delay=0.02 --difference delay=0.03" + known, "delay twice");
-  check_refused("power --difference Kp=10% --difference kp=20% --measurement-sd Kp=50", "Kp twice");
-  for (const char* option : {"--participant-sd Kp=90", "--visit-sd Kp=20 --paired", "--trial-sd Kp=20", "--at Kp=800"})
-    check_refused("power --difference delay=0.02 " + (option + known), "--difference");
-  check_refused("power --difference delay=0.02 --measurement-sd Kp=20" + known, "Kp is not used");
-  check_refused("power --difference Kp=100 --at Nv=0 --measurement-sd Kp=60", "Nv is not used");
-  check_refused("power --difference Kp=100 --at Nv=0", "the mean of Nv is 0");
-  check_refused("power --difference delay=0.02 --visit-sd delay=0.01" + known, "--paired");
-  check_refused("power --difference delay=0.02 --participant-sd delay=0.01 --paired" + known, "--paired");
-  check_refused("power --difference delay=0.02 --sensor-noise 0.1" + known, "--sensor-noise");
   // Simulated people have all parameters.
   run_ok("power --difference delay=0.02 --participant-sd Kp=90 --at Kp=800 --recordings 20 --json");
 }

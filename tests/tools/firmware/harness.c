@@ -32,10 +32,10 @@ static void require(int holds, const char* what, int line) {
   }
 }
 
-/* Appends the deviations, if the model knows them, and the distance, if it can be asked for. */
+/* Appends the standard deviations, if the model knows them, and the distance, if it can be asked for. */
 static void add_rest(float* results) {
 #ifdef DEVIATIONS
-  REQUIRE(model_deviations(&results[MODEL_PARAMETERS], &arena) == MODEL_OK);
+  REQUIRE(model_stddevs(&results[MODEL_PARAMETERS], &arena) == MODEL_OK);
 #endif
 #ifdef FAMILIARITY
   double distance = 0.0;
@@ -106,14 +106,14 @@ static void check_large_pixels(void) {
 /* The self-test leaves no result that could be taken for a trial's. */
 static void check_after_self_test(void) {
 #ifdef DEVIATIONS
-  float deviations[7];
+  float stddevs[7];
 #endif
 #ifdef FAMILIARITY
   double distance = 7.0;
 #endif
   REQUIRE(model_self_test(&arena) == MODEL_OK);
 #ifdef DEVIATIONS
-  REQUIRE(model_deviations(deviations, &arena) == MODEL_ERROR_STATE);
+  REQUIRE(model_stddevs(stddevs, &arena) == MODEL_ERROR_STATE);
 #endif
 #ifdef FAMILIARITY
   REQUIRE(model_distance(&distance, &arena) == MODEL_ERROR_STATE);
@@ -141,10 +141,10 @@ static void check_errors(void) {
   image[3] = pixel;
   REQUIRE(parameters[0] == 1 && parameters[6] == 7); /* untouched by all that */
 #ifdef DEVIATIONS
-  REQUIRE(model_deviations(NULL, &arena) == MODEL_ERROR_NULL);
-  REQUIRE(model_deviations(parameters, NULL) == MODEL_ERROR_NULL);
-  REQUIRE(model_deviations(parameters, (unsigned char*)&arena + 4) == MODEL_ERROR_ALIGNMENT);
-  REQUIRE(model_deviations(parameters, &arena) == MODEL_ERROR_STATE); /* that image had no result */
+  REQUIRE(model_stddevs(NULL, &arena) == MODEL_ERROR_NULL);
+  REQUIRE(model_stddevs(parameters, NULL) == MODEL_ERROR_NULL);
+  REQUIRE(model_stddevs(parameters, (unsigned char*)&arena + 4) == MODEL_ERROR_ALIGNMENT);
+  REQUIRE(model_stddevs(parameters, &arena) == MODEL_ERROR_STATE); /* that image had no result */
 #endif
 #ifdef FAMILIARITY
   {

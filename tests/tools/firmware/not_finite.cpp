@@ -272,12 +272,12 @@ int main(void) {
 static model_arena arena;
 static float image[MODEL_IMAGE_CHANNELS * MODEL_IMAGE_ROWS * MODEL_IMAGE_COLUMNS];
 int main(void) {
-  float parameters[MODEL_PARAMETERS] = {7.0F}, deviations[MODEL_PARAMETERS] = {7.0F};
+  float parameters[MODEL_PARAMETERS] = {7.0F}, stddevs[MODEL_PARAMETERS] = {7.0F};
   int i, count = (int)(sizeof image / sizeof image[0]);
   for (i = 0; i < count; ++i) image[i] = 3.4e38F;
   if (model_identify_image(image, parameters, &arena) != MODEL_ERROR_NOT_FINITE) return 1;
-  if (model_deviations(deviations, &arena) != MODEL_ERROR_NOT_FINITE) return 2;
-  return (parameters[0] == 7.0F && deviations[0] == 7.0F) ? 0 : 3;
+  if (model_stddevs(stddevs, &arena) != MODEL_ERROR_NOT_FINITE) return 2;
+  return (parameters[0] == 7.0F && stddevs[0] == 7.0F) ? 0 : 3;
 }
 )";
   CHECK(run_main(folder, "model", compiler + " -fsanitize=undefined -fsanitize-undefined-trap-on-error", of_mixture) ==

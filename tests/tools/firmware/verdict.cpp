@@ -26,14 +26,14 @@ static float width(int p) {
   static const float low[] = POSTURE_MINIMA, high[] = POSTURE_MAXIMA;
   return high[p] - low[p];
 }
-#if POSTURE_GIVES_DEVIATIONS
+#if POSTURE_GIVES_STDDEVS
 static float part[POSTURE_PARAMETERS];
-static int deviations_result = POSTURE_OK;
-int posture_deviations(float* deviations, void* arena) {
+static int stddevs_result = POSTURE_OK;
+int posture_stddevs(float* stddevs, void* arena) {
   int p;
   (void)arena;
-  for (p = 0; p < POSTURE_PARAMETERS; ++p) deviations[p] = part[p] * width(p);
-  return deviations_result;
+  for (p = 0; p < POSTURE_PARAMETERS; ++p) stddevs[p] = part[p] * width(p);
+  return stddevs_result;
 }
 #endif
 #if POSTURE_GIVES_DISTANCE
@@ -116,9 +116,9 @@ int main(void) {
     IS(decides ? VERDICT_CAUTION : VERDICT_USABLE);
     part[p] = 0.0F;
   }
-  deviations_result = POSTURE_ERROR_NOT_FINITE;
+  stddevs_result = POSTURE_ERROR_NOT_FINITE;
   IS(VERDICT_NOT_USABLE);
-  deviations_result = POSTURE_OK;
+  stddevs_result = POSTURE_OK;
   given = 0.99;
   IS(VERDICT_USABLE);
   given = 1.01;

@@ -30,7 +30,7 @@ struct Evaluated {
   std::string name;
   sim::ParameterTable table;
   Evaluation result;
-  std::optional<NetworkCalibration> promises;
+  std::optional<NetworkCalibration> calibration;
 };
 
 /// The outputs of the model's network, or of the one in 8-bit integers that a firmware would have.
@@ -69,7 +69,7 @@ Json of_each(const sim::ParameterTable& table, const Calibration& calibration, F
   return by_parameter(table, values);
 }
 
-void add_promises(Json& json, const sim::ParameterTable& table, const NetworkCalibration& found) {
+void add_calibration(Json& json, const sim::ParameterTable& table, const NetworkCalibration& found) {
   const auto add = [&](const std::string& key, double ParameterCalibration::*figure) {
     json[key] = found.figures.all.*figure;
     json[key + "_per_parameter"] = of_each(table, found.figures, figure);
@@ -81,7 +81,8 @@ void add_promises(Json& json, const sim::ParameterTable& table, const NetworkCal
   json["log_score_per_parameter"] = by_parameter(table, found.log_score_per_parameter);
 }
 
-std::string promises_text(const sim::ParameterTable& table, const Evaluation& result, const NetworkCalibration& found) {
+std::string calibration_text(const sim::ParameterTable& table, const Evaluation& result,
+                             const NetworkCalibration& found) {
   std::string text =
       format("  %-8s %8s %9s %9s %9s %10s\n", "", "MSE", "predicted", "50% cover", "90% cover", "log score");
   const auto line = [&](const std::string& what, double mse, const ParameterCalibration& of, double log_score) {
@@ -118,7 +119,7 @@ Evaluated evaluated(const EvaluateOptions& options, Model& model, const std::str
 
 Json to_json_object(const Evaluated& model) {
   Json json = evaluation_json(model.table, model.result);
-  if (model.promises) add_promises(json, model.table, *model.promises);
+  if (model.calibration) add_calibration(json, model.table, *model.calibration);
   return json;
 }
 
@@ -140,7 +141,7 @@ std::string to_text(const Evaluated& model, const std::string& data) {
                             model.result.mse(), table.size()) +
                      format("MATLAB's loss %.4f (half the sum over the %zu; predicting the mean gives %g)\n",
                             model.result.matlab_loss(), table.size(), 0.5 * static_cast<double>(table.size()));
-  if (model.promises) return text + promises_text(table, model.result, *model.promises);
+  if (model.calibration) return text + calibration_text(table, model.result, *model.calibration);
   for (std::size_t p = 0; p < table.size(); ++p)
     text += format("  %-8s %.4f\n", table[p].name.c_str(), model.result.mse_per_parameter[p]);
   return text;
@@ -149,22 +150,22 @@ std::string to_text(const Evaluated& model, const std::string& data) {
 /// Returns one line per model.
 std::string table_for(const std::vector<Evaluated>& models, const std::string& data) {
   std::size_t width = 5;
-  bool promises = false;
+  bool any_calibration = false;
   for (const Evaluated& each : models) {
     width = std::max(width, each.name.size());
-    promises = promises || each.promises;
+    any_calibration = any_calibration || each.calibration;
   }
   const auto named = [&](const std::string& name) { return "  " + name + std::string(width - name.size(), ' '); };
   std::string text = format("%s of %s; MSE of z-scored parameters, predicting the mean gives 1\n",
                             counted(models.front().result.trials, "trial").c_str(), data.c_str());
   text += named("model") + "      MSE";
   for (const sim::ParameterInfo& info : models.front().table) text += format(" %8s", info.name.c_str());
-  text += promises ? " predicted 90% cover log score\n" : "\n";
+  text += any_calibration ? " predicted 90% cover log score\n" : "\n";
   for (const Evaluated& each : models) {
     text += named(each.name) + format(" %8.4f", each.result.mse());
     for (const double mse : each.result.mse_per_parameter) text += format(" %8.4f", mse);
-    if (each.promises) {
-      const NetworkCalibration& found = *each.promises;
+    if (each.calibration) {
+      const NetworkCalibration& found = *each.calibration;
       text += format(" %9.4f %8.1f%% %9.3f", found.figures.all.predicted_variance, 100.0 * found.figures.all.coverage90,
                      found.figures.log_score);
     }

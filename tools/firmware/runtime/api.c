@@ -30,13 +30,13 @@ int DECID_FW_identify_image(const float* image, float* parameters, void* arena) 
 }
 
 #if COMPONENTS > 0
-int DECID_FW_deviations(float* deviations, void* arena) {
+int DECID_FW_stddevs(float* stddevs, void* arena) {
   int32_t result = check_arena(arena);
-  if (deviations == NULL) {
+  if (stddevs == NULL) {
     result = DECID_FW_ERROR_NULL;
   }
   if (result == DECID_FW_OK) {
-    result = take_deviations(arena, deviations);
+    result = take_stddevs(arena, stddevs);
   }
   return (int)result;
 }
@@ -134,10 +134,10 @@ int DECID_FW_self_test(void* arena) {
   }
 #if COMPONENTS > 0
   if (result == DECID_FW_OK) {
-    result = take_deviations(arena, parameters);
+    result = take_stddevs(arena, parameters);
   }
   for (i = 0; (i < PARAMETERS) && (result == DECID_FW_OK); ++i) {
-    if (float_bits(parameters[i]) != test_deviations[i]) {
+    if (float_bits(parameters[i]) != test_stddevs[i]) {
       result = DECID_FW_ERROR_SELF_TEST;
     }
   }

@@ -128,7 +128,7 @@ static void find_scores(const float* outputs, float scores[PARAMETERS]) {
   }
 }
 
-static int32_t take_deviations(void* arena, float* deviations) {
+static int32_t take_stddevs(void* arena, float* stddevs) {
   const work_state* const state = state_of(arena);
   float made[PARAMETERS];
   gaussians found;
@@ -154,7 +154,7 @@ static int32_t take_deviations(void* arena, float* deviations) {
     }
   }
   for (i = 0; (i < PARAMETERS) && (result == DECID_FW_OK); ++i) {
-    deviations[i] = made[i];
+    stddevs[i] = made[i];
   }
   return result;
 }

@@ -1,4 +1,4 @@
-// Groups compared, as JSON: identify/groups.hpp has the formulas.
+// Groups compared, as JSON: identify/groups.hpp has the formulas, identify/cohort/cohort.hpp the hierarchical model.
 #pragma once
 
 #include "base/files/json.hpp"

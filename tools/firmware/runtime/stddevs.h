@@ -3,4 +3,4 @@
    that call left it; DECID_FW_ERROR_STATE if there is no result, and
    DECID_FW_ERROR_NOT_FINITE if one is infinite or NaN. All in one call, in double:
    some tens of thousands of multiplications for each Gaussian of the mixture. */
-int DECID_FW_deviations(float* stddevs, void* arena);
+int DECID_FW_stddevs(float* stddevs, void* arena);
