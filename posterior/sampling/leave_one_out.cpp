@@ -65,8 +65,19 @@ GeneralizedPareto fit(std::span<const double> x) {
   return {(count * shape + 5.0) / (count + 10.0), -shape / middle};
 }
 
-/// Replaces the largest log weights by quantiles of the fitted distribution, limited to the largest. Returns its shape:
-/// 0 for equal weights, infinity where less than a quarter of the tail has any weight beside the largest.
+/// Returns true if the weights count for less than a tenth of the draws: (sum w)^2 / sum w^2.
+bool few_dominate(std::span<const double> log_weights) {
+  double sum = 0.0, squares = 0.0;
+  for (const double weight : log_weights) {
+    const double w = decid::exp(weight);
+    sum += w;
+    squares += w * w;
+  }
+  return sum * sum < 0.1 * static_cast<double>(log_weights.size()) * squares;
+}
+
+/// Replaces the largest log weights by quantiles of the fitted distribution, limited to the largest. Returns its shape.
+/// Where a quarter of the tail is as large as the rest, none fits: 0, or infinity if few draws dominate.
 double smooth(std::vector<double>& log_weights) {
   const double largest = *std::ranges::max_element(log_weights);
   for (double& weight : log_weights) weight -= largest;
@@ -79,8 +90,8 @@ double smooth(std::vector<double>& log_weights) {
   const double cut = decid::exp(log_weights[order[order.size() - tail - 1]]);
   std::vector<double> beyond;
   for (const std::size_t i : last) beyond.push_back(decid::exp(log_weights[i]) - cut);
-  if (!(beyond.back() > 0.0)) return 0.0;  // ties: no tail to fit
-  if (!(quarter_of(beyond) > 1e-12 * beyond.back())) return std::numeric_limits<double>::infinity();
+  if (!(quarter_of(beyond) > 1e-12 * beyond.back()))
+    return few_dominate(log_weights) ? std::numeric_limits<double>::infinity() : 0.0;
   const GeneralizedPareto found = fit(beyond);
   for (std::size_t j = 0; j < tail; ++j) {
     const double probability = (static_cast<double>(j) + 0.5) / static_cast<double>(tail);

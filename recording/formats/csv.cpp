@@ -146,6 +146,7 @@ CsvTable::CsvTable(std::string text, std::string where, std::optional<int> skip_
           std::string_view(text_).substr(static_cast<std::size_t>(line.data() - text_.data()));
       is_plain_ = is_plain(rest, separator_);
       rows_.reserve(std::min(max_rows, rest.size() / (line.size() + 1) + 1));
+      if (!is_plain_) cells_.reserve(rows_.capacity() * names_.size());
     }
     rows_.push_back(line);
     if (!is_plain_) index_cells(cells);

@@ -23,7 +23,9 @@ def numbers_of(values: Any, name: str, dtype: Any = np.float64) -> np.ndarray:
     try:
         if np.iscomplexobj(values):
             raise error("value_invalid", name, "is complex", "give real numbers")
-        if np.asarray(values).dtype.kind in "mM":
+        array = np.asarray(values)
+        times = array.dtype.kind in "mM" or (array.dtype.kind == "O" and any(isinstance(v, (np.datetime64, np.timedelta64)) for v in array.flat))
+        if times:
             raise error("value_invalid", name, "has dates or times", "give numbers")
         return np.asarray(values, dtype=dtype)
     except (TypeError, ValueError) as raised:

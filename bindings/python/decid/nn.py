@@ -77,10 +77,7 @@ class Network:
 
     def __init__(self, input_shape, architecture: str):
         """input_shape: (channels, rows, columns)."""
-        try:
-            shape = [whole(extent, "input_shape") for extent in input_shape]
-        except TypeError:
-            shape = []
+        shape = _extents(input_shape, "input_shape", 1)
         if len(shape) != 3:
             raise error("setting_malformed", "input_shape", f"is {input_shape!r}", "give channels, rows and columns")
         self._network = _nn.Network(shape, words(architecture, "architecture"))
@@ -157,18 +154,17 @@ class Network:
             return _nn.Samples(given, wanted)
         if targets is not None:
             raise error("setting_conflict", prefix + "targets", "are given with Samples", "leave them out: load() writes them")
-        shape = inputs.target_shape
-        if shape is None:
+        if inputs.target_shape is None:
             shape = () if loss == "cross-entropy" else self._output_axes()
         else:
+            shape = _extents(inputs.target_shape, "target_shape", 0)
             self._refuse_other_axes(shape, loss, "target_shape")
-        return _nn.Samples(whole(inputs.count, "count", 1), _function(inputs.load, prefix + "samples"),
-                           [whole(extent, "target_shape", 0) for extent in shape])
+        return _nn.Samples(whole(inputs.count, "count", 1), _function(inputs.load, prefix + "samples"), list(shape))
 
     def _refuse_other_axes(self, shape: Tuple[int, ...], loss: Any, name: str) -> None:
         """Raises an error for targets of decid's own losses whose axes have another order than the outputs'."""
         given, wanted = [[extent for extent in axes if extent != 1] for axes in (shape, self.output_shape)]
-        if isinstance(loss, str) and len(given) > 1 and given != wanted and np.prod(given) == np.prod(wanted):
+        if isinstance(loss, str) and len(wanted) > 1 and len(given) > 1 and given != wanted and np.prod(given) == np.prod(wanted):
             raise error("size_mismatch", name, f"has {tuple(shape)} values per sample", f"give the outputs' {self._output_axes()}, or flat ones")
 
     def predict(self, inputs) -> np.ndarray:
@@ -210,6 +206,13 @@ def _function(given: Any, name: str) -> Callable[..., Any]:
     if not callable(given):
         raise error("setting_malformed", name, f"has a {type(given).__name__} instead of a function", "give a function")
     return given
+
+
+def _extents(shape: Any, name: str, least: int) -> Tuple[int, ...]:
+    try:
+        return tuple(whole(extent, name, least) for extent in shape)
+    except TypeError:
+        raise error("setting_malformed", name, f"is {shape!r}", "give a tuple of whole numbers") from None
 
 
 def _name_of(function: Callable[..., Any]) -> str:

@@ -270,6 +270,15 @@ class Networks(unittest.TestCase):
                 call()
             self.assertEqual((raised.exception.code, raised.exception.where), ("size_mismatch", where))
 
+    def test_shapes_that_are_no_extents(self):
+        net = nn.Network((1, 4, 5), "conv 2 3x3 pad 1")
+        for shape in (("4", "5"), (4, None), 5, (2.0, 4)):
+            with self.subTest(shape=shape), self.assertRaises(decid.Error) as raised:
+                net.fit(nn.Samples(6, lambda *_: None, shape), epochs=1, validation=0)
+            self.assertEqual((raised.exception.code, raised.exception.where), ("setting_malformed", "target_shape"))
+        flat = nn.Network((1, 4, 5), "fc 6")  # its outputs have no axes to exchange
+        flat.fit(np.ones((6, 1, 4, 5)), np.ones((6, 2, 3)), epochs=1, validation=0)
+
     def test_a_fork_is_refused(self):
         decid.set_threads(2)
         images, _ = data(30)
