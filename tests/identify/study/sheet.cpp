@@ -133,7 +133,7 @@ TEST_CASE("read_sheet: weights and heights in other languages, and with their un
                                                  "ID\theight\tweight\nA\t1,75 m\t70 kg\nB\t69 in\t154lbs\n"
                                                  "C\t175cm\t70.0\nD\t5 ft 9\t70\nE\t1.75\t11 stone\n"));
   REQUIRE(cells.lines.size() == 5);
-  for (const std::size_t i : {0, 2}) {
+  for (const std::size_t i : {std::size_t{0}, std::size_t{2}}) {
     CHECK(cells.lines[i].height_m == 1.75);
     CHECK(cells.lines[i].mass_kg == 70.0);
   }
