@@ -85,7 +85,7 @@ TEST_CASE("Simulator: equals the equations written straight down") {
   Parameters parameters = middle;
   for (const double delay : {0.0, 0.001, 0.0105, 0.07, 0.1207, 0.16}) {
     parameters[Delay] = delay;
-    CHECK(disagreement(Protocol{}, parameters, Random(2, streams::child_noise, 3)) < 1e-12);
+    CHECK(disagreement(short_protocol(), parameters, Random(2, streams::child_noise, 3)) < 1e-12);
   }
   parameters = middle;
   parameters[Nv] = 0.0;
