@@ -39,6 +39,7 @@ struct StudySheet {
   std::vector<SheetLine> lines;
   std::vector<std::string> names = {};  ///< of all columns, as the file spells them
   std::string participant_column = {};  ///< as the file spells it; empty: none
+  std::string group_column = {};        ///< as the file spells it; empty: none
   std::vector<std::string> notes = {};  ///< on columns that are carried along and look like settings, for people
 
   /// Returns "participants.tsv, line 3".
