@@ -42,8 +42,7 @@ struct BodyCell {
   bool has_unit = false;  ///< of its own
 };
 
-constexpr double centimetre = 0.01;
-constexpr const char* letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ";
+constexpr const char* letters_of_units = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ";
 
 /// Returns true for a cell in another unit than kg, m and cm, also in one that is not read: "154 lb", "5 ft 9".
 bool has_other_unit(ColumnRole role, const std::string& cell) {
@@ -56,7 +55,7 @@ bool has_other_unit(ColumnRole role, const std::string& cell) {
       std::ranges::any_of(marks, [&](std::string_view mark) { return rest.starts_with(mark); }))
     return true;  // feet or inches
   const std::size_t begin = std::min(rest.find_first_not_of(" ([."), rest.size());
-  const std::size_t word_end = std::min(rest.find_first_not_of(letters, begin), rest.size());
+  const std::size_t word_end = std::min(rest.find_first_not_of(letters_of_units, begin), rest.size());
   const std::optional<double> unit = body_unit(role, rest.substr(begin, word_end - begin));
   return unit && *unit != 1.0 && *unit != centimetre;
 }
@@ -75,7 +74,7 @@ BodyCell read_body_cell(const SheetColumn& column, const std::string& cell, cons
   const std::string text = cell.substr(end + 1);
   const std::optional<double> number = read_number(cell.substr(0, end + 1));
   const std::optional<double> unit = body_unit(column.role, text);
-  const bool is_plain = text.find_first_not_of(std::string(letters) + " .()[]") == std::string::npos;
+  const bool is_plain = text.find_first_not_of(std::string(letters_of_units) + " .()[]") == std::string::npos;
   if (!number || !unit || *unit == 0.0 || !is_plain) return {};
   const double per_unit = *unit == centimetre ? 1.0 : *unit;
   if (column.has_unit && per_unit != column.per_unit)

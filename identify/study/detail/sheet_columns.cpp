@@ -116,8 +116,6 @@ std::optional<ColumnNaming> naming_of_person(const std::string& key) {
   return {};
 }
 
-constexpr double centimetre = 0.01;
-
 struct KnownUnit {
   ColumnRole role;
   std::string_view unit;

@@ -15,6 +15,8 @@ enum class ColumnRole { carried, participant, session, group, condition, file, m
 /// person's, the first of the surest is, and the others are carried along; so is a further one beside a surer one.
 enum class ColumnNaming { sure, number, name, code, further };
 
+inline constexpr double centimetre = 0.01;  ///< the size of cm in m, as body_unit() returns it
+
 struct SheetColumn {
   ColumnRole role;
   double per_unit = 1.0;    ///< kg of a weight, or metres of a height, in one unit; a height in "1" is in m or cm
