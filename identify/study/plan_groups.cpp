@@ -155,6 +155,12 @@ std::vector<double> read_covariate(const RecordingPlan& plan, const std::string&
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> values;
   if (names_weights(column) || names_heights(column)) {
+    const auto is_asked = [key = column_key(column)](const std::string& other) { return column_key(other) == key; };
+    if (std::ranges::any_of(plan.sheet->columns, is_asked))
+      throw Error(Code::value_invalid, setting("covariates") + " " + column,
+                  std::string("names a ") + (names_weights(column) ? "weight" : "height") +
+                      ", and the sheet's is another column",
+                  "rename the column, or name the other one");
     const auto value = names_weights(column) ? &PlannedRecording::mass_kg : &PlannedRecording::height_m;
     for (const PlannedRecording& one : plan.recordings) values.push_back((one.*value).value_or(none));
     return values;

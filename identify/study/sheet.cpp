@@ -36,24 +36,51 @@ bool is_none(const std::string& cell) {
   return has_no_value(cell) || std::ranges::find(marks, cell) != marks.end();
 }
 
-/// A number of a cell, and its unit in kg or m.
+/// A number of a cell, and its unit in kg or m; cm are 0.01 m already.
 struct BodyCell {
   double value = 0.0, per_unit = 1.0;
+  bool has_unit = false;  ///< of its own
 };
 
+constexpr const char* letters_of_units = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ";
+
+/// Returns true for a cell in another unit than kg, m and cm, also in one that is not read: "154 lb", "5 ft 9".
+bool has_other_unit(ColumnRole role, const std::string& cell) {
+  const std::size_t first = cell.find_first_of("0123456789");
+  const std::size_t end = cell.find_first_not_of("0123456789.,", first);
+  if (first == std::string::npos || end == std::string::npos) return false;
+  const std::string rest = cell.substr(end);
+  constexpr auto marks = std::to_array<std::string_view>({"'", "\"", "\u2032", "\u2033", "\u2019", "\u201D", "\u00B4"});
+  if (role == ColumnRole::height &&
+      std::ranges::any_of(marks, [&](std::string_view mark) { return rest.starts_with(mark); }))
+    return true;  // feet or inches
+  const std::size_t begin = std::min(rest.find_first_not_of(" ([."), rest.size());
+  const std::size_t word_end = std::min(rest.find_first_not_of(letters_of_units, begin), rest.size());
+  const std::optional<double> unit = body_unit(role, rest.substr(begin, word_end - begin));
+  return unit && *unit != 1.0 && *unit != centimetre;
+}
+
 /// Reads "70", "70 kg" or "154lb"; the value 0 for a cell that is no such number. Throws Error if the units of cell and
-/// column differ.
+/// column differ, and for a cell without a unit if another cell of the column is not in kg, m or cm.
 BodyCell read_body_cell(const SheetColumn& column, const std::string& cell, const std::string& where) {
-  if (const std::optional<double> number = read_number(cell)) return {*number, column.per_unit};
+  if (const std::optional<double> number = read_number(cell)) {
+    if (!column.other_unit.empty())
+      throw Error(Code::value_invalid, where, "'" + cell + "' has no unit, and " + column.other_unit + " has one",
+                  "give one unit, in the name or in all cells");
+    return {*number, column.per_unit};
+  }
   const std::size_t end = cell.find_last_of("0123456789");
   if (end == std::string::npos) return {};
+  const std::string text = cell.substr(end + 1);
   const std::optional<double> number = read_number(cell.substr(0, end + 1));
-  const std::optional<double> per_unit = body_unit(column.role, cell.substr(end + 1));
-  if (!number || !per_unit) return {};
-  if (column.has_unit && *per_unit != column.per_unit)
+  const std::optional<double> unit = body_unit(column.role, text);
+  const bool is_plain = text.find_first_not_of(std::string(letters_of_units) + " .()[]") == std::string::npos;
+  if (!number || !unit || *unit == 0.0 || !is_plain) return {};
+  const double per_unit = *unit == centimetre ? 1.0 : *unit;
+  if (column.has_unit && per_unit != column.per_unit)
     throw Error(Code::value_invalid, where, "'" + cell + "' has another unit than the column's name",
                 "give one unit, in the name or in the cells");
-  return {*number, *per_unit};
+  return {*unit == centimetre ? *number / 100.0 : *number, per_unit, true};
 }
 
 double mass_of(const SheetColumn& column, const std::string& cell, const std::string& where) {
@@ -68,9 +95,8 @@ double mass_of(const SheetColumn& column, const std::string& cell, const std::st
 
 double height_of(const SheetColumn& column, const std::string& cell, const std::string& where) {
   const BodyCell given = read_body_cell(column, cell, where);
-  const double metres = given.per_unit != 1.0 ? given.value * given.per_unit
-                        : given.value >= 30.0 ? given.value / 100.0
-                                              : given.value;
+  const bool is_in_m_or_cm = !given.has_unit && given.per_unit == 1.0;
+  const double metres = is_in_m_or_cm && given.value >= 30.0 ? given.value / 100.0 : given.value * given.per_unit;
   if (metres < 0.3 || metres > 3.0)
     throw Error(Code::value_invalid, where, "'" + cell + "' is neither a height from 0.3 to 3 m nor from 30 to 300 cm",
                 column.per_unit == 1.0
@@ -177,6 +203,19 @@ std::vector<SheetColumn> read_columns(const std::vector<std::string>& names,
     throw Error(Code::column_missing, where, "has neither a column \"participant_id\" nor a column \"file\"",
                 "name the columns in the first line, between tabs, commas or semicolons");
   return columns;
+}
+
+/// Finds the first cell in another unit than kg, m and cm of each weight and height whose name and sidecar have no
+/// unit.
+void find_other_units(const std::vector<std::vector<std::string>>& rows, std::vector<SheetColumn>& columns) {
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    SheetColumn& column = columns[i];
+    const bool is_body = column.role == ColumnRole::mass || column.role == ColumnRole::height;
+    if (!is_body || column.has_unit || column.has_sidecar_unit) continue;
+    for (std::size_t row = 1; row < rows.size() && column.other_unit.empty(); ++row)
+      if (i < rows[row].size() && has_other_unit(column.role, rows[row][i]))
+        column.other_unit = format("'%s' in line %zu", rows[row][i].c_str(), row + 1);
+  }
 }
 
 /// A column that is carried along, though its name is an option of the program, and the setting's name in sheets.
@@ -318,11 +357,13 @@ StudySheet read_sheet(const std::filesystem::path& path) {
   std::vector<std::vector<std::string>> rows = read_spreadsheet(path);
   std::vector<std::string>& names = rows.front();
   while (!names.empty() && names.back().empty()) names.pop_back();
-  const std::vector<SheetColumn> columns = read_columns(names, sidecar_units(path), path.string() + ", line 1");
+  std::vector<SheetColumn> columns = read_columns(names, sidecar_units(path), path.string() + ", line 1");
+  find_other_units(rows, columns);
   StudySheet sheet{path, {}, {}, names};
   for (std::size_t i = 0; i < columns.size(); ++i) {
     if (columns[i].role == ColumnRole::carried) sheet.columns.push_back(names[i]);
     if (columns[i].role == ColumnRole::participant) sheet.participant_column = names[i];
+    if (columns[i].role == ColumnRole::group) sheet.group_column = names[i];
   }
   for (std::size_t row = 1; row < rows.size(); ++row) {
     if (std::ranges::all_of(rows[row], [](const std::string& cell) { return cell.empty(); })) continue;

@@ -39,6 +39,7 @@ struct StudySheet {
   std::vector<SheetLine> lines;
   std::vector<std::string> names = {};  ///< of all columns, as the file spells them
   std::string participant_column = {};  ///< as the file spells it; empty: none
+  std::string group_column = {};        ///< as the file spells it; empty: none
   std::vector<std::string> notes = {};  ///< on columns that are carried along and look like settings, for people
 
   /// Returns "participants.tsv, line 3".
@@ -56,7 +57,7 @@ struct StudySheet {
 /// alone is no person, session or group;
 /// - file (or filename, path, recording): a path from the sheet's folder, or the end of one;
 /// - mass or weight in kg; height in m, or in cm from 30 up; other units by the name (weight_lb, height_in) or, of
-/// BIDS' sheets, by the sidecar (sidecar.hpp);
+/// BIDS' sheets, by the sidecar (sidecar.hpp), or by all cells (154 lb): one without a unit beside these is an error;
 /// - protocol: a name or a file; and options of reading (set_reading_option()).
 /// Other columns, age and sex among them, are SheetEntry::cells. Empty cells and n/a have no value. Throws Error for an
 /// unreadable file, a sheet without participant_id and file, two columns of one meaning, a weight or height in a unit

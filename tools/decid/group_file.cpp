@@ -19,7 +19,9 @@ GroupTable read_group_table(const std::string& table, const std::vector<Recordin
   StudySheet sheet = read_sheet(table);
   const std::string column = sheet.participant_column;
   const auto group_column =
-      static_cast<std::size_t>(std::ranges::find_if(sheet.names, names_groups) - sheet.names.begin());
+      sheet.group_column.empty()
+          ? sheet.names.size()
+          : static_cast<std::size_t>(std::ranges::find(sheet.names, sheet.group_column) - sheet.names.begin());
   Spelling of_group, of_participant;
   std::set<std::array<std::string, 4>> said;
   std::vector<SheetLine> lines;  // without what they say of bodies and reading

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <utility>
 
@@ -18,9 +19,7 @@ struct KnownName {
   ColumnRole role;
 };
 
-/// English and German, as laboratories name the columns of their sheets, and the most important ones in French,
-/// Spanish, Portuguese, Italian and Dutch: a body that is not read would be the assumed one. A unit may follow weights
-/// and heights.
+/// English and German, as laboratories name the columns of their sheets. A unit may follow weights and heights.
 constexpr auto known_names = std::to_array<KnownName>({
     {"id", ColumnRole::participant},
     {"participant", ColumnRole::participant},
@@ -62,10 +61,20 @@ constexpr auto known_names = std::to_array<KnownName>({
     {"groesse", ColumnRole::height},
     {"k\u00f6rpergr\u00f6\u00dfe", ColumnRole::height},
     {"koerpergroesse", ColumnRole::height},
+    {"protocol", ColumnRole::protocol},
+    {"protokoll", ColumnRole::protocol},
+});
+
+/// The most important ones in French, Spanish, Portuguese, Italian and Dutch, and rarer English ones: a body that is
+/// not read would be the assumed one. In sheets of other languages they may mean something else (German Taille: the
+/// waist).
+constexpr auto further_names = std::to_array<KnownName>({
     {"stature", ColumnRole::height},
     {"poids", ColumnRole::mass},
+    {"poids_corporel", ColumnRole::mass},
     {"taille", ColumnRole::height},
     {"peso", ColumnRole::mass},
+    {"peso_corporal", ColumnRole::mass},
     {"altura", ColumnRole::height},
     {"estatura", ColumnRole::height},
     {"talla", ColumnRole::height},
@@ -82,8 +91,6 @@ constexpr auto known_names = std::to_array<KnownName>({
     {"gruppo", ColumnRole::group},
     {"fichier", ColumnRole::file},
     {"archivo", ColumnRole::file},
-    {"protocol", ColumnRole::protocol},
-    {"protokoll", ColumnRole::protocol},
 });
 
 /// Persons as numbers or names: each of these with one of the endings, such as "VP-Nr".
@@ -98,14 +105,14 @@ constexpr auto person_codes =
                                      "vp", "vpn", "versuchsperson", "teilnehmer", "testperson"});
 
 /// Returns how surely a column names the person, by its key; nothing for a column of anything else.
-std::optional<PersonNaming> naming_of_person(const std::string& key) {
+std::optional<ColumnNaming> naming_of_person(const std::string& key) {
   for (const std::string_view person : numbered_persons) {
     if (!key.starts_with(person)) continue;
     const std::string ending = key.substr(person.size());
-    if (std::ranges::find(number_endings, ending, column_key) != number_endings.end()) return PersonNaming::number;
-    if (std::ranges::find(name_endings, ending, column_key) != name_endings.end()) return PersonNaming::name;
+    if (std::ranges::find(number_endings, ending, column_key) != number_endings.end()) return ColumnNaming::number;
+    if (std::ranges::find(name_endings, ending, column_key) != name_endings.end()) return ColumnNaming::name;
   }
-  if (std::ranges::find(person_codes, key, column_key) != person_codes.end()) return PersonNaming::code;
+  if (std::ranges::find(person_codes, key, column_key) != person_codes.end()) return ColumnNaming::code;
   return {};
 }
 
@@ -140,11 +147,11 @@ constexpr auto known_units = std::to_array<KnownUnit>({
     {ColumnRole::height, "metres", 1.0},
     {ColumnRole::height, "meter", 1.0},
     {ColumnRole::height, "meters", 1.0},
-    {ColumnRole::height, "cm", 1.0},
-    {ColumnRole::height, "centimetre", 1.0},
-    {ColumnRole::height, "centimetres", 1.0},
-    {ColumnRole::height, "centimeter", 1.0},
-    {ColumnRole::height, "centimeters", 1.0},
+    {ColumnRole::height, "cm", centimetre},
+    {ColumnRole::height, "centimetre", centimetre},
+    {ColumnRole::height, "centimetres", centimetre},
+    {ColumnRole::height, "centimeter", centimetre},
+    {ColumnRole::height, "centimeters", centimetre},
     {ColumnRole::height, "mm", 0.001},
     {ColumnRole::height, "in", 0.0254},
     {ColumnRole::height, "inch", 0.0254},
@@ -157,19 +164,38 @@ constexpr auto known_units = std::to_array<KnownUnit>({
     {ColumnRole::height, "ftin", 0.0},
 });
 
+/// Returns SheetColumn::per_unit of a unit: columns in cm may hold metres too.
+double size_in_columns(const KnownUnit& unit) {
+  return unit.size == centimetre ? 1.0 : unit.size;
+}
+
+/// Returns the meaning of a name, or of one with a unit: "weight", "weight_kg", "Height in cm", "Poids en kg".
+std::optional<SheetColumn> find_name(std::span<const KnownName> names, const std::string& key, ColumnNaming naming) {
+  constexpr auto joints = std::to_array<std::string_view>({"", "in", "en", "em"});
+  for (const KnownName& known : names) {
+    const std::string begin = column_key(known.name);
+    if (!key.starts_with(begin)) continue;
+    if (key == begin) return SheetColumn{known.role, 1.0, {}, false, naming};
+    for (const KnownUnit& unit : known_units)
+      for (const std::string_view joint : joints)
+        if (unit.role == known.role && key.substr(begin.size()) == std::string(joint) + std::string(unit.unit))
+          return SheetColumn{known.role, size_in_columns(unit), {}, true, naming};
+  }
+  return {};
+}
+
+/// Returns true for a weight in German or Dutch, where Taille is the waist and not the height.
+bool has_german_weight(const std::string& name) {
+  return column_key(name).find("gewicht") != std::string::npos;
+}
+
 }  // namespace
 
 SheetColumn sheet_column(const std::string& name) {
   const std::string key = column_key(name);
-  for (const KnownName& known : known_names) {
-    const std::string begin = column_key(known.name);
-    if (key == begin) return {known.role};
-    for (const KnownUnit& unit : known_units)
-      if (unit.role == known.role &&
-          (key == begin + std::string(unit.unit) || key == begin + "in" + std::string(unit.unit)))
-        return {known.role, unit.size, {}, true};
-  }
-  if (const std::optional<PersonNaming> naming = naming_of_person(key))
+  if (const auto found = find_name(known_names, key, ColumnNaming::sure)) return *found;
+  if (const auto found = find_name(further_names, key, ColumnNaming::further)) return *found;
+  if (const std::optional<ColumnNaming> naming = naming_of_person(key))
     return {ColumnRole::participant, 1.0, {}, false, *naming};
   std::string option = find_reading_option(name);
   return option.empty() ? SheetColumn{ColumnRole::carried} : SheetColumn{ColumnRole::reading, 1.0, std::move(option)};
@@ -185,8 +211,19 @@ std::vector<SheetColumn> sheet_columns(const std::vector<std::string>& names) {
   }
   for (std::size_t i = 0; i < columns.size(); ++i) {
     if (columns[i].role != ColumnRole::participant) continue;
-    const bool is_alike = columns[i].naming == PersonNaming::sure || column_key(names[i]) == column_key(names[*person]);
+    const bool is_alike = columns[i].naming == ColumnNaming::sure || column_key(names[i]) == column_key(names[*person]);
     if (columns[i].naming != columns[*person].naming || !is_alike) columns[i] = {ColumnRole::carried};
+  }
+  if (std::ranges::any_of(names, has_german_weight))
+    for (std::size_t i = 0; i < columns.size(); ++i)
+      if (columns[i].role == ColumnRole::height && column_key(names[i]).starts_with("taille"))
+        columns[i] = {ColumnRole::carried};
+  const std::vector<SheetColumn> all = columns;
+  for (SheetColumn& column : columns) {
+    const auto is_surer = [&](const SheetColumn& other) {
+      return other.role == column.role && other.naming < column.naming;
+    };
+    if (column.naming == ColumnNaming::further && std::ranges::any_of(all, is_surer)) column = {ColumnRole::carried};
   }
   return columns;
 }
@@ -194,7 +231,7 @@ std::vector<SheetColumn> sheet_columns(const std::vector<std::string>& names) {
 std::optional<double> body_unit(ColumnRole role, const std::string& unit) {
   const std::string key = column_key(unit);
   for (const KnownUnit& known : known_units)
-    if (known.role == role && known.unit == key && known.size > 0.0) return known.size;
+    if (known.role == role && known.unit == key) return known.size;
   return {};
 }
 
@@ -205,7 +242,9 @@ bool has_unit_of_mass(const std::string& name) {
   while (end > 0 && (key[end - 1] == ')' || key[end - 1] == ']' || key[end - 1] == ' ')) --end;
   std::size_t begin = end;
   while (begin > 0 && key[begin - 1] >= 'a' && key[begin - 1] <= 'z') --begin;
-  return begin > 0 && std::ranges::find(endings, std::string_view(key).substr(begin, end - begin)) != endings.end();
+  if (std::ranges::find(endings, std::string_view(key).substr(begin, end - begin)) == endings.end()) return false;
+  const std::size_t before = key.find_last_not_of(" ([", begin - 1);
+  return begin == 0 || before == std::string::npos || key[before] != '/';
 }
 
 void set_sidecar_unit(const std::string& unit, SheetColumn& column) {
@@ -213,7 +252,8 @@ void set_sidecar_unit(const std::string& unit, SheetColumn& column) {
   const std::string key = column_key(unit);
   const auto found = std::ranges::find_if(
       known_units, [&](const KnownUnit& known) { return known.role == column.role && known.unit == key; });
-  column.per_unit = found == known_units.end() ? 0.0 : found->size;
+  column.per_unit = found == known_units.end() ? 0.0 : size_in_columns(*found);
+  column.has_sidecar_unit = true;
 }
 
 }  // namespace decid

@@ -108,7 +108,7 @@ void tidy(std::vector<std::vector<std::string>>& rows) {
       if (i >= has_files.size() || !has_files[i]) row[i] = recording::with_plain_blanks(std::move(row[i]));
     }
     if (has_files.empty())
-      for (const std::string& name : row) has_files.push_back(sheet_column(name).role == ColumnRole::file);
+      for (const SheetColumn& column : sheet_columns(row)) has_files.push_back(column.role == ColumnRole::file);
   }
 }
 

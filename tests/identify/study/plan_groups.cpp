@@ -69,6 +69,11 @@ TEST_CASE("groups of a plan: sessions, conditions and covariates of its sheet") 
   check_error([&] { steps("7,500\ta.csv\n12,300\tb.csv\n980\tc.csv\nn/a\td.csv\n"); }, Code::value_invalid, "'7,500'");
   CHECK(steps("7,500\ta.csv\n12,3\tb.csv\n980\tc.csv\n0\td.csv\n") == std::vector<double>{7.5, 12.3, 980.0, 0.0});
   CHECK(steps("0,500\ta.csv\n1,250\tb.csv\n2\tc.csv\n1\td.csv\n") == std::vector<double>{0.5, 1.25, 2.0, 1.0});
+  // Taille is carried along beside height, and is neither the height nor of its unit.
+  const auto waist =
+      plan_of_text(folder, "file\theight\tTaille (cm)\tweight\na.csv\t175\t85\t70\n", {"a.csv"}, Choice::by_sheet);
+  CHECK(read_covariate(waist, "height")[0] == 1.75);
+  check_error([&] { read_covariate(waist, "taille_cm"); }, Code::value_invalid, "the sheet's is another column");
   const RecordingPlan without = make_plan(sources(folder, {"a.csv"}), {});
   check_error([&] { read_covariate(without, "age"); }, Code::setting_missing, "covariates");
 

@@ -131,7 +131,7 @@ TEST_CASE("read_sheet: weights and heights in other languages, and with their un
   }
   const StudySheet cells = read_sheet(write_text(folder / "c.tsv",
                                                  "ID\theight\tweight\nA\t1,75 m\t70 kg\nB\t69 in\t154lbs\n"
-                                                 "C\t175cm\t70.0\nD\t5 ft 9\t70\nE\t1.75\t11 stone\n"));
+                                                 "C\t175cm\t70.0 kg\nD\t5 ft 9\tn/a\nE\tn/a\t11 stone\n"));
   REQUIRE(cells.lines.size() == 5);
   for (const std::size_t i : {std::size_t{0}, std::size_t{2}}) {
     CHECK(cells.lines[i].height_m == 1.75);
@@ -147,6 +147,109 @@ TEST_CASE("read_sheet: weights and heights in other languages, and with their un
   CHECK(near(differs.lines.at(1).mass_kg.value(), 154 * 0.45359237, 1e-15));
 }
 
+TEST_CASE("read_sheet: a cell without a unit is an error if another cell of its column is not in kg, m or cm") {
+  const TemporaryFolder folder;
+  const auto read = [&](const std::string& text) { return read_sheet(write_text(folder / "u.csv", text)).lines; };
+  const auto body = [&](const std::string& column, const std::string& one, const std::string& other) {
+    return read("id;file;" + column + "\nA;a.csv;" + one + "\nB;b.csv;" + other + "\n");
+  };
+  const auto both = read(
+      "participant_id;session;file;height;weight\nA;1;a.csv;69 in;154 lb\nA;2;b.csv;175;130\n"
+      "B;1;c.csv;175 cm;70 kg\nC;1;d.csv;n/a;\n");
+  CHECK_FALSE(both[0].error);
+  check_has(both[1].error, Code::value_invalid, "line 3, height: '175' has no unit, and '69 in' in line 2 has one");
+  CHECK_FALSE(both[1].mass_kg);
+  CHECK_FALSE(both[2].error);
+  CHECK(both[2].height_m == 1.75);
+  CHECK(both[2].mass_kg == 70.0);
+  CHECK_FALSE(both[3].error);
+  for (const char* cell : {"154 lb", "154lbs", "154 (pounds)", "11 stone", "11st 4", "70000 g", "700 N", "154 lb?"}) {
+    CAPTURE(cell);
+    check_has(body("weight", cell, "130")[1].error, Code::value_invalid, "give one unit, in the name or in all cells");
+    check_has(body("weight", "130", cell)[0].error, Code::value_invalid, "line 2, weight: '130' has no unit");
+  }
+  for (const char* cell : {"69 in", "5 ft 9", "5ft", "5'9", "1750 mm", "69\u2033", "69 Zoll"}) {
+    CAPTURE(cell);
+    check_has(body("height", cell, "175")[1].error, Code::value_invalid, "line 3, height: '175' has no unit");
+  }
+  // A unit of the name is the cells' without one, and kg, m and cm are those of a name without one.
+  const auto named = body("weight_lb", "154 lb", "154");
+  CHECK(named[0].mass_kg == named[1].mass_kg);
+  CHECK(near(named[1].mass_kg.value(), 154 * 0.45359237, 1e-15));
+  CHECK(body("weight", "70 kg", "70")[1].mass_kg == 70.0);
+  for (const char* cell : {"1.75 m", "175 cm", "175 (cm)"}) CHECK(body("height", cell, "175")[1].height_m == 1.75);
+  for (const char* cell : {"n/a", "-", "x", "70 kg", "70 left"}) CHECK(body("weight", cell, "70")[1].mass_kg == 70.0);
+  // So is the sidecar's.
+  write_text(folder / "participants.json", R"({"weight": {"Units": "lb"}})");
+  const SheetLine sidecar =
+      read_sheet(write_text(folder / "participants.tsv", "participant_id\tweight\nA\t154 lb\nB\t154\n")).lines.at(1);
+  CHECK(sidecar.mass_kg == named[1].mass_kg);
+}
+
+TEST_CASE("read_sheet: a unit in a cell is taken as it is written, and the body must be possible") {
+  const TemporaryFolder folder;
+  const auto line = [&](const std::string& column, const std::string& cell) {
+    return read_sheet(write_text(folder / "b.tsv", "id\t" + column + "\nA\t" + cell + "\n")).lines.at(0);
+  };
+  for (const char* cell : {"60 kg", "60kg", "60 Kg.", "60 (kg)", "60 [KG]", "60,0 kg"}) {
+    CAPTURE(cell);
+    CHECK(line("weight", cell).mass_kg == 60.0);
+  }
+  for (const char* cell : {"60?kg", "60 kg?", "60/kg", "60 kg, 70", "60 'kg'", "0.06 kg", "600 kg", "60 cm", "60 ()"}) {
+    CAPTURE(cell);
+    check_has(line("weight", cell).error, Code::value_invalid, "line 2, weight: '" + std::string(cell) + "'");
+    CHECK_FALSE(line("weight", cell).mass_kg);
+  }
+  for (const char* cell : {"1.7 m", "1,70m", "170 cm", "170 cm.", "170.0 (cm)"})
+    for (const char* column : {"height", "height_m", "height_cm"}) {
+      CAPTURE(cell);
+      CHECK(line(column, cell).height_m == 1.7);
+    }
+  for (const char* cell : {"1.75 cm", "175 m", "175?cm", "29 cm", "301 cm", "3.1 m"})
+    for (const char* column : {"height", "height_m", "height_cm"}) {
+      CAPTURE(cell);
+      check_has(line(column, cell).error, Code::value_invalid, ": '" + std::string(cell) + "' is neither");
+    }
+  check_has(line("height_cm", "1700 mm").error, Code::value_invalid, "another unit than the column's name");
+  CHECK(near(line("height", "1700 mm").height_m.value(), 1.7, 1e-15));
+}
+
+TEST_CASE("read_sheet: names of other languages are carried along beside surer ones, and have units joined by words") {
+  const TemporaryFolder folder;
+  const auto read = [&](const std::string& text) { return read_sheet(write_text(folder / "f.csv", text)); };
+  using Columns = std::vector<std::string>;
+  const StudySheet waist = read("ID;Datei;Gr\u00f6\u00dfe;Gewicht;Taille (cm)\nA;a.csv;175;70;85\n");
+  CHECK(waist.columns == Columns{"Taille (cm)"});
+  CHECK(waist.lines[0].height_m == 1.75);
+  CHECK(waist.lines[0].entry.cells == Columns{"85"});
+  const StudySheet clothes = read("id;talla;height;stature;weight;poids\nA;42;175;small;70;x\n");
+  CHECK(clothes.columns == Columns{"talla", "stature", "poids"});
+  CHECK(clothes.lines[0].height_m == 1.75);
+  CHECK(clothes.lines[0].mass_kg == 70.0);
+  CHECK_FALSE(clothes.lines[0].error);
+  const StudySheet people = read("sujet;id;groupe;group;archivo;file\nx;A;y;old;z;a.csv\n");
+  CHECK(people.columns == Columns{"sujet", "groupe", "archivo"});
+  CHECK(people.lines[0].entry == SheetEntry{"A", "", "old", "", {"x", "y", "z"}});
+  CHECK(people.lines[0].file == "a.csv");
+  CHECK((people.participant_column == "id" && people.group_column == "group"));
+  CHECK(people.reader_for("Groupe")(people.lines[0].entry) == "y");
+  CHECK(read("sujet;code\nx;A\n").lines[0].entry.participant == "A");
+  CHECK(read("sujet;groupe\nx;A\n").group_column == "groupe");
+  // In German and Dutch, Taille is the waist also without a height.
+  CHECK_FALSE(read("ID;Gewicht;Taille (cm)\nA;70;85\n").lines[0].height_m);
+  check_error([&] { read("id;taille;estatura\nA;175;175\n"); }, Code::column_ambiguous);
+  check_error([&] { read("id;height;Gr\u00f6\u00dfe\nA;175;175\n"); }, Code::column_ambiguous);
+  for (const char* names : {"Taille en cm;Poids en kg", "Altura em cm;Peso em kg", "Talla (cm);Peso corporal",
+                            "taille;Poids corporel (kg)", "Estatura;peso corporal en kg", "lengte in m;Gewicht"}) {
+    CAPTURE(names);
+    const SheetLine line = read("id;" + std::string(names) + "\nA;170;70,5\n").lines.at(0);
+    CHECK(line.height_m == 1.7);
+    CHECK(line.mass_kg == 70.5);
+  }
+  const auto pounds = read("id;Peso en lb\nA;154\n").lines.at(0).mass_kg;
+  CHECK(near(pounds.value(), 154 * 0.45359237, 1e-15));
+}
+
 TEST_CASE("read_sheet: a column in kg is noted if the sheet has no weight") {
   const TemporaryFolder folder;
   const auto notes = [&](const std::string& names) {
@@ -155,7 +258,12 @@ TEST_CASE("read_sheet: a column in kg is noted if the sheet has no weight") {
   REQUIRE(notes("Vikt (kg)\theight").size() == 1);
   CHECK(contains(notes("vaha_kg\theight").front(), "vaha_kg is carried along"));
   CHECK(notes("weight\tlean mass [kg]").empty());
-  CHECK(notes("Rang\tkg").empty());
+  REQUIRE(notes("kg\tcm").size() == 1);
+  CHECK(contains(notes("kg\tcm").front(), "column kg is carried along"));
+  for (const char* per_mass : {"torque (Nm/kg)", "VO2 [ml/min/kg]", "power W / kg", "Nm/(kg)", "Rang"}) {
+    CAPTURE(per_mass);
+    CHECK(notes(std::string(per_mass) + "\tcm").empty());
+  }
 }
 
 TEST_CASE("read_spreadsheet: a quote within a cell is text, and one without its pair is an error") {
