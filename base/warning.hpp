@@ -16,7 +16,7 @@ const char* name(Severity severity);
 struct Warning {
   Severity severity;
   std::string code;  ///< for scripts, stable: docs/guide/warnings.md lists them
-  std::string text;  ///< for users, one sentence
+  std::string text;  ///< for users, a sentence or a few
   bool operator==(const Warning&) const = default;
 };
 using Warnings = std::vector<Warning>;

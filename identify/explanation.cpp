@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
 
 #include "base/error.hpp"
 #include "base/math/math.hpp"
@@ -158,10 +159,9 @@ void warn_of_slow_lean(std::span<const float> sway_rad, std::span<const std::vec
   if (count == 0.0 || found_deg * found_deg * count <= most_ratio * most_ratio * squares) return;
   explanation.warnings.push_back(
       {severity, "slow_lean",
-       format("the two cycles of the sway differ slowly by %.2f degrees rms, and those of the identified controller's "
-              "trials by %.2f: the person leaned slowly to and fro, or the sensor wandered; Kp and Kp_pass may then be "
-              "too small by several standard deviations; look at the sway, and repeat the trial with the person in one "
-              "position",
+       format("the first two cycles of the sway differ slowly by %.2f degrees rms, and those of simulated trials by "
+              "%.2f. The person leaned slowly to and fro, or the sensor wandered: Kp and Kp_pass may be too small. "
+              "Look at the sway, and repeat the trial with the person in one position",
               found_deg, std::sqrt(squares / count))});
 }
 
@@ -280,6 +280,14 @@ FrequencyResponses frequency_responses(const sim::FrequencyResponse& analysis, c
   found.linear = analysis.linear(experiment, answer.parameters, answer.start_s);
   for (sim::Complex& response : found.linear) response = response * answer.gain;
   return found;
+}
+
+void drop_refused_lean(Warnings& warnings) {
+  constexpr std::array<std::string_view, 6> refusals{"out_of_distribution", "impossible_value", "does_not_stand",
+                                                     "weak_response",       "large_response",   "large_sway"};
+  const bool is_refused = std::ranges::any_of(
+      warnings, [&](const Warning& warning) { return std::ranges::find(refusals, warning.code) != refusals.end(); });
+  if (is_refused) std::erase_if(warnings, [](const Warning& warning) { return warning.code == "slow_lean"; });
 }
 
 Warnings response_ratio_warnings(const Explanation& explanation, bool start_explains) {

@@ -380,6 +380,7 @@ void Fitter::conclude(RecordingResult& result, const Prepared& prepared, Posteri
   result.warnings = most_severe_first({result.warnings, unlike_simulated, result.explanation.warnings,
                                        out_of_distribution, response_ratio_warnings(result.explanation, start_explains),
                                        posterior_warnings(density, observation, found, from_network), contradictions});
+  drop_refused_lean(result.warnings);
   figures.inferred = posterior::infer(density, observation, found, report_.fit->keeps_log_likelihood);
   for (int i = 0; i < found.points(); ++i) figures.stored_draws.push_back(found.draw_of_point(i));
   figures.posterior.drop_points();

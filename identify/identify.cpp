@@ -199,7 +199,10 @@ std::vector<Explanation> Identifier::compare(std::span<const Estimate> estimates
   std::vector<Answer> answers;
   for (std::size_t i = 0; i < estimates.size(); ++i) answers.push_back({estimates[i].parameters, *trials[i]});
   std::vector<Explanation> all = explainer_->explain(answers);
-  for (std::size_t i = 0; i < all.size(); ++i) judge(model_, estimates[i], *trials[i], all[i]);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    judge(model_, estimates[i], *trials[i], all[i]);
+    drop_refused_lean(all[i].warnings);
+  }
   return all;
 }
 
@@ -218,6 +221,7 @@ void Identifier::identify(std::span<RecordingResult> read) {
     result.estimate = std::move(estimates[i]);
     result.explanation = std::move(explanations[i]);
     result.warnings = most_severe_first({result.warnings, result.estimate.warnings, result.explanation.warnings});
+    drop_refused_lean(result.warnings);
   }
 }
 

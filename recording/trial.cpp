@@ -210,7 +210,7 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
     std::vector<double> values = cut(signal.rad, from_hz, rate, place, samples);
     if (signal.name == com_sway) {
       trial.other_start = look_for_changes(plan.response(), values, trial.gaps, recording.warnings);
-      look_for_repeated_cycle(values, protocol.experiment, recording.warnings);
+      look_for_repeated_cycle(values, plan, from_hz, recording.warnings);
     }
     if (&signal == tilt) {
       const auto tilt_gaps = gaps_in_trial(recording.tilt_gaps, from_hz, rate, place, samples);

@@ -337,4 +337,16 @@ TEST_CASE("explanation: a slow lean of a degree is named; sound trials, and a st
   CHECK(leaning >= 11);
 }
 
+TEST_CASE("explanation: a slow lean is dropped where another warning refuses scale, sign or resemblance") {
+  for (const char* code :
+       {"out_of_distribution", "impossible_value", "does_not_stand", "weak_response", "large_response", "large_sway"}) {
+    Warnings warnings{{Severity::caution, "slow_lean", ""}, {Severity::caution, code, ""}};
+    drop_refused_lean(warnings);
+    CHECK(warnings == Warnings{{Severity::caution, code, ""}});
+  }
+  Warnings kept{{Severity::caution, "slow_lean", ""}, {Severity::caution, "outside_range", ""}};
+  drop_refused_lean(kept);
+  CHECK(kept.size() == 2);
+}
+
 }  // namespace decid

@@ -233,6 +233,19 @@ TEST_CASE("identify: a reversed sway gets the hint of its sign, unless the recor
   }
 }
 
+TEST_CASE("identify: a sway of another scale or sign does not resemble the training, and gets no advice on a lean") {
+  Identifier identifier(model());
+  for (const float factor : {5.0F, 17.3F, -8.0F}) {
+    std::vector<recording::Trial> scaled = trials(5);
+    for (recording::Trial& trial : scaled)
+      for (float& value : trial.sway_rad()) value *= factor;
+    for (const Explanation& found : identifier.explain(identifier.estimate(scaled), scaled)) {
+      CHECK(has(found.warnings, "out_of_distribution"));
+      CHECK_FALSE(has(found.warnings, "slow_lean"));
+    }
+  }
+}
+
 TEST_CASE("identify: a sway that is the tilt, or an angle against the platform, gets a hint and none of its sign") {
   Identifier identifier(model());
   const sim::Protocol& protocol = model().protocol;
