@@ -46,7 +46,22 @@ constexpr const char* other_gains_unchecked =
     "with"
     "\n   decid, which states its margins.";
 constexpr const char* passive_limit = ": GAIN_MARGIN_LOW is then at least\n   m g h / (2 kp + kp_pass)";
+constexpr const char* test_of_check = " DECID_FW_check()\n   must find the header's margins.";
 constexpr const char* unit_rezero = "With 0\n   the estimate is right, whatever the support's angle is.";
+
+/// Returns what the self-test knows of the answers of DECID_FW_check: a border only if it is inside of what can be
+/// asked.
+std::string borders_of_check(const frf::StabilityMargins& margins) {
+  constexpr double clearance = 1e-5;
+  const double factor =
+      margins.gain_low > 0.0 ? std::min(1.0 / margins.gain_low, margins.gain_high) : margins.gain_high;
+  const bool tests_delay =
+      margins.stable && margins.delay_s > clearance && margins.delay_s < frf::max_delay_margin_s - clearance;
+  const bool tests_gain = margins.stable && factor > 1.0 + clearance && factor < frf::max_gain_margin - clearance;
+  return std::string("#define CHECK_OF_IDENTIFIED ") + (margins.stable ? "DECID_FW_OK" : "DECID_FW_ERROR_UNSTABLE") +
+         "\n" + define("TESTS_DELAY_MARGIN", tests_delay ? 1 : 0) + define("TESTS_GAIN_MARGIN", tests_gain ? 1 : 0) +
+         define_double("NEARER_GAIN_MARGIN", factor);
+}
 
 std::string parameter_table(const sim::Coefficients& of, bool unit_gains) {
   using enum sim::Coefficient;
@@ -208,6 +223,7 @@ ControllerFiles controller_files(const sim::Parameters& parameters, const sim::P
   header = replaced(header, "@OTHER_GAINS@", unit_gains ? other_gains_checked : other_gains_unchecked);
   header = replaced(header, "@CHECK@", unit_gains ? std::string(embedded::firmware_check_header()) : std::string());
   header = replaced(header, "@PASSIVE_LIMIT@", unit_gains ? passive_limit : "");
+  header = replaced(header, "@TEST_OF_CHECK@", unit_gains ? test_of_check : "");
   header = replaced(header, "@GAINS@", unit_gains ? "" : gain_members);
   header = replaced(header, "@STATE@", unit_gains ? "" : gain_state);
   header = replaced(header, "@TILT_ERROR@", unit_gains ? "" : gain_tilt_error);
@@ -222,20 +238,21 @@ ControllerFiles controller_files(const sim::Parameters& parameters, const sim::P
   for (const char* unused : {"USES_LOG", "USES_EXPONENTIAL", "USES_FMA_FLOAT", "USES_FLOAT_BITS"})
     source += define(unused, 0);
   source += define("USES_SQUARE_ROOT", unit_gains ? 1 : 0);
-  source += define("USES_FMA_DOUBLE", 1) + define("USES_IS_FINITE", 1) +
-            define_double("LARGEST_GAIN", std::numeric_limits<double>::max()) +
-            // Half of the largest whose torque is finite: what rounding adds to it is less.
-            define_double("LARGEST_COMMAND",
-                          0.5 * std::numeric_limits<double>::max() * std::min(1.0, step_s / body.inertia_kgm2)) +
-            define_double("STEP_OVER_INERTIA", step_s / body.inertia_kgm2) + define_double("BODY_MGH", body.mgh()) +
-            define("UNIT_GAINS", unit_gains ? 1 : 0) +
-            (unit_gains ? define("USES_PHASE", 1) + define_double("LARGEST_DELAY_MARGIN_S", frf::max_delay_margin_s) +
-                              define_double("LARGEST_GAIN_MARGIN", frf::max_gain_margin)
-                        : "") +
-            define_double("SINE_0", sine[0]) + define_double("SINE_1", sine[1]) + define_double("SINE_2", sine[2]) +
-            define("STEPS_PER_SAMPLE", test.steps_per_sample) +
-            define("STEPS_PER_INTERVAL", test.stimulus.interval_steps) + define("TEST_INTERVALS", test.intervals()) +
-            format("#define TEST_HASH 0x%016llxU\n\n", static_cast<unsigned long long>(test.hash));
+  source +=
+      define("USES_FMA_DOUBLE", 1) + define("USES_IS_FINITE", 1) +
+      define_double("LARGEST_GAIN", std::numeric_limits<double>::max()) +
+      // Half of the largest whose torque is finite: what rounding adds to it is less.
+      define_double("LARGEST_COMMAND",
+                    0.5 * std::numeric_limits<double>::max() * std::min(1.0, step_s / body.inertia_kgm2)) +
+      define_double("STEP_OVER_INERTIA", step_s / body.inertia_kgm2) + define_double("BODY_MGH", body.mgh()) +
+      define("UNIT_GAINS", unit_gains ? 1 : 0) +
+      (unit_gains ? define("USES_PHASE", 1) + define_double("LARGEST_DELAY_MARGIN_S", frf::max_delay_margin_s) +
+                        define_double("LARGEST_GAIN_MARGIN", frf::max_gain_margin) + borders_of_check(limits.margins)
+                  : "") +
+      define_double("SINE_0", sine[0]) + define_double("SINE_1", sine[1]) + define_double("SINE_2", sine[2]) +
+      define("STEPS_PER_SAMPLE", test.steps_per_sample) + define("STEPS_PER_INTERVAL", test.stimulus.interval_steps) +
+      define("TEST_INTERVALS", test.intervals()) +
+      format("#define TEST_HASH 0x%016llxU\n\n", static_cast<unsigned long long>(test.hash));
   if (!unit_gains)
     source += define_double("SLOW_LEAK", 1.0 / family.slow_time_s) +
               define_double("TORQUE_LEAK", 1.0 / family.torque_time_s) + "\n";

@@ -46,6 +46,72 @@ TEST_CASE("a loop with unit gains has the count's stability") {
   CHECK(stable < loops - loops / 20);
 }
 
+TEST_CASE("with more passive stiffness than m g h, which may cross twice, stable means no unstable root") {
+  using enum sim::Coefficient;
+  const sim::Body body;
+  const double mgh = body.mgh();
+  sim::Coefficients c = sim::single_pendulum().family.coefficients(sim::single_pendulum().parameters.middle());
+  int stable = 0, with_roots = 0, refused = 0, stable_again = 0, near_border = 0;
+  for (unsigned i = 0; i < 4000; ++i) {
+    const Random random(5, sim::streams::base_parameters, i);
+    c[kp] = mgh * random.uniform(0);
+    c[kd] = mgh * 0.3 * random.uniform(1);
+    c[kp_pass] = mgh * (1.0 + 2.0 * random.uniform(2));
+    c[kd_pass] = mgh * 0.3 * random.uniform(3);
+    c[delay] = random.uniform(4);
+    const auto roots = [&](double delay_s) {
+      return frf::unstable_roots({(c[kp_pass] - mgh) / mgh, c[kd_pass] / mgh, body.inertia_kgm2 / mgh},
+                                 {2.0 * c[kp] / mgh, 2.0 * c[kd] / mgh}, delay_s);
+    };
+    if (frf::is_stable(body, sim::single_pendulum().family, c)) {
+      ++stable;
+      with_roots += roots(c[delay]) == 0 ? 0 : 1;
+      continue;
+    }
+    ++refused;
+    if (roots(c[delay]) > 0) continue;
+    ++stable_again;  // it was unstable at a shorter delay
+    bool was_unstable = false;
+    for (int k = 1; k < 400 && !was_unstable; ++k) was_unstable = roots(c[delay] * k / 400.0) > 0;
+    near_border += was_unstable ? 0 : 1;
+  }
+  MESSAGE(stable << " stable, " << refused << " refused, " << stable_again << " of them stable again");
+  CHECK(stable > 500);
+  CHECK(refused > 500);
+  CHECK(with_roots == 0);
+  CHECK(stable_again > 0);
+  CHECK(near_border == 0);
+}
+
+TEST_CASE("a loop without damping is not stable, nor one with gains beyond a million m g h") {
+  using enum sim::Coefficient;
+  const sim::Family& family = sim::single_pendulum().family;
+  const sim::Body body;
+  const double mgh = body.mgh();
+  sim::Coefficients c = family.coefficients(sim::single_pendulum().parameters.middle());
+  REQUIRE(frf::is_stable(body, family, c));
+  c[kd] = c[kd_pass] = 0.0;
+  int stable = 0;
+  for (const double late : {0.0, 0.05, 0.3})
+    for (int i = 0; i <= 40; ++i)
+      for (int k = 0; k <= 40; ++k) {
+        c[kp] = 0.05 * i * mgh;
+        c[kp_pass] = 0.05 * k * mgh;
+        c[delay] = late;
+        stable += frf::is_stable(body, family, c) ? 1 : 0;
+      }
+  CHECK(stable == 0);
+  c = family.coefficients(sim::single_pendulum().parameters.middle());
+  c[kd_pass] = 0.99e6 * mgh;
+  CHECK(frf::is_stable(body, family, c));
+  for (const sim::Coefficient gain : {kp, kd, kp_pass, kd_pass}) {
+    c = family.coefficients(sim::single_pendulum().parameters.middle());
+    c[delay] = 0.0;
+    c[gain] = 1.01e6 * mgh;
+    CHECK_FALSE(frf::is_stable(body, family, c));
+  }
+}
+
 // A slow root near 0 leaves no trace in a trial of a minute: one in thirty loops may differ.
 TEST_CASE("stability is the simulator's for every model") {
   for (const sim::BodyModel* model : all_models()) {

@@ -47,7 +47,8 @@ std::string controller_row(const std::string& what, const std::string& costs) {
   const auto text = [&](const std::string& name) { return std::to_string(cost(costs, "controller_" + name)); };
   return "| " + what + " | " + text("code_bytes") + " | " + text("constant_bytes") + " | " + text("state_bytes") +
          " | " + text("stack_bytes") + " | " + text("instructions_a_step") + " | " + text("instructions_worst_step") +
-         " | " + format("%.1f", 1e-3 * static_cast<double>(cost(costs, "controller_instructions_check"))) + " |";
+         " | " + format("%.1f", 1e-3 * static_cast<double>(cost(costs, "controller_instructions_check"))) + " | " +
+         format("%.2f", 1e-6 * static_cast<double>(cost(costs, "controller_instructions_self_test"))) + " |";
 }
 /// Returns a table row: the cost of the out-of-distribution score in a firmware.
 std::string familiarity_row(const std::string& what, const std::string& with, const std::string& without) {

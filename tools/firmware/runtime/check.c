@@ -1,28 +1,33 @@
 
 /* ---- Stability of other gains ---------------------------------------------------------------------------------------
-   is_stable_with_unit_gains of decid's posterior/frf/stability.cpp, operation by operation: the loop crosses the
-   imaginary axis at one frequency only, and there the delay decides. As kp and kd grow together so does that frequency,
-   and the longest stable delay falls. So a range of gains is stable if both ends are. */
+   is_stable_with_unit_gains of decid's posterior/frf/stability.cpp, operation by operation: a root that comes
+   from the left crosses the imaginary axis at one frequency only, and there the delay decides. With kp_pass above
+   m g h + 2 kp roots may go back at a lower frequency, so that the loop is stable again at some longer delays; it
+   counts as unstable there. As kp and kd grow together so does the frequency, and the longest stable delay falls. So a
+   range of gains is stable if both ends are. Without damping the loop is not stable: rounding would decide. */
+
+#define LARGEST_GAIN_OF_MGH 1e6 /* larger ones are no controller's, and lose the digits of the difference in square */
 
 static int32_t is_stable(const DECID_FW_parameters* p, double gain, double delay) {
   const double inertia = DECID_FW_INERTIA_KGM2;
   const double lean = BODY_MGH - p->kp_pass;
   const double kp = gain * p->kp;
   const double kd = gain * p->kd;
+  const double most = LARGEST_GAIN_OF_MGH * BODY_MGH;
   double half;
   double rest;
   double inside;
   double square;
   double w;
-  if ((2.0 * kp) <= lean) {
+  if (((2.0 * kp) <= lean) || ((kd <= 0.0) && (p->kd_pass <= 0.0))) {
+    return 0;
+  }
+  if ((kp > most) || (kd > most) || (p->kp_pass > most) || (p->kd_pass > most)) {
     return 0;
   }
   half = ((inertia * lean) + (0.5 * p->kd_pass * p->kd_pass)) - (2.0 * kd * kd);
   rest = (lean * lean) - (4.0 * kp * kp);
   inside = (half * half) - (inertia * inertia * rest);
-  if (is_finite(inside) == 0) {
-    return 0; /* gains this large are no controller's */
-  }
   if (inside < 0.0) {
     return 1;
   }

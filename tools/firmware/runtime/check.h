@@ -6,7 +6,10 @@
    parameters NULL: those that this file was made with. delay_margin_s: at least the machine's latency, all of it, and
    what you want to be left, 0 to 1 s. gain_margin: 1 to 100; 1.5 is a start.
    DECID_FW_ERROR_RANGE for parameters that DECID_FW_begin() refuses and for other margins, DECID_FW_ERROR_UNSTABLE for a
-   loop that is unstable within them. Like the header's margins it takes the passive stiffness and damping to be the
-   body's own. It knows neither limits of the torque nor bias nor theta: a large push or a saturated motor may still let
-   the body fall. Four square roots and four angles in double, no state: call it outside of the control loop. */
+   loop that is unstable within them. It refuses a kd and kd_pass of 0, and gains above a million m g h.
+   Like the header's margins it takes the passive stiffness and damping to be the body's own. If motors apply
+   DECID_FW_passive, that torque is late too: check kp + kp_pass / 2 and kd + kd_pass / 2 with kp_pass and kd_pass 0
+   instead (the active torque is 2 (kp a + kd a'), so this is a passive torque as late as the active one).
+   It knows neither limits of the torque nor bias nor theta: a large push or a saturated motor may still let the body
+   fall. Four square roots and four angles in double, no state: call it outside of the control loop. */
 int DECID_FW_check(const DECID_FW_parameters *parameters, double delay_margin_s, double gain_margin);

@@ -274,6 +274,26 @@ static int32_t refuses(DECID_FW_state* state) {
   return refused;
 }
 
+#if UNIT_GAINS
+/* Returns 1 if the check of gains finds the header's margins: both borders, unless one is where their search ends. */
+static int32_t finds_margins(void) {
+  int32_t found = (DECID_FW_check(NULL, 0.0, 1.0) == CHECK_OF_IDENTIFIED) ? 1 : 0;
+#if TESTS_DELAY_MARGIN
+  if ((DECID_FW_check(NULL, DECID_FW_DELAY_MARGIN_S - 1e-6, 1.0) != DECID_FW_OK) ||
+      (DECID_FW_check(NULL, DECID_FW_DELAY_MARGIN_S + 1e-6, 1.0) != DECID_FW_ERROR_UNSTABLE)) {
+    found = 0;
+  }
+#endif
+#if TESTS_GAIN_MARGIN
+  if ((DECID_FW_check(NULL, 0.0, NEARER_GAIN_MARGIN - 1e-6) != DECID_FW_OK) ||
+      (DECID_FW_check(NULL, 0.0, NEARER_GAIN_MARGIN + 1e-6) != DECID_FW_ERROR_UNSTABLE)) {
+    found = 0;
+  }
+#endif
+  return found;
+}
+#endif
+
 int DECID_FW_self_test(DECID_FW_state* state) {
   double sway = 0.0;
   double rate = 0.0;
@@ -286,6 +306,11 @@ int DECID_FW_self_test(DECID_FW_state* state) {
   if ((result == DECID_FW_OK) && ((keeps_subnormals() == 0) || (refuses(state) == 0))) {
     result = DECID_FW_ERROR_SELF_TEST;
   }
+#if UNIT_GAINS
+  if ((result == DECID_FW_OK) && (finds_margins() == 0)) {
+    result = DECID_FW_ERROR_SELF_TEST;
+  }
+#endif
   for (interval = 0; (interval < TEST_INTERVALS) && (result == DECID_FW_OK); ++interval) {
     const double tilt_rate = test_rate[interval];
     const double drive_slope = state->passive * (tilt_rate * DECID_FW_STEP_S);

@@ -108,7 +108,7 @@ int DECID_FW_set_tilt_error(DECID_FW_state *state, double tilt_error_rad);
 double DECID_FW_passive(const DECID_FW_state *state, double ankle_rad, double ankle_rate);
 
 /* Begins the state, feeds it NaN, then lets the controller balance a simulated body on the protocol's tilt for
-   DECID_FW_TEST_STEPS steps and compares the bits of its sway with decid's. Afterwards the state has not begun: call
+   DECID_FW_TEST_STEPS steps and compares the bits of its sway with decid's.@TEST_OF_CHECK@ Afterwards the state has not begun: call
    DECID_FW_begin(). */
 int DECID_FW_self_test(DECID_FW_state *state);
 
