@@ -19,16 +19,9 @@ namespace {
 
 /// Returns trial i of the prior in rad, without measurement noise; without vestibular noise if `is_noise_free`.
 std::vector<double> trial(std::uint64_t i, bool is_noise_free) {
-  const sim::ParameterTable& table = simulator().protocol().parameters();
-  std::vector<double> values(static_cast<std::size_t>(simulator().samples()));
-  for (std::uint64_t attempt = 0;; ++attempt) {
-    const Random random(12, sim::streams::base_parameters, 1000 * i + attempt);
-    sim::Parameters parameters(table.size());
-    for (std::size_t p = 0; p < table.size(); ++p) parameters[p] = random.uniform(p, table[p].low, table[p].high);
+  return trial_of_prior(12, i, [&](sim::Parameters& parameters) {
     if (is_noise_free) parameters[sim::Nv] = 0.0;
-    if (simulator().run(parameters, Random(12, sim::streams::vestibular_noise, 1000 * i + attempt), values).valid)
-      return values;
-  }
+  });
 }
 
 /// Returns the warnings of a sway in rad of the protocol of `of`, recorded at its rate.

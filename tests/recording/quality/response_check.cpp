@@ -17,7 +17,7 @@
 
 using namespace decid;
 using namespace decid::recording;
-using decid::test::simulator;
+using decid::test::plan, decid::test::simulator, decid::test::trial_of_prior;
 
 namespace {
 
@@ -35,16 +35,10 @@ const ResponseCheck& check() {
 
 /// Returns trial i with measurement noise of 0.001 to 0.1°. Every third body has small vestibular noise.
 std::vector<double> sway(std::uint64_t i, bool has_passive = true) {
-  const sim::ParameterTable& table = simulator().protocol().parameters();
-  std::vector<double> values(static_cast<std::size_t>(simulator().samples()));
-  for (std::uint64_t attempt = 0;; ++attempt) {
-    const Random random(2, sim::streams::base_parameters, 1000 * i + attempt);
-    sim::Parameters parameters(table.size());
-    for (std::size_t p = 0; p < table.size(); ++p) parameters[p] = random.uniform(p, table[p].low, table[p].high);
+  std::vector<double> values = trial_of_prior(2, i, [&](sim::Parameters& parameters) {
     if (i % 3 == 0) parameters[sim::Nv] *= 0.1;
     if (!has_passive) parameters[sim::Kp_pass] = parameters[sim::Kd_pass] = 0.0;
-    if (simulator().run(parameters, Random(2, sim::streams::vestibular_noise, 1000 * i + attempt), values).valid) break;
-  }
+  });
   const Random sensor(2, sim::streams::sensor_noise, i);
   const double noise_rad = std::pow(10.0, sensor.uniform(0, -3.0, -1.0)) * sim::rad_per_deg;
   for (std::size_t k = 0; k < values.size(); ++k) values[k] += noise_rad * sensor.normal(k + 1);
@@ -54,14 +48,12 @@ std::vector<double> sway(std::uint64_t i, bool has_passive = true) {
 /// How many of trials 0, step, 2 step ... below `end` are warned of with this code, after a change.
 template <class Change>
 int warned(const std::string& code, const Change& change, std::uint64_t end, std::uint64_t step) {
-  static const sim::Protocol protocol = sim::default_protocol();
-  static const ProtocolPlan plan(protocol);
   int count = 0;
   for (std::uint64_t i = 0; i < end; i += step) {
     std::vector<double> values = sway(i);
     change(values);
     Recording recording = make_recording(values, rate_hz);
-    const Trial trial = bring_to_protocol(recording, plan);
+    const Trial trial = bring_to_protocol(recording, plan());
     CHECK(trial.other_start == (std::ranges::count(recording.warnings, "other_start", &Warning::code) > 0));
     for (const Warning& warning : recording.warnings)
       if (warning.code == code ||
