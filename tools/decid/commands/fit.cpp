@@ -329,9 +329,9 @@ void run_fit(FitOptions options, const Command& command) {
   options.request.keeps_log_likelihood = options.outputs.draws.ends_with(".npz");
   PlanFitter fitter(&model, protocol, plan, options.request, &inputs);
   if (options.groups.given()) static_cast<void>(fitter.report().compared_parameters());  // throws if all are fixed
-  FitResults results = fit_all({recordings.sources, listed(recordings.files), options.joint, freed.conditions,
-                                options.common.quiet, options.request.keeps_log_likelihood},
-                               fitter, plan, journal ? &*journal : nullptr);
+  FitResults results =
+      fit_all({recordings.sources, listed(recordings.files), options.joint, freed.conditions, options.common.quiet},
+              fitter, plan, journal ? &*journal : nullptr);
   if (!is_root()) return;
   options.outputs.count = results.size();
   Report report = make_report(options, fitter, std::move(results), groups, options.outputs.places);

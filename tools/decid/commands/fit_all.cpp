@@ -105,8 +105,8 @@ FitResults fit_all(const FitCall& call, PlanFitter& fitter, const RecordingPlan&
       for (std::size_t k = 0; k < members.size(); ++k) {
         keys[members[k]] = own[k];
         std::optional<RecordingResult> found = journal->find(own[k]);
-        if (call.keeps_log_likelihood && found && found->fit && found->fit->inferred.log_likelihood.empty())
-          found.reset();
+        const bool lacks_likelihood = found && found->fit && found->fit->inferred.log_likelihood.empty();
+        if (lacks_likelihood && fitter.report().fit->keeps_log_likelihood) found.reset();
         results[members[k]] = std::move(found);
       }
     }

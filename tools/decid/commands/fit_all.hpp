@@ -15,7 +15,6 @@ struct FitCall {
   std::string files;              ///< the list of recordings, which all ranks must have
   std::string joint, conditions;  ///< see joint_groups(); joint empty: each recording is fitted alone
   bool quiet = false;
-  bool keeps_log_likelihood = false;  ///< of each draw: results of a journal without it do not count
 };
 
 /// The results of a call's recordings, in order; empty for a recording whose fit has not begun.
