@@ -34,13 +34,16 @@ double Segments::inertia_kgm2() const {
 }
 
 Segments make_segments(const Participant& participant) {
-  const auto check = [](const char* setting, double value, double high) {
+  const auto check = [](const char* setting, double value, double high, const std::string& advice = {}) {
     if (value > 0.0 && value <= high) return;
     throw Error(Code::setting_out_of_range, "participant " + std::string(setting), "is " + given_text(value),
-                "give a value above 0 and at most " + setting_text(high));
+                "give a value above 0 and at most " + setting_text(high) + advice);
   };
   check("mass_kg", participant.mass_kg, 500.0);
-  check("height_m", participant.height_m, 3.0);
+  const double height = participant.height_m;
+  const bool is_like_cm = height >= 30.0 && height <= 300.0;  // as in sheets
+  check("height_m", height, 3.0,
+        is_like_cm ? "; if it is in cm, give " + setting_text(std::round(1e4 * height / 100.0) / 1e4) : std::string());
   Segments segments{};
   segments.leg_mass_kg = leg_mass * participant.mass_kg;
   segments.leg_length_m = leg_length * participant.height_m;

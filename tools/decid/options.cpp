@@ -12,16 +12,24 @@
 namespace decid::tools {
 namespace {
 
-/// Accepts numbers of a type from low to high. shown: the range, in messages and in the help.
+/// Accepts numbers of a type from low to high. shown: the range, in messages and in the help. others: see
+/// Option::range().
 template <class Number>
-CLI::Validator between(Number low, Number high, const std::string& shown) {
+CLI::Validator between(Number low, Number high, const std::string& shown, const std::vector<OtherUnit>& others = {}) {
   return {[=](const std::string& text) {
             Number value{};
             if (!CLI::detail::lexical_cast(text, value) && text.find_first_not_of("+-.,0123456789eE") == text.npos &&
                 text.find(',') != text.npos)
               return text + " is not a number; write decimals with a point";
-            const bool is_valid = CLI::detail::lexical_cast(text, value) && value >= low && value <= high;
-            return is_valid ? std::string() : text + " is not from " + shown;
+            const bool is_number = CLI::detail::lexical_cast(text, value);
+            if (is_number && value >= low && value <= high) return std::string();
+            const std::string problem = text + " is not from " + shown;
+            for (const OtherUnit& other : others) {
+              const double converted = static_cast<double>(value) * other.size;
+              if (is_number && converted >= static_cast<double>(low) && converted <= static_cast<double>(high))
+                return problem + format("; if it is in %s, give %.4g", other.name.c_str(), converted);
+            }
+            return problem;
           },
           "in " + shown};
 }
@@ -52,8 +60,8 @@ Option& Option::range(long long low, long long high) {
   return *this;
 }
 
-Option& Option::range(double low, double high, const char* unit) {
-  option_->check(between(low, high, format("%g to %g%s%s", low, high, *unit == '\0' ? "" : " ", unit)));
+Option& Option::range(double low, double high, const char* unit, const std::vector<OtherUnit>& others) {
+  option_->check(between(low, high, format("%g to %g%s%s", low, high, *unit == '\0' ? "" : " ", unit), others));
   return *this;
 }
 

@@ -14,6 +14,12 @@ class Option;
 
 namespace decid::tools {
 
+/// A unit that an option does not take, and its size in the option's unit: {"cm", 0.01} for metres.
+struct OtherUnit {
+  std::string name;
+  double size = 1.0;
+};
+
 /// An option of a command; each call adds a property. Program::parse throws UsageError for values that the option
 /// rejects.
 class Option {
@@ -24,7 +30,9 @@ class Option {
   /// Accepts numbers from low to high.
   Option& range(int low, int high);
   Option& range(long long low, long long high);
-  Option& range(double low, double high, const char* unit = "");
+  /// `others`: units that people give by mistake. The message converts a value that is out of range from the first of
+  /// them that brings it into range.
+  Option& range(double low, double high, const char* unit = "", const std::vector<OtherUnit>& others = {});
   Option& one_of(const std::vector<std::string>& words);
   /// Accepts `least` to `most` values in sequence.
   Option& values(int least, int most);

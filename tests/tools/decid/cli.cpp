@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "base/text.hpp"
 #include "sim/protocol/protocol.hpp"
@@ -28,6 +31,36 @@ TEST_CASE("every command's help has options under headings and three examples or
     CHECK(examples >= 3);
   }
   CHECK(run_decid("--version").out == std::string("decid ") + DECID_VERSION + "\n");
+}
+
+TEST_CASE("a weight or a height in another unit is refused with the value to give, one in no unit without") {
+  const auto message_of = [](const std::string& option, const std::string& value) {
+    const decid::tools::Program program("decid", "", "");
+    decid::tools::add_identify(program.top());
+    std::vector<std::string> words{"decid", "identify", "x.csv", option, value};
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    try {
+      program.parse(static_cast<int>(arguments.size()), arguments.data());
+    } catch (const decid::tools::UsageError& error) {
+      return error.message;
+    }
+    return std::string("accepted");
+  };
+  struct Call {
+    const char *option, *value, *advised;
+  };
+  for (const auto& [option, value, advised] :
+       {Call{"--height", "175", "in cm, give 1.75"}, Call{"--height", "1625", "in mm, give 1.625"},
+        Call{"--com-height", "93", "in cm, give 0.93"}, Call{"--mass", "300", "in lb, give 136.1"},
+        Call{"--mass", "70000", "in g, give 70"}})
+    CHECK(message_of(option, value).ends_with(advised));
+  for (const auto& [option, value] :
+       {std::pair("--height", "12"), std::pair("--height", "tall"), std::pair("--mass", "0")}) {
+    const std::string message = message_of(option, value);
+    CHECK(contains(message, "is not from"));
+    CHECK_FALSE(contains(message, "give"));
+  }
 }
 
 #ifndef DECID_MPI
