@@ -340,6 +340,15 @@ bool names_ages(const std::string& column) {
                              [key = column_key(column)](std::string_view name) { return column_key(name) == key; });
 }
 
+bool names_body_mass_indices(const std::string& column) {
+  constexpr auto known = std::to_array<std::string_view>({"bmi", "bodymassindex", "imc"});
+  constexpr auto units = std::to_array<std::string_view>({"", "kgm2", "kgm^2", "kgm\u00B2", "inkgm2", "inkgm\u00B2"});
+  const std::string key = column_key(column);
+  return std::ranges::any_of(known, [&](std::string_view name) {
+    return key.starts_with(name) && std::ranges::find(units, key.substr(name.size())) != units.end();
+  });
+}
+
 bool has_no_value(const std::string& cell) {
   const std::string key = text_key(cell);
   return key.empty() || key == "n/a" || key == "na" || key == "nan" || key == "#n/a";

@@ -72,6 +72,8 @@ bool names_weights(const std::string& column);
 bool names_heights(const std::string& column);
 /// Returns true for the names of a column of ages in years.
 bool names_ages(const std::string& column);
+/// Returns true for the names of a column of body mass indices in kg/m2: bmi, body mass index, IMC.
+bool names_body_mass_indices(const std::string& column);
 /// Returns true for a cell without a value: empty, n/a, NA, NaN and #N/A.
 bool has_no_value(const std::string& cell);
 /// Reads the number of a cell, with a decimal point or comma; nothing for another text.

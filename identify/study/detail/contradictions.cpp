@@ -50,11 +50,16 @@ std::optional<Stated> marker_of(const PlannedRecording& planned) {
   return Stated{{*height_m}, format("a com_height of %g m", *height_m)};
 }
 
+/// Returns the cell of a column that is carried along. column: its place in the sheet.
+std::string cell_of(const PlannedRecording& planned, std::size_t column) {
+  return column < planned.entry.cells.size() ? planned.entry.cells[column] : std::string();
+}
+
 /// Returns what the age's column says. age: its place in the sheet.
 AllStated ages_of(const RecordingPlan& plan, std::size_t age) {
   AllStated all;
   for (const PlannedRecording& planned : plan.recordings) {
-    const std::string text = age < planned.entry.cells.size() ? planned.entry.cells[age] : std::string();
+    const std::string text = cell_of(planned, age);
     const std::optional<double> number = read_number(text);
     all.push_back(number ? std::make_optional(Stated{{*number}, text}) : std::nullopt);
   }
@@ -81,6 +86,19 @@ std::string sentence(const RecordingPlan& plan, const AllStated& stated, std::si
   return "the sheet gives " + entry.participant + " two " + what +
          (entry.session.empty() ? std::string() : " in session " + entry.session) + ": " + stated[i]->text + " here, " +
          stated[other]->text + " for " + plan.recordings[other].source.name();
+}
+
+/// Adds the warning `other_bmi`. index: the place of the body mass index in the sheet.
+void warn_of_other_index(PlannedRecording& planned, std::size_t index) {
+  constexpr double low_kg_m2 = 10.0, high_kg_m2 = 70.0, rounding = 0.15;
+  const std::optional<double> stated = read_number(cell_of(planned, index));
+  if (!stated || *stated < low_kg_m2 || *stated > high_kg_m2 || !body_of(planned)) return;
+  const double mass_kg = *planned.mass_kg, height_m = *planned.height_m, of_body = mass_kg / (height_m * height_m);
+  if (std::abs(of_body - *stated) <= rounding * of_body) return;
+  add_caution(planned.warnings, "other_bmi",
+              format("the sheet gives a body mass index of %g kg/m2, and a weight of %g kg and a height of %g m, whose "
+                     "index is %.1f kg/m2: check which of them is wrong",
+                     *stated, mass_kg, height_m, of_body));
 }
 
 }  // namespace
@@ -122,6 +140,10 @@ void warn_of_contradictions(RecordingPlan& plan) {
     if (!other_body.contains(i)) add_caution(warnings, "two_bodies", sentence(plan, markers, i, other, "bodies"));
   }
   const std::vector<std::string>& columns = plan.sheet->columns;
+  const auto index = std::ranges::find_if(columns, names_body_mass_indices);
+  if (index != columns.end())
+    for (PlannedRecording& planned : plan.recordings)
+      warn_of_other_index(planned, static_cast<std::size_t>(index - columns.begin()));
   const auto age = std::ranges::find_if(columns, names_ages);
   if (age == columns.end()) return;
   const AllStated ages = ages_of(plan, static_cast<std::size_t>(age - columns.begin()));

@@ -15,7 +15,9 @@ void refuse_two_groups(const StudySheet& sheet);
 
 /// Adds warnings to the recordings of participants who have two bodies (`two_bodies`) or two ages (`two_ages`) in one
 /// session, or without sessions. Between sessions both may change. Markers of one column at two heights are two bodies,
-/// too. An empty cell contradicts nothing, and neither does a body that is partly of another line.
+/// too. A column of body mass indices that is more than 15% off weight and height is a warning (`other_bmi`); rounding
+/// changes it less, and an index outside of 10 to 70 kg/m2 is a mark or a class. An empty cell contradicts nothing, and
+/// neither does a body that is partly of another line.
 void warn_of_contradictions(RecordingPlan& plan);
 
 /// Adds a warning (`same_content`) to recordings whose files hold the same bytes, and which are read with the same

@@ -187,6 +187,39 @@ TEST_CASE("plan_of: two bodies and two ages of a person in one session are warni
   CHECK(contains(filled[1].warnings[0].text, "0.95 m"));
 }
 
+TEST_CASE("plan_of: a body mass index that contradicts weight and height is a warning; a rounded one is not") {
+  const TemporaryFolder folder;
+  const auto text_of = [&](const std::string& name, const std::string& cells) {
+    const std::string sheet = "ID\tfile\tweight\theight\t" + name + "\nP1\ta.csv\t" + cells + "\n";
+    const RecordingPlan plan = plan_of_text(folder, sheet, {"a.csv"}, Choice::by_sheet);
+    CHECK_FALSE(plan.recordings.at(0).error);
+    std::string text;
+    for (const Warning& warning : plan.recordings[0].warnings) {
+      CHECK(warning.code == "other_bmi");
+      CHECK(warning.severity == Severity::caution);
+      text += warning.text;
+    }
+    return text;
+  };
+  const std::string found = text_of("BMI", "120\t1.75\t24");
+  for (const char* fact : {"24 kg/m2", "120 kg", "1.75 m", "39.2 kg/m2"}) CHECK(contains(found, fact));
+  for (const char* name : {"bmi", "Body mass index (kg/m2)", "BMI [kg/m\u00B2]", "IMC", "bmi_kg_m2"})
+    CHECK_FALSE(text_of(name, "70\t175\t29,1").empty());
+  // By 22.86 kg/m2: rounded, of heights and weights that were rounded (1.749 m as 1.7 m), of no unit, none.
+  for (const char* index : {"22.9", "23", "22,86", "24.2", "20.0", "26.2", "n/a", "2", "999", "overweight"}) {
+    CAPTURE(index);
+    CHECK(text_of("BMI", std::string("70\t175\t") + index).empty());
+  }
+  for (const char* name : {"bmi_z", "BMI percentile", "BMI class"}) CHECK(text_of(name, "70\t175\t50").empty());
+  // A body that is partly of another line contradicts nothing.
+  const RecordingPlan plan = plan_of_text(folder,
+                                          "ID\tsession\tfile\tweight\theight\tBMI\nP1\t1\ta.csv\t70\t175\t22.9\n"
+                                          "P1\t2\tb.csv\tn/a\t175\t30\n",
+                                          {"a.csv", "b.csv"}, Choice::by_sheet);
+  CHECK(plan.recordings.at(1).warnings.at(0).code == "body_of_other_line");
+  CHECK(plan.recordings[1].warnings.size() == 1);
+}
+
 TEST_CASE("set_planned: a result has the sheet's warnings once, before its other cautions") {
   PlannedRecording planned{std::filesystem::path("a.csv"), {}};
   add_caution(planned.warnings, "two_ages", "the sheet gives A two ages");
