@@ -138,6 +138,10 @@ TEST_CASE("up to 1% that is missing at the start, or 3% at the end, is mirrored,
   REQUIRE(lacking != cropped.warnings.end());
   CHECK(lacking->severity == Severity::caution);
   CHECK(contains(lacking->text, "lacks 27 samples"));
+  Recording tilted = with_tilt(protocol, 0.5, 9.3, 100.0);  // its tilt gives the start; 0.2 s are missing at the end
+  const Trial by_tilt = bring_to_protocol(tilted, protocol);
+  CHECK(within(by_tilt.tilt->delay_s, 0.5, 0.005));
+  CHECK(by_tilt.gaps == std::vector<SampleRange>{{880, 900}});
   Recording shorter = ramp(872);
   check_error([&] { bring_to_protocol(shorter, protocol); }, Code::recording_too_short, "'tiny'");
   Recording half = ramp(300);
