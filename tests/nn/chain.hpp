@@ -167,15 +167,4 @@ struct OneThread {
   int threads = omp_get_max_threads();
 };
 
-/// The problem of the Error that `action` throws, after "where: "; "none" if it throws nothing.
-template <class Action>
-std::string error_of(const Action& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    return error.where() + ": " + error.problem();
-  }
-  return "none";
-}
-
 }  // namespace decid::nn::testing
