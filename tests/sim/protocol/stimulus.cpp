@@ -282,34 +282,6 @@ TEST_CASE("stimuli: the ends of the bounds are inside") {
   CHECK_NOTHROW(playing(MeasuredTilt{.tilt_deg = {0.0, 45.0}}));
 }
 
-TEST_CASE("Experiment: equal ones; kinds, and everything in them, count") {
-  const auto differs = [](auto kind, auto change) {
-    const Protocol a = playing(kind);
-    change(kind);
-    Protocol b = a;
-    b.experiment.stimulus = kind;
-    return a.experiment == a.experiment && a.experiment != b.experiment;
-  };
-  CHECK_FALSE(playing(sines()).experiment == playing(cosines()).experiment);
-  CHECK_FALSE(playing(sines()).experiment == Protocol{}.experiment);
-  CHECK(differs(measured(), [](auto& m) { m.tilt_deg[3] += 1e-9; }));
-  CHECK(differs(measured(), [](auto& m) { m.tilt_deg.push_back(0.0); }));
-  CHECK(differs(measured(), [](auto& m) { m.cycles = 2; }));
-  CHECK(differs(measured(), [](auto& m) { m.lead_in_s = 1.0; }));
-  CHECK(differs(measured(), [](auto& m) { m.lead_out_s = 1.0; }));
-  CHECK(differs(sines(), [](auto& s) { s.components.pop_back(); }));
-  CHECK(differs(sines(), [](auto& s) { s.components[0].frequency_hz = 0.2; }));
-  CHECK(differs(sines(), [](auto& s) { s.components[0].amplitude_deg = 0.2; }));
-  CHECK(differs(sines(), [](auto& s) { s.components[0].phase_deg = 0.2; }));
-  CHECK(differs(sines(), [](auto& s) { s.cycle_s = 20.0; }));
-  CHECK(differs(sines(), [](auto& s) { s.cycles = 2; }));
-  CHECK(differs(cosines(), [](auto& c) { c.moves[0].shape = Move::Shape::step; }));
-  CHECK(differs(cosines(), [](auto& c) { c.moves[0].start_s = 0.5; }));
-  CHECK(differs(cosines(), [](auto& c) { c.moves[0].duration_s = 1.0; }));
-  CHECK(differs(cosines(), [](auto& c) { c.moves[0].amplitude_deg = 2.0; }));
-  CHECK(differs(cosines(), [](auto& c) { c.cycle_s = 9.0; }));
-}
-
 TEST_CASE("Protocol::sequence: only of a sequence") {
   Protocol protocol = playing(sines());
   check_error([&] { protocol.sequence(); }, decid::Code::setting_conflict);
