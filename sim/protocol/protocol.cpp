@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
 #include <variant>
 
 #include "base/error.hpp"
@@ -140,9 +141,7 @@ double Protocol::noise_period_s() const {
 }
 
 Sequence& Protocol::sequence() {
-  if (Sequence* found = std::get_if<Sequence>(&experiment.stimulus)) return *found;
-  throw Error(Code::setting_conflict, "protocol " + name, "does not play a ternary sequence",
-              "use a protocol that plays a sequence");
+  return const_cast<Sequence&>(std::as_const(*this).sequence());
 }
 
 const Sequence& Protocol::sequence() const {

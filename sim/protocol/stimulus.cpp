@@ -62,14 +62,6 @@ void check_count(const Checker& check, const std::string& setting, std::size_t c
              "give " + std::to_string(least) + " to " + std::to_string(most));
 }
 
-std::vector<int> checked_sequence(const Checker& check, const Sequence& sequence) {
-  try {
-    return ternary_sequence(sequence);
-  } catch (const Error& error) {
-    check.fail("sequence", error.problem(), error.remedy());
-  }
-}
-
 void check_kind(const Checker& check, const Sequence& sequence, int) {
   for (const int coefficient : sequence.feedback) check.within("sequence feedback", coefficient, -2, 2);
   for (const int value : sequence.start) check.within("sequence start", value, 0, 2);
@@ -82,7 +74,12 @@ void check_kind(const Checker& check, const Sequence& sequence, int) {
   check.positive("sequence amplitude_deg", sequence.amplitude_deg, max_tilt_deg);
   check_common(check, "sequence ", sequence);
 
-  const std::vector<int> values = checked_sequence(check, sequence);
+  std::vector<int> values;
+  try {
+    values = ternary_sequence(sequence);
+  } catch (const Error& error) {
+    check.fail("sequence", error.problem(), error.remedy());
+  }
   const int sum = std::accumulate(values.begin(), values.end(), 0);
   if (sum != 0) {
     check.fail("sequence feedback", "makes a sequence that sums to " + std::to_string(sum),
@@ -199,20 +196,14 @@ std::vector<double> cycle_deg(const MeasuredTilt& measured, int) {
   return tilt;
 }
 
-// Returns the sine of an angle given in turns: removes whole turns, and rounds the rest to 2^-52 of a turn.
-double sin_2pi(double turns) {
-  constexpr long long parts = 1LL << 52;
-  return sincos_of_turn(static_cast<long long>((turns - std::floor(turns)) * static_cast<double>(parts)), parts).sin;
-}
-
 std::vector<double> cycle_deg(const Sines& sines, int steps_per_sample) {
   std::vector<double> tilt(static_cast<std::size_t>(milliseconds(sines.cycle_s) / steps_per_sample) + 1, 0.0);
   const double rate_hz = static_cast<double>(steps_per_second) / steps_per_sample;
   for (const Sine& sine : sines.components) {
-    const double phase = sine.phase_deg / 360.0, first = sin_2pi(phase);
+    const double phase = sine.phase_deg / 360.0, first = sincos_of_turns(phase).sin;
     for (std::size_t k = 0; k < tilt.size(); ++k) {
       const double turns = sine.frequency_hz * (static_cast<double>(k) / rate_hz) + phase;
-      tilt[k] += sine.amplitude_deg * (sin_2pi(turns) - first);
+      tilt[k] += sine.amplitude_deg * (sincos_of_turns(turns).sin - first);
     }
   }
   return tilt;

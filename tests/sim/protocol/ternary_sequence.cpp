@@ -53,22 +53,6 @@ TEST_CASE("ternary_sequence: the default sequence") {
   CHECK(first == std::vector<int>{0, 1, 0, 1, -1, -1});
 }
 
-TEST_CASE("ternary_sequence: the short sequence") {
-  const std::vector<int> values = ternary_sequence(short_protocol().sequence());
-  CHECK(values.size() == 80);
-  CHECK(occurrences(values, 0) == 26);
-  CHECK(occurrences(values, 1) == 27);
-  CHECK(occurrences(values, -1) == 27);
-}
-
-TEST_CASE("ternary_sequence: errors") {
-  Sequence sequence;
-  sequence.feedback = {0, 0, 1, -1, 0};  // forgets its last stage
-  CHECK_THROWS_AS(ternary_sequence(sequence), decid::Error);
-  sequence.feedback = {0, 0, 1, -1};
-  CHECK_THROWS_AS(ternary_sequence(sequence), decid::Error);
-}
-
 TEST_CASE("make_stimulus: default protocol") {
   const Protocol protocol = default_protocol();
   protocol.validate();
