@@ -145,9 +145,7 @@ class Programs(unittest.TestCase):
 
 class CommandLine(unittest.TestCase):
     def refused(self, *words):
-        done = subprocess.run([ROOT / "tools/bench-compare", *words], capture_output=True, text=True, check=False)
-        self.assertEqual(done.returncode, 2, done.stderr)
-        return done.stderr
+        return made_up.refused(self, "bench-compare", *words)
 
     def test_wrong_usage_is_exit_code_2(self):
         self.assertIn("give REF, --release or --builds", self.refused())
