@@ -35,24 +35,23 @@ void check_common(const Checker& check, const std::string& prefix, const Kind& k
   check.whole_milliseconds(prefix + "lead_out_s", kind.lead_out_s);
 }
 
-void check_whole_samples(const Checker& check, const std::string& setting, double seconds, int steps_per_sample) {
-  if (milliseconds(seconds) % steps_per_sample == 0) return;
-  check.fail(setting, "is " + given_text(seconds) + " s, not a whole number of samples",
-             "give a multiple of " + setting_text(static_cast<double>(steps_per_sample) / steps_per_second) + " s");
+/// Returns the sample rate of so many steps per sample.
+double rate_of(int steps_per_sample) {
+  return static_cast<double>(steps_per_second) / steps_per_sample;
 }
 
 template <class Kind>
 void check_sampled(const Checker& check, const std::string& prefix, const Kind& kind, int steps_per_sample) {
   check_common(check, prefix, kind);
-  check_whole_samples(check, prefix + "lead_in_s", kind.lead_in_s, steps_per_sample);
-  check_whole_samples(check, prefix + "lead_out_s", kind.lead_out_s, steps_per_sample);
+  check.whole_samples(prefix + "lead_in_s", kind.lead_in_s, rate_of(steps_per_sample));
+  check.whole_samples(prefix + "lead_out_s", kind.lead_out_s, rate_of(steps_per_sample));
 }
 
 template <class Kind>
 void check_given_cycle(const Checker& check, const std::string& prefix, const Kind& kind, int steps_per_sample) {
   check.positive(prefix + "cycle_s", kind.cycle_s, longest_trial_s);
   check.whole_milliseconds(prefix + "cycle_s", kind.cycle_s);
-  check_whole_samples(check, prefix + "cycle_s", kind.cycle_s, steps_per_sample);
+  check.whole_samples(prefix + "cycle_s", kind.cycle_s, rate_of(steps_per_sample));
 }
 
 void check_count(const Checker& check, const std::string& setting, std::size_t count, std::size_t least,
@@ -198,7 +197,7 @@ std::vector<double> cycle_deg(const MeasuredTilt& measured, int) {
 
 std::vector<double> cycle_deg(const Sines& sines, int steps_per_sample) {
   std::vector<double> tilt(static_cast<std::size_t>(milliseconds(sines.cycle_s) / steps_per_sample) + 1, 0.0);
-  const double rate_hz = static_cast<double>(steps_per_second) / steps_per_sample;
+  const double rate_hz = rate_of(steps_per_sample);
   for (const Sine& sine : sines.components) {
     const double phase = sine.phase_deg / 360.0, first = sincos_of_turns(phase).sin;
     for (std::size_t k = 0; k < tilt.size(); ++k) {

@@ -39,16 +39,6 @@ TEST_CASE("parameter_count: of a text, as of the network") {
   check_error([] { parameter_count({1, 1, 1}, "softsign"); }, decid::Code::setting_malformed);
 }
 
-TEST_CASE("Network: the architecture's text") {
-  const Network<float> network({2, 8, 8}, "\n conv 4 3x3 pad 1;;relu \r\n; maxpool 2\n\nfc 3;");
-  const std::string complete = "conv 4 3x3 stride 1x1 pad 1x1\nrelu\nmaxpool 2x2 stride 2x2\nfc 3";
-  CHECK(network.architecture() == complete);
-  CHECK(Network<double>({2, 8, 8}, complete).architecture() == complete);
-  CHECK(network.input_shape() == Shape{2, 8, 8});
-  REQUIRE(network.layers().size() == 4);
-  CHECK(network.layers()[3].src_shape() == Shape{4, 4, 4});
-}
-
 TEST_CASE("Network: construction errors") {
   const auto refused = [](Shape shape, const char* text, decid::Code code, const char* fact = "") {
     check_error([&] { Network<float>(shape, text); }, code, fact);

@@ -354,7 +354,7 @@ TEST_CASE("dropout: drops its rate, scales the rest, another mask each step; inf
 
 TEST_CASE("architecture: comments, blocks, and what does not fit") {
   const Network net({2, 6, 5},
-                    "# a block\nconv 4 3x3 pad 1  # same size\nresidual { batchnorm; relu; conv 4 1x1 }\n"
+                    "# a block\n\n conv 4 3x3 pad 1  # same size\r\nresidual { batchnorm;; relu \r\n; conv 4 1x1 }\n"
                     "concat {conv 2 1x1}; fc 3 # ; relu");
   CHECK(net.architecture() ==
         "conv 4 3x3 stride 1x1 pad 1x1\nresidual {\nbatchnorm\nrelu\nconv 4 1x1 stride 1x1 pad 0x0\n}\nconcat {\n"
@@ -375,16 +375,14 @@ TEST_CASE("architecture: comments, blocks, and what does not fit") {
       decid::Code::setting_conflict);
 }
 
-TEST_CASE("register_layer: words of decid's own, no word, and no parser are refused") {
+TEST_CASE("register_layer: words of decid's own, no word, no parser, and unusable operations are refused") {
   for (const char* word : {"conv", "fc", "relu", "statspool", "batchnorm", "maxpool", "avgpool", "globalavgpool",
                            "residual", "concat", "{", "}", "tanh", "dropout"})
     check_error([&] { register_layer(word, parse_cube); }, decid::Code::setting_conflict, word);
   for (const char* word : {"", " ", " x y", "x y", "x\n", "#", "x#", "x;y", "x{"})
     check_error([&] { register_layer(word, parse_cube); }, decid::Code::setting_malformed);
   check_error([] { register_layer("nothing", nullptr); }, decid::Code::setting_missing, "nothing");
-}
-
-TEST_CASE("registered layers: an operation that an architecture cannot use is an error of its line") {
+  // An operation that an architecture cannot use is an error of its line.
   register_layer("null_layer", [](Shape, Words&) -> OperationPointer { return nullptr; });
   register_layer("turned_layer", [](Shape src, Words&) -> OperationPointer {
     return std::make_shared<Cube>(Shape{src.rows, src.channels, src.columns});

@@ -13,11 +13,6 @@
 using decid::nn::Schedule;
 using decid::test::check_error;
 
-TEST_CASE("Schedule: constant") {
-  const Schedule schedule("constant", 0.02, 100, 10);
-  for (const long long step : {0LL, 1LL, 50LL, 99LL}) CHECK(schedule.rate(step) == 0.02);
-}
-
 TEST_CASE("Schedule: cosine from the base rate to nearly 0 along half a period") {
   const Schedule schedule("cosine", 0.1, 1000, 10);
   CHECK(schedule.rate(0) == 0.1);
