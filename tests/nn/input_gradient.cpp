@@ -82,7 +82,7 @@ class Frozen {
 }  // namespace
 
 TEST_CASE("a Trainer with frozen statistics: central differences of inputs and parameters, statistics stay") {
-  const OneThread one_thread;
+  const Threads one_thread(1);
   for (const Case& one : cases) {
     CAPTURE(one.architecture);
     for (const int batch : {1, 18}) {

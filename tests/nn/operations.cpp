@@ -204,7 +204,7 @@ static double worst_gradient(const Case& one, int batch) {
 }
 
 TEST_CASE("operations: gradients are differences of the loss, parameters' and input's") {
-  const OneThread one_thread;
+  const Threads one_thread(1);
   // PyTorch's figures and tests/nn/kernels.cpp have more geometries of each kind.
   std::vector<Case> all{{{1, 6, 7}, "conv 3 5x5 pad 4"},
                         {{2, 8, 9}, "conv 3 2x4 stride 3x2 pad 1x3"},
@@ -231,7 +231,7 @@ TEST_CASE("operations: gradients are differences of the loss, parameters' and in
 // over its input. Both must leave the outputs that the layer before reads in backward. The limit is higher than above
 // because the cube's third derivative is large behind a batchnorm.
 TEST_CASE("gradients: every layer before a relu, and before a relu and a batchnorm") {
-  const OneThread one_thread;
+  const Threads one_thread(1);
   std::vector<std::string> lines{"conv 4 3x3 pad 1",
                                  "fc 9",
                                  "batchnorm",
@@ -255,7 +255,7 @@ TEST_CASE("gradients: every layer before a relu, and before a relu and a batchno
 }
 
 TEST_CASE("operations: single samples, batches and threads give the same bits; the text makes the same network") {
-  const int threads = omp_get_max_threads();
+  const Threads kept(omp_get_max_threads());
   for (const Case& one : cases()) {
     CAPTURE(one.text);
     Network net(one.shape, one.text);
@@ -274,11 +274,10 @@ TEST_CASE("operations: single samples, batches and threads give the same bits; t
                                std::span(together).subspan(n * values, values)));
     for (const float value : together) REQUIRE(std::isfinite(value));
   }
-  omp_set_num_threads(threads);
 }
 
 TEST_CASE("operations: training has the same bits for any number of threads, dropout included") {
-  const int threads = omp_get_max_threads();
+  const Threads kept(omp_get_max_threads());
   register_cube();
   const auto inputs = hashed_values<float>(1, 40 * 60), targets = hashed_values<float>(2, 40 * 2);
   const auto train = [&](int count, std::uint64_t seed) {
@@ -296,7 +295,6 @@ TEST_CASE("operations: training has the same bits for any number of threads, dro
   CHECK(train(2, 1) == one);
   CHECK(train(8, 1) == one);
   CHECK(train(1, 2) != one);
-  omp_set_num_threads(threads);
 }
 
 TEST_CASE("operations: training has the same bits for any number of processes, dropout included") {

@@ -48,10 +48,6 @@ Trained trained() {
   return made;
 }
 
-bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
-  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0);
-}
-
 TensorFile small_file() {
   TensorFile file;
   file.metadata = {{"key", "value"}};

@@ -163,28 +163,6 @@ TEST_CASE("PyTorch: batch normalisation, three steps of training and inference")
   compare("batchnorm/inference", store_batch(chain.output()));
 }
 
-TEST_CASE("PyTorch: mean squared error") {
-  struct Case {
-    const char* name;
-    int batch, outputs;
-  };
-  for (const auto& [name, batch, outputs] : {Case{"mse", 19, 7}, Case{"msefull", 32, 3}, Case{"mseone", 1, 1}}) {
-    AlignedBuffer<float> memory, diff_memory;
-    const Shape shape{outputs, 1, 1};
-    memory.reserve(TensorView<float>::required(shape, batch, {}));
-    diff_memory.reserve(TensorView<float>::required(shape, batch, {}));
-    const TensorView<float> output(memory.data(), shape, batch, {}), diff(diff_memory.data(), shape, batch, {});
-    const auto id = static_cast<std::uint32_t>(6000 + batch);
-    load_hashed(output, id, 2.0);
-    const auto targets = hashed_values<float>(id + 1, static_cast<std::size_t>(batch * outputs));
-    std::vector<double> parts(TensorView<float>::count_blocks(batch) * static_cast<std::size_t>(outputs));
-    squared_errors(output, targets, batch, parts, diff);
-    compare(std::string(name) + "/loss",
-            std::vector<double>{std::accumulate(parts.begin(), parts.end(), 0.0) / (batch * outputs)});
-    compare(std::string(name) + "/diff", store_batch(diff));
-  }
-}
-
 TEST_CASE("PyTorch: a network trained for five steps with momentum and weight decay") {
   constexpr int batch = 19, steps = 5;
   Network<float> network({2, 12, 10},

@@ -203,16 +203,6 @@ def batchnorm_figures():
     emit("batchnorm/inference", y, length, ((1 + statistics[0].abs()) * p["gamma"].abs() * inverse).max() + 1)
 
 
-def loss_figures():
-    for name, batch, outputs in (("mse", 19, 7), ("msefull", 32, 3), ("mseone", 1, 1)):
-        y = tensor(6000 + batch, (batch, outputs), 2.0)
-        target = tensor(6001 + batch, (batch, outputs))
-        loss = F.mse_loss(y, target)
-        loss.backward()
-        emit(f"{name}/loss", loss, 4, loss)
-        emit(f"{name}/diff", y.grad, 4, y.grad.abs().max())
-
-
 def network_figures():
     first, shape = 8000, NETWORK_SHAPE
     layers, statistics = [], []
@@ -266,5 +256,4 @@ print(f"// Made by tests/nn/torch_figures.py with PyTorch {torch.__version__}: d
 for case in LAYERS:
     layer_figures(*case)
 batchnorm_figures()
-loss_figures()
 network_figures()

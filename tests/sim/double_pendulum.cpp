@@ -236,16 +236,6 @@ TEST_CASE("DoubleSimulator: small sway follows the transfer matrix") {
   }
 }
 
-TEST_CASE("DoubleSimulator: noise is the ankle's realisation, each module's own gain") {
-  const DoubleSimulator simulator{Protocol{}};
-  DoubleParameters parameters = defaults();
-  parameters.ankle[Nv] = 0.0;
-  const Random other(9, streams::child_noise, 9);
-  CHECK(simulate(simulator, parameters).com == simulate(simulator, parameters, other).com);
-  parameters.hip[Nv] = 0.3;
-  CHECK(simulate(simulator, parameters).com != simulate(simulator, parameters, other).com);
-}
-
 TEST_CASE("DoubleSimulator: falls") {
   const DoubleSimulator simulator{Protocol{}};
   DoubleParameters parameters = defaults();

@@ -37,20 +37,6 @@ TEST_CASE("closed_loop: its formula") {
   }
 }
 
-TEST_CASE("Simulator: Nv = 0 is exactly without noise, Nv > 0 is not") {
-  Parameters parameters = single_pendulum().parameters.middle();
-  const Simulator simulator{Protocol{}};
-  const Random other(9, streams::child_noise, 9);
-  CHECK(simulate(simulator, parameters).sway != simulate(simulator, parameters, other).sway);
-  parameters[Nv] = 0.0;
-  Protocol silent;
-  silent.noise.vestibular.scale_deg = 0.0;
-  const std::vector<double> sway = simulate(simulator, parameters).sway;
-  CHECK(sway == simulate(simulator, parameters, other).sway);
-  parameters[Nv] = 1.0;
-  CHECK(sway == simulate(Simulator(silent), parameters).sway);
-}
-
 TEST_CASE("Simulator: a fall is reported when it happens") {
   const Protocol protocol;
   const Simulator simulator(protocol);

@@ -113,7 +113,7 @@ TEST_CASE("fit: learns classes with each optimiser, one from outside among them"
 }
 
 TEST_CASE("fit: the same bits for any number of threads, others for another seed") {
-  const int threads = omp_get_max_threads();
+  const Threads kept(omp_get_max_threads());
   FitOptions o = options();
   o.average = 0.9;
   o.clip_norm = 0.5;
@@ -132,7 +132,6 @@ TEST_CASE("fit: the same bits for any number of threads, others for another seed
     omp_set_num_threads(more);
     CHECK(fitted(o, noisy).sha256 == one.sha256);
   }
-  omp_set_num_threads(threads);
   o.seed = 2;
   CHECK(fitted(o, noisy).sha256 != one.sha256);
 }

@@ -220,7 +220,7 @@ TEST_CASE("training: leaves nothing in the network but weights and statistics") 
 }
 
 TEST_CASE("training: the loss falls, and threads have no say in the bits") {
-  const int threads = omp_get_max_threads();
+  const Threads kept(omp_get_max_threads());
   omp_set_num_threads(1);
   const Training one = train_small(20);
   CHECK(one.losses.back() < 0.5 * one.losses.front());
@@ -233,13 +233,12 @@ TEST_CASE("training: the loss falls, and threads have no say in the bits") {
     CHECK(training.sha256 == one.sha256);
     CHECK(training.losses == one.losses);
   }
-  omp_set_num_threads(threads);
 }
 
 #if !defined(__wasm__)  // a page has one thread
 TEST_CASE("training: threads that came after the trainer have their memory too") {
   kernels<float>();  // an instruction set that cannot run throws here, not in the thread below
-  const int threads = omp_get_max_threads();
+  const Threads kept(omp_get_max_threads());
   const auto input = hashed_values<float>(1, small_batch * 288), targets = hashed_values<float>(2, small_batch * 3);
   std::string expected;
   for (const int count : {1, 2, 8}) {
@@ -258,7 +257,6 @@ TEST_CASE("training: threads that came after the trainer have their memory too")
     if (count == 1) expected = weights_sha256(network);
     CHECK(weights_sha256(network) == expected);
   }
-  omp_set_num_threads(threads);
 }
 #endif
 

@@ -135,18 +135,6 @@ TEST_CASE("Protocol::validate: the noise's band holds a harmonic, unless it is s
   CHECK(noise_band(protocol).last == 121);
 }
 
-TEST_CASE("Protocol: the noise's period is twice the trial's length, whatever that is, unless it is given") {
-  Protocol protocol;
-  CHECK(protocol.noise_period_samples() == 24'200);
-  CHECK(protocol.noise_period_s() == 242.0);
-  protocol.sequence().cycles = 3;
-  CHECK(protocol.noise_period_s() == 363.0);
-  CHECK(short_protocol().noise_period_s() == 127.4);
-  protocol.noise.vestibular.period_s = 200.03;
-  CHECK(protocol.noise_period_samples() == 20'003);
-  CHECK(protocol.noise_period_s() == 200.03);
-}
-
 TEST_CASE("Protocol::validate: trials of all lengths that can be transformed, and of no others") {
   Protocol protocol;
   Sines sines{.components = {{.frequency_hz = 0.1, .amplitude_deg = 0.5}}, .cycle_s = 200.11};
