@@ -35,7 +35,7 @@ void check_common(const Checker& check, const std::string& prefix, const Kind& k
   check.whole_milliseconds(prefix + "lead_out_s", kind.lead_out_s);
 }
 
-/// Returns the sample rate of so many steps per sample.
+/// Returns the sample rate in Hz of a number of steps per sample.
 double rate_of(int steps_per_sample) {
   return static_cast<double>(steps_per_second) / steps_per_sample;
 }

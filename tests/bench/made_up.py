@@ -37,7 +37,7 @@ print(json.dumps({{"context": {{"date": "2024-01-01", "host_name": "h", "executa
 
 
 def refused(test, tool, *words):
-    """What a program of tools/ says on stderr of words that it refuses, with exit code 2 and no output."""
+    """Returns the errors of a program of tools/ that refuses the words with exit code 2 and prints nothing else."""
     done = subprocess.run([ROOT / "tools" / tool, *words], capture_output=True, text=True, check=False)
     test.assertEqual(done.returncode, 2, done.stderr)
     test.assertEqual(done.stdout, "")

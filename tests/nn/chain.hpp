@@ -13,7 +13,6 @@
 #include <string>
 #include <vector>
 
-#include "base/error.hpp"
 #include "nn/architecture.hpp"
 #include "nn/layers/training_layer.hpp"
 #include "nn/training/batch.hpp"

@@ -19,7 +19,6 @@
 
 using namespace decid::sim;
 using decid::Random;
-using decid::Stream;
 using namespace decid::test;
 
 namespace {

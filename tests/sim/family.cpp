@@ -14,8 +14,6 @@
 #include "tests/sim/tiny_protocol.hpp"
 
 using namespace decid::sim;
-using decid::Random;
-using decid::Stream;
 using namespace decid::test;
 
 namespace {
@@ -76,7 +74,7 @@ TEST_CASE("Simulator: equals the equations written straight down, for every dela
   };
   const Protocol brief = brief_protocol(single_pendulum());
   const Parameters middle = single_pendulum().parameters.middle();
-  // Of whole steps, up to the longest, and of parts of them; 0.1 + 0.02 is above 0.12.
+  // Whole steps, up to the longest, and parts of them; 0.1 + 0.02 is above 0.12.
   for (const double delay : {0.0, 0.001, 0.0004, 0.0025, 0.0105, 0.07, 0.12, 0.1 + 0.02, 0.12025, 0.2399, 0.24, 1.0}) {
     CAPTURE(delay);
     Parameters parameters = middle;

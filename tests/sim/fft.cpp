@@ -110,7 +110,7 @@ double distance(const auto& a, const auto& b) {
 
 }  // namespace
 
-// Of every length up to 200, and of trials, of whose bins a sample is compared.
+// Every length up to 200 with all its bins, and lengths of trials with a sample of them.
 TEST_CASE("Fft, RealFft: equal the definition") {
   std::vector<int> lengths{6370, 12100};
   for (int length = 1; length <= 200; ++length) lengths.push_back(length);

@@ -16,7 +16,6 @@
 
 using namespace decid::sim;
 using decid::Random;
-using decid::Stream;
 using namespace decid::test;
 
 TEST_CASE("Outcome: as many samples as end before it, without rounding one away") {

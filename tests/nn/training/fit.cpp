@@ -356,7 +356,7 @@ TEST_CASE("fit: the first sample that is not finite is named, and no step is don
     o.validation_samples = memory;
     check_error([&] { fitted(o); }, decid::Code::value_invalid);
   }
-  // Of a function: in training, and in validation only, where there are no random numbers.
+  // A function makes some in training, or in validation only, where there are no random numbers.
   FitOptions o = options();
   o.epochs = 1;
   for (const bool of_input : {true, false})

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "base/error.hpp"
 #include "sim/protocol/protocol.hpp"
 #include "tests/near.hpp"
 
