@@ -3,7 +3,6 @@
 
 #include <doctest/doctest.h>
 
-
 using namespace decid;
 
 TEST_CASE("trust: the most severe warning decides") {
