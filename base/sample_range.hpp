@@ -2,9 +2,8 @@
 #pragma once
 
 #include <algorithm>
-#include <concepts>
 #include <cstddef>
-#include <span>
+#include <type_traits>
 #include <vector>
 
 namespace decid {
@@ -33,24 +32,17 @@ inline std::vector<SampleRange> joined_ranges(std::vector<SampleRange> ranges) {
   return all;
 }
 
-/// As bridge(), for values of any type.
-template <std::floating_point Value>
-void bridge_values(std::span<Value> values, const SampleRange& range) {
+/// Replaces the values of a range, floats or doubles, by the straight line between their neighbours, at an end by the
+/// nearest value, and if the range is all values by 0. The range lies within the values.
+template <class Values>
+void bridge(Values&& values, const SampleRange& range) {
+  using Value = std::remove_cvref_t<decltype(values[0])>;
   const bool begins = range.first == 0, ends = range.end == values.size();
   const Value after = ends ? (begins ? Value{0} : values[range.first - 1]) : values[range.end];
   const Value before = begins ? after : values[range.first - 1];
   const Value rise = (after - before) / static_cast<Value>(range.size() + 1);
   for (std::size_t k = range.first; k < range.end; ++k)
     values[k] = before + rise * static_cast<Value>(k - range.first + 1);
-}
-
-/// Replaces the values of a range by the straight line between their neighbours, at an end by the nearest value, and if
-/// the range is all values by 0. The range lies within the values.
-inline void bridge(std::span<float> values, const SampleRange& range) {
-  bridge_values(values, range);
-}
-inline void bridge(std::span<double> values, const SampleRange& range) {
-  bridge_values(values, range);
 }
 
 }  // namespace decid

@@ -4,7 +4,6 @@
 #include <benchmark/benchmark.h>
 #include <omp.h>
 
-#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -45,16 +44,12 @@ class PeakMemory {
   double before_;
 };
 
-double wall_seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 /// One thread: CPU time; more: wall time. `prepare` makes what is run, and its memory counts.
 void measure(benchmark::State& state, int threads, const std::function<std::function<void()>()>& prepare) {
   omp_set_num_threads(threads);
 #pragma omp parallel
   {}
-  const auto now = threads == 1 ? bench::cpu_seconds : wall_seconds;
+  const auto now = threads == 1 ? bench::cpu_seconds : bench::wall_seconds;
   static const PeakMemory peak;  // from before the first of the calls that find out how often to repeat
   const auto run = prepare();
   std::vector<double> times;

@@ -25,14 +25,6 @@ double quantile_95(double nu) {
   return 0.5 * nu * (decid::exp(-2.0 / nu * decid::log(0.05)) - 1.0);
 }
 
-/// Returns exp(2 pi i turns).
-Complex turned(double turns) {
-  constexpr long long parts = 1LL << 52;
-  const double part = (turns - std::floor(turns)) * static_cast<double>(parts);
-  const auto [sin, cos] = sincos_of_turn(static_cast<long long>(part), parts);
-  return {cos, sin};
-}
-
 int whole_samples(const Experiment& experiment, int cycles) {
   const double samples = cycles * experiment.cycle_s() * experiment.sample_rate_hz;
   if (cycles < 1) {
@@ -163,8 +155,12 @@ std::vector<Complex> FrequencyResponse::linear(const Experiment& experiment, con
     Complex sum = 0.0;
     double power = 0.0;
     for (const Harmonic& harmonic : band) {
-      const Complex response = harmonic.power * closed_loop(experiment, parameters, harmonic.frequency_hz);
-      sum += start_s == 0.0 ? response : response * turned(harmonic.frequency_hz * start_s);
+      Complex response = harmonic.power * closed_loop(experiment, parameters, harmonic.frequency_hz);
+      if (start_s != 0.0) {
+        const auto [sin, cos] = sincos_of_turns(harmonic.frequency_hz * start_s);
+        response *= Complex(cos, sin);
+      }
+      sum += response;
       power += harmonic.power;
     }
     responses.push_back(sum / power);

@@ -180,10 +180,7 @@ Complex closed_loop(const Experiment& experiment, const Parameters& parameters, 
   const Coefficients of = family.coefficients(parameters);
   const Body& body = experiment.body;
   // exp(-s delay) has the phase frequency * delay, in turns; whole turns cancel.
-  constexpr long long parts = 1LL << 52;
-  const double turns = frequency_hz * of[delay];
-  const double part = (turns - std::floor(turns)) * static_cast<double>(parts);
-  const auto [sin, cos] = sincos_of_turn(static_cast<long long>(part), parts);
+  const auto [sin, cos] = sincos_of_turns(frequency_hz * of[delay]);
   const double omega = 2.0 * pi * frequency_hz;
   const Complex passive{of[kp_pass], omega * of[kd_pass]};
   // (kp + s kd) (cos - i sin)

@@ -176,6 +176,18 @@ bool is_int(const Json& json) {
   return json.is_number_integer() && json.get<std::int64_t>() >= std::numeric_limits<int>::min();
 }
 
+bool is_number(const Json& json) {
+  return json.is_number();
+}
+
+bool is_text(const Json& json) {
+  return json.is_string();
+}
+
+auto list_of(bool (*is_entry)(const Json&)) {
+  return [is_entry](const Json& json) { return json.is_array() && std::all_of(json.begin(), json.end(), is_entry); };
+}
+
 }  // namespace
 
 JsonObject::JsonObject(const Json& json, std::string where, std::string path)
@@ -209,62 +221,46 @@ const Json& JsonObject::require(const char* key) {
   throw Error(Code::setting_missing, where_, full_name(key) + " is missing", "add it");
 }
 
-void JsonObject::read(const char* key, double& value) {
+template <class Value, class IsValue>
+void JsonObject::read_as(const char* key, Value& value, const IsValue& is_value, const char* expected) {
   const Json* json = find(key);
-  if (!json) return;
-  if (!json->is_number()) wrong_type(key, "a number");
-  value = json->get<double>();
+  if (json == nullptr) return;
+  if (!is_value(*json)) wrong_type(key, expected);
+  value = json->get<Value>();
+}
+
+void JsonObject::read(const char* key, double& value) {
+  read_as(key, value, is_number, "a number");
 }
 
 void JsonObject::read(const char* key, int& value) {
-  const Json* json = find(key);
-  if (!json) return;
-  if (!is_int(*json)) wrong_type(key, "a whole number");
-  value = json->get<int>();
+  read_as(key, value, is_int, "a whole number");
 }
 
 void JsonObject::read(const char* key, std::uint64_t& value) {
-  const Json* json = find(key);
-  if (!json) return;
-  if (!json->is_number_unsigned()) wrong_type(key, "a whole number from 0 to 2^64 - 1");
-  value = json->get<std::uint64_t>();
+  const auto is_unsigned = [](const Json& json) { return json.is_number_unsigned(); };
+  read_as(key, value, is_unsigned, "a whole number from 0 to 2^64 - 1");
 }
 
 void JsonObject::read(const char* key, bool& value) {
-  const Json* json = find(key);
-  if (!json) return;
-  if (!json->is_boolean()) wrong_type(key, "true or false");
-  value = json->get<bool>();
+  const auto is_boolean = [](const Json& json) { return json.is_boolean(); };
+  read_as(key, value, is_boolean, "true or false");
 }
 
 void JsonObject::read(const char* key, std::string& value) {
-  const Json* json = find(key);
-  if (!json) return;
-  if (!json->is_string()) wrong_type(key, "a text");
-  value = json->get<std::string>();
+  read_as(key, value, is_text, "a text");
 }
 
 void JsonObject::read(const char* key, std::vector<int>& value) {
-  const Json* json = find(key);
-  if (!json) return;
-  if (!json->is_array() || !std::all_of(json->begin(), json->end(), is_int)) wrong_type(key, "a list of whole numbers");
-  value = json->get<std::vector<int>>();
+  read_as(key, value, list_of(is_int), "a list of whole numbers");
 }
 
 void JsonObject::read(const char* key, std::vector<double>& value) {
-  const Json* json = find(key);
-  if (!json) return;
-  const auto is_number = [](const Json& item) { return item.is_number(); };
-  if (!json->is_array() || !std::all_of(json->begin(), json->end(), is_number)) wrong_type(key, "a list of numbers");
-  value = json->get<std::vector<double>>();
+  read_as(key, value, list_of(is_number), "a list of numbers");
 }
 
 void JsonObject::read(const char* key, std::vector<std::string>& value) {
-  const Json* json = find(key);
-  if (!json) return;
-  const auto is_text = [](const Json& item) { return item.is_string(); };
-  if (!json->is_array() || !std::all_of(json->begin(), json->end(), is_text)) wrong_type(key, "a list of texts");
-  value = json->get<std::vector<std::string>>();
+  read_as(key, value, list_of(is_text), "a list of texts");
 }
 
 void JsonObject::finish() const {

@@ -71,6 +71,8 @@ class JsonObject {
 
  private:
   std::string full_name(std::string_view key) const;
+  template <class Value, class IsValue>
+  void read_as(const char* key, Value& value, const IsValue& is_value, const char* expected);
 
   const Json& json_;
   std::string where_, path_;

@@ -79,6 +79,11 @@ DECID_WITH_FMA SinCos sincos_of_turn(long long n, long long d) noexcept {
   return {lower ? -sin : sin, left ? -cos : cos};
 }
 
+SinCos sincos_of_turns(double turns) noexcept {
+  constexpr long long parts = 1LL << 52;
+  return sincos_of_turn(static_cast<long long>((turns - std::floor(turns)) * static_cast<double>(parts)), parts);
+}
+
 double sin_small(double x) noexcept {
   return sin_small_lanes(x);
 }

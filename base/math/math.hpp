@@ -11,6 +11,8 @@ struct SinCos {
   double sin, cos;
 };
 SinCos sincos_of_turn(long long n, long long d) noexcept;
+/// The sine and cosine of an angle given in turns, whose part of a turn is rounded down to 2^-52.
+SinCos sincos_of_turns(double turns) noexcept;
 
 /// Returns sin(x), and the next function cos(x), for |x| <= 0.5 rad; relative error below 2.5e-16.
 double sin_small(double x) noexcept;

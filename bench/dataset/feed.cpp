@@ -7,7 +7,6 @@
 #include <benchmark/benchmark.h>
 #include <omp.h>
 
-#include <chrono>
 #include <functional>
 #include <numeric>
 #include <string>
@@ -22,9 +21,9 @@ namespace {
 using namespace decid;
 
 double seconds_of(const std::function<void()>& run) {
-  const auto start = std::chrono::steady_clock::now();
+  const double start = bench::wall_seconds();
   run();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return bench::wall_seconds() - start;
 }
 
 void bench_stream(benchmark::State& state, const bench::NamedNetwork& named, const dataset::ImageSettings& image,

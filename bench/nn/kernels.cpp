@@ -21,6 +21,18 @@ using namespace decid;
 using namespace decid::nn;
 using namespace decid::bench;
 
+/// Returns the best time of `run` in s; the machine is measured before each.
+template <class Machine>
+double best_time(benchmark::State& state, Machine& machine, const std::function<void()>& run) {
+  std::vector<double> times;
+  for (auto _ : state) {
+    machine.measure();
+    times.push_back(seconds_of(run));
+    state.SetIterationTime(times.back());
+  }
+  return best_of(times);
+}
+
 void bench_conv(benchmark::State& state, const Conv2dShape& shape, Direction direction, Isa isa) {
   const Kernels<float>& kernels = kernels_for(isa);
   ConvRun conv(shape);
@@ -28,14 +40,8 @@ void bench_conv(benchmark::State& state, const Conv2dShape& shape, Direction dir
   const double reference = conv.channel_flops(direction) /
                            seconds_of([&] { conv.run(reference_kernels<float>(), direction, 0, 0, 1); }) * 1e-9;
   const double flops = conv.channel_flops(direction) * conv.channels(direction) * blocks;
-  std::vector<double> times;
-  for (auto _ : state) {
-    peak.measure();
-    const double seconds = seconds_of([&] { conv.run_batch(kernels, direction); });
-    times.push_back(seconds);
-    state.SetIterationTime(seconds);
-  }
-  count_flops(state, peak.best(), flops, best_of(times));
+  const double seconds = best_time(state, peak, [&] { conv.run_batch(kernels, direction); });
+  count_flops(state, peak.best(), flops, seconds);
   state.counters["reference"] = reference;
 }
 
@@ -52,14 +58,8 @@ void bench_plane(benchmark::State& state, const PlaneKernel& kernel, Isa isa) {
     return kernel.bytes * blocks * channels * lanes * shape.rows * shape.columns;
   };
   const double reference = bytes(4) / seconds_of([&] { run(reference_kernels<float>(), 4); }) * 1e-9;
-  std::vector<double> times;
-  for (auto _ : state) {
-    bandwidth.measure();
-    const double seconds = seconds_of([&] { run(kernels_for(isa), shape.channels); });
-    times.push_back(seconds);
-    state.SetIterationTime(seconds);
-  }
-  count_bytes(state, bandwidth, bytes(shape.channels), best_of(times));
+  const double seconds = best_time(state, bandwidth, [&] { run(kernels_for(isa), shape.channels); });
+  count_bytes(state, bandwidth, bytes(shape.channels), seconds);
   state.counters["reference"] = reference;
 }
 
@@ -82,16 +82,10 @@ void bench_dense(benchmark::State& state, int direction, Isa isa) {
   const double flops = 2.0 * lanes * outputs * shape.size();
   const double reference = flops / seconds_of([&] { run(reference_kernels<float>(), 0); }) * 1e-9;
   FmaPeak peak(name(isa));
-  std::vector<double> times;
-  for (auto _ : state) {
-    peak.measure();
-    const double seconds = seconds_of([&] {
-      for (int b = 0; b < blocks; ++b) run(kernels_for(isa), b);
-    });
-    times.push_back(seconds);
-    state.SetIterationTime(seconds);
-  }
-  count_flops(state, peak.best(), flops * blocks, best_of(times));
+  const double seconds = best_time(state, peak, [&] {
+    for (int b = 0; b < blocks; ++b) run(kernels_for(isa), b);
+  });
+  count_flops(state, peak.best(), flops * blocks, seconds);
   state.counters["reference"] = reference;
 }
 
@@ -121,21 +115,15 @@ void bench_conv_single(benchmark::State& state, const Conv2dShape& s, Isa isa) {
                              bias = values(static_cast<std::ptrdiff_t>(dst_blocks) * lanes);
   const double flops = 2.0 * samples * s.dst_channels * s.dst_rows * s.dst_columns * taps;
   FmaPeak peak(name(isa));
-  std::vector<double> times;
-  for (auto _ : state) {
-    peak.measure();
-    const double seconds = seconds_of([&] {
-      for (int n = 0; n < samples; ++n)
-        kernels_for(isa).conv2d_single(
-            {s.dst_rows, s.dst_columns, src.data() + n * src_size, s.stride_rows * row,
-             static_cast<std::ptrdiff_t>(s.stride_columns) * lanes, offset.data(), taps, weight.data(), bias.data(),
-             dst.data() + n * dst_size, dst_row * s.dst_rows, dst_row},
-            0, dst_blocks);
-    });
-    times.push_back(seconds);
-    state.SetIterationTime(seconds);
-  }
-  count_flops(state, peak.best(), flops, best_of(times));
+  const double seconds = best_time(state, peak, [&] {
+    for (int n = 0; n < samples; ++n)
+      kernels_for(isa).conv2d_single(
+          {s.dst_rows, s.dst_columns, src.data() + n * src_size, s.stride_rows * row,
+           static_cast<std::ptrdiff_t>(s.stride_columns) * lanes, offset.data(), taps, weight.data(), bias.data(),
+           dst.data() + n * dst_size, dst_row * s.dst_rows, dst_row},
+          0, dst_blocks);
+  });
+  count_flops(state, peak.best(), flops, seconds);
 }
 
 }  // namespace

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -43,10 +42,6 @@ namespace {
 
 using namespace decid::nn;
 using namespace decid::bench;
-
-double wall_seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 /// Runs `step` of `flops` operations on `samples` samples until the benchmark has enough.
 void measure(benchmark::State& state, int threads, int samples, double flops, const std::function<void()>& step) {

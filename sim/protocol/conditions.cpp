@@ -8,6 +8,7 @@
 
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
+#include "base/sample_range.hpp"
 #include "sim/noise.hpp"
 #include "sim/protocol/protocol.hpp"
 #include "sim/streams.hpp"
@@ -46,14 +47,11 @@ void add_slow_noise(std::span<double> sway, double stddev, const Random& random,
   }
 }
 
-struct Gap {
-  std::size_t first, end;
-};
 /// Returns one gap of `length` samples in each stretch, with at least one sample between gaps and at either end.
-std::vector<Gap> draw_gaps(std::size_t samples, std::size_t length, const Random& random, Condition condition,
-                           double rate_hz) {
+std::vector<SampleRange> draw_gaps(std::size_t samples, std::size_t length, const Random& random, Condition condition,
+                                   double rate_hz) {
   const auto stretch = static_cast<std::size_t>(stretch_s * rate_hz);
-  std::vector<Gap> gaps;
+  std::vector<SampleRange> gaps;
   for (std::size_t first = 1, k = 0; first + length < samples; first += stretch, ++k) {
     const std::size_t room = std::min(stretch, samples - 1 - first);
     if (room <= length) break;
@@ -191,7 +189,7 @@ void record(const Protocol& protocol, std::uint64_t seed, std::uint64_t item, st
   };
   const auto gaps = [&](Condition condition) {
     const std::size_t length = samples_in(size(condition));
-    return length == 0 ? std::vector<Gap>{} : draw_gaps(sway_rad.size(), length, random, condition, rate_hz);
+    return length == 0 ? std::vector<SampleRange>{} : draw_gaps(sway_rad.size(), length, random, condition, rate_hz);
   };
 
   if (const double start_s = size(Condition::start); start_s != 0.0)
@@ -206,14 +204,9 @@ void record(const Protocol& protocol, std::uint64_t seed, std::uint64_t item, st
   if (const double stddev = size(Condition::slow_noise) * rad_per_deg; stddev != 0.0)
     add_slow_noise(sway_rad, stddev, random, rate_hz);
   add_sensor_noise(protocol.noise.sensor, seed, item, sway_rad);
-  for (const Gap& gap : gaps(Condition::frozen))
+  for (const SampleRange& gap : gaps(Condition::frozen))
     for (std::size_t i = gap.first; i < gap.end; ++i) sway_rad[i] = sway_rad[gap.first - 1];
-  for (const Gap& gap : gaps(Condition::lost)) {
-    const double before = sway_rad[gap.first - 1],
-                 step = (sway_rad[gap.end] - before) / (1.0 + static_cast<double>(gap.end - gap.first));
-    for (std::size_t i = gap.first; i < gap.end; ++i)
-      sway_rad[i] = before + step * (1.0 + static_cast<double>(i - gap.first));
-  }
+  for (const SampleRange& gap : gaps(Condition::lost)) bridge(sway_rad, gap);
   if (const std::size_t length = samples_in(size(Condition::average)); length > 1)
     average(sway_rad, length, random.uniform(of_kind + number(Condition::average)) < 0.5);
   if (const double cutoff_hz = size(Condition::low_pass); cutoff_hz > 0.0)

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
 #include <variant>
 
 #include "base/error.hpp"
@@ -33,16 +34,13 @@ void validate_noise(const Checker& check, const Protocol& protocol) {
   }
   const double period_s = vestibular.period_s, rate_hz = protocol.experiment.sample_rate_hz;
   if (period_s != 0.0) {
-    const double duration_s = protocol.duration_s(), samples = period_s * rate_hz;
+    const double duration_s = protocol.duration_s();
     if (!(period_s >= duration_s * (1.0 - 1e-9) && period_s <= longest_period_trials * duration_s)) {
       check.fail("vestibular_noise period_s", "is " + given_text(period_s),
                  "give the trial's " + setting_text(duration_s) + " s or more, up to " +
                      setting_text(longest_period_trials * duration_s) + " s; or leave it out");
     }
-    if (!(std::abs(samples - std::floor(samples + 0.5)) <= 1e-6)) {
-      check.fail("vestibular_noise period_s", "is " + given_text(period_s) + " s, not a whole number of samples",
-                 "give a multiple of " + setting_text(1.0 / rate_hz) + " s");
-    }
+    check.whole_samples("vestibular_noise period_s", period_s, rate_hz);
     const int largest = max_prime_factor(protocol.noise_period_samples());
     if (largest > max_fft_prime) {
       check.fail("vestibular_noise period_s", "has a multiple of the prime " + std::to_string(largest) + " of samples",
@@ -54,13 +52,8 @@ void validate_noise(const Checker& check, const Protocol& protocol) {
 
 /// The standing needs noise too.
 void validate_standing(const Checker& check, const Protocol& protocol) {
-  const double rate_hz = protocol.experiment.sample_rate_hz;
   check.within("standing_s", protocol.standing_s, 0.0, longest_standing_s);
-  const double samples = protocol.standing_s * rate_hz;
-  if (!(std::abs(samples - std::floor(samples + 0.5)) <= 1e-6)) {
-    check.fail("standing_s", "is " + given_text(protocol.standing_s) + " s, not a whole number of samples",
-               "give a multiple of " + setting_text(1.0 / rate_hz) + " s");
-  }
+  check.whole_samples("standing_s", protocol.standing_s, protocol.experiment.sample_rate_hz);
   if (protocol.standing_s == 0.0) return;
   const Protocol whole = protocol.with_standing();
   static_cast<void>(noise_band(whole));
@@ -140,9 +133,7 @@ double Protocol::noise_period_s() const {
 }
 
 Sequence& Protocol::sequence() {
-  if (Sequence* found = std::get_if<Sequence>(&experiment.stimulus)) return *found;
-  throw Error(Code::setting_conflict, "protocol " + name, "does not play a ternary sequence",
-              "use a protocol that plays a sequence");
+  return const_cast<Sequence&>(std::as_const(*this).sequence());
 }
 
 const Sequence& Protocol::sequence() const {

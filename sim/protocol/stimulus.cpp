@@ -35,24 +35,23 @@ void check_common(const Checker& check, const std::string& prefix, const Kind& k
   check.whole_milliseconds(prefix + "lead_out_s", kind.lead_out_s);
 }
 
-void check_whole_samples(const Checker& check, const std::string& setting, double seconds, int steps_per_sample) {
-  if (milliseconds(seconds) % steps_per_sample == 0) return;
-  check.fail(setting, "is " + given_text(seconds) + " s, not a whole number of samples",
-             "give a multiple of " + setting_text(static_cast<double>(steps_per_sample) / steps_per_second) + " s");
+/// Returns the sample rate in Hz of a number of steps per sample.
+double rate_of(int steps_per_sample) {
+  return static_cast<double>(steps_per_second) / steps_per_sample;
 }
 
 template <class Kind>
 void check_sampled(const Checker& check, const std::string& prefix, const Kind& kind, int steps_per_sample) {
   check_common(check, prefix, kind);
-  check_whole_samples(check, prefix + "lead_in_s", kind.lead_in_s, steps_per_sample);
-  check_whole_samples(check, prefix + "lead_out_s", kind.lead_out_s, steps_per_sample);
+  check.whole_samples(prefix + "lead_in_s", kind.lead_in_s, rate_of(steps_per_sample));
+  check.whole_samples(prefix + "lead_out_s", kind.lead_out_s, rate_of(steps_per_sample));
 }
 
 template <class Kind>
 void check_given_cycle(const Checker& check, const std::string& prefix, const Kind& kind, int steps_per_sample) {
   check.positive(prefix + "cycle_s", kind.cycle_s, longest_trial_s);
   check.whole_milliseconds(prefix + "cycle_s", kind.cycle_s);
-  check_whole_samples(check, prefix + "cycle_s", kind.cycle_s, steps_per_sample);
+  check.whole_samples(prefix + "cycle_s", kind.cycle_s, rate_of(steps_per_sample));
 }
 
 void check_count(const Checker& check, const std::string& setting, std::size_t count, std::size_t least,
@@ -60,14 +59,6 @@ void check_count(const Checker& check, const std::string& setting, std::size_t c
   if (count >= least && count <= most) return;
   check.fail(setting, "has " + std::to_string(count) + " entries",
              "give " + std::to_string(least) + " to " + std::to_string(most));
-}
-
-std::vector<int> checked_sequence(const Checker& check, const Sequence& sequence) {
-  try {
-    return ternary_sequence(sequence);
-  } catch (const Error& error) {
-    check.fail("sequence", error.problem(), error.remedy());
-  }
 }
 
 void check_kind(const Checker& check, const Sequence& sequence, int) {
@@ -82,7 +73,12 @@ void check_kind(const Checker& check, const Sequence& sequence, int) {
   check.positive("sequence amplitude_deg", sequence.amplitude_deg, max_tilt_deg);
   check_common(check, "sequence ", sequence);
 
-  const std::vector<int> values = checked_sequence(check, sequence);
+  std::vector<int> values;
+  try {
+    values = ternary_sequence(sequence);
+  } catch (const Error& error) {
+    check.fail("sequence", error.problem(), error.remedy());
+  }
   const int sum = std::accumulate(values.begin(), values.end(), 0);
   if (sum != 0) {
     check.fail("sequence feedback", "makes a sequence that sums to " + std::to_string(sum),
@@ -199,20 +195,14 @@ std::vector<double> cycle_deg(const MeasuredTilt& measured, int) {
   return tilt;
 }
 
-// Returns the sine of an angle given in turns: removes whole turns, and rounds the rest to 2^-52 of a turn.
-double sin_2pi(double turns) {
-  constexpr long long parts = 1LL << 52;
-  return sincos_of_turn(static_cast<long long>((turns - std::floor(turns)) * static_cast<double>(parts)), parts).sin;
-}
-
 std::vector<double> cycle_deg(const Sines& sines, int steps_per_sample) {
   std::vector<double> tilt(static_cast<std::size_t>(milliseconds(sines.cycle_s) / steps_per_sample) + 1, 0.0);
-  const double rate_hz = static_cast<double>(steps_per_second) / steps_per_sample;
+  const double rate_hz = rate_of(steps_per_sample);
   for (const Sine& sine : sines.components) {
-    const double phase = sine.phase_deg / 360.0, first = sin_2pi(phase);
+    const double phase = sine.phase_deg / 360.0, first = sincos_of_turns(phase).sin;
     for (std::size_t k = 0; k < tilt.size(); ++k) {
       const double turns = sine.frequency_hz * (static_cast<double>(k) / rate_hz) + phase;
-      tilt[k] += sine.amplitude_deg * (sin_2pi(turns) - first);
+      tilt[k] += sine.amplitude_deg * (sincos_of_turns(turns).sin - first);
     }
   }
   return tilt;

@@ -1,4 +1,4 @@
-// Codes of errors: their names, and the code of a file that cannot be opened.
+// Codes of errors: of a file that cannot be opened, and of a failed write.
 #include "base/error.hpp"
 
 #include <cerrno>
@@ -6,12 +6,6 @@
 #include "tests/helpers.hpp"
 
 using namespace decid;
-
-TEST_CASE("codes have the names that scripts read") {
-  CHECK(std::string(name(Code::file_missing)) == "file_missing");
-  CHECK(std::string(name(Code::setting_out_of_range)) == "setting_out_of_range");
-  CHECK(std::string(name(Code::internal)) == "internal");
-}
 
 TEST_CASE("a file that cannot be opened is missing or unreadable") {
   CHECK(opening_failed(ENOENT) == Code::file_missing);

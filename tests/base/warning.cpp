@@ -3,8 +3,6 @@
 
 #include <doctest/doctest.h>
 
-#include <string>
-
 using namespace decid;
 
 TEST_CASE("trust: the most severe warning decides") {
@@ -18,13 +16,4 @@ TEST_CASE("trust: the most severe warning decides") {
   warnings.erase(warnings.begin() + 1);
   CHECK(worst_trust(warnings) == Trust::caution);
   CHECK(warnings.front() == Warning{Severity::info, "resampled", "from 50 Hz"});
-}
-
-TEST_CASE("severities and verdicts have the names that scripts read") {
-  CHECK(std::string(name(Severity::info)) == "info");
-  CHECK(std::string(name(Severity::caution)) == "caution");
-  CHECK(std::string(name(Severity::invalid)) == "invalid");
-  CHECK(std::string(name(Trust::usable)) == "usable");
-  CHECK(std::string(name(Trust::caution)) == "caution");
-  CHECK(std::string(name(Trust::not_usable)) == "not usable");
 }

@@ -1,5 +1,8 @@
-"""A build folder whose one benchmark program is a script that says what the test wants."""
+"""A build folder whose one benchmark program is a script that says what the test wants, and refusals of tools."""
+import subprocess
 from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
 
 NAMES = ["avx2/conv2d/one/forward/manual_time", "avx2/plane/two/manual_time", "baseline/conv2d/one/forward/manual_time",
          "net/training/threads:2/manual_time"]
@@ -31,3 +34,11 @@ print(json.dumps({{"context": {{"date": "2024-01-01", "host_name": "h", "executa
 """, encoding="utf-8")
     program.chmod(0o755)
     return folder
+
+
+def refused(test, tool, *words):
+    """Returns the errors of a program of tools/ that refuses the words with exit code 2 and prints nothing else."""
+    done = subprocess.run([ROOT / "tools" / tool, *words], capture_output=True, text=True, check=False)
+    test.assertEqual(done.returncode, 2, done.stderr)
+    test.assertEqual(done.stdout, "")
+    return done.stderr

@@ -1,12 +1,11 @@
 """Conclusions of tools/bench-gate from counts, and its errors; gate_red.sh tries it on programs."""
-import json
-import subprocess
 import sys
 import unittest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "bench"))
+import made_up  # noqa: E402
 from harness.gate import MISSES, Verdict, misses_of, summary, table  # noqa: E402
 from harness.project import Failed, read_json  # noqa: E402
 
@@ -40,7 +39,6 @@ class Conclusions(unittest.TestCase):
             with self.assertRaisesRegex(Failed, "counted nothing"):
                 summary(text, "a")
 
-
     def test_misses_are_those_of_reads_and_writes(self):
         events = "events: Ir Dr Dw I1mr D1mr D1mw ILmr DLmr DLmw\n"
         found = summary(events + "summary: 100 50 40 9 7 5 8 3 2\n", "a")
@@ -70,10 +68,7 @@ class Limits(unittest.TestCase):
 
 class CommandLine(unittest.TestCase):
     def refused(self, *words):
-        done = subprocess.run([ROOT / "tools/bench-gate", *words], capture_output=True, text=True, check=False)
-        self.assertEqual(done.returncode, 2, done.stderr)
-        self.assertEqual(done.stdout, "")
-        return done.stderr
+        return made_up.refused(self, "bench-gate", *words)
 
     def test_wrong_usage_is_exit_code_2(self):
         self.assertIn("--only", self.refused("--only", "("))

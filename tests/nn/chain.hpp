@@ -6,13 +6,13 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstring>
 #include <memory>
 #include <span>
 #include <sstream>
 #include <string>
 #include <vector>
 
-#include "base/error.hpp"
 #include "nn/architecture.hpp"
 #include "nn/layers/training_layer.hpp"
 #include "nn/training/batch.hpp"
@@ -160,22 +160,16 @@ class Chain {
   std::vector<TensorView<T>> activations_, differences_;
 };
 
-/// For thousands of tiny passes: waking a second thread for each takes longer than the work.
-struct OneThread {
-  OneThread() { omp_set_num_threads(1); }
-  ~OneThread() { omp_set_num_threads(threads); }
-  int threads = omp_get_max_threads();
+/// Sets the number of OpenMP's threads until it is destroyed. One for thousands of tiny passes: waking a second thread
+/// for each takes longer than the work.
+struct Threads {
+  explicit Threads(int number) { omp_set_num_threads(number); }
+  ~Threads() { omp_set_num_threads(before); }
+  int before = omp_get_max_threads();
 };
 
-/// The problem of the Error that `action` throws, after "where: "; "none" if it throws nothing.
-template <class Action>
-std::string error_of(const Action& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    return error.where() + ": " + error.problem();
-  }
-  return "none";
+inline bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
+  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0);
 }
 
 }  // namespace decid::nn::testing

@@ -31,7 +31,7 @@ TEST_CASE_TEMPLATE("gradients: a Trainer's are those of its network's lines one 
       {{1, 61, 90},
        "batchnorm; relu; conv 2 3x3 pad 1; batchnorm; relu; maxpool 2; batchnorm; relu; avgpool 7x3; fc 3"},
   };
-  const OneThread one_thread;
+  const Threads one_thread(1);
   for (const Case& one : cases) {
     for (const int batch : {3, 16, 19}) {
       const Shape shape = one.shape;

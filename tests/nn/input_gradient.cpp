@@ -82,10 +82,10 @@ class Frozen {
 }  // namespace
 
 TEST_CASE("a Trainer with frozen statistics: central differences of inputs and parameters, statistics stay") {
-  const OneThread one_thread;
+  const Threads one_thread(1);
   for (const Case& one : cases) {
     CAPTURE(one.architecture);
-    for (const int batch : {1, 3, 18}) {
+    for (const int batch : {1, 18}) {
       CAPTURE(batch);
       Frozen frozen(one, batch);
       const std::vector<double> before = statistics_of(frozen.network);
@@ -93,7 +93,7 @@ TEST_CASE("a Trainer with frozen statistics: central differences of inputs and p
       // Differences of step 1e-5 err by 1e-10 / 6 of a third derivative, and by rounding of the sum over the step,
       // 1e-11 of it: values of order ten.
       const auto check = [&](std::vector<double>& values, const std::vector<double>& derivatives) {
-        for (std::size_t i = 0; i < values.size(); i += 1 + values.size() / 20) {
+        for (std::size_t i = 0; i < values.size(); i += 1 + values.size() / 8) {
           constexpr double step = 1e-5;
           const double kept = values[i];
           values[i] = kept + step;

@@ -172,11 +172,13 @@ class Objective {
 
 // Differences of step h = 1e-5 err by h^2 / 6 of a third derivative, and by rounding of the loss over h, 1e-11; a kink
 // of a maximum or a leaky ReLU that lies within h of a value, one in 1e5, would show as a gross error. Sanitizers see
-// the same loops at few values.
+// the same loops at few values; 19 samples are a full block of lanes and one that is not.
 #ifdef DECID_SANITIZED
-constexpr std::size_t varied_values = 3;
+constexpr std::size_t varied_values = 2;
+constexpr int batches[] = {19};
 #else
 constexpr std::size_t varied_values = 25;
+constexpr int batches[] = {3, 19};
 #endif
 static double worst_gradient(const Case& one, int batch) {
   Objective objective(one, batch);
@@ -202,32 +204,23 @@ static double worst_gradient(const Case& one, int batch) {
 }
 
 TEST_CASE("operations: gradients are differences of the loss, parameters' and input's") {
-  const OneThread one_thread;
-  std::vector<Case> all{{{3, 5, 4}, "conv 4 1x1"},
-                        {{2, 6, 5}, "conv 3 3x3"},
-                        {{2, 7, 6}, "conv 2 5x3 pad 0x2"},
-                        {{1, 6, 7}, "conv 3 5x5 pad 4"},
+  const Threads one_thread(1);
+  // PyTorch's figures and tests/nn/kernels.cpp have more geometries of each kind.
+  std::vector<Case> all{{{1, 6, 7}, "conv 3 5x5 pad 4"},
                         {{2, 8, 9}, "conv 3 2x4 stride 3x2 pad 1x3"},
-                        {{3, 7, 8}, "conv 4 1x1 stride 3"},
                         {{2, 3, 4}, "conv 3 3x4"},
                         {{17, 2, 3}, "conv 18 2x2 pad 1"},  // more channels than a group
-                        {{3, 4, 5}, "batchnorm"},
                         {{9, 4, 1}, "batchnorm"},
                         {{3, 4, 5}, "fc 5; relu"},
-                        {{2, 7, 5}, "maxpool 2"},           // a row and a column left out
                         {{2, 5, 7}, "maxpool 2 stride 3"},  // windows leave values out
-                        {{9, 5, 6}, "maxpool 2x3 stride 1x2"},
-                        {{2, 7, 5}, "avgpool 2"},
-                        {{2, 5, 7}, "avgpool 2 stride 3"},
                         {{9, 5, 6}, "avgpool 2x3 stride 1x2"},
                         {{3, 4, 5}, "globalavgpool"},
-                        {{3, 4, 5}, "statspool"},
                         {{9, 7, 1}, "statspool"},
                         {{9, 1, 1}, "fc 34"},                          // more outputs than a group
                         {{2, 3, 2}, "fc 3; conv 2 3x3 pad 1; fc 2"}};  // outputs with a halo
   all.insert(all.end(), cases().begin(), cases().end());
   for (const Case& one : all)
-    for (const int batch : {3, 16, 19}) {
+    for (const int batch : batches) {
       CAPTURE(one.text);
       CAPTURE(batch);
       CHECK(worst_gradient(one, batch) < 2e-8);
@@ -238,7 +231,7 @@ TEST_CASE("operations: gradients are differences of the loss, parameters' and in
 // over its input. Both must leave the outputs that the layer before reads in backward. The limit is higher than above
 // because the cube's third derivative is large behind a batchnorm.
 TEST_CASE("gradients: every layer before a relu, and before a relu and a batchnorm") {
-  const OneThread one_thread;
+  const Threads one_thread(1);
   std::vector<std::string> lines{"conv 4 3x3 pad 1",
                                  "fc 9",
                                  "batchnorm",
@@ -262,7 +255,7 @@ TEST_CASE("gradients: every layer before a relu, and before a relu and a batchno
 }
 
 TEST_CASE("operations: single samples, batches and threads give the same bits; the text makes the same network") {
-  const int threads = omp_get_max_threads();
+  const Threads kept(omp_get_max_threads());
   for (const Case& one : cases()) {
     CAPTURE(one.text);
     Network net(one.shape, one.text);
@@ -281,11 +274,10 @@ TEST_CASE("operations: single samples, batches and threads give the same bits; t
                                std::span(together).subspan(n * values, values)));
     for (const float value : together) REQUIRE(std::isfinite(value));
   }
-  omp_set_num_threads(threads);
 }
 
 TEST_CASE("operations: training has the same bits for any number of threads, dropout included") {
-  const int threads = omp_get_max_threads();
+  const Threads kept(omp_get_max_threads());
   register_cube();
   const auto inputs = hashed_values<float>(1, 40 * 60), targets = hashed_values<float>(2, 40 * 2);
   const auto train = [&](int count, std::uint64_t seed) {
@@ -303,7 +295,6 @@ TEST_CASE("operations: training has the same bits for any number of threads, dro
   CHECK(train(2, 1) == one);
   CHECK(train(8, 1) == one);
   CHECK(train(1, 2) != one);
-  omp_set_num_threads(threads);
 }
 
 TEST_CASE("operations: training has the same bits for any number of processes, dropout included") {
@@ -359,43 +350,16 @@ TEST_CASE("dropout: drops its rate, scales the rest, another mask each step; inf
   CHECK(predict(net, ones) == ones);
 }
 
-// Compares a plain dense formula with the views and kernels: groups and dilation are defined as in PyTorch's Conv2d.
-TEST_CASE("grouped and dilated convolutions: the sum written out") {
-  Network net({4, 8, 7}, "conv 6 3x2 pad 2x1 groups 2 dilation 2x3");
-  net.initialise(1);
-  CHECK(net.output_shape() == Shape{6, 8, 6});
-  const auto x = hashed_values<float>(1, 4 * 8 * 7);
-  const std::vector<float> y = predict(net, x);
-  const std::vector<float>& w = net.parameters()[0]->value;
-  for (int o = 0; o < 6; ++o)
-    for (int i = 0; i < 8; ++i)
-      for (int j = 0; j < 6; ++j) {
-        double sum = 0;
-        for (int c = 0; c < 2; ++c)
-          for (int ky = 0; ky < 3; ++ky)
-            for (int kx = 0; kx < 2; ++kx) {
-              const int row = i - 2 + 2 * ky, column = j - 1 + 3 * kx;
-              if (row < 0 || row >= 8 || column < 0 || column >= 7) continue;
-              sum += static_cast<double>(w[static_cast<std::size_t>(((o * 2 + c) * 3 + ky) * 2 + kx)]) *
-                     static_cast<double>(x[static_cast<std::size_t>(((o / 3 * 2 + c) * 8 + row) * 7 + column)]);
-            }
-        CHECK(std::abs(static_cast<double>(y[static_cast<std::size_t>((o * 8 + i) * 6 + j)]) - sum) < 1e-6);
-      }
-}
-
 TEST_CASE("architecture: comments, blocks, and what does not fit") {
   const Network net({2, 6, 5},
-                    "# a block\nconv 4 3x3 pad 1  # same size\nresidual { batchnorm; relu; conv 4 1x1 }\n"
+                    "# a block\n\n conv 4 3x3 pad 1  # same size\r\nresidual { batchnorm;; relu \r\n; conv 4 1x1 }\n"
                     "concat {conv 2 1x1}; fc 3 # ; relu");
   CHECK(net.architecture() ==
         "conv 4 3x3 stride 1x1 pad 1x1\nresidual {\nbatchnorm\nrelu\nconv 4 1x1 stride 1x1 pad 0x0\n}\nconcat {\n"
         "conv 2 1x1 stride 1x1 pad 0x0\n}\nfc 3");
   CHECK(net.layers()[7].dst_shape() == Shape{6, 6, 5});
   for (const char* wrong :
-       {"residual { conv 3 1x1 }", "concat { conv 3 3x3 }", "residual { tanh", "tanh; }", "residual tanh", "tanh 1",
-        "conv 3 1x1 groups 2", "conv 4 3x3 stride 2 dilation 2", "conv 4 3x3 pad 3", "conv 4 3x3 dilation 3",
-        "maxpool 2 pad 2", "avgpool 9 pad 1", "maxpool 2 stride 1 by 1", "leakyrelu x", "leakyrelu 2", "dropout",
-        "dropout 1", "layernorm 3", "softsign"}) {
+       {"residual { conv 3 1x1 }", "concat { conv 3 3x3 }", "residual { tanh", "tanh; }", "residual tanh"}) {
     CAPTURE(wrong);
     CHECK_THROWS_AS(Network({2, 6, 5}, wrong), decid::Error);
   }
@@ -409,16 +373,14 @@ TEST_CASE("architecture: comments, blocks, and what does not fit") {
       decid::Code::setting_conflict);
 }
 
-TEST_CASE("register_layer: words of decid's own, no word, and no parser are refused") {
+TEST_CASE("register_layer: words of decid's own, no word, no parser, and unusable operations are refused") {
   for (const char* word : {"conv", "fc", "relu", "statspool", "batchnorm", "maxpool", "avgpool", "globalavgpool",
                            "residual", "concat", "{", "}", "tanh", "dropout"})
     check_error([&] { register_layer(word, parse_cube); }, decid::Code::setting_conflict, word);
   for (const char* word : {"", " ", " x y", "x y", "x\n", "#", "x#", "x;y", "x{"})
     check_error([&] { register_layer(word, parse_cube); }, decid::Code::setting_malformed);
   check_error([] { register_layer("nothing", nullptr); }, decid::Code::setting_missing, "nothing");
-}
-
-TEST_CASE("registered layers: an operation that an architecture cannot use is an error of its line") {
+  // An operation that an architecture cannot use is an error of its line.
   register_layer("null_layer", [](Shape, Words&) -> OperationPointer { return nullptr; });
   register_layer("turned_layer", [](Shape src, Words&) -> OperationPointer {
     return std::make_shared<Cube>(Shape{src.rows, src.channels, src.columns});

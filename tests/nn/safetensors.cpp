@@ -6,12 +6,9 @@
 
 #include <algorithm>
 #include <bit>
-#include <cstdio>
 #include <cstring>
-#include <filesystem>
 #include <limits>
 
-#include "base/files/file.hpp"
 #include "tests/nn/chain.hpp"
 
 using namespace decid::nn;
@@ -27,16 +24,8 @@ std::string file_of(const std::string& header, const std::string& data = std::st
   return bytes + header + data;
 }
 
-std::string problem_of(std::string_view bytes) {
-  return error_of([&] { from_safetensors(bytes, "m.safetensors"); });
-}
-
-bool refused(std::string_view bytes, const std::string& part) {
-  const std::string problem = problem_of(bytes);
-  INFO("problem: ", problem.substr(0, 300));
-  const bool as_expected = problem.starts_with("m.safetensors: ") && problem.find(part) != std::string::npos;
-  CHECK(as_expected);
-  return as_expected;
+void refused(std::string_view bytes, const std::string& fact) {
+  check_error([&] { from_safetensors(bytes, "m.safetensors"); }, decid::Code::file_damaged, fact);
 }
 
 using Buffers = std::vector<std::vector<float>>;
@@ -57,10 +46,6 @@ Trained trained() {
   for (RunningStatistics<float>& s : made.network.layers()[1].statistics())
     s.value = hashed_values<float>(++id, 2, 0.4, 1.0);
   return made;
-}
-
-bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
-  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0);
 }
 
 TensorFile small_file() {
@@ -119,7 +104,7 @@ TEST_CASE("safetensors: round trip of values, shapes, names, metadata") {
   }
   CHECK(to_safetensors(back) == bytes);
   file.metadata["bad"] = "\xff\xfe";
-  CHECK(error_of([&] { to_safetensors(file); }) == "model: has metadata or a name that is not UTF-8");
+  check_error([&] { to_safetensors(file); }, decid::Code::setting_malformed, "UTF-8");
 }
 
 TEST_CASE("safetensors: a network returns to the bit, running statistics and momentum too") {
@@ -161,81 +146,56 @@ TEST_CASE("safetensors: load_network refuses what does not fit, and changes noth
   const std::string before = weights_sha256(network);
   TensorFile whole;
   save_network(source, whole, &momentum_buffers);
-  const auto problem = [&](const auto& change, bool momentum = false) {
+  const auto refuses = [&](const std::string& fact, const auto& change, bool momentum = false) {
     TensorFile file = whole;
     change(file);
     Buffers found{{7.0F}};
-    const std::string text =
-        error_of([&] { load_network(network, std::move(file), "m", momentum ? &found : nullptr); });
+    check_error([&] { load_network(network, std::move(file), "m", momentum ? &found : nullptr); },
+                decid::Code::file_damaged, fact);
     CHECK(weights_sha256(network) == before);
     CHECK(found == Buffers{{7.0F}});
-    return text;
   };
-  const auto last = [](TensorFile& f) -> NamedTensor& { return f.tensors.back(); };  // momentum.3.bias
-  for (std::size_t i = 0; i < whole.tensors.size(); ++i) {
-    const std::string name = whole.tensors[i].name;
-    const auto at = static_cast<std::ptrdiff_t>(i);
-    CHECK(problem([&](TensorFile& f) { f.tensors.erase(f.tensors.begin() + at); }, true) ==
-          "m: holds no tensor '" + name + "'");
-  }
-  CHECK(problem([](TensorFile& f) { f.tensors[0].values.pop_back(); }) ==
-        "m: has 17 values in 'layers.0.weight' where the architecture needs 18");
-  CHECK(problem([](TensorFile& f) {
-          f.tensors[0].shape = {1, 2, 3, 3};
-        }) == "m: has another shape for 'layers.0.weight' than the architecture");
-  CHECK(problem([](TensorFile& f) { f.tensors[0].shape = {18}; }) ==
-        "m: has another shape for 'layers.0.weight' than the architecture");
+  for (std::size_t i = 0; i < whole.tensors.size(); ++i)
+    refuses(
+        "'" + whole.tensors[i].name + "'",
+        [&](TensorFile& f) { f.tensors.erase(f.tensors.begin() + static_cast<std::ptrdiff_t>(i)); }, true);
+  refuses("17 values in 'layers.0.weight'", [](TensorFile& f) { f.tensors[0].values.pop_back(); });
+  for (const std::vector<long long>& shape : {std::vector<long long>{1, 2, 3, 3}, {18}})
+    refuses("another shape for 'layers.0.weight'", [&](TensorFile& f) { f.tensors[0].shape = shape; });
   for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
-    CHECK(problem([&](TensorFile& f) { f.tensors[0].values[17] = bad; }) ==
-          "m: has a value in 'layers.0.weight' that is not finite");
-    CHECK(problem([&](TensorFile& f) { last(f).values[0] = -bad; }, true) ==
-          "m: has a value in 'momentum.3.bias' that is not finite");
+    refuses("'layers.0.weight'", [&](TensorFile& f) { f.tensors[0].values[17] = bad; });
+    refuses(
+        "'momentum.3.bias'", [&](TensorFile& f) { f.tensors.back().values[0] = -bad; }, true);
   }
-  const auto variance = [](TensorFile& f) {
-    return std::find_if(f.tensors.begin(), f.tensors.end(),
-                        [](const NamedTensor& t) { return t.name == "layers.1.running_variance"; });
-  };
-  REQUIRE(variance(whole) != whole.tensors.end());
-  CHECK(problem([&](TensorFile& f) { variance(f)->values[0] = -0.1F; }) ==
-        "m: has a negative value in 'layers.1.running_variance'");
+  const auto variance = std::ranges::find(whole.tensors, "layers.1.running_variance", &NamedTensor::name);
+  REQUIRE(variance != whole.tensors.end());
+  const auto place = static_cast<std::size_t>(variance - whole.tensors.begin());
+  refuses("'layers.1.running_variance'", [&](TensorFile& f) { f.tensors[place].values[0] = -0.1F; });
 }
 
 TEST_CASE("safetensors: save_network refuses what load_network refuses, and adds nothing then") {
   const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
-  const auto problem = [](const auto& change, bool momentum = true) {
+  const auto refuses = [](const char* fact, const auto& change) {
     Trained made = trained();
     change(made);
     TensorFile file = small_file();
-    const std::string text =
-        error_of([&] { save_network(made.network, file, momentum ? &made.momentum_buffers : nullptr); });
-    CHECK((file.tensors.size() == 2) == (text != "none"));
-    return text;
+    check_error([&] { save_network(made.network, file, &made.momentum_buffers); }, decid::Code::file_damaged, fact);
+    CHECK(file.tensors.size() == 2);
   };
-  CHECK(problem([](Trained&) {}) == "none");
   for (const float bad : {nan, infinity, -infinity}) {
-    CHECK(problem([&](Trained& t) { t.network.parameters()[0]->value[17] = bad; }) ==
-          "network: has a value in 'layers.0.weight' that is not finite");
-    CHECK(problem([&](Trained& t) { t.network.layers()[1].statistics()[0].value[1] = bad; }) ==
-          "network: has a value in 'layers.1.running_mean' that is not finite");
-    CHECK(problem([&](Trained& t) { t.momentum_buffers.back()[2] = bad; }) ==
-          "network: has a value in 'momentum.3.bias' that is not finite");
-    CHECK(problem([&](Trained& t) { t.momentum_buffers.back()[2] = bad; }, false) == "none");
+    refuses("'layers.0.weight'", [&](Trained& t) { t.network.parameters()[0]->value[17] = bad; });
+    refuses("'layers.1.running_mean'", [&](Trained& t) { t.network.layers()[1].statistics()[0].value[1] = bad; });
+    refuses("'momentum.3.bias'", [&](Trained& t) { t.momentum_buffers.back()[2] = bad; });
   }
-  CHECK(problem([](Trained& t) { t.network.layers()[1].statistics()[1].value[0] = -0.1F; }) ==
-        "network: has a negative value in 'layers.1.running_variance'");
+  refuses("'layers.1.running_variance'", [](Trained& t) { t.network.layers()[1].statistics()[1].value[0] = -0.1F; });
 }
 
 TEST_CASE("safetensors: truncation at every byte is refused") {
   TensorFile file;
   save_network(trained().network, file);
   const std::string bytes = to_safetensors(file);
-  for (std::size_t size = 0; size < bytes.size(); ++size) {
-    const std::string problem = problem_of(std::string_view(bytes).substr(0, size));
-    CAPTURE(size);
-    REQUIRE(problem.starts_with("m.safetensors: "));
-    const bool says = problem.find("truncated") != std::string::npos || problem.find("too short") != std::string::npos;
-    REQUIRE(says);
-  }
+  for (std::size_t size = 0; size < bytes.size(); ++size)
+    refused(std::string_view(bytes).substr(0, size), "m.safetensors");
   refused(bytes + '\0', "1 bytes that belong to no tensor");
   refused(bytes + std::string(1000, 'x'), "1000 bytes that belong to no tensor");
 }
@@ -264,59 +224,45 @@ TEST_CASE("safetensors: headers that are refused") {
   const auto of = [&](const std::string& shape, const std::string& offsets) {
     return entry("{\"dtype\":\"F32\",\"shape\":" + shape + ",\"data_offsets\":" + offsets + "}");
   };
-  CHECK(problem_of(of("[2]", "[0,8]")) == "none");
-  CHECK(problem_of(of("[1,2,1]", "[0,8]")) == "none");
+  CHECK_NOTHROW(from_safetensors(of("[2]", "[0,8]"), "m"));
+  CHECK_NOTHROW(from_safetensors(of("[1,2,1]", "[0,8]"), "m"));
 
   for (const char* shape : {"[-2]", "[-1,-2]", "[1.0,2]", "[2.5]", "[true,2]", "[\"2\"]", "[null]", "[[]]", "2", "{}",
                             "[18446744073709551615]", "[9223372036854775808,2]", "[4294967296,4294967296]",
-                            "[1099511627777]", "[0,18446744073709551615]", "[1e300]", "null"}) {
-    CAPTURE(shape);
+                            "[1099511627777]", "[0,18446744073709551615]", "[1e300]", "null"})
     refused(of(shape, "[0,8]"), "has an absurd shape for 'a'");
-  }
-  for (const char* shape : {"[1]", "[3]", "[]", "[0]", "[2,2]", "[1099511627776]"}) {
-    CAPTURE(shape);
+  for (const char* shape : {"[1]", "[3]", "[]", "[0]", "[2,2]", "[1099511627776]"})
     refused(of(shape, "[0,8]"), "has a shape for 'a' that does not fit its data");
-  }
-  for (const char* offsets : {"[-8,0]", "[0,8.0]", "[0.0,8]", "[0,1e300]", "[false,8]", "{}", "8", "\"0,8\""}) {
-    CAPTURE(offsets);
+  for (const char* offsets : {"[-8,0]", "[0,8.0]", "[0.0,8]", "[0,1e300]", "[false,8]", "{}", "8", "\"0,8\""})
     refused(of("[2]", offsets), "has bad offsets for 'a'");
-  }
   for (const char* offsets :
-       {"[]", "[8]", "[0,8,8]", "[8,0]", "[0,9]", "[4,12]", "[18446744073709551608,0]", "[0,18446744073709551615]"}) {
-    CAPTURE(offsets);
+       {"[]", "[8]", "[0,8,8]", "[8,0]", "[0,9]", "[4,12]", "[18446744073709551608,0]", "[0,18446744073709551615]"})
     refused(of("[2]", offsets), "'a' lies outside it");
-  }
   refused(of("[1]", "[0,4]"), "has 4 bytes that belong to no tensor");
   refused(of("[1]", "[4,8]"), "has a gap or an overlap at byte 4");
 
-  for (const char* type : {"F4", "I128", "f32", "", " ", "F16 BF16"}) {
-    CAPTURE(type);
+  for (const char* type : {"F4", "I128", "f32", "", " ", "F16 BF16"})
     refused(entry(std::string("{\"dtype\":\"") + type + "\",\"shape\":[2],\"data_offsets\":[0,8]}"),
             std::string("stores 'a' as ") + type + ", not F32");
-  }
   const std::string good = R"({"dtype":"F32","shape":[2],"data_offsets":[0,8]})";
   for (const char* bad :
        {"3", "[]", "null", "{}", R"({"dtype":"F32"})", R"({"shape":[2],"data_offsets":[0,8]})",
         R"({"dtype":"F32","data_offsets":[0,8]})", R"({"dtype":"F32","shape":[2]})",
-        R"({"dtype":1,"shape":[2],"data_offsets":[0,8]})", R"({"dtype":["F32"],"shape":[2],"data_offsets":[0,8]})"}) {
-    CAPTURE(bad);
+        R"({"dtype":1,"shape":[2],"data_offsets":[0,8]})", R"({"dtype":["F32"],"shape":[2],"data_offsets":[0,8]})"})
     refused(entry(bad), "has a header of another form");
-  }
   const auto pair = [&](const std::string& b, const std::string& name = "b") {
     return file_of(R"({"a":{"dtype":"F32","shape":[1],"data_offsets":[0,4]},")" + name +
                    R"(":{"dtype":"F32","shape":[1],"data_offsets":)" + b + "}}");
   };
-  CHECK(problem_of(pair("[4,8]")) == "none");
+  CHECK_NOTHROW(from_safetensors(pair("[4,8]"), "m"));
   refused(pair("[0,4]"), "has a gap or an overlap at byte 0");
   refused(pair("[2,6]"), "has a gap or an overlap at byte 2");
   refused(pair("[4,8]", "a"), "'a' is repeated");
   refused(pair("[4,8]", "\\u0061"), "'a' is repeated");
   refused(entry(R"({"dtype":"F32","dtype":"F32","shape":[2],"data_offsets":[0,8]})"), "'dtype' is repeated");
   refused(file_of("{\"__metadata__\":{\"k\":\"1\",\"k\":\"2\"},\"a\":" + good + "}"), "'k' is repeated");
-  for (const char* metadata : {"3", "[]", "null", "\"x\"", "{\"k\":1}", "{\"k\":null}", "{\"k\":[\"v\"]}"}) {
-    CAPTURE(metadata);
+  for (const char* metadata : {"3", "[]", "null", "\"x\"", "{\"k\":1}", "{\"k\":null}", "{\"k\":[\"v\"]}"})
     refused(file_of(std::string("{\"__metadata__\":") + metadata + ",\"a\":" + good + "}"), "of another form");
-  }
 
   for (const char* text : {"", " ", "[]", "null", "3", "\"a\"", " {}", "\n{}", "\xef\xbb\xbf{}"})
     refused(file_of(text, ""), "has a header that is no JSON object");
@@ -324,6 +270,7 @@ TEST_CASE("safetensors: headers that are refused") {
                            "{\"a\":1e999}", "{\"a\":01}", "{/**/}"})
     refused(file_of(text, ""), "not valid JSON");
   refused(file_of(std::string("{}\0", 3), ""), "not JSON");
+  refused(file_of("{\"a\":" + std::string(100'000, '[')), "deeper than 32 levels");
 }
 
 TEST_CASE("safetensors: header lengths that are refused") {
@@ -335,18 +282,6 @@ TEST_CASE("safetensors: header lengths that are refused") {
     refused(bytes, length <= 100'000'000 ? "its header should have " + std::to_string(length) + " bytes"
                                          : "is not a safetensors file");
   }
-}
-
-TEST_CASE("safetensors: deep nesting is refused without recursion") {
-  constexpr std::size_t depth = 2'000'000;
-  const std::string deep_list(depth, '['), end_list(depth, ']');
-  std::string deep_object;
-  for (std::size_t i = 0; i < depth; ++i) deep_object += "{\"k\":";
-  const std::string rest = ",\"shape\":[2],\"data_offsets\":[0,8]}}";
-  refused(file_of("{\"a\":{\"dtype\":" + deep_list + end_list + rest), "deeper than 32 levels");
-  refused(file_of("{\"a\":{\"dtype\":" + deep_object + "1" + std::string(depth, '}') + rest), "deeper than 32 levels");
-  refused(file_of("{\"a\":" + deep_list), "deeper than 32 levels");
-  refused(file_of(deep_object), "deeper than 32 levels");
 }
 
 TEST_CASE("safetensors: only Error comes out of 2,000 mutated files") {
@@ -398,46 +333,4 @@ TEST_CASE("safetensors: only Error comes out of 2,000 mutated files") {
   CHECK(errors + accepted == 2000);
   CHECK(errors > 1500);
   CHECK(accepted > 20);  // values changed, and nothing else: the mutations reach beyond the header's length
-}
-
-TEST_CASE("safetensors: NumPy reads the file") {
-  namespace fs = std::filesystem;
-  REQUIRE_MESSAGE(std::system("/usr/bin/python3 -c 'import numpy' 2>/dev/null") == 0,
-                  "this test needs NumPy for /usr/bin/python3: tools/setup --check installs it");
-  TensorFile file;
-  file.metadata = {{"note", "für 東京"}};
-  const auto [network, momentum_buffers] = trained();
-  save_network(network, file, &momentum_buffers);
-  const fs::path folder = fs::temp_directory_path() / ("decid-safetensors-" + weights_sha256(network));
-  fs::create_directories(folder);
-  decid::write_file(folder / "model.safetensors", to_safetensors(file));
-  decid::write_file(folder / "read.py", R"(import json, struct, sys
-import numpy
-raw = open(sys.argv[1], "rb").read()
-length, = struct.unpack("<Q", raw[:8])
-header = json.loads(raw[8:8 + length].decode("utf-8"))
-assert header.pop("__metadata__") == {"note": "f\u00fcr \u6771\u4eac"}
-assert (8 + length) % 8 == 0
-for name, entry in header.items():
-    assert entry["dtype"] == "F32"
-    first, last = entry["data_offsets"]
-    values = numpy.frombuffer(raw[8 + length + first:8 + length + last], dtype="<f4").reshape(entry["shape"])
-    print(name, *values.shape, *(v.hex() for v in values.astype(float).ravel().tolist()))
-)");
-  std::string expected;
-  for (const NamedTensor& t : file.tensors) {
-    expected += t.name;
-    for (const long long extent : t.shape) expected += " " + std::to_string(extent);
-    for (const float v : t.values) {
-      char text[40];
-      std::snprintf(text, sizeof text, " %.13a", static_cast<double>(v));
-      expected += text;
-    }
-    expected += "\n";
-  }
-  const std::string command = "/usr/bin/python3 '" + (folder / "read.py").string() + "' '" +
-                              (folder / "model.safetensors").string() + "' > '" + (folder / "out").string() + "'";
-  CHECK(std::system(command.c_str()) == 0);
-  CHECK(decid::read_file(folder / "out") == expected);
-  fs::remove_all(folder);
 }

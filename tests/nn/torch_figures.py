@@ -8,41 +8,35 @@ import numpy as np
 import torch
 import torch.nn.functional as F
 
-LAYERS = [  # name, input shape, batch, layer; the order gives the numbers of the inputs
-    ("conv1x1", (5, 4, 6), 3, "conv 7 1x1"),
-    ("conv3x3", (3, 7, 6), 19, "conv 4 3x3"),
-    ("conv3x3pad1", (17, 6, 5), 16, "conv 18 3x3 pad 1"),
-    ("conv5x5pad2", (3, 9, 8), 17, "conv 5 5x5 pad 2"),
-    ("conv5x3pad1x2", (2, 8, 9), 3, "conv 3 5x3 pad 1x2"),
-    ("conv3x3stride2pad1", (4, 9, 8), 19, "conv 6 3x3 stride 2 pad 1"),
-    ("conv3x3stride2x1", (3, 8, 7), 5, "conv 4 3x3 stride 2x1 pad 0x1"),
-    ("conv5x5stride3pad4", (2, 10, 11), 16, "conv 3 5x5 stride 3 pad 4"),
-    ("conv1x1stride2", (3, 7, 8), 33, "conv 4 1x1 stride 2"),
-    ("relu", (3, 4, 5), 17, "relu"),
-    ("maxpool2", (3, 8, 7), 17, "maxpool 2"),
-    ("maxpool3stride2", (9, 9, 8), 5, "maxpool 3 stride 2"),
-    ("maxpool2x3", (3, 6, 8), 16, "maxpool 2x3 stride 1x2"),
-    ("avgpool2", (3, 8, 7), 17, "avgpool 2"),
-    ("avgpool3stride2", (9, 9, 8), 5, "avgpool 3 stride 2"),
-    ("avgpool2stride3", (3, 8, 9), 16, "avgpool 2 stride 3"),
-    ("globalavgpool", (5, 7, 6), 19, "globalavgpool"),
-    ("fc", (4, 5, 6), 19, "fc 7"),
-    ("fcmany", (3, 1, 2), 35, "fc 40"),
-    ("groups2", (4, 6, 5), 19, "conv 6 3x3 pad 1 groups 2"),
-    ("depthwise", (5, 7, 6), 3, "conv 5 3x3 stride 2 pad 1 groups 5"),
-    ("dilation2x3", (4, 9, 8), 17, "conv 6 3x2 pad 2x1 groups 2 dilation 2x3"),
-    ("dilation5x1", (3, 12, 1), 16, "conv 4 3x1 pad 4x0 dilation 5x1"),
-    ("maxpool3pad1", (3, 9, 8), 17, "maxpool 3 stride 2 pad 1"),
-    ("avgpool3pad1", (3, 9, 8), 5, "avgpool 3 stride 2 pad 1"),
-    ("leakyrelu", (3, 4, 5), 17, "leakyrelu 0.125"),
-    ("tanh", (3, 4, 5), 17, "tanh"),
-    ("sigmoid", (3, 4, 5), 17, "sigmoid"),
-    ("gelu", (3, 4, 5), 17, "gelu"),
-    ("layernorm", (6, 4, 5), 19, "layernorm"),
-    ("layernormflat", (33, 1, 1), 3, "layernorm"),
-    ("statspool", (5, 7, 6), 19, "statspool"),
-    ("residual", (3, 5, 4), 17, "residual { conv 3 3x3 pad 1; tanh }"),
-    ("concat", (3, 5, 4), 17, "concat { conv 2 1x1; sigmoid }"),
+LAYERS = [  # number of the inputs, name, input shape, batch, layer
+    (0, "conv1x1", (5, 4, 6), 3, "conv 7 1x1"),
+    (2, "conv3x3pad1", (17, 6, 5), 16, "conv 18 3x3 pad 1"),
+    (4, "conv5x3pad1x2", (2, 8, 9), 3, "conv 3 5x3 pad 1x2"),
+    (6, "conv3x3stride2x1", (3, 8, 7), 5, "conv 4 3x3 stride 2x1 pad 0x1"),
+    (7, "conv5x5stride3pad4", (2, 10, 11), 16, "conv 3 5x5 stride 3 pad 4"),
+    (8, "conv1x1stride2", (3, 7, 8), 33, "conv 4 1x1 stride 2"),
+    (9, "relu", (3, 4, 5), 17, "relu"),
+    (10, "maxpool2", (3, 8, 7), 17, "maxpool 2"),
+    (12, "maxpool2x3", (3, 6, 8), 16, "maxpool 2x3 stride 1x2"),
+    (13, "avgpool2", (3, 8, 7), 17, "avgpool 2"),
+    (15, "avgpool2stride3", (3, 8, 9), 16, "avgpool 2 stride 3"),
+    (16, "globalavgpool", (5, 7, 6), 19, "globalavgpool"),
+    (17, "fc", (4, 5, 6), 19, "fc 7"),
+    (18, "fcmany", (3, 1, 2), 35, "fc 40"),
+    (20, "depthwise", (5, 7, 6), 3, "conv 5 3x3 stride 2 pad 1 groups 5"),
+    (21, "dilation2x3", (4, 9, 8), 17, "conv 6 3x2 pad 2x1 groups 2 dilation 2x3"),
+    (22, "dilation5x1", (3, 12, 1), 16, "conv 4 3x1 pad 4x0 dilation 5x1"),
+    (23, "maxpool3pad1", (3, 9, 8), 17, "maxpool 3 stride 2 pad 1"),
+    (24, "avgpool3pad1", (3, 9, 8), 5, "avgpool 3 stride 2 pad 1"),
+    (25, "leakyrelu", (3, 4, 5), 17, "leakyrelu 0.125"),
+    (26, "tanh", (3, 4, 5), 17, "tanh"),
+    (27, "sigmoid", (3, 4, 5), 17, "sigmoid"),
+    (28, "gelu", (3, 4, 5), 17, "gelu"),
+    (29, "layernorm", (6, 4, 5), 19, "layernorm"),
+    (30, "layernormflat", (33, 1, 1), 3, "layernorm"),
+    (31, "statspool", (5, 7, 6), 19, "statspool"),
+    (32, "residual", (3, 5, 4), 17, "residual { conv 3 3x3 pad 1; tanh }"),
+    (33, "concat", (3, 5, 4), 17, "concat { conv 2 1x1; sigmoid }"),
 ]
 NONLINEAR = ("tanh", "sigmoid", "gelu", "layernorm", "statspool", "residual", "concat")
 NETWORK = ("conv 4 3x3 pad 1", "batchnorm", "relu", "maxpool 2", "conv 6 3x3 stride 2x1 pad 1", "batchnorm", "relu",
@@ -209,16 +203,6 @@ def batchnorm_figures():
     emit("batchnorm/inference", y, length, ((1 + statistics[0].abs()) * p["gamma"].abs() * inverse).max() + 1)
 
 
-def loss_figures():
-    for name, batch, outputs in (("mse", 19, 7), ("msefull", 32, 3), ("mseone", 1, 1)):
-        y = tensor(6000 + batch, (batch, outputs), 2.0)
-        target = tensor(6001 + batch, (batch, outputs))
-        loss = F.mse_loss(y, target)
-        loss.backward()
-        emit(f"{name}/loss", loss, 4, loss)
-        emit(f"{name}/diff", y.grad, 4, y.grad.abs().max())
-
-
 def network_figures():
     first, shape = 8000, NETWORK_SHAPE
     layers, statistics = [], []
@@ -269,8 +253,7 @@ def network_figures():
 
 
 print(f"// Made by tests/nn/torch_figures.py with PyTorch {torch.__version__}: do not edit.")
-for number, case in enumerate(LAYERS):
-    layer_figures(number, *case)
+for case in LAYERS:
+    layer_figures(*case)
 batchnorm_figures()
-loss_figures()
 network_figures()

@@ -14,8 +14,6 @@
 #include "tests/sim/tiny_protocol.hpp"
 
 using namespace decid::sim;
-using decid::Random;
-using decid::Stream;
 using namespace decid::test;
 
 namespace {
@@ -62,6 +60,38 @@ TEST_CASE("Family: the simulator equals the equations written straight down, for
       // Slow states keep errors of rounding for some 10,000 steps.
       CHECK(relative_difference(expected_sway(protocol, parameters), trial.sway) < 1e-11);
     }
+  }
+}
+
+TEST_CASE("Simulator: equals the equations written straight down, for every delay, sample rate, noise and body") {
+  // Up to the fall, where there is one.
+  const auto check = [](const Protocol& protocol, const Parameters& parameters) {
+    const std::vector<double> expected = expected_sway(protocol, parameters);
+    const Run trial = simulate(Simulator(protocol), parameters);
+    CHECK(expected.size() > trial.sway.size() / 10);
+    CHECK(trial.outcome.valid == (expected.size() == trial.sway.size()));
+    CHECK(relative_difference(expected, trial.sway) < 1e-11);
+  };
+  const Protocol brief = brief_protocol(single_pendulum());
+  const Parameters middle = single_pendulum().parameters.middle();
+  // Whole steps, up to the longest, and parts of them; 0.1 + 0.02 is above 0.12.
+  for (const double delay : {0.0, 0.001, 0.0004, 0.0025, 0.0105, 0.07, 0.12, 0.1 + 0.02, 0.12025, 0.2399, 0.24, 1.0}) {
+    CAPTURE(delay);
+    Parameters parameters = middle;
+    parameters[Delay] = delay;
+    check(brief, parameters);
+  }
+  Parameters parameters = middle;
+  parameters[Nv] = 0.0;
+  check(brief, parameters);
+  parameters[Theta] = 0.0;
+  check(brief, parameters);
+  for (const double rate_hz : {20.0, 1000.0}) {
+    Protocol other = brief;
+    other.experiment.sample_rate_hz = rate_hz;
+    other.sequence().amplitude_deg = 4.0;
+    other.experiment.body.mass_kg = 60.0;
+    check(other, middle);
   }
 }
 

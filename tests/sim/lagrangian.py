@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Accelerations and energies of the double pendulum, derived from its Lagrangian: nothing here knows the equations of
+"""Accelerations of the double pendulum, derived from its Lagrangian: nothing here knows the equations of
 sim/double_pendulum.hpp. Writes lagrangian.inc, which the tests compare with:
     python3 tests/sim/lagrangian.py > tests/sim/lagrangian.inc        (Debian's python3-sympy)
-Each row: leg, trunk (rad), their rates (rad/s), ankle and hip torque (N m); accelerations (rad/s^2), energy (J)."""
+Each row: leg, trunk (rad), their rates (rad/s), ankle and hip torque (N m); accelerations (rad/s^2)."""
 import random
 
 import sympy
@@ -52,6 +52,5 @@ for case in range(24):
     angles = [(p1, values[0]), (p2, values[1]), (ankle, values[4]), (hip, values[5])]
     numbers = lambda expression: expression.subs(rates).subs(angles)
     found = sympy.solve([sympy.N(numbers(e), 40) for e in equations], [a1, a2])
-    energy = sympy.N(numbers(kinetic + potential), 40)
-    row = [sympy.N(v, 20) for v in values] + [sympy.N(found[a1], 20), sympy.N(found[a2], 20), sympy.N(energy, 20)]
+    row = [sympy.N(v, 20) for v in values] + [sympy.N(found[a1], 20), sympy.N(found[a2], 20)]
     print("{" + ", ".join(sympy.printing.sstr(v, full_prec=False) for v in row) + "},")

@@ -98,28 +98,6 @@ TEST_CASE("VestibularNoiseMaker: other bands, scales and exponents") {
   check_spectrum(repeating(protocol), 2.0, 1, 127);
 }
 
-TEST_CASE("VestibularNoiseMaker: the variance is the spectrum's integral") {
-  const Protocol protocol = repeating();
-  const VestibularNoiseMaker maker(protocol);
-  std::vector<double> rate(12'101);
-  double variance = 0.0, mean = 0.0;
-  for (std::uint64_t i = 0; i < 400; ++i) {
-    maker.velocity(1.0, Random(8, streams::vestibular_noise, i), rate);
-    for (std::size_t k = 0; k < 12'100; ++k) {
-      variance += rate[k] * rate[k] / 12'100 / 400;
-      mean += rate[k] / 12'100 / 400;
-    }
-  }
-  double expected = 0.0, squares = 0.0;
-  for (int k = 1; k <= 121; ++k) {
-    const double power = std::pow(0.2 * rad_per_deg * rate_per_angle(protocol, k / 121.0), 2.0) / k;
-    expected += power;
-    squares += power * power;
-  }
-  CHECK(std::abs(variance - expected) < 4.0 * std::sqrt(squares / 400));
-  CHECK(std::abs(mean) < 1e-15);
-}
-
 TEST_CASE("VestibularNoiseMaker: the velocity, interpolated, is the derivative of the angle") {
   for (const double rate_hz : {100.0, 20.0}) {
     Protocol protocol;
@@ -156,57 +134,6 @@ TEST_CASE("VestibularNoiseMaker: the velocity, interpolated, is the derivative o
     // sinc^2 is that of continuous time; on the grid it differs by (pi f / 1000 Hz)^2 / 3, at most 3.3e-4 at 10 Hz.
     CHECK(worst < 1.01 * std::pow(pi * rate_hz / 10.0 / 1000.0, 2.0) / 3.0);
   }
-}
-
-TEST_CASE("VestibularNoiseMaker: harmonic k takes normals 2k and 2k + 1") {
-  Protocol protocol;
-  protocol.noise.vestibular.low_hz = protocol.noise.vestibular.high_hz = 40.0 / 121.0;
-  const VestibularNoiseMaker maker(repeating(protocol));
-  const Random random(2, streams::child_noise, 6);
-  std::vector<double> rate(12'101);
-  maker.velocity(1.0, random, rate);
-  const double stddev =
-      std::sqrt(1.0 / (40.0 / 121.0) / 121.0) * 0.2 * rad_per_deg * rate_per_angle(protocol, 40.0 / 121.0);
-  double worst = 0.0;
-  for (int j = 0; j < 12'100; ++j) {
-    const double phase = 2.0 * pi * (40 * j % 12'100) / 12'100;
-    const double exact = stddev * (random.normal(81) * std::cos(phase) - random.normal(80) * std::sin(phase));
-    worst = std::max(worst, std::abs(rate[static_cast<std::size_t>(j)] - exact));
-  }
-  CHECK(worst < 1e-15 * 12.0 * stddev);  // eps of the amplitude, in each of about a dozen additions
-}
-
-// A period longer than the trial must give noise of the same power, whose end does not run into its start.
-TEST_CASE("VestibularNoiseMaker: the default's period of two trials is not seen in one") {
-  const Protocol protocol;
-  const VestibularNoiseMaker maker(protocol);
-  const NoiseBand band = noise_band(protocol);
-  CHECK(band.first == 2);
-  CHECK(band.last == 242);
-  constexpr int realisations = 1000;
-  const auto samples = static_cast<std::size_t>(protocol.samples());
-  std::vector<double> rate(samples + 1);
-  double square = 0.0, across = 0.0;
-  for (std::uint64_t i = 0; i < realisations; ++i) {
-    const Random random(9, streams::vestibular_noise, i);
-    maker.velocity(1.0, random, rate);
-    square += 0.5 * (rate[0] * rate[0] + rate[samples] * rate[samples]);
-    across += rate[0] * rate[samples];
-  }
-  // Each a mean of independent trials: 5 standard errors, false alarms below 1e-6.
-  double power = 0.0, rate_power = 0.0;
-  for (int k = band.first; k <= band.last; ++k) {
-    power += std::pow(0.2 * rad_per_deg, 2.0) / k;
-    rate_power += std::pow(0.2 * rad_per_deg * rate_per_angle(protocol, k / 242.0), 2.0) / k;
-  }
-  CHECK(near(square / realisations, rate_power, 5.0 * std::sqrt(1.0 / realisations)));
-  CHECK(std::abs(across / realisations) < 5.0 * rate_power / std::sqrt(1.0 * realisations));
-
-  // About the same power as with the trial's period: each is a sum over harmonics for the integral of 1 / f, whose
-  // lowest harmonic counts whole though half of its band lies below low_hz.
-  double before = 0.0;
-  for (int k = 1; k <= 121; ++k) before += std::pow(0.2 * rad_per_deg, 2.0) / k;
-  CHECK(near(power, before, 0.06));
 }
 
 // Gaussian noise is known by its autocovariance. A trial sees lags up to its own length, and a period T adds what noise

@@ -22,19 +22,11 @@ ParameterInfo named(const std::string& name) {
 
 }  // namespace
 
-TEST_CASE("Parameters: values of their own number") {
-  CHECK(Parameters().size() == 0);
+TEST_CASE("Parameters: equal in number and values") {
   Parameters a(3);
-  CHECK(a == Parameters{0.0, 0.0, 0.0});
   a[1] = 2.5;
   CHECK(a == Parameters{0.0, 2.5, 0.0});
-  CHECK(a != Parameters{0.0, 2.5});
-  CHECK(a != Parameters{0.0, 2.5, 0.0, 0.0});
-  Parameters b = a;
-  b[2] = 1.0;
-  CHECK(b != a);
-  CHECK(std::vector<double>(b.begin(), b.end()) == std::vector<double>{0.0, 2.5, 1.0});
-  CHECK(Parameters(Parameters::most).size() == Parameters::most);
+  for (const Parameters& other : {Parameters{0.0, 2.5}, {0.0, 2.5, 0.0, 0.0}, {0.0, 2.5, 1.0}}) CHECK(other != a);
 }
 
 TEST_CASE("ParameterTable: the single pendulum's") {

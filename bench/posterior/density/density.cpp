@@ -51,7 +51,7 @@ struct Recorded {
   }
 };
 
-void bench_gradient_of(benchmark::State& state, Isa isa, double missing_s) {
+void bench_gradient(benchmark::State& state, double missing_s, Isa isa) {
   Recorded recorded(isa, missing_s);
   AlignedVector<double> gradient(recorded.x.size());
   std::vector<double> potential(lanes);
@@ -64,16 +64,6 @@ void bench_gradient_of(benchmark::State& state, Isa isa, double missing_s) {
   count_double_flops(state, peak,
                      2.0 * lanes * (2.0 * fft_flops(lengths.sway) + lengths.noise_count * fft_flops(lengths.noise)),
                      seconds);
-}
-
-void bench_gradient(benchmark::State& state, Isa isa) {
-  bench_gradient_of(state, isa, 0.0);
-}
-void bench_gradient_2_s(benchmark::State& state, Isa isa) {
-  bench_gradient_of(state, isa, 2.0);
-}
-void bench_gradient_10_s(benchmark::State& state, Isa isa) {
-  bench_gradient_of(state, isa, 10.0);
 }
 
 void bench_information(benchmark::State& state, Isa isa) {
@@ -91,9 +81,9 @@ void bench_information(benchmark::State& state, Isa isa) {
 }
 
 [[maybe_unused]] const bool registered = [] {
-  add_for_each_isa("posterior/gradient", bench_gradient);
-  add_for_each_isa("posterior/gradient_2_s_missing", bench_gradient_2_s);
-  add_for_each_isa("posterior/gradient_10_s_missing", bench_gradient_10_s);
+  add_for_each_isa("posterior/gradient", bench_gradient, 0.0);
+  add_for_each_isa("posterior/gradient_2_s_missing", bench_gradient, 2.0);
+  add_for_each_isa("posterior/gradient_10_s_missing", bench_gradient, 10.0);
   add_for_each_isa("posterior/information", bench_information);
   return true;
 }();

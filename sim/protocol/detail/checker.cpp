@@ -46,4 +46,11 @@ void Checker::whole_milliseconds(const std::string& setting, double seconds) con
   fail(setting, "is " + given_text(seconds) + " s", "give a multiple of 0.001 s, the integration step");
 }
 
+void Checker::whole_samples(const std::string& setting, double seconds, double rate_hz) const {
+  const double samples = seconds * rate_hz;
+  if (std::abs(samples - std::floor(samples + 0.5)) <= 1e-6) return;
+  fail(setting, "is " + given_text(seconds) + " s, not a whole number of samples",
+       "give a multiple of " + setting_text(1.0 / rate_hz) + " s");
+}
+
 }  // namespace decid::sim

@@ -25,6 +25,7 @@ class Checker {
   void within(const std::string& setting, double value, double low, double high) const;
   void positive(const std::string& setting, double value, double high) const;
   void whole_milliseconds(const std::string& setting, double seconds) const;
+  void whole_samples(const std::string& setting, double seconds, double rate_hz) const;
 
  private:
   std::string prefix_;

@@ -32,37 +32,6 @@ TEST_CASE("Random: numbers are where the layout of counter and key says") {
   }
 }
 
-TEST_CASE("Random: a number depends only on its index") {
-  const Random random(7, Stream::weights, 3);
-  std::vector<double> forward(101), backward(101);
-  for (std::size_t i = 0; i < 101; ++i) forward[i] = random.normal(i);
-  for (std::size_t i = 101; i-- > 0;) backward[i] = Random(7, Stream::weights, 3).normal(i);
-  CHECK(forward == backward);
-  // Blocks hold two numbers: every parity of the first index and of the count.
-  for (const std::size_t first : {0u, 1u, 2u, 5u}) {
-    for (const std::size_t count : {0u, 1u, 2u, 3u, 40u, 41u}) {
-      std::vector<double> filled(count);
-      random.fill_normal(filled, first);
-      CHECK(std::equal(filled.begin(), filled.end(), forward.begin() + static_cast<std::ptrdiff_t>(first)));
-    }
-  }
-}
-
-TEST_CASE("Random: seeds, streams, items and indices have different numbers") {
-  std::vector<std::uint64_t> seen;
-  for (const std::uint64_t seed : {1ull, 2ull, 1ull << 32, 1ull << 63}) {
-    for (const Stream stream : {Stream{1}, Stream{2}, Stream::shuffle}) {
-      for (const std::uint64_t item : {0ull, 1ull, 1ull << 32, 1ull << 63}) {
-        for (std::uint64_t index = 0; index < 8; ++index) seen.push_back(Random(seed, stream, item).bits(index));
-      }
-    }
-  }
-  const std::size_t count = seen.size();
-  std::sort(seen.begin(), seen.end());
-  seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
-  CHECK(seen.size() == count);
-}
-
 TEST_CASE("Random: uniform numbers") {
   const Random random(11, Stream{1}, 0);
   constexpr int count = 400'000, cells = 64;
@@ -87,6 +56,7 @@ TEST_CASE("Random: uniform numbers") {
   for (const int n : histogram) chi_square += (n - expected) * (n - expected) / expected;
   CHECK(std::abs(chi_square - (cells - 1)) < 4.0 * std::sqrt(2.0 * (cells - 1)));
   CHECK(random.uniform(5, -3.0, 7.0) == -3.0 + 10.0 * random.uniform(5));
+  CHECK(random.normal(5) == inverse_normal(random.uniform(5)));
 }
 
 TEST_CASE("Random: integers below a bound") {
@@ -97,23 +67,6 @@ TEST_CASE("Random: integers below a bound") {
       const auto exact = static_cast<std::uint64_t>(Wide{random.bits(index)} * bound >> 64);
       REQUIRE(random.below(index, bound) == exact);
     }
-  }
-}
-
-TEST_CASE("inverse_normal: known quantiles") {
-  // Expected values come from 40-digit arithmetic on the doubles written here.
-  CHECK(inverse_normal(0.5) == 0.0);
-  struct Known {
-    double p, quantile;
-  };
-  for (const Known& known : {Known{0.501, 0.002506630899571766231698791}, Known{0.75, 0.674489750196081743202227},
-                             Known{0.925, 1.43953147093845622906332}, Known{0.975, 1.959963984540053855604431},
-                             Known{0.0749999, -1.439532177375900586417472}, Known{0.9999, 3.719016485455708386722759},
-                             Known{0.01, -2.326347874040841093075096}, Known{1e-10, -6.361340902404056199100397},
-                             Known{1e-12, -7.034483825301131932614176}, Known{0x1p-53, -8.209536151601386855630769},
-                             Known{1.0 - 0x1p-53, 8.209536151601386855630769}}) {
-    CAPTURE(known.p);
-    CHECK(std::abs(inverse_normal(known.p) / known.quantile - 1.0) < 1e-15);
   }
 }
 
@@ -141,32 +94,7 @@ TEST_CASE("inverse_normal: inverts the distribution function") {
   for (double q = 0.4; q > 1e-12; q *= 0.9) worst = std::max(worst, relative_error(0.5 + q));
   CHECK(worst < 1e-15);
   CHECK(inverse_normal(0.3) == -inverse_normal(1.0 - 0.3));
-}
-
-TEST_CASE("Random: normal numbers have the moments and tails of the normal distribution") {
-  constexpr int count = 1'000'000;
-  std::vector<double> values(count);
-  Random(3, Stream{3}, 9).fill_normal(values);
-  double moment[5]{};
-  int beyond[5]{};
-  for (const double x : values) {
-    double power = 1.0;
-    for (int k = 1; k <= 4; ++k) moment[k] += (power *= x) / count;
-    for (int k = 1; k <= 4; ++k) beyond[k] += std::abs(x) > k;
-  }
-  // The k-th sample moment has the variance (E x^2k - (E x^k)^2) / count: 1, 2, 15, 96.
-  const double root = std::sqrt(1.0 / count);
-  CHECK(std::abs(moment[1]) < 4.0 * root);
-  CHECK(std::abs(moment[2] - 1.0) < 4.0 * root * std::sqrt(2.0));
-  CHECK(std::abs(moment[3]) < 4.0 * root * std::sqrt(15.0));
-  CHECK(std::abs(moment[4] - 3.0) < 4.0 * root * std::sqrt(96.0));
-  for (int k = 1; k <= 4; ++k) {
-    const double probability = std::erfc(k / std::sqrt(2.0));
-    CHECK(std::abs(beyond[k] - count * probability) < 4.0 * std::sqrt(count * probability));
-  }
-  double neighbours = 0.0;
-  for (std::size_t i = 1; i < values.size(); ++i) neighbours += values[i] * values[i - 1] / count;
-  CHECK(std::abs(neighbours) < 4.0 * root);
+  CHECK(inverse_normal(0.5) == 0.0);
 }
 
 TEST_CASE("Random::fill_normal: the numbers of normal(), with every instruction set") {

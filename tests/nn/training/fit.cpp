@@ -113,7 +113,7 @@ TEST_CASE("fit: learns classes with each optimiser, one from outside among them"
 }
 
 TEST_CASE("fit: the same bits for any number of threads, others for another seed") {
-  const int threads = omp_get_max_threads();
+  const Threads kept(omp_get_max_threads());
   FitOptions o = options();
   o.average = 0.9;
   o.clip_norm = 0.5;
@@ -132,7 +132,6 @@ TEST_CASE("fit: the same bits for any number of threads, others for another seed
     omp_set_num_threads(more);
     CHECK(fitted(o, noisy).sha256 == one.sha256);
   }
-  omp_set_num_threads(threads);
   o.seed = 2;
   CHECK(fitted(o, noisy).sha256 != one.sha256);
 }
@@ -322,30 +321,6 @@ TEST_CASE("fit: weights and a validation loss that are not finite are errors") {
   check_error([&] { fitted(o); }, decid::Code::diverged, "weight");
 }
 
-TEST_CASE("fit: values of a function that are not finite in validation only are named") {
-  FitOptions o = options();
-  o.epochs = 1;
-  for (const bool of_input : {true, false}) {
-    const Samples odd(count,
-                      [&](int sample, const decid::Random* random, std::span<float> input, std::span<float> target) {
-                        samples().load(sample, nullptr, input, target);
-                        if (random == nullptr) (of_input ? input : target)[0] = std::numeric_limits<float>::quiet_NaN();
-                      });
-    check_error([&] { fitted(o, odd); }, decid::Code::value_invalid, of_input ? "inputs" : "targets");
-  }
-}
-
-TEST_CASE("accuracy: outputs that are not finite are wrong") {
-  Network<float> network({1, 1, 1}, "fc 3");
-  const std::vector<float> input{1}, target{0};
-  for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
-    network.parameters()[1]->value = {1, 0, 0};
-    CHECK(accuracy(network, {input, target, 1}) == 1);
-    network.parameters()[1]->value[0] = bad;
-    CHECK(accuracy(network, {input, target, 1}) == 0);
-  }
-}
-
 TEST_CASE("fit: validation samples are not trained on, or are those that are given") {
   FitOptions o = options();
   o.epochs = 1;
@@ -362,62 +337,6 @@ TEST_CASE("fit: validation samples are not trained on, or are those that are giv
   CHECK(std::isnan(fitted(o).log.epochs[0].validation_loss));
   o.validation_samples = Samples(std::span(data().inputs).first(72), std::span(data().targets).first(2), 2);
   CHECK(fitted(o).log.epochs[0].validation_loss > 0);
-}
-
-TEST_CASE("fit: settings that do not fit are refused") {
-  const auto refused = [](const std::function<void(FitOptions&)>& change) {
-    FitOptions o = options();
-    change(o);
-    Network<float> network(shape, text);
-    CHECK_THROWS_AS(fit(network, samples(), o), decid::Error);
-  };
-  refused([](FitOptions& o) { o.epochs = 0; });
-  refused([](FitOptions& o) { o.batch = 0; });
-  refused([](FitOptions& o) { o.validation = 1; });
-  refused([](FitOptions& o) { o.average = 1; });
-  refused([](FitOptions& o) { o.clip_norm = -1; });
-  refused([](FitOptions& o) { o.loss = nullptr; });
-  refused([](FitOptions& o) { o.schedule = "linear"; });
-  refused([](FitOptions& o) { o.loss = squared_error(); });  // three targets a sample
-  CHECK_THROWS_AS(Samples(data().inputs, data().targets, 7 * count), decid::Error);
-  CHECK_THROWS_AS(sgd({.momentum = 1}), decid::Error);
-  CHECK_THROWS_AS(optimiser_named("lion"), decid::Error);
-  FitOptions diverges = options();
-  diverges.optimiser = sgd();
-  diverges.learning_rate = 1e5;
-  diverges.loss = squared_error();
-  const std::vector<float> huge(count * 3, std::numeric_limits<float>::max());
-  check_error([&] { fitted(diverges, Samples(data().inputs, huge, count)); }, decid::Code::diverged, "1");
-}
-
-TEST_CASE("fit: a number out of its range is named") {
-  const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
-  const auto refused = [](const char* name, const std::function<void(FitOptions&)>& change) {
-    FitOptions o = options();
-    change(o);
-    check_error([&] { fitted(o); }, decid::Code::setting_out_of_range, name);
-  };
-  for (const double rate : {-1.0, 0.0, nan, inf})
-    refused("learning_rate", [&](FitOptions& o) { o.learning_rate = rate; });
-  for (const double epochs : {-1.0, 1e30, nan, inf})
-    refused("warmup_epochs", [&](FitOptions& o) { o.warmup_epochs = epochs; });
-  for (const int lines : {-1, 6}) refused("frozen_lines", [&](FitOptions& o) { o.frozen_lines = lines; });
-  FitOptions all = options();
-  all.epochs = 1;
-  all.frozen_lines = 5;
-  CHECK_NOTHROW(fitted(all));
-}
-
-TEST_CASE("fit: patience without a validated sample is refused") {
-  FitOptions o = options();
-  o.patience = 2;
-  for (const double fraction : {0.0, 0.002}) {
-    o.validation = fraction;
-    check_error([&] { fitted(o); }, decid::Code::setting_conflict, "patience");
-  }
-  o.patience = 0;
-  o.epochs = 1;
-  CHECK(std::isnan(fitted(o).log.epochs[0].validation_loss));
 }
 
 TEST_CASE("fit: the first sample that is not finite is named, and no step is done") {
@@ -437,21 +356,78 @@ TEST_CASE("fit: the first sample that is not finite is named, and no step is don
     o.validation_samples = memory;
     check_error([&] { fitted(o); }, decid::Code::value_invalid);
   }
-  const Samples of_function(count,
-                            [](int sample, const decid::Random*, std::span<float> input, std::span<float> target) {
-                              samples().load(sample, nullptr, input, target);
-                              if (sample == 11) input[2] = std::numeric_limits<float>::quiet_NaN();
-                            });
+  // A function makes some in training, or in validation only, where there are no random numbers.
   FitOptions o = options();
-  o.validation_samples = samples();
-  check_error([&] { fitted(o, of_function); }, decid::Code::value_invalid, "value 2 of the inputs of sample 11,");
+  o.epochs = 1;
+  for (const bool of_input : {true, false})
+    for (const bool in_training : {true, false}) {
+      const Samples odd(count,
+                        [&](int sample, const decid::Random* random, std::span<float> input, std::span<float> target) {
+                          samples().load(sample, nullptr, input, target);
+                          if ((random != nullptr) == in_training)
+                            (of_input ? input : target)[0] = std::numeric_limits<float>::quiet_NaN();
+                        });
+      check_error([&] { fitted(o, odd); }, decid::Code::value_invalid,
+                  of_input ? "value 0 of the inputs of sample" : "value 0 of the targets of sample");
+    }
 }
 
-TEST_CASE("accuracy: a target that is no class is refused") {
+TEST_CASE("accuracy: outputs that are not finite are wrong, a target that is no class is refused") {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
   Network<float> network({1, 1, 1}, "fc 3");
-  const std::vector<float> input{1};
-  for (const float wrong : {-1.0F, 0.5F, 3.0F, std::numeric_limits<float>::quiet_NaN()}) {
+  const std::vector<float> input{1}, first{0};
+  for (const float value : {1.0F, nan, std::numeric_limits<float>::infinity()}) {
+    network.parameters()[1]->value = {value, 0, 0};
+    CHECK(accuracy(network, {input, first, 1}) == (value == 1.0F ? 1 : 0));
+  }
+  for (const float wrong : {-1.0F, 0.5F, 3.0F, nan}) {
     const std::vector<float> target{wrong};
     check_error([&] { accuracy(network, {input, target, 1}); }, decid::Code::setting_out_of_range, "accuracy");
   }
+}
+
+TEST_CASE("fit: settings that do not fit are refused, those out of range by name") {
+  using decid::Code;
+  const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+  const auto refused = [](Code code, const char* fact, const std::function<void(FitOptions&)>& change) {
+    FitOptions o = options();
+    change(o);
+    check_error([&] { fitted(o); }, code, fact);
+  };
+  struct Row {
+    const char* name;
+    void (*set)(FitOptions&, double);
+    std::vector<double> values;
+  };
+  for (const Row& row :
+       {Row{"epochs", [](FitOptions&o, double v) { o.epochs = static_cast<int>(v); }, {0}},
+        {"batch", [](FitOptions&o, double v) { o.batch = static_cast<int>(v); }, {0}},
+        {"validation", [](FitOptions&o, double v) { o.validation = v; }, {1}},
+        {"average", [](FitOptions&o, double v) { o.average = v; }, {1}},
+        {"clip_norm", [](FitOptions&o, double v) { o.clip_norm = v; }, {-1}},
+        {"learning_rate", [](FitOptions&o, double v) { o.learning_rate = v; }, {-1, 0, nan, inf}},
+        {"warmup_epochs", [](FitOptions&o, double v) { o.warmup_epochs = v; }, {-1, 1e30, nan, inf}},
+        {"frozen_lines", [](FitOptions&o, double v) { o.frozen_lines = static_cast<int>(v); }, {-1, 6}}})
+    for (const double value : row.values)
+      refused(Code::setting_out_of_range, row.name, [&](FitOptions& o) { row.set(o, value); });
+  refused(Code::setting_missing, "loss", [](FitOptions& o) { o.loss = nullptr; });
+  refused(Code::setting_malformed, "'linear'", [](FitOptions& o) { o.schedule = "linear"; });
+  refused(Code::size_mismatch, "", [](FitOptions& o) { o.loss = squared_error(); });  // three targets a sample
+  for (const double fraction : {0.0, 0.002})
+    refused(Code::setting_conflict, "patience", [&](FitOptions& o) {
+      o.patience = 2;
+      o.validation = fraction;
+    });
+  check_error([] { Samples(data().inputs, data().targets, 7 * count); }, Code::size_mismatch);
+  FitOptions allowed = options();
+  allowed.epochs = 1;
+  allowed.frozen_lines = 5;
+  allowed.validation = 0.002;
+  CHECK(std::isnan(fitted(allowed).log.epochs[0].validation_loss));
+  FitOptions diverges = options();
+  diverges.optimiser = sgd();
+  diverges.learning_rate = 1e5;
+  diverges.loss = squared_error();
+  const std::vector<float> huge(count * 3, std::numeric_limits<float>::max());
+  check_error([&] { fitted(diverges, Samples(data().inputs, huge, count)); }, Code::diverged, "1");
 }

@@ -32,19 +32,6 @@ TEST_CASE("optimisers: figures of PyTorch") {
   CHECK(near(adam, 0.9102996651190383));
 }
 
-TEST_CASE("sgd: by hand") {
-  Network<float> network({1, 1, 1}, "fc 1");
-  const auto parameters = network.parameters();
-  for (Parameter<float>* p : parameters) p->value = {2};
-  const std::vector<float> one{1};
-  OptimiserState state{0, {{{4}, {4}}}};
-  update(*sgd({.momentum = 0.25, .weight_decay = 0.125}), network, std::vector<std::span<const float>>{one, one}, 0.5,
-         state);
-  CHECK(state.memory[0] == std::vector<std::vector<float>>{{2.25F}, {2}});  // 0.25 * 4 + (1 + 0.125 * 2); no decay
-  CHECK(parameters[0]->value[0] == 0.875F);
-  CHECK(parameters[1]->value[0] == 1.0F);
-}
-
 TEST_CASE("update: a state and gradients of other sizes than the network's are refused, and change nothing") {
   Network<float> network({1, 1, 1}, "fc 2");
   const std::vector<float> two{1, 1}, three{1, 1, 1};

@@ -95,13 +95,6 @@ class SignDescent final : public Optimiser {
   std::thread::id thread_ = std::this_thread::get_id();
 };
 
-/// Sets the number of OpenMP's threads until it is destroyed.
-struct Threads {
-  explicit Threads(int number) { omp_set_num_threads(number); }
-  ~Threads() { omp_set_num_threads(before); }
-  int before = omp_get_max_threads();
-};
-
 }  // namespace
 
 TEST_CASE("fit: a loss of batches, samples written together and an optimiser of parameters keep the bits") {
