@@ -1,6 +1,4 @@
 // Measured tilts of protocols: files, columns, units, rates and resampled cycles.
-#include "recording/detail/tilt/measured_tilt.hpp"
-
 #include <cmath>
 #include <cstdio>
 
@@ -106,7 +104,9 @@ TEST_CASE("measured tilts that cannot be read are refused with file and setting"
   // A note reports the part of the file that was left out.
   write_text(folder / "t.csv", "time,tilt_deg\n0,0\n0.01,1\n0.02,1\n0.03,0\n0.04,");
   Warnings warnings;
-  CHECK(read_tilt_deg({.path = folder / "t.csv"}, 100.0, &warnings).size() == 4);
+  const auto cut = write_text(folder / "p.json", R"({"measured": {"file": "t.csv", "lead_out_s": 2}})");
+  const sim::Protocol protocol = load_protocol(cut.string(), nullptr, &warnings);
+  CHECK(std::get<sim::MeasuredTilt>(protocol.experiment.stimulus).tilt_deg.size() == 4);
   REQUIRE(warnings.size() == 1);
   CHECK(warnings[0].code == "last_line_cut");
   // The sample rate's error comes first.
