@@ -117,6 +117,10 @@ std::vector<std::string> words(std::string_view name) {
   return parts;
 }
 
+std::string letters_of(std::string_view name) {
+  return joined(words(name), "");
+}
+
 std::vector<std::string> words_in(std::string_view name) {
   std::vector<std::string> parts = words(name);
   const auto is_upper = [](char c) { return c >= 'A' && c <= 'Z'; };
