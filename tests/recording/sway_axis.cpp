@@ -22,9 +22,7 @@ namespace {
 
 /// Returns a trial i of the middle of the prior, in rad.
 std::vector<double> forward(std::uint64_t i) {
-  const sim::ParameterTable& table = simulator().protocol().parameters();
-  sim::Parameters parameters(table.size());
-  for (std::size_t p = 0; p < table.size(); ++p) parameters[p] = 0.5 * (table[p].low + table[p].high);
+  const sim::Parameters parameters = simulator().protocol().parameters().middle();
   std::vector<double> values(static_cast<std::size_t>(simulator().samples()));
   for (std::uint64_t attempt = 0;; ++attempt)
     if (simulator().run(parameters, Random(7, sim::streams::vestibular_noise, 1000 * i + attempt), values).valid)

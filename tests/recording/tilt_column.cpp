@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "base/math/random.hpp"
-#include "recording/detail/tilt/tilt_start.hpp"
 #include "recording/resample.hpp"
 #include "recording/table/columns.hpp"
 #include "recording/trial.hpp"
@@ -26,23 +25,14 @@ using namespace decid::test;
 namespace {
 
 const std::vector<double>& tilt() {
-  static const std::vector<double> made = prescribed_tilt(simulator().protocol());
-  return made;
+  return plan().tilt_rad();
 }
 
 /// Returns trial i of a body of the prior, with its vestibular noise or without.
 std::vector<double> sway(std::uint64_t i, bool has_noise) {
-  const sim::Protocol& protocol = simulator().protocol();
-  const sim::ParameterTable& table = protocol.parameters();
-  std::vector<double> values(static_cast<std::size_t>(simulator().samples()));
-  for (std::uint64_t attempt = 0;; ++attempt) {
-    const Random random(5, sim::streams::base_parameters, 1000 * i + attempt);
-    sim::Parameters parameters(table.size());
-    for (std::size_t p = 0; p < table.size(); ++p) parameters[p] = random.uniform(p, table[p].low, table[p].high);
-    if (!has_noise) parameters = protocol.family().without_noise(parameters);
-    if (simulator().run(parameters, Random(5, sim::streams::vestibular_noise, 1000 * i + attempt), values).valid)
-      return values;
-  }
+  return trial_of_prior(5, i, [&](sim::Parameters& parameters) {
+    if (!has_noise) parameters = simulator().protocol().family().without_noise(parameters);
+  });
 }
 
 /// Returns values times a factor with noise of sd degrees, late by some samples.
