@@ -101,7 +101,7 @@ Clock find_clock(Table& table, int sway, int time, const RecordingOptions& optio
     given.rate_hz = stated->hz;
     return given;
   }
-  const std::string name = "'" + table.names()[static_cast<std::size_t>(time)] + "'";
+  const std::string name = "'" + table.name(time) + "'";
   Clock clock;
   try {
     clock = read_times(table, time, recording);
@@ -127,7 +127,7 @@ Clock find_clock(Table& table, int sway, int time, const RecordingOptions& optio
     }
     return given;
   }
-  recording.rate_advice = time_hint(table.names()[static_cast<std::size_t>(time)], clock.rate_hz);
+  recording.rate_advice = time_hint(table.name(time), clock.rate_hz);
   if (!is_sample_rate(clock.rate_hz)) {
     throw Error(Code::setting_out_of_range, recording.file,
                 "the column " + name + " gives " + six_digits(clock.rate_hz) + " Hz, not from 1 to 100,000",
@@ -189,8 +189,8 @@ std::vector<double> read_column(const Table& table, int column, const Clock& clo
     }
     return {};
   };
-  const std::string filled = fill_gaps(values, clock.rate_hz, options.fill_gaps_s,
-                                       table.names()[static_cast<std::size_t>(column)], recording.file, place_of, gaps);
+  const std::string filled =
+      fill_gaps(values, clock.rate_hz, options.fill_gaps_s, table.name(column), recording.file, place_of, gaps);
   if (!filled.empty()) add_caution(recording.warnings, "gaps_filled", filled);
   return values;
 }
@@ -279,7 +279,7 @@ Recording read_from(const std::shared_ptr<Table>& read, const std::string& file,
   if (options.trial_column.empty() && !options.is_one_trial) refuse_several_trials(table, sway, time, recording.file);
   if (table.rows(sway) < 2)
     throw Error(Code::recording_too_short, recording.file, "has only one sample", "give a whole recording");
-  const std::string& name = table.names()[static_cast<std::size_t>(sway)];
+  const std::string& name = table.name(sway);
   if (sway == time) {  // the user named this column
     if (!options.rate_hz && table.stated_rates().empty())
       throw Error(
@@ -289,8 +289,8 @@ Recording read_from(const std::shared_ptr<Table>& read, const std::string& file,
   }
   if (time >= 0 && table.rows(time) != table.rows(sway)) {
     throw Error(Code::size_mismatch, recording.file,
-                name + " has " + std::to_string(table.rows(sway)) + " values, its time " +
-                    table.names()[static_cast<std::size_t>(time)] + " " + std::to_string(table.rows(time)),
+                name + " has " + std::to_string(table.rows(sway)) + " values, its time " + table.name(time) + " " +
+                    std::to_string(table.rows(time)),
                 "name the sway with " + setting("column") + ", or give " + setting("rate") +
                     " and save the file without that time");
   }
