@@ -353,13 +353,6 @@ TEST_CASE("errors and warnings about samples in memory name no files, columns or
   }
 }
 
-TEST_CASE("a stimulus that repeats is found at its first cycle") {
-  sim::Protocol protocol = tiny_protocol(), longer = tiny_protocol();
-  longer.sequence().cycles = 3;
-  Recording recording = with_tilt(longer, 0.5, 14.0, 100.0);
-  CHECK(within(bring_to_protocol(recording, protocol).tilt->delay_s, 0.5, 1e-9));
-}
-
 TEST_CASE("a rate below 25 Hz is a caution, below 5 Hz an error, unless it is the protocol's own") {
   const sim::Protocol protocol = two_cycles();
   const auto severity = [&](double rate_hz) -> std::optional<Severity> {
