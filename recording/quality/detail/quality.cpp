@@ -198,10 +198,9 @@ std::size_t longest_zeros(std::span<const double> sway) {
 std::string remedy_for_jumps(std::span<const double> sway, double rate_hz) {
   const std::size_t zeros = longest_zeros(sway);
   if (zeros == 0) return "leave wrong stretches empty and give " + setting("fill_gaps") + ", or cut the recording";
-  const double longest_s = std::ceil(1e4 * static_cast<double>(zeros) / rate_hz - 1e-6) / 1e4;
+  const double gap_s = std::ceil(1e4 * static_cast<double>(zeros) / rate_hz - 1e-6) / 1e4;
   return "if its zeros stand for missing samples (occluded markers), give " + setting("missing") + " 0 and " +
-         setting("fill_gaps") + " " + six_digits(longest_s) +
-         "; else leave wrong stretches empty, or cut the recording";
+         setting("fill_gaps") + " " + six_digits(gap_s) + "; else leave wrong stretches empty, or cut the recording";
 }
 
 /// Adds `jumps`. Lines are fitted by least squares to eight samples at about 100 Hz. Ignores single wrong samples, and
