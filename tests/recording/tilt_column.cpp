@@ -118,11 +118,11 @@ TEST_CASE("a command in volts or counts gives the start only") {
     for (const Warning& warning : made.recording.warnings)
       if (warning.code.starts_with("tilt_")) CHECK(warning.severity == Severity::info);
     CHECK(within(made.trial.signals.at(platform_tilt).rad[3000], tilt()[3000], 0.1 * sim::rad_per_deg));
-    // At a start that was given, 0.3 s early, its size says nothing either.
-    const Brought given = brought({{name, values}}, {}, {.start_s = 0.3});
-    CHECK(given.trial.tilt_at_given_start.has_value());
-    CHECK_FALSE(has(given.recording.warnings, "tilt_of_other_size"));
   }
+  // At a start that was given, 0.3 s early, its size says nothing either.
+  const Brought given = brought({{"dac", scaled(100.0, 2048.0)}}, {}, {.start_s = 0.3});
+  CHECK(given.trial.tilt_at_given_start.has_value());
+  CHECK_FALSE(has(given.recording.warnings, "tilt_of_other_size"));
 }
 
 TEST_CASE("of several tilts the one of the protocol's size is used, then the measured one; a note names the others") {
@@ -214,7 +214,7 @@ TEST_CASE("a tilt with missing values is compared where it was measured") {
     for (std::size_t k = first; k < end; ++k) values[k] = nan;
     return std::vector<Column>{{"tilt_deg", values}};
   };
-  for (const std::size_t end : {501UL, 800UL, 5000UL}) {
+  for (const std::size_t end : {501UL, 5000UL}) {
     CAPTURE(end);
     const Brought twice = brought(with_gap(2.0, 500, end));
     REQUIRE(twice.trial.tilt);
