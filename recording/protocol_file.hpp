@@ -17,7 +17,7 @@ namespace decid::recording {
 /// sim::protocol_from_json does, for a tilt whose unit is neither given nor in the column's name, and for protocols
 /// that Protocol::refuse_implausible refuses. controller: name of the controller (sim/body_model.hpp), empty: the one
 /// of the protocol; throws Error if there is none of this name, and if the file names another one. Adds the names of
-/// the files read to `files`, and to `warnings` what was left out of a measured tilt's file (read_tilt_deg).
+/// the files read to `files`, and to `warnings` what was left out of a measured tilt's file.
 sim::Protocol load_protocol(const std::string& name_or_path, std::vector<std::string>* files = nullptr,
                             Warnings* warnings = nullptr, const std::string& controller = {});
 

@@ -12,7 +12,6 @@
 #include "base/math/statistics.hpp"
 #include "base/setting.hpp"
 #include "recording/detail/clock.hpp"
-#include "recording/detail/copied_rows.hpp"
 #include "recording/detail/recording_name.hpp"
 #include "recording/detail/sway/read_sway.hpp"
 #include "recording/detail/sway/sway_axis.hpp"
@@ -65,6 +64,53 @@ void compare_rates(const Table& table, double given_hz, Recording& recording) {
     }
 }
 
+/// Returns true if the cells of each row are those of the row before it. `rows`: ascending, not the first row.
+bool are_copies(const Table& table, int column, const std::vector<std::size_t>& rows) {
+  try {
+    const std::vector<double> values = table.numbers(column, Missing::kept);
+    return std::ranges::all_of(rows, [&](std::size_t row) {
+      return values[row] == values[row - 1] || (std::isnan(values[row]) && std::isnan(values[row - 1]));
+    });
+  } catch (const Error&) {  // words
+  }
+  try {
+    const RowLabels labels = table.labels(column);
+    return std::ranges::all_of(rows, [&](std::size_t row) { return labels.of_row[row] == labels.of_row[row - 1]; });
+  } catch (const Error&) {  // infinite numbers
+    return false;
+  }
+}
+
+/// Drops rows that equal the row before them in every column as long as the time, with an info that counts them.
+/// Returns true if there are any. Does nothing if a row has the time of the row before it, and other values: then its
+/// time is wrong.
+bool drop_copied_rows(Table& table, int time, Warnings& warnings) {
+  std::vector<double> times;
+  try {
+    times = table.times(time);
+  } catch (const Error&) {  // another check names the cell
+    return false;
+  }
+  std::vector<std::size_t> copies;
+  for (std::size_t row = 1; row < times.size(); ++row)
+    if (times[row] == times[row - 1]) copies.push_back(row);
+  if (copies.empty()) return false;
+  for (int column = 0; column < table.columns(); ++column)
+    if (table.rows(column) == times.size() && !are_copies(table, column, copies)) return false;
+  std::vector<std::size_t> kept;
+  for (std::size_t row = 0; row < times.size(); ++row)
+    if (!std::ranges::binary_search(copies, row)) kept.push_back(row);
+  if (kept.size() < 2) return false;
+  const std::string place = table.locate(copies.front());
+  table.keep_rows(time, kept);
+  add_info(warnings, "copied_rows",
+           std::to_string(copies.size()) +
+               (copies.size() == 1 ? " row equals the row before it" : " rows equal the row before them") +
+               ", time included (" + (copies.size() == 1 ? "" : "the first is ") + place + "): decid drops " +
+               (copies.size() == 1 ? "it" : "them"));
+  return true;
+}
+
 /// Returns the clock of a time column, without rows that are copies of the row before them.
 Clock read_times(Table& table, int time, Recording& recording) {
   const auto read = [&] { return read_clock(table, time, recording.file, setting("rate")); };
@@ -101,7 +147,7 @@ Clock find_clock(Table& table, int sway, int time, const RecordingOptions& optio
     given.rate_hz = stated->hz;
     return given;
   }
-  const std::string name = "'" + table.names()[static_cast<std::size_t>(time)] + "'";
+  const std::string name = "'" + table.name(time) + "'";
   Clock clock;
   try {
     clock = read_times(table, time, recording);
@@ -127,7 +173,7 @@ Clock find_clock(Table& table, int sway, int time, const RecordingOptions& optio
     }
     return given;
   }
-  recording.rate_advice = time_hint(table.names()[static_cast<std::size_t>(time)], clock.rate_hz);
+  recording.rate_advice = time_hint(table.name(time), clock.rate_hz);
   if (!is_sample_rate(clock.rate_hz)) {
     throw Error(Code::setting_out_of_range, recording.file,
                 "the column " + name + " gives " + six_digits(clock.rate_hz) + " Hz, not from 1 to 100,000",
@@ -189,8 +235,8 @@ std::vector<double> read_column(const Table& table, int column, const Clock& clo
     }
     return {};
   };
-  const std::string filled = fill_gaps(values, clock.rate_hz, options.fill_gaps_s,
-                                       table.names()[static_cast<std::size_t>(column)], recording.file, place_of, gaps);
+  const std::string filled =
+      fill_gaps(values, clock.rate_hz, options.fill_gaps_s, table.name(column), recording.file, place_of, gaps);
   if (!filled.empty()) add_caution(recording.warnings, "gaps_filled", filled);
   return values;
 }
@@ -279,7 +325,7 @@ Recording read_from(const std::shared_ptr<Table>& read, const std::string& file,
   if (options.trial_column.empty() && !options.is_one_trial) refuse_several_trials(table, sway, time, recording.file);
   if (table.rows(sway) < 2)
     throw Error(Code::recording_too_short, recording.file, "has only one sample", "give a whole recording");
-  const std::string& name = table.names()[static_cast<std::size_t>(sway)];
+  const std::string& name = table.name(sway);
   if (sway == time) {  // the user named this column
     if (!options.rate_hz && table.stated_rates().empty())
       throw Error(
@@ -289,8 +335,8 @@ Recording read_from(const std::shared_ptr<Table>& read, const std::string& file,
   }
   if (time >= 0 && table.rows(time) != table.rows(sway)) {
     throw Error(Code::size_mismatch, recording.file,
-                name + " has " + std::to_string(table.rows(sway)) + " values, its time " +
-                    table.names()[static_cast<std::size_t>(time)] + " " + std::to_string(table.rows(time)),
+                name + " has " + std::to_string(table.rows(sway)) + " values, its time " + table.name(time) + " " +
+                    std::to_string(table.rows(time)),
                 "name the sway with " + setting("column") + ", or give " + setting("rate") +
                     " and save the file without that time");
   }

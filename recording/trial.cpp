@@ -155,7 +155,7 @@ Trial bring_to_protocol(Recording& recording, const sim::Protocol& protocol, con
 }
 
 Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const TrialOptions& options) {
-  if (!recording.other_axes.empty() || !recording.axis_problem.empty()) choose_axis(plan, options, recording);
+  if (!recording.other_axes.empty() || !recording.axis_problem.empty()) return bring_axis(plan, options, recording);
   const sim::Protocol& protocol = plan.protocol();
   const double rate = protocol.experiment.sample_rate_hz;
   const auto needed = static_cast<long long>(protocol.samples());

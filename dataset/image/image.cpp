@@ -165,19 +165,13 @@ ImageMaker::ImageMaker(ImageSettings settings, int samples, const sim::Experimen
             : settings_.rows > 0      ? settings_.rows
             : settings_.half_spectrum ? fft_.bins()
                                       : settings_.window) {
-  if (settings_.block > 0 && rows_ < 1) {
+  if (rows_ < 1 || shape().columns < 1) {
+    const std::string part = settings_.block > 0 ? "block" : "window";
     throw Error(Code::setting_out_of_range, "image",
-                "a block of " + std::to_string(settings_.block) + " samples, times a fold of " +
-                    std::to_string(settings_.fold) + ", does not fit into a trial of " + std::to_string(samples) +
-                    " samples from sample " + std::to_string(settings_.first_sample),
-                "choose a shorter block or a longer trial");
-  }
-  if (shape().columns < 1) {
-    throw Error(Code::setting_out_of_range, "image",
-                "a window of " + std::to_string(settings_.window) + " samples, times a fold of " +
-                    std::to_string(settings_.fold) + ", does not fit into a trial of " + std::to_string(samples) +
-                    " samples from sample " + std::to_string(settings_.first_sample),
-                "choose a shorter window or a longer trial");
+                "a " + part + " of " + std::to_string(settings_.block > 0 ? settings_.block : settings_.window) +
+                    " samples, times a fold of " + std::to_string(settings_.fold) + ", does not fit into a trial of " +
+                    std::to_string(samples) + " samples from sample " + std::to_string(settings_.first_sample),
+                "choose a shorter " + part + " or a longer trial");
   }
   if (experiment != nullptr) {
     show_tilt(*experiment);

@@ -44,12 +44,6 @@ Meaning meaning_of(std::string phrase) {
   return Meaning::none;
 }
 
-std::string letters(std::string_view text) {
-  std::string joined;
-  for (const std::string& word : words(text)) joined += word;
-  return joined;
-}
-
 struct Quantity {
   double value;
   std::string unit;  ///< lower case: "hz", "msec/sample"
@@ -75,7 +69,7 @@ std::optional<double> seconds_in(std::string_view unit) {
 }
 
 void add(std::string_view phrase, const Quantity& quantity, std::vector<StatedRate>& rates) {
-  std::string text = letters(phrase);
+  std::string text = letters_of(phrase);
   std::optional<double> unit_s = seconds_in(quantity.unit);
   if (const auto parts = words(phrase); parts.size() > 1 && quantity.unit.empty() && seconds_in(parts.back())) {
     unit_s = seconds_in(parts.back());
@@ -99,6 +93,7 @@ void add(std::string_view phrase, const Quantity& quantity, std::vector<StatedRa
 
 // A comma between digits separates only if another comma clearly does.
 std::vector<std::string_view> fields_of(std::string_view line) {
+  line.remove_prefix(std::min(line.find_first_not_of("#%/ \t"), line.size()));
   const auto is_digit = [&](std::size_t i) { return i < line.size() && line[i] >= '0' && line[i] <= '9'; };
   const auto within_number = [&](std::size_t i) {
     return line[i] == ',' && i > 0 && is_digit(i - 1) && is_digit(i + 1);
@@ -118,14 +113,12 @@ std::vector<std::string_view> fields_of(std::string_view line) {
 }
 
 void add_stated_rates(std::string_view line, std::vector<StatedRate>& rates) {
-  while (!line.empty() && std::string_view("#%/ \t").find(line.front()) != std::string_view::npos)
-    line.remove_prefix(1);
   const std::vector<std::string_view> fields = fields_of(line);
   for (std::size_t i = 0; i < fields.size(); ++i) {
     const std::string_view field = fields[i];
     const auto parts = words(field);
     const bool ends_in_unit = parts.size() > 1 && seconds_in(parts.back());
-    if (i + 1 < fields.size() && (ends_in_unit || meaning_of(letters(field)) != Meaning::none)) {
+    if (i + 1 < fields.size() && (ends_in_unit || meaning_of(letters_of(field)) != Meaning::none)) {
       if (const auto quantity = quantity_in(fields[i + 1])) add(field, *quantity, rates);
       continue;
     }

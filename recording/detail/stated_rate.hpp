@@ -21,8 +21,8 @@ struct StatedRate {
 /// if they have a unit: "Sampling interval (ms),10", "10 msec/sample".
 void add_stated_rates(std::string_view line, std::vector<StatedRate>& rates);
 
-/// Splits a line into names and figures, at tabs, semicolons, colons, equals signs and quotes, and at commas outside of
-/// numbers.
+/// Splits a line, without the signs of a comment, into names and figures, at tabs, semicolons, colons, equals signs and
+/// quotes, and at commas outside of numbers.
 std::vector<std::string_view> fields_of(std::string_view line);
 
 /// Returns the rates whose phrases name their subject, or all rates if none does; equal rates count once.

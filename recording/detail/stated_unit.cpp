@@ -11,12 +11,6 @@ namespace decid::recording {
 
 namespace {
 
-std::string joined_words(std::string_view text) {
-  std::string joined;
-  for (const std::string& word : words(text)) joined += word;
-  return joined;
-}
-
 bool has_unit(const std::string& name) {
   return unit_in(name) || find_metres_per_unit(name) || other_quantity(name) != nullptr;
 }
@@ -52,11 +46,9 @@ std::string only_unit(const std::vector<StatedUnit>& units, bool is_length) {
 }  // namespace
 
 void add_stated_unit(std::string_view line, std::vector<StatedUnit>& units) {
-  while (!line.empty() && std::string_view("#%/ \t").find(line.front()) != std::string_view::npos)
-    line.remove_prefix(1);
   const std::vector<std::string_view> fields = fields_of(line);
   for (std::size_t i = 0; i + 1 < fields.size(); ++i) {
-    const std::string phrase = joined_words(fields[i]);
+    const std::string phrase = letters_of(fields[i]);
     const bool is_length =
         one_of(phrase, {"lengthunit", "lengthunits", "unitsoflength", "positionunit", "positionunits", "distanceunit",
                         "distanceunits", "coordinateunit", "coordinateunits", "l\u00e4ngeneinheit", "laengeneinheit"});

@@ -191,7 +191,7 @@ bool CsvTable::is_cut(std::string_view line) const {
   constexpr std::size_t some = 20, rows_of_a_table = 3;
   std::vector<std::string_view> cells;
   split(line, separator_, cells);
-  if (rows_.size() < rows_of_a_table || !(parse_number(cells[0]).is_number || clock_time(cells[0]))) return false;
+  if (rows_.size() < rows_of_a_table || !is_value(cells[0])) return false;
   if (cells.size() != names_.size()) return cells.size() < names_.size();
   const std::string_view last = cells.back();
   // Programs that write a fixed number of decimals write the same number in each row.
@@ -265,9 +265,8 @@ void CsvTable::read_header(std::string_view line) {
   split(line, separator_, cells);
   while (cells.size() > 1 && cells.back().empty()) cells.pop_back();
   check_columns(cells.size());
-  has_header_ = std::any_of(cells.begin(), cells.end(), [&](std::string_view cell) {
-    return !is_missing(cell) && !parse_number(cell).is_number && !clock_time(cell);
-  });
+  has_header_ = std::any_of(cells.begin(), cells.end(),
+                            [&](std::string_view cell) { return !is_missing(cell) && !is_value(cell); });
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const bool named = has_header_ && !cells[i].empty();
     names_.push_back(named ? std::string(cells[i]) : "column " + std::to_string(i + 1));
@@ -375,8 +374,6 @@ std::string CsvTable::label(int column, std::size_t row) const {
 }
 
 void CsvTable::keep_rows(int, const std::vector<std::size_t>& rows) {
-  std::vector<std::size_t> kept;  // of the file
-  for (const std::size_t row : rows) kept.push_back(row < kept_.size() ? kept_[row] : row);
   const std::size_t columns = is_plain_ ? 0 : names_.size();
   for (std::size_t i = 0; i < rows.size(); ++i) {
     rows_[i] = rows_[rows[i]];
@@ -384,12 +381,17 @@ void CsvTable::keep_rows(int, const std::vector<std::size_t>& rows) {
   }
   rows_.resize(rows.size());
   cells_.resize(rows.size() * columns);
-  kept_ = std::move(kept);
+  number_kept_rows(rows);
+}
+
+void CsvTable::describe(std::vector<std::string> names, std::vector<StatedRate> rates) {
+  has_header_ = true;
+  names_ = std::move(names);
+  preamble_.rates = std::move(rates);
 }
 
 std::string CsvTable::locate(std::size_t row) const {
-  if (row < kept_.size()) row = kept_[row];
-  std::size_t found = 0, lines = row + 1 + static_cast<std::size_t>(header_lines_);
+  std::size_t found = 0, lines = row_of_file(row) + 1 + static_cast<std::size_t>(header_lines_);
   visit_lines([&](std::string_view, std::size_t line_number) {
     found = line_number;
     return --lines > 0;

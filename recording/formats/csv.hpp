@@ -48,6 +48,8 @@ class CsvTable final : public Table {
   RowLabels labels(int column) const override;
   std::string label(int column, std::size_t row) const override;
   void keep_rows(int column, const std::vector<std::size_t>& rows) override;
+  /// Gives a table without a header its names, one per column, and its rates, as another file has them.
+  void describe(std::vector<std::string> names, std::vector<StatedRate> rates);
 
  private:
   template <class Visit>
@@ -83,7 +85,6 @@ class CsvTable final : public Table {
   std::vector<std::string> names_;
   std::vector<std::string_view> rows_;
   std::vector<Place> cells_;  ///< of rows that are not plain, row by row: a search for each would read a wide row whole
-  std::vector<std::size_t> kept_;  ///< kept rows of the file; empty: all
 };
 
 }  // namespace decid::recording

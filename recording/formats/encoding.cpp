@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdint>
 #include <cstring>
 #include <string_view>
 
@@ -14,25 +13,6 @@
 namespace decid::recording {
 
 namespace {
-
-void append(std::string& text, std::uint32_t point) {
-  const auto tail = [&](int shift) { text += static_cast<char>(0x80U | ((point >> shift) & 0x3FU)); };
-  if (point < 0x80U) {
-    text += static_cast<char>(point);
-  } else if (point < 0x800U) {
-    text += static_cast<char>(0xC0U | (point >> 6U));
-    tail(0);
-  } else if (point < 0x10000U) {
-    text += static_cast<char>(0xE0U | (point >> 12U));
-    tail(6);
-    tail(0);
-  } else {
-    text += static_cast<char>(0xF0U | (point >> 18U));
-    tail(12);
-    tail(6);
-    tail(0);
-  }
-}
 
 std::string from_utf16(std::string_view bytes, bool little_endian) {
   const auto unit = [&](std::size_t at) {
@@ -50,7 +30,7 @@ std::string from_utf16(std::string_view bytes, bool little_endian) {
     } else if (point >= 0xD800U && point < 0xE000U) {
       point = 0xFFFDU;  // an unpaired surrogate
     }
-    if (point != 0xFEFFU) append(text, point);
+    if (point != 0xFEFFU) append_utf8(text, point);
   }
   return text;
 }
@@ -97,7 +77,7 @@ std::string from_windows_1252(std::string_view bytes) {
   text.reserve(bytes.size() + bytes.size() / 16);
   for (const char c : bytes) {
     const auto byte = static_cast<unsigned char>(c);
-    append(text, byte >= 0x80 && byte < 0xA0 ? high[byte - 0x80U] : byte);
+    append_utf8(text, byte >= 0x80 && byte < 0xA0 ? high[byte - 0x80U] : byte);
   }
   return text;
 }
@@ -130,6 +110,25 @@ bool begins_with_group(std::string_view text) {
 }
 
 }  // namespace
+
+void append_utf8(std::string& text, std::uint32_t point) {
+  const auto tail = [&](int shift) { text += static_cast<char>(0x80U | ((point >> shift) & 0x3FU)); };
+  if (point < 0x80U) {
+    text += static_cast<char>(point);
+  } else if (point < 0x800U) {
+    text += static_cast<char>(0xC0U | (point >> 6U));
+    tail(0);
+  } else if (point < 0x10000U) {
+    text += static_cast<char>(0xE0U | (point >> 12U));
+    tail(6);
+    tail(0);
+  } else {
+    text += static_cast<char>(0xF0U | (point >> 18U));
+    tail(12);
+    tail(6);
+    tail(0);
+  }
+}
 
 std::string with_plain_blanks(std::string text) {
   constexpr std::string_view first_bytes = "\xC2\xE2\xEF";

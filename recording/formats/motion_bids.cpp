@@ -100,49 +100,23 @@ std::vector<StatedRate> rates_of(const fs::path& path) {
   return {};
 }
 
-/// A text table with the names and the rate of the files beside it.
-class MotionTable final : public Table {
- public:
-  MotionTable(std::unique_ptr<Table> text, std::vector<std::string> names, std::vector<StatedRate> rates)
-      : text_(std::move(text)), names_(std::move(names)), rates_(std::move(rates)) {}
-
-  std::size_t rows(int column) const override { return text_->rows(column); }
-  bool has_header() const override { return true; }
-  const std::vector<std::string>& names() const override { return names_; }
-  std::vector<double> numbers(int column, Missing missing = Missing::refused) const override {
-    return text_->numbers(column, missing);
-  }
-  std::vector<double> times(int column) const override { return text_->times(column); }
-  std::string locate(std::size_t row) const override { return text_->locate(row); }
-  const std::vector<StatedRate>& stated_rates() const override { return rates_; }
-  const Warnings& warnings() const override { return text_->warnings(); }
-  RowLabels labels(int column) const override { return text_->labels(column); }
-  void keep_rows(int column, const std::vector<std::size_t>& rows) override { text_->keep_rows(column, rows); }
-
- private:
-  std::unique_ptr<Table> text_;
-  std::vector<std::string> names_;
-  std::vector<StatedRate> rates_;
-};
-
 }  // namespace
 
 bool is_motion_bids(const fs::path& path) {
   return path.filename().string().ends_with(motion_end);
 }
 
-std::unique_ptr<Table> read_motion_bids(const fs::path& path, std::unique_ptr<Table> text) {
+void read_motion_bids(const fs::path& path, CsvTable& table) {
   const std::optional<fs::path> channels = file_beside(path, channels_end);
-  if (text->has_header() || !channels) return text;
+  if (table.has_header() || !channels) return;
   std::vector<std::string> names = names_in(*channels);
-  if (std::ssize(names) != text->columns())
+  if (std::ssize(names) != table.columns())
     throw Error(
         Code::file_damaged, path.string(),
-        format("has %d columns, and %s has %zu channels", text->columns(), channels->string().c_str(), names.size()),
+        format("has %d columns, and %s has %zu channels", table.columns(), channels->string().c_str(), names.size()),
         "correct one of the files");
   const std::optional<fs::path> json = file_beside(path, json_end);
-  return std::make_unique<MotionTable>(std::move(text), std::move(names),
-                                       json ? rates_of(*json) : std::vector<StatedRate>());
+  table.describe(std::move(names), json ? rates_of(*json) : std::vector<StatedRate>());
 }
 
 std::vector<fs::path> files_beside(const fs::path& path) {

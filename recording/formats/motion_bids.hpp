@@ -3,22 +3,20 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
 #include <vector>
 
-#include "recording/table/table.hpp"
+#include "recording/formats/csv.hpp"
 
 namespace decid::recording {
 
 /// Returns true for NAME_motion.tsv.
 bool is_motion_bids(const std::filesystem::path& path);
 
-/// Returns the table of such a file, `text` without the files beside it. Names are the channels' with their units; the
-/// channel of type LATENCY is the time; the rate is SamplingFrequency. The files beside it may stand in folders above,
-/// with fewer entities in their names (the inheritance principle). A file with a header of its own, or without
-/// channels, is read as other text. Throws Error for channels that do not match the columns, and for damaged files
-/// beside it.
-std::unique_ptr<Table> read_motion_bids(const std::filesystem::path& path, std::unique_ptr<Table> text);
+/// Describes such a file's table by the files beside it. Names are the channels' with their units; the channel of type
+/// LATENCY is the time; the rate is SamplingFrequency. The files beside it may stand in folders above, with fewer
+/// entities in their names (the inheritance principle). Leaves a file with a header of its own, or without channels, as
+/// it is. Throws Error for channels that do not match the columns, and for damaged files beside it.
+void read_motion_bids(const std::filesystem::path& path, CsvTable& table);
 
 /// Returns the files beside such a recording that read_motion_bids() reads; none for other recordings.
 std::vector<std::filesystem::path> files_beside(const std::filesystem::path& path);

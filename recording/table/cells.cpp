@@ -50,6 +50,10 @@ std::string_view trim(std::string_view text) {
   return text;
 }
 
+std::size_t line_ends(std::string_view text) {
+  return static_cast<std::size_t>(std::ranges::count(text, text.find('\n') == text.npos ? '\r' : '\n'));
+}
+
 void split(std::string_view line, char separator, std::vector<std::string_view>& cells) {
   cells.clear();
   if (is_plain(line, separator)) {
@@ -305,6 +309,10 @@ std::optional<ClockTime> clock_time(std::string_view cell) {
   if (!whole_numbers(cell, ':', parts) || parts[0] > 24 || parts[1] > 59 || parts[2] > 60) return {};
   if (afternoon) parts[0] = parts[0] % 12 + (*afternoon ? 12 : 0);
   return ClockTime{day, 3600.0 * parts[0] + 60.0 * parts[1] + parts[2] + fraction};
+}
+
+bool is_value(std::string_view cell) {
+  return parse_number(cell).is_number || clock_time(cell);
 }
 
 }  // namespace decid::recording

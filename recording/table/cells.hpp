@@ -33,6 +33,9 @@ void for_each_line(std::string_view text, const Visit& visit) {
   }
 }
 
+/// Returns the number of line ends in a text.
+std::size_t line_ends(std::string_view text);
+
 /// Splits a line into cells, without surrounding blanks and quotes. Quoted separators do not count; a run of blanks
 /// separates once.
 void split(std::string_view line, char separator, std::vector<std::string_view>& cells);
@@ -65,6 +68,9 @@ struct ClockTime {
 /// "2026-03-05T12:03:04", "05.03.2026 12:03:04.250", "05-Mar-2026 12:03:04", "2026-03-05 12:03:04+01:00" or "0 days
 /// 00:00:01.5"; and durations, "1.5 sec" or "0.025 min". Returns nothing for other text. Ignores the time zone.
 std::optional<ClockTime> clock_time(std::string_view cell);
+
+/// Returns true for a number or a clock time.
+bool is_value(std::string_view cell);
 
 /// Returns "deg" for "[deg]" and "(deg)", if it is a unit; empty otherwise. Brackets must close.
 std::optional<std::string> unit_of_cell(std::string_view cell);

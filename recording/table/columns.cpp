@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <cstdio>
 
 #include "base/error.hpp"
 #include "base/number.hpp"
@@ -92,15 +91,11 @@ double near_whole(double rate_hz) {
 }
 
 std::string six_digits(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
+  return format("%.6g", value);
 }
 
 std::string three_digits(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
+  return format("%.3g", value);
 }
 
 std::vector<std::string> words(std::string_view name) {
@@ -115,6 +110,10 @@ std::vector<std::string> words(std::string_view name) {
   }
   if (parts.back().empty() && parts.size() > 1) parts.pop_back();
   return parts;
+}
+
+std::string letters_of(std::string_view name) {
+  return joined(words(name), "");
 }
 
 std::vector<std::string> words_in(std::string_view name) {
@@ -144,7 +143,7 @@ std::string to_list(const Table& table, int without) {
   for (int i = 0; i < table.columns(); ++i) {
     if (i == without) continue;
     if (list.size() > 200) return list + ", ...";
-    list += (list.empty() ? "'" : ", '") + table.names()[static_cast<std::size_t>(i)] + "'";
+    list += (list.empty() ? "'" : ", '") + table.name(i) + "'";
   }
   return list;
 }
@@ -201,7 +200,7 @@ int named_column(const Table& table, const std::string& column, const std::strin
   const std::string joined_words = joined(words(column), "_");
   std::vector<int> exact, paths, alike, plain, suffixed;
   for (int i = 0; i < table.columns(); ++i) {
-    const std::string& name = table.names()[static_cast<std::size_t>(i)];
+    const std::string& name = table.name(i);
     if (name == column) exact.push_back(i);
     if (table.path(i) == column) paths.push_back(i);
     if (key(name) == key(column)) alike.push_back(i);

@@ -34,6 +34,8 @@ std::string three_digits(double value);
 /// Returns a column's name in parts, lower case: "COM_x (deg)" -> com, x, deg. Drops an index of MATLAB's at its end:
 /// "sway_deg(:,2)" -> sway, deg.
 std::vector<std::string> words(std::string_view name);
+/// Returns words(name) with nothing between them: "Frame No." -> frameno.
+std::string letters_of(std::string_view name);
 /// Returns words(name), then the parts that begin with a capital: "LAnkleAngle_deg" -> lankleangle, deg, l, ankle,
 /// angle. It splits units too ("mV"), so read units with words().
 std::vector<std::string> words_in(std::string_view name);

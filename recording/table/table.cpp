@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iostream>
 #include <map>
+#include <utility>
 
 #include "base/error.hpp"
 #include "base/files/file.hpp"
@@ -69,6 +70,12 @@ const std::vector<TableArray>& Table::arrays() const {
   return none;
 }
 
+void Table::number_kept_rows(const std::vector<std::size_t>& rows) {
+  std::vector<std::size_t> of_file;
+  for (const std::size_t row : rows) of_file.push_back(row_of_file(row));
+  kept_ = std::move(of_file);
+}
+
 std::vector<double> Table::numbers_of_each(int column, std::size_t step, Missing missing) const {
   const std::vector<double> all = numbers(column, missing);
   std::vector<double> some;
@@ -113,8 +120,8 @@ std::unique_ptr<Table> read_table(const std::filesystem::path& path, std::option
                 "save the signals as a MAT-file (SciPy's savemat) or as CSV");
   }
   auto table = std::make_unique<CsvTable>(std::move(text), where, skip_lines, section);
-  if (!is_motion_bids(path)) return table;
-  return read_motion_bids(path, std::move(table));
+  if (is_motion_bids(path)) read_motion_bids(path, *table);
+  return table;
 }
 
 }  // namespace decid::recording

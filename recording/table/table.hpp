@@ -100,8 +100,14 @@ class Table {
   /// Keeps these rows, in increasing order, of all columns as long as this one.
   virtual void keep_rows(int /*column*/, const std::vector<std::size_t>& /*rows*/) {}
 
+ protected:
+  /// Returns a kept row's number in the file.
+  std::size_t row_of_file(std::size_t row) const { return row < kept_.size() ? kept_[row] : row; }
+  void number_kept_rows(const std::vector<std::size_t>& rows);
+
  private:
   Warnings none_;
+  std::vector<std::size_t> kept_;  ///< rows of the file; empty: all
 };
 
 /// The file name that stands for standard input.

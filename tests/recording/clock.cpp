@@ -6,10 +6,8 @@
 
 #include "base/math/random.hpp"
 #include "base/setting.hpp"
-#include "recording/recording.hpp"
-#include "sim/protocol/protocol.hpp"
 #include "sim/streams.hpp"
-#include "tests/helpers.hpp"
+#include "tests/recording/table/reading.hpp"
 
 using namespace decid;
 using namespace decid::recording;
@@ -28,11 +26,6 @@ std::string sine_at(const std::vector<double>& times, const char* format = "%.9f
   return text;
 }
 
-Recording read(const std::string& text, const RecordingOptions& options = {}) {
-  const TemporaryFolder folder;
-  return read_recording(write_text(folder / "r.csv", text), options);
-}
-
 /// Largest difference from that sine, in degrees; of all samples, or without some at either end.
 double stddev(const Recording& recording, std::size_t margin = 0) {
   double largest = 0.0;
@@ -45,30 +38,7 @@ double stddev(const Recording& recording, std::size_t margin = 0) {
 
 }  // namespace
 
-TEST_CASE("jitter is interpolated, and reported") {
-  const Random random(3, sim::streams::sensor_noise, 0);
-  std::vector<double> times;
-  for (std::size_t k = 0; k <= 1000; ++k) {
-    const bool end = k == 0 || k == 1000;
-    times.push_back(0.01 * (static_cast<double>(k) + (end ? 0.0 : random.uniform(k, -0.12, 0.12))));
-  }
-  const Recording recording = read(sine_at(times));
-  CHECK(recording.rate_hz == 100.0);
-  CHECK(recording.signals.at(com_sway).rad.size() == 1001);
-  // Cubic: (2 pi / 100)^4 3 / 128 = 4e-7, twice that for uneven points; straight lines at the ends, (2 pi / 100)^2 / 8
-  // = 5e-4, but the ends are on the grid; times within 1% of a sample are taken as they are, 2 pi / 100 * 0.01
-  // = 6.3e-4.
-  CHECK(stddev(recording) < 7e-4);
-  CHECK(warns(recording, "uneven"));
-  // Three digits: "20.5%".
-  const std::string digits =
-      recording.warnings.front().text.substr(recording.warnings.front().text.find("by up to ") + 9, 5);
-  CHECK(digits[2] == '.');
-  CHECK(digits[4] == '%');
-  CHECK(warns(recording, "100 Hz"));
-}
-
-TEST_CASE("interpolation is cubic") {
+TEST_CASE("jitter is interpolated by cubics, and reported") {
   const Random random(3, sim::streams::sensor_noise, 1);
   std::vector<double> times;
   for (std::size_t k = 0; k <= 1000; ++k) {
@@ -78,8 +48,10 @@ TEST_CASE("interpolation is cubic") {
   }
   const Recording recording = read(sine_at(times));
   CHECK(recording.rate_hz == 100.0);
-  // 4e-7 as above, twice that for uneven points; a straight line would be 1e-4 away. The first and last have no
-  // neighbours beyond.
+  CHECK(recording.signals.samples() == 1001);
+  CHECK(has(recording.warnings, "uneven_times"));
+  // (2 pi / 100)^4 3 / 128 = 4e-7, twice that for uneven points; a straight line would be 1e-4 away. The first and last
+  // have no neighbours beyond.
   CHECK(stddev(recording, 2) < 8e-7);
 }
 
@@ -126,15 +98,12 @@ TEST_CASE("rows that are exact copies are dropped, other rows of the same time a
                 "line 4");
   // A missing value equals a missing value; the line of a later fault is the file's.
   check_error([&] { read(header + rows[0] + rows[0] + "0.01,,\n0.01,,\n" + rows[2]); }, Code::value_missing, "line 4");
+  const std::string trials =
+      "trial,time,sway_deg\n1,0,1\n1,0.01,2\n1,0.02,3\n2,0,1\n2,0,1\n2,0.01,2\n2,0.02,\n2,0.03,3\n";
+  check_error([&] { read(trials, {.trial_column = "trial", .trial = "2"}); }, Code::value_missing, "line 8");
   std::string block;
   for (int k = 0; k < 30; ++k) block += std::to_string(k) + "e-2," + std::to_string(k % 4) + ",x\n";
   check_error([&] { read(header + block + block); }, Code::recording_ambiguous, "line 32");
-}
-
-TEST_CASE("rows of a trial: copies are dropped, and lines are the file's") {
-  const std::string text =
-      "trial,time,sway_deg\n1,0,1\n1,0.01,2\n1,0.02,3\n2,0,1\n2,0,1\n2,0.01,2\n2,0.02,\n2,0.03,3\n";
-  check_error([&] { read(text, {.trial_column = "trial", .trial = "2"}); }, Code::value_missing, "line 8");
 }
 
 TEST_CASE("missing cells are gaps, in the middle and at the ends") {
@@ -179,6 +148,10 @@ TEST_CASE("no clock's times are refused") {
   check_error([&] { read(sine_at(times)); }, Code::times_uneven, "line 5");
   times[3] = 0.015;
   check_error([&] { read(sine_at(times)); }, Code::times_uneven, "line 5");
+  // Few uneven steps among many even ones are no clock without a grid.
+  times.clear();
+  for (int k = 0; k < 500; ++k) times.push_back(0.01 * k + (k < 100 ? 0.0 : 0.004));
+  check_error([&] { read(sine_at(times)); }, Code::times_uneven, "line 102");
 }
 
 namespace {
@@ -194,12 +167,6 @@ std::vector<double> times_of_steps(const std::vector<double>& steps_ms, std::siz
   return times;
 }
 
-const Warning& uneven_times(const Recording& recording) {
-  for (const Warning& warning : recording.warnings)
-    if (warning.code == "uneven_times") return warning;
-  throw Error(Code::internal, "test", "no warning of uneven times", "");
-}
-
 }  // namespace
 
 TEST_CASE("times without a grid, as headsets and webcams have them, are interpolated") {
@@ -212,7 +179,7 @@ TEST_CASE("times without a grid, as headsets and webcams have them, are interpol
   // Cubics over steps of up to 22.4 ms err by (2 pi 0.0224)^4 3 / 128 = 9e-6; times within 1% of a sample move the sine
   // by 2 pi 0.01 / 77 = 8e-4.
   CHECK(stddev(fast, 2) < 1e-3);
-  CHECK(uneven_times(fast).severity == Severity::info);
+  CHECK(warning(fast.warnings, "uneven_times")->severity == Severity::info);
 
   // A webcam of 30 frames a second that drops some: straight lines would err by (2 pi 0.066)^2 / 8 = 2e-2.
   const Recording slow = read(sine_at(times_of_steps({30, 33, 33, 33, 36, 40, 66}, 1000)));
@@ -232,7 +199,7 @@ TEST_CASE("times without a grid, as headsets and webcams have them, are interpol
 
 TEST_CASE("samples far apart make interpolated times a caution, and close ones no swing") {
   const Recording slow = read(sine_at(times_of_steps({60, 90, 140}, 500)));
-  CHECK(uneven_times(slow).severity == Severity::caution);
+  CHECK(warning(slow.warnings, "uneven_times")->severity == Severity::caution);
   // Pairs of samples 0.1 ms apart that differ by noise of 0.001: a cubic through them would be off by 0.1.
   std::vector<double> times = times_of_steps({9, 11}, 400);
   for (std::size_t k = 100; k < 400; k += 10) times[k] = times[k - 1] + 1e-4;
@@ -246,22 +213,15 @@ TEST_CASE("samples far apart make interpolated times a caution, and close ones n
   for (const double value : close.signals.at(com_sway).rad) CHECK(within(value / sim::rad_per_deg, 1.0, 2e-3));
 }
 
-TEST_CASE("some uneven steps among even ones are a fault, not a clock without a grid") {
-  std::vector<double> times;
-  for (std::size_t k = 0; k < 500; ++k) times.push_back(0.01 * static_cast<double>(k));
-  for (std::size_t k = 100; k < 500; ++k) times[k] += 0.004;
-  check_error([&] { read(sine_at(times)); }, Code::times_uneven, "line 102");
-}
-
 TEST_CASE("times rounded so that samples share them are an even grid from any start") {
   for (const auto& [rate, decimals] : {std::pair{1000, 2}, {1000, 1}, {250, 2}, {256, 1}, {100, 0}, {60, 0}})
-    for (const double begin_s : {0.0, 0.37, 12.34567}) {
+    for (const double begin_s : {0.0, 12.34567}) {
       INFO(rate << " Hz, " << decimals << " decimals, from " << begin_s << " s");
       std::vector<double> times;
       for (int k = 0; k < 121 * rate; ++k) times.push_back(begin_s + k / static_cast<double>(rate));
       const Recording recording = read(sine_at(times, ("%." + std::to_string(decimals) + "f,%.9f\n").c_str()));
       CHECK(recording.rate_hz == static_cast<double>(rate));
-      CHECK(uneven_times(recording).severity == Severity::caution);
+      CHECK(warning(recording.warnings, "uneven_times")->severity == Severity::caution);
     }
   // Clock times to the second, which drop what is behind it.
   std::string text = "time,sway_deg\n";

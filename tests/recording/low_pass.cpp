@@ -49,39 +49,27 @@ double rms(const std::vector<float>& a, const std::vector<float>& b, std::size_t
   return std::sqrt(squares / static_cast<double>(a.size() - 2 * margin));
 }
 
-/// Runs a Butterworth low-pass of order 1 or 2.
-std::vector<double> filtered(std::vector<double> sway, int order, bool both_ways, double cutoff_hz) {
-  const double warped = std::tan(sim::pi * cutoff_hz / rate_hz), square = warped * warped;
-  const double middle = order == 1 ? 0.0 : std::sqrt(2.0) * warped;
+/// Runs a Butterworth low-pass of order 1, 2 or 4.
+std::vector<double> filtered(std::vector<double> sway, int order, bool both_ways, double cutoff_hz,
+                             double at_hz = rate_hz) {
+  const double warped = std::tan(sim::pi * cutoff_hz / at_hz), square = warped * warped;
+  std::vector<double> dampings{std::sqrt(2.0)};
+  if (order == 4) dampings = {0.7653668647301795, 1.8477590650225735};  // 2 sin(pi / 8), 2 cos(pi / 8)
   for (int pass = 0; pass < (both_ways ? 2 : 1); ++pass) {
-    double in1 = sway[0], in2 = in1, out1 = in1, out2 = in1;
-    for (double& value : sway) {
-      const double in = value;
-      value = order == 1
-                  ? (warped * (in + in1) + (1.0 - warped) * out1) / (1.0 + warped)
-                  : (square * (in + 2.0 * in1 + in2) + 2.0 * (1.0 - square) * out1 - (1.0 - middle + square) * out2) /
-                        (1.0 + middle + square);
-      in2 = std::exchange(in1, in);
-      out2 = std::exchange(out1, value);
+    for (const double damping : dampings) {
+      const double middle = damping * warped;
+      double in1 = sway[0], in2 = in1, out1 = in1, out2 = in1;
+      for (double& value : sway) {
+        const double in = value;
+        value = order == 1
+                    ? (warped * (in + in1) + (1.0 - warped) * out1) / (1.0 + warped)
+                    : (square * (in + 2.0 * in1 + in2) + 2.0 * (1.0 - square) * out1 - (1.0 - middle + square) * out2) /
+                          (1.0 + middle + square);
+        in2 = std::exchange(in1, in);
+        out2 = std::exchange(out1, value);
+      }
     }
     if (both_ways) std::ranges::reverse(sway);
-  }
-  return sway;
-}
-
-/// Runs a Butterworth low-pass of order 4, forwards.
-std::vector<double> fourth_order(std::vector<double> sway, double cutoff_hz, double at_hz) {
-  const double warped = std::tan(sim::pi * cutoff_hz / at_hz), square = warped * warped;
-  for (const double damping : {0.7653668647301795, 1.8477590650225735}) {  // 2 sin(pi / 8), 2 cos(pi / 8)
-    const double middle = damping * warped;
-    double in1 = sway[0], in2 = in1, out1 = in1, out2 = in1;
-    for (double& value : sway) {
-      const double in = value;
-      value = (square * (in + 2.0 * in1 + in2) + 2.0 * (1.0 - square) * out1 - (1.0 - middle + square) * out2) /
-              (1.0 + middle + square);
-      in2 = std::exchange(in1, in);
-      out2 = std::exchange(out1, value);
-    }
   }
   return sway;
 }
@@ -112,7 +100,7 @@ TEST_CASE("a low-pass is found, and undone it gives the sway before it") {
   int found = 0;
   for (const double noise_deg : {0.005, 0.02, 0.1}) {
     for (const double cutoff_hz : {4.0, 6.0}) {
-      for (std::uint64_t item = 0; item < 6; ++item) {
+      for (std::uint64_t item = 0; item < 3; ++item) {
         CAPTURE(noise_deg);
         CAPTURE(cutoff_hz);
         CAPTURE(item);
@@ -139,7 +127,7 @@ TEST_CASE("a low-pass is found, and undone it gives the sway before it") {
       }
     }
   }
-  CHECK(found >= 30);
+  CHECK(found >= 15);
 }
 
 TEST_CASE("samples beside a gap are left out after undoing a low-pass, which rings there") {
@@ -174,7 +162,7 @@ TEST_CASE("samples beside a gap are left out after undoing a low-pass, which rin
 }
 
 TEST_CASE("a low-pass is found at high rates, with its cutoff") {
-  for (const double at_hz : {500.0, 1000.0, 2000.0}) {
+  for (const double at_hz : {500.0, 2000.0}) {
     const Random random(8, sim::streams::sensor_noise, 0);
     std::vector<double> sway(static_cast<std::size_t>(120.0 * at_hz));
     for (std::size_t k = 0; k < sway.size(); ++k) {
@@ -183,10 +171,10 @@ TEST_CASE("a low-pass is found at high rates, with its cutoff") {
       sway[k] = sim::rad_per_deg * degrees;
     }
     CHECK(!find_low_pass(sway, at_hz));
-    for (const double cutoff_hz : {4.8, 5.0, 5.5, 7.1, 8.6, 10.0, 10.6}) {
+    for (const double cutoff_hz : {4.8, 7.1, 10.6}) {
       CAPTURE(at_hz);
       CAPTURE(cutoff_hz);
-      const std::optional<LowPass> filter = find_low_pass(fourth_order(sway, cutoff_hz, at_hz), at_hz);
+      const std::optional<LowPass> filter = find_low_pass(filtered(sway, 4, false, cutoff_hz, at_hz), at_hz);
       REQUIRE(filter);
       CHECK(filter->order == 4);
       CHECK(!filter->both_ways);
@@ -259,7 +247,7 @@ TEST_CASE("sway without a low-pass has none: noise, slow noise, rounding, steps,
   CHECK(!find_low_pass(in_double(recorded(0.02, 5.0, 0)), 15.0));
 }
 
-TEST_CASE("a low-pass whose gain is uncertain or small cannot be undone") {
+TEST_CASE("a low-pass whose gain is uncertain or small cannot be undone, and removes much below 0.7") {
   LowPass filter{2, true, 5.0, rate_hz};
   filter.gain_low = filter.gain_high = 0.9;
   CHECK(can_undo(filter));
@@ -267,10 +255,6 @@ TEST_CASE("a low-pass whose gain is uncertain or small cannot be undone") {
   CHECK(!can_undo(filter));
   filter.gain_low = filter.gain_high = 0.05;
   CHECK(!can_undo(filter));
-}
-
-TEST_CASE("a low-pass removes much if its gain is unclear or below 0.7") {
-  LowPass filter{2, true, 5.0, rate_hz};
   filter.gain_low = filter.gain_high = filter.gain_at(low_pass_hz);
   CHECK(!removes_much(filter));
   filter.gain_low -= 0.2;

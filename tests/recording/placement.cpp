@@ -20,11 +20,6 @@ using namespace decid::test;
 
 namespace {
 
-const Warning* found(const Warnings& warnings, const char* code) {
-  const auto at = std::ranges::find(warnings, code, &Warning::code);
-  return at == warnings.end() ? nullptr : &*at;
-}
-
 /// A recording of noise.
 Recording of_length(std::size_t samples) {
   const Random random(9, sim::streams::sensor_noise, 0);
@@ -63,8 +58,8 @@ TEST_CASE("up to 0.1 s more or less at the end is a note, more is a caution") {
   const auto severity = [&](std::size_t samples, const char* code) {
     Recording recording = of_length(samples);
     bring_to_protocol(recording, protocol);
-    REQUIRE(found(recording.warnings, code) != nullptr);
-    return found(recording.warnings, code)->severity;
+    REQUIRE(warning(recording.warnings, code) != nullptr);
+    return warning(recording.warnings, code)->severity;
   };
   CHECK(severity(12101, "part_not_used") == Severity::info);
   CHECK(severity(12110, "part_not_used") == Severity::info);
@@ -90,33 +85,33 @@ TEST_CASE("times that begin before 0 are named with the start, and make it doubt
     return std::pair{recording.warnings, trial.start_is_doubtful};
   };
   const auto [early, is_doubtful] = from(-3000, 15100);
-  REQUIRE(found(early, "starts_before_zero") != nullptr);
-  CHECK(contains(found(early, "starts_before_zero")->text, "begin 30 "));
+  REQUIRE(warning(early, "starts_before_zero") != nullptr);
+  CHECK(contains(warning(early, "starts_before_zero")->text, "begin 30 "));
   CHECK(is_doubtful);
   for (const double start_s : {0.0, 30.0}) {
     const auto [given, is_open] = from(-3000, 15100, {.start_s = start_s});
-    CHECK(found(given, "starts_before_zero") == nullptr);
+    CHECK(warning(given, "starts_before_zero") == nullptr);
     CHECK_FALSE(is_open);
   }
-  CHECK(found(from(0, 15100).first, "starts_before_zero") == nullptr);
-  CHECK(found(from(500, 15100).first, "starts_before_zero") == nullptr);
-  CHECK(found(from(-3000, 12100).first, "starts_before_zero") == nullptr);  // too short after time 0
+  CHECK(warning(from(0, 15100).first, "starts_before_zero") == nullptr);
+  CHECK(warning(from(500, 15100).first, "starts_before_zero") == nullptr);
+  CHECK(warning(from(-3000, 12100).first, "starts_before_zero") == nullptr);  // too short after time 0
   // The start of a file as long as the protocol is clear; --begin 1 would lack a second.
   for (const int samples : {12090, 12100, 12110}) {
     CAPTURE(samples);
     const auto [whole, is_unclear] = from(-100, samples);
-    CHECK(found(whole, "starts_before_zero") == nullptr);
+    CHECK(warning(whole, "starts_before_zero") == nullptr);
     CHECK_FALSE(is_unclear);
   }
-  CHECK(found(from(-100, 12150).first, "starts_before_zero") == nullptr);  // lacks half a second after time 0
-  CHECK(found(from(-100, 12150).first, "part_not_used") != nullptr);
+  CHECK(warning(from(-100, 12150).first, "starts_before_zero") == nullptr);  // lacks half a second after time 0
+  CHECK(warning(from(-100, 12150).first, "part_not_used") != nullptr);
   // One caution names the part that is not used and time 0; a sample less after time 0 is as good.
   for (const int samples : {12599, 12600}) {
     CAPTURE(samples);
     const Warnings longer = from(-500, samples).first;
-    REQUIRE(found(longer, "starts_before_zero") != nullptr);
-    CHECK(contains(found(longer, "starts_before_zero")->text, "begin 5 "));
-    CHECK(contains(found(longer, "starts_before_zero")->text, samples == 12600 ? "the last 5 s" : "the last 4.99 s"));
-    CHECK(found(longer, "part_not_used") == nullptr);
+    REQUIRE(warning(longer, "starts_before_zero") != nullptr);
+    CHECK(contains(warning(longer, "starts_before_zero")->text, "begin 5 "));
+    CHECK(contains(warning(longer, "starts_before_zero")->text, samples == 12600 ? "the last 5 s" : "the last 4.99 s"));
+    CHECK(warning(longer, "part_not_used") == nullptr);
   }
 }

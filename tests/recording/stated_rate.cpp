@@ -20,12 +20,6 @@ std::vector<double> rates_of(const std::string& line) {
   return hz;
 }
 
-const Warning* rate_note(const Warnings& warnings) {
-  for (const Warning& warning : warnings)
-    if (warning.code == "rate_stated") return &warning;
-  return nullptr;
-}
-
 const std::string three_rows = "x,sway_deg\n5,1\n5,2\n5,3\n";
 
 }  // namespace
@@ -85,9 +79,9 @@ TEST_CASE("a rate that says whose it is counts before one that does not; two of 
 
 TEST_CASE("a rate that was stated is said, and only where it is used") {
   const Recording stated = read("Sampling rate,100\n" + three_rows);
-  REQUIRE(rate_note(stated.warnings) != nullptr);
-  CHECK(rate_note(stated.warnings)->severity == Severity::info);
-  CHECK(contains(rate_note(stated.warnings)->text, "100 Hz by 'Sampling rate'"));
-  CHECK(rate_note(read("Sampling rate,200\n" + three_rows, {.rate_hz = 100.0}).warnings) == nullptr);
-  CHECK(rate_note(read("Sampling rate,200\ntime,sway_deg\n0,1\n0.01,2\n0.02,3\n").warnings) == nullptr);
+  REQUIRE(warning(stated.warnings, "rate_stated") != nullptr);
+  CHECK(warning(stated.warnings, "rate_stated")->severity == Severity::info);
+  CHECK(contains(warning(stated.warnings, "rate_stated")->text, "100 Hz by 'Sampling rate'"));
+  CHECK(warning(read("Sampling rate,200\n" + three_rows, {.rate_hz = 100.0}).warnings, "rate_stated") == nullptr);
+  CHECK(warning(read("Sampling rate,200\ntime,sway_deg\n0,1\n0.01,2\n0.02,3\n").warnings, "rate_stated") == nullptr);
 }

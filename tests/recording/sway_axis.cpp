@@ -22,9 +22,7 @@ namespace {
 
 /// Returns a trial i of the middle of the prior, in rad.
 std::vector<double> forward(std::uint64_t i) {
-  const sim::ParameterTable& table = simulator().protocol().parameters();
-  sim::Parameters parameters(table.size());
-  for (std::size_t p = 0; p < table.size(); ++p) parameters[p] = 0.5 * (table[p].low + table[p].high);
+  const sim::Parameters parameters = simulator().protocol().parameters().middle();
   std::vector<double> values(static_cast<std::size_t>(simulator().samples()));
   for (std::uint64_t attempt = 0;; ++attempt)
     if (simulator().run(parameters, Random(7, sim::streams::vestibular_noise, 1000 * i + attempt), values).valid)
@@ -72,9 +70,10 @@ struct Brought {
   std::string column;
 };
 
-Brought brought(const std::string& text, const RecordingOptions& options = {.com_height_m = 0.95}) {
+Brought brought(const std::string& text, const RecordingOptions& options = {.com_height_m = 0.95},
+                const ProtocolPlan& of = plan()) {
   Brought result{read(text, options), {}};
-  result.column = bring_to_protocol(result.recording, plan()).signals.at(com_sway).column;
+  result.column = bring_to_protocol(result.recording, of).signals.at(com_sway).column;
   return result;
 }
 
@@ -124,7 +123,7 @@ TEST_CASE("of axes of which none follows the tilt, the first is assumed, which a
 TEST_CASE("recordings of axes that start late, and of short trials, are read") {
   for (const std::size_t late : {50U, 80U}) {
     CAPTURE(late);
-    for (const std::uint64_t i : {1U, 2U, 3U}) {
+    for (const std::uint64_t i : {1U, 2U}) {
       std::vector<double> ap = forward(i);
       ap.erase(ap.begin(), ap.begin() + static_cast<std::ptrdiff_t>(late));
       const std::vector<double> ml = lateral(ap.size());
@@ -140,11 +139,8 @@ TEST_CASE("recordings of axes that start late, and of short trials, are read") {
     ap.erase(ap.begin(), ap.begin() + 50);
     ap.resize(samples);
     const std::vector<double> ml = lateral(samples);
-    Brought result{read(table("time,COM_x_mm,COM_y_mm", {millimetres(ap, 0.0, ml, 1.0), millimetres(ap, 1.0, ml, 0.0)}),
-                        {.com_height_m = 0.95}),
-                   {}};
-    result.column = bring_to_protocol(result.recording, protocol).signals.at(com_sway).column;
-    return result;
+    return brought(table("time,COM_x_mm,COM_y_mm", {millimetres(ap, 0.0, ml, 1.0), millimetres(ap, 1.0, ml, 0.0)}),
+                   {.com_height_m = 0.95}, ProtocolPlan(protocol));
   };
   sim::Protocol protocol = sim::default_protocol();
   protocol.sequence().cycles = 1;

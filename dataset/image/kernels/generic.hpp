@@ -90,16 +90,9 @@ template <class V, Channel channel, class D = typename V::D>
       return asinh_lanes<V>(imaginary / asinh_knee_rad);
     case Channel::log_residual:
       return floored_log<V>(residual);
-    case Channel::sway:
-    case Channel::sway_change:
-    case Channel::sway_bend:
-    case Channel::torque:
-    case Channel::height:
-    case Channel::tilt:
-    case Channel::tilt_velocity:
-      break;  // not a channel of bins
+    default:
+      return zero;  // not a channel of bins
   }
-  return zero;
 }
 
 /// Returns whether a channel changes its sign from z to its conjugate.
@@ -161,13 +154,7 @@ void draw(const DrawRequest& request) {
       return draw_channel<V, Channel::asinh_imaginary>(request);
     case Channel::log_residual:
       return draw_channel<V, Channel::log_residual>(request);
-    case Channel::sway:
-    case Channel::sway_change:
-    case Channel::sway_bend:
-    case Channel::torque:
-    case Channel::height:
-    case Channel::tilt:
-    case Channel::tilt_velocity:
+    default:
       return;  // not a channel of spectra
   }
 }

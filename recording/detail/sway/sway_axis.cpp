@@ -26,17 +26,20 @@ constexpr double longest_shift_s = 3.0, shift_step_s = 0.5;  // of a recording t
 
 struct Axis {
   Recording recording;
+  std::size_t known_warnings;  ///< before it was brought to the protocol
+  Trial trial;
   std::vector<double> sway_rad;
   ResponseCheck::Response response{};
 
-  const std::string& name() const { return recording.signals.at(com_sway).column; }
+  const std::string& name() const { return trial.signals.at(com_sway).column; }
 };
 
 Axis brought(const ProtocolPlan& plan, const TrialOptions& options, Recording recording) {
-  Recording copy = recording;
-  const Trial trial = bring_to_protocol(copy, plan, options);
-  const std::vector<float>& sway = trial.signals.at(com_sway).rad;
-  return {std::move(recording), std::vector<double>(sway.begin(), sway.end())};
+  const std::size_t warnings = recording.warnings.size();
+  Trial trial = bring_to_protocol(recording, plan, options);
+  const std::vector<float>& sway = trial.sway_rad();
+  std::vector<double> sway_rad(sway.begin(), sway.end());
+  return {std::move(recording), warnings, std::move(trial), std::move(sway_rad)};
 }
 
 /// Sets the responses at the smallest shift at which one of them exceeds `least`. Returns the axis with the largest
@@ -90,7 +93,7 @@ bool may_be_axis(const Table& table, int column) {
   return std::ranges::adjacent_find(values, std::ranges::not_equal_to()) != values.end();
 }
 
-void choose_axis(const ProtocolPlan& plan, const TrialOptions& options, Recording& recording) {
+Trial bring_axis(const ProtocolPlan& plan, const TrialOptions& options, Recording& recording) {
   std::vector<Recording> others = std::exchange(recording.other_axes, {});
   std::string problem = std::exchange(recording.axis_problem, {});
   std::vector<Axis> axes;
@@ -110,26 +113,30 @@ void choose_axis(const ProtocolPlan& plan, const TrialOptions& options, Recordin
   const auto scaled = [&](double gain) { return std::max(least_gain, gain * std::min(1.0, length_s / tuned_s)); };
   const auto best = find_response(axes, plan.response(), scaled(min_gain));
   const std::string are = names + (axes.size() > 1 ? " are axes" : " is an axis") + " of one centre of mass";
+  const auto chosen = best == axes.end() ? axes.begin() : best;
+  Warnings notes;
   if (best == axes.end()) {
-    add_caution(recording.warnings, "axis_assumed",
+    add_caution(notes, "axis_assumed",
                 are + (axes.size() > 1 ? ", none of which clearly follows" : ", which does not clearly follow") +
-                    " the protocol's tilt" + problem + "; decid uses '" + axes.front().name() +
+                    " the protocol's tilt" + problem + "; decid uses '" + chosen->name() +
                     "': name the axis in the direction of the tilt with " + setting("column"));
-    return;
+  } else {
+    for (const Warning& warning : recording.warnings)  // the copies are dropped only once
+      if (best != axes.begin() && warning.code == "copied_rows") notes.push_back(warning);
+    add_info(notes, "axis_chosen",
+             are + "; decid uses '" + best->name() + "', which follows the protocol's tilt" + problem);
+    const auto ratio = [&](const Axis& other) { return other.response.rms_rad / best->response.rms_rad; };
+    for (const Axis& other : axes)
+      if (&other != &*best && other.response.gain > scaled(min_gain_of_turned) && ratio(other) > min_turned)
+        add_caution(notes, "axes_turned",
+                    "'" + other.name() + "' follows the protocol's tilt too, " + three_digits(ratio(other)) +
+                        " times as far as '" + best->name() +
+                        "': the axes are perhaps turned against the tilt; turn them so that one has its direction");
   }
-  Recording chosen = best->recording;
-  for (const Warning& warning : recording.warnings)  // the copies are dropped only once
-    if (best != axes.begin() && warning.code == "copied_rows") chosen.warnings.push_back(warning);
-  add_info(chosen.warnings, "axis_chosen",
-           are + "; decid uses '" + best->name() + "', which follows the protocol's tilt" + problem);
-  const auto ratio = [&](const Axis& other) { return other.response.rms_rad / best->response.rms_rad; };
-  for (const Axis& other : axes)
-    if (&other != &*best && other.response.gain > scaled(min_gain_of_turned) && ratio(other) > min_turned)
-      add_caution(chosen.warnings, "axes_turned",
-                  "'" + other.name() + "' follows the protocol's tilt too, " + three_digits(ratio(other)) +
-                      " times as far as '" + best->name() +
-                      "': the axes are perhaps turned against the tilt; turn them so that one has its direction");
-  recording = std::move(chosen);
+  recording = std::move(chosen->recording);
+  recording.warnings.insert(recording.warnings.begin() + static_cast<std::ptrdiff_t>(chosen->known_warnings),
+                            notes.begin(), notes.end());
+  return std::move(chosen->trial);
 }
 
 }  // namespace decid::recording

@@ -17,10 +17,11 @@ std::vector<int> axes_beside(const Table& table, int sway, int time);
 /// constant nor empty.
 bool may_be_axis(const Table& table, int column);
 
-/// Makes the axis that follows the protocol's tilt the recording's sway, with an info that names the others, and
-/// empties recording.other_axes and axis_problem. Keeps the first axis with the caution `axis_assumed` if none clearly
-/// follows the tilt, and in trials under 40 s. Adds the caution `axes_turned` if another axis follows the tilt a fifth
-/// as far, which a turn by 11 degrees does. Throws Error as bring_to_protocol.
-void choose_axis(const ProtocolPlan& plan, const TrialOptions& options, Recording& recording);
+/// Brings the axes to the protocol, and returns the one that follows the protocol's tilt; it becomes the recording's
+/// sway, with an info that names the others. Empties recording.other_axes and axis_problem. Keeps the first axis with
+/// the caution `axis_assumed` if none clearly follows the tilt, and in trials under 40 s. Adds the caution
+/// `axes_turned` if another axis follows the tilt a fifth as far, which a turn by 11 degrees does. Throws Error as
+/// bring_to_protocol.
+Trial bring_axis(const ProtocolPlan& plan, const TrialOptions& options, Recording& recording);
 
 }  // namespace decid::recording

@@ -11,7 +11,6 @@
 #include "recording/detail/recording_name.hpp"
 #include "recording/detail/tilt/tilt_gaps.hpp"
 #include "recording/detail/tilt/tilt_match.hpp"
-#include "recording/detail/tilt/tilt_rest.hpp"
 #include "recording/resample.hpp"
 #include "recording/table/columns.hpp"
 
@@ -94,6 +93,20 @@ void refuse_comtest(const Signal<double>& tilt, const std::vector<double>& measu
           protocol.name + "', which begins elsewhere in the same sequence",
       either(recording, "use a model for examples/comtest.json",
              "give comtest.json of decid's examples as " + setting("protocol") + " to a fit, or give a model for it"));
+}
+
+/// Returns the samples between the rests at both ends: those from the first to the last that is farther than a tenth of
+/// the tilt's range from its value at that end. Returns no samples for a constant tilt.
+SampleRange moving_samples(std::span<const double> tilt) {
+  constexpr double rest_range = 0.1;  // sensors of tilt are less noisy
+  if (tilt.empty()) return {};
+  const auto [lowest, highest] = std::ranges::minmax(tilt);
+  const double limit = rest_range * (highest - lowest);
+  const auto moves_from = [&](double level) { return [=](double value) { return std::abs(value - level) > limit; }; };
+  const auto first = std::find_if(tilt.begin(), tilt.end(), moves_from(tilt.front()));
+  const auto last = std::find_if(tilt.rbegin(), tilt.rend(), moves_from(tilt.back()));
+  if (first == tilt.end() || last == tilt.rend() || first >= last.base()) return {};
+  return {static_cast<std::size_t>(first - tilt.begin()), static_cast<std::size_t>(last.base() - tilt.begin())};
 }
 
 /// Throws OtherStimulus for a platform that stood still in the first or last part of a recording, for half of the

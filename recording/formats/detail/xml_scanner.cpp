@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "base/error.hpp"
+#include "recording/formats/encoding.hpp"
 
 namespace decid::recording {
 
@@ -16,23 +17,6 @@ constexpr std::string_view blank_characters = " \t\r\n";
 std::string_view local_name(std::string_view name) {
   const std::size_t colon = name.find(':');
   return colon == name.npos ? name : name.substr(colon + 1);
-}
-
-void append_utf8(std::string& text, std::uint32_t code) {
-  const auto add = [&](std::uint32_t byte) { text += static_cast<char>(byte); };
-  if (code < 0x80) return add(code);
-  if (code < 0x800) {
-    add(0xC0U | code >> 6U);
-  } else {
-    if (code < 0x10000) {
-      add(0xE0U | code >> 12U);
-    } else {
-      add(0xF0U | code >> 18U);
-      add(0x80U | (code >> 12U & 0x3FU));
-    }
-    add(0x80U | (code >> 6U & 0x3FU));
-  }
-  add(0x80U | (code & 0x3FU));
 }
 
 }  // namespace

@@ -24,6 +24,9 @@ struct FoundInSway {
 /// - coarse_steps: values are multiples of a step of 0.02 degrees or more; a caution from 0.2 degrees;
 /// - spikes: single samples off the line between their neighbours, or a first or last sample off the line through the
 /// nearest two. The distance exceeds 0.05 degrees, 20 times its median and three steps of a coarse sensor. A caution;
+/// - jumps: lines through eight samples before and after a place miss each other by more than 0.1 degrees, twelve times
+/// their median and three steps of a coarse sensor, which a body cannot do: occluded markers written as 0, another
+/// sensor's samples, stretches that were joined. A caution;
 /// - smooth: no measurement noise between 12 and 25 Hz, where sway has no power and sensors have: below 0.0003 degrees
 /// by the median of fourth differences of samples averaged to about 50 Hz. The sway was smoothed or simulated. Checked
 /// from 50 Hz. Also a moving average (moving_average.hpp) at any rate; a caution beyond 0.25 s, which no model was

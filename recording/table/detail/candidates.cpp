@@ -11,10 +11,7 @@ namespace decid::recording {
 namespace {
 
 bool is_counter_name(const std::string& name) {
-  const std::vector<std::string> parts = words(name);
-  std::string joined;
-  for (const std::string& part : parts) joined += part;
-  return one_of(joined,
+  return one_of(letters_of(name),
                 {"frame",        "frames",        "frameno", "framenumber", "subframe",      "index",    "idx",
                  "item",         "row",           "nr",      "no",          "sample",        "samples",  "sampleno",
                  "samplenumber", "packetcounter", "counter", "count",       "mocapframe",    "unnamed0", "trial",
@@ -24,9 +21,7 @@ bool is_counter_name(const std::string& name) {
 
 /// Includes "q1", which is a joint's angle in some files.
 bool may_be_quaternion(const std::string& name) {
-  std::string joined;
-  for (const std::string& part : words(name)) joined += part;
-  return is_quaternion_name(name) || one_of(joined, {"q0", "q1", "q2", "q3", "q4"});
+  return is_quaternion_name(name) || one_of(letters_of(name), {"q0", "q1", "q2", "q3", "q4"});
 }
 
 /// Returns true for an unnamed column of 1, 2, 3 ...

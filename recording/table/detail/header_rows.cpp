@@ -78,7 +78,6 @@ bool are_units_of(const Cells& names, const Cells& cells) {
 
 /// Returns true for a row that continues the names above it: ",AP," below "Time,CoM,Platform".
 bool continues(const Cells& row, const Cells& above, std::size_t columns) {
-  const auto is_value = [](std::string_view cell) { return parse_number(cell).is_number || clock_time(cell); };
   return row.size() > 1 && row.size() == above.size() && row.size() <= columns + 1 && row[0].empty() &&
          filled(row) > 0 && is_time_name(above[0]) && !are_units(above) && std::ranges::none_of(row, is_value) &&
          std::ranges::none_of(above, is_value);

@@ -47,8 +47,7 @@ bool is_key(std::string_view name) {
 }
 
 bool is_header(const NameViews& names, char separator) {
-  const auto is_number = [](std::string_view name) { return parse_number(name).is_number || clock_time(name); };
-  if (is_key(names.front()) || std::ranges::any_of(names, is_number)) return false;
+  if (is_key(names.front()) || std::ranges::any_of(names, is_value)) return false;
   if (names.size() == 1)
     return is_distinctive(names[0]) && !is_time_name(names[0]) && names[0].find(' ') == std::string_view::npos;
   if (separator == ' ' && (std::ranges::any_of(names, is_key) || std::ranges::any_of(names, is_prose))) return false;

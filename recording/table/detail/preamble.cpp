@@ -26,10 +26,6 @@ struct Line {
   std::size_t number;
 };
 
-bool is_value(std::string_view cell) {
-  return parse_number(cell).is_number || clock_time(cell);
-}
-
 std::vector<std::string_view> split_cells(std::string_view line, char separator) {
   std::vector<std::string_view> cells;
   split(line, separator, cells);
@@ -116,9 +112,6 @@ Preamble preamble_behind(std::string_view text, std::size_t lines) {
   Preamble rows = find_preamble(text.substr(begin));
   if (rows.names.empty()) return found;
   // Comment lines and blank lines before `begin` count too.
-  const auto line_ends = [](std::string_view part) {
-    return static_cast<std::size_t>(std::ranges::count(part, part.find('\n') == part.npos ? '\r' : '\n'));
-  };
   found.lines = line_ends(text.substr(0, begin)) + rows.lines;
   found.names = std::move(rows.names);
   std::ranges::move(rows.rates, std::back_inserter(found.rates));

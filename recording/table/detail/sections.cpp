@@ -21,10 +21,6 @@ constexpr std::size_t rows_of_a_table = 3, rows_that_begin_with_words = 20;
 
 using Cells = std::vector<std::string_view>;
 
-bool is_value(std::string_view cell) {
-  return parse_number(cell).is_number || clock_time(cell);
-}
-
 bool is_word(std::string_view cell) {
   return !is_value(cell) && !is_missing(cell);
 }
@@ -43,10 +39,6 @@ std::string full_name(std::string_view line) {
   const std::size_t end = line.find_last_not_of(",;\t\" ");
   const std::string_view name = trim(line.substr(0, end + 1));
   return end == line.npos || name.find_first_of(",;\t=") != name.npos ? std::string() : std::string(name);
-}
-
-std::size_t line_ends(std::string_view text) {
-  return static_cast<std::size_t>(std::ranges::count(text, text.find('\n') == text.npos ? '\r' : '\n'));
 }
 
 }  // namespace

@@ -76,9 +76,7 @@ std::optional<std::size_t> element_of(const TableArray& array, const std::string
 
 /// Returns the column's name in small letters, without blanks and signs.
 std::string plain_name(const Table& table, int column) {
-  std::string plain;
-  for (const std::string& word : words(table.own_name(column))) plain += word;
-  return plain;
+  return letters_of(table.own_name(column));
 }
 
 /// Returns true for names that divide a file even where its times run on.

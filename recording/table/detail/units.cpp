@@ -195,7 +195,7 @@ std::optional<Unit> find_unit(const std::string& name, std::optional<Unit> given
 
 Unit angle_unit(const Table& table, int column, std::optional<Unit> given, const std::string& setting_name,
                 Recording& recording) {
-  const std::string& name = table.names()[static_cast<std::size_t>(column)];
+  const std::string& name = table.name(column);
   const std::optional<Unit> named = unit_in(name);
   const char* const quantity = other_quantity(name);
   if (given && quantity != nullptr)

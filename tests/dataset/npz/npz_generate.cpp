@@ -91,7 +91,7 @@ TEST_CASE("a stopped data set goes on where it stopped, more than once, with the
   }
 }
 
-TEST_CASE("an unfinished file that is cut off anywhere goes on from its last sound chunk") {
+TEST_CASE("an unfinished file that is cut off or damaged anywhere goes on from its last sound chunk") {
   const Stopped stopped(3);
   const std::string file = read_text(stopped.partial.file), journal = read_text(stopped.partial.journal);
   const std::size_t trial = 400 * sizeof(float), start = 64 + 128;
@@ -100,7 +100,9 @@ TEST_CASE("an unfinished file that is cut off anywhere goes on from its last sou
   const auto try_with = [&](const std::string& file_left, const std::string& journal_left) {
     write_text(stopped.partial.file, file_left);
     write_text(stopped.partial.journal, journal_left);
-    ++seen[go_on(stopped.path)];
+    const int resumed = go_on(stopped.path);
+    ++seen[resumed];
+    return resumed;
   };
   for (const std::size_t size : {std::size_t{0}, std::size_t{1}, std::size_t{40}, start - 1, start, start + trial / 2,
                                  file.size() / 2, file.size() - trial, file.size() - 1, file.size()}) {
@@ -121,6 +123,21 @@ TEST_CASE("an unfinished file that is cut off anywhere goes on from its last sou
   CHECK(seen.size() == 4);
   CHECK(seen.contains(0));
   CHECK(seen.contains(stopped.trials));
+  const auto flipped = [](std::string text, std::size_t position) {
+    text[position] = static_cast<char>(text[position] ^ 0x10);
+    return text;
+  };
+  for (const std::size_t position :
+       {std::size_t{3}, std::size_t{15}, std::size_t{100}, start, file.size() / 3, file.size() - 1}) {
+    CAPTURE(position);
+    // A resumed run writes the arrays before the sway again.
+    CHECK((try_with(flipped(file, position), journal) < stopped.trials) == (position >= start));
+  }
+  for (const std::size_t position :
+       {entry, entry + 4, entry + 8, entry + 16, entry + 32, entry + 36, entry + 50, last + 2, journal.size() - 1}) {
+    CAPTURE(position);
+    CHECK(try_with(file, flipped(journal, position)) < stopped.trials);
+  }
 }
 
 TEST_CASE("an impossible request does not remove files that another call began") {
@@ -131,32 +148,6 @@ TEST_CASE("an impossible request does not remove files that another call began")
   check_error([&] { generate_npz(folder / "a.npz", quiet, program, [](int, int) { return false; }); }, Code::stopped);
   check_error([&] { generate_npz(folder / "a.npz", quiet, program); }, Code::trials_missing);
   CHECK(folder.files() == 2);
-}
-
-TEST_CASE("damaged bytes of an unfinished file are made again") {
-  const Stopped stopped(3);
-  const std::string file = read_text(stopped.partial.file), journal = read_text(stopped.partial.journal);
-  const auto flipped = [](std::string text, std::size_t position) {
-    text[position] = static_cast<char>(text[position] ^ 0x10);
-    return text;
-  };
-  for (const std::size_t position :
-       {std::size_t{3}, std::size_t{15}, std::size_t{100}, std::size_t{64 + 128}, file.size() / 3, file.size() - 1}) {
-    CAPTURE(position);
-    write_text(stopped.partial.file, flipped(file, position));
-    write_text(stopped.partial.journal, journal);
-    const int resumed = go_on(stopped.path);
-    CHECK((resumed < stopped.trials) ==
-          (position >= 64 + 128));  // a resumed run writes the arrays before the sway again
-  }
-  const std::size_t entry = entries_of(journal).at(0), last = entries_of(journal).back();
-  for (const std::size_t position :
-       {entry, entry + 4, entry + 8, entry + 16, entry + 32, entry + 36, entry + 50, last + 2, journal.size() - 1}) {
-    CAPTURE(position);
-    write_text(stopped.partial.file, file);
-    write_text(stopped.partial.journal, flipped(journal, position));
-    CHECK(go_on(stopped.path) < stopped.trials);
-  }
 }
 
 TEST_CASE("an unfinished file of another request is refused and left as it is") {

@@ -93,14 +93,6 @@ TEST_CASE("the bits of a data set do not depend on the number of threads") {
   CHECK_FALSE(generate(request(5, 5, 4)).sway == generate(request(5, 5, 3)).sway);
 }
 
-TEST_CASE("the first trials of a larger data set are those of a smaller one") {
-  const Dataset small = generate(request(30, 0)), large = generate(request(300, 0));
-  CHECK(std::equal(small.sway.begin(), small.sway.end(), large.sway.begin()));
-  CHECK(std::equal(small.parameters.begin(), small.parameters.end(), large.parameters.begin()));
-  const Dataset enriched = generate(request(300, 270));
-  CHECK(std::equal(enriched.parameters.begin(), enriched.parameters.begin() + 270, large.parameters.begin()));
-}
-
 TEST_CASE("base trials are the valid attempts, in order") {
   DatasetReport report;
   const Dataset data = generate(request(120, 0), &report);
@@ -193,53 +185,33 @@ TEST_CASE("no group is divided and the halves are equal") {
   CHECK(std::abs(in_half(data.split, 0) - in_half(data.split, 1)) == 1);
 }
 
-TEST_CASE("sensor noise is added to the stored sway, by attempt, and changes nothing else") {
+TEST_CASE("sway is stored as the protocol records it, with noise by attempt, and nothing else changes") {
   const Dataset exact = generate(request(150, 100));
-  DatasetRequest noisy_request = request(150, 100);
-  noisy_request.protocol.noise.sensor = {0.5, 0.5};  // large enough to change peak-to-peak values
+  DatasetRequest asked = request(150, 100);
+  const sim::SensorNoise noise_deg{0.5, 0.5};  // large enough to change peak-to-peak values
+  asked.protocol.noise.sensor = noise_deg;
   DatasetReport report;
-  const Dataset noisy = generate(noisy_request, &report);
+  const Dataset noisy = generate(asked, &report);
   CHECK(noisy.parameters == exact.parameters);
   CHECK(noisy.group == exact.group);
   CHECK(noisy.split == exact.split);
-  double squares = 0.0, sum = 0.0;
-  for (std::size_t i = 0; i < exact.sway.size(); ++i) {
-    const double noise = static_cast<double>(noisy.sway[i]) - exact.sway[i];
-    sum += noise;
-    squares += noise * noise;
-  }
-  const auto count = static_cast<double>(exact.sway.size());
-  const double stddev = 0.5 * sim::rad_per_deg;
-  // Five standard errors of the mean, and of the deviation.
-  CHECK(std::abs(sum / count) < 5.0 * stddev / std::sqrt(count));
-  CHECK(near(std::sqrt(squares / count), stddev, 5.0 / std::sqrt(2.0 * count)));
+  asked = request(150, 100);
+  asked.protocol.conditions[sim::Condition::gain] = {.fraction = 1.0, .low = 0.0, .high = 0.3};
+  const Dataset scaled = generate(asked);
   // The last trial of each kind is its last attempt. Children's noises are other ones than those of base trials.
   const auto last_base = static_cast<std::uint64_t>(report.base_attempts - 1);
   const auto last_child = static_cast<std::uint64_t>(report.child_attempts - 1) | std::uint64_t{1} << 63;
   for (const auto& [trial, item] : {std::pair(99, last_base), std::pair(149, last_child)}) {
     std::vector<double> zero(400, 0.0);
-    sim::add_sensor_noise(noisy_request.protocol.noise.sensor, 3, item, zero);
+    sim::add_sensor_noise(noise_deg, 3, item, zero);
+    const double factor = 1.0 + sim::drawn(asked.protocol.conditions, sim::Condition::gain, 3, item);
+    CHECK(factor != 1.0);
     for (std::size_t k = 0; k < 400; ++k) {
       // Both are rounded to float, below a quarter of a radian.
       const double noise = static_cast<double>(noisy.trial(trial)[k]) - static_cast<double>(exact.trial(trial)[k]);
       CHECK(within(noise, zero[k], 0x1p-26));
+      CHECK(within(scaled.trial(trial)[k], factor * double{exact.trial(trial)[k]}, 0x1p-25));
     }
-  }
-}
-
-TEST_CASE("trials are recorded as the protocol says, each as its own attempt") {
-  DatasetReport report;
-  const Dataset exact = generate(request(150, 100), &report);
-  DatasetRequest asked = request(150, 100);
-  asked.protocol.conditions[sim::Condition::gain] = {.fraction = 1.0, .low = 0.0, .high = 0.3};
-  const Dataset recorded = generate(asked);
-  const auto last_base = static_cast<std::uint64_t>(report.base_attempts - 1);
-  const auto last_child = static_cast<std::uint64_t>(report.child_attempts - 1) | std::uint64_t{1} << 63;
-  for (const auto& [trial, item] : {std::pair(99, last_base), std::pair(149, last_child)}) {
-    const double factor = 1.0 + sim::drawn(asked.protocol.conditions, sim::Condition::gain, 3, item);
-    CHECK(factor != 1.0);
-    for (std::size_t k = 0; k < 400; ++k)
-      CHECK(within(recorded.trial(trial)[k], factor * double{exact.trial(trial)[k]}, 0x1p-25));
   }
 }
 
@@ -300,32 +272,6 @@ TEST_CASE("splitting by group") {
     CHECK(in_half(split, 0) == 6383);
     CHECK(in_half(split, 1) == 6383);
     for (std::size_t i = 0; i < group.size(); ++i) REQUIRE(split[i] == split[static_cast<std::size_t>(group[i])]);
-  }
-}
-
-TEST_CASE("targets are z-scored by the chosen trials") {
-  const Dataset data = generate(request(60, 0));
-  std::vector<sim::Parameters> training;
-  for (std::size_t i = 0; i < data.parameters.size(); ++i) {
-    if (data.split[i] == 0) training.push_back(data.parameters[i]);
-  }
-  REQUIRE(training.size() == 30);
-  const TargetScaling scaling = target_scaling(data.protocol.parameters(), training);
-  std::array<double, 7> sum{}, squares{};
-  for (const sim::Parameters& parameters : training) {
-    const auto target = scaling.scale(parameters);
-    const sim::Parameters back = scaling.unscale(target);
-    for (std::size_t i = 0; i < sim::single_pendulum().parameters.size(); ++i) {
-      sum[i] += target[i];
-      squares[i] += static_cast<double>(target[i]) * target[i];
-      // The target is rounded to float; what is left are roundings of doubles.
-      CHECK(
-          within(back[i], parameters[i], 0x1p-24 * std::abs(target[i]) * scaling.stddev[i] + 1e-15 * scaling.mean[i]));
-    }
-  }
-  for (std::size_t i = 0; i < sim::single_pendulum().parameters.size(); ++i) {
-    CHECK(std::abs(sum[i] / 30.0) < 1e-6);
-    CHECK(near(squares[i] / 30.0, 1.0, 0x1.01p-23));  // squares of floats
   }
 }
 

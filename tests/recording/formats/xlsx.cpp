@@ -113,21 +113,6 @@ TEST_CASE("XLSX: stored and deflated archives, and bounds of their sizes") {
   CHECK(read_xlsx(zip(workbook_parts(rows), true), where).text == "1\t2\n");
   for (std::size_t length = 0; length < bytes.size(); length += 7)
     check_error([&] { read_xlsx(bytes.substr(0, length), where); }, Code::file_damaged, "r.xlsx");
-  int refused = 0;
-  for (const bool deflated : {false, true}) {
-    const std::string whole = zip(workbook_parts(rows), deflated);
-    for (std::size_t at = 0; at < whole.size(); ++at) {
-      std::string changed = whole;
-      changed[at] = static_cast<char>(changed[at] ^ 0x15);
-      try {
-        const std::string text = read_xlsx(changed, where).text;
-        CHECK(text == "1\t2\n");
-      } catch (const Error&) {
-        ++refused;
-      }
-    }
-  }
-  CHECK(refused > 500);
   const auto changed = [&](const std::function<void(std::map<std::string, std::string>&)>& change) {
     std::map<std::string, std::string> parts = workbook_parts(rows);
     change(parts);

@@ -119,7 +119,7 @@ TEST_CASE("simulated sway has no single wrong samples") {
   const sim::Simulator simulator(protocol.ideal());
   std::vector<double> values(static_cast<std::size_t>(protocol.samples()));
   for (const double noise_deg : {0.0, 0.002, 0.02}) {
-    for (std::uint64_t item = 0; item < 40; ++item) {
+    for (std::uint64_t item = 0; item < 12; ++item) {
       CAPTURE(noise_deg);
       CAPTURE(item);
       simulator.run(protocol.parameters().middle(), Random(1, sim::streams::vestibular_noise, item), values);

@@ -4,7 +4,6 @@
 #include <string>
 
 #include "recording/formats/detail/foreign.hpp"
-#include "recording/table/cells.hpp"
 #include "tests/recording/table/reading.hpp"
 
 using namespace decid;
@@ -72,48 +71,6 @@ TEST_CASE("columns of time by their names") {
   check_error(reading(three("timestamp,sway_deg", "0", "10000000", "20000000")), Code::setting_out_of_range,
               "timestamp_ns");
   check_error(reading(three("time,sway_deg", "0", "10", "20")), Code::setting_out_of_range, "time_ms");
-}
-
-TEST_CASE("clock times as pandas, spreadsheets and data loggers write them") {
-  CHECK(clock_time("1:02:03.5 PM") == ClockTime{0.0, 13.0 * 3600.0 + 123.5});
-  CHECK(clock_time("12:00:00 am") == ClockTime{0.0, 0.0});
-  CHECK(clock_time("2:03.5") == ClockTime{0.0, 123.5});
-  CHECK(clock_time("01:02:03:250") == ClockTime{0.0, 3723.25});
-  CHECK(clock_time("2 days 00:00:01.5") == ClockTime{2.0, 1.5});
-  CHECK(clock_time("2026-03-01 00:00:01+05:30") == clock_time("2026-03-01 00:00:01"));
-  for (const char* none : {"2:03", "x days 00:00:01", "1:2:3:4", "12:00:00+0", "-1:00.5"}) {
-    CAPTURE(std::string(none));
-    CHECK_FALSE(clock_time(none));
-  }
-  check_one_two_three(three("time,sway_deg", "1:00:00.00 PM", "1:00:00.01 PM", "1:00:00.02 PM"));
-  check_one_two_three(three("time,sway_deg", "0 days 00:00:00.00", "0 days 00:00:00.01", "0 days 00:00:00.02"));
-  check_one_two_three(three("time,sway_deg", "00:59.99", "01:00.00", "01:00.01"));
-}
-
-TEST_CASE("times that are rounded so coarsely that samples share them") {
-  std::string text = "time,sway_deg\n", damaged = text;
-  char row[64];
-  for (int k = 0; k < 2000; ++k) {
-    std::snprintf(row, sizeof row, "%.1f,%d\n", k / 100.0, k % 3);
-    text += row;
-    std::snprintf(row, sizeof row, "%.1f,%d\n", (k < 1000 ? k : k + 100) / 100.0, k % 3);
-    damaged += row;
-  }
-  const Recording recording = read(text);
-  CHECK(recording.rate_hz == 100.0);
-  CHECK(has(recording.warnings, "uneven_times"));
-  check_error(reading(damaged), Code::times_uneven);  // a second is missing
-}
-
-TEST_CASE("several recordings in a file are not joined, whatever the rate") {
-  const std::string text = "time,sway_deg\n" + [] {
-    std::string rows;
-    for (int trial = 0; trial < 2; ++trial)
-      for (int k = 0; k < 30; ++k) rows += std::to_string(k * 10) + "e-3," + std::to_string(k % 4) + "\n";
-    return rows;
-  }();
-  check_error(reading(text), Code::recording_ambiguous, "line 32");
-  check_error(reading(text, {.rate_hz = 100.0}), Code::recording_ambiguous, "line 32");
 }
 
 TEST_CASE("counters, forces and quaternions are not sway; the remaining column is") {
@@ -197,7 +154,6 @@ TEST_CASE("angles that wrap, and those that are 90 or 180 degrees upright") {
 TEST_CASE("bars separate cells, and comments above a header state the rate") {
   check_one_two_three("time|sway_deg\n0|1\n0.01|2\n0.02|3\n");
   check_one_two_three("# made by lab\n# fs = 100 Hz\nsway_deg\n1\n2\n3\n");
-  check_one_two_three("Time,sway_deg\n0 sec,1\n0.01 sec,2\n0.02 sec,3\n");
 }
 
 TEST_CASE("angles in other units than degrees and radians are refused by their names") {

@@ -31,22 +31,6 @@ RecordingOptions section(const std::string& name, const std::string& column = {}
 
 }  // namespace
 
-TEST_CASE("sections are found by their first lines, with their places") {
-  const std::vector<Section> found = find_sections(vicon);
-  REQUIRE(found.size() == 3);
-  CHECK(found[0].name == "Devices");
-  CHECK(found[1].name == "Model Outputs");
-  CHECK(found[1].line == 10);
-  CHECK(found[2].line == 19);
-  CHECK(found[2].end == vicon.size());
-  CHECK(vicon.substr(found[2].begin).starts_with("Trajectories"));
-  CHECK(to_list(found) ==
-        "1 'Devices' (from line 1), 2 'Model Outputs' (from line 10), 3 'Trajectories' (from line 19)");
-  CHECK(find_sections("").empty());
-  CHECK(find_sections("time,sway\n0,1\n1,2\n2,3\n\n3,4\n").size() == 1);           // a blank line within
-  CHECK(find_sections("time,sway\n0,1\n1,2\n2,3\n\nMean,2\nSD,1\n").size() == 1);  // a footer
-}
-
 TEST_CASE("a section is chosen by its name or number, and lines keep their numbers") {
   check_error(reading(vicon), Code::recording_ambiguous, "line 10");
   for (const char* name : {"Model Outputs", "model outputs", "2"}) {

@@ -1,8 +1,6 @@
 // Several recordings in one file of text: a column distinguishes them, and without it they are refused.
 #include "recording/table/detail/trials.hpp"
 
-#include <limits>
-
 #include "tests/recording/table/reading.hpp"
 
 using namespace decid;
@@ -12,23 +10,6 @@ using namespace decid::test;
 namespace {
 
 using Strings = std::vector<std::string>;
-
-/// A kind of file that holds one recording.
-class OneRecording final : public Table {
- public:
-  std::size_t rows(int) const override { return 4; }
-  bool has_header() const override { return true; }
-  const std::vector<std::string>& names() const override { return names_; }
-  std::vector<double> numbers(int, Missing) const override {
-    return {1.0, std::numeric_limits<double>::quiet_NaN(), 2.5, 1.0};
-  }
-  std::string locate(std::size_t) const override { return "row"; }
-  const std::vector<StatedRate>& stated_rates() const override { return rates_; }
-
- private:
-  std::vector<std::string> names_{"trial"};
-  std::vector<StatedRate> rates_;
-};
 
 /// Two recordings of 1, 2, 3 degrees and twice that, at 100 Hz.
 constexpr const char* two =
@@ -184,19 +165,6 @@ TEST_CASE("a column of sway that holds the times is exchanged with the column of
   std::string text = "com_sway_deg,time\n";
   for (int k = 0; k < 60; ++k) text += std::to_string(k * 0.01) + "," + std::to_string(k % 30 * 0.01) + "\n";
   check_error(reading(text), Code::recording_ambiguous, "'time'");
-}
-
-TEST_CASE("tables of other kinds have labels of numbers, and are not divided") {
-  OneRecording table;
-  const RowLabels labels = table.labels(0);
-  CHECK(labels.values == Strings{"1", "", "2.5"});
-  CHECK(labels.of_row == std::vector<std::uint32_t>{0, 1, 2, 0});
-  table.keep_rows(0, {0, 3});
-  CHECK(table.labels(0).of_row.size() == 4);
-  table.keep_element("trials", 0);
-  CHECK(table.arrays().empty());
-  CHECK(table.unread().empty());
-  CHECK_FALSE(table.choose(0));
 }
 
 TEST_CASE("names of recordings and people in other words, and other languages") {

@@ -122,13 +122,7 @@ void MatTable::keep_rows(int column, const std::vector<std::size_t>& rows) {
     for (std::size_t i = 0; i < rows.size(); ++i) kept.values[i] = kept.values[rows[i]];
     kept.values.resize(rows.size());
   }
-  std::vector<std::size_t> of_file;
-  for (const std::size_t row : rows) of_file.push_back(row < rows_.size() ? rows_[row] : row);
-  rows_ = std::move(of_file);
-}
-
-std::string MatTable::locate(std::size_t row) const {
-  return "row " + std::to_string((row < rows_.size() ? rows_[row] : row) + 1);
+  number_kept_rows(rows);
 }
 
 std::vector<double> MatTable::numbers(int column, Missing missing) const {

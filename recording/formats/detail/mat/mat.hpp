@@ -28,7 +28,7 @@ class MatTable final : public Table {
   const std::string& own_name(int column) const override { return own_names_[static_cast<std::size_t>(column)]; }
   const std::string& path(int column) const override { return at(column).path; }
   std::vector<double> numbers(int column, Missing missing) const override;
-  std::string locate(std::size_t row) const override;
+  std::string locate(std::size_t row) const override { return "row " + std::to_string(row_of_file(row) + 1); }
   const std::vector<StatedRate>& stated_rates() const override { return rates_; }
   std::string unread() const override { return content_.unread; }
   bool choose(int column) override;
@@ -47,7 +47,6 @@ class MatTable final : public Table {
   std::vector<std::string> names_, own_names_;
   std::vector<StatedRate> rates_;
   int first_ = 0;
-  std::vector<std::size_t> rows_;  ///< kept rows of the file; empty: all
 };
 
 }  // namespace decid::recording

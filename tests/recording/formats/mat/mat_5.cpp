@@ -384,4 +384,10 @@ TEST_CASE("kinds of variables that are no columns are named; wide and narrow mat
       mat.file(mat.matrix(mat.head(double_class, 2, 1) + mat.element(9, bytes_of<double>({1, infinite}, true)))),
       "trial.mat");
   check_error([&] { bad.numbers(0, Missing::kept); }, Code::value_invalid, "trial.mat");
+  const double missing = std::numeric_limits<double>::quiet_NaN();
+  const MatTable labelled(
+      mat.file(mat.matrix(mat.head(double_class, 4, 1) + mat.element(9, bytes_of<double>({1, missing, 2.5, 1}, true)))),
+      "trial.mat");
+  CHECK(labelled.labels(0).values == std::vector<std::string>{"1", "", "2.5"});
+  CHECK(labelled.labels(0).of_row == std::vector<std::uint32_t>{0, 1, 2, 0});
 }
