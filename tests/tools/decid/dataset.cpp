@@ -119,7 +119,6 @@ TEST_CASE("the figures of a data set: one JSON object, a table, and a page") {
   const decid::dataset::Dataset data = decid::dataset::read_npz(folder / "a.npz");
   CHECK(figures.at("trials") == 400);
   CHECK(figures.at("base_trials") == 300);
-  CHECK(figures.at("samples") == 400);
   CHECK(figures.at("bytes") == std::filesystem::file_size(folder / "a.npz"));
   CHECK(figures.at("acceptance_rate") == 300.0 / figures.at("base_attempts").get<double>());
   CHECK(figures.at("child_acceptance_rate") == 100.0 / figures.at("child_attempts").get<double>());
@@ -135,8 +134,6 @@ TEST_CASE("the figures of a data set: one JSON object, a table, and a page") {
   // As many roundings on either side as there are trials.
   CHECK(near(kp.at("base").at("mean").get<double>(), mean(300), 300 * 0x1p-52));
   CHECK(near(kp.at("enriched").at("mean").get<double>(), mean(400), 400 * 0x1p-52));
-  CHECK(kp.at("base").at("sd") > 150.0);  // 218 of uniform values
-  CHECK(kp.at("base").at("sd") < 250.0);
   const Json& sway = figures.at("distributions").at("peak_to_peak");
   const auto counts = sway.at("enriched").at("counts").get<std::vector<int>>();
   CHECK(std::accumulate(counts.begin(), counts.end(), 0) == 400);

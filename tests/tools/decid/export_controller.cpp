@@ -203,13 +203,6 @@ TEST_CASE("export controller: margins and the peak torque, in the JSON and the h
     CHECK(contains(header, "#define C_" + std::string(name) + " " + format("%.17g", value)));
 }
 
-TEST_CASE("export controller: a step that no controller has is refused") {
-  const Folder folder;
-  for (const char* step : {"0.02", "0.0001", "0.003"})
-    check_refused(std::string("export controller --step ") + step + " -o " + folder / "c");
-  CHECK_FALSE(std::filesystem::exists(folder / "c"));
-}
-
 TEST_CASE("export controller: default gains are the middle of the ranges of the protocol's body") {
   const Folder folder;
   write_protocol(folder / "person.json", person);

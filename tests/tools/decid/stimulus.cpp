@@ -1,9 +1,7 @@
-// decid stimulus and decid simulate with protocols of all kinds, as a user runs them; and protocols that must not be
-// mixed.
+// decid stimulus and decid simulate with protocols of all kinds, as a user runs them.
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "sim/segments.hpp"
 #include "tests/tools/decid/run.hpp"
@@ -138,58 +136,4 @@ TEST_CASE("simulate --model dip: columns, defaults, options of the hip") {
   run_ok("simulate --model sip -o " + folder / "f.csv");
   run_ok("simulate -o " + folder / "g.csv");
   CHECK(read_text(folder / "f.csv") == read_text(folder / "g.csv"));
-}
-
-TEST_CASE("a data set and a model carry their protocol, whatever its kind; others are refused") {
-  const Folder folder;
-  const auto protocol = [&](const std::string& file, double amplitude_deg) {
-    write_text(
-        folder / file,
-        R"({"name": ")" + file +
-            R"(", "measured": {"file": "tilt.csv", "cycles": 2}, "body": {"participant": {"mass_kg": 70, "height_m": 1.7}}})");
-    std::string tilt = "time,tilt_deg\n";
-    for (int k = 0; k < 500; ++k)
-      tilt += std::to_string(0.02 * k) + "," + std::to_string(amplitude_deg * std::sin(0.05 * k)) + "\n";
-    write_text(folder / "tilt.csv", tilt);
-    return "--protocol " + folder / file + " ";
-  };
-  const std::string one = protocol("one.json", 0.2);
-  run_ok("dataset --count 40 --seed 5 " + one + "-o " + folder / "one.npz");
-  run_ok("simulate " + one + "-o " + folder / "trial.csv");
-  const std::string two = protocol("two.json", 0.3);
-  run_ok("dataset --count 40 --seed 5 " + two + "-o " + folder / "two.npz");
-  std::filesystem::remove(folder / "tilt.csv");
-
-  const std::string model = folder / "m.safetensors";
-  run_ok("train --preset small --epochs 1 --batch 8 --quiet --data " + folder / "one.npz" + " -o " + model);
-  const Json info = run_json("info --json " + model);
-  CHECK(info.at("protocol").at("measured").at("tilt_deg").size() == 1000);
-  run_ok("evaluate --model " + model + " --data " + folder / "one.npz");
-  check_refused("evaluate --model " + model + " --data " + folder / "two.npz", "'two.json'");
-  run_ok("identify --quiet --model " + model + " --report " + folder / "r.html " + folder / "trial.csv");
-  check_refused("identify " + folder / "trial.csv", "2000 samples");
-
-  write_text(folder / "image.json", R"({"window": 6050, "half_spectrum": true, "rows": 256, "fold": 2})");
-  check_refused("train --preset best --epochs 1 --image " + folder / "image.json" + " --data " + folder / "one.npz" +
-                    " -o " + folder / "n.safetensors",
-                "one.json");
-  // The preset's own image is made to fit.
-  run_ok("train --quiet --preset best --epochs 1 --data " + folder / "one.npz" + " -o " + folder / "n.safetensors");
-}
-
-TEST_CASE("a stopped training on fresh trials goes on with its own protocol only") {
-  const Folder folder;
-  const std::string model = folder / "m.safetensors";
-  const auto train = [&](const std::string& protocol, const std::string& more) {
-    return "train --stream --stream-trials 64 --validation-trials 8 --preset small --epochs 2000 --protocol " +
-           protocol + " " + more + " -o " + model;
-  };
-  interrupted(train(examples + "sines.json", ""), "test -e " + model + ".checkpoint");
-  check_refused(train(examples + "raised_cosines.json", "--resume"));
-  check_refused(train(examples + "sines.json", "--resume --sensor-noise 0.01"));
-  // A renamed protocol is the same one: training resumes, until it is stopped again.
-  Json renamed = read_json(examples + "sines.json");
-  renamed["name"] = "another name";
-  write_text(folder / "renamed.json", renamed.dump());
-  interrupted(train(folder / "renamed.json", "--resume"), "sleep 1");
 }
