@@ -267,8 +267,8 @@ TEST_CASE("exported files for processors with _Float16: gcc's GNU modes make the
                 0);
         return test::read_text(folder / "s");
       };
-      const std::string c99 = assembly("c99");
-      for (const char* mode : {"gnu99", "gnu11"}) CHECK(assembly(mode) == c99);
+      const std::string expected = assembly("c99");
+      for (const char* mode : {"gnu99", "gnu11"}) CHECK(assembly(mode) == expected);
     }
   }
 }
