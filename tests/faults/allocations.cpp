@@ -63,6 +63,17 @@ struct Step {
   std::function<decid_status()> call;
 };
 
+/// Returns the step that makes a handle, which must be null where the call failed. The child's exit frees it.
+template <class Handle, class Call>
+Step makes(const char* name, const Call& call) {
+  return {name, [call] {
+            Handle* handle = nullptr;
+            const decid_status status = call(&handle);
+            if ((status == DECID_OK) != (handle != nullptr)) std::_Exit(99);
+            return status;
+          }};
+}
+
 constexpr int reached_the_end = 100;
 
 /// In a child: what the call returned when its allocation number `index` failed; 128 + signal if a signal ended it.
@@ -121,54 +132,16 @@ int main(int argc, char** argv) {
   unsigned char stood = 0;
   for (size_t p = 0; p < parameters.size(); ++p) parameters[p] = decid_protocol_parameter(protocol, p)->low;
 
-  // The child's exit frees the handles. A handle must be null where a call failed.
-  const auto made = [](decid_status status, const void* handle) {
-    if ((status == DECID_OK) != (handle != nullptr)) std::_Exit(99);
-    return status;
-  };
   const Step steps[]{
-      {"protocol_load",
-       [&] {
-         decid_protocol* to = nullptr;
-         const auto s = decid_protocol_load(protocol_file.c_str(), &to);
-         return made(s, to);
-       }},
-      {"model_load",
-       [&] {
-         decid_model* to = nullptr;
-         const auto s = decid_model_load(model_file.c_str(), &to);
-         return made(s, to);
-       }},
-      {"recording_read",
-       [&] {
-         decid_recording* to = nullptr;
-         const auto s = decid_recording_read(recording_file.c_str(), nullptr, &to);
-         return made(s, to);
-       }},
-      {"recording_read MAT",
-       [&] {
-         decid_recording* to = nullptr;
-         const auto s = decid_recording_read(mat_file.c_str(), &column, &to);
-         return made(s, to);
-       }},
-      {"identify",
-       [&] {
-         decid_result* to = nullptr;
-         const auto s = decid_identify(model, recording, nullptr, &to);
-         return made(s, to);
-       }},
-      {"dataset_make",
-       [&] {
-         decid_dataset* to = nullptr;
-         const auto s = decid_dataset_make(protocol, &few, &to);
-         return made(s, to);
-       }},
-      {"dataset_read",
-       [&] {
-         decid_dataset* to = nullptr;
-         const auto s = decid_dataset_read(data_file.c_str(), &to);
-         return made(s, to);
-       }},
+      makes<decid_protocol>("protocol_load", [&](auto to) { return decid_protocol_load(protocol_file.c_str(), to); }),
+      makes<decid_model>("model_load", [&](auto to) { return decid_model_load(model_file.c_str(), to); }),
+      makes<decid_recording>("recording_read",
+                             [&](auto to) { return decid_recording_read(recording_file.c_str(), nullptr, to); }),
+      makes<decid_recording>("recording_read MAT",
+                             [&](auto to) { return decid_recording_read(mat_file.c_str(), &column, to); }),
+      makes<decid_result>("identify", [&](auto to) { return decid_identify(model, recording, nullptr, to); }),
+      makes<decid_dataset>("dataset_make", [&](auto to) { return decid_dataset_make(protocol, &few, to); }),
+      makes<decid_dataset>("dataset_read", [&](auto to) { return decid_dataset_read(data_file.c_str(), to); }),
       {"simulate", [&] { return decid_simulate(protocol, parameters.data(), 1, 1, sway.data(), &stood); }},
       {"evaluate",
        [&] {

@@ -49,13 +49,12 @@ class Arrows(unittest.TestCase):
         self.check_refused('sim/a.cpp:2: "dataset/image/image.hpp"; sim may include base, sim',
                            sim__a='// A comment.\n#include "dataset/image/image.hpp"')
 
-    def test_an_include_of_a_neighbour_is_refused(self):
+    def test_includes_of_neighbours_tests_and_without_the_root_are_refused(self):
         self.check_refused("dataset/image may include base, sim, dataset/image",
                            dataset__image__a='#include "dataset/npz/npz.hpp"')
         self.check_refused("nn/a.cpp:1", nn__a='  #  include "sim/fft.hpp"')
-
-    def test_a_librarys_include_of_a_test_is_refused(self):
         self.check_refused("sim/a.cpp:1", sim__a='#include "tests/sim/tiny.hpp"')
+        self.check_refused("is not written from the root", sim__a='#include "fft.hpp"')
 
     def test_tests_are_held_to_their_folder(self):
         self.check_clean(tests__sim__a='#include "sim/fft.hpp"\n#include "tests/helpers.hpp"\n#include "tests/sim/b.hpp"')
@@ -75,9 +74,6 @@ class Arrows(unittest.TestCase):
         self.check_refused("only dataset/npz may include libzip", dataset__image__a="#include <zip.h>")
         self.check_refused("only tools/compare may include Eigen", nn__a="#include <Eigen/Dense>")
 
-    def test_a_relative_include_is_refused(self):
-        self.check_refused("is not written from the root", sim__a='#include "fft.hpp"')
-
     def test_a_header_with_a_value_of_json_includes_its_type(self):
         self.check_refused("identify/a.hpp:3: a value of Json needs base/files/json_object.hpp",
                            identify__a_hpp='#include "base/files/json.hpp"\nstruct A {\n  Json value;\n};')
@@ -91,11 +87,9 @@ class Arrows(unittest.TestCase):
         self.check_clean(sim__a='int i = 2;  // as --rate has it\n// "--rate"\n--i;\nf("a - b", --i, "->");',
                          tools__decid__a='command.add_option("--rate");', tests__sim__a='f("--rate");')
 
-    def test_private_headers_stay_in_their_library(self):
+    def test_a_private_header_is_in_detail_and_stays_in_its_library(self):
         self.check_clean(sim__a='#include "sim/detail/b.hpp"', tests__sim__a='#include "sim/detail/b.hpp"')
         self.check_refused('"sim/detail/b.hpp" is private to sim', identify__a='#include "sim/detail/b.hpp"')
-
-    def test_a_private_header_is_in_detail(self):
         words = "sim/more/b.hpp: it is private to sim: neither installed nor included by another folder; move it to detail/"
         include = '#include "sim/more/b.hpp"'
         self.check_refused(words, sim__more__b_hpp="// Not installed.", sim__a=include)
@@ -118,10 +112,8 @@ class Arrows(unittest.TestCase):
         self.check_refused("sim/b.hpp: it is private to sim", **{"nn/CMakeLists.txt": "decid_library(nn HEADERS b.hpp)"},
                            nn__b_hpp="", sim__b_hpp="")
 
-    def test_headers_of_kernels_and_of_the_program_are_where_they_are(self):
+    def test_kernels_and_the_program_have_headers_anywhere_and_installed_ones_are_not_in_detail(self):
         self.check_clean(sim__kernels__generic_hpp="", tools__decid__a_hpp="", tests__sim__a_hpp="", bindings__web__a_hpp="")
-
-    def test_an_installed_header_is_not_in_detail(self):
         self.check_refused("sim/detail/b.hpp: it is installed",
                            **{"sim/CMakeLists.txt": "decid_library(sim\n  HEADERS detail/b.hpp)"}, sim__detail__b_hpp="")
 

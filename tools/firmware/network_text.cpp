@@ -1,6 +1,4 @@
-// A network alone as C: see network_text.hpp.
-#include "tools/firmware/network_text.hpp"
-
+// A network alone as C: see text.hpp.
 #include "embedded/firmware_arithmetic.hpp"
 #include "embedded/firmware_elementary.hpp"
 #include "embedded/firmware_network.hpp"
@@ -10,6 +8,7 @@
 #include "nn/predictor.hpp"
 #include "tools/firmware/c_text.hpp"
 #include "tools/firmware/layer_text.hpp"
+#include "tools/firmware/text.hpp"
 
 namespace decid::tools {
 namespace {

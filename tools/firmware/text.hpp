@@ -30,5 +30,9 @@ long long familiarity_bytes(const Model& model, const FirmwarePlan& plan);
 /// people.
 FirmwareFiles firmware_files(const Model& model, const ForBody& body, const FirmwarePlan& plan, const TestVector& test,
                              const std::string& name, const std::string& origin);
+/// Returns the files of plan_network()'s plan: a network alone, without what makes images. NAME_run(input, outputs,
+/// arena) has the bits of nn::Predictor.
+FirmwareFiles network_files(const nn::Network<float>& network, const FirmwarePlan& plan, const std::string& name,
+                            const std::string& origin);
 
 }  // namespace decid::tools

@@ -1,7 +1,4 @@
 // Errors of the C interface: each call returns only a status, and no exception leaves it.
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <cmath>
 #include <cstddef>
 #include <stdexcept>
@@ -267,30 +264,6 @@ TEST_CASE("accessors accept null and indices beyond the end") {
   decid_recording_free(nullptr);
   decid_dataset_free(nullptr);
 }
-
-#ifndef DECID_SANITIZED  // whose runtimes have threads of their own
-TEST_CASE("a forked process is refused instead of waiting forever") {
-  REQUIRE(decid_set_threads(2) == DECID_OK);
-  const OwnedRecording recording = make_recording(simulated(7));
-  decid_result* result = nullptr;
-  REQUIRE(decid_identify(built_in(), recording.get(), nullptr, &result) == DECID_OK);
-  decid_result_free(result);
-  const pid_t child = fork();
-  REQUIRE(child >= 0);
-  if (child == 0) {
-    alarm(60);  // instead of waiting for threads for ever
-    const decid_status status = decid_identify(built_in(), recording.get(), nullptr, &result);
-    const bool reported = std::string(decid_error_text()).find("forked") != std::string::npos;
-    _exit(status == DECID_BAD_INPUT && reported && result == nullptr ? 0 : 1);
-  }
-  int how = -1;
-  REQUIRE(waitpid(child, &how, 0) == child);
-  CHECK(WIFEXITED(how));
-  CHECK(WEXITSTATUS(how) == 0);
-  REQUIRE(decid_identify(built_in(), recording.get(), nullptr, &result) == DECID_OK);  // the parent goes on
-  decid_result_free(result);
-}
-#endif
 
 TEST_CASE("an exception of a callback ends at the border") {
   decid_dataset_options options;

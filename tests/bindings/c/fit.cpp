@@ -1,10 +1,10 @@
-// Fits through C: the draws of the library, progress, and stopping.
+// Fits through C: the draws of the library, progress, and stopping. test_package.py compares each option with the
+// program's.
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "identify/fit_recordings.hpp"
-#include "sim/segments.hpp"
 #include "sim/simulate.hpp"
 #include "sim/streams.hpp"
 #include "tests/bindings/c/owned.hpp"
@@ -89,61 +89,6 @@ TEST_CASE("a fit has the draws of the library's") {
   CHECK(std::isnan(decid_result_parameter(result.get(), 9)->normalized));
   CHECK(decid_result_correlation(result.get(), 0, 9) == found.correlation(0, found.quantity(9)));
   CHECK(decid_result_correlation(result.get(), 0, 1) == estimate.distribution->correlation(0, 1));
-}
-
-TEST_CASE("every option of a fit reaches the library") {
-  const std::string golden = DECID_SOURCE_DIR "/tests/golden/0.2.0/";
-  const Model model = load_model(golden + "net.safetensors");
-  const OwnedModel same = make<OwnedModel>(
-      [&](decid_model** place) { return decid_model_load((golden + "net.safetensors").c_str(), place); });
-  const OwnedProtocol played = make<OwnedProtocol>([&](decid_protocol** place) {
-    return decid_protocol_load_controller((golden + "protocol.json").c_str(), "dec2015", place);
-  });
-  sim::Protocol protocol = model.protocol;
-  protocol.experiment.body_model = &sim::find_body_model("dec2015", "test");
-  const double rate_hz = protocol.experiment.sample_rate_hz;
-  std::vector<double> sway_rad(decid_protocol_samples(played.get()));
-  sim::Simulator(protocol).run(protocol.parameters().middle(), Random(7, sim::streams::vestibular_noise, 0), sway_rad);
-  const OwnedRecording recording = make<OwnedRecording>([&](decid_recording** place) {
-    return decid_recording_of(sway_rad.data(), sway_rad.size(), rate_hz, DECID_RADIANS, place);
-  });
-  const decid_parameter_prior prior{"delay", 0.05, 0.2, 0.12, 0.02};
-  decid_fit_options options = brief();
-  options.mass_kg = 154.0;  // pounds: a caution
-  options.height_m = 1.75;
-  options.begin_s = 0.02;
-  options.detrend = DECID_DETREND_OFFSET;
-  options.protocol = played.get();
-  options.prior_start_s = 0.05;
-  options.prior_gain = 0.1;
-  options.prior_noise_deg = 0.03;
-  options.seed = 3;
-  options.parameter_priors = &prior;
-  options.parameter_prior_count = 1;
-  const OwnedResult result =
-      make<OwnedResult>([&](decid_result** place) { return decid_fit(same.get(), recording.get(), &options, place); });
-
-  protocol.experiment.body = sim::make_body(sim::make_segments({.mass_kg = 154.0, .height_m = 1.75}));
-  RecordingResult expected = bring(recording::make_recording(sway_rad, rate_hz), recording::ProtocolPlan(protocol),
-                                   {.start_s = 0.02, .detrend = recording::Detrend::offset}, protocol.experiment.body);
-  FitRequest request;
-  request.settings.max_draws = request.settings.min_draws = 8;
-  request.settings.seed = 3;
-  request.priors.start_s = 0.05;
-  request.priors.gain = 0.1;
-  request.priors.sensor_noise_deg = 0.03;
-  request.priors.parameters = {{.name = "delay", .range = {{0.05, 0.2}}, .normal = {{0.12, 0.02}}}};
-  Fitter(&model, protocol, protocol.experiment.body, request).fit(std::span(&expected, 1));
-  REQUIRE(expected.fit);
-  const posterior::Posterior& found = expected.fit->posterior;
-  REQUIRE(decid_result_quantities(result.get()) == protocol.parameters().size() + 3);
-  for (std::size_t q = 0; q < decid_result_quantities(result.get()); ++q) {
-    const double* draws = decid_result_draws(result.get(), q);
-    CHECK(std::vector<double>(draws, draws + found.draws()) == found.draws_for(found.quantity(q)));
-  }
-  REQUIRE(decid_result_warnings(result.get()) == expected.warnings.size());
-  for (std::size_t i = 0; i < expected.warnings.size(); ++i)
-    CHECK(decid_result_warning(result.get(), i)->text == expected.warnings[i].text);
 }
 
 TEST_CASE("a callback stops a fit") {

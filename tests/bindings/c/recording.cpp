@@ -1,5 +1,5 @@
-// Recordings through C: each option of files and samples reaches the library, whose tests (tests/recording) say what it
-// does.
+// Recordings through C: each option of samples reaches the library, whose tests (tests/recording) say what it does.
+// test_package.py and test_functions.m compare the options of files with the program's.
 #include "recording/recording.hpp"
 
 #include <cmath>
@@ -17,20 +17,6 @@ using recording::RecordingOptions;
 using recording::Unit;
 
 constexpr int count = 300;
-/// Columns of the files below. `gappy` has one value of -77.5, `offset` a mean of 25.
-constexpr const char* header = "time,sway,tilt,leg_deg,trunk_deg,hip,shoulder,ankle,gappy,offset\n";
-
-std::string row(int k) {
-  const auto wave = [k](double rate) { return std::sin(rate * k) + 0.1 * std::sin(0.9 * k); };
-  return format("%.2f,%.17g,%.17g,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f\n", k / 100.0, wave(0.1), wave(0.2), wave(0.3),
-                wave(0.4), wave(0.5), wave(0.6), wave(0.7), k == 30 ? -77.5 : wave(0.8), 25.0 + wave(0.15));
-}
-
-std::string rows(int first, int end, const std::string& before = "") {
-  std::string text;
-  for (int k = first; k < end; ++k) text += before + row(k);
-  return text;
-}
 
 /// The recording is the library's.
 void check_same(const decid_recording* found, const recording::Recording& expected) {
@@ -51,94 +37,6 @@ void check_same(const decid_recording* found, const recording::Recording& expect
 }
 
 }  // namespace
-
-TEST_CASE("C: every option of reading a file reaches the library") {
-  const TemporaryFolder folder;
-  write_text(folder / "table.csv", std::string("Laboratory 3\n") + header + rows(0, count));
-  write_text(folder / "sections.csv",
-             std::string("Devices\n") + header + rows(0, 60) + "\nTrajectories\n" + header + rows(60, 150));
-  write_text(folder / "long.csv",
-             std::string("subject,") + header + rows(0, 50, "a,") + rows(0, 80, "b,") + rows(0, 60, "c,"));
-  write_text(folder / "blocks.csv", std::string("block,") + header + rows(0, 50, "1,") + rows(50, count, "2,"));
-  decid_read_options options;
-  decid_read_defaults(&options, sizeof options);
-  const auto check = [&](const char* file, const RecordingOptions& same) {
-    const auto path = folder / file;
-    check_same(make<OwnedRecording>([&](decid_recording** place) {
-                 return decid_recording_read(path.c_str(), &options, place);
-               }).get(),
-               recording::read_recording(path, same));
-    decid_read_defaults(&options, sizeof options);
-  };
-  options.column = "leg_deg";
-  check("table.csv", {.column = "leg_deg"});
-  options.unit = DECID_DEGREES;
-  check("table.csv", {.unit = Unit::degree});
-  options.unit = DECID_RADIANS;
-  check("table.csv", {.unit = Unit::radian});
-  options.unit = DECID_MILLIRADIANS;
-  check("table.csv", {.unit = Unit::milliradian});
-  options.rate_hz = 50.0;
-  check("table.csv", {.rate_hz = 50.0});
-  const double missing = -77.5;
-  options.column = "gappy";
-  options.fill_gaps_s = 0.1;
-  options.missing_value = &missing;
-  check("table.csv", {.column = "gappy", .missing_value = missing, .fill_gaps_s = 0.1});
-  options.tilt_column = "hip";
-  check("table.csv", {.tilt_column = "hip"});
-  options.tilt_column = "none";
-  check("table.csv", {.find_tilt = false});
-  options.tilt_unit = DECID_MILLIRADIANS;
-  check("table.csv", {.tilt_unit = Unit::milliradian});
-  options.invert_sway = 1;
-  check("table.csv", {.invert_sway = true});
-  options.invert_tilt = 1;
-  check("table.csv", {.invert_tilt = true});
-  options.column = "2";
-  options.skip_lines = 5;  // the name, the header and three rows
-  check("table.csv", {.column = "2", .skip_lines = 5});
-  options.leg_column = "leg_deg";
-  options.trunk_column = "trunk_deg";
-  check("table.csv", {.leg_column = "leg_deg", .trunk_column = "trunk_deg"});
-  for (const auto& [unit, metres] :
-       {std::pair(DECID_MILLIMETRES, 1e-3), {DECID_CENTIMETRES, 1e-2}, {DECID_METRES, 1.0}}) {
-    options.column = "hip";
-    options.com_height_m = 3.0;
-    options.unit = unit;
-    check("table.csv", {.column = "hip", .com_height_m = 3.0, .metres_per_unit = metres});
-  }
-  options.unit = DECID_CENTIMETRES;
-  options.hip_column = "hip";
-  options.shoulder_column = "shoulder";
-  options.ankle_column = "ankle";
-  options.body_height_m = 1.7;
-  check("table.csv", {.hip_column = "hip",
-                      .shoulder_column = "shoulder",
-                      .ankle_column = "ankle",
-                      .body_height_m = 1.7,
-                      .metres_per_unit = 1e-2});
-  for (const bool upright : {false, true}) {
-    options.column = "offset";
-    options.unit = DECID_DEGREES;
-    options.mean_is_upright = upright ? 1 : 0;
-    check("table.csv", {.column = "offset", .unit = Unit::degree, .mean_is_upright = upright});
-  }
-  options.section = "Trajectories";
-  check("sections.csv", {.section = "Trajectories"});
-  options.trial_column = "subject";
-  options.trial = "b";
-  check("long.csv", {.trial_column = "subject", .trial = "b"});
-  options.trial_column = "none";
-  check("blocks.csv", {.is_one_trial = true});
-
-  options.trial_column = "subject";
-  const auto trials = make<std::unique_ptr<decid_trials, Freed<decid_trials_free>>>(
-      [&](decid_trials** place) { return decid_trials_read((folder / "long.csv").c_str(), &options, place); });
-  REQUIRE(decid_trials_count(trials.get()) == 3);
-  CHECK(std::string(decid_trials_name(trials.get(), 1)) == "b");
-  CHECK(decid_trials_name(trials.get(), 3) == nullptr);
-}
 
 TEST_CASE("C: every option of samples does what a file's does") {
   const TemporaryFolder folder;
@@ -166,6 +64,17 @@ TEST_CASE("C: every option of samples does what a file's does") {
                }).get(),
                expected);
   };
+  // Options of a file that other languages' tests do not give alone.
+  for (const bool tilt : {false, true}) {
+    decid_read_options reading;
+    decid_read_defaults(&reading, sizeof reading);
+    reading.column = "sway";
+    (tilt ? reading.invert_tilt : reading.invert_sway) = 1;
+    check_same(make<OwnedRecording>([&](decid_recording** place) {
+                 return decid_recording_read(path.c_str(), &reading, place);
+               }).get(),
+               recording::read_recording(path, {.column = "sway", .invert_sway = !tilt, .invert_tilt = tilt}));
+  }
   decid_samples_options asked{};
   for (const bool upright : {false, true}) {
     asked.mean_is_upright = upright ? 1 : 0;

@@ -70,7 +70,7 @@ class Noisy:
 
 class InputGradients(unittest.TestCase):
     def test_differences_of_every_layer(self):
-        """Differences of examples/forward.py in double; decid errs by roundings of float, some ten layers forward and back."""
+        """Outputs, and their differences, of examples/forward.py in double; decid errs by roundings of float, some ten layers forward and back."""
         random = np.random.default_rng(2)
         inputs = random.normal(size=(3, 4, 9, 8)).astype(np.float32)
         for text in (
@@ -86,7 +86,9 @@ class InputGradients(unittest.TestCase):
             with tempfile.TemporaryDirectory() as folder:
                 net.save(Path(folder) / "net.safetensors")
                 file = model_file.read(str(Path(folder) / "net.safetensors"))
-            by_output = random.normal(size=net.predict(inputs).shape).astype(np.float32)
+            outputs, expected = net.predict(inputs), forward.network(*file, inputs)
+            np.testing.assert_allclose(outputs.reshape(3, -1), expected, rtol=0, atol=2e-6 * np.abs(expected).max())
+            by_output = random.normal(size=outputs.shape).astype(np.float32)
             found = net.input_gradient(inputs, by_output)
             self.assertEqual(found.shape, inputs.shape)
             step, places = 1e-6, random.choice(inputs[0].size, 40, replace=False)

@@ -106,19 +106,6 @@ TEST_CASE("fit: a prior of a hundredth of the range that agrees with the recordi
   CHECK(test::within(ratio, 1.0, 4 / std::sqrt(14 * result.effective_samples)));
 }
 
-TEST_CASE("fit: starts") {
-  for (const double u :
-       sim::single_pendulum().parameters.to_unit(middle_start(sim::single_pendulum().parameters).parameters))
-    CHECK(test::near(u, 0.5, 4e-15));
-  for (const double u :
-       sim::single_pendulum().parameters.to_unit(random_start(sim::single_pendulum().parameters, 1, 0).parameters))
-    CHECK((u > 0 && u < 1));
-  CHECK(random_start(sim::single_pendulum().parameters, 1, 0).parameters !=
-        random_start(sim::single_pendulum().parameters, 1, 1).parameters);
-  CHECK(random_start(sim::single_pendulum().parameters, 1, 0).parameters !=
-        random_start(sim::single_pendulum().parameters, 2, 0).parameters);
-}
-
 TEST_CASE("fit: invalid requests") {
   const sim::Simulator simulator(sim::default_protocol());
   const std::vector<float> sway(static_cast<std::size_t>(simulator.samples()));

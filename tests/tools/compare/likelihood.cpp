@@ -132,24 +132,6 @@ TEST_CASE("likelihood: the truth is likelier than values a quarter of a range aw
   CHECK(alone[0].value == costs[2].value);
 }
 
-TEST_CASE("likelihood: the sensor's noise is found, and without any the lowest level is") {
-  const sim::Simulator simulator(short_sines());
-  sim::Parameters truth = sim::single_pendulum().parameters.middle();
-  truth[sim::Nv] = 0;
-  std::vector<float> sway = trial(simulator, truth, 0);
-  const std::vector<sim::Parameters> one{truth};
-  const Cost exact = Likelihood(simulator, sway).costs(one, 2, 1, 0)[0];
-  CHECK(exact.sensor_noise_deg == 0.0005);
-  const Random random(5, sim::streams::sensor_noise, 0);
-  for (std::size_t k = 0; k < sway.size(); ++k)
-    sway[k] += static_cast<float>(0.1 * sim::rad_per_deg * random.normal(k));
-  const Cost noisy = Likelihood(simulator, sway).costs(one, 2, 1, 0)[0];
-  // Levels are sqrt(2) apart; 120 bins tell the deviation to 5%.
-  CHECK(noisy.sensor_noise_deg > 0.1 / 1.5);
-  CHECK(noisy.sensor_noise_deg < 0.1 * 1.5);
-  CHECK(noisy.value > exact.value);
-}
-
 TEST_CASE("likelihood: a fall costs more than any standing trial, an earlier fall more") {
   const sim::Simulator simulator(short_sines());
   const Likelihood likelihood(simulator, trial(simulator, sim::single_pendulum().parameters.middle(), 0));

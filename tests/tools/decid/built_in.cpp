@@ -156,10 +156,4 @@ TEST_CASE("another body: answers times its m g h, trials of it, and heights that
   CHECK(near(error_on("133.29"), error_on("88.86"), 1e-3));
 }
 
-TEST_CASE("the built-in model is measured on trials of another seed than its training's") {
-  const Folder folder;
-  run_ok("dataset --quiet --count 4 --seed 2 -o " + folder / "two.npz");
-  run_ok("evaluate --data " + folder / "two.npz");
-}
-
 }  // namespace decid::tools

@@ -55,12 +55,9 @@ TEST_CASE("decid/design: tilts beyond 8 degrees are marked, and recommended only
   const Folder folder;
   const std::string call =
       "design --protocol " + write_text(folder / "tiny.json", brief_protocol).string() + " --draws 8 --quiet ";
-  const std::string both = run_ok(call + "--amplitude 1 40").out;
-  CHECK(contains(both, "'tiny, 1 deg' leaves the least variance"));
-  CHECK(contains(both, "'tiny, 40 deg' tilts by 40 degrees"));
+  CHECK(contains(run_ok(call + "--amplitude 1 40").out, "'tiny, 1 deg' leaves the least variance"));
   CHECK(contains(run_ok(call + "--amplitude 40").out, "'tiny, 40 deg' leaves the least variance"));
-  CHECK_FALSE(contains(run_ok(call + "--amplitude 8").out, "tilts by"));
-  const Json found = run_json(call + "--json --amplitude 1 40");
+  const Json found = run_json(call + "--json --amplitude 8 40");
   CHECK(found["protocols"][0]["large_tilt"] == false);
   CHECK(found["protocols"][1]["large_tilt"] == true);
 }

@@ -96,7 +96,6 @@ TEST_CASE("export controller: a protocol of another body than the result's is re
     CHECK(found.has("COM_HEIGHT_M", person.com_height_m));
     CHECK(found.has("INERTIA_KGM2", person.inertia_kgm2));
     CHECK(found.has("MGH_NM_RAD", person.mgh()));
-    CHECK(contains(found.header, format("For a body of %.6g kg", person.mass_kg)));
   }
   // To the digits that are printed it is the same body.
   sim::Body rounded = person;
@@ -134,8 +133,6 @@ TEST_CASE("export controller: gains are scaled to another body by m g h, and tha
   const std::string small = " --mass 2 --com-height 0.1";
   check_refused("export controller " + folder / "late.json" + small + " -o " + folder / "n");
   CHECK_FALSE(std::filesystem::exists(folder / "n"));
-
-  const std::string out = " -o " + folder / "n";
 }
 
 TEST_CASE("export controller: a recording of a study has the gains of its own body") {
@@ -173,12 +170,10 @@ TEST_CASE("export controller: a loop that is unstable, and falls only after the 
   CHECK(json["stable"] == false);
   CHECK(json["delay_margin_s"] == 0.0);
   CHECK(json["gain_margin"] == Json{1.0, 1.0});
-  const std::string header = read_text(folder / "c/c.h");
-  CHECK(contains(header, "UNSTABLE"));
-  CHECK(contains(header, "#define C_IS_STABLE 0\n"));
+  CHECK(contains(read_text(folder / "c/c.h"), "#define C_IS_STABLE 0\n"));
 }
 
-TEST_CASE("export controller: margins and the peak torque, in the text, the JSON and the header") {
+TEST_CASE("export controller: margins and the peak torque, in the JSON and the header") {
   const Folder folder;
   const std::string command = "export controller --name c -o " + folder / "c";
   const auto json = run_json(command + " --json");
@@ -199,25 +194,13 @@ TEST_CASE("export controller: margins and the peak torque, in the text, the JSON
   CHECK(run_ok(with_gain(0.99 * high)).code == 0);
   check_refused(with_gain(1.1 * high));
 
-  const auto own = run_ok(command);
-  CHECK(contains(own.err, format("delay margin %.0f ms", 1000.0 * margin_s)));
-  CHECK(contains(own.err, format("%.2f to %.2f", json["gain_margin"][0].get<double>(), high)));
-  const double torque = json["peak_active_torque_nm"];
-  CHECK(contains(own.err, format("active torque up to %.3g N m", torque)));
+  run_ok(command);
   const std::string header = read_text(folder / "c/c.h");
-  CHECK(contains(header, format("delay margin %.0f ms", 1000.0 * margin_s)));
   CHECK(contains(header, "#define C_IS_STABLE 1\n"));
-  for (const auto& [name, value] : {std::pair{"DELAY_MARGIN_S", margin_s}, {"GAIN_MARGIN_HIGH", high}})
+  for (const auto& [name, value] : {std::pair{"DELAY_MARGIN_S", margin_s},
+                                    {"GAIN_MARGIN_HIGH", high},
+                                    {"PEAK_TORQUE_NM", json["peak_active_torque_nm"].get<double>()}})
     CHECK(contains(header, "#define C_" + std::string(name) + " " + format("%.17g", value)));
-  CHECK(contains(header, format("#define C_PEAK_TORQUE_NM %.17g", torque)));
-}
-
-TEST_CASE("export controller: a step that no controller has is refused") {
-  const Folder folder;
-  for (const char* step : {"0.02", "0.0001", "0.003"})
-    check_refused(std::string("export controller --step ") + step + " -o " + folder / "c");
-  CHECK_FALSE(std::filesystem::exists(folder / "c"));
-  CHECK(contains(run_ok("export controller --step 0.002 -o " + folder / "c").err, "500 times per second"));
 }
 
 TEST_CASE("export controller: default gains are the middle of the ranges of the protocol's body") {

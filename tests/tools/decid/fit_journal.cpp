@@ -60,38 +60,6 @@ TEST_CASE("journal: entries are read back to the bit") {
   CHECK_FALSE(std::filesystem::exists(path));
 }
 
-TEST_CASE("journal: wherever it was cut off or damaged, whole entries stay and others are written behind them") {
-  const Folder folder;
-  const std::string path = folder / "o.journal";
-  std::size_t first = 0;
-  {
-    FitJournal journal(path, settings, false);
-    journal.append("k", result);
-    first = read_text(path).size();
-    journal.append("l", result);
-  }
-  const std::string whole = read_text(path);
-  for (std::size_t cut = 0; cut < whole.size(); cut += 13) {
-    write_text(path, whole.substr(0, cut));
-    FitJournal journal(path, settings, true);
-    CAPTURE(cut);
-    REQUIRE(journal.find("k").has_value() == (cut >= first));
-    REQUIRE_FALSE(journal.find("l"));
-    if (!journal.find("k")) journal.append("k", result);
-    journal.append("l", result);
-    REQUIRE(read_text(path) == whole);
-  }
-  // A power failure may leave zeros.
-  write_text(path, whole.substr(0, first) + std::string(400, '\0') + whole.substr(first));
-  CHECK_FALSE(FitJournal(path, settings, true).find("l"));
-  std::string damaged = whole;
-  damaged[first + 100] ^= 1;
-  write_text(path, damaged);
-  FitJournal journal(path, settings, true);
-  CHECK(journal.find("k"));
-  CHECK_FALSE(journal.find("l"));
-}
-
 TEST_CASE("journal: without resume it begins empty, of other settings it is refused, and one process writes it") {
   const Folder folder;
   const std::string path = folder / "o.journal";

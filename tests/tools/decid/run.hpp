@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tests/helpers.hpp"
+#include "tests/tools/report/page_text.hpp"
 
 namespace decid::test {
 
@@ -95,17 +96,50 @@ inline void check_refused(const std::string& arguments, const std::string& fact 
   CHECK(contains(result.err, fact));
 }
 
-/// Returns the rows of numbers of a CSV file whose first line, `header`, has their names.
-inline std::vector<std::vector<double>> read_csv(const std::string& path, std::string& header) {
-  std::ifstream file(path);
-  std::getline(file, header);
-  std::vector<std::vector<double>> rows;
-  for (std::string line; std::getline(file, line);) {
-    std::istringstream cells(line);
-    rows.emplace_back();
-    for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(std::stod(cell));
+using Cells = std::vector<std::vector<std::string>>;
+
+/// Returns the cells of a table whose cells are single lines (RFC 4180).
+inline Cells cells_of(const std::string& text, char separator = ',') {
+  Cells rows;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.ends_with('\r')) line.pop_back();
+    std::vector<std::string>& row = rows.emplace_back(1);
+    bool quoted = false;
+    for (const char c : line) {
+      if (c == '"') quoted = !quoted;
+      if (c == separator && !quoted) row.emplace_back();
+      if (c != '"' && (c != separator || quoted)) row.back() += c;
+    }
   }
   return rows;
+}
+
+/// Returns a table's cell by the name of its column.
+inline std::string cell(const Cells& rows, std::size_t row, const std::string& name) {
+  const auto found = std::ranges::find(rows.at(0), name);
+  REQUIRE_MESSAGE(found != rows[0].end(), name);
+  return rows.at(row).at(static_cast<std::size_t>(found - rows[0].begin()));
+}
+
+/// Returns the rows of numbers of a CSV file whose first line, `header`, has their names.
+inline std::vector<std::vector<double>> read_csv(const std::string& path, std::string& header) {
+  const std::string text = read_text(path);
+  header = text.substr(0, text.find('\n'));
+  const Cells table = cells_of(text.substr(header.size() + 1));
+  std::vector<std::vector<double>> rows;
+  for (const std::vector<std::string>& cells : table) {
+    rows.emplace_back();
+    for (const std::string& cell : cells) rows.back().push_back(std::stod(cell));
+  }
+  return rows;
+}
+
+/// Checks that a page is one whole file that loads nothing; returns its data.
+inline nlohmann::json page_data(const std::string& path) {
+  const std::string page = read_text(path);
+  check_whole(page);
+  return nlohmann::json::parse(block_of(page));
 }
 
 /// Writes a protocol of 6 s, which trains and identifies quickly, and returns its path.

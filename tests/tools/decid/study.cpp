@@ -16,21 +16,10 @@ namespace {
 
 /// A column of a CSV file.
 std::vector<double> column(const std::string& path, const std::string& name) {
-  std::istringstream file(read_text(path));
-  std::string line, cell;
-  std::getline(file, line);
-  std::istringstream header(line);
-  std::size_t wanted = 0;
-  bool found = false;
-  for (std::size_t c = 0; std::getline(header, cell, ','); ++c)
-    if (cell == name) wanted = c, found = true;
-  REQUIRE_MESSAGE(found, path, " has no column ", name);
+  const Cells rows = cells_of(read_text(path));
   std::vector<double> values;
-  while (std::getline(file, line)) {
-    std::istringstream row(line);
-    for (std::size_t c = 0; c <= wanted; ++c) std::getline(row, cell, ',');
-    values.push_back(std::strtod(cell.c_str(), nullptr));
-  }
+  for (std::size_t row = 1; row < rows.size(); ++row)
+    values.push_back(std::strtod(cell(rows, row, name).c_str(), nullptr));
   return values;
 }
 
@@ -96,7 +85,6 @@ TEST_CASE("a study of a model with its data set, a recording and a learning curv
   CHECK(json.at("training").at("epochs") == 4);
   CHECK(json.at("seconds").at("training") == 12.5);
   CHECK(json.at("learning_curve").size() == 3);
-  CHECK(json.at("notes").empty());
   CHECK(json.at("paper").at("validation_loss") == 0.2851);
   // The paper's standard deviations: theta's and Kd_pass's exceed half of their range, which no distribution can.
   const Json& stddevs = json.at("paper").at("deviation");
@@ -157,15 +145,13 @@ TEST_CASE("a study of a model with its data set, a recording and a learning curv
     CHECK(contains(read_text(out + "/" + id + ".csv"), "\n"));
     CHECK(contains(read_text(out + "/report.html"), "\"id\":\"" + id + "\""));
   }
-  const std::string table = read_text(out + "/table.txt");
-  for (const char* printed : {"0.2851", "0.2250", "10.4783", "2.8533", "12766", "MATLAB", "Kp_pass", "training"})
-    CHECK(contains(table, printed));
+  for (const char* printed : {"0.2851", "12766", "Kp_pass"}) CHECK(contains(read_text(out + "/table.txt"), printed));
 
-  // Again: the same bytes, for any number of threads.
-  run_ok(s.study("--threads 1 --quiet --data " + s.data + " --recording " + s.recording + " --learning-curve " +
-                 s.folder / "curve.csv" + " --time training=12.5 --time simulation=3 -o " + s.folder / "again"));
-  for (const std::string file : {"report.html", "study.json", "table.txt", "error-by-noise.csv"})
-    CHECK(read_text(out + "/" + file) == read_text(s.folder / "again" + "/" + file));
+  // Again: the same bytes, for any number of threads. Test trials of the data set's own seed are refused.
+  const auto again = run_ok("rerun --threads 1 " + out + "/study.json");
+  CHECK(contains(again.err, "the same bytes\n"));
+  check_refused(s.study("--seed 5 --quiet --data " + s.data + " -o " + s.folder / "refused"), "5");
+  CHECK_FALSE(std::filesystem::exists(s.folder / "refused/study.json"));
 }
 
 TEST_CASE("a study of faults: each at its sizes, on the trials of the study") {
@@ -199,28 +185,21 @@ TEST_CASE("a study of faults: each at its sizes, on the trials of the study") {
   }
   CHECK(row("offset_deg", 2.0).at("warned") == 1.0);
   CHECK(row("offset_deg", 0.1).at("mse").get<double>() < row("offset_deg", 2.0).at("mse").get<double>());
-  const std::string table = read_text(out + "/table.txt");
-  CHECK(contains(table, "starts 0.05 s early or late"));
-  CHECK(contains(table, "of leg and trunk                                   n/a"));
-  CHECK(contains(read_text(out + "/report.html"), "moving average of 0.11 s"));
   CHECK(json.at("faults_sensor_noise_deg") == 0.02);
   CHECK(json.at("notes").empty());
 }
 
 TEST_CASE("a study of faults that the protocol cannot have: notes say which and why") {
   const Folder folder;
-  const auto left_out = [&](const std::string& protocol) {
-    write_text(folder / "p.json", protocol);
-    run_ok("train --stream --stream-trials 16 --validation-trials 8 --epochs 1 --preset small --quiet --protocol " +
-           folder / "p.json" + " -o " + folder / "m.safetensors");
-    const auto result = run_ok("study --faults --json --quiet --trials 4 --realisations 1 --model " +
-                               folder / "m.safetensors" + " -o " + folder / "out");
-    const Json json = Json::parse(result.out);
-    for (const Json& row : json.at("faults")) CHECK(row.at("trials").get<int>() > 0);
-    return json.at("notes").dump();
-  };
-  const std::string sines = left_out(R"({"name": "sines", "sample_rate_hz": 20, "sines": {"cycle_s": 20, "cycles": 2,
+  write_text(folder / "p.json", R"({"name": "sines", "sample_rate_hz": 20, "sines": {"cycle_s": 20, "cycles": 2,
       "components": [{"frequency_hz": 0.2, "amplitude_deg": 1}]}})");
+  run_ok("train --stream --stream-trials 16 --validation-trials 8 --epochs 1 --preset small --quiet --protocol " +
+         folder / "p.json" + " -o " + folder / "m.safetensors");
+  const auto result = run_ok("study --faults --json --quiet --trials 4 --realisations 1 --model " +
+                             folder / "m.safetensors" + " -o " + folder / "out");
+  const Json json = Json::parse(result.out);
+  for (const Json& row : json.at("faults")) CHECK(row.at("trials").get<int>() > 0);
+  const std::string sines = json.at("notes").dump();
   CAPTURE(sines);
   CHECK(contains(sines, "twice the protocol's tilt: the tilt is not a sequence"));
   CHECK(contains(sines, "low-pass of 10 Hz: the rate is too low"));
@@ -244,45 +223,20 @@ TEST_CASE("a study without a data set simulates its own trials") {
 
   CHECK(json.at("command") == "study");
   CHECK(json.at("seed") == 99);
-  CHECK(json.at("inputs").at(0).at("file") == s.model);
-  const auto again = run_ok("rerun " + out + "/study.json -o " + s.folder / "again.json");
-  CHECK(contains(again.err, "the same bytes\n"));
-  CHECK(read_text(s.folder / "again.json") == read_text(out + "/study.json"));
-}
-
-TEST_CASE("a comparison of methods is computed again") {
-  const Setting s;
-  const std::string result = s.folder / "c.json";
-  run_ok("compare --quiet --trials 2 --starts 1 --simulations 6500 --max-draws 8 --model " + s.model + " -o " + result);
-  const Json json = Json::parse(read_text(result));
-  CHECK(json.at("command") == "compare");
-  CHECK(json.at("arguments").at(0) == "--trials=2");
-  CHECK(json.at("inputs").at(0).at("sha256").get<std::string>().size() == 64);
-  const auto again = run_ok("rerun --threads 1 " + result);
-  CHECK(contains(again.err, "computing times"));
-  Json changed = json;
-  changed["methods"][0]["mse"] = 0.5;
-  write_text(result, changed.dump());
-  CHECK(run_decid("rerun " + result).code == 1);
 }
 
 TEST_CASE("a study of a network of time series shows each of them, and filters in lines") {
   const Folder folder;
   run_ok("study --quiet --trials 16 --realisations 1 -o " + folder / "study");  // the built-in model
-  const auto lines_of = [&](const std::string& name) {
-    std::istringstream text(read_text(folder / "study/" + name));
-    std::vector<std::string> lines;
-    for (std::string line; std::getline(text, line);) lines.push_back(line);
-    return lines;
-  };
-  const std::vector<std::string> image = lines_of("input-image.csv"), filters = lines_of("activations.csv");
+  const Cells image = cells_of(read_text(folder / "study/input-image.csv")),
+              filters = cells_of(read_text(folder / "study/activations.csv"));
   REQUIRE(image.size() == 606);
-  CHECK(image.front() ==
-        "time_s,sway_mean,sway_difference_2,sway_change_mean,sway_change_difference_2,sway_bend_mean,"
-        "sway_bend_difference_2,height,tilt,tilt_velocity");
-  CHECK(image[605].starts_with("60.4,"));
+  CHECK(image.front() == std::vector<std::string>{"time_s", "sway_mean", "sway_difference_2", "sway_change_mean",
+                                                  "sway_change_difference_2", "sway_bend_mean",
+                                                  "sway_bend_difference_2", "height", "tilt", "tilt_velocity"});
+  CHECK(image[605][0] == "60.4");
   REQUIRE(filters.size() == 304);
-  CHECK(std::ranges::count(filters.front(), ',') == 47);
+  CHECK(filters.front().size() == 48);
 }
 
 TEST_CASE("a study reads one recording of a file of several, and --trial none reads all rows") {
@@ -309,14 +263,4 @@ TEST_CASE("a study reads one recording of a file of several, and --trial none re
   check_refused(study + " --recording " + folder / "blocks.csv" + " --trial block", "2 recordings");
   check_refused(study + " --recording " + folder / "blocks.csv" + " --trial no", "blocks.csv");
   check_refused(study + " --trial none");
-}
-
-TEST_CASE("studies that cannot be made write nothing") {
-  const Setting s;
-  const std::string out = " -o " + s.folder / "study";
-  check_refused(s.study("--seed 5 --quiet --data " + s.data + out), "5");
-  run_ok("train --stream --stream-trials 16 --validation-trials 8 --preset small --epochs 1 --seed 3 --protocol " +
-         s.protocol + " -o " + s.folder / "streamed");
-  check_refused("study --seed 3 --trials 8 --model " + s.folder / "streamed" + out, "3");
-  if (std::filesystem::exists(s.folder / "study")) CHECK(std::filesystem::is_empty(s.folder / "study"));
 }

@@ -52,7 +52,6 @@ TEST_CASE("train: an interrupted training goes on, with its own data and setting
     const std::string slower = run_decid(folder.train("--epochs 30 --lr 0.001" + resume)).err;
     CHECK(contains(slower, "other settings: learning_rate 0.02 there, 0.001 here;"));
     check_refused(folder.train("--epochs 4" + resume), "epochs 30 there, 4 here");
-    write_text(folder / "image.json", R"({"window": 55})");
   }
   check_refused(folder.train("--epochs 40"), "epochs 30 there, 40 here");
   CHECK(read_text(model + ".checkpoint") == checkpoint);
@@ -69,18 +68,11 @@ TEST_CASE("train: the same command again is done, another one overwrites nothing
   const TrainingFolder folder(64);
   const std::string model = folder / "m.safetensors", command = folder.train("--epochs 2");
   const auto first = run_ok(command);
-  const std::string bytes = read_text(model);
   const auto again = run_ok(command);
   CHECK(again.out == first.out);
   CHECK(contains(again.err, "nothing is left to do"));
-  CHECK_FALSE(contains(again.err, "epoch   1"));
   CHECK(run_decid(command + " --quiet").err.empty());
   CHECK(run_decid(folder.train("--epochs 2 --resume")).out == first.out);
-  check_refused(folder.train("--epochs 2 --seed 2"), "seed 1 there, 2 here");
-  CHECK(read_text(model) == bytes);
-  write_text(folder / "notes", "no model");
-  check_refused(folder.train("--epochs 2", "a.npz", "notes"));
-  CHECK(read_text(folder / "notes") == "no model");
   // A checkpoint of a training beside the model of another: neither is touched.
   const std::string other = folder / "n.safetensors";
   run_ok(folder.train("--epochs 2 --seed 2", "a.npz", "n.safetensors"));
@@ -137,10 +129,8 @@ TEST_CASE("train: --resume goes on to more epochs, and the origin says so") {
 TEST_CASE("train: divergence is an error, and leaves nothing") {
   const TrainingFolder folder(64);
   const std::size_t before = folder.files();
-  for (const std::string lr : {"1000", "20"}) {
-    check_refused(folder.train("--quiet --preset best --epochs 3 --lr " + lr), "of 3");
-    CHECK(folder.files() == before);
-  }
+  check_refused(folder.train("--quiet --preset best --epochs 3 --lr 1000"), "of 3");
+  CHECK(folder.files() == before);
   // The files written before stay.
   run_ok(folder.train("--epochs 1 --lr 5 --schedule constant --patience 40"));
   const std::string model = folder / "m.safetensors", bytes = read_text(model), log = read_text(model + ".log.csv");
@@ -181,11 +171,6 @@ TEST_CASE("train: fine tuning begins with another model's weights") {
   CHECK(origin.at("from").at("trials")[0].at("kind") == "stored");
   // It is not measured on what the base was trained on either.
   check_refused("evaluate --model " + folder / "m.safetensors" + " --data " + folder / "a.npz", "seed 5");
-
-  const std::string refused = folder.train("--epochs 1 --from " + base, "b.npz", "n.safetensors");
-  check_refused(folder.train("--preset best --epochs 1 --from " + base, "b.npz", "n.safetensors"), "relu; conv 16");
-  write_text(folder / "image.json", R"({"window": 55})");
-  CHECK_FALSE(std::filesystem::exists(folder / "n.safetensors"));
 }
 
 TEST_CASE("train: patience keeps the model of the best epoch") {
@@ -202,22 +187,14 @@ TEST_CASE("train: patience keeps the model of the best epoch") {
   CHECK(folder.files() == 6);  // no checkpoint, no best model left beside
 }
 
-TEST_CASE("train: a moving average of the weights, stopped, resumed and taken to more epochs") {
+TEST_CASE("train: a moving average of the weights, of the best epoch too, and taken to more epochs") {
   const std::string average = " --average 0.9";
-  {
-    const TrainingFolder folder(400);
-    const std::string model = folder / "m.safetensors";
-    folder.interrupt(folder.train("--epochs 12" + average));
-    check_refused(folder.train("--epochs 12"), "average 0.9 there, nothing here");
-    run_ok(folder.train("--epochs 12" + average));
-    run_ok(folder.train("--epochs 12" + average, "a.npz", "straight"));
-    CHECK(read_text(model) == read_text(folder / "straight"));
-    CHECK(read_text(model).find("average.") == std::string::npos);  // no second network is left in the file
-    CHECK(run_json("info --json " + model).at("origin").at("average") == 0.9);
-  }
   const TrainingFolder folder(64);
   const std::string two = hash_values(run_ok(folder.train("--epochs 2" + average)));
   CHECK(two != hash_values(run_ok(folder.train("--epochs 2", "a.npz", "plain"))));
+  CHECK_FALSE(contains(read_text(folder / "m.safetensors"), "average."));  // no second network is left in the file
+  CHECK(run_json("info --json " + folder / "m.safetensors").at("origin").at("average") == 0.9);
+  check_refused(folder.train("--epochs 2"), "average 0.9 there, nothing here");
   // Patience keeps the average of the best epoch, and more epochs go on from the averaged weights.
   const std::string steady = "--quiet --schedule constant --average 0.5";
   const Json best = run_json(folder.train("--epochs 200 --patience 2 " + steady, "a.npz", "p"));
@@ -232,16 +209,7 @@ TEST_CASE("train: a moving average of the weights, stopped, resumed and taken to
 TEST_CASE("train: the report is a page of all epochs, rewritten each time") {
   const TrainingFolder folder(64);
   const std::string command = folder.train("--epochs 3 --report " + folder / "page.html");
-  const auto shown = [&] {
-    const std::string page = read_text(folder / "page.html"), mark = "id=\"report-data\">";
-    CHECK(page.starts_with("<!doctype html>"));
-    for (const char* loading : {"src=\"", "@import", "<link", "fetch(", "{{"}) {
-      CAPTURE(loading);
-      CHECK_FALSE(contains(page, loading));
-    }
-    const std::size_t at = page.find(mark) + mark.size();
-    return Json::parse(page.substr(at, page.find("</script", at) - at));
-  };
+  const auto shown = [&] { return page_data(folder / "page.html"); };
   const auto trained = run_ok(command);
   const Json data = shown();
   CHECK(data.at("log").size() == 3);

@@ -84,7 +84,7 @@ TEST_CASE("exported files: a b + c with integers is exactly rounded") {
     if (same(fma_double(a, b, c), std::fma(a, b, c))) return;
     if (++wrong < 5) MESSAGE(a << " " << b << " " << c << ": " << fma_double(a, b, c) << ", not " << std::fma(a, b, c));
   };
-  for (std::uint64_t k = 0; k < 1'000'000; ++k) {
+  for (std::uint64_t k = 0; k < 300'000; ++k) {
     const double a = some_double(random, 3 * k), b = some_double(random, 3 * k + 1);
     check(a, b, some_double(random, 3 * k + 2));
     check(a, b, -(a * b));  // what the product's rounding lost
@@ -96,7 +96,7 @@ TEST_CASE("exported files: a b + c with integers is exactly rounded") {
 TEST_CASE("exported files: a b + c in float by way of double is exactly rounded") {
   const Random random(18, Stream::weights, 0);
   int wrong = 0;
-  for (std::uint64_t k = 0; k < 1'000'000; ++k) {
+  for (std::uint64_t k = 0; k < 300'000; ++k) {
     const auto some = [&](std::uint64_t i) {
       const std::uint64_t bits = random.bits(3 * k + i);
       const auto any = std::bit_cast<float>(static_cast<std::uint32_t>(bits));
@@ -110,7 +110,7 @@ TEST_CASE("exported files: a b + c in float by way of double is exactly rounded"
   CHECK(wrong == 0);
 }
 
-TEST_CASE("exported files: bits distinguish numbers from infinities and NaN") {
+TEST_CASE("exported files: bits distinguish numbers and floats from infinities and NaN") {
   const Random random(21, Stream::weights, 0);
   int wrong = 0;
   for (std::uint64_t k = 0; k < 100'000; ++k) {
@@ -118,9 +118,6 @@ TEST_CASE("exported files: bits distinguish numbers from infinities and NaN") {
     wrong += (is_finite(x) != 0) == std::isfinite(x) ? 0 : 1;
   }
   CHECK(wrong == 0);
-}
-
-TEST_CASE("exported files: bits distinguish floats from infinities and NaN") {
   for (const float value : {0.0F, -1.0F, FLT_MAX, -FLT_MAX, FLT_MIN, 1e-45F}) CHECK(is_finite_float(value) == 1);
   const float infinity = std::numeric_limits<float>::infinity();
   for (const float value : {infinity, -infinity, std::numeric_limits<float>::quiet_NaN()})
@@ -130,7 +127,7 @@ TEST_CASE("exported files: bits distinguish floats from infinities and NaN") {
 TEST_CASE("exported files: the integer square root is exactly rounded") {
   const Random random(19, Stream::weights, 0);
   int wrong = 0;
-  for (std::uint64_t k = 0; k < 1'000'000; ++k) {
+  for (std::uint64_t k = 0; k < 300'000; ++k) {
     const double x = std::abs(some_double(random, k));
     wrong += same(square_root(x), std::sqrt(x)) ? 0 : 1;
     wrong += same(square_root(x * x), std::sqrt(x * x)) ? 0 : 1;

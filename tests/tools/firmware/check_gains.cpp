@@ -111,8 +111,7 @@ void check_answers(const std::string& options, const sim::Body& body, double ste
   std::memcpy(bytes.data(), sets.data(), bytes.size());
   write_text(folder / "asked.bin", bytes);
   write_text(folder / "main.c", check_main);
-  REQUIRE(shell(compiler + " -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror -I " + folder / "c" + " -c " +
-                folder / "c" + "/c.c -o " + folder / "c.o") == 0);
+  compile(compiler + " -I " + folder / "c" + " -c " + folder / "c" + "/c.c -o " + folder / "c.o");
   REQUIRE(shell(std::string(DECID_C_COMPILER) + " -std=c99 -O1 -I " + folder / "c" + " " + folder / "main.c" + " " +
                 folder / "c.o" + " -lm -o " + folder / "main") == 0);
   REQUIRE(shell(folder / "main" + " " + folder / "asked.bin" + " " + folder / "answers.bin") == 0);
@@ -143,7 +142,6 @@ void check_answers(const std::string& options, const sim::Body& body, double ste
 }  // namespace
 
 TEST_CASE("an exported controller checks gains as the program does: each answer, on other bodies and steps too") {
-  const std::string c99 = std::string(DECID_C_COMPILER) + " -std=c99 -O2";
   check_answers("", sim::Body{}, 0.001, c99);
   const Folder folder;
   write_text(folder / "robot.json", R"({"body": {"mass_kg": 60, "com_height_m": 0.8, "inertia_kgm2": 42}})");
@@ -236,8 +234,8 @@ int main(void) {
   return 0;
 }
 )");
-  REQUIRE(shell(std::string(DECID_C_COMPILER) + " -std=c99 -O2 -I " + folder / "c" + " " + folder / "main.c" + " " +
-                folder / "c" + "/c.c -lm -o " + folder / "main") == 0);
+  REQUIRE(shell(c99 + "-I " + folder / "c" + " " + folder / "main.c" + " " + folder / "c" + "/c.c -lm -o " +
+                folder / "main") == 0);
   REQUIRE(shell("(" + folder / "main" + " >" + folder / "counts.txt" + ")") == 0);
   CHECK(read_text(folder / "counts.txt") ==
         "36 accepted, 0 fell; 24 refused, 0 stood; 1 of the accepted fell with a late passive torque; "

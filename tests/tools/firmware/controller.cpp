@@ -1,7 +1,6 @@
 // Exported controllers: the sway of whole trials, to the bit, beside the simulator's.
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "base/text.hpp"
 #include "sim/lanes.hpp"
@@ -72,8 +71,7 @@ void check_controller(const sim::Parameters& parameters, const std::string& prot
   run_ok("export controller --name controller --quiet --protocol " + protocol_name + options_of(model, parameters) +
          " -o " + folder / "c");
   const std::string c = folder / "c";
-  REQUIRE(shell(compiler + " -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror -I " + c + " -c " + c +
-                "/controller.c -o " + folder / "c.o") == 0);
+  compile(compiler + " -I " + c + " -c " + c + "/controller.c -o " + folder / "c.o");
   REQUIRE(shell(std::string(DECID_C_COMPILER) + " -std=c99 -ffp-contract=off -O1 -I " + c + " " +
                 DECID_SOURCE_DIR "/tests/tools/firmware/controller_harness.c " + folder / "c.o" + " -lm -o " +
                 folder / "harness") == 0);
@@ -84,7 +82,6 @@ void check_controller(const sim::Parameters& parameters, const std::string& prot
 }  // namespace
 
 TEST_CASE("an exported controller sways as the simulator's, to the bit") {
-  const std::string c99 = std::string(DECID_C_COMPILER) + " -std=c99 -O2";
   sim::Parameters p = sim::single_pendulum().parameters.middle();
   check_controller(p, "default", c99);
   p[sim::Delay] = 0.1;  // whole milliseconds
@@ -101,7 +98,6 @@ TEST_CASE("an exported controller sways as the simulator's, to the bit") {
 }
 
 TEST_CASE("exported controllers with gains, slow and torque feedback: the simulator's sway, to the bit") {
-  const std::string c99 = std::string(DECID_C_COMPILER) + " -std=c99 -O2";
   sim::Parameters p = sim::dec2015().parameters.middle();
   p[sim::Nv] = 0.0;
   check_controller(p, "default", c99, sim::dec2015());
@@ -123,7 +119,7 @@ TEST_CASE("an exported controller's tilt error is what its threshold hid, and 0 
   run_ok("export controller --controller dec2015 --name controller --quiet -o " + folder / "gains");
   // 2 degrees up at 5 degrees/s, back at 0.05.
   const std::string main = std::string("#include <math.h>\n#include <stddef.h>\n#include \"controller.h\"\n") + R"(
-static controller_state state, second;
+static controller_state state;
 static double sway, rate, tilt;
 static int play(double support, int steps) {
   double torque = 0.0;
@@ -138,25 +134,13 @@ static int play(double support, int steps) {
 }
 int main(void) {
   const double degree = 0.017453292519943295;
-  double expected, torque = 1.0, of_second = 2.0;
+  double expected;
   int i;
   if (controller_begin(&state, NULL) != CONTROLLER_OK || !play(5.0 * degree, 400) || !play(-0.05 * degree, 40000)) return 1;
   expected = TILT_GAIN * (2.0 * degree - 0.4 * controller_identified.theta);
   if (fabs(tilt) > 1e-9 || fabs(controller_tilt_error(&state) - expected) > 1e-9) return 2;
   if (SLOW) return 0; /* slow feedback balances the lean */
   if (!play(0.0, 10000) || fabs(sway + 1.5 * degree) > 0.1 * degree) return 3;
-  /* A second state with this tilt error has the torque after one delay; one without it has another. */
-  for (i = 0; i < 2; ++i) {
-    int step, same;
-    if (controller_begin(&second, NULL) != CONTROLLER_OK) return 7;
-    if (i == 0 && controller_set_tilt_error(&second, controller_tilt_error(&state)) != CONTROLLER_OK) return 8;
-    for (step = 0; step < 300; ++step) {
-      if (controller_step(&state, sway, rate, 0.0, 0.0, &torque) != CONTROLLER_OK) return 9;
-      if (controller_step(&second, sway, rate, 0.0, 0.0, &of_second) != CONTROLLER_OK) return 10;
-    }
-    same = fabs(torque - of_second) < 1e-9;
-    if (same != (i == 0)) return 11;
-  }
   for (i = 999; i >= 0; --i)
     if (controller_set_tilt_error(&state, 0.001 * i * expected) != CONTROLLER_OK || !play(0.0, 2)) return 4;
   if (!play(0.0, 10000)) return 5;
@@ -167,22 +151,9 @@ int main(void) {
   for (const auto& [c, define] : {std::array<std::string, 2>{"dec", " -DTILT_GAIN=1.0 -DSLOW=0"},
                                   {"gains", " -DTILT_GAIN=controller_identified.tilt_gain -DSLOW=1"}}) {
     CAPTURE(c);
-    REQUIRE(shell(std::string(DECID_C_COMPILER) + " -std=c99 -O2" + define + " -I " + folder / c + " " +
-                  folder / "main.c" + " " + folder / c + "/controller.c -lm -o " + folder / "main") == 0);
+    REQUIRE(shell(c99 + define + " -I " + folder / c + " " + folder / "main.c" + " " + folder / c +
+                  "/controller.c -lm -o " + folder / "main") == 0);
     CHECK(shell(folder / "main") == 0);
-  }
-}
-
-TEST_CASE("a controller is exported from identify's result") {
-  const Folder folder;
-  run_ok("simulate --quiet --seed 3 -o " + folder / "t.csv");
-  run_ok("identify --quiet -o " + folder / "r.json " + folder / "t.csv");
-  run_ok("export controller " + folder / "r.json" + " --quiet --name c -o " + folder / "c");
-  const auto json = test::read_json(folder / "r.json");
-  const std::string source = test::read_text(folder / "c/c.c");
-  for (const std::size_t i : {0U, 1U, 2U, 3U, 5U, 6U}) {
-    const double value = json["recordings"][0]["parameters"][i]["value"].get<double>();
-    CHECK(contains(source, format("%.17g", value)));
   }
 }
 

@@ -47,9 +47,7 @@ int main(void) {
 }
 )");
   const std::string example = DECID_SOURCE_DIR "/examples/firmware";
-  REQUIRE(shell(std::string(DECID_C_COMPILER) + " -std=c99 -O2 -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror" +
-                " -I " + example + " " + folder / "main.c" + " " + example + "/decimator.c -lm -o " +
-                folder / "main") == 0);
+  compile(c99 + "-I " + example + " " + folder / "main.c" + " " + example + "/decimator.c -lm -o " + folder / "main");
   CHECK(shell(folder / "main") == 0);
 }
 

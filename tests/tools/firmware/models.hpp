@@ -14,6 +14,9 @@
 
 namespace decid::test {
 
+inline const std::string warnings = " -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror ";
+inline const std::string c99 = std::string(DECID_C_COMPILER) + " -std=c99 -O2 ";
+
 inline const std::string firmware_model = DECID_SOURCE_DIR "/models/firmware.safetensors";
 
 /// A model with weights and scalings as they may come, not trained: bits do not care.
@@ -79,6 +82,12 @@ inline int shell(const std::string& command) {
   if (code != 0) MESSAGE(command << "\n" << read_text(folder / "out"));
   return code;
 }
+
+/// Compiles with all warnings as errors.
+inline void compile(const std::string& command) {
+  REQUIRE(shell(command + warnings) == 0);
+}
+
 inline bool have(const std::string& program) {
   return std::system(("command -v " + program + " >/dev/null 2>&1").c_str()) == 0;
 }

@@ -16,8 +16,6 @@ namespace {
 
 using namespace test;
 
-const std::string warnings = " -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror ";
-
 std::vector<std::string> compilers() {
   std::vector<std::string> all{DECID_C_COMPILER};
   for (const char* other : {"gcc", "clang-14"})
@@ -35,7 +33,7 @@ int quiet_code(const std::string& command) {
 int run_main(const Folder& folder, const std::string& name, const std::string& compiler, const std::string& main) {
   const std::string c = folder / "c";
   test::write_text(folder / "main.c", "#include <math.h>\n#include <stdio.h>\n#include \"" + name + ".h\"\n" + main);
-  REQUIRE(shell(compiler + warnings + "-I " + c + " -c " + c + "/" + name + ".c -o " + folder / "c.o") == 0);
+  compile(compiler + " -I " + c + " -c " + c + "/" + name + ".c -o " + folder / "c.o");
   REQUIRE(shell(std::string(DECID_C_COMPILER) + " -std=gnu99 -O1 -I " + c + " " + folder / "main.c" + " " +
                 folder / "c.o" + " -lm -o " + folder / "main") == 0);
   return quiet_code(folder / "main");
@@ -152,7 +150,7 @@ int main(void) {
   return (controller_begin(&state, &p) == CONTROLLER_OK) ? 0 : 8;
 }
 )";
-  CHECK(run_main(folder, "controller", std::string(DECID_C_COMPILER) + " -std=c99 -O2", main) == 0);
+  CHECK(run_main(folder, "controller", c99, main) == 0);
 }
 
 TEST_CASE("self-tests of exported C feed NaN: they fail where it passes for a number") {
@@ -183,7 +181,6 @@ TEST_CASE("self-tests of exported C feed NaN: they fail where it passes for a nu
 TEST_CASE("self-tests of exported C fail where the processor flushes subnormal numbers") {
 #if defined(__SSE2__)
   const Folder folder;
-  const std::string compiler = std::string(DECID_C_COMPILER) + " -std=c99 -O2";
   nn::Network<float> network(nn::Shape{2, 3, 3}, "conv 4 3x3; relu; fc 3");
   network.initialise(3);
   nn::write_network(network, folder / "n.safetensors");
@@ -201,7 +198,7 @@ TEST_CASE("self-tests of exported C fail where the processor flushes subnormal n
                              "  _mm_setcsr(mode | 0x0040U);\n  if (" + self_test + "ERROR_SELF_TEST) return 3;\n" +
                              "  _mm_setcsr(mode | 0x8040U);\n  if (" + self_test + "ERROR_SELF_TEST) return 4;\n" +
                              "  _mm_setcsr(mode);\n  return (" + self_test + "OK) ? 5 : 0;\n}\n";
-    CHECK(run_main(folder, name, compiler, main) == 0);
+    CHECK(run_main(folder, name, c99, main) == 0);
   }
 #endif
 }
@@ -226,7 +223,6 @@ TEST_CASE("exported C is refused by compilers whose double is not of 64 bits, or
 
 TEST_CASE("exported C whose outputs are not finite says so, and writes nothing") {
   const Folder folder;
-  const std::string compiler = std::string(DECID_C_COMPILER) + " -std=c99 -O2";
   run_ok("export c " + test::firmware_model + " --name model --familiarity --incremental --quiet -o " + folder / "c");
   const std::string of_model = R"(
 static model_arena arena;
@@ -245,7 +241,7 @@ int main(void) {
   return (isfinite(parameters[0]) && isfinite(distance)) ? 0 : 5;
 }
 )";
-  CHECK(run_main(folder, "model", compiler, of_model) == 0);
+  CHECK(run_main(folder, "model", c99, of_model) == 0);
 
   nn::Network<float> network(nn::Shape{2, 1, 1}, "fc 3");
   network.initialise(3);
@@ -262,7 +258,7 @@ int main(void) {
   return (alone_run(input, outputs, &arena) == ALONE_OK && outputs[2] == 0.0F) ? 0 : 3;
 }
 )";
-  CHECK(run_main(folder, "alone", compiler, of_network) == 0);
+  CHECK(run_main(folder, "alone", c99, of_network) == 0);
 
   const dataset::ImageSettings pixels{.channels = {dataset::Channel::sway}, .block = 600};
   const Model mixture = test::made_up_model(sim::short_protocol(), pixels, "fc 72", mixture_head(2));
@@ -280,8 +276,7 @@ int main(void) {
   return (parameters[0] == 7.0F && stddevs[0] == 7.0F) ? 0 : 3;
 }
 )";
-  CHECK(run_main(folder, "model", compiler + " -fsanitize=undefined -fsanitize-undefined-trap-on-error", of_mixture) ==
-        0);
+  CHECK(run_main(folder, "model", c99 + "-fsanitize=undefined -fsanitize-undefined-trap-on-error", of_mixture) == 0);
 }
 
 TEST_CASE("a step that interrupts an exported controller's begin is refused") {
@@ -309,8 +304,8 @@ int main(void) {
   return (refused > 0 && others == 0) ? 0 : 4;
 }
 )";
-  CHECK(run_main(folder, "controller", std::string(DECID_C_COMPILER) + " -std=c99 -O2",
-                 "#include <signal.h>\n#include <sys/time.h>\n#include <time.h>\n" + main) == 0);
+  CHECK(run_main(folder, "controller", c99, "#include <signal.h>\n#include <sys/time.h>\n#include <time.h>\n" + main) ==
+        0);
 }
 
 TEST_CASE("a NaN that arises within an exported network passes its pools, in any place") {
@@ -343,10 +338,9 @@ int main(void) {
   return 0;
 }
 )";
-    const std::string compiler = std::string(DECID_C_COMPILER) + " -std=c99 -O2";
     // Samples at the end that fill no window are left out.
     const int seen = (pixels - rows) / stride * stride + rows;
-    CHECK(run_main(folder, "model", compiler, "#define PIXELS " + std::to_string(pixels) + "\n" + main) ==
+    CHECK(run_main(folder, "model", c99, "#define PIXELS " + std::to_string(pixels) + "\n" + main) ==
           (seen == pixels ? 0 : 2 + seen));
   }
 }

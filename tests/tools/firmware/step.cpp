@@ -88,9 +88,7 @@ int main(int count, char** files) {
 }
 )");
   const std::string c = folder / "c";
-  REQUIRE(shell(std::string(DECID_C_COMPILER) +
-                " -std=c99 -O2 -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror -I " + c + " " + c +
-                "/controller.c " + folder / "main.c" + " -o " + folder / "main") == 0);
+  compile(c99 + "-I " + c + " " + c + "/controller.c " + folder / "main.c" + " -o " + folder / "main");
   REQUIRE(shell(folder / "main" + " " + folder / "in.bin" + " " + folder / "out.bin") == 0);
   const std::string bytes = test::read_text(folder / "out.bin");
   std::vector<double> torque(bytes.size() / sizeof(double));

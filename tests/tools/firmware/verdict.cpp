@@ -9,14 +9,13 @@ namespace {
 using namespace test;
 
 const std::string example = DECID_SOURCE_DIR "/examples/firmware";
-const std::string flags = " -std=c99 -O1 -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror -I ";
 
 /// Compiles the verdict with a main and other sources, and runs it with the arguments.
 void check_run(const Folder& folder, const std::string& main, const std::string& sources,
                const std::string& arguments = {}) {
   test::write_text(folder / "main.c", "#include <stdio.h>\n#include \"posture.h\"\n#include \"verdict.h\"\n" + main);
-  REQUIRE(shell(std::string(DECID_C_COMPILER) + flags + folder / "c" + " -I " + example + " " + folder / "main.c " +
-                example + "/verdict.c " + sources + " -o " + folder / "main") == 0);
+  compile(c99 + "-I " + folder / "c" + " -I " + example + " " + folder / "main.c " + example + "/verdict.c " + sources +
+          " -o " + folder / "main");
   CHECK(shell(folder / "main" + arguments) == 0);
 }
 

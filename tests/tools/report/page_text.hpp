@@ -1,6 +1,8 @@
 // Reads data and text from a page for tests.
 #pragma once
 
+#include <doctest/doctest.h>
+
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -17,6 +19,17 @@ inline std::string block_of(const std::string& page, const std::string& id = "re
   const std::string mark = "id=\"" + id + "\">";
   const std::size_t start = page.find(mark) + mark.size();
   return page.substr(start, page.find("</script", start) - start);
+}
+
+/// Checks that a page is one whole file that loads nothing.
+inline void check_whole(const std::string& page) {
+  CHECK(page.starts_with("<!doctype html>"));
+  CHECK(page.ends_with("</html>\n"));
+  for (const char* part : {"src=\"", "@import", "<link", "<img", "fetch(", "XMLHttpRequest", "{{title}}", "{{css}}",
+                           "{{lead}}", "{{data}}", "{{script_hash}}", "{{page_js}}"}) {
+    CAPTURE(part);
+    CHECK(page.find(part) == std::string::npos);
+  }
 }
 
 /// Returns the data of a page of recordings, each with the details that a browser reads when the user opens it.

@@ -7,6 +7,7 @@
 
 #include "sim/body_model.hpp"
 #include "tests/helpers.hpp"
+#include "tests/tools/report/page_text.hpp"
 
 namespace decid::tools {
 namespace {
@@ -52,12 +53,6 @@ std::vector<std::string> lines_with(const std::string& csv, const std::string& p
   return found;
 }
 
-std::ptrdiff_t count(const std::string& text, const std::string& part) {
-  std::ptrdiff_t found = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
-  return found;
-}
-
 }  // namespace
 
 TEST_CASE("figures of results: groups, sessions and responses, each with its numbers") {
@@ -72,9 +67,9 @@ TEST_CASE("figures of results: groups, sessions and responses, each with its num
   REQUIRE(kp.size() == 5);
   CHECK(kp[1] == "Kp,N m/rad,P1,2,patients,,P12.csv,700.0,,");
   CHECK(kp[3] == "Kp,N m/rad,\"K, 1\",1,controls,,\"K, 11.csv\",900.0,,");
-  CHECK(count(figures[0].svg, "<circle") == 5 * 7);
+  CHECK(test::count(figures[0].svg, "<circle") == 5 * 7);
   // Both groups' means: people count once, so the patients' is (650 + 800) / 2.
-  CHECK(count(figures[0].svg, "stroke=\"#1c2733\"") == 2 * 7);
+  CHECK(test::count(figures[0].svg, "stroke=\"#1c2733\"") == 2 * 7);
 
   const std::vector<std::string> change = lines_with(figures[1].csv, "Kp,");
   REQUIRE(change.size() == 5);
@@ -125,7 +120,7 @@ TEST_CASE("figures of results: a fixed parameter is no estimate") {
     CHECK(lines_with(figures[i].csv, "Kp,").empty());
     CHECK(lines_with(figures[i].csv, "delay,") == lines_with(own[i].csv, "delay,"));
   }
-  CHECK(count(figures[0].svg, "<circle") == 5 * 6);
+  CHECK(test::count(figures[0].svg, "<circle") == 5 * 6);
   report.fit->priors.parameters.clear();
   for (const std::string& name : report.protocol.parameters().names())
     report.fit->priors.parameters.push_back({.name = name, .fixed = 0.1});

@@ -25,7 +25,6 @@
 #include "tools/decid/results/results.hpp"
 #include "tools/firmware/c_text.hpp"
 #include "tools/firmware/controller.hpp"
-#include "tools/firmware/network_text.hpp"
 #include "tools/firmware/quantise.hpp"
 #include "tools/firmware/text.hpp"
 #include "tools/onnx/onnx.hpp"
@@ -102,6 +101,23 @@ TestVector test_vector(const Model& model, const ForBody& body, const FirmwarePl
   return test;
 }
 
+/// Prints what was written; more: the JSON's keys between the sizes and the hash; rest: the text behind the sizes.
+void print_written(const ExportOptions& options, const std::string& name, const FirmwarePlan& plan, const Json& more,
+                   const std::string& hash, const std::string& rest) {
+  if (options.common.json) {
+    Json json{{"files", {name + ".h", name + ".c"}},
+              {"weight_bytes", plan.weight_bytes()},
+              {"arena_bytes", plan.arena.bytes}};
+    json.update(more);
+    json["weights_sha256"] = hash;
+    std::cout << json.dump(2) << '\n';
+  } else if (!options.common.quiet) {
+    std::cout << format("%s.h and %s.c written to %s\n%lld bytes of weights, %lld of arena", name.c_str(), name.c_str(),
+                        options.output.c_str(), plan.weight_bytes(), plan.arena.bytes)
+              << rest << '\n';
+  }
+}
+
 /// Exports a network without protocol, image and head: from its input to its outputs.
 void export_alone(const ExportOptions& options, const nn::Network<float>& network, const std::string& name) {
   if (options.firmware.incremental || options.firmware.int8 || options.firmware.familiarity || options.body.mass_kg)
@@ -113,17 +129,7 @@ void export_alone(const ExportOptions& options, const nn::Network<float>& networ
                                     comment(fs::path(options.model).filename()).c_str(), hash.c_str());
   const FirmwarePlan plan = plan_network(network);
   write_files(options.output, name, Kind::model, network_files(network, plan, name, origin));
-  if (options.common.json) {
-    std::cout << Json{{"files", {name + ".h", name + ".c"}},
-                      {"weight_bytes", plan.weight_bytes()},
-                      {"arena_bytes", plan.arena.bytes},
-                      {"weights_sha256", hash}}
-                     .dump(2)
-              << '\n';
-  } else if (!options.common.quiet) {
-    std::cout << format("%s.h and %s.c written to %s\n%lld bytes of weights, %lld of arena\n", name.c_str(),
-                        name.c_str(), options.output.c_str(), plan.weight_bytes(), plan.arena.bytes);
-  }
+  print_written(options, name, plan, Json::object(), hash, "");
 }
 
 void export_model(const ExportOptions& options) {
@@ -145,25 +151,15 @@ void export_model(const ExportOptions& options) {
                  ? format(", for a body of %g kg and %g m", *options.body.mass_kg, *options.body.height_m).c_str()
                  : "");
   write_files(options.output, name, Kind::model, firmware_files(model, body, plan, test, name, origin));
-  if (options.common.json) {
-    std::cout << Json{{"files", {name + ".h", name + ".c"}},
-                      {"weight_bytes", plan.weight_bytes()},
-                      {"arena_bytes", plan.arena.bytes},
-                      {"whole_map_bytes", plan.whole_map_bytes()},
-                      {"familiarity_bytes", familiarity_bytes(model, plan)},
-                      {"body", body_json(body.protocol.experiment.body, body.assumed)},
-                      {"lines", plan.stream_rows ? "rows" : "columns"},
-                      {"weights_sha256", hash}}
-                     .dump(2)
-              << '\n';
-  } else if (!options.common.quiet) {
-    std::cout << format(
-        "%s.h and %s.c written to %s\n%lld bytes of weights, %lld of arena; all feature maps whole: %lld\n",
-        name.c_str(), name.c_str(), options.output.c_str(), plan.weight_bytes(), plan.arena.bytes,
-        plan.whole_map_bytes());
-    if (plan.options.familiarity)
-      std::cout << format("%lld bytes more for the feature distance of a trial\n", familiarity_bytes(model, plan));
-  }
+  std::string rest = format("; all feature maps whole: %lld", plan.whole_map_bytes());
+  if (plan.options.familiarity)
+    rest += format("\n%lld bytes more for the feature distance of a trial", familiarity_bytes(model, plan));
+  print_written(options, name, plan,
+                {{"whole_map_bytes", plan.whole_map_bytes()},
+                 {"familiarity_bytes", familiarity_bytes(model, plan)},
+                 {"body", body_json(body.protocol.experiment.body, body.assumed)},
+                 {"lines", plan.stream_rows ? "rows" : "columns"}},
+                hash, rest);
 }
 
 void add_export_c(const Command& parent) {

@@ -69,22 +69,24 @@ void print_layers(const std::string& name, const nn::Network<float>& network) {
   std::cout << format("  %-48s %-16s %10zu %12lld\n", "total", "", network.parameter_count(), network.flops());
 }
 
-/// Prints a network without protocol, image and head.
+/// Prints a network's figures and layers; more: keys of a model, or of a network without protocol, image and head.
+void print_json_of(const char* kind, const std::string& name, const nn::Network<float>& network, const Json& more) {
+  const nn::Shape in = network.input_shape();
+  Json json{{kind, name},
+            {"input", {in.channels, in.rows, in.columns}},
+            {"layers", layers_json(network)},
+            {"parameters", network.parameter_count()},
+            {"flops", network.flops()}};
+  json.update(more);
+  json["weights_sha256"] = nn::weights_sha256(network);
+  std::cout << json.dump(2) << '\n';
+}
+
 void info_alone(const InfoOptions& options, const NetworkAlone& file) {
-  const nn::Network<float>& network = file.network;
-  const std::string hash = nn::weights_sha256(network);
-  const nn::Shape& in = network.input_shape();
-  if (options.common.json) {
-    std::cout << Json{{"network", options.model},       {"input", {in.channels, in.rows, in.columns}},
-                      {"layers", layers_json(network)}, {"parameters", network.parameter_count()},
-                      {"flops", network.flops()},       {"skipped", file.skipped},
-                      {"weights_sha256", hash}}
-                     .dump(2)
-              << '\n';
-    return;
-  }
-  print_layers(options.model, network);
-  std::cout << "weights   SHA-256 " << hash << '\n';
+  if (options.common.json)
+    return print_json_of("network", options.model, file.network, Json::object({{"skipped", file.skipped}}));
+  print_layers(options.model, file.network);
+  std::cout << "weights   SHA-256 " << nn::weights_sha256(file.network) << '\n';
   for (const std::string& tensor : file.skipped) std::cout << "skipped   " << one_line(tensor) << '\n';
 }
 
@@ -127,32 +129,21 @@ void info(const InfoOptions& options) {
   if (options.controllers) return list_controllers(options.common.json);
   if (const std::optional<NetworkAlone> alone = network_alone(options.model)) return info_alone(options, *alone);
   const Model model = model_or_built_in(options.model);
-  const auto& network = model.network;
-  const std::string hash = nn::weights_sha256(network);
-  if (options.common.json) {
-    const nn::Shape& in = network.input_shape();
-    std::cout << Json{{"model", model_name(options.model)},
-                      {"input", {in.channels, in.rows, in.columns}},
-                      {"layers", layers_json(network)},
-                      {"parameters", network.parameter_count()},
-                      {"flops", network.flops()},
-                      {"protocol", sim::to_json_object(model.protocol)},
-                      {"image", dataset::to_json_object(model.image())},
-                      {"origin", to_json_object(model.origin)},
-                      {"head", model.head->name()},
-                      {"recalibrated", model.recalibration.known()},
-                      {"weights_sha256", hash}}
-                     .dump(2)
-              << '\n';
-    return;
-  }
+  if (options.common.json)
+    return print_json_of("model", model_name(options.model), model.network,
+                         {{"protocol", sim::to_json_object(model.protocol)},
+                          {"image", dataset::to_json_object(model.image())},
+                          {"origin", to_json_object(model.origin)},
+                          {"head", model.head->name()},
+                          {"recalibrated", model.recalibration.known()}});
   const char* const recalibrated = !model.gives_distribution()   ? ""
                                    : model.recalibration.known() ? ", recalibrated"
                                                                  : ", not recalibrated";
-  print_layers(model_name(options.model), network);
+  print_layers(model_name(options.model), model.network);
   std::cout << "protocol  " << compact(sim::to_json_object(model.protocol)) << "\nimage     "
             << compact(dataset::to_json_object(model.image())) << "\norigin    " << to_json(model.origin)
-            << "\nhead      " << model.head->name() << recalibrated << "\nweights   SHA-256 " << hash << '\n';
+            << "\nhead      " << model.head->name() << recalibrated << "\nweights   SHA-256 "
+            << nn::weights_sha256(model.network) << '\n';
 }
 
 }  // namespace

@@ -11,7 +11,6 @@
 #include "base/files/json_object.hpp"
 #include "base/math/statistics.hpp"
 #include "base/text.hpp"
-#include "tools/report/figures/svg.hpp"
 #include "tools/report/json/frf.hpp"
 
 namespace decid::tools {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "identify/result.hpp"
-#include "tools/report/figures/figure.hpp"
+#include "tools/report/figures/svg.hpp"
 
 namespace decid::tools {
 

@@ -8,8 +8,6 @@
 #include "base/text.hpp"
 #include "dataset/image/channel.hpp"
 #include "dataset/image/image.hpp"
-#include "tools/report/figures/study_worth.hpp"
-#include "tools/report/figures/svg.hpp"
 
 namespace decid::tools {
 namespace {

@@ -1,12 +1,10 @@
-// Figures of the accuracy of an estimate: see study_worth.hpp.
-#include "tools/report/figures/study_worth.hpp"
-
+// Figures of the accuracy of an estimate: see study_figures.hpp.
 #include <algorithm>
 #include <limits>
 
 #include "base/math/statistics.hpp"
 #include "base/text.hpp"
-#include "tools/report/figures/svg.hpp"
+#include "tools/report/figures/study_figures.hpp"
 
 namespace decid::tools {
 namespace {

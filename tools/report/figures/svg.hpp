@@ -11,6 +11,13 @@
 
 namespace decid::tools {
 
+/// A figure as a drawing and as a table of its numbers.
+struct Figure {
+  std::string id;  ///< its files are id.svg and id.csv
+  std::string title, caption;
+  std::string svg, csv;
+};
+
 enum class Anchor { start, middle, end };
 
 class Sheet {

@@ -112,11 +112,6 @@ TEST_CASE("calibrate: tables of faults and of conditions, resumed row by row" * 
   cut["conditions"][0]["size"] = 99;
   write_text(folder / "f.json", cut.dump());
   check_refused(faults + " --resume", "f.json: ");
-  cut["conditions"] = nlohmann::ordered_json::object();
-  write_text(folder / "f.json", cut.dump());
-  check_refused(faults + " --resume", "f.json: ");
-  write_text(folder / "f.json", "[]");
-  check_refused(faults + " --resume", "f.json: ");
   const auto table = run_ok("calibrate --conditions " + folder / "p.json" + " --trials 1 --max-draws 8 --quiet");
   CHECK(std::count(table.out.begin(), table.out.end(), '\n') == 4);  // two lines of the header, none, offset_deg
   CHECK(contains(table.out, "| offset_deg |"));

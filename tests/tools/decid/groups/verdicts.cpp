@@ -43,10 +43,6 @@ TEST_CASE("group_verdicts: the parameters whose deciding interval leaves out 0, 
        {"Kp: controls higher, 90 N m/rad [20, 160]", "delay: patients longer, 21 ms [5, 37]",
         "no difference shown in: Kd, Kp_pass, Kd_pass, theta", "no interval of: Nv (too few people)"})
     CHECK(contains(found.sentences[0], fact));
-  comparison.pairs[0].participants = {8, 8};
-  CHECK(contains(decid::tools::group_verdicts(report).sentences[0],
-                 "no interval of: Nv (identical values of all people)"));
-  CHECK(contains(found.intervals, "adjusted"));
   CHECK(decid::tools::group_verdicts({}).sentences.empty());
 }
 
@@ -66,7 +62,6 @@ TEST_CASE(
   CHECK(contains(found.sentences[0], "group 0 and group 1: Kp: group 1 higher"));
   REQUIRE(found.notes.size() == 1);
   CHECK(contains(found.notes[0], "each recording counts as a person"));
-  CHECK(contains(found.notes[0], "Tester, age"));
   CHECK(contains(verdicts_text(report), found.notes[0] + "\n  group 0 and group 1"));
 
   report = {};
@@ -98,7 +93,7 @@ TEST_CASE(
   found = decid::tools::group_verdicts(report);
   REQUIRE(found.sentences.size() == 3);
   CHECK(found.sentences[0].starts_with("session 1 and session 2: "));
-  CHECK(found.sentences[2].starts_with("session 2 and session 10: "));
+  CHECK(found.sentences[2].starts_with("session 2 and session 10: "));  // by their numbers
   CHECK(found.notes.empty());
 }
 
@@ -121,9 +116,7 @@ TEST_CASE("verdicts: notes on conditions that differ between groups, on sessions
   for (const char* person : {"c", "d"}) add_one("controls", person, "", "EO");
   std::vector<std::string> found = notes();
   REQUIRE(found.size() == 1);
-  for (const char* fact : {"different conditions (recordings of controls: 2 of EO; patients: 2 of EC, 2 of EO)",
-                           "give the table as ", "within condition), or leave recordings out"})
-    CHECK(contains(found[0], fact));
+  CHECK(contains(found[0], "different conditions (recordings of controls: 2 of EO; patients: 2 of EC, 2 of EO)"));
   CHECK(decid::tools::groups_json(report)["group_comparison"]["notes"] == Json(found));
   CHECK(decid::tools::page_groups(report)["verdicts"]["notes"] == Json(found));
   report.sheet.emplace();
@@ -134,8 +127,6 @@ TEST_CASE("verdicts: notes on conditions that differ between groups, on sessions
   for (int i = 0; i < 6; ++i) add_one("controls", "c", "", "EC");
   found = notes();
   REQUIRE(found.size() == 1);
-  CHECK(contains(found[0], "compare these too ("));
-  CHECK_FALSE(contains(found[0], "give the table as"));
   for (decid::GroupMember& member : table.members) {
     member.session = "1";  // is compared
     if (member.group == "controls") member.sheet_session = "2";
@@ -158,7 +149,6 @@ TEST_CASE("verdicts: notes on conditions that differ between groups, on sessions
   found = notes();
   REQUIRE(found.size() == 1);
   CHECK(contains(found[0], "Most sessions have one person alone (a1, a2, b1, b2)"));
-  CHECK(contains(found[0], "number each person's visits (1, 2)"));
   // A session without a recording that can be used has a note of its own.
   const auto add_unusable = [&](const std::string& person, const std::string& session) {
     add_one("all", person, session, "");
@@ -168,7 +158,6 @@ TEST_CASE("verdicts: notes on conditions that differ between groups, on sessions
   add_unusable("c", "c1");
   found = notes();
   REQUIRE(found.size() == 2);
-  CHECK(contains(found[0], "Most sessions have one person alone (a1, a2, b1, b2)"));
   CHECK(contains(found[1], "No recording of group 'c1' can be used"));
   table.members.pop_back();
   report.recordings.pop_back();
