@@ -110,25 +110,19 @@ void warn_of_contradictions(RecordingPlan& plan) {
     visits[{participant, session}].push_back(i);
     of_column[{participant, session, text_key(option_of(planned, "column"))}].push_back(i);
   }
-  const auto warnings_of = [&](std::size_t i) -> Warnings& { return plan.recordings[i].warnings; };
   const AllStated bodies = stated_by(plan, body_of), markers = stated_by(plan, marker_of);
   const std::map<std::size_t, std::size_t> other_body = contradicting(visits, bodies);
-  for (const auto& [i, other] : other_body) {
-    Warnings& warnings = warnings_of(i);
-    add_caution(warnings, "two_bodies", sentence(plan, bodies, i, other, "bodies"));
-  }
-  for (const auto& [i, other] : contradicting(of_column, markers)) {
-    Warnings& warnings = warnings_of(i);
-    if (!other_body.contains(i)) add_caution(warnings, "two_bodies", sentence(plan, markers, i, other, "bodies"));
-  }
+  for (const auto& [i, other] : other_body)
+    add_caution(plan.recordings[i].warnings, "two_bodies", sentence(plan, bodies, i, other, "bodies"));
+  for (const auto& [i, other] : contradicting(of_column, markers))
+    if (!other_body.contains(i))
+      add_caution(plan.recordings[i].warnings, "two_bodies", sentence(plan, markers, i, other, "bodies"));
   const std::vector<std::string>& columns = plan.sheet->columns;
   const auto age = std::ranges::find_if(columns, names_ages);
   if (age == columns.end()) return;
   const AllStated ages = ages_of(plan, static_cast<std::size_t>(age - columns.begin()));
-  for (const auto& [i, other] : contradicting(visits, ages)) {
-    Warnings& warnings = warnings_of(i);
-    add_caution(warnings, "two_ages", sentence(plan, ages, i, other, "ages"));
-  }
+  for (const auto& [i, other] : contradicting(visits, ages))
+    add_caution(plan.recordings[i].warnings, "two_ages", sentence(plan, ages, i, other, "ages"));
 }
 
 }  // namespace decid
