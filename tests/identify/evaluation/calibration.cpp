@@ -142,7 +142,7 @@ TEST_CASE("calibrate: chains of any of a person's recordings that do not agree c
   std::vector<posterior::Posterior> found(3, drawn);
   Spoiler spoiler{7.0, 2.0};
   found[1].archive(spoiler);
-  const CalibratedTrial one = calibrate(some_parameters(), found.front(), protocol.ranges()),
+  const CalibratedTrial one = calibrate(some_parameters(), std::span(found).first(1), protocol.ranges()),
                         all = calibrate(some_parameters(), found, protocol.ranges());
   CHECK(one.rhat < 7.0);
   CHECK(one.effective_draws > 2.0);
