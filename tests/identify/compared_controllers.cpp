@@ -93,16 +93,20 @@ TEST_CASE("controllers: where a third one is best, the standard error of two oth
   CHECK(sums->controllers[1].best_in == 0);
 }
 
-TEST_CASE("controllers: recordings that are not usable count and are numbered; other controllers are left out") {
+TEST_CASE("controllers: recordings that are not usable or not comparable count and are numbered; others are left out") {
   Report report;
-  add(report, best(-10.0), {{"ic", worse(-11.0, -1.0, 1.0)}});
-  add_invalid(add(report, best(-20.0), {{"ic", worse(-22.0, -2.0, 1.0)}}).warnings, "at_edge", "at the edge");
+  add(report, best(-10.0), {{"ic", worse(-11.0, -1.0, 1.0)}}).fit->others[0].comparable = false;
+  RecordingResult& odd = add(report, best(-20.0), {{"ic", worse(-22.0, -2.0, 1.0)}});
+  add_invalid(odd.warnings, "at_edge", "at the edge");
+  odd.fit->comparable = false;
+  add(report, best(-5.0), {{"ic", worse(-7.0, -2.0, 1.0)}});
   add(report, best(-30.0), {{"dec2015", worse(-33.0, -3.0, 1.0)}});
   const std::optional<ControllerSums> sums = sum_controllers(report);
   REQUIRE(sums);
-  CHECK(sums->recordings == 2);
+  CHECK(sums->recordings == 3);
   CHECK(sums->not_usable == 1);
-  CHECK(sums->controllers[1].difference == -3.0);
+  CHECK(sums->not_comparable == 2);
+  CHECK(sums->controllers[1].difference == -5.0);
   CHECK_FALSE(sum_controllers({}));
 }
 
@@ -151,15 +155,4 @@ TEST_CASE("controllers: the best comparable one of those that predict far better
   CHECK(warned({own, other}, {true, true}));
   std::ranges::fill(other.shapes, 0.9);
   CHECK_FALSE(warned({own, other}, {true, true}));
-}
-
-TEST_CASE("controllers: recordings with a fit that is not comparable are numbered") {
-  Report report;
-  add(report, best(-10.0), {{"ic", worse(-11.0, -1.0, 1.0)}}).fit->others[0].comparable = false;
-  add(report, best(-20.0), {{"ic", worse(-22.0, -2.0, 1.0)}}).fit->comparable = false;
-  add(report, best(-30.0), {{"ic", worse(-33.0, -3.0, 1.0)}});
-  const std::optional<ControllerSums> sums = sum_controllers(report);
-  REQUIRE(sums);
-  CHECK(sums->recordings == 3);
-  CHECK(sums->not_comparable == 2);
 }

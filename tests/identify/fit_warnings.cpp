@@ -8,40 +8,10 @@
 
 #include "tests/helpers.hpp"
 #include "tests/posterior/sampling/quick.hpp"
+#include "tests/posterior/sampling/set_posterior.hpp"
 #include "tests/posterior/trial.hpp"
 
 namespace decid {
-namespace {
-
-/// Replaces the R-hats of a posterior, the first of its lists of numbers.
-struct RhatSetter {
-  const std::vector<double>& rhat;
-  bool done = false;
-  template <class... Fields>
-  void operator()(Fields&... fields) {
-    (set(fields), ...);
-  }
-  template <class Field>
-  void set(Field&) {}
-  void set(std::vector<double>& field) {
-    if (!done) field = rhat;
-    done = true;
-  }
-};
-
-/// Replaces the states of a posterior.
-struct StateSetter {
-  const posterior::State& state;
-  template <class... Fields>
-  void operator()(Fields&... fields) {
-    (set(fields), ...);
-  }
-  template <class Field>
-  void set(Field&) {}
-  void set(std::vector<posterior::State>& states) { std::ranges::fill(states, state); }
-};
-
-}  // namespace
 
 TEST_CASE("warnings of a posterior: quantities at the end of their priors, and chains by their R-hats") {
   const sim::Protocol protocol = test::sines_protocol();
@@ -72,8 +42,7 @@ TEST_CASE("warnings of a posterior: quantities at the end of their priors, and c
     std::vector<double> rhat(found.rhat().size(), 1.0);
     rhat[sim::Kd] = of_parameter;
     rhat.back() = of_gain;
-    RhatSetter set{rhat};
-    found.archive(set);
+    test::set_posterior(found, {found.states().begin(), found.states().end()}, rhat, found.effective_draws());
     return warning_of({"chains_disagree", "few_draws"}, from_network);  // 20 draws a chain are too few for agreement
   };
   const Warning rough = of_chains(1.5, 1.0, false), with_gain = of_chains(1.1, 4.0, false),
@@ -93,8 +62,7 @@ TEST_CASE("warnings of a posterior: quantities at the end of their priors, and c
   const auto of_edges = [&](const auto& change, bool from_network) {
     posterior::State state = density.state(middle, 0);
     change(state);
-    StateSetter set{state};
-    found.archive(set);
+    test::set_posterior(found, std::vector(found.states().size(), state), found.rhat(), found.effective_draws());
     return warning_of({"at_edge"}, from_network);
   };
   const auto starts_late = [](posterior::State& state) { state.start_s = 0.0999; };

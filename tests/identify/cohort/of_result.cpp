@@ -13,6 +13,7 @@
 #include "sim/body_model.hpp"
 #include "tests/helpers.hpp"
 #include "tests/near.hpp"
+#include "tests/posterior/sampling/set_posterior.hpp"
 
 using Without = std::vector<decid::cohort::WithoutEvidence>;
 using decid::GroupTable;
@@ -39,27 +40,15 @@ RecordingResult read_by_network(const Report& report, double at) {
   return made;
 }
 
-/// Sets the draws of a posterior.
-struct Filler {
-  std::vector<decid::posterior::State> states;
-  template <class... Fields>
-  void operator()(Fields&... fields) {
-    (set(fields), ...);
-  }
-  template <class Field>
-  void set(Field&) {}
-  void set(std::vector<decid::posterior::State>& field) { field = states; }
-};
-
 RecordingResult fitted(const Report& report, double at, std::size_t draws = 64) {
   const decid::sim::ParameterTable ranges = report.ranges();
   const decid::Random random(2, decid::Stream::user, 0);
-  Filler filler;
+  std::vector<decid::posterior::State> states;
   for (std::size_t i = 0; i < draws; ++i) {
     std::vector<double> fractions;
     for (std::size_t p = 0; p < ranges.size(); ++p)
       fractions.push_back(decid::normal_distribution(at + 0.3 * random.normal(i * ranges.size() + p)));
-    decid::sim::Parameters& values = filler.states.emplace_back().parameters;
+    decid::sim::Parameters& values = states.emplace_back().parameters;
     values = ranges.from_unit(fractions);
     if (!report.fit) continue;
     for (const decid::posterior::ParameterPrior& prior : report.fit->priors.parameters)
@@ -67,7 +56,7 @@ RecordingResult fitted(const Report& report, double at, std::size_t draws = 64) 
         if (prior.fixed && prior.name == ranges[p].name) values[p] = *prior.fixed;
   }
   RecordingResult made = read_by_network(report, 0.0);
-  made.fit.emplace().posterior.archive(filler);
+  set_posterior(made.fit.emplace().posterior, states, {}, {});
   return made;
 }
 
