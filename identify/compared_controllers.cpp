@@ -92,10 +92,10 @@ std::optional<Warning> better_controller_warning(std::span<const LeaveOneOut> le
     largest = lead;
   }
   if (best == 0) return std::nullopt;
-  return Warning{
-      Severity::caution, "other_controller",
+  const std::string text =
       format("controller %s predicts this recording better than %s, by %.0f +- %.0f nats: use its parameters",
-             names.at(best).c_str(), names.front().c_str(), largest.nats, largest.standard_error)};
+             names.at(best).c_str(), names.front().c_str(), largest.nats, largest.standard_error);
+  return Warning{Severity::caution, "other_controller", text};
 }
 
 void compare_controllers(std::span<const LeaveOneOut> left_out, const std::string& own, FitFigures& figures,

@@ -27,7 +27,7 @@ TEST_CASE("warnings of a posterior: quantities at the end of their priors, and c
     return chosen.front();
   };
 
-  // Of the quantities that are inferred, at either end: each draw is in the lower or in the upper half.
+  // At either end of the quantities that are inferred: each draw is in the lower or in the upper half.
   std::vector<int> all(sim::Delay + 1);
   std::iota(all.begin(), all.end(), 0);
   all.push_back(posterior::Density::sensor_noise);

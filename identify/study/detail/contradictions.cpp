@@ -1,17 +1,11 @@
-// Contradictions of a sheet, and copies among its recordings: see contradictions.hpp.
+// Contradictions of a sheet: see contradictions.hpp.
 #include "identify/study/detail/contradictions.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <map>
-#include <tuple>
 #include <utility>
 
-#include "base/error.hpp"
-#include "base/files/file.hpp"
-#include "base/files/sha256.hpp"
-#include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "identify/study/detail/text_key.hpp"
 
@@ -89,42 +83,6 @@ std::string sentence(const RecordingPlan& plan, const AllStated& stated, std::si
          stated[other]->text + " for " + plan.recordings[other].source.name();
 }
 
-namespace fs = std::filesystem;
-
-/// Returns the files that have the size of another one, or are given twice, with their size.
-std::vector<std::pair<fs::path, std::size_t>> files_of_equal_size(const RecordingPlan& plan) {
-  std::map<std::uintmax_t, std::map<fs::path, std::size_t>> by_size;  // the number of each file's recordings
-  for (const PlannedRecording& planned : plan.recordings) {
-    std::error_code failed;
-    if (planned.error || !fs::is_regular_file(planned.source.file, failed)) continue;
-    if (const std::uintmax_t bytes = fs::file_size(planned.source.file, failed); !failed)
-      ++by_size[bytes][planned.source.file];
-  }
-  std::vector<std::pair<fs::path, std::size_t>> files;
-  for (const auto& [bytes, some] : by_size)
-    if (some.size() > 1 || some.begin()->second > 1) files.insert(files.end(), some.begin(), some.end());
-  return files;
-}
-
-/// Returns the hash of each file that has the size of another one, or is given twice. A file that cannot be read has
-/// none: reading the recording gives its error.
-std::map<fs::path, std::string> hash_files(const RecordingPlan& plan) {
-  const std::vector<std::pair<fs::path, std::size_t>> files = files_of_equal_size(plan);
-  std::vector<std::string> hashes(files.size());
-  parallel_for(static_cast<int>(files.size()), [&](int place) {
-    const auto i = static_cast<std::size_t>(place);
-    try {
-      hashes[i] = sha256(read_file(files[i].first));
-    } catch (const Error&) {
-      hashes[i].clear();
-    }
-  });
-  std::map<fs::path, std::string> all;
-  for (std::size_t i = 0; i < files.size(); ++i)
-    if (!hashes[i].empty()) all.emplace(files[i].first, hashes[i]);
-  return all;
-}
-
 }  // namespace
 
 void refuse_two_groups(const StudySheet& sheet) {
@@ -152,39 +110,25 @@ void warn_of_contradictions(RecordingPlan& plan) {
     visits[{participant, session}].push_back(i);
     of_column[{participant, session, text_key(option_of(planned, "column"))}].push_back(i);
   }
+  const auto warnings_of = [&](std::size_t i) -> Warnings& { return plan.recordings[i].warnings; };
   const AllStated bodies = stated_by(plan, body_of), markers = stated_by(plan, marker_of);
   const std::map<std::size_t, std::size_t> other_body = contradicting(visits, bodies);
-  for (const auto& [i, other] : other_body)
-    add_caution(plan.recordings[i].warnings, "two_bodies", sentence(plan, bodies, i, other, "bodies"));
-  for (const auto& [i, other] : contradicting(of_column, markers))
-    if (!other_body.contains(i))
-      add_caution(plan.recordings[i].warnings, "two_bodies", sentence(plan, markers, i, other, "bodies"));
+  for (const auto& [i, other] : other_body) {
+    Warnings& warnings = warnings_of(i);
+    add_caution(warnings, "two_bodies", sentence(plan, bodies, i, other, "bodies"));
+  }
+  for (const auto& [i, other] : contradicting(of_column, markers)) {
+    Warnings& warnings = warnings_of(i);
+    if (!other_body.contains(i)) add_caution(warnings, "two_bodies", sentence(plan, markers, i, other, "bodies"));
+  }
   const std::vector<std::string>& columns = plan.sheet->columns;
   const auto age = std::ranges::find_if(columns, names_ages);
   if (age == columns.end()) return;
   const AllStated ages = ages_of(plan, static_cast<std::size_t>(age - columns.begin()));
-  for (const auto& [i, other] : contradicting(visits, ages))
-    add_caution(plan.recordings[i].warnings, "two_ages", sentence(plan, ages, i, other, "ages"));
-}
-
-void warn_of_copies(RecordingPlan& plan) {
-  const std::map<fs::path, std::string> hashes = hash_files(plan);
-  using Options = std::vector<std::pair<std::string, std::string>>;
-  std::map<std::tuple<std::string, std::string, std::string, Options>, std::vector<std::size_t>> same;
-  for (std::size_t i = 0; i < plan.recordings.size(); ++i) {
-    const PlannedRecording& planned = plan.recordings[i];
-    const auto hash = hashes.find(planned.source.file);
-    if (planned.error || hash == hashes.end()) continue;
-    same[{hash->second, planned.source.trial, plan.settings[planned.setting].protocol, planned.options}].push_back(i);
+  for (const auto& [i, other] : contradicting(visits, ages)) {
+    Warnings& warnings = warnings_of(i);
+    add_caution(warnings, "two_ages", sentence(plan, ages, i, other, "ages"));
   }
-  for (const auto& [content, copies] : same)
-    for (std::size_t k = 0; copies.size() > 1 && k < copies.size(); ++k) {
-      const std::string other = plan.recordings[copies[k == 0 ? 1 : 0]].source.name();
-      Warnings& warnings = plan.recordings[copies[k]].warnings;
-      add_caution(warnings, "same_content",
-                  "holds the same bytes as " + other +
-                      ": a copy is neither another person nor another trial; leave one of them out");
-    }
 }
 
 }  // namespace decid
