@@ -17,14 +17,15 @@ using posterior::LeaveOneOut;
 constexpr double comparable_rhat = 1.2;
 constexpr double leading_sd = 4.0, leading_nats = 4.0;
 
-/// Returns how much better `other` predicts the blocks than `own`; place: 0.
-BetterController lead_of(const std::vector<double>& other, const std::vector<double>& own) {
-  const std::vector<ComparedModel> both = posterior::compare_models(std::vector{own, other});
-  return {0, -both.front().difference, both.front().standard_error};
-}
+/// How much better a controller predicts a recording than the first one: the sum over the blocks.
+struct Lead {
+  double nats, standard_error;
+  bool is_far() const { return nats > leading_nats && nats > leading_sd * standard_error; }
+};
 
-bool leads_far(const BetterController& lead) {
-  return lead.nats > leading_nats && lead.nats > leading_sd * lead.standard_error;
+Lead lead_of(const std::vector<double>& other, const std::vector<double>& own) {
+  const std::vector<ComparedModel> both = posterior::compare_models(std::vector{own, other});
+  return {-both.front().difference, both.front().standard_error};
 }
 
 /// Returns whether `other` predicts far better by the blocks that few draws dominate in neither fit.
@@ -35,7 +36,7 @@ bool is_reliably_better(const LeaveOneOut& other, const LeaveOneOut& own) {
     of_own.push_back(own.pointwise[i]);
     of_other.push_back(other.pointwise[i]);
   }
-  return of_own.size() >= 2 && leads_far(lead_of(of_other, of_own));
+  return of_own.size() >= 2 && lead_of(of_other, of_own).is_far();
 }
 
 /// The controllers of one recording, the one that answers first.
@@ -76,30 +77,46 @@ bool chains_allow_comparison(double max_rhat, const Warnings& warnings) {
   return max_rhat <= comparable_rhat && !has_code(warnings, "chains_disagree") && !has_code(warnings, "divergences");
 }
 
-std::optional<BetterController> find_better_controller(std::span<const LeaveOneOut> left_out,
-                                                       const std::vector<bool>& comparable) {
-  std::optional<BetterController> best;
-  if (left_out.empty() || !comparable.at(0)) return best;
-  const LeaveOneOut& own = left_out.front();
-  for (std::size_t k = 1; k < left_out.size(); ++k) {
-    if (!comparable.at(k)) continue;
-    BetterController lead = lead_of(left_out[k].pointwise, own.pointwise);
-    lead.place = k;
-    if (leads_far(lead) && is_reliably_better(left_out[k], own) && (!best || lead.nats > best->nats)) best = lead;
-  }
-  return best;
-}
-
 std::optional<Warning> better_controller_warning(std::span<const LeaveOneOut> left_out,
                                                  const std::vector<bool>& comparable,
                                                  const std::vector<std::string>& names) {
-  const std::optional<BetterController> best = find_better_controller(left_out, comparable);
-  if (!best) return std::nullopt;
-  Warnings found;
-  add_caution(found, "other_controller",
-              format("controller %s predicts this recording better than %s, by %.0f +- %.0f nats: use its parameters",
-                     names.at(best->place).c_str(), names.front().c_str(), best->nats, best->standard_error));
-  return found.front();
+  if (left_out.empty() || !comparable.at(0)) return std::nullopt;
+  const LeaveOneOut& own = left_out.front();
+  std::size_t best = 0;  // none
+  Lead largest{0.0, 0.0};
+  for (std::size_t k = 1; k < left_out.size(); ++k) {
+    if (!comparable.at(k)) continue;
+    const Lead lead = lead_of(left_out[k].pointwise, own.pointwise);
+    if (!lead.is_far() || !is_reliably_better(left_out[k], own) || lead.nats <= largest.nats) continue;
+    best = k;
+    largest = lead;
+  }
+  if (best == 0) return std::nullopt;
+  const std::string text =
+      format("controller %s predicts this recording better than %s, by %.0f +- %.0f nats: use its parameters",
+             names.at(best).c_str(), names.front().c_str(), largest.nats, largest.standard_error);
+  return Warning{Severity::caution, "other_controller", text};
+}
+
+void compare_controllers(std::span<const LeaveOneOut> left_out, const std::string& own, FitFigures& figures,
+                         Warnings& warnings) {
+  std::vector<std::vector<double>> pointwise;
+  for (const LeaveOneOut& one : left_out) pointwise.push_back(one.pointwise);
+  const std::vector<ComparedModel> places = posterior::compare_models(pointwise);
+  figures.compared = places.front();
+  figures.comparable = chains_allow_comparison(figures.posterior.max_rhat(), warnings);
+  std::vector<bool> comparable{figures.comparable};
+  std::vector<std::string> names{own};
+  for (std::size_t i = 0; i < figures.others.size(); ++i) {
+    ControllerFit& other = figures.others[i];
+    other.compared = places[i + 1];
+    other.comparable = chains_allow_comparison(other.posterior.max_rhat(), other.warnings) &&
+                       worst_trust(other.warnings) != Trust::not_usable;
+    comparable.push_back(other.comparable);
+    names.push_back(other.controller);
+  }
+  if (const std::optional<Warning> better = better_controller_warning(left_out, comparable, names))
+    warnings = most_severe_first({{*better}, warnings});
 }
 
 std::optional<ControllerSums> sum_controllers(const Report& report) {

@@ -13,31 +13,26 @@
 #include "posterior/sampling/leave_one_out.hpp"
 
 namespace decid {
+struct FitFigures;
 struct Report;
 
 /// Returns true if the chains of a fit agree well enough to compare its predictions: the largest R-hat of a parameter
 /// is at most 1.2, and no warning says `chains_disagree` or `divergences`.
 bool chains_allow_comparison(double max_rhat, const Warnings& warnings);
 
-/// A controller that predicts a recording better than the first one.
-struct BetterController {
-  std::size_t place = 0;        ///< among the controllers
-  double nats = 0.0;            ///< sum of the differences between the log predictive densities of the blocks
-  double standard_error = 0.0;  ///< of the sum
-};
-
-/// Returns the best of the controllers that predict far better than the first: by more than 4 nats and 4 standard
-/// errors, over all blocks, and also over the blocks that are reliable in both fits (LeaveOneOut::max_reliable_shape).
-/// Empty if there is none, and if the first is not comparable. left_out: of each controller, of the same blocks;
-/// comparable: of each; other fits are ignored.
-std::optional<BetterController> find_better_controller(std::span<const posterior::LeaveOneOut> left_out,
-                                                       const std::vector<bool>& comparable);
-
-/// Returns the caution `other_controller` that names the controller of find_better_controller(); empty if there is
-/// none. names: of the controllers, the one that answers first.
+/// Returns the caution `other_controller` that names the best of the controllers that predict far better than the
+/// first: by more than 4 nats and 4 standard errors, over all blocks, and also over the blocks that are reliable in
+/// both fits (LeaveOneOut::max_reliable_shape). Empty if there is none, and if the first is not comparable. left_out:
+/// of each controller, of the same blocks; comparable: of each; other fits are ignored; names: the one that answers
+/// first.
 std::optional<Warning> better_controller_warning(std::span<const posterior::LeaveOneOut> left_out,
                                                  const std::vector<bool>& comparable,
                                                  const std::vector<std::string>& names);
+
+/// Compares the controllers of a recording, whose fits are in `figures`: the protocol's, `own`, and its others. Adds
+/// better_controller_warning() to the warnings. left_out: of each of them, the protocol's first.
+void compare_controllers(std::span<const posterior::LeaveOneOut> left_out, const std::string& own, FitFigures& figures,
+                         Warnings& warnings);
 
 /// One controller among those of a call.
 struct SummedController {

@@ -73,29 +73,6 @@ bool is_incomplete(const Posterior& drawn, bool cut, const posterior::Settings& 
   return cut && drawn.draws_per_chain() < settings.max_draws;
 }
 
-/// Compares the controllers of a recording; warns if another one than the protocol's predicts it far better and both
-/// fits are comparable.
-void compare(std::span<const posterior::LeaveOneOut> left_out, const std::string& own, FitFigures& figures,
-             Warnings& warnings) {
-  std::vector<std::vector<double>> pointwise;
-  for (const posterior::LeaveOneOut& one : left_out) pointwise.push_back(one.pointwise);
-  const std::vector<posterior::ComparedModel> places = posterior::compare_models(pointwise);
-  figures.compared = places.front();
-  figures.comparable = chains_allow_comparison(figures.posterior.max_rhat(), warnings);
-  std::vector<bool> comparable{figures.comparable};
-  std::vector<std::string> names{own};
-  for (std::size_t i = 0; i < figures.others.size(); ++i) {
-    ControllerFit& other = figures.others[i];
-    other.compared = places[i + 1];
-    other.comparable = chains_allow_comparison(other.posterior.max_rhat(), other.warnings) &&
-                       worst_trust(other.warnings) != Trust::not_usable;
-    comparable.push_back(other.comparable);
-    names.push_back(other.controller);
-  }
-  if (const std::optional<Warning> better = better_controller_warning(left_out, comparable, names))
-    warnings = most_severe_first({{*better}, warnings});
-}
-
 /// Returns the trial as it was before a low-pass, with its gaps widened; warns if it is unknown. The warning of the
 /// sway as recorded then is information.
 recording::Trial without_low_pass(const recording::Trial& trial, double rate_hz, Warnings& warnings) {
@@ -211,10 +188,6 @@ Fitter::Prepared Fitter::prepare(RecordingResult& result) {
   return {std::move(trial), moved, &density, std::move(observation)};
 }
 
-void Fitter::fit(RecordingResult& result, const posterior::OnProgress& progress) {
-  fit(result, prepare(result), progress);
-}
-
 void Fitter::fit(RecordingResult& result, const Prepared& prepared, const posterior::OnProgress& progress) {
   const auto begin = std::chrono::steady_clock::now();
   const posterior::Settings& settings = report_.fit->settings;
@@ -269,7 +242,8 @@ void Fitter::fit_together(std::span<RecordingResult> read, const FitterOf& fitte
     if (one.error) continue;
     attempt(one, [&] {  // the others are fitted without a recording that has an error
       Fitter& fitter = fitter_of(place);
-      if (!reason_to_leave_out(one).empty()) return fitter.fit(one, progress);  // it would bias what the others tell
+      if (!reason_to_leave_out(one).empty())
+        return fitter.fit(one, fitter.prepare(one), progress);  // it would bias what the others tell
       members.push_back(
           {&fitter, &one, group.conditions.empty() ? std::string() : group.conditions[i], fitter.prepare(one)});
     });
@@ -426,7 +400,7 @@ void Fitter::fit_others(RecordingResult& result, const Prepared& prepared, const
   }
   if (fits.empty()) return;
   figures.others = std::move(fits);
-  compare(left_out, plan_->own.name(), figures, result.warnings);
+  compare_controllers(left_out, plan_->own.name(), figures, result.warnings);
 }
 
 std::vector<FitGroup> with_singletons(std::vector<FitGroup> groups, std::size_t recordings) {
@@ -462,7 +436,10 @@ bool fit_each(std::span<RecordingResult> read, const std::function<Fitter&(std::
     if (unit.recordings.size() > 1)
       Fitter::fit_together(read, fitter_of, unit, report);
     else if (RecordingResult& result = read[unit.recordings.front()]; !result.error)
-      attempt(result, [&] { fitter_of(unit.recordings.front()).fit(result, report); });
+      attempt(result, [&] {
+        Fitter& fitter = fitter_of(unit.recordings.front());
+        fitter.fit(result, fitter.prepare(result), report);
+      });
     const std::lock_guard lock(reporting);
     for (const std::size_t i : unit.recordings) {
       if (read[i].error) read[i].fit.reset();

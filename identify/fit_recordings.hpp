@@ -61,7 +61,6 @@ class Fitter {
   struct Prepared;
   struct Member;
   using FitterOf = std::function<Fitter&(std::size_t recording)>;
-  void fit(RecordingResult& result, const posterior::OnProgress& progress);
   void fit(RecordingResult& result, const Prepared& prepared, const posterior::OnProgress& progress);
   /// Fits the recordings of a group that have no error. One that reading has found not usable, or whose platform tilted
   /// by another size, is fitted alone. An error of one does not affect the others.

@@ -22,9 +22,9 @@ std::string in_words(std::size_t count) {
 }  // namespace
 
 ParameterTable::ParameterTable(std::vector<ParameterInfo> parameters) : all_(std::move(parameters)) {
-  if (all_.empty() || all_.size() > Parameters::most)
+  if (all_.empty() || all_.size() > Parameters::max_parameters)
     throw Error(Code::setting_out_of_range, "parameters", "a table has " + std::to_string(all_.size()) + " rows",
-                "give 1 to " + std::to_string(Parameters::most));
+                "give 1 to " + std::to_string(Parameters::max_parameters));
   std::set<std::string> names;
   for (const ParameterInfo& info : all_) {
     if (!names.insert(info.name).second || (info.option != info.name && !names.insert(info.option).second))

@@ -19,13 +19,13 @@ namespace decid::sim {
 /// One set of parameters in SI units: all of its model's, in the order of the model's table.
 class Parameters {
  public:
-  static constexpr std::size_t most = 32;  ///< stored in place, because simulations copy them
+  static constexpr std::size_t max_parameters = 32;  ///< stored in place, because simulations copy them
 
   constexpr Parameters() = default;
-  /// At most `most` values.
-  constexpr explicit Parameters(std::size_t size) : size_(size) { assert(size <= most); }
+  /// At most `max_parameters` values.
+  constexpr explicit Parameters(std::size_t size) : size_(size) { assert(size <= max_parameters); }
   constexpr Parameters(std::initializer_list<double> values) : size_(values.size()) {
-    assert(size_ <= most);
+    assert(size_ <= max_parameters);
     std::copy(values.begin(), values.end(), values_.begin());
   }
 
@@ -45,7 +45,7 @@ class Parameters {
 
   template <class Archive>
   void archive(Archive& a) {
-    size_ = std::min(a.count(size_), most);
+    size_ = std::min(a.count(size_), max_parameters);
     for (double& value : *this) a(value);
   }
 
@@ -54,7 +54,7 @@ class Parameters {
   }
 
  private:
-  std::array<double, most> values_{};
+  std::array<double, max_parameters> values_{};
   std::size_t size_ = 0;
 };
 static_assert(std::is_trivially_copyable_v<Parameters>);
@@ -93,8 +93,8 @@ struct ParameterInfo {
 
 class ParameterTable {
  public:
-  /// Throws Error for no parameters or more than Parameters::most, for a repeated name, and for a range that is empty
-  /// or cannot be simulated.
+  /// Throws Error for no parameters or more than Parameters::max_parameters, for a repeated name, and for a range that
+  /// is empty or cannot be simulated.
   explicit ParameterTable(std::vector<ParameterInfo> parameters);
 
   std::size_t size() const noexcept { return all_.size(); }

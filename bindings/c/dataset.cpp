@@ -79,7 +79,7 @@ decid_evaluation evaluate(const decid::Model& model, const std::string& name, co
   constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
   decid_evaluation result{
       static_cast<size_t>(found.trials), found.mse(), found.matlab_loss(), {}, unknown, unknown, unknown};
-  static_assert(decid::sim::Parameters::most <= DECID_MAX_PARAMETERS);
+  static_assert(decid::sim::Parameters::max_parameters <= DECID_MAX_PARAMETERS);
   std::copy(found.mse_per_parameter.begin(), found.mse_per_parameter.end(), result.mse_per_parameter);
   if (const auto calibration = decid::network_calibration(model, outputs, truth)) {
     result.coverage50 = calibration->figures.all.coverage50;

@@ -85,11 +85,6 @@ double gaussian_log_score(const sim::Parameters& truth, std::span<const posterio
   return sum / static_cast<double>(parameters);
 }
 
-CalibratedTrial calibrate(const sim::Parameters& truth, const posterior::Posterior& found,
-                          const sim::ParameterTable& ranges) {
-  return calibrate(truth, std::span(&found, 1), ranges);
-}
-
 CalibratedTrial calibrate(const sim::Parameters& truth, std::span<const posterior::Posterior> of_trials,
                           const sim::ParameterTable& ranges) {
   const posterior::Posterior& found = of_trials.front();

@@ -38,12 +38,9 @@ struct CalibratedTrial {
   }
 };
 
-/// Compares the posterior of a simulated trial with its truth. ranges: of the prior.
-CalibratedTrial calibrate(const sim::Parameters& truth, const posterior::Posterior& found,
-                          const sim::ParameterTable& ranges);
-/// Compares the posterior of several trials with the truth of their common parameters, whose draws are the same in all
-/// (posterior::sample_joint). R-hat, effective draws and agreement are the worst of all trials, with the start, gain
-/// and noise of each. found: at least one.
+/// Compares the posterior of a simulated trial, or of several trials with common parameters, whose draws are the same
+/// in all (posterior::sample_joint), with the truth. R-hat, effective draws and agreement are the worst of all trials,
+/// with the start, gain and noise of each. found: at least one; ranges: of the prior.
 CalibratedTrial calibrate(const sim::Parameters& truth, std::span<const posterior::Posterior> found,
                           const sim::ParameterTable& ranges);
 /// Compares a network's distribution with the truth; fields of chains stay empty.

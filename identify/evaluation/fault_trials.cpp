@@ -59,8 +59,8 @@ void keep_every(Recorded& recorded, std::size_t every) {
 /// A fault and what it changes, in addition to the protocol's condition of its name.
 struct TestedCondition {
   std::string name;
-  const char* text;           // with %g for the size, if it has one
-  std::vector<double> sizes;  // of recordings that models are tested with; empty: only recordings of people
+  const char* text;             // with %g for the size, if it has one
+  std::vector<double> sizes{};  // of recordings that models are tested with; empty: only recordings of people
   void (*change)(sim::Protocol& recorded, double size) = [](sim::Protocol&, double) {};
   void (*apply)(Recorded& samples, double size) = [](Recorded&, double) {};
 };
@@ -70,7 +70,6 @@ TestedCondition of_condition(Condition condition, const char* text, std::vector<
 }
 
 const std::vector<TestedCondition>& tested_conditions() {
-  const auto unchanged = [](sim::Protocol&, double) {};
   static const std::vector<TestedCondition> all{
       {"none", "as simulated", {0.0}},
       of_condition(Condition::start, "starts %g s early or late", {0.02, 0.05, 0.1, 0.2}),
@@ -83,56 +82,49 @@ const std::vector<TestedCondition>& tested_conditions() {
       of_condition(Condition::average, "moving average of %g s", {0.05, 0.11, 0.25}),
       of_condition(Condition::low_pass, "low-pass of %g Hz", {10.0, 5.0, 2.0}),
       of_condition(Condition::quantisation, "steps of %g degrees", {0.02, 0.05, 0.1, 0.2}),
-      {"detrend_offset",
-       "its mean subtracted",
-       {0.0},
-       unchanged,
-       [](Recorded& samples, double) { samples.options.detrend = recording::Detrend::offset; }},
-      {"detrend_linear",
-       "a straight line subtracted",
-       {0.0},
-       unchanged,
-       [](Recorded& samples, double) { samples.options.detrend = recording::Detrend::linear; }},
-      {"tilt",
-       "twice the protocol's tilt",
-       {2.0},
-       [](sim::Protocol& recorded, double size) { recorded.sequence().amplitude_deg *= size; }},
-      {"upside_down",
-       "with the other sign",
-       {0.0},
-       unchanged,
-       [](Recorded& samples, double) { std::ranges::transform(samples.sway, samples.sway.begin(), std::negate<>()); }},
-      {"backwards",
-       "backwards",
-       {0.0},
-       unchanged,
-       [](Recorded& samples, double) { std::ranges::reverse(samples.sway); }},
+      {.name = "detrend_offset",
+       .text = "its mean subtracted",
+       .sizes = {0.0},
+       .apply = [](Recorded& samples, double) { samples.options.detrend = recording::Detrend::offset; }},
+      {.name = "detrend_linear",
+       .text = "a straight line subtracted",
+       .sizes = {0.0},
+       .apply = [](Recorded& samples, double) { samples.options.detrend = recording::Detrend::linear; }},
+      {.name = "tilt",
+       .text = "twice the protocol's tilt",
+       .sizes = {2.0},
+       .change = [](sim::Protocol& recorded, double size) { recorded.sequence().amplitude_deg *= size; }},
+      {.name = "upside_down",
+       .text = "with the other sign",
+       .sizes = {0.0},
+       .apply = [](Recorded& samples,
+                   double) { std::ranges::transform(samples.sway, samples.sway.begin(), std::negate<>()); }},
+      {.name = "backwards",
+       .text = "backwards",
+       .sizes = {0.0},
+       .apply = [](Recorded& samples, double) { std::ranges::reverse(samples.sway); }},
       {"double_pendulum", "of leg and trunk", {0.0}},
-      {"at_rest",
-       "of a body at rest at the first sample",
-       {},
-       [](sim::Protocol& recorded, double) { recorded.standing_s = 0.0; }},
-      {"coloured_noise_deg",
-       "coloured noise of %g degrees",
-       {},
-       unchanged,
-       [](Recorded& samples, double size) {
-         add_coloured_noise(samples.sway, size * sim::rad_per_deg, samples.rate_hz, samples.random);
-       }},
-      {"rate_hz",
-       "%g samples a second",
-       {},
-       unchanged,
-       [](Recorded& samples, double size) {
-         keep_every(samples, static_cast<std::size_t>(std::floor(samples.rate_hz / size + 0.5)));
-       }},
-      {"gap_s",
-       "a gap of %g s bridged by a straight line",
-       {},
-       unchanged,
-       [](Recorded& samples, double size) {
-         bridge_gap(samples.sway, static_cast<std::size_t>(size * samples.rate_hz), samples.random);
-       }},
+      {.name = "at_rest",
+       .text = "of a body at rest at the first sample",
+       .change = [](sim::Protocol& recorded, double) { recorded.standing_s = 0.0; }},
+      {.name = "coloured_noise_deg",
+       .text = "coloured noise of %g degrees",
+       .apply =
+           [](Recorded& samples, double size) {
+             add_coloured_noise(samples.sway, size * sim::rad_per_deg, samples.rate_hz, samples.random);
+           }},
+      {.name = "rate_hz",
+       .text = "%g samples a second",
+       .apply =
+           [](Recorded& samples, double size) {
+             keep_every(samples, static_cast<std::size_t>(std::floor(samples.rate_hz / size + 0.5)));
+           }},
+      {.name = "gap_s",
+       .text = "a gap of %g s bridged by a straight line",
+       .apply =
+           [](Recorded& samples, double size) {
+             bridge_gap(samples.sway, static_cast<std::size_t>(size * samples.rate_hz), samples.random);
+           }},
   };
   return all;
 }
@@ -171,26 +163,27 @@ std::vector<Fault> all_faults() {
 }
 
 std::vector<Fault> faults_of_people() {
-  constexpr std::pair<const char*, double> names_and_sizes[] = {{"none", 0.0},
-                                                                {"at_rest", 0.0},
-                                                                {"offset_deg", 0.3},
-                                                                {"drift_deg", 0.4},
-                                                                {"detrend_offset", 0},
-                                                                {"detrend_linear", 0},
-                                                                {"coloured_noise_deg", 0.02},
-                                                                {"coloured_noise_deg", 0.05},
-                                                                {"start_s", 0.05},
-                                                                {"gain", 0.2},
-                                                                {"quantisation_deg", 0.1},
-                                                                {"low_pass_hz", 5.0},
-                                                                {"rate_hz", 50.0},
-                                                                {"gap_s", 2.0},
-                                                                {"tilt", 2.0},
-                                                                {"upside_down", 0.0},
-                                                                {"backwards", 0.0},
-                                                                {"double_pendulum", 0.0}};
+  using NamesAndSizes = std::vector<std::pair<std::string, double>>;
+  const NamesAndSizes chosen{{"none", 0.0},
+                             {"at_rest", 0.0},
+                             {"offset_deg", 0.3},
+                             {"drift_deg", 0.4},
+                             {"detrend_offset", 0.0},
+                             {"detrend_linear", 0.0},
+                             {"coloured_noise_deg", 0.02},
+                             {"coloured_noise_deg", 0.05},
+                             {"start_s", 0.05},
+                             {"gain", 0.2},
+                             {"quantisation_deg", 0.1},
+                             {"low_pass_hz", 5.0},
+                             {"rate_hz", 50.0},
+                             {"gap_s", 2.0},
+                             {"tilt", 2.0},
+                             {"upside_down", 0.0},
+                             {"backwards", 0.0},
+                             {"double_pendulum", 0.0}};
   std::vector<Fault> all;
-  for (const auto& [name, size] : names_and_sizes) all.push_back(fault_of(*find_tested(name), size));
+  for (const auto& [name, size] : chosen) all.push_back(fault_of(*find_tested(name), size));
   return all;
 }
 

@@ -93,7 +93,7 @@ FitConditionFigures fit_condition(const Model& model, const sim::Protocol& proto
     const bool from_network = fit.answer == FitFigures::Answer::network && id.estimate.distribution;
     if (!made.truth.empty()) {
       answers.push_back(from_network ? calibrate(made.truth[i], *id.estimate.distribution)
-                                     : calibrate(made.truth[i], fit.posterior, ranges));
+                                     : calibrate(made.truth[i], std::span(&fit.posterior, 1), ranges));
       answers.back().network = fit.network;
     }
     row.from_network += from_network ? 1 : 0;

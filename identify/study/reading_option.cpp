@@ -11,30 +11,12 @@
 namespace decid {
 namespace {
 
-/// A column of a sheet, and the option's name.
-struct OptionName {
-  std::string_view key, option;
-};
-// No plain "leg", "hip", "ankle", "missing", "trial" or "start": sheets use these words for sides and findings of a
-// person, a trial's number and a date.
-constexpr std::array<OptionName, 18> option_names{{{"column", "column"},
-                                                   {"unit", "unit"},
-                                                   {"rate", "rate"},
-                                                   {"comheight", "com_height"},
-                                                   {"skiplines", "skip_lines"},
-                                                   {"section", "section"},
-                                                   {"missingvalue", "missing_value"},
-                                                   {"fillgaps", "fill_gaps"},
-                                                   {"begin", "begin"},
-                                                   {"tiltcolumn", "tilt_column"},
-                                                   {"tiltunit", "tilt_unit"},
-                                                   {"invert", "invert"},
-                                                   {"detrend", "detrend"},
-                                                   {"legcolumn", "leg_column"},
-                                                   {"trunkcolumn", "trunk_column"},
-                                                   {"hipcolumn", "hip_column"},
-                                                   {"shouldercolumn", "shoulder_column"},
-                                                   {"anklecolumn", "ankle_column"}}};
+// A sheet's column has the option's name. No plain "leg", "hip", "ankle", "missing", "trial" or "start": sheets use
+// these words for sides and findings of a person, a trial's number and a date.
+constexpr auto option_names =
+    std::to_array<std::string_view>({"column", "unit", "rate", "com_height", "skip_lines", "section", "missing_value",
+                                     "fill_gaps", "begin", "tilt_column", "tilt_unit", "invert", "detrend",
+                                     "leg_column", "trunk_column", "hip_column", "shoulder_column", "ankle_column"});
 
 /// Reads the value of one option.
 class Value {
@@ -113,9 +95,8 @@ std::optional<double> metres_of_unit(std::string_view name) {
 }
 
 std::string find_reading_option(std::string_view column) {
-  const std::string key = column_key(column);
-  const auto found = std::ranges::find(option_names, key, &OptionName::key);
-  return found == option_names.end() ? std::string() : std::string(found->option);
+  const auto found = std::ranges::find(option_names, column_key(column), column_key);
+  return found == option_names.end() ? std::string() : std::string(*found);
 }
 
 void set_reading_option(ReadOptions& made, const std::string& name, const std::string& text, const std::string& where) {

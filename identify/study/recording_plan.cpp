@@ -12,7 +12,6 @@
 #include "base/text.hpp"
 #include "identify/study/detail/contradictions.hpp"
 #include "identify/study/detail/path_match.hpp"
-#include "identify/study/detail/person_bodies.hpp"
 #include "identify/study/detail/person_lines.hpp"
 #include "identify/study/reading_option.hpp"
 #include "sim/segments.hpp"

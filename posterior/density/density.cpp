@@ -371,7 +371,7 @@ void Density::evaluate(const Observation& observation, std::span<const double> x
     add(place(gain), sums[6 * lanes + l]);
     const std::array<double, sim::Coefficients::count> by_coefficient =
         by_coefficients(sums, back * d_gain[l] * c.d_nv[l], back * d_theta[l], l);
-    std::array<double, sim::Parameters::most> by_parameter{};
+    std::array<double, sim::Parameters::max_parameters> by_parameter{};
     const double nv = c[sim::Coefficient::nv][l];
     for (const sim::Family::Term& term : family().terms)
       by_parameter[term.parameter] += term.factor * by_coefficient[static_cast<std::size_t>(term.coefficient)];

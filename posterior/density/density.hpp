@@ -76,9 +76,9 @@ class Density {
  public:
   /// The quantities that are inferred in addition to the noise: the controller's parameters by their index in its
   /// table, then these. Their coordinates, the globals, stand after the noise's, in this order: see place().
-  enum Quantity : int { sensor_noise = sim::Parameters::most, start, gain, slow_noise, slow_memory };
+  enum Quantity : int { sensor_noise = sim::Parameters::max_parameters, start, gain, slow_noise, slow_memory };
   static constexpr int others = 5;
-  static constexpr int max_globals = sim::Parameters::most + others;
+  static constexpr int max_globals = sim::Parameters::max_parameters + others;
 
   /// The number of slow-noise globals, at the end. Warm-up estimates them, and they stay fixed while chains draw,
   /// because chains mix far more slowly in them than in all others. The estimate is plugged in: intervals do not

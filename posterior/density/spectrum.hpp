@@ -76,11 +76,6 @@ class NoiseSpectrum {
   };
   /// Returns the derivatives of misfit() by the levels, and by the unfolded residual.
   LevelGradient gradient(const NoiseLevels& levels, std::span<double> by_unfolded, NoiseWorkspace& work, Isa isa) const;
-  /// Prepares whiten().
-  void begin_whitening(NoiseWorkspace& work) const;
-  /// Whitens a change of the unfolded blocks into work.coefficient, rows() values per chain. Products of two such
-  /// columns equal products with the inverse covariance.
-  void whiten(std::span<const double> unfolded, NoiseWorkspace& work, Isa isa) const;
   /// Computes log p of each block of the residual given all others, for blocks in rad; blocks() values per chain.
   /// Missing blocks get 0. Call it after misfit() and leave_out().
   void leave_block_out(const MissingBlocks& missing, std::span<double> log_density, NoiseWorkspace& work,
@@ -97,12 +92,16 @@ class NoiseSpectrum {
   /// Adds to gradient() the part of the levels that missing blocks change. Call it after leave_out().
   void add_gradient(const MissingBlocks& missing, const NoiseLevels& levels, NoiseWorkspace& work, LevelGradient& by,
                     Isa isa) const;
-  /// As begin_whitening() and whiten() with missing blocks: products have missing.count() values more per column, which
-  /// are in work.missing_value. Call them after leave_out().
+  /// Prepares whiten(). Call it after leave_out().
   void begin_whitening(const MissingBlocks& missing, NoiseWorkspace& work, Isa isa) const;
+  /// Whitens a change of the unfolded blocks into work.coefficient, rows() values per chain, and work.missing_value,
+  /// missing.count() values more. Products of two such columns equal products with the inverse covariance.
   void whiten(const MissingBlocks& missing, std::span<const double> unfolded, NoiseWorkspace& work, Isa isa) const;
 
  private:
+  // The same without missing blocks.
+  void begin_whitening(NoiseWorkspace& work) const;
+  void whiten(std::span<const double> unfolded, NoiseWorkspace& work, Isa isa) const;
   NoiseRows constants() const;
   /// Returns how much less precise each block is for the missing ones: blocks() values per chain, in the order of
   /// unfold.

@@ -93,16 +93,20 @@ TEST_CASE("controllers: where a third one is best, the standard error of two oth
   CHECK(sums->controllers[1].best_in == 0);
 }
 
-TEST_CASE("controllers: recordings that are not usable count and are numbered; other controllers are left out") {
+TEST_CASE("controllers: recordings that are not usable or not comparable count and are numbered; others are left out") {
   Report report;
-  add(report, best(-10.0), {{"ic", worse(-11.0, -1.0, 1.0)}});
-  add_invalid(add(report, best(-20.0), {{"ic", worse(-22.0, -2.0, 1.0)}}).warnings, "at_edge", "at the edge");
+  add(report, best(-10.0), {{"ic", worse(-11.0, -1.0, 1.0)}}).fit->others[0].comparable = false;
+  RecordingResult& odd = add(report, best(-20.0), {{"ic", worse(-22.0, -2.0, 1.0)}});
+  add_invalid(odd.warnings, "at_edge", "at the edge");
+  odd.fit->comparable = false;
+  add(report, best(-5.0), {{"ic", worse(-7.0, -2.0, 1.0)}});
   add(report, best(-30.0), {{"dec2015", worse(-33.0, -3.0, 1.0)}});
   const std::optional<ControllerSums> sums = sum_controllers(report);
   REQUIRE(sums);
-  CHECK(sums->recordings == 2);
+  CHECK(sums->recordings == 3);
   CHECK(sums->not_usable == 1);
-  CHECK(sums->controllers[1].difference == -3.0);
+  CHECK(sums->not_comparable == 2);
+  CHECK(sums->controllers[1].difference == -5.0);
   CHECK_FALSE(sum_controllers({}));
 }
 
@@ -124,56 +128,31 @@ TEST_CASE("controllers: chains that do not agree are not compared") {
 TEST_CASE("controllers: the best comparable one of those that predict far better is named") {
   const posterior::LeaveOneOut own = of_blocks(0.0), better = of_blocks(0.2), best = of_blocks(0.5);
   const std::vector three{own, better, best};
-  const auto found = find_better_controller(three, {true, true, true});
-  REQUIRE(found);
-  CHECK(found->place == 2);
-  CHECK(near(found->nats, 50.0, 1e-12));
-  CHECK(found->standard_error < 10.0);
-  // Without the best one's chains, the other one; without their own, none.
-  REQUIRE(find_better_controller(three, {true, true, false}));
-  CHECK(find_better_controller(three, {true, true, false})->place == 1);
-  CHECK_FALSE(find_better_controller(three, {false, true, true}));
-  CHECK_FALSE(find_better_controller(three, {true, false, false}));
-  CHECK_FALSE(find_better_controller(std::vector{best, own}, {true, true}));
-  CHECK_FALSE(find_better_controller(std::vector{own, of_blocks(0.03)}, {true, true}));  // 3 nats
-}
-
-TEST_CASE("controllers: the warning names the better controller and the first one") {
-  const std::vector<std::string> names{"dec", "dec2015", "ic"};
-  const std::vector three{of_blocks(0.0), of_blocks(0.2), of_blocks(0.5)};
-  const std::optional<Warning> found = better_controller_warning(three, {true, true, true}, names);
+  const auto warned = [](const std::vector<posterior::LeaveOneOut>& left_out, const std::vector<bool>& comparable) {
+    return better_controller_warning(left_out, comparable, {"dec", "dec2015", "ic"});
+  };
+  const std::optional<Warning> found = warned(three, {true, true, true});
   REQUIRE(found);
   CHECK(found->code == "other_controller");
   CHECK(found->severity == Severity::caution);
   CHECK(found->text.starts_with("controller ic predicts this recording better than dec, by 50 +- "));
-  const std::optional<Warning> second = better_controller_warning(three, {true, true, false}, names);
+  // Without the best one's chains, the other one; without their own, none.
+  const std::optional<Warning> second = warned(three, {true, true, false});
   REQUIRE(second);
   CHECK(second->text.starts_with("controller dec2015 predicts this recording better than dec, by 20 +- "));
-  CHECK_FALSE(better_controller_warning(three, {false, true, true}, names));
-  CHECK_FALSE(better_controller_warning(std::vector{three[2], three[0], three[1]}, {true, true, true}, names));
-}
-
-TEST_CASE("controllers: blocks that rest on few draws do not make a controller better") {
-  const posterior::LeaveOneOut own = of_blocks(0.0);
-  posterior::LeaveOneOut other = of_blocks(0.0);
+  CHECK_FALSE(warned(three, {false, true, true}));
+  CHECK_FALSE(warned(three, {true, false, false}));
+  CHECK_FALSE(warned({best, own, better}, {true, true, true}));
+  CHECK_FALSE(warned({own, of_blocks(0.03)}, {true, true}));  // 3 nats
+  // Blocks that rest on few draws do not make a controller better.
+  posterior::LeaveOneOut other = own;
   for (std::size_t i = 0; i < 60; ++i) {
     other.pointwise[i] += 1.0;
     other.shapes[i] = 0.9;
   }
-  CHECK_FALSE(find_better_controller(std::vector{own, other}, {true, true}));
+  CHECK_FALSE(warned({own, other}, {true, true}));
   std::ranges::fill(other.shapes, 0.3);
-  CHECK(find_better_controller(std::vector{own, other}, {true, true}));
+  CHECK(warned({own, other}, {true, true}));
   std::ranges::fill(other.shapes, 0.9);
-  CHECK_FALSE(find_better_controller(std::vector{own, other}, {true, true}));
-}
-
-TEST_CASE("controllers: recordings with a fit that is not comparable are numbered") {
-  Report report;
-  add(report, best(-10.0), {{"ic", worse(-11.0, -1.0, 1.0)}}).fit->others[0].comparable = false;
-  add(report, best(-20.0), {{"ic", worse(-22.0, -2.0, 1.0)}}).fit->comparable = false;
-  add(report, best(-30.0), {{"ic", worse(-33.0, -3.0, 1.0)}});
-  const std::optional<ControllerSums> sums = sum_controllers(report);
-  REQUIRE(sums);
-  CHECK(sums->recordings == 3);
-  CHECK(sums->not_comparable == 2);
+  CHECK_FALSE(warned({own, other}, {true, true}));
 }

@@ -126,28 +126,10 @@ TEST_CASE("recordings fitted together have the same parameters, but for those th
   CHECK(read[2].fit->posterior.mean(sim::Kp) == alone[2].fit->posterior.mean(sim::Kp));
 }
 
-TEST_CASE("a recording that groups leave out is fitted alone") {
-  std::vector<RecordingResult> read = of_one_participant();
-  read[2].trial.tilt.emplace().is_other_size = true;
-  Fitter fitter(nullptr, sines_protocol(), {}, quick_request());
-  const FitGroup group{{0, 2, 3}, {}};
-  CHECK(fit_each(
-      read, [&](std::size_t) -> Fitter& { return fitter; }, {}, {}, std::span(&group, 1)));
-  CHECK(reason_to_leave_out(read[2]) == "tilt_of_other_size");
-  read[2].trial.tilt.reset();
-  CHECK(reason_to_leave_out(read[2]).empty());
-  read[2].trial.tilt_at_given_start.emplace().is_other_size = true;
-  CHECK(reason_to_leave_out(read[2]) == "tilt_of_other_size");
-  REQUIRE(read[0].fit);
-  REQUIRE(read[2].fit);
-  CHECK_FALSE(read[2].fit->joint);
-  CHECK(read[0].fit->joint->files == std::vector<std::string>{"trial0.csv", "trial3.csv"});
-  CHECK(read[2].fit->posterior.mean(sim::Kp) != read[0].fit->posterior.mean(sim::Kp));
-}
-
 TEST_CASE("recordings that cannot be fitted together each have the error") {
   const auto code_of = [](const FitRequest& request, const sim::Protocol& second) {
     std::vector<RecordingResult> read = of_one_participant();
+    read[2].error = read[1].error;
     Fitter one(nullptr, sines_protocol(), {}, request), other(nullptr, second, {}, request);
     const FitGroup group{{0, 3}};
     fit_each(
@@ -164,17 +146,6 @@ TEST_CASE("recordings that cannot be fitted together each have the error") {
   sim::Protocol heavier = sines_protocol();
   heavier.experiment.body.mass_kg += 10.0;
   CHECK(code_of(quick_request(), heavier) == Code::value_invalid);
-}
-
-TEST_CASE("a stop before the first draw is the error of all recordings that are fitted together") {
-  std::vector<RecordingResult> read = of_one_participant();
-  Fitter fitter(nullptr, sines_protocol(), {}, quick_request());
-  const FitGroup group{{0, 3}};
-  CHECK_FALSE(fit_each(
-      read, [&](std::size_t) -> Fitter& { return fitter; },
-      [](std::size_t, const posterior::Progress&) { return false; }, {}, std::span(&group, 1)));
-  CHECK(read[0].error->code() == Code::stopped);
-  CHECK(read[3].error->code() == Code::stopped);
 }
 
 TEST_CASE("a fit does not use samples that were not measured") {
@@ -209,32 +180,15 @@ TEST_CASE("a fit does not use samples that were not measured") {
   CHECK(inferred.log_likelihood.size() == result.fit->stored_draws.size() * recorded);
 }
 
-TEST_CASE("a recording with too many gaps is an error of its own, also among several of a person") {
-  const sim::Protocol protocol = sim::short_protocol();
-  std::vector<RecordingResult> read(2);
-  for (std::size_t i = 0; i < 2; ++i) {
-    read[i].file = "trial " + std::to_string(i);
-    read[i].trial = recording::make_trial(recorded(protocol, some_parameters(), 0.02, i));
-  }
-  read[1].trial.gaps = {{100, 2300}};
-  FitRequest request;
-  request.settings = quick();
-  Fitter fitter(nullptr, protocol, {}, request);
-  const FitGroup both{{0, 1}};
-  CHECK(fit_each(
-      read, [&](std::size_t) -> Fitter& { return fitter; }, {}, {}, std::span(&both, 1)));
-  CHECK(!read[0].error);
-  REQUIRE(read[1].error);
-  CHECK(read[1].error->code() == Code::value_missing);
-}
-
-TEST_CASE("a constant recording is an error of its own, also among several of a person") {
+TEST_CASE("a constant recording, and one with too many gaps, is an error of its own, also among several of a person") {
   std::vector<RecordingResult> read = of_one_participant(), alone = of_one_participant();
   for (const std::size_t constant : {std::size_t{2}, std::size_t{3}})
     read[constant].trial = recording::make_trial(std::vector<float>(2000, 0.0F));
   read[3].trial.tilt.emplace().is_other_size = true;  // the group leaves it out
+  read[1].error.reset();
+  read[1].trial.gaps = {{100, 1900}};
   Fitter fitter(nullptr, sines_protocol(), {}, quick_request());
-  const FitGroup group{{0, 2, 3}, {}};
+  const FitGroup group{{0, 1, 2, 3}, {}};
   CHECK(fit_each(
       read, [&](std::size_t) -> Fitter& { return fitter; }, {}, {}, std::span(&group, 1)));
   for (const std::size_t constant : {std::size_t{2}, std::size_t{3}}) {
@@ -243,6 +197,8 @@ TEST_CASE("a constant recording is an error of its own, also among several of a 
     CHECK(contains(read[constant].error->where(), read[constant].file));
     CHECK_FALSE(read[constant].fit);
   }
+  REQUIRE(read[1].error);
+  CHECK(read[1].error->code() == Code::value_missing);
   // The group's only other recording has the bits and the warnings of a fit of its own.
   REQUIRE(!read[0].error);
   CHECK(fitter.fit(std::span(alone).first(1)));
@@ -250,9 +206,14 @@ TEST_CASE("a constant recording is an error of its own, also among several of a 
   CHECK(read[0].warnings.size() == alone[0].warnings.size());
 }
 
-TEST_CASE("a stop marks the fits that it cut, and the fit of a recording that the group leaves out can be stopped") {
+TEST_CASE("a recording that the group leaves out is fitted alone; a stop marks the fits that it cut") {
   std::vector<RecordingResult> read = of_one_participant();
+  read[2].trial.tilt_at_given_start.emplace().is_other_size = true;
+  CHECK(reason_to_leave_out(read[2]) == "tilt_of_other_size");
+  read[2].trial.tilt_at_given_start.reset();
+  CHECK(reason_to_leave_out(read[2]).empty());
   read[2].trial.tilt.emplace().is_other_size = true;
+  CHECK(reason_to_leave_out(read[2]) == "tilt_of_other_size");
   Fitter fitter(nullptr, sines_protocol(), {}, quick_request());
   const FitGroup group{{2, 0, 3}, {}};
   const auto run = [&](const FitProgress& progress) {
@@ -267,15 +228,22 @@ TEST_CASE("a stop marks the fits that it cut, and the fit of a recording that th
   }));
   REQUIRE(read[2].fit);
   CHECK_FALSE(read[2].fit->stopped);
+  CHECK_FALSE(read[2].fit->joint);
   REQUIRE(read[0].fit);
+  CHECK(read[0].fit->joint->files == std::vector<std::string>{"trial0.csv", "trial3.csv"});
+  CHECK(read[2].fit->posterior.mean(sim::Kp) != read[0].fit->posterior.mean(sim::Kp));
   CHECK(read[0].fit->stopped);
   CHECK(read[0].fit->posterior.draws_per_chain() < quick().max_draws);
 
+  // A stop before the first draw is the error of the recording, or of all that are fitted together.
+  const auto stop = [](std::size_t, const posterior::Progress&) { return false; };
   read = of_one_participant();
   read[2].trial.tilt.emplace().is_other_size = true;
-  CHECK_FALSE(run([](std::size_t, const posterior::Progress&) { return false; }));
-  REQUIRE(read[2].error);
-  CHECK(read[2].error->code() == Code::stopped);
+  CHECK_FALSE(run(stop));
+  for (const std::size_t i : {0U, 2U, 3U}) {
+    REQUIRE(read[i].error);
+    CHECK(read[i].error->code() == Code::stopped);
+  }
 
   // A stop after the last draws takes nothing away.
   read = of_one_participant();
@@ -304,6 +272,7 @@ std::vector<float> first_order(std::vector<float> sway, double cutoff_hz, double
 }  // namespace
 
 TEST_CASE("a low-pass is undone before a fit; one that may delay leaves the start open; one that is unclear warns") {
+  // A fit that infers the start drops `other_start`; one whose tilt gives the start keeps it.
   const double rate_hz = sines_protocol().experiment.sample_rate_hz;
   std::vector<RecordingResult> read(6);
   for (RecordingResult& one : read) {
@@ -318,6 +287,10 @@ TEST_CASE("a low-pass is undone before a fit; one that may delay leaves the star
   read[3].trial.low_pass->gain_high = 0.9;
   add_caution(read[2].warnings, "smooth", "of the sway as recorded");
   for (const std::size_t i : {4U, 5U}) read[i].trial.tilt.emplace();
+  for (const std::size_t i : {0U, 4U}) {
+    add_caution(read[i].warnings, "other_start", "starts later");
+    read[i].trial.other_start = true;
+  }
   read[5].trial.low_pass = {2, false, 4.0, rate_hz, 0.95, 0.95};
   Fitter fitter(nullptr, sines_protocol(), {}, quick_request());
   REQUIRE(fitter.fit(read));
@@ -326,24 +299,15 @@ TEST_CASE("a low-pass is undone before a fit; one that may delay leaves the star
   const double as_recorded = read[0].fit->samples_noise_deg;
   CHECK(read[1].fit->samples_noise_deg < 0.9 * as_recorded);
   CHECK(near(read[2].fit->samples_noise_deg, as_recorded, 0.05));
-  const auto warned = [&](std::size_t i) { return std::ranges::count(read[i].warnings, "smooth", &Warning::code); };
-  CHECK(warned(2) == 1);
+  const auto count = [&](std::size_t i, const char* code) {
+    return std::ranges::count(read[i].warnings, code, &Warning::code);
+  };
+  CHECK(count(2, "smooth") == 1);
   CHECK(std::ranges::find(read[2].warnings, "smooth", &Warning::code)->severity == Severity::info);
-  CHECK(warned(3) == 1);
+  CHECK(count(3, "smooth") == 1);
   CHECK(read[3].fit->samples_noise_deg == as_recorded);
   CHECK(read[4].fit->posterior.stddev(posterior::Density::start) == 0.0);
   CHECK(read[5].fit->posterior.stddev(posterior::Density::start) > 0.0);
-}
-
-TEST_CASE("other_start: dropped by a fit that infers the start, kept where the start is given") {
-  for (const double prior_start_s : {0.1, 0.0}) {
-    std::vector<RecordingResult> read = of_one_participant();
-    add_caution(read[0].warnings, "other_start", "starts later");
-    read[0].trial.other_start = true;
-    FitRequest request = quick_request();
-    request.priors.start_s = prior_start_s;
-    Fitter fitter(nullptr, sines_protocol(), {}, request);
-    REQUIRE(fitter.fit(std::span(read).first(1)));
-    CHECK(std::ranges::count(read[0].warnings, "other_start", &Warning::code) == (prior_start_s > 0.0 ? 0 : 1));
-  }
+  CHECK(count(0, "other_start") == 0);
+  CHECK(count(4, "other_start") == 1);
 }

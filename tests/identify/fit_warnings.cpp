@@ -8,124 +8,74 @@
 
 #include "tests/helpers.hpp"
 #include "tests/posterior/sampling/quick.hpp"
+#include "tests/posterior/sampling/set_posterior.hpp"
 #include "tests/posterior/trial.hpp"
 
 namespace decid {
-namespace {
 
-/// Replaces the R-hats of a posterior, the first of its lists of numbers.
-struct RhatSetter {
-  const std::vector<double>& rhat;
-  bool done = false;
-  template <class... Fields>
-  void operator()(Fields&... fields) {
-    (set(fields), ...);
-  }
-  template <class Field>
-  void set(Field&) {}
-  void set(std::vector<double>& field) {
-    if (!done) field = rhat;
-    done = true;
-  }
-};
-
-/// Replaces the states of a posterior.
-struct StateSetter {
-  const posterior::State& state;
-  template <class... Fields>
-  void operator()(Fields&... fields) {
-    (set(fields), ...);
-  }
-  template <class Field>
-  void set(Field&) {}
-  void set(std::vector<posterior::State>& states) { std::ranges::fill(states, state); }
-};
-
-/// A recording of sines and its posterior.
-struct Fitted {
-  posterior::Density density{test::sines_protocol(), {}};
-  posterior::Observation observation =
-      density.observe(test::recorded(density.protocol(), test::some_parameters(), 0.02, 0));
+TEST_CASE("warnings of a posterior: quantities at the end of their priors, and chains by their R-hats") {
+  const sim::Protocol protocol = test::sines_protocol();
+  const std::vector<float> sway = test::recorded(protocol, test::some_parameters(), 0.02, 0);
+  const posterior::Density density(protocol, {});
+  const posterior::Observation observation = density.observe(sway);
   posterior::Posterior found = posterior::sample(density, observation, test::quick());
-};
+  const auto warning_of = [&](const std::vector<std::string>& codes, bool from_network) {
+    Warnings chosen;
+    for (const Warning& one : posterior_warnings(density, observation, found, from_network))
+      if (std::ranges::count(codes, one.code) > 0) chosen.push_back(one);
+    REQUIRE(chosen.size() == 1);
+    return chosen.front();
+  };
 
-}  // namespace
+  // At either end of the quantities that are inferred: each draw is in the lower or in the upper half.
+  std::vector<int> all(sim::Delay + 1);
+  std::iota(all.begin(), all.end(), 0);
+  all.push_back(posterior::Density::sensor_noise);
+  const posterior::Density known(protocol, {.start_s = 0.0, .gain = 0.0});
+  CHECK(at_edge(known, posterior::sample(known, known.observe(sway), test::quick()), 0.5) == all);
+  for (const int quantity : {posterior::Density::start, posterior::Density::gain}) all.push_back(quantity);
+  CHECK(at_edge(density, found, 0.5) == all);
+  CHECK(at_edge(density, found, 1e-9).empty());
 
-TEST_CASE("chains: warned of by the parameters' R-hats, with another severity for the network's answer") {
-  Fitted fitted;
-  const posterior::Density& density = fitted.density;
-  posterior::Posterior& found = fitted.found;
-  const auto warned = [&](double of_parameter, double of_gain, bool from_network) {
+  // Chains: by the parameters' R-hats, with another severity for the network's answer.
+  const auto of_chains = [&](double of_parameter, double of_gain, bool from_network) {
     std::vector<double> rhat(found.rhat().size(), 1.0);
     rhat[sim::Kd] = of_parameter;
     rhat.back() = of_gain;
-    RhatSetter set{rhat};
-    found.archive(set);
-    Warnings chains;
-    for (const Warning& one : posterior_warnings(density, fitted.observation, found, from_network))
-      if (one.code == "chains_disagree" || one.code == "few_draws") chains.push_back(one);
-    REQUIRE(chains.size() == 1);  // 20 draws a chain are too few for agreement
-    return chains.front();
+    test::set_posterior(found, {found.states().begin(), found.states().end()}, rhat, found.effective_draws());
+    return warning_of({"chains_disagree", "few_draws"}, from_network);  // 20 draws a chain are too few for agreement
   };
-  const Warning rough = warned(1.5, 1.0, false), gain = warned(1.1, 4.0, false), apart = warned(1.51, 1.0, false);
+  const Warning rough = of_chains(1.5, 1.0, false), with_gain = of_chains(1.1, 4.0, false),
+                apart = of_chains(1.51, 1.0, false);
   CHECK(rough.code == "few_draws");
   CHECK(rough.severity == Severity::info);
   CHECK(test::contains(rough.text, "Kd"));
   CHECK_FALSE(test::contains(rough.text, "gain"));
-  CHECK(gain.code == "few_draws");
-  CHECK(test::contains(gain.text, "the gain"));
+  CHECK(with_gain.code == "few_draws");
+  CHECK(test::contains(with_gain.text, "the gain"));
   CHECK(apart.code == "chains_disagree");
   CHECK(apart.severity == Severity::caution);
-  CHECK(warned(1.51, 1.0, true).severity == Severity::info);
-}
+  CHECK(of_chains(1.51, 1.0, true).severity == Severity::info);
 
-TEST_CASE("at_edge: of the quantities that are inferred, at either end") {
-  const sim::Protocol protocol = test::sines_protocol();
-  const std::vector<float> sway = test::recorded(protocol, test::some_parameters(), 0.02, 0);
-  const auto edges = [&](const posterior::Priors& priors, double probability) {
-    const posterior::Density density(protocol, priors);
-    return at_edge(density, posterior::sample(density, density.observe(sway), test::quick()), probability);
-  };
-  // Each draw is in the lower or in the upper half.
-  std::vector<int> all(sim::Delay + 1);
-  std::iota(all.begin(), all.end(), 0);
-  for (const int quantity : {posterior::Density::sensor_noise, posterior::Density::start, posterior::Density::gain})
-    all.push_back(quantity);
-  CHECK(edges({}, 0.5) == all);
-  std::vector<int> but_known = all;
-  std::erase(but_known, int{posterior::Density::start});
-  std::erase(but_known, int{posterior::Density::gain});
-  CHECK(edges({.start_s = 0.0, .gain = 0.0}, 0.5) == but_known);
-  CHECK(edges({}, 1e-9).empty());
-}
-
-TEST_CASE("at_edge: the remedy is the setting of the quantity, and a start at its limit is a caution") {
-  Fitted fitted;
-  const posterior::Density& density = fitted.density;
-  posterior::Posterior& found = fitted.found;
+  // The remedy of an end is the setting of the quantity, and a start at its limit is a caution.
   const AlignedVector<double> middle(static_cast<std::size_t>(density.size()) * posterior::lanes, 0.0);
-  const auto warned = [&](const auto& change, bool from_network) {
+  const auto of_edges = [&](const auto& change, bool from_network) {
     posterior::State state = density.state(middle, 0);
     change(state);
-    StateSetter set{state};
-    found.archive(set);
-    Warnings edges;
-    for (const Warning& one : posterior_warnings(density, fitted.observation, found, from_network))
-      if (one.code == "at_edge") edges.push_back(one);
-    REQUIRE(edges.size() == 1);
-    return edges.front();
+    test::set_posterior(found, std::vector(found.states().size(), state), found.rhat(), found.effective_draws());
+    return warning_of({"at_edge"}, from_network);
   };
   const auto starts_late = [](posterior::State& state) { state.start_s = 0.0999; };
-  const Warning start = warned(starts_late, false);
+  const Warning start = of_edges(starts_late, false);
   CHECK(start.severity == Severity::caution);
   CHECK(test::contains(start.text, "prior_start"));
   CHECK_FALSE(test::contains(start.text, "ranges"));
-  CHECK(warned(starts_late, true).severity == Severity::info);
-  const Warning gain = warned([](posterior::State& state) { state.gain = 1.2; }, false);
+  CHECK(of_edges(starts_late, true).severity == Severity::info);
+  const Warning gain = of_edges([](posterior::State& state) { state.gain = 1.2; }, false);
   CHECK(gain.severity == Severity::info);
   CHECK(test::contains(gain.text, "prior_gain"));
   const auto stiffest = [&](posterior::State& state) { state.parameters[sim::Kp] = density.ranges()[sim::Kp].high; };
-  const Warning parameter = warned(stiffest, false);
+  const Warning parameter = of_edges(stiffest, false);
   CHECK(parameter.severity == Severity::info);
   CHECK(test::contains(parameter.text, "ranges"));
 }

@@ -71,18 +71,14 @@ TEST_CASE("identify: an offset of the sway, and sway beyond 5 degrees, are warne
 }
 
 TEST_CASE("identify: a parameter more than a twentieth of its range outside is warned of by name") {
-  for (std::size_t p = 0; p < sim::single_pendulum().parameters.size(); ++p) {
-    const sim::ParameterInfo& info = sim::single_pendulum().parameters[p];
-    CAPTURE(info.name);
-    const double range = info.high - info.low;
-    const std::string warning = std::string(info.name) + " = ";
-    for (const auto& [value, outside] : {std::pair(info.low - 0.06 * range, true),
-                                         {info.low - 0.04 * range, false},
-                                         {info.high + 0.04 * range, false},
-                                         {info.high + 0.06 * range, true}}) {
-      Model model = middling();
-      model.targets.mean[p] = value;
-      CHECK(warns(identified(model, 1.0, 0.0), warning) == outside);
+  const sim::ParameterTable& table = sim::single_pendulum().parameters;
+  for (const auto& [place, outside] : {std::pair(-0.06, true), {-0.04, false}, {1.04, false}, {1.06, true}}) {
+    Model model = middling();
+    for (std::size_t p = 0; p < table.size(); ++p) model.targets.mean[p] = table[p].low + place * table[p].range();
+    const RecordingResult found = identified(model, 1.0, 0.0);
+    for (const std::string& name : table.names()) {
+      CAPTURE(name);
+      CHECK(warns(found, name + " = ") == outside);
     }
   }
 }

@@ -72,19 +72,6 @@ TEST_CASE("sample: progress runs to its end, and stopping keeps the draws") {
   CHECK_FALSE(none.agreed());
 }
 
-// Eight chains of 20 draws; what is known has neither.
-TEST_CASE("sample: chains agree by all R-hats and effective draws, and are apart by the parameters' R-hats") {
-  const sim::Protocol protocol = sines_protocol();
-  const Density density(protocol, {});
-  const Posterior found = sample(density, density.observe(recorded(protocol, some_parameters(), 0.02, 0)), quick());
-  REQUIRE(found.effective_draws().size() == found.rhat().size());
-  const double worst = *std::ranges::max_element(found.rhat());
-  CHECK(found.agreed() == (worst <= 1.05 && *std::ranges::min_element(found.effective_draws()) >= 100.0));
-  CHECK(found.max_rhat() == *std::ranges::max_element(std::span(found.rhat()).first(7)));
-  CHECK(found.chains_disagree() == (found.max_rhat() > 1.5));
-  CHECK_FALSE((found.agreed() && found.chains_disagree()));
-}
-
 TEST_CASE("sample: some draws are kept whole, evenly over chains and time") {
   const sim::Protocol protocol = sines_protocol();
   const Density density(protocol, {});
@@ -158,6 +145,13 @@ TEST_CASE("sample: summaries of the draws") {
       REQUIRE(state.slow_memory_s == states[0].slow_memory_s);
     }
   }
+  // Chains agree by all R-hats and effective draws, and are apart by the parameters' R-hats.
+  REQUIRE(found.effective_draws().size() == found.rhat().size());
+  const double worst = *std::ranges::max_element(found.rhat());
+  CHECK(found.agreed() == (worst <= 1.05 && *std::ranges::min_element(found.effective_draws()) >= 100.0));
+  CHECK(found.max_rhat() == *std::ranges::max_element(std::span(found.rhat()).first(7)));
+  CHECK(found.chains_disagree() == (found.max_rhat() > 1.5));
+  CHECK_FALSE((found.agreed() && found.chains_disagree()));
   CHECK(found.stddev(Density::start) == 0.0);
   CHECK(found.rhat()[found.place(Density::gain)] == 1.0);
   CHECK(found.correlation(Density::gain, sim::Kp) == 0.0);

@@ -97,10 +97,11 @@ TEST_CASE("ParameterTable: values as text, in any order and by either name") {
 TEST_CASE("ParameterTable: tables that are none") {
   const auto table = [](std::vector<ParameterInfo> all) { return [all] { ParameterTable{all}; }; };
   check_error(table({}), Code::setting_out_of_range, "a table has 0");
-  check_error(table(std::vector<ParameterInfo>(Parameters::most + 1, named("a"))), Code::setting_out_of_range, "33");
+  check_error(table(std::vector<ParameterInfo>(Parameters::max_parameters + 1, named("a"))), Code::setting_out_of_range,
+              "33");
   std::vector<ParameterInfo> full;
-  while (full.size() < Parameters::most) full.push_back(named("p" + std::to_string(full.size())));
-  CHECK(ParameterTable(full).names().size() == Parameters::most);
+  while (full.size() < Parameters::max_parameters) full.push_back(named("p" + std::to_string(full.size())));
+  CHECK(ParameterTable(full).names().size() == Parameters::max_parameters);
   check_error(table({named("a"), named("b"), named("a")}), Code::setting_conflict);
   ParameterInfo also_a = named("b");
   also_a.option = "a";

@@ -14,84 +14,35 @@
 namespace decid {
 namespace {
 
-struct KnownName {
-  std::string_view name;
+struct KnownNames {
   ColumnRole role;
+  std::vector<std::string_view> names;
 };
 
 /// English and German, as laboratories name the columns of their sheets. A unit may follow weights and heights.
-constexpr auto known_names = std::to_array<KnownName>({
-    {"id", ColumnRole::participant},
-    {"participant", ColumnRole::participant},
-    {"participant_id", ColumnRole::participant},
-    {"subject", ColumnRole::participant},
-    {"subject_id", ColumnRole::participant},
-    {"sub_id", ColumnRole::participant},
-    {"person", ColumnRole::participant},
-    {"person_id", ColumnRole::participant},
-    {"patient", ColumnRole::participant},
-    {"patient_id", ColumnRole::participant},
-    {"proband", ColumnRole::participant},
-    {"proband_id", ColumnRole::participant},
-    {"session", ColumnRole::session},
-    {"session_id", ColumnRole::session},
-    {"sitzung", ColumnRole::session},
-    {"group", ColumnRole::group},
-    {"gruppe", ColumnRole::group},
-    {"condition", ColumnRole::condition},
-    {"bedingung", ColumnRole::condition},
-    {"file", ColumnRole::file},
-    {"filename", ColumnRole::file},
-    {"path", ColumnRole::file},
-    {"recording", ColumnRole::file},
-    {"datei", ColumnRole::file},
-    {"dateiname", ColumnRole::file},
-    {"aufnahme", ColumnRole::file},
-    {"mass", ColumnRole::mass},
-    {"body_mass", ColumnRole::mass},
-    {"weight", ColumnRole::mass},
-    {"body_weight", ColumnRole::mass},
-    {"masse", ColumnRole::mass},
-    {"gewicht", ColumnRole::mass},
-    {"k\u00f6rpergewicht", ColumnRole::mass},
-    {"koerpergewicht", ColumnRole::mass},
-    {"height", ColumnRole::height},
-    {"body_height", ColumnRole::height},
-    {"gr\u00f6\u00dfe", ColumnRole::height},
-    {"groesse", ColumnRole::height},
-    {"k\u00f6rpergr\u00f6\u00dfe", ColumnRole::height},
-    {"koerpergroesse", ColumnRole::height},
-    {"protocol", ColumnRole::protocol},
-    {"protokoll", ColumnRole::protocol},
-});
+const std::vector<KnownNames> known_names{
+    {ColumnRole::participant,
+     {"id", "participant", "participant_id", "subject", "subject_id", "sub_id", "person", "person_id", "patient",
+      "patient_id", "proband", "proband_id"}},
+    {ColumnRole::session, {"session", "session_id", "sitzung"}},
+    {ColumnRole::group, {"group", "gruppe"}},
+    {ColumnRole::condition, {"condition", "bedingung"}},
+    {ColumnRole::file, {"file", "filename", "path", "recording", "datei", "dateiname", "aufnahme"}},
+    {ColumnRole::mass,
+     {"mass", "body_mass", "weight", "body_weight", "masse", "gewicht", "k\u00f6rpergewicht", "koerpergewicht"}},
+    {ColumnRole::height,
+     {"height", "body_height", "gr\u00f6\u00dfe", "groesse", "k\u00f6rpergr\u00f6\u00dfe", "koerpergroesse"}},
+    {ColumnRole::protocol, {"protocol", "protokoll"}}};
 
 /// The most important ones in French, Spanish, Portuguese, Italian and Dutch, and rarer English ones: a body that is
 /// not read would be the assumed one. In sheets of other languages they may mean something else (German Taille: the
 /// waist).
-constexpr auto further_names = std::to_array<KnownName>({
-    {"stature", ColumnRole::height},
-    {"poids", ColumnRole::mass},
-    {"poids_corporel", ColumnRole::mass},
-    {"taille", ColumnRole::height},
-    {"peso", ColumnRole::mass},
-    {"peso_corporal", ColumnRole::mass},
-    {"altura", ColumnRole::height},
-    {"estatura", ColumnRole::height},
-    {"talla", ColumnRole::height},
-    {"altezza", ColumnRole::height},
-    {"statura", ColumnRole::height},
-    {"lengte", ColumnRole::height},
-    {"paziente", ColumnRole::participant},
-    {"paciente", ColumnRole::participant},
-    {"sujet", ColumnRole::participant},
-    {"sujeto", ColumnRole::participant},
-    {"soggetto", ColumnRole::participant},
-    {"groupe", ColumnRole::group},
-    {"grupo", ColumnRole::group},
-    {"gruppo", ColumnRole::group},
-    {"fichier", ColumnRole::file},
-    {"archivo", ColumnRole::file},
-});
+const std::vector<KnownNames> further_names{
+    {ColumnRole::height, {"stature", "taille", "altura", "estatura", "talla", "altezza", "statura", "lengte"}},
+    {ColumnRole::mass, {"poids", "poids_corporel", "peso", "peso_corporal"}},
+    {ColumnRole::participant, {"paziente", "paciente", "sujet", "sujeto", "soggetto"}},
+    {ColumnRole::group, {"groupe", "grupo", "gruppo"}},
+    {ColumnRole::file, {"fichier", "archivo"}}};
 
 /// Persons as numbers or names: each of these with one of the endings, such as "VP-Nr".
 constexpr auto numbered_persons = std::to_array<std::string_view>(
@@ -116,71 +67,43 @@ std::optional<ColumnNaming> naming_of_person(const std::string& key) {
   return {};
 }
 
-struct KnownUnit {
+struct KnownUnits {
   ColumnRole role;
-  std::string_view unit;
   double size;  ///< in kg or m; 0: not read
+  std::vector<std::string_view> names;
 };
 
 /// A column in a unit that is not read is an error: carried along as any other column it would leave the body assumed.
 /// "lbav" and "ini" are UCUM's [lb_av] and [in_i].
-constexpr auto known_units = std::to_array<KnownUnit>({
-    {ColumnRole::mass, "kg", 1.0},
-    {ColumnRole::mass, "kgs", 1.0},
-    {ColumnRole::mass, "kilogram", 1.0},
-    {ColumnRole::mass, "kilograms", 1.0},
-    {ColumnRole::mass, "lb", 0.45359237},
-    {ColumnRole::mass, "lbs", 0.45359237},
-    {ColumnRole::mass, "lbav", 0.45359237},
-    {ColumnRole::mass, "pound", 0.45359237},
-    {ColumnRole::mass, "pounds", 0.45359237},
-    {ColumnRole::mass, "pfund", 0.0},
-    {ColumnRole::mass, "g", 0.0},
-    {ColumnRole::mass, "grams", 0.0},
-    {ColumnRole::mass, "n", 0.0},
-    {ColumnRole::mass, "newton", 0.0},
-    {ColumnRole::mass, "st", 0.0},
-    {ColumnRole::mass, "stone", 0.0},
-    {ColumnRole::mass, "oz", 0.0},
-    {ColumnRole::height, "m", 1.0},
-    {ColumnRole::height, "metre", 1.0},
-    {ColumnRole::height, "metres", 1.0},
-    {ColumnRole::height, "meter", 1.0},
-    {ColumnRole::height, "meters", 1.0},
-    {ColumnRole::height, "cm", centimetre},
-    {ColumnRole::height, "centimetre", centimetre},
-    {ColumnRole::height, "centimetres", centimetre},
-    {ColumnRole::height, "centimeter", centimetre},
-    {ColumnRole::height, "centimeters", centimetre},
-    {ColumnRole::height, "mm", 0.001},
-    {ColumnRole::height, "in", 0.0254},
-    {ColumnRole::height, "inch", 0.0254},
-    {ColumnRole::height, "inches", 0.0254},
-    {ColumnRole::height, "ini", 0.0254},
-    {ColumnRole::height, "zoll", 0.0254},
-    {ColumnRole::height, "ft", 0.0},
-    {ColumnRole::height, "foot", 0.0},
-    {ColumnRole::height, "feet", 0.0},
-    {ColumnRole::height, "ftin", 0.0},
-});
+const std::vector<KnownUnits> known_units{
+    {ColumnRole::mass, 1.0, {"kg", "kgs", "kilogram", "kilograms"}},
+    {ColumnRole::mass, 0.45359237, {"lb", "lbs", "lbav", "pound", "pounds"}},
+    {ColumnRole::mass, 0.0, {"pfund", "g", "grams", "n", "newton", "st", "stone", "oz"}},
+    {ColumnRole::height, 1.0, {"m", "metre", "metres", "meter", "meters"}},
+    {ColumnRole::height, centimetre, {"cm", "centimetre", "centimetres", "centimeter", "centimeters"}},
+    {ColumnRole::height, 0.001, {"mm"}},
+    {ColumnRole::height, 0.0254, {"in", "inch", "inches", "ini", "zoll"}},
+    {ColumnRole::height, 0.0, {"ft", "foot", "feet", "ftin"}}};
 
-/// Returns SheetColumn::per_unit of a unit: columns in cm may hold metres too.
-double size_in_columns(const KnownUnit& unit) {
-  return unit.size == centimetre ? 1.0 : unit.size;
+/// Returns SheetColumn::per_unit of a unit of this size: columns in cm may hold metres too.
+double size_in_columns(double size) {
+  return size == centimetre ? 1.0 : size;
 }
 
 /// Returns the meaning of a name, or of one with a unit: "weight", "weight_kg", "Height in cm", "Poids en kg".
-std::optional<SheetColumn> find_name(std::span<const KnownName> names, const std::string& key, ColumnNaming naming) {
+std::optional<SheetColumn> find_name(std::span<const KnownNames> known, const std::string& key, ColumnNaming naming) {
   constexpr auto joints = std::to_array<std::string_view>({"", "in", "en", "em"});
-  for (const KnownName& known : names) {
-    const std::string begin = column_key(known.name);
-    if (!key.starts_with(begin)) continue;
-    if (key == begin) return SheetColumn{known.role, 1.0, {}, false, naming};
-    for (const KnownUnit& unit : known_units)
-      for (const std::string_view joint : joints)
-        if (unit.role == known.role && key.substr(begin.size()) == std::string(joint) + std::string(unit.unit))
-          return SheetColumn{known.role, size_in_columns(unit), {}, true, naming};
-  }
+  for (const auto& [role, names] : known)
+    for (const std::string_view name : names) {
+      const std::string begin = column_key(name);
+      if (!key.starts_with(begin)) continue;
+      if (key == begin) return SheetColumn{role, 1.0, {}, false, naming};
+      for (const std::string_view joint : joints) {
+        if (!key.substr(begin.size()).starts_with(joint)) continue;
+        if (const std::optional<double> size = body_unit(role, key.substr(begin.size() + joint.size())))
+          return SheetColumn{role, size_in_columns(*size), {}, true, naming};
+      }
+    }
   return {};
 }
 
@@ -230,8 +153,8 @@ std::vector<SheetColumn> sheet_columns(const std::vector<std::string>& names) {
 
 std::optional<double> body_unit(ColumnRole role, const std::string& unit) {
   const std::string key = column_key(unit);
-  for (const KnownUnit& known : known_units)
-    if (known.role == role && known.unit == key) return known.size;
+  for (const KnownUnits& known : known_units)
+    if (known.role == role && std::ranges::find(known.names, key) != known.names.end()) return known.size;
   return {};
 }
 
@@ -249,10 +172,7 @@ bool has_unit_of_mass(const std::string& name) {
 
 void set_sidecar_unit(const std::string& unit, SheetColumn& column) {
   if (column.has_unit || (column.role != ColumnRole::mass && column.role != ColumnRole::height)) return;
-  const std::string key = column_key(unit);
-  const auto found = std::ranges::find_if(
-      known_units, [&](const KnownUnit& known) { return known.role == column.role && known.unit == key; });
-  column.per_unit = found == known_units.end() ? 0.0 : size_in_columns(*found);
+  column.per_unit = size_in_columns(body_unit(column.role, unit).value_or(0.0));
   column.has_sidecar_unit = true;
 }
 

@@ -11,7 +11,7 @@ namespace fs = std::filesystem;
 
 TEST_CASE("a journal holds as many parameters as a trial has") {
   const TemporaryFolder folder;
-  for (const std::size_t parameters : {std::size_t{7}, std::size_t{14}, sim::Parameters::most}) {
+  for (const std::size_t parameters : {std::size_t{7}, std::size_t{14}, sim::Parameters::max_parameters}) {
     const fs::path path = folder / std::to_string(parameters).c_str();
     JournalEntry entry;
     entry.sway_crc32 = 0x12345678;

@@ -2,14 +2,13 @@
 #include "identify/evaluation/calibration.hpp"
 
 #include <cmath>
-#include <tuple>
-#include <type_traits>
 
 #include "base/math/math.hpp"
 #include "base/math/random.hpp"
 #include "posterior/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/sampling/quick.hpp"
+#include "tests/posterior/sampling/set_posterior.hpp"
 #include "tests/posterior/trial.hpp"
 
 using namespace decid;
@@ -32,21 +31,6 @@ std::vector<CalibratedTrial> trials_of(double stated, int count) {
   }
   return trials;
 }
-
-/// An archive that sets the last R-hat and number of effective draws of a posterior.
-struct Spoiler {
-  double rhat, effective_draws;
-
-  template <class... Members>
-  void operator()(Members&... members) {
-    const auto all = std::tie(members...);
-    auto& of_rhat = std::get<sizeof...(Members) - 2>(all);
-    auto& of_effective = std::get<sizeof...(Members) - 1>(all);
-    static_assert(std::is_same_v<decltype(of_rhat), std::vector<double>&>);
-    of_rhat.back() = rhat;
-    of_effective.back() = effective_draws;
-  }
-};
 
 }  // namespace
 
@@ -140,9 +124,11 @@ TEST_CASE("calibrate: chains of any of a person's recordings that do not agree c
   const posterior::Posterior drawn =
       posterior::sample(density, density.observe(recorded(protocol, some_parameters(), 0.02, 0)), quick());
   std::vector<posterior::Posterior> found(3, drawn);
-  Spoiler spoiler{7.0, 2.0};
-  found[1].archive(spoiler);
-  const CalibratedTrial one = calibrate(some_parameters(), found.front(), protocol.ranges()),
+  std::vector<double> rhat = drawn.rhat(), effective_draws = drawn.effective_draws();
+  rhat.back() = 7.0;
+  effective_draws.back() = 2.0;
+  set_posterior(found[1], {drawn.states().begin(), drawn.states().end()}, rhat, effective_draws);
+  const CalibratedTrial one = calibrate(some_parameters(), std::span(found).first(1), protocol.ranges()),
                         all = calibrate(some_parameters(), found, protocol.ranges());
   CHECK(one.rhat < 7.0);
   CHECK(one.effective_draws > 2.0);

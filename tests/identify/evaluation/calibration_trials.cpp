@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "identify/evaluation/self_checks.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/sampling/quick.hpp"
 #include "tests/posterior/trial.hpp"
@@ -116,18 +115,4 @@ TEST_CASE("NetworkAnswers: answers of a network for its own experiment only") {
   calibrated.network.reset();
   none.answer(trial.sway_rad, calibrated);
   CHECK_FALSE(calibrated.network.has_value());
-}
-
-TEST_CASE("uniform_deviation: the range over the root of 12") {
-  const sim::ParameterTable ranges = sim::default_protocol().ranges();
-  const sim::Parameters stddev = uniform_stddev(ranges);
-  REQUIRE(stddev.size() == ranges.size());
-  for (std::size_t p = 0; p < ranges.size(); ++p) CHECK(stddev[p] == ranges[p].range() / std::sqrt(12.0));
-}
-
-TEST_CASE("self_checks: simulated trials have their known bits") {
-  const std::vector<SelfCheck> checks = self_checks();
-  REQUIRE(checks.size() == 4);
-  CHECK_FALSE(checks.back().is_shared);
-  CHECK(checks.back().compute(nullptr) == checks.back().expected);
 }

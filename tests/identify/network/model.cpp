@@ -69,18 +69,18 @@ TEST_CASE("a flipped bit anywhere in a model file is detected") {
     return false;
   };
   int values = 0;
-  for (std::size_t i = header; i < bytes.size(); i += 61) {
+  for (std::size_t i = header; i < bytes.size(); i += 127) {
     std::string changed = bytes;
     changed[i] = static_cast<char>(changed[i] ^ (1 << (i % 8)));
     CAPTURE(i);
     CHECK(refused(changed));
     ++values;
   }
-  CHECK(values > 400);
+  CHECK(values > 200);
   // In the header too, but for the blanks behind it and the hash's own name, without which the file is an old one.
   const std::size_t name = bytes.find("\"sha256\"");
   REQUIRE(name < header);
-  for (std::size_t i = 8; i < bytes.find_last_of('}', header) + 1; i += 3) {
+  for (std::size_t i = 8; i < bytes.find_last_of('}', header) + 1; i += 7) {
     if (i >= name && i < name + 8) continue;
     std::string changed = bytes;
     changed[i] = static_cast<char>(changed[i] ^ 1);
@@ -115,23 +115,6 @@ TEST_CASE("a model from before the noise had a period of its own keeps the trial
   CHECK(period_s(protocol) == 63.7);
 }
 
-TEST_CASE("a scaling of another number of targets than parameters is refused") {
-  const std::string bytes = to_bytes(example());
-  for (const char* list : {"mean", "deviation"}) {
-    for (const bool more : {true, false}) {
-      nn::TensorFile file = nn::from_safetensors(bytes, "m");
-      file.metadata.erase(nn::content_hash_key);
-      Json targets = Json::parse(file.metadata.at("targets"));
-      if (more)
-        targets[list].push_back(1.0);
-      else
-        targets[list].erase(6);
-      file.metadata["targets"] = targets.dump();
-      test::check_error([&] { model_from_bytes(nn::to_safetensors(file), "m"); }, Code::file_damaged);
-    }
-  }
-}
-
 TEST_CASE("a model file whose parts do not stand is refused, each with its reason") {
   Model whole = example();
   const auto features = static_cast<std::size_t>(feature_count(whole.network));
@@ -158,6 +141,13 @@ TEST_CASE("a model file whose parts do not stand is refused, each with its reaso
         reason.c_str(), [&](auto& file) { file.metadata.erase(key); }, Code::file_unsupported);
   }
   refused("target scaling that cannot be read", [](auto& file) { file.metadata["targets"] = "{}"; });
+  for (const char* list : {"mean", "deviation"})
+    for (const std::size_t count : {6U, 8U})
+      refused("", [&](auto& file) {
+        Json targets = Json::parse(file.metadata["targets"]);
+        targets[list] = std::vector<double>(count, 1.0);
+        file.metadata["targets"] = targets.dump();
+      });
   for (const double stddev : {0.0, -1.0})
     refused("target scaling that is not positive", [&](auto& file) {
       Json targets = Json::parse(file.metadata["targets"]);
@@ -193,12 +183,6 @@ TEST_CASE("outputs of another number than the network's are not decoded") {
   CHECK_THROWS_AS(model.head->scores(outputs, scores), Error);
 }
 
-TEST_CASE("a model's network inputs use its image settings") {
-  const Model model = example();
-  CHECK(model.image() == preset_named("small").image);
-  CHECK(&model.image() == &model.images().settings());
-}
-
 TEST_CASE("a finished model is no checkpoint") {
   Checkpoint checkpoint;
   CHECK_THROWS_AS(model_from_bytes(to_bytes(example()), "m", &checkpoint), Error);
@@ -225,95 +209,14 @@ TEST_CASE("an architecture without 7 outputs is refused") {
   test::check_error([&] { Model(sim::default_protocol(), {}, "fc 6"); }, Code::setting_conflict, "7 outputs");
 }
 
-TEST_CASE("presets fit the protocols they are for, and folded images no other") {
+TEST_CASE("a preset's folded image is refused for protocols of other cycles") {
   for (const Preset& preset : presets()) {
+    if (preset.image.fold == 1) continue;
     CAPTURE(preset.name);
-    const auto make = [&](const sim::Protocol& protocol) {
-      return Model(protocol, preset.image, preset.architecture, head_named(preset.head, preset.name))
-          .network.parameter_count();
-    };
-    if (preset.name == "short") {
-      CHECK(make(sim::short_protocol()) > 1000);
-      test::check_error([&] { make(sim::default_protocol()); }, Code::setting_conflict);
-    } else {
-      CHECK(make(sim::default_protocol()) > 1000);
-      if (preset.image.fold > 1)
-        test::check_error([&] { make(sim::short_protocol()); }, Code::setting_conflict);
-      else
-        CHECK(make(sim::short_protocol()) > 1000);
-    }
+    const sim::Protocol other = preset.name == "short" ? sim::default_protocol() : sim::short_protocol();
+    const Head& head = head_named(preset.head, preset.name);
+    test::check_error([&] { Model(other, preset.image, preset.architecture, head); }, Code::setting_conflict);
   }
-}
-
-TEST_CASE("presets of whole cycles fit every protocol, up to their own frequency") {
-  const auto fitted = [](const char* preset, const sim::Protocol& protocol) {
-    const dataset::ImageSettings image = image_for(preset_named(preset), protocol);
-    CHECK(Model(protocol, image, preset_named(preset).architecture).network.parameter_count() > 1000);
-    return image;
-  };
-  // The input settings stay the same for the protocol that they were made for.
-  CHECK(fitted("best", sim::default_protocol()) == preset_named("best").image);
-  CHECK(fitted("firmware", sim::default_protocol()) == preset_named("firmware").image);
-  CHECK(fitted("short", sim::short_protocol()) == preset_named("short").image);
-  CHECK(fitted("paper", sim::short_protocol()) == preset_named("paper").image);
-
-  const dataset::ImageSettings brief = fitted("best", sim::short_protocol());
-  CHECK(brief.window == 2000);
-  CHECK(brief.fold == 3);
-  CHECK(brief.first_sample == 197);
-  CHECK(brief.rows == 85);  // 4.2 Hz of 0.05 each
-  CHECK(fitted("short", sim::default_protocol()).rows == 387);
-
-  sim::Protocol protocol;
-  protocol.experiment.sample_rate_hz = 50.0;
-  CHECK(fitted("best", protocol).window == 3025);
-  CHECK(fitted("best", protocol).rows == 256);
-  protocol.experiment.sample_rate_hz = 1000.0;
-  CHECK(fitted("best", protocol).window == 60'500);
-  // Cycles of 80.242 s are no whole number of samples: one window, all of them.
-  protocol.experiment.sample_rate_hz = 100.0;
-  protocol.sequence().state_s = 0.331;
-  const dataset::ImageSettings unfolded = fitted("best", protocol);
-  CHECK(unfolded.fold == 1);
-  CHECK(unfolded.window == 16'020);
-  CHECK(unfolded.rows == 678);
-
-  sim::Sines sines;
-  sines.components = {{.frequency_hz = 0.5, .amplitude_deg = 1.0}};
-  sines.cycle_s = 4.0;
-  sines.cycles = 1;
-  protocol.experiment.stimulus = sines;
-  protocol.noise.vestibular.low_hz = 0.25;
-  sines.cycle_s = 200.11;  // a prime number of samples
-  sines.lead_out_s = 0.39;
-  protocol.experiment.stimulus = sines;
-  const dataset::ImageSettings prime = fitted("best", protocol);
-  CHECK(prime.fold == 1);
-  CHECK(prime.window == 20'010);
-
-  sines.lead_out_s = 0.0;
-  // Cycles that are too long for a window, or too many to fold.
-  sines.cycle_s = 200.0;
-  sines.cycles = 2;
-  protocol.experiment.stimulus = sines;
-  protocol.experiment.sample_rate_hz = 1000.0;
-  const dataset::ImageSettings long_cycles = fitted("best", protocol);
-  CHECK(long_cycles.fold == 1);
-  CHECK(long_cycles.window == dataset::max_window);
-  sines.cycle_s = 2.0;
-  sines.cycles = 1200;
-  protocol.experiment.stimulus = sines;
-  protocol.experiment.sample_rate_hz = 20.0;
-  CHECK(fitted("best", protocol).fold == 1);
-
-  protocol.experiment.sample_rate_hz = 100.0;
-  sines.cycles = 1;
-  sines.cycle_s = 4.0;
-  protocol.experiment.stimulus = sines;
-  const dataset::ImageSettings tiny = fitted("best", protocol);
-  CHECK(tiny.window == 400);
-  CHECK(tiny.fold == 1);
-  CHECK(tiny.rows == 64);
 }
 
 TEST_CASE("measurement noise other than the model's is reported") {

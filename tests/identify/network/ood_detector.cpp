@@ -192,36 +192,25 @@ TEST_CASE("OodDetector: features that are always the same can be divided by") {
   for (const double distance : found) CHECK((distance > 0 && distance < 5));
 }
 
-TEST_CASE("OodDetector: eight trials for each feature are needed, of three fifths of them") {
-  const Model known = model();
-  CHECK_FALSE(learn_ood_detector(known, Unseen(39), 5).known());  // 23 to learn from
-  CHECK(learn_ood_detector(known, Unseen(39), 5).whitening.empty());
-  CHECK(learn_ood_detector(known, Unseen(40), 5).known());
-}
-
-TEST_CASE("OodDetector: features are the inputs of the last layer, if it is fully connected and has few") {
-  const auto count = [](const std::string& architecture) { return feature_count(model(architecture).network); };
-  CHECK(count("fc 3; fc 7") == 3);
-  CHECK(count("fc 5; relu; fc 7") == 5);
-  CHECK(count("fc 512; fc 7") == 512);
-  CHECK(count("fc 513; fc 7") == 0);
-  CHECK(count("fc 7; relu") == 0);
-  CHECK(count("fc 7") == 0);
-  for (const std::string architecture : {"fc 513; fc 7", "fc 7; relu", "fc 7"})
-    CHECK_FALSE(learn_ood_detector(model(architecture), Unseen(10'000), 5).known());
-}
-
-TEST_CASE("OodDetector: why there is none is one reason") {
-  const auto why = [](const std::string& architecture, int trials) {
-    return why_no_ood_detector(model(architecture), Unseen(trials));
+TEST_CASE(
+    "OodDetector: features are the inputs of a last layer fc, if few; it takes eight trials of each, of three fifths") {
+  struct Case {
+    const char* architecture;
+    int features, trials;
+    std::string why;  ///< there is none
   };
-  CHECK(why("fc 3; fc 7", 40).empty());
-  CHECK(why("fc 512; fc 7", 6827).empty());
-  CHECK(why("fc 3; fc 7", 39) == "it takes 40 trials that the network was not trained on, and there are 39");
-  CHECK(why("fc 512; fc 7", 3) == "it takes 6827 trials that the network was not trained on, and there are 3");
-  CHECK(why("fc 7; relu", 3) == "the network's last layer, relu, is not fc");
-  CHECK(why("fc 513; fc 7", 3) == "the network's last layer reads 513 features, and at most 512 are kept");
-  CHECK(why("fc 7", 10'000) == "the network has one layer, and so no features");
+  for (const auto& [architecture, count, trials, why] :
+       {Case{"fc 3; fc 7", 3, 40, ""}, Case{"fc 3; fc 7", 3, 39, "it takes 40 trials"},
+        Case{"fc 5; relu; fc 7", 5, 100, ""}, Case{"fc 512; fc 7", 512, 3, "it takes 6827 trials"},
+        Case{"fc 513; fc 7", 0, 10'000, "reads 513 features"}, Case{"fc 7; relu", 0, 3, "relu, is not fc"},
+        Case{"fc 7", 0, 10'000, "has one layer"}}) {
+    const Model made = model(architecture);
+    CHECK(feature_count(made.network) == count);
+    const std::string found = why_no_ood_detector(made, Unseen(trials));
+    CHECK(found.empty() == why.empty());
+    CHECK(contains(found, why));
+    CHECK(learn_ood_detector(made, Unseen(trials), 5).known() == why.empty());
+  }
 }
 
 }  // namespace decid

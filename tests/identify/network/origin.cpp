@@ -125,15 +125,6 @@ TEST_CASE("origin: version 1 named its trials in a sentence") {
   CHECK(built_in_model().origin.trials == dataset::TrialIdentity{Kind::stream, 1, {}});
 }
 
-TEST_CASE("origin: differences are named") {
-  Origin other = origin();
-  other.epochs = 5;
-  other.patience = 2;
-  CHECK(difference(origin(), other) == "epochs 3 there, 5 here; patience nothing there, 2 here");
-  CHECK(difference(other, origin()) == "epochs 5 there, 3 here; patience 2 there, nothing here");
-  CHECK(difference(other, other).empty());
-}
-
 TEST_CASE("origin: nobody measures a model on its training") {
   const dataset::TrialIdentity same_seed{Kind::stored, 7, "aa"}, other_seed{Kind::stored, 8, "aa"};
   check_error([&] { require_not_trained_on(origin(), same_seed, Measured::all, "d.npz"); }, Code::data_reused,

@@ -57,15 +57,15 @@ Figures figures_of(const Model& model, int count) {
 
 }  // namespace
 
-// The errors of 1,000 trials are 0.437 and 0.133 of the ranges' variance (docs/guide/models.md), those of 200 have
-// standard errors of 0.01, their coverage one of 0.01: the limits are five of them.
+// The errors of 1,000 trials are 0.437 and 0.133 of the ranges' variance (docs/guide/models.md), those of 100 have
+// standard errors of 0.014, their coverage one of 0.014: the limits are five of them.
 TEST_CASE("models of dec2015 and ic come with decid, and err and cover as documented") {
   for (const auto& [controller, mse] : {std::pair{"dec2015", 0.437}, std::pair{"ic", 0.133}}) {
     CAPTURE(controller);
     const Model model = load_model(DECID_SOURCE_DIR "/models/" + std::string(controller) + ".safetensors");
     CHECK(std::string(model.protocol.experiment.body_model->name) == controller);
-    const Figures found = figures_of(model, 200);
-    CHECK(std::abs(found.mse - mse) < 0.05);
-    CHECK(std::abs(found.coverage90 - 0.9) < 0.05);
+    const Figures found = figures_of(model, 100);
+    CHECK(std::abs(found.mse - mse) < 0.07);
+    CHECK(std::abs(found.coverage90 - 0.9) < 0.07);
   }
 }

@@ -312,25 +312,13 @@ TEST_CASE("read_sheet: a sidecar of BIDS gives the units of weights and heights 
 
 TEST_CASE("set_reading_option: every option, and values it does not have") {
   ReadOptions made;
-  for (const auto& [name, value] : std::initializer_list<std::pair<const char*, const char*>>{{"column", "COM_x"},
-                                                                                              {"section", "2"},
-                                                                                              {"leg_column", "l"},
-                                                                                              {"trunk_column", "t"},
-                                                                                              {"hip_column", "h"},
-                                                                                              {"shoulder_column", "s"},
-                                                                                              {"ankle_column", "a"},
-                                                                                              {"unit", "mm"},
-                                                                                              {"rate", "100"},
-                                                                                              {"com_height", "0.9"},
-                                                                                              {"skip_lines", "3"},
-                                                                                              {"missing_value", "-1"},
-                                                                                              {"fill_gaps", "0.1"},
-                                                                                              {"begin", "2"},
-                                                                                              {"tilt_column", "p"},
-                                                                                              {"tilt_unit", "rad"},
-                                                                                              {"invert", "both"},
-                                                                                              {"detrend", "linear"}})
-    set_reading_option(made, name, value, "here");
+  using Settings = std::vector<std::pair<std::string, std::string>>;
+  const Settings given{{"column", "COM_x"},  {"section", "2"},         {"leg_column", "l"},   {"trunk_column", "t"},
+                       {"hip_column", "h"},  {"shoulder_column", "s"}, {"ankle_column", "a"}, {"unit", "mm"},
+                       {"rate", "100"},      {"com_height", "0.9"},    {"skip_lines", "3"},   {"missing_value", "-1"},
+                       {"fill_gaps", "0.1"}, {"begin", "2"},           {"tilt_column", "p"},  {"tilt_unit", "rad"},
+                       {"invert", "both"},   {"detrend", "linear"}};
+  for (const auto& [name, value] : given) set_reading_option(made, name, value, "here");
   const recording::RecordingOptions& reading = made.recording;
   CHECK(reading.column == "COM_x");
   CHECK(reading.section == "2");
@@ -360,15 +348,10 @@ TEST_CASE("set_reading_option: every option, and values it does not have") {
   set_reading_option(made, "unit", "Deg", "here");
   set_reading_option(made, "tilt_unit", "MRAD", "here");
   CHECK((made.recording.unit == recording::Unit::degree && made.recording.tilt_unit == recording::Unit::milliradian));
-  for (const auto& [name, value] : std::initializer_list<std::pair<const char*, const char*>>{{"unit", "feet"},
-                                                                                              {"tilt_unit", "mm"},
-                                                                                              {"invert", "all"},
-                                                                                              {"detrend", "mean"},
-                                                                                              {"detrend", "yes"},
-                                                                                              {"rate", "0"},
-                                                                                              {"rate", "x"},
-                                                                                              {"begin", "-1"},
-                                                                                              {"begin", "1 s"}})
+  const Settings wrong{{"unit", "feet"},    {"tilt_unit", "mm"}, {"invert", "all"},
+                       {"detrend", "mean"}, {"detrend", "yes"},  {"rate", "0"},
+                       {"rate", "x"},       {"begin", "-1"},     {"begin", "1 s"}};
+  for (const auto& [name, value] : wrong)
     check_error([&, &n = name, &v = value] { set_reading_option(made, n, v, "here"); }, Code::value_invalid, "here");
   check_error([&] { set_reading_option(made, "nothing", "1", "here"); }, Code::setting_unknown, "nothing");
   CHECK(find_reading_option("Tilt column") == "tilt_column");

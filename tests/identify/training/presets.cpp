@@ -70,12 +70,6 @@ TEST_CASE("presets: with another head the last layer has its outputs, the others
   test::check_error([] { with_head(decid::presets()[0], "mixtures", 7, "--head"); }, Code::file_unsupported);
 }
 
-TEST_CASE("presets: the image of its own protocol is the one that is written down") {
-  CHECK(image_for(preset_named("best"), sim::default_protocol()) == preset_named("best").image);
-  CHECK(image_for(preset_named("firmware"), sim::default_protocol()) == preset_named("best").image);
-  CHECK(image_for(preset_named("short"), sim::short_protocol()) == preset_named("short").image);
-}
-
 TEST_CASE("presets: time series are of cycles up to eight, in blocks of 0.1 s up to 2048 of them") {
   const Preset& series = preset_named("series");
   CHECK(image_for(series, sim::default_protocol()) == series.image);
@@ -96,7 +90,10 @@ TEST_CASE("presets: time series are of cycles up to eight, in blocks of 0.1 s up
   check(sines(40.0, 1, 10.0), 1, 1, 400);
 }
 
-TEST_CASE("presets: images that do not fold are the same for every protocol") {
+TEST_CASE("presets: the image of its own protocol is the one that is written down; without folds that of every one") {
+  CHECK(image_for(preset_named("best"), sim::default_protocol()) == preset_named("best").image);
+  CHECK(image_for(preset_named("firmware"), sim::default_protocol()) == preset_named("best").image);
+  CHECK(image_for(preset_named("short"), sim::short_protocol()) == preset_named("short").image);
   for (const std::string name : {"paper", "small"})
     for (const sim::Protocol& protocol : {sim::default_protocol(), sim::short_protocol(), sines(10.0, 3, 50.0)})
       CHECK(image_for(preset_named(name), protocol) == preset_named(name).image);
@@ -149,6 +146,7 @@ TEST_CASE("presets: cycles that cannot be folded are one window, as many as fit"
   };
   // No whole number of samples: both are 12245.2.
   check(uneven(), 12'245);
+  CHECK(image_for(best, uneven()).rows == 518);  // 4.2 Hz
   // Too many.
   check(sines(0.2, 1001), 20'020);
   CHECK(image_for(best, sines(0.2, 1000)).fold == 1000);

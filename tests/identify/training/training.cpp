@@ -40,11 +40,16 @@ TrainingSettings quick_settings() {
   return settings;
 }
 
+/// Trains to the end.
+bool train(const dataset::TrialSource& source, const TrainingSettings& settings, TrainingState& state) {
+  return run_training(
+      source, settings, state, [](int, int) { return true; }, [] {});
+}
+
 std::string train_hash(const dataset::TrialSource& source) {
   const TrainingSettings settings = quick_settings();
   TrainingState state = start_training(source, settings);
-  run_training(
-      source, settings, state, [](int, int) { return true; }, [] {});
+  train(source, settings, state);
   return nn::weights_sha256(state.model.network) + sha256(log_csv(state.log, 7));
 }
 
@@ -78,51 +83,8 @@ TEST_CASE("a batch size that leaves one trial over trains as well as one that le
   settings.preset.batch = 1;
   TrainingState state = start_training(*source, settings);
   const std::string before = nn::weights_sha256(state.model.network);
-  test::check_error(
-      [&] {
-        run_training(
-            *source, settings, state, [](int, int) { return true; }, [] {});
-      },
-      Code::setting_out_of_range, "layers.2");
+  test::check_error([&] { train(*source, settings, state); }, Code::setting_out_of_range, "layers.2");
   CHECK(nn::weights_sha256(state.model.network) == before);
-}
-
-TEST_CASE("weights and log are the same for any number of threads") {
-  const auto source = quick_source();
-  const int before = omp_get_max_threads();
-  omp_set_num_threads(1);
-  const std::string once = train_hash(*source);
-  for (const int threads : {2, 3, 8}) {
-    omp_set_num_threads(threads);
-    CAPTURE(threads);
-    CHECK(train_hash(*source) == once);
-    CHECK(train_hash(*quick_source()) == once);  // the data set too
-  }
-  omp_set_num_threads(before);
-}
-
-TEST_CASE("a training on streamed trials") {
-  const auto source = dataset::stream_source(quick_protocol(), 3, 60, 20);
-  TrainingSettings settings = quick_settings();
-  settings.scaling_trials = 30;
-  TrainingState state = start_training(*source, settings);
-  CHECK(run_training(
-      *source, settings, state, [](int, int) { return true; }, [] {}));
-  REQUIRE(state.log.size() == 3);
-  CHECK(std::isfinite(state.log.back().validation_mse));
-}
-
-TEST_CASE("a training that has not begun has a checkpoint, from which it ends in the same bits") {
-  const auto source = quick_source();
-  const TrainingSettings settings = quick_settings();
-  TrainingState state = start_training(*source, settings);
-  CHECK(state.optimiser.memory.empty());
-  TrainingState there = state_from_bytes(checkpoint_bytes(state));
-  REQUIRE(there.optimiser.memory.size() == 1);
-  CHECK(there.optimiser.memory == nn::begin(*nn::sgd(), state.model.network).memory);
-  CHECK(run_training(
-      *source, settings, there, [](int, int) { return true; }, [] {}));
-  CHECK(nn::weights_sha256(there.model.network) + sha256(log_csv(there.log, 7)) == train_hash(*source));
 }
 
 TEST_CASE("a training that is stopped and goes on ends in the same bits") {
@@ -143,8 +105,7 @@ TEST_CASE("a training that is stopped and goes on ends in the same bits") {
   TrainingState resumed{
       model_from_bytes(kept, "checkpoint", &checkpoint), {state.log.at(0)}, {0, {checkpoint.momentum_buffers}}};
   CHECK(checkpoint.progress == "1");
-  CHECK(run_training(
-      *source, settings, resumed, [](int, int) { return true; }, [] {}));
+  CHECK(train(*source, settings, resumed));
   CHECK(nn::weights_sha256(resumed.model.network) + sha256(log_csv(resumed.log, 7)) == straight);
 
   // The state itself is in the middle of epoch 2, and goes on from there, through a file too.
@@ -203,8 +164,7 @@ TEST_CASE("a moving average: that of the weights and statistics after each step,
   TrainingSettings without = settings;
   without.average = 0;
   TrainingState other = start_training(*source, without);
-  run_training(
-      *source, without, other, [](int, int) { return true; }, [] {});
+  train(*source, without, other);
   CHECK(nn::weights_sha256(other.model.network) == nn::weights_sha256(state.model.network));
   CHECK_FALSE(other.average);
   CHECK(nn::weights_sha256(trained_model(other).network) == nn::weights_sha256(other.model.network));
@@ -223,33 +183,33 @@ TEST_CASE("a moving average: the same bits for any number of threads, stopped an
   const auto trained_hash = [](const TrainingState& state) {
     return nn::weights_sha256(trained_model(state).network) + sha256(log_csv(state.log, 7));
   };
-  const auto always = [](int, int) { return true; };
   const int threads = omp_get_max_threads();
   std::string straight;
-  for (const int count : {1, 3}) {
+  for (const int count : {1, 3, 8}) {
     omp_set_num_threads(count);
     TrainingState state = start_training(*source, settings);
-    run_training(*source, settings, state, always, [] {});
+    train(*source, settings, state);
     if (straight.empty()) straight = trained_hash(state);
     CHECK(trained_hash(state) == straight);
   }
   omp_set_num_threads(threads);
-  // Stopped in the middle of an epoch and at an epoch's end, each time through the bytes of a checkpoint.
-  for (const int stop : {1, 2, 3}) {
+  // Stopped before it has begun, in the middle of an epoch and at an epoch's end, each time through the bytes of a
+  // checkpoint.
+  for (const int stop : {0, 1, 2, 3}) {
     TrainingState state = start_training(*source, settings);
     int batches = 0;
-    CHECK_FALSE(run_training(
-        *source, settings, state, [&](int, int) { return ++batches < stop; }, [] {}));
+    if (stop > 0)
+      CHECK_FALSE(run_training(
+          *source, settings, state, [&](int, int) { return ++batches < stop; }, [] {}));
     TrainingState resumed = state_from_bytes(checkpoint_bytes(state));
-    CHECK(resumed.average.has_value());
-    CHECK(run_training(*source, settings, resumed, always, [] {}));
+    CHECK(resumed.average.has_value() == (stop > 0));
+    CHECK(train(*source, settings, resumed));
     CHECK(trained_hash(resumed) == straight);
   }
   for (const double decay : {1.0, -0.1, std::nan("")}) {
     settings.average = decay;
     TrainingState state = start_training(*source, settings);
-    test::check_error([&] { run_training(*source, settings, state, always, [] {}); }, Code::setting_out_of_range,
-                      "average");
+    test::check_error([&] { train(*source, settings, state); }, Code::setting_out_of_range, "average");
   }
 }
 
@@ -270,12 +230,7 @@ TEST_CASE("weights of a model of another shape are refused, and so is the middle
   for (const int trials : {20 + 1, 10'000}) {
     TrainingState state = start_training(*source, settings);
     state.part.trials = trials;
-    test::check_error(
-        [&] {
-          run_training(
-              *source, settings, state, [](int, int) { return true; }, [] {});
-        },
-        Code::setting_out_of_range);
+    test::check_error([&] { train(*source, settings, state); }, Code::setting_out_of_range);
   }
 }
 
@@ -286,10 +241,7 @@ TEST_CASE("patience ends a training that no longer improves, resumed or not") {
   settings.preset.schedule = "constant";
   settings.patience = 3;
   TrainingState state = start_training(*source, settings);
-  const auto run = [&] {
-    return run_training(
-        *source, settings, state, [](int, int) { return true; }, [] {});
-  };
+  const auto run = [&] { return train(*source, settings, state); };
   CHECK(run());
   const int epochs = static_cast<int>(state.log.size());
   CHECK(epochs < 200);
@@ -311,8 +263,7 @@ TEST_CASE("the log's errors are those of the trials, training and validation") {
   settings.preset.learning_rate = 1e-30;
   settings.preset.epochs = 1;
   TrainingState state = start_training(*source, settings);
-  run_training(
-      *source, settings, state, [](int, int) { return true; }, [] {});
+  train(*source, settings, state);
   const dataset::Dataset data = dataset::generate({.protocol = quick_protocol(), .count = 70, .seed = 11});
   for (const int half : {0, 1}) {
     std::vector<std::span<const float>> sways;
@@ -348,8 +299,7 @@ TEST_CASE("the rate rises during the epochs of warm-up, and follows its schedule
   const double rate = settings.preset.learning_rate;
   const auto rates = [&] {
     TrainingState state = start_training(*source, settings);
-    run_training(
-        *source, settings, state, [](int, int) { return true; }, [] {});
+    train(*source, settings, state);
     std::vector<double> logged;
     for (const EpochLog& e : state.log) logged.push_back(e.learning_rate);
     return logged;
@@ -378,8 +328,7 @@ TEST_CASE("weights begin as the seed says, and trials come in its order") {
     settings.seed = 5;
     TrainingState state = start_training(*source, settings);
     settings.seed = order;
-    run_training(
-        *source, settings, state, [](int, int) { return true; }, [] {});
+    train(*source, settings, state);
     return nn::weights_sha256(state.model.network);
   };
   CHECK(trained(5) != trained(6));
@@ -391,23 +340,7 @@ TEST_CASE("a diverging training is an error") {
   settings.preset.learning_rate = 1e5;
   settings.preset.schedule = "constant";
   TrainingState state = start_training(*source, settings);
-  test::check_error(
-      [&] {
-        run_training(
-            *source, settings, state, [](int, int) { return true; }, [] {});
-      },
-      Code::diverged);
-}
-
-TEST_CASE("learning from few trials goes below the error of the mean") {
-  const auto source = quick_source();
-  TrainingSettings settings = quick_settings();
-  settings.preset.epochs = 25;
-  TrainingState state = start_training(*source, settings);
-  run_training(
-      *source, settings, state, [](int, int) { return true; }, [] {});
-  CHECK(state.log.back().training_mse < 0.7);
-  CHECK(state.log.front().training_mse > state.log.back().training_mse);
+  test::check_error([&] { train(*source, settings, state); }, Code::diverged);
 }
 
 }  // namespace decid::tools

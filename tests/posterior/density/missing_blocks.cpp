@@ -1,5 +1,5 @@
-// Blocks without a recorded value: the density integrates them out, as explicit covariance matrices in which these
-// blocks have a variance of their own.
+// Gaps of a recording: the density integrates their blocks out, and their values do not count; gaps that are refused.
+// spectrum.cpp holds the noise of missing blocks to explicit covariance matrices.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,7 +11,6 @@
 #include "posterior/density/density.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/density/density_points.hpp"
-#include "tests/posterior/density/residuals.hpp"
 #include "tests/posterior/trial.hpp"
 
 using namespace decid;
@@ -19,13 +18,6 @@ using namespace decid::posterior;
 using namespace decid::test;
 
 namespace {
-
-constexpr double epsilon = std::numeric_limits<double>::epsilon();
-
-/// 44 blocks of 0.1 s with two gaps, one at the end.
-struct Gapped : Residuals {
-  Gapped() : Residuals(44, 0.1, 2.5, {7, 8, 9, 10, 11, 30, 43}) {}
-};
 
 /// A gap of 1.35 s and a short one, which touch 14 and 1 blocks of 0.1 s.
 const std::vector<SampleRange> gaps{{305, 440}, {700, 703}};
@@ -38,131 +30,6 @@ Observation observe_gaps(const Density& density, float shift_rad = 0.0F) {
 }
 
 }  // namespace
-
-TEST_CASE("MissingBlocks: the misfit is the density of a covariance in which they have any value") {
-  Gapped g;
-  const std::array<double, lanes> misfit = g.misfit();
-  for (std::size_t l = 0; l < lanes; ++l) {
-    const DenseNoise dense = g.dense(l);
-    const std::vector<double> kept = dense.transform(g.rows, g.folded(g.unfolded, l));
-    const DenseGaussian gaussian = dense.of_coefficients(g.rows);
-    const double scale = gaussian.product(kept, kept) + std::abs(gaussian.log_determinant());
-    CHECK(within(misfit[l], gaussian.misfit(kept), dense.rounding(g.rows) * scale));
-  }
-}
-
-TEST_CASE("MissingBlocks: derivatives by the levels are those of finite differences") {
-  Gapped g;
-  const std::array<double, lanes> here = g.misfit();
-  AlignedVector<double> by_unfolded(g.unfolded.size());
-  const NoiseSpectrum::LevelGradient by = g.gradient(by_unfolded);
-  const double step = 6e-6;
-  for (std::array<double, lanes> NoiseLevels::*const level :
-       {&NoiseLevels::white, &NoiseLevels::slow, &NoiseLevels::memory}) {
-    const NoiseLevels levels = g.levels;
-    for (double& value : g.levels.*level) value *= std::exp(step);
-    const std::array<double, lanes> above = g.misfit();
-    g.levels = levels;
-    for (double& value : g.levels.*level) value *= std::exp(-step);
-    const std::array<double, lanes> below = g.misfit();
-    g.levels = levels;
-    for (std::size_t l = 0; l < lanes; ++l) {
-      const double derivative = level == &NoiseLevels::white  ? by.white[l] * levels.white[l]
-                                : level == &NoiseLevels::slow ? by.slow[l] * levels.slow[l]
-                                                              : by.memory[l];
-      const double scale = std::abs(here[l]) + 20.0 * static_cast<double>(g.rows);
-      CHECK(within(derivative, (above[l] - below[l]) / (2.0 * step), 100.0 * (epsilon / step + step * step) * scale));
-    }
-  }
-}
-
-TEST_CASE("MissingBlocks: derivatives by the residual, and products of whitened columns") {
-  Gapped g;
-  g.misfit();
-  AlignedVector<double> by_unfolded(g.unfolded.size());
-  g.gradient(by_unfolded);
-  g.misfit();
-  g.spectrum.begin_whitening(g.missing, g.work, chosen_isa());
-  const AlignedVector<double> residual = g.unfolded;
-  std::array<std::vector<double>, 2> whitened;
-  for (std::size_t i = 0; i < 2; ++i) {
-    for (std::size_t l = 0; l < lanes; ++l) g.put(g.random(100 * (i + 1) + l, 1e-3), l);
-    g.spectrum.whiten(g.missing, g.unfolded, g.work, chosen_isa());
-    whitened[i].assign(g.work.coefficient.begin(), g.work.coefficient.end());
-    whitened[i].insert(whitened[i].end(), g.work.missing_value.begin(), g.work.missing_value.end());
-  }
-  for (std::size_t l = 0; l < lanes; ++l) {
-    const DenseNoise dense = g.dense(l);
-    const DenseGaussian gaussian = dense.of_coefficients(g.rows);
-    const std::vector<double> kept = dense.transform(g.rows, g.folded(residual, l)),
-                              derivative = g.folded(by_unfolded, l);
-    for (std::size_t m = 0; m < g.blocks; ++m) {
-      std::vector<double> unit(g.blocks, 0.0);
-      unit[m] = 1.0;
-      const std::vector<double> its = dense.transform(g.rows, unit);
-      // Entries of the matrix without missing blocks cancel.
-      const double scale = std::sqrt(gaussian.product(kept, kept)) / std::sqrt(g.levels.white[l]);
-      CHECK(within(derivative[m], gaussian.product(kept, its), dense.rounding(g.rows) * scale));
-    }
-    const std::vector<double> a = dense.transform(g.rows, g.random(100 + l, 1e-3)),
-                              b = dense.transform(g.rows, g.random(200 + l, 1e-3));
-    double product = 0.0;
-    for (std::size_t k = l; k < whitened[0].size(); k += lanes) product += whitened[0][k] * whitened[1][k];
-    const double scale = std::sqrt(gaussian.product(a, a) * gaussian.product(b, b));
-    CHECK(within(product, gaussian.product(a, b), dense.rounding(g.rows) * scale));
-  }
-}
-
-// Coefficients that are left out and missing blocks have a variance that says nothing.
-TEST_CASE("MissingBlocks: a recorded block given all others, and nothing for a missing one") {
-  Gapped g;
-  g.misfit();
-  std::vector<double> log_density(g.blocks * lanes, 1.0);
-  g.spectrum.leave_block_out(g.missing, log_density, g.work, chosen_isa());
-  for (std::size_t l = 0; l < lanes; ++l) {
-    const std::vector<double> covariance = g.dense(l).of_blocks(g.rows, 1e8 * g.levels.white[l]);
-    const std::vector<double> residual = g.folded(g.unfolded, l);
-    const double all = DenseGaussian(covariance).misfit(residual);
-    for (std::size_t i = 0; i < g.blocks; ++i) {
-      if (std::ranges::find(g.missing.blocks, static_cast<int>(i)) != g.missing.blocks.end()) {
-        CHECK(log_density[i * lanes + l] == 0.0);
-        continue;
-      }
-      std::vector<double> others, of_others;
-      for (std::size_t m = 0; m < g.blocks; ++m) {
-        if (m == i) continue;
-        of_others.push_back(residual[m]);
-        for (std::size_t n = 0; n < g.blocks; ++n)
-          if (n != i) others.push_back(covariance[m * g.blocks + n]);
-      }
-      const double expected = DenseGaussian(others).misfit(of_others) - all - 0.5 * std::log(2.0 * sim::pi);
-      CHECK(within(log_density[i * lanes + l], expected, 1e-4));
-    }
-  }
-}
-
-TEST_CASE("MissingBlocks: the same bits for every instruction set") {
-  std::vector<double> first;
-  for (const Isa isa : available_isas()) {
-    Gapped g;
-    AlignedVector<double> by_unfolded(g.unfolded.size());
-    std::vector<double> all(g.blocks * lanes);
-    const auto add = [&](const auto& values) { all.insert(all.end(), values.begin(), values.end()); };
-    add(g.misfit(isa));
-    g.spectrum.leave_block_out(g.missing, all, g.work, isa);
-    g.misfit(isa);
-    const NoiseSpectrum::LevelGradient by = g.gradient(by_unfolded, isa);
-    add(by_unfolded);
-    for (const auto& values : {by.white, by.slow, by.memory}) add(values);
-    g.misfit(isa);
-    g.spectrum.begin_whitening(g.missing, g.work, isa);
-    g.spectrum.whiten(g.missing, g.unfolded, g.work, isa);
-    add(g.work.coefficient);
-    add(g.work.missing_value);
-    if (first.empty()) first = all;
-    CHECK(all == first);
-  }
-}
 
 TEST_CASE("Density: gradients with gaps are those of finite differences") {
   const Density density(sines_protocol(), {});

@@ -1,6 +1,8 @@
-// Measurement noise by its spectrum against explicit covariance matrices of the blocks.
+// Measurement noise by its spectrum against explicit covariance matrices of the blocks, with blocks without a recorded
+// value and without: the density integrates them out, and in these matrices they have a variance of their own.
 #include "posterior/density/spectrum.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -17,9 +19,12 @@ namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
-/// Half of the coefficients, a fifth, and two; lengths whose halves are even and odd.
+const std::vector<int> two_gaps{7, 8, 9, 10, 11, 30, 43};  // one at the end of 44 blocks
+
+/// Half of the coefficients, a fifth, and two; lengths whose halves are even and odd; missing blocks.
 std::vector<Residuals> cases() {
-  return {Residuals(40, 0.1, 2.5), Residuals(42, 0.1, 1.0), Residuals(44, 0.1, 100.0), Residuals(26, 0.05, 0.0)};
+  return {Residuals(40, 0.1, 2.5), Residuals(42, 0.1, 1.0), Residuals(44, 0.1, 100.0), Residuals(26, 0.05, 0.0),
+          Residuals(44, 0.1, 2.5, two_gaps)};
 }
 
 }  // namespace
@@ -64,7 +69,7 @@ TEST_CASE("NoiseSpectrum: derivatives by the levels are those of finite differen
   for (Residuals& r : cases()) {
     const std::array<double, lanes> here = r.misfit();
     AlignedVector<double> by_unfolded(r.unfolded.size());
-    const NoiseSpectrum::LevelGradient by = r.spectrum.gradient(r.levels, by_unfolded, r.work, chosen_isa());
+    const NoiseSpectrum::LevelGradient by = r.gradient(by_unfolded);
     // By logarithms, so that a step is right for all; its errors are alike at the cube root of epsilon.
     const double step = 6e-6;
     for (std::array<double, lanes> NoiseLevels::*const level :
@@ -92,7 +97,7 @@ TEST_CASE("NoiseSpectrum: derivatives by the residual are the inverse covariance
   for (Residuals& r : cases()) {
     r.misfit();
     AlignedVector<double> by_unfolded(r.unfolded.size());
-    r.spectrum.gradient(r.levels, by_unfolded, r.work, chosen_isa());
+    r.gradient(by_unfolded);
     for (std::size_t l = 0; l < lanes; ++l) {
       const DenseNoise dense = r.dense(l);
       const DenseGaussian gaussian = dense.of_coefficients(r.rows);
@@ -102,7 +107,9 @@ TEST_CASE("NoiseSpectrum: derivatives by the residual are the inverse covariance
         std::vector<double> unit(r.blocks, 0.0);
         unit[m] = 1.0;
         const std::vector<double> its = dense.transform(r.rows, unit);
-        const double scale = std::sqrt(gaussian.product(kept, kept) * gaussian.product(its, its));
+        // Entries of the matrix without missing blocks cancel.
+        const double of_unit = r.missing.count() > 0 ? 1.0 / r.levels.white[l] : gaussian.product(its, its);
+        const double scale = std::sqrt(gaussian.product(kept, kept) * of_unit);
         CHECK(within(derivative[m], gaussian.product(kept, its), dense.rounding(r.rows) * scale));
       }
     }
@@ -112,17 +119,18 @@ TEST_CASE("NoiseSpectrum: derivatives by the residual are the inverse covariance
 TEST_CASE("NoiseSpectrum: products of whitened columns are those of the inverse covariance") {
   for (Residuals& r : cases()) {
     r.misfit();
-    r.spectrum.begin_whitening(r.work);
+    r.spectrum.begin_whitening(r.missing, r.work, chosen_isa());
     std::array<std::vector<std::vector<double>>, 2> columns;  // of each chain
-    std::array<AlignedVector<double>, 2> whitened;
+    std::array<AlignedVector<double>, 2> whitened;            // each missing block gives a value more
     for (std::size_t i = 0; i < 2; ++i) {
       for (std::size_t l = 0; l < lanes; ++l) {
         columns[i].push_back(r.random(100 * (i + 1) + l, 1e-3));
         r.put(columns[i].back(), l);
       }
-      r.spectrum.whiten(r.unfolded, r.work, chosen_isa());
+      r.spectrum.whiten(r.missing, r.unfolded, r.work, chosen_isa());
       whitened[i] = r.work.coefficient;
-      REQUIRE(whitened[i].size() == r.rows * lanes);
+      whitened[i].insert(whitened[i].end(), r.work.missing_value.begin(), r.work.missing_value.end());
+      REQUIRE(whitened[i].size() == (r.rows + r.missing.blocks.size()) * lanes);
     }
     for (std::size_t l = 0; l < lanes; ++l) {
       const DenseNoise dense = r.dense(l);
@@ -132,7 +140,7 @@ TEST_CASE("NoiseSpectrum: products of whitened columns are those of the inverse 
           const std::vector<double> of_a = dense.transform(r.rows, columns[a][l]),
                                     of_b = dense.transform(r.rows, columns[b][l]);
           double product = 0.0;
-          for (std::size_t k = 0; k < r.rows; ++k) product += whitened[a][k * lanes + l] * whitened[b][k * lanes + l];
+          for (std::size_t k = l; k < whitened[a].size(); k += lanes) product += whitened[a][k] * whitened[b][k];
           const double scale = std::sqrt(gaussian.product(of_a, of_a) * gaussian.product(of_b, of_b));
           CHECK(within(product, gaussian.product(of_a, of_b), dense.rounding(r.rows) * scale));
         }
@@ -142,19 +150,24 @@ TEST_CASE("NoiseSpectrum: products of whitened columns are those of the inverse 
 }
 
 // The coefficients that are left out have a variance that says nothing: 1e8 times the smallest one's, so that what it
-// does say and what rounding leaves are both 1e-8.
-TEST_CASE("NoiseSpectrum: a block given all others has the density of all over that of the others") {
+// does say and what rounding leaves are both 1e-8; so do missing blocks.
+TEST_CASE(
+    "NoiseSpectrum: a block given all others has the density of all over that of the others, a missing one none") {
   for (Residuals& r : cases()) {
     if (r.rows < 8) continue;  // offset and line alone say as little
     r.misfit();
-    std::vector<double> log_density(r.blocks * lanes);
-    r.spectrum.leave_block_out({}, log_density, r.work, chosen_isa());
+    std::vector<double> log_density(r.blocks * lanes, 1.0);
+    r.spectrum.leave_block_out(r.missing, log_density, r.work, chosen_isa());
     for (std::size_t l = 0; l < lanes; ++l) {
       const DenseNoise dense = r.dense(l);
       const std::vector<double> covariance = dense.of_blocks(r.rows, 1e8 * r.levels.white[l]);
       const std::vector<double> residual = r.folded(r.unfolded, l);
       const double all = DenseGaussian(covariance).misfit(residual);
       for (std::size_t i = 0; i < r.blocks; ++i) {
+        if (std::ranges::count(r.missing.blocks, static_cast<int>(i)) > 0) {
+          CHECK(log_density[i * lanes + l] == 0.0);
+          continue;
+        }
         std::vector<double> others, of_others;
         for (std::size_t m = 0; m < r.blocks; ++m) {
           if (m == i) continue;
@@ -163,28 +176,33 @@ TEST_CASE("NoiseSpectrum: a block given all others has the density of all over t
             if (n != i) others.push_back(covariance[m * r.blocks + n]);
         }
         const double expected = DenseGaussian(others).misfit(of_others) - all - 0.5 * std::log(2.0 * sim::pi);
-        CHECK(within(log_density[i * lanes + l], expected, 1e-5));
+        CHECK(within(log_density[i * lanes + l], expected, r.missing.count() > 0 ? 1e-4 : 1e-5));
       }
     }
   }
 }
 
 TEST_CASE("NoiseSpectrum: the same bits for every instruction set") {
-  std::vector<double> first;
-  for (const Isa isa : available_isas()) {
-    Residuals r(40, 0.1, 2.5);
-    AlignedVector<double> by_unfolded(r.unfolded.size());
-    std::vector<double> all(r.blocks * lanes);
-    const auto add = [&](const auto& values) { all.insert(all.end(), values.begin(), values.end()); };
-    add(r.spectrum.misfit(r.levels, r.unfolded, r.work, isa));
-    r.spectrum.leave_block_out({}, all, r.work, isa);
-    const NoiseSpectrum::LevelGradient by = r.spectrum.gradient(r.levels, by_unfolded, r.work, isa);
-    add(by_unfolded);
-    for (const auto& values : {by.white, by.slow, by.memory}) add(values);
-    r.spectrum.begin_whitening(r.work);
-    r.spectrum.whiten(r.unfolded, r.work, isa);
-    add(r.work.coefficient);
-    if (first.empty()) first = all;
-    CHECK(all == first);
+  for (const std::vector<int>& missing : {std::vector<int>(), two_gaps}) {
+    std::vector<double> first;
+    for (const Isa isa : available_isas()) {
+      Residuals r(44, 0.1, 2.5, missing);
+      AlignedVector<double> by_unfolded(r.unfolded.size());
+      std::vector<double> all(r.blocks * lanes);
+      const auto add = [&](const auto& values) { all.insert(all.end(), values.begin(), values.end()); };
+      add(r.misfit(isa));
+      r.spectrum.leave_block_out(r.missing, all, r.work, isa);
+      r.misfit(isa);
+      const NoiseSpectrum::LevelGradient by = r.gradient(by_unfolded, isa);
+      add(by_unfolded);
+      for (const auto& values : {by.white, by.slow, by.memory}) add(values);
+      r.misfit(isa);
+      r.spectrum.begin_whitening(r.missing, r.work, isa);
+      r.spectrum.whiten(r.missing, r.unfolded, r.work, isa);
+      add(r.work.coefficient);
+      add(r.work.missing_value);
+      if (first.empty()) first = all;
+      CHECK(all == first);
+    }
   }
 }

@@ -121,18 +121,6 @@ TEST_CASE("ranks of known values among the draws are uniform, with confidence" *
   check_with_confidence(sim::single_pendulum(), short_form);
 }
 
-TEST_CASE("ranks of known values among the draws are uniform, without confidence" * doctest::test_suite("long")) {
-  check(sim::single_pendulum(), calibrate(sim::single_pendulum(), 0.0, short_form));
-}
-
-TEST_CASE("ranks are uniform for dec2015" * doctest::test_suite("long")) {
-  check_with_confidence(sim::dec2015(), short_form);
-}
-
-TEST_CASE("ranks are uniform for ic" * doctest::test_suite("long")) {
-  check_with_confidence(sim::independent_channels(), short_form);
-}
-
 TEST_CASE("200 tables: ranks are uniform, with confidence" * doctest::test_suite("long")) {
   for (const sim::BodyModel* model : {&sim::single_pendulum(), &sim::dec2015(), &sim::independent_channels()})
     check_with_confidence(*model, long_form);

@@ -6,6 +6,7 @@
 
 #include "base/parallel.hpp"
 #include "sim/body_model.hpp"
+#include "sim/streams.hpp"
 #include "tests/helpers.hpp"
 #include "tests/posterior/frf/made_table.hpp"
 #include "tests/sim/third_model.hpp"
@@ -113,25 +114,4 @@ TEST_CASE("the model behind a table predicts it best" * doctest::test_suite("slo
   CHECK(compared[1].weight > 0.7);
   CHECK(compared[1].difference == 0.0);
   CHECK(compared[0].standard_error > 0.0);
-}
-
-TEST_CASE("models compared: differences, standard errors and stacking weights") {
-  const double high = std::log(0.8), low = std::log(0.2), other = std::log(0.1);
-  // The first two predict other halves of the observations well; the third is worse everywhere.
-  const std::vector<std::vector<double>> pointwise{
-      {high, high, high, low, low}, {low, low, low, high, high}, {other, other, other, other, other}};
-  const auto compared = posterior::compare_models(pointwise);
-  REQUIRE(compared.size() == 3);
-  CHECK(near(compared[0].log_density, 3.0 * high + 2.0 * low, 1e-12));
-  CHECK(compared[0].difference == 0.0);
-  CHECK(near(compared[1].difference, low - high, 1e-12));
-  // Differences per observation are -d, -d, -d, d, d with d = log 4: the sum of squares about their mean is 4.8 d^2.
-  CHECK(near(compared[1].standard_error, std::log(4.0) * std::sqrt(4.8 * 5.0 / 4.0), 1e-9));
-  // 3 log(0.2 + 0.6 w) + 2 log(0.8 - 0.6 w) is largest at w = 2/3.
-  CHECK(near(compared[0].weight, 2.0 / 3.0, 1e-4));
-  CHECK(near(compared[1].weight, 1.0 / 3.0, 1e-4));
-  CHECK(compared[2].weight < 1e-4);
-  check_error([] { posterior::compare_models({}); }, Code::size_mismatch);
-  const std::vector<std::vector<double>> uneven{{1.0, 2.0}, {1.0, 2.0, 3.0}};
-  check_error([&] { posterior::compare_models(uneven); }, Code::size_mismatch);
 }

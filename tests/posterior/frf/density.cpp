@@ -24,6 +24,46 @@ frf::Local evaluated(const Density& density, const std::vector<double>& x) {
 /// A stable controller with much passing, away from all edges.
 const std::vector<double> middle = {0.6, 0.5, 0.4, 0.5, 0.63, 0.4, 0.4, 0.55, 0.8};
 
+/// A stable point in the middle of the priors.
+std::vector<double> stable_point(const Density& density) {
+  for (std::uint64_t i = 0;; ++i) {
+    const Random random(21, sim::streams::base_parameters, i);
+    std::vector<double> x;
+    for (std::size_t k = 0; k < density.size(); ++k) x.push_back(0.3 + 0.4 * random.uniform(k));
+    if (density.is_stable(density.state(x))) return x;
+  }
+}
+
+/// The coordinates of Nv and theta; if both are free, they are the passing gain's rank and the place on its curve.
+std::vector<std::size_t> dead_band_coordinates(const Density& density) {
+  std::vector<std::size_t> coordinates;
+  for (int p = 0; p < density.gain(); ++p) {
+    const std::string& name = density.ranges()[static_cast<std::size_t>(p)].name;
+    const auto coordinate = density.find_coordinate(p);
+    if (coordinate && (name == "Nv" || name == "theta")) coordinates.push_back(*coordinate);
+  }
+  return coordinates;
+}
+
+/// Checks the gradient against central differences, whose error is some 1e2 h^2 of the largest part. Ranks of the
+/// passing gain are piecewise linear: within a fifth.
+void check_gradient(const Density& density, const std::vector<double>& x) {
+  const double h = 1e-5;
+  const frf::Local local = evaluated(density, x);
+  double largest = 0.0;
+  for (const double value : local.gradient) largest = std::max(largest, std::abs(value));
+  const std::vector<std::size_t> ranks = dead_band_coordinates(density);
+  for (std::size_t i = 0; i < density.size(); ++i) {
+    CAPTURE(i);
+    if (ranks.size() == 2 && std::ranges::count(ranks, i) > 0) continue;
+    std::vector<double> below = x, above = x;
+    below[i] -= h;
+    above[i] += h;
+    const double expected = (evaluated(density, above).misfit - evaluated(density, below).misfit) / (2.0 * h);
+    CHECK(within(local.gradient[i], expected, 1e-6 * largest));
+  }
+}
+
 }  // namespace
 
 TEST_CASE("a state's values follow from its coordinates") {
@@ -55,23 +95,11 @@ TEST_CASE("the misfit is that of the errors, written out") {
   CHECK(near(density.chi_square(state, 0.0), chi_square, 1e-12));
 }
 
-// Central differences err by h^2 times the third derivative, some 1e2 of the gradient, and by 1e-16 / h of the misfit.
 TEST_CASE("the gradient is that of finite differences") {
-  const double h = 1e-5;
   for (const double stddev : {0.0, 0.05}) {
     const Density density(sim::short_protocol(), empty_table(short_frequencies_hz, stddev), {});
     const frf::Local local = evaluated(density, middle);
-    double largest = 0.0;
-    for (const double value : local.gradient) largest = std::max(largest, std::abs(value));
-    for (std::size_t i = 0; i < density.size(); ++i) {
-      if (i == sim::Nv || i == sim::Theta) continue;
-      CAPTURE(i);
-      std::vector<double> below = middle, above = middle;
-      below[i] -= h;
-      above[i] += h;
-      const double expected = (evaluated(density, above).misfit - evaluated(density, below).misfit) / (2.0 * h);
-      CHECK(within(local.gradient[i], expected, 1e-6 * largest));
-    }
+    check_gradient(density, middle);
     // The passed fraction is linear between the blocks of its ranks: a block's slope is the slope over its 1/512.
     std::vector<double> below = middle, above = middle;
     below[sim::Nv] -= 0.01;
@@ -152,47 +180,6 @@ TEST_CASE("priors out of their bounds are errors") {
 
 namespace {
 
-/// A stable point in the middle of the priors.
-std::vector<double> stable_point(const Density& density) {
-  for (std::uint64_t i = 0;; ++i) {
-    const Random random(21, sim::streams::base_parameters, i);
-    std::vector<double> x;
-    for (std::size_t k = 0; k < density.size(); ++k) x.push_back(0.3 + 0.4 * random.uniform(k));
-    if (density.is_stable(density.state(x))) return x;
-  }
-}
-
-/// The coordinates of Nv and theta; if both are free, they are the passing gain's rank and the place on its curve.
-std::vector<std::size_t> dead_band_coordinates(const Density& density) {
-  std::vector<std::size_t> coordinates;
-  for (int p = 0; p < density.gain(); ++p) {
-    const std::string& name = density.ranges()[static_cast<std::size_t>(p)].name;
-    const auto coordinate = density.find_coordinate(p);
-    if (coordinate && (name == "Nv" || name == "theta")) coordinates.push_back(*coordinate);
-  }
-  return coordinates;
-}
-
-/// Checks the gradient against central differences, whose error is some 1e2 h^2 of the largest part. Ranks of the
-/// passing gain are piecewise linear: within a fifth.
-void check_gradient(const Density& density) {
-  const double h = 1e-5;
-  const std::vector<double> x = stable_point(density);
-  const frf::Local local = evaluated(density, x);
-  double largest = 0.0;
-  for (const double value : local.gradient) largest = std::max(largest, std::abs(value));
-  const std::vector<std::size_t> ranks = dead_band_coordinates(density);
-  for (std::size_t i = 0; i < density.size(); ++i) {
-    CAPTURE(i);
-    if (ranks.size() == 2 && std::ranges::count(ranks, i) > 0) continue;
-    std::vector<double> below = x, above = x;
-    below[i] -= h;
-    above[i] += h;
-    const double expected = (evaluated(density, above).misfit - evaluated(density, below).misfit) / (2.0 * h);
-    CHECK(within(local.gradient[i], expected, 1e-6 * largest));
-  }
-}
-
 using Fixed = std::optional<double>;
 using Normal = posterior::ParameterPrior::Normal;
 
@@ -207,12 +194,12 @@ TEST_CASE("gradients are those of finite differences for every model, with known
     const auto fixed = static_cast<std::size_t>(std::ranges::count_if(
         model->parameters, [](const sim::ParameterInfo& info) { return info.convention.has_value(); }));
     CHECK(density.size() == model->parameters.size() - fixed + 2);
-    check_gradient(density);
-    check_gradient(Density(protocol, table, {.parameters = {{"Kp", {}, Normal{900.0, 60.0}, {}}}}));
-    check_gradient(
-        Density(protocol, table, {.parameters = {{"Nv", {}, {}, Fixed(0.2)}, {"Kd", {}, {}, Fixed(250.0)}}}));
+    const auto check = [](const Density& one) { check_gradient(one, stable_point(one)); };
+    check(density);
+    check(Density(protocol, table, {.parameters = {{"Kp", {}, Normal{900.0, 60.0}, {}}}}));
+    check(Density(protocol, table, {.parameters = {{"Nv", {}, {}, Fixed(0.2)}, {"Kd", {}, {}, Fixed(250.0)}}}));
     if (model == &sim::independent_channels()) continue;
-    check_gradient(Density(protocol, table, {.parameters = {{"theta", {}, {}, Fixed(0.003)}}}));
+    check(Density(protocol, table, {.parameters = {{"theta", {}, {}, Fixed(0.003)}}}));
   }
 }
 

@@ -40,7 +40,12 @@ double zigzag(std::size_t row) {
 }  // namespace
 
 TEST_CASE("draws are states, and known parameters have one value") {
-  const frf::Fit found = fit_of(0.02, {.parameters = {{"Kd", {}, {}, std::optional<double>(260.0)}}});
+  const frf::Fit found =
+      fit_of(0.02, {.gain = 0.0, .error = 0.0, .parameters = {{"Kd", {}, {}, std::optional<double>(260.0)}}});
+  for (const int known : {found.gain(), found.error()}) CHECK(found.stddev(known) == 0.0);
+  CHECK(found.contraction(found.gain()) == 0.0);
+  CHECK(found.correlation(found.gain(), sim::Kp) == 0.0);
+  CHECK(found.warnings().empty());
   CHECK(found.draws_for(sim::Kd).front() == 260.0);
   CHECK(found.stddev(sim::Kd) == 0.0);
   CHECK(found.rhat()[sim::Kd] == 1.0);
@@ -103,15 +108,6 @@ TEST_CASE("the true controller is found, and uninformed parameters keep their pr
     CHECK(row.phase_high_deg > row.phase_deg);
     CHECK(row.distance < 4.0);
   }
-}
-
-TEST_CASE("known parameters keep their priors") {
-  const frf::Fit found = fit_of(0.02, {.gain = 0.0, .error = 0.0});
-  CHECK(found.stddev(found.gain()) == 0.0);
-  CHECK(found.stddev(found.error()) == 0.0);
-  CHECK(found.contraction(found.gain()) == 0.0);
-  CHECK(found.correlation(found.gain(), sim::Kp) == 0.0);
-  CHECK(found.warnings().empty());
 }
 
 TEST_CASE("a table that no controller explains gives a warning and wider intervals") {

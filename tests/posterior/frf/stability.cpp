@@ -219,25 +219,12 @@ TEST_CASE("margins of stability are the simulator's") {
       CHECK_FALSE(stands(0.0, 0.9 * margins.gain_low));
       stood_beyond += stands(margins.delay_s + std::max(0.15 * margins.delay_s, 0.015), 1.0) ? 1 : 0;
       stood_beyond += stands(0.0, 1.0 + 1.3 * (margins.gain_high - 1.0)) ? 1 : 0;
+      if (model != &sim::single_pendulum() || i > 0) continue;
+      CHECK(margins.delay_s > 0.1);  // with the middle of the ranges 6 ms of 119 decide
+      CHECK_FALSE(stands(1.05 * margins.delay_s, 1.0));
     }
     MESSAGE(model->name << ": " << loops << " loops, " << stood_beyond << " stood beyond a margin");
     CHECK(loops > 3);
     CHECK(stood_beyond <= 2);
-  }
-  // Near the border, with the middle of the ranges: 6 ms of 119 decide.
-  sim::Protocol quiet = sim::default_protocol();
-  quiet.noise.vestibular.scale_deg = 0.0;
-  quiet.sequence().amplitude_deg = 0.05;
-  const sim::Simulator simulator(quiet);
-  std::vector<double> sway(static_cast<std::size_t>(quiet.samples()));
-  sim::Parameters p = sim::single_pendulum().parameters.middle();
-  sim::Coefficients c = sim::single_pendulum().family.coefficients(p);
-  c[sim::Coefficient::delay] += sim::integration_step_s;
-  const double margin_s = frf::stability_margins(sim::Body{}, sim::single_pendulum().family, c).delay_s;
-  CHECK(margin_s > 0.1);
-  const double delay_s = p[sim::Delay];
-  for (const double factor : {0.95, 1.05}) {
-    p[sim::Delay] = delay_s + factor * margin_s;
-    CHECK(simulator.run(p, Random(0, sim::streams::vestibular_noise, 0), sway).valid == (factor < 1.0));
   }
 }
