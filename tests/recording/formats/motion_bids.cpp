@@ -53,9 +53,9 @@ TEST_CASE("motion-BIDS: names, units and the rate, also from the data set's fold
   std::string two = samples(true);
   int row = 0;
   for (std::size_t at = 0; (at = two.find("n/a")) != std::string::npos; ++row)
-    two.replace(at, 3, row < 200 ? "a" : "b");
+    two.replace(at, 3, row < 200 ? "1" : "2");
   write_text(motion, two);
-  CHECK(contains(recording::read_recording(motion, {}).change, "'extra' changes from 'a' to 'b' at 4 s"));
+  CHECK(contains(recording::read_recording(motion, {}).change, "'extra' changes from '1' to '2' at 4 s"));
 }
 
 TEST_CASE("motion-BIDS: channels that do not fit are refused, other files are read as before") {
