@@ -79,7 +79,7 @@ TEST_CASE("calibrate: tables of faults and of conditions, resumed row by row" * 
   write_text(folder / "p.json",
              R"({"sensor_noise_deg": 0.02, "recording": {"offset_deg": {"share": 0.3, "size": [0, 1]}},
       "sequence": {"feedback": [0, 0, -1, 1], "start": [0, 0, 0, 1], "state_s": 0.05, "amplitude_deg": 8,
-      "offset_s": 0, "cycles": 1}})");
+      "offset_s": 0, "cycles": 2}})");  // 8 s: a gap of 2 s has to be less than half
   const std::string options = " --trials 1 --max-draws 8 --json -o " + folder / "f.json";
   const std::string faults = "calibrate --faults --quiet --protocol " + folder / "p.json" + options;
   const auto first = run_ok(faults);
