@@ -7,6 +7,7 @@
 #include <span>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "identify/study/detail/text_key.hpp"
 #include "identify/study/reading_option.hpp"
@@ -20,29 +21,35 @@ struct KnownNames {
 };
 
 /// English and German, as laboratories name the columns of their sheets. A unit may follow weights and heights.
-const std::vector<KnownNames> known_names{
-    {ColumnRole::participant,
-     {"id", "participant", "participant_id", "subject", "subject_id", "sub_id", "person", "person_id", "patient",
-      "patient_id", "proband", "proband_id"}},
-    {ColumnRole::session, {"session", "session_id", "sitzung"}},
-    {ColumnRole::group, {"group", "gruppe"}},
-    {ColumnRole::condition, {"condition", "bedingung"}},
-    {ColumnRole::file, {"file", "filename", "path", "recording", "datei", "dateiname", "aufnahme"}},
-    {ColumnRole::mass,
-     {"mass", "body_mass", "weight", "body_weight", "masse", "gewicht", "k\u00f6rpergewicht", "koerpergewicht"}},
-    {ColumnRole::height,
-     {"height", "body_height", "gr\u00f6\u00dfe", "groesse", "k\u00f6rpergr\u00f6\u00dfe", "koerpergroesse"}},
-    {ColumnRole::protocol, {"protocol", "protokoll"}}};
+std::span<const KnownNames> known_names() {
+  static const std::vector<KnownNames> known{
+      {ColumnRole::participant,
+       {"id", "participant", "participant_id", "subject", "subject_id", "sub_id", "person", "person_id", "patient",
+        "patient_id", "proband", "proband_id"}},
+      {ColumnRole::session, {"session", "session_id", "sitzung"}},
+      {ColumnRole::group, {"group", "gruppe"}},
+      {ColumnRole::condition, {"condition", "bedingung"}},
+      {ColumnRole::file, {"file", "filename", "path", "recording", "datei", "dateiname", "aufnahme"}},
+      {ColumnRole::mass,
+       {"mass", "body_mass", "weight", "body_weight", "masse", "gewicht", "k\u00f6rpergewicht", "koerpergewicht"}},
+      {ColumnRole::height,
+       {"height", "body_height", "gr\u00f6\u00dfe", "groesse", "k\u00f6rpergr\u00f6\u00dfe", "koerpergroesse"}},
+      {ColumnRole::protocol, {"protocol", "protokoll"}}};
+  return known;
+}
 
 /// The most important ones in French, Spanish, Portuguese, Italian and Dutch, and rarer English ones: a body that is
 /// not read would be the assumed one. In sheets of other languages they may mean something else (German Taille: the
 /// waist).
-const std::vector<KnownNames> further_names{
-    {ColumnRole::height, {"stature", "taille", "altura", "estatura", "talla", "altezza", "statura", "lengte"}},
-    {ColumnRole::mass, {"poids", "poids_corporel", "peso", "peso_corporal"}},
-    {ColumnRole::participant, {"paziente", "paciente", "sujet", "sujeto", "soggetto"}},
-    {ColumnRole::group, {"groupe", "grupo", "gruppo"}},
-    {ColumnRole::file, {"fichier", "archivo"}}};
+std::span<const KnownNames> further_names() {
+  static const std::vector<KnownNames> known{
+      {ColumnRole::height, {"stature", "taille", "altura", "estatura", "talla", "altezza", "statura", "lengte"}},
+      {ColumnRole::mass, {"poids", "poids_corporel", "peso", "peso_corporal"}},
+      {ColumnRole::participant, {"paziente", "paciente", "sujet", "sujeto", "soggetto"}},
+      {ColumnRole::group, {"groupe", "grupo", "gruppo"}},
+      {ColumnRole::file, {"fichier", "archivo"}}};
+  return known;
+}
 
 /// Persons as numbers or names: each of these with one of the endings, such as "VP-Nr".
 constexpr auto numbered_persons = std::to_array<std::string_view>(
@@ -75,15 +82,18 @@ struct KnownUnits {
 
 /// A column in a unit that is not read is an error: carried along as any other column it would leave the body assumed.
 /// "lbav" and "ini" are UCUM's [lb_av] and [in_i].
-const std::vector<KnownUnits> known_units{
-    {ColumnRole::mass, 1.0, {"kg", "kgs", "kilogram", "kilograms"}},
-    {ColumnRole::mass, 0.45359237, {"lb", "lbs", "lbav", "pound", "pounds"}},
-    {ColumnRole::mass, 0.0, {"pfund", "g", "grams", "n", "newton", "st", "stone", "oz"}},
-    {ColumnRole::height, 1.0, {"m", "metre", "metres", "meter", "meters"}},
-    {ColumnRole::height, centimetre, {"cm", "centimetre", "centimetres", "centimeter", "centimeters"}},
-    {ColumnRole::height, 0.001, {"mm"}},
-    {ColumnRole::height, 0.0254, {"in", "inch", "inches", "ini", "zoll"}},
-    {ColumnRole::height, 0.0, {"ft", "foot", "feet", "ftin"}}};
+std::span<const KnownUnits> known_units() {
+  static const std::vector<KnownUnits> known{
+      {ColumnRole::mass, 1.0, {"kg", "kgs", "kilogram", "kilograms"}},
+      {ColumnRole::mass, 0.45359237, {"lb", "lbs", "lbav", "pound", "pounds"}},
+      {ColumnRole::mass, 0.0, {"pfund", "g", "grams", "n", "newton", "st", "stone", "oz"}},
+      {ColumnRole::height, 1.0, {"m", "metre", "metres", "meter", "meters"}},
+      {ColumnRole::height, centimetre, {"cm", "centimetre", "centimetres", "centimeter", "centimeters"}},
+      {ColumnRole::height, 0.001, {"mm"}},
+      {ColumnRole::height, 0.0254, {"in", "inch", "inches", "ini", "zoll"}},
+      {ColumnRole::height, 0.0, {"ft", "foot", "feet", "ftin"}}};
+  return known;
+}
 
 /// Returns SheetColumn::per_unit of a unit of this size: columns in cm may hold metres too.
 double size_in_columns(double size) {
@@ -116,8 +126,8 @@ bool has_german_weight(const std::string& name) {
 
 SheetColumn sheet_column(const std::string& name) {
   const std::string key = column_key(name);
-  if (const auto found = find_name(known_names, key, ColumnNaming::sure)) return *found;
-  if (const auto found = find_name(further_names, key, ColumnNaming::further)) return *found;
+  if (const auto found = find_name(known_names(), key, ColumnNaming::sure)) return *found;
+  if (const auto found = find_name(further_names(), key, ColumnNaming::further)) return *found;
   if (const std::optional<ColumnNaming> naming = naming_of_person(key))
     return {ColumnRole::participant, 1.0, {}, false, *naming};
   std::string option = find_reading_option(name);
@@ -153,7 +163,7 @@ std::vector<SheetColumn> sheet_columns(const std::vector<std::string>& names) {
 
 std::optional<double> body_unit(ColumnRole role, const std::string& unit) {
   const std::string key = column_key(unit);
-  for (const KnownUnits& known : known_units)
+  for (const KnownUnits& known : known_units())
     if (known.role == role && std::ranges::find(known.names, key) != known.names.end()) return known.size;
   return {};
 }
