@@ -24,9 +24,8 @@ namespace decid::recording {
 
 namespace {
 
-/// The fraction of a trial that may be missing at its start, and at its end. A gap at the end hardly changes an answer;
-/// the start has the reaction to the first movement.
-constexpr double missing_at_start = 0.01, missing_at_end = 0.03;
+/// The fraction of a trial that may be missing at either end.
+constexpr double missing_limit = 0.01;
 /// A measured tilt gives the start to a part of a sample: decid does not invent a sample for less than half of one.
 constexpr double start_rounding = 0.5;
 /// Networks err more on slower recordings: docs/reference/accuracy.md has the measurement.
@@ -190,9 +189,8 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
   place.first = std::max(0LL, static_cast<long long>(std::ceil(-place.start_s * rate - start_rounding)));
   place.last = std::min(needed - 1,
                         static_cast<long long>(std::ceil((recorded_s - place.start_s) * rate - length_rounding)) - 1);
-  const auto most = [&](double fraction) { return static_cast<long long>(fraction * static_cast<double>(needed)); };
-  if (place.first > most(missing_at_start) || needed - 1 - place.last > most(missing_at_end) ||
-      2 * (place.last - place.first) < needed) {
+  const auto most = static_cast<long long>(missing_limit * static_cast<double>(needed));
+  if (place.first > most || needed - 1 - place.last > most || 2 * (place.last - place.first) < needed) {
     refuse_length(recording, protocol, place.start_s);
   }
   if (tilt && options.start_s) {

@@ -153,16 +153,14 @@ void warn_of_length(Recording& recording, const sim::Protocol& protocol, const T
   }
   const long long lacking = place.first + (protocol.samples() - 1 - place.last);
   if (lacking > 0) {
-    const long long longer = std::max(place.first, protocol.samples() - 1 - place.last);
-    const bool is_gap = static_cast<double>(longer) >= min_gap_s * rate;
     const bool is_usual = place.first == 0 && static_cast<double>(lacking) <= usual_excess_s * rate * (1.0 + 1e-9);
-    const std::string text =
-        "the recording lacks " + std::to_string(lacking) + (lacking == 1 ? " sample" : " samples") +
-        " of the protocol's " + std::to_string(protocol.samples()) + " at its " +
-        (place.first == 0                       ? "end"
-         : place.last == protocol.samples() - 1 ? "start"
-                                                : "ends") +
-        "; the mirror image of their neighbours replaces them" + (is_gap ? ", and a fit leaves them out" : "");
+    const std::string text = "the recording lacks " + std::to_string(lacking) +
+                             (lacking == 1 ? " sample" : " samples") + " of the protocol's " +
+                             std::to_string(protocol.samples()) + " at its " +
+                             (place.first == 0                       ? "end"
+                              : place.last == protocol.samples() - 1 ? "start"
+                                                                     : "ends") +
+                             "; the mirror image of their neighbours replaces them";
     add_warning(recording.warnings, is_usual ? Severity::info : Severity::caution, "samples_lacking", text);
   }
 }

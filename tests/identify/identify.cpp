@@ -150,23 +150,6 @@ TEST_CASE("identify: another rate, another start, another length") {
     CHECK(within(static_cast<double>(b[p]), static_cast<double>(a[p]), 0.25));  // of a standard deviation
 }
 
-TEST_CASE("identify: a trial whose last two seconds are missing has the answer of the whole one, a gap and a caution") {
-  for (const int trial : {0, 1, 2, 3}) {
-    CAPTURE(trial);
-    const std::vector<double> sway = samples(trial);
-    const RecordingResult whole = identify(model(), sway, 100.0);
-    const RecordingResult cropped = identify(model(), std::span(sway).first(11900), 100.0);
-    CHECK(cropped.trial.gaps == std::vector<SampleRange>{{11900, 12100}});
-    const auto lacking = std::ranges::find(cropped.warnings, "samples_lacking", &Warning::code);
-    REQUIRE(lacking != cropped.warnings.end());
-    CHECK(lacking->severity == Severity::caution);
-    for (std::size_t p = 0; p < whole.estimate.parameters.size(); ++p) {
-      const double sd = whole.estimate.distribution.value().stddev(static_cast<int>(p));
-      CHECK(within(cropped.estimate.parameters[p], whole.estimate.parameters[p], 0.75 * sd));
-    }
-  }
-}
-
 TEST_CASE("identify: samples that are not a recording are refused") {
   const std::vector<double> sway = samples(0);
   check_error([&] { identify(model(), std::span(sway).first(6000), 100.0); }, Code::recording_too_short,
