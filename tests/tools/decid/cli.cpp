@@ -37,8 +37,8 @@ TEST_CASE("a weight or a height in another unit is refused with the value to giv
   };
   for (const auto& [option, value, advised] :
        {Call{"--height", "175", "in cm, give 1.75"}, Call{"--height", "1625", "in mm, give 1.625"},
-        Call{"--com-height", "93", "in cm, give 0.93"}, Call{"--mass", "300", "in lb, give 136.1"},
-        Call{"--mass", "70000", "in g, give 70"}})
+        Call{"--height", "69", "in inches, give 1.753"}, Call{"--com-height", "93", "in cm, give 0.93"},
+        Call{"--mass", "300", "in lb, give 136.1"}, Call{"--mass", "70000", "in g, give 70"}})
     CHECK(message_of(option, value).ends_with(advised));
   for (const auto& [option, value] :
        {std::pair("--height", "12"), std::pair("--height", "tall"), std::pair("--mass", "0")}) {
