@@ -210,13 +210,16 @@ TEST_CASE("an architecture without 7 outputs is refused") {
 }
 
 TEST_CASE("a preset's folded image is refused for protocols of other cycles") {
+  int folded = 0;
   for (const Preset& preset : presets()) {
     if (preset.image.fold == 1) continue;
     CAPTURE(preset.name);
+    ++folded;
     const sim::Protocol other = preset.name == "short" ? sim::default_protocol() : sim::short_protocol();
     const Head& head = head_named(preset.head, preset.name);
     test::check_error([&] { Model(other, preset.image, preset.architecture, head); }, Code::setting_conflict);
   }
+  CHECK(folded >= 3);
 }
 
 TEST_CASE("measurement noise other than the model's is reported") {
