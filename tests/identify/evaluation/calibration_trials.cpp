@@ -87,6 +87,13 @@ TEST_CASE("with_priors: start and gain of every trial vary with the prior's stan
   CHECK(known.conditions[sim::Condition::gain].fraction == 0.0);
 }
 
+TEST_CASE("uniform_stddev: the range over the root of 12") {
+  const sim::ParameterTable ranges = sim::default_protocol().ranges();
+  const sim::Parameters stddev = uniform_stddev(ranges);
+  REQUIRE(stddev.size() == ranges.size());
+  for (std::size_t p = 0; p < ranges.size(); ++p) CHECK(stddev[p] == ranges[p].range() / std::sqrt(12.0));
+}
+
 TEST_CASE("calibrate_trial: stops when asked") {
   const sim::Protocol protocol = sim::default_protocol();
   const posterior::Priors priors{.start_s = 0.0, .gain = 0.0};

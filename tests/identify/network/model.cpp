@@ -213,6 +213,7 @@ TEST_CASE("a preset's folded image is refused for protocols of other cycles") {
   int folded = 0;
   for (const Preset& preset : presets()) {
     if (preset.image.fold == 1) continue;
+    ++folded;
     CAPTURE(preset.name);
     ++folded;
     const sim::Protocol other = preset.name == "short" ? sim::default_protocol() : sim::short_protocol();

@@ -213,6 +213,26 @@ TEST_CASE("a moving average: the same bits for any number of threads, stopped an
   }
 }
 
+TEST_CASE("a checkpoint is for its own protocol, by any name") {
+  const test::TemporaryFolder folder;
+  const std::string path = folder / "m.checkpoint";
+  const auto source = quick_source();
+  const TrainingState state = start_training(*source, quick_settings());
+  test::write_text(path, checkpoint_bytes(state));
+  const TrainingRequest own{state.model.origin, state.model.image(), state.model.protocol};
+  TrainingRequest request = own;
+  request.protocol.name = "renamed";
+  CHECK(nn::weights_sha256(load_checkpoint(path, request).model.network) == nn::weights_sha256(state.model.network));
+  const auto refused = [&] {
+    test::check_error([&] { load_checkpoint(path, request); }, Code::file_differs, "another protocol");
+  };
+  request.protocol.noise.sensor = {0.01, 0.01};
+  refused();
+  request = own;
+  request.protocol.sequence().amplitude_deg = 2.0;
+  refused();
+}
+
 TEST_CASE("weights of a model of another shape are refused, and so is the middle of an epoch that is none") {
   const auto source = quick_source();
   const TrainingSettings settings = quick_settings();
