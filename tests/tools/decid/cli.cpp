@@ -76,6 +76,8 @@ TEST_CASE("simulate writes a trial that its seed determines") {
   CHECK(run_decid("simulate --kp 900 --seed 8 --quiet -o " + folder / "c.csv").err.empty());
   CHECK(read_text(folder / "a.csv") == read_text(folder / "b.csv"));
   CHECK(read_text(folder / "a.csv") != read_text(folder / "c.csv"));
+  for (const char* seed : {"7", "8"}) run_ok(std::string("simulate --nv 0 --seed ") + seed + " -o " + folder / seed);
+  CHECK(read_text(folder / "7") == read_text(folder / "8"));  // without noise every seed's trial is the same
 
   std::string header;
   const auto rows = read_csv(folder / "a.csv", header);
