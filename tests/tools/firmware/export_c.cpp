@@ -310,6 +310,8 @@ TEST_CASE("the firmware model: the documented hash, its error, and the cost of 8
   const double int8_mse =
       evaluate(model.targets, to_scores(model, predict_planned(plan, model, data.trials(), sways)), data.parameters)
           .mse();
+  // On 2,000 other trials the differences are 0.016 and 0.0015. Means of 200 differences have standard errors of 0.011
+  // and 0.0011: the limits are 3 and 7 of them away.
   CHECK(mse < best_mse + 0.05);
   CHECK(int8_mse < mse + 0.01);
   CHECK(int8_mse != mse);
