@@ -37,6 +37,7 @@ inline std::vector<SampleRange> joined_ranges(std::vector<SampleRange> ranges) {
 template <class Values>
 void bridge(Values&& values, const SampleRange& range) {
   using Value = std::remove_cvref_t<decltype(values[0])>;
+  static_assert(std::is_floating_point_v<Value>);
   const bool begins = range.first == 0, ends = range.end == values.size();
   const Value after = ends ? (begins ? Value{0} : values[range.first - 1]) : values[range.end];
   const Value before = begins ? after : values[range.first - 1];

@@ -122,6 +122,17 @@ void detrend(std::vector<double>& sway, const sim::Protocol& protocol, Detrend k
                     : ""));
 }
 
+/// Continues a tilt beyond the recording's ends by the prescribed movement: nobody stood on a mirrored tilt.
+void continue_as_prescribed(std::span<double> tilt, std::span<const double> prescribed, double gain,
+                            const TrialPlacement& place) {
+  const auto first = static_cast<std::size_t>(place.first), last = static_cast<std::size_t>(place.last);
+  const auto continue_from = [&](std::size_t end, std::size_t k) {
+    tilt[k] = tilt[end] + gain * (prescribed[k] - prescribed[end]);
+  };
+  for (std::size_t k = 0; k < first; ++k) continue_from(first, k);
+  for (std::size_t k = last + 1; k < tilt.size(); ++k) continue_from(last, k);
+}
+
 }  // namespace
 
 ProtocolPlan::ProtocolPlan(const sim::Protocol& protocol) : protocol_(protocol), tilt_rad_(prescribed_tilt(protocol)) {}
@@ -213,6 +224,8 @@ Trial bring_to_protocol(Recording& recording, const ProtocolPlan& plan, const Tr
       look_for_repeated_cycle(values, plan, from_hz, recording.warnings);
     }
     if (&signal == tilt) {
+      const std::optional<TiltMatch>& match = options.start_s ? trial.tilt_at_given_start : trial.tilt;
+      continue_as_prescribed(values, plan.tilt_rad(), match ? match->gain : 1.0, place);
       const auto tilt_gaps = gaps_in_trial(recording.tilt_gaps, from_hz, rate, place, samples);
       look_for_tilt_slips(values, tilt_gaps, plan, from_hz, options.start_s.has_value(), recording.warnings);
     }

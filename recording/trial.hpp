@@ -87,7 +87,7 @@ class ProtocolPlan {
 /// - Cuts a longer recording: from start_s, else from where its tilt follows the protocol best, else from its first
 /// sample. A warning names the ignored samples.
 /// - Continues a recording that lacks up to 1% of the trial at either end by its mirror image, with a warning. The
-/// mirror image keeps the noise; a held value would be silent.
+/// mirror image keeps the noise; a held value would be silent. The tilt goes on as prescribed, times its gain.
 /// - At equal rates a start is rounded to a sample: filtering would change the noise that a model has learned.
 /// Throws Error if more is missing, with both lengths and rates, the number of whole cycles and a way to a model for
 /// them. decid invents no cycles, because the noise is estimated from changes between cycles. Throws Error if start_s

@@ -41,7 +41,7 @@ Segments make_segments(const Participant& participant) {
   };
   check("mass_kg", participant.mass_kg, 500.0);
   const double height = participant.height_m;
-  const bool is_like_cm = height >= 30.0 && height <= 300.0;  // as in sheets
+  const bool is_like_cm = height >= 100.0 && height <= 250.0;
   check("height_m", height, 3.0,
         is_like_cm ? "; if it is in cm, give " + setting_text(std::round(1e4 * height / 100.0) / 1e4) : std::string());
   Segments segments{};

@@ -21,6 +21,10 @@ struct Counted {
   int value = 0;
 };
 
+struct Other {
+  int value = 0;
+};
+
 }  // namespace
 
 TEST_CASE("per_thread: one object per thread, destroyed with the thread") {
@@ -34,6 +38,13 @@ TEST_CASE("per_thread: one object per thread, destroyed with the thread") {
   }).join();
   CHECK(alive == 1);
   CHECK(per_thread<Counted>().value == 1);
+}
+
+TEST_CASE("per_thread: types have objects of their own") {
+  per_thread<Counted>().value = 1;
+  per_thread<Other>().value = 3;
+  CHECK(per_thread<Counted>().value == 1);
+  CHECK(per_thread<Other>().value == 3);
 }
 
 TEST_CASE("per_thread: more threads than a process has keys") {

@@ -88,6 +88,11 @@ TEST_CASE("measured tilts that cannot be read are refused with file and setting"
   check("time,tilt_deg\n0,0\n0.01,nan\n", file, Code::value_missing, "line 3");
   check("time,tilt_deg\n0,0\n0.01,\n", file, Code::value_missing, "line 3");
   check("time,tilt_deg\n0,0\n,1\n", file, Code::value_missing, "line 3, time");
+  // `fill_gaps` is an option of recordings only.
+  for (const char* cells : {"nan,1", "0.01,", "0.01,nan"}) {
+    write_text(folder / "t.csv", std::string("time,tilt_deg\n0,0\n") + cells + "\n");
+    CHECK_FALSE(contains(message_of([&] { load_protocol((folder / "p.json").string()); }), "fill_gaps"));
+  }
   check("time,tilt_deg\n0,0\n0.01,x\n", file, Code::value_invalid, "line 3");
   check("time,tilt_deg\n0,0\n0.01,1\n0.03,2\n0.04,3\n0.05,3\n", file, Code::times_uneven, "line 4");
   check("time,a_deg,b_deg\n0,0,0\n0.01,1,1\n", file, Code::column_ambiguous, "'a_deg', 'b_deg'");

@@ -221,6 +221,19 @@ TEST_CASE("a recording that starts a little after the stimulus is continued befo
   check_error([&] { bring_to_protocol(later, protocol); }, Code::recording_too_short, "0.5");
 }
 
+TEST_CASE("a tilt goes on as prescribed beyond the recording's end, where the sway is mirrored") {
+  const sim::Protocol protocol = sim::default_protocol();
+  Recording recording = with_tilt(protocol, 0.5, 120.3, 100.0, 1.2);
+  const Trial trial = bring_to_protocol(recording, protocol);
+  REQUIRE(trial.gaps == std::vector<SampleRange>{{11980, 12100}});
+  const std::vector<float>& tilt = trial.signals.at(platform_tilt).rad;
+  const std::vector<double> prescribed = ProtocolPlan(protocol).tilt_rad();
+  CHECK(std::abs(prescribed[12099] - prescribed[11979]) > 1e-3);
+  for (std::size_t k = 11980; k < 12100; ++k)
+    CHECK(within(static_cast<double>(tilt[k] - tilt[11979]), trial.tilt->gain * (prescribed[k] - prescribed[11979]),
+                 1e-7));
+}
+
 TEST_CASE("the platform's movement before the protocol's start comes from its tilt") {
   const sim::Protocol protocol = two_cycles();
   const sim::Stimulus stimulus = sim::make_stimulus(protocol.experiment);

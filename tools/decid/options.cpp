@@ -15,7 +15,7 @@ namespace {
 /// Accepts numbers of a type from low to high. shown: the range, in messages and in the help. others: see
 /// Option::range().
 template <class Number>
-CLI::Validator between(Number low, Number high, const std::string& shown, const std::vector<OtherUnit>& others = {}) {
+CLI::Validator between(Number low, Number high, const std::string& shown, const OtherUnits& others = {}) {
   return {[=](const std::string& text) {
             Number value{};
             if (!CLI::detail::lexical_cast(text, value) && text.find_first_not_of("+-.,0123456789eE") == text.npos &&
@@ -24,10 +24,10 @@ CLI::Validator between(Number low, Number high, const std::string& shown, const 
             const bool is_number = CLI::detail::lexical_cast(text, value);
             if (is_number && value >= low && value <= high) return std::string();
             const std::string problem = text + " is not from " + shown;
-            for (const OtherUnit& other : others) {
-              const double converted = static_cast<double>(value) * other.size;
-              if (is_number && converted >= static_cast<double>(low) && converted <= static_cast<double>(high))
-                return problem + format("; if it is in %s, give %.4g", other.name.c_str(), converted);
+            for (const auto& [unit, size] : others.sizes) {
+              const double converted = static_cast<double>(value) * size;
+              if (is_number && converted >= others.low && converted <= others.high)
+                return problem + format("; if it is in %s, give %.4g", unit.c_str(), converted);
             }
             return problem;
           },
@@ -60,7 +60,7 @@ Option& Option::range(long long low, long long high) {
   return *this;
 }
 
-Option& Option::range(double low, double high, const char* unit, const std::vector<OtherUnit>& others) {
+Option& Option::range(double low, double high, const char* unit, const OtherUnits& others) {
   option_->check(between(low, high, format("%g to %g%s%s", low, high, *unit == '\0' ? "" : " ", unit), others));
   return *this;
 }

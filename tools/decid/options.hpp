@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace CLI {
@@ -14,10 +15,11 @@ class Option;
 
 namespace decid::tools {
 
-/// A unit that an option does not take, and its size in the option's unit: {"cm", 0.01} for metres.
-struct OtherUnit {
-  std::string name;
-  double size = 1.0;
+/// Units that people give by mistake, each with its size in the option's unit: {"cm", 0.01} for metres. A value is
+/// taken for the first of them in which it is a person's: from low to high.
+struct OtherUnits {
+  double low = 0.0, high = 0.0;
+  std::vector<std::pair<std::string, double>> sizes{};
 };
 
 /// An option of a command; each call adds a property. Program::parse throws UsageError for values that the option
@@ -30,9 +32,8 @@ class Option {
   /// Accepts numbers from low to high.
   Option& range(int low, int high);
   Option& range(long long low, long long high);
-  /// `others`: units that people give by mistake. The message converts a value that is out of range from the first of
-  /// them that brings it into range.
-  Option& range(double low, double high, const char* unit = "", const std::vector<OtherUnit>& others = {});
+  /// others: the message of a value out of range names the value to give if it is in one of these units.
+  Option& range(double low, double high, const char* unit = "", const OtherUnits& others = {});
   Option& one_of(const std::vector<std::string>& words);
   /// Accepts `least` to `most` values in sequence.
   Option& values(int least, int most);

@@ -90,9 +90,16 @@ template <class V, Channel channel, class D = typename V::D>
       return asinh_lanes<V>(imaginary / asinh_knee_rad);
     case Channel::log_residual:
       return floored_log<V>(residual);
-    default:
-      return zero;  // not a channel of bins
+    case Channel::sway:
+    case Channel::sway_change:
+    case Channel::sway_bend:
+    case Channel::torque:
+    case Channel::height:
+    case Channel::tilt:
+    case Channel::tilt_velocity:
+      break;  // not a channel of bins
   }
+  return zero;
 }
 
 /// Returns whether a channel changes its sign from z to its conjugate.
@@ -154,7 +161,13 @@ void draw(const DrawRequest& request) {
       return draw_channel<V, Channel::asinh_imaginary>(request);
     case Channel::log_residual:
       return draw_channel<V, Channel::log_residual>(request);
-    default:
+    case Channel::sway:
+    case Channel::sway_change:
+    case Channel::sway_bend:
+    case Channel::torque:
+    case Channel::height:
+    case Channel::tilt:
+    case Channel::tilt_velocity:
       return;  // not a channel of spectra
   }
 }

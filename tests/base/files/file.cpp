@@ -135,11 +135,14 @@ TEST_CASE("PendingFile: the target changes at commit, not before; two files of o
 
 TEST_CASE("PendingFile: commit reports a temporary file that is gone, and a target that cannot be replaced") {
   const TemporaryFolder folder;
-  PendingFile gone(folder / "gone"), taken(folder / "taken");
-  fs::remove(gone.path());
-  check_error([&] { gone.commit(); }, Code::file_unwritable, (folder / "gone").string());
-  fs::create_directory(folder / "taken");
-  check_error([&] { taken.commit(); }, Code::file_unwritable, (folder / "taken").string());
+  {
+    PendingFile gone(folder / "gone"), taken(folder / "taken");
+    fs::remove(gone.path());
+    check_error([&] { gone.commit(); }, Code::file_unwritable, (folder / "gone").string());
+    fs::create_directory(folder / "taken");
+    check_error([&] { taken.commit(); }, Code::file_unwritable, (folder / "taken").string());
+  }
+  CHECK(folder.files() == 1);  // the folder `taken`
 }
 
 TEST_CASE("write_file: a link keeps pointing to its file, permissions stay") {

@@ -103,6 +103,12 @@ TEST_CASE("a part of a file is refused unless it is plain which") {
   options.trial_column = "subject";
   options.trial = nullptr;
   refused_to_read(Code::recording_ambiguous, "'s0', 's1'");
+  decid_trials* listed = nullptr;
+  REQUIRE(decid_trials_read(path.c_str(), &options, &listed) == DECID_OK);
+  CHECK(decid_trials_count(listed) == 2);
+  CHECK(std::string(decid_trials_name(listed, 1)) == "s1");
+  CHECK(decid_trials_name(listed, 2) == nullptr);
+  decid_trials_free(listed);
   decid_read_defaults(&options, sizeof options);
   options.section = "Trajectories";
   options.skip_lines = 0;

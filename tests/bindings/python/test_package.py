@@ -612,10 +612,12 @@ expected = decid.identify(trial)["Kp"].value
 
 net = decid.nn.Network((1, 6, 6), "fc 3")
 net.initialise(1)
+inputs = [[[[1.0] * 6] * 6]]
+outputs = net.predict(inputs).tolist()
 
 def identify(threads):
     decid.set_threads(threads)
-    net.predict([[[[1.0] * 6] * 6]])
+    assert net.predict(inputs).tolist() == outputs
     return decid.identify(trial)["Kp"].value
 
 with multiprocessing.get_context("fork").Pool(1) as pool:

@@ -113,6 +113,13 @@ TEST_CASE("XLSX: stored and deflated archives, and bounds of their sizes") {
   CHECK(read_xlsx(zip(workbook_parts(rows), true), where).text == "1\t2\n");
   for (std::size_t length = 0; length < bytes.size(); length += 7)
     check_error([&] { read_xlsx(bytes.substr(0, length), where); }, Code::file_damaged, "r.xlsx");
+  // Data that differ from their checksum: another digit, and deflated, where a bit makes `=` of the sheet's first `<`.
+  std::string wrong = bytes, flipped = zip(workbook_parts(rows), true);
+  wrong[wrong.find("<v>1</v>") + 3] = '7';
+  const std::string sheet = "xl/worksheets/sheet1.xml";
+  flipped[flipped.find(sheet) + sheet.size() + 1] ^= 4;
+  for (const std::string& damaged : {wrong, flipped})
+    check_error([&] { read_xlsx(damaged, where); }, Code::file_damaged, sheet + " fails its checksum");
   const auto changed = [&](const std::function<void(std::map<std::string, std::string>&)>& change) {
     std::map<std::string, std::string> parts = workbook_parts(rows);
     change(parts);

@@ -106,6 +106,14 @@ TEST_CASE("fit: a prior of a hundredth of the range that agrees with the recordi
   CHECK(test::within(ratio, 1.0, 4 / std::sqrt(14 * result.effective_samples)));
 }
 
+TEST_CASE("fit: random starts lie within the ranges, another one per number and seed") {
+  const sim::ParameterTable& table = sim::single_pendulum().parameters;
+  const sim::Parameters first = random_start(table, 1, 0).parameters;
+  for (const double u : table.to_unit(first)) CHECK((u > 0.0 && u < 1.0));
+  CHECK(first != random_start(table, 1, 1).parameters);
+  CHECK(first != random_start(table, 2, 0).parameters);
+}
+
 TEST_CASE("fit: invalid requests") {
   const sim::Simulator simulator(sim::default_protocol());
   const std::vector<float> sway(static_cast<std::size_t>(simulator.samples()));

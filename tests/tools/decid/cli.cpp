@@ -37,8 +37,8 @@ TEST_CASE("a weight or a height in another unit is refused with the value to giv
   };
   for (const auto& [option, value, advised] :
        {Call{"--height", "175", "in cm, give 1.75"}, Call{"--height", "1625", "in mm, give 1.625"},
-        Call{"--com-height", "93", "in cm, give 0.93"}, Call{"--mass", "300", "in lb, give 136.1"},
-        Call{"--mass", "70000", "in g, give 70"}})
+        Call{"--height", "69", "in inches, give 1.753"}, Call{"--com-height", "93", "in cm, give 0.93"},
+        Call{"--mass", "300", "in lb, give 136.1"}, Call{"--mass", "70000", "in g, give 70"}})
     CHECK(message_of(option, value).ends_with(advised));
   for (const auto& [option, value] :
        {std::pair("--height", "12"), std::pair("--height", "tall"), std::pair("--mass", "0")}) {
@@ -76,6 +76,8 @@ TEST_CASE("simulate writes a trial that its seed determines") {
   CHECK(run_decid("simulate --kp 900 --seed 8 --quiet -o " + folder / "c.csv").err.empty());
   CHECK(read_text(folder / "a.csv") == read_text(folder / "b.csv"));
   CHECK(read_text(folder / "a.csv") != read_text(folder / "c.csv"));
+  for (const char* seed : {"7", "8"}) run_ok(std::string("simulate --nv 0 --seed ") + seed + " -o " + folder / seed);
+  CHECK(read_text(folder / "7") == read_text(folder / "8"));  // without noise every seed's trial is the same
 
   std::string header;
   const auto rows = read_csv(folder / "a.csv", header);

@@ -119,6 +119,9 @@ TEST_CASE("identify: --trial makes the recordings of a file those of files of th
   }
   CHECK(json["recordings"][1]["group"] == "b");
   check_table(read_text(folder / "t.csv"), json);
+  check_refused("identify --quiet --trial trial --group " + folder / "g.csv" + " " + folder / "long.csv" + " " +
+                    folder / "./long.csv",
+                "long.csv#1: is the same recording as ");
   // One that cannot be used does not stop the other.
   write_text(folder / "long.csv", long_table(first, second, "x"));
   const Result wrong = run_decid("identify --json --trial trial " + folder / "long.csv");

@@ -195,6 +195,17 @@ TEST_CASE("the lines of warnings begin with the severity that the JSON has") {
   CHECK(warnings_text(warnings) == "  info: one\n  caution: two\n  caution: three\n  invalid: five\n");
 }
 
+TEST_CASE("the text of controllers over several recordings: sums, differences, in how many each is best") {
+  const std::string text =
+      controller_sums_text({.recordings = 12,
+                            .not_usable = 1,
+                            .controllers = {{"dec2015", 3, -1234.56, -35.24, 12.06}, {"dec", 9, -1199.32, 0.0, 0.0}}});
+  CHECK(test::contains(text, "over 12 recordings"));
+  CHECK(test::contains(text, "  dec2015                     -1234.6              -35.2 +- 12.1        3\n"));
+  CHECK(test::contains(text, "  dec                         -1199.3                       best        9\n"));
+  CHECK(text.ends_with("  with 1 recording not usable\n"));
+}
+
 TEST_CASE("a table says what the values say: a line a recording, as many cells whatever is missing") {
   Report all = identified();
   RecordingResult unknown = all.recordings[0];

@@ -78,6 +78,12 @@ TEST_CASE("bad input of decid export") {
   };
   const std::string model = test::firmware_model, out = " -o " + folder / "out";
   fails("c " + model + " -o /proc", "/proc");
+  fails("c " + folder / "none" + out, "none: cannot be opened");
+  test::write_text(folder / "file", "");
+  fails("c " + folder / "file" + out, "file: is too short");
+  fails("controller " + folder / "file" + out, "file: is not valid JSON");
+  fails("controller --kp -1" + out, "Kp: is -1");
+  fails("c " + model + " --name 'a b'" + out, "'a b' cannot begin");
   for (const char* name : {"stdint", "Math", "wctype"}) {
     fails("c " + model + " --name " + name + out, "is the name of a header of C");
     fails("controller --name " + std::string(name) + out, "is the name of a header of C");

@@ -118,9 +118,12 @@ TEST_CASE("fit page") {
     last.others[0].compared = {.log_density = -86.0, .weight = 0.8};
     const json sums = json::parse(tools::report_json(all))["controller_comparison"];
     CHECK(sums["not_comparable"] == 0);
+    CHECK(sums["not_usable"] == 0);
     last.others[0].comparable = false;
+    add_invalid(all.recordings[2].warnings, "does_not_stand", "one");
     const json spoilt = json::parse(tools::report_json(all));
     CHECK(spoilt["controller_comparison"]["not_comparable"] == 1);
+    CHECK(spoilt["controller_comparison"]["not_usable"] == 1);
     CHECK(spoilt["recordings"][2]["controllers"][0]["comparable"] == true);
     CHECK(spoilt["recordings"][2]["controllers"][1]["comparable"] == false);
     REQUIRE(sums["controllers"].size() == 2);

@@ -95,6 +95,12 @@ TEST_CASE("svg: text is anchored, turned and escaped") {
             "text-anchor=\"end\" fill=\"#abcdef\" transform=\"rotate(-90 10.00 20.00)\""));
   CHECK(has(text("<b>&\"\xffx\n", Anchor::start, false), ">&lt;b&gt;&amp;&quot;\xEF\xBF\xBDx?</text>\n"));
   CHECK(has(text("M\u00FCller", Anchor::start, false), ">M\u00FCller</text>\n"));
+  // The names of a legend stand one after another, each beside its colour.
+  const std::string legend = drawn([](Sheet& s) { s.legend({10, 30}, {{"one", "#111111"}, {"three", "#333333"}}); });
+  CHECK(has(legend, "<text x=\"31.00\""));
+  CHECK(has(legend,
+            "<rect x=\"74.80\" y=\"21.00\" width=\"16.00\" height=\"9.00\" fill=\"#333333\"/>\n<text x=\"95.80\""));
+  CHECK(has(legend, ">three</text>"));
 }
 
 TEST_CASE("svg: a bitmap is a PNG in its place, sharp") {

@@ -111,7 +111,12 @@ TEST_CASE("calibrate: tables of faults and of conditions, resumed row by row" * 
   check_refused(faults + " --resume --sensor-noise 0.03", "protocol.sensor_noise_deg is 0.03, and was 0.02");
   cut["conditions"][0]["size"] = 99;
   write_text(folder / "f.json", cut.dump());
-  check_refused(faults + " --resume", "f.json: ");
+  check_refused(faults + " --resume", "f.json: has other rows");
+  cut["conditions"] = nlohmann::ordered_json::object();
+  write_text(folder / "f.json", cut.dump());
+  check_refused(faults + " --resume", "f.json: has other rows");
+  write_text(folder / "f.json", "[]");
+  check_refused(faults + " --resume", "f.json: is not a table of decid calibrate");
   const auto table = run_ok("calibrate --conditions " + folder / "p.json" + " --trials 1 --max-draws 8 --quiet");
   CHECK(std::count(table.out.begin(), table.out.end(), '\n') == 4);  // two lines of the header, none, offset_deg
   CHECK(contains(table.out, "| offset_deg |"));

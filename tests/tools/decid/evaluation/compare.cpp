@@ -38,6 +38,10 @@ TEST_CASE("compare: the table, the JSON and the page say the same" * doctest::te
   }
   CHECK(result.out == read_text(folder / "c.json"));
   CHECK(contains(run_ok("rerun --threads 1 " + folder / "c.json").err, "computing times"));
+  auto wrong = nlohmann::ordered_json::parse(result.out);  // rerun also compares the order
+  wrong["methods"][0]["mse"] = 0.5;
+  write_text(folder / "wrong.json", wrong.dump());
+  CHECK(run_decid("rerun " + folder / "wrong.json").code == 1);
   // A study of the same model shows it, of another not.
   const std::string study =
       "study" + model + "--quiet --trials 20 --realisations 1 --sensor-noise 0 -o " + folder / "study";

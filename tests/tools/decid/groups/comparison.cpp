@@ -51,6 +51,7 @@ TEST_CASE("people are compared by the recordings that can be used, the others ar
   CHECK(settings["participant_column"] == "subject");
   CHECK(settings["parameters"] == 7);
   CHECK(settings["intervals"] == 7);
+  CHECK(settings["adjustment"] == "bonferroni");
   CHECK(settings["left_out"] == Json{{{"file", "bad.csv"}, {"group", "b"}, {"reason", "not usable"}},
                                      {{"file", "twice.csv"}, {"group", "a"}, {"reason", "tilt_of_other_size"}},
                                      {{"file", "broken.csv"}, {"group", "b"}, {"reason", "error"}}});
