@@ -215,7 +215,6 @@ TEST_CASE("a preset's folded image is refused for protocols of other cycles") {
     if (preset.image.fold == 1) continue;
     ++folded;
     CAPTURE(preset.name);
-    ++folded;
     const sim::Protocol other = preset.name == "short" ? sim::default_protocol() : sim::short_protocol();
     const Head& head = head_named(preset.head, preset.name);
     test::check_error([&] { Model(other, preset.image, preset.architecture, head); }, Code::setting_conflict);
