@@ -23,7 +23,7 @@ CLI::Validator between(Number low, Number high, const std::string& shown, const 
               return text + " is not a number; write decimals with a point";
             const bool is_number = CLI::detail::lexical_cast(text, value);
             if (is_number && value >= low && value <= high) return std::string();
-            const std::string problem = text + " is not from " + shown;
+            std::string problem = text + " is not from " + shown;
             for (const auto& [unit, size] : others.sizes) {
               const double converted = static_cast<double>(value) * size;
               if (is_number && converted >= others.low && converted <= others.high)
