@@ -221,17 +221,28 @@ TEST_CASE("a recording that starts a little after the stimulus is continued befo
   check_error([&] { bring_to_protocol(later, protocol); }, Code::recording_too_short, "0.5");
 }
 
-TEST_CASE("a tilt goes on as prescribed beyond the recording's end, where the sway is mirrored") {
+TEST_CASE("a tilt goes on as prescribed beyond the recording's ends, where the sway is mirrored") {
   const sim::Protocol protocol = sim::default_protocol();
-  Recording recording = with_tilt(protocol, 0.5, 120.3, 100.0, 1.2);
-  const Trial trial = bring_to_protocol(recording, protocol);
-  REQUIRE(trial.gaps == std::vector<SampleRange>{{11980, 12100}});
-  const std::vector<float>& tilt = trial.signals.at(platform_tilt).rad;
   const std::vector<double> prescribed = ProtocolPlan(protocol).tilt_rad();
-  CHECK(std::abs(prescribed[12099] - prescribed[11979]) > 1e-3);
-  for (std::size_t k = 11980; k < 12100; ++k)
-    CHECK(within(static_cast<double>(tilt[k] - tilt[11979]), trial.tilt->gain * (prescribed[k] - prescribed[11979]),
-                 1e-7));
+  const auto check_goes_on = [&](double start_s, double length_s, const TrialOptions& options,
+                                 const SampleRange& lacking, std::size_t end) {
+    Recording recording = with_tilt(protocol, start_s, length_s, 100.0, 1.2);
+    recording.tilt_was_found = options.start_s.has_value();
+    const Trial trial = bring_to_protocol(recording, protocol, options);
+    REQUIRE(trial.gaps == std::vector<SampleRange>{lacking});
+    const std::vector<float>& tilt = trial.signals.at(platform_tilt).rad;
+    const double gain = (options.start_s ? trial.tilt_at_given_start : trial.tilt).value().gain;
+    double farthest = 0.0;
+    for (std::size_t k = lacking.first; k < lacking.end; ++k) {
+      const double change = prescribed[k] - prescribed[end];
+      CHECK(within(static_cast<double>(tilt[k] - tilt[end]), gain * change, 1e-7));
+      farthest = std::max(farthest, std::abs(change));
+    }
+    CHECK(farthest > 1e-3);
+  };
+  check_goes_on(0.5, 120.3, {}, {11980, 12100}, 11979);
+  check_goes_on(0.5, 120.3, {.start_s = 0.5}, {11980, 12100}, 11979);
+  check_goes_on(-1.2, 125.0, {}, {0, 120}, 120);
 }
 
 TEST_CASE("the platform's movement before the protocol's start comes from its tilt") {
