@@ -43,7 +43,7 @@ Segments make_segments(const Participant& participant) {
   const double height = participant.height_m;
   const bool is_like_cm = height >= 100.0 && height <= 250.0;
   check("height_m", height, 3.0,
-        is_like_cm ? "; if it is in cm, give " + setting_text(std::round(1e4 * height / 100.0) / 1e4) : std::string());
+        is_like_cm ? "; if it is in cm, give " + setting_text(std::round(100.0 * height) / 1e4) : std::string());
   Segments segments{};
   segments.leg_mass_kg = leg_mass * participant.mass_kg;
   segments.leg_length_m = leg_length * participant.height_m;

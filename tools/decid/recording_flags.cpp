@@ -14,6 +14,11 @@
 namespace decid::tools {
 namespace {
 
+/// Returns the units in which people give lengths in m by mistake. low, high: of a person, in m.
+OtherUnits other_lengths(double low, double high) {
+  return {.low = low, .high = high, .sizes = {{"cm", 0.01}, {"inches", 0.0254}, {"mm", 0.001}}};
+}
+
 /// The value of --tilt-column and --trial for none.
 constexpr const char* no_column = "none";
 
@@ -138,7 +143,7 @@ void add_reading_options(const Command& command, RecordingFlags& flags) {
   command
       .add_option("--com-height", flags.com_height,
                   "Treat the sway column as the forward position of a marker this many m above the ankle")
-      .range(0.01, 3.0, "m", {0.5, 1.5, {{"cm", 0.01}, {"inches", 0.0254}, {"mm", 0.001}}});
+      .range(0.01, 3.0, "m", other_lengths(0.5, 1.5));
   command.add_option(
       "--leg", flags.leg,
       "Read the leg's angle in space from this column, by name or number; give --trunk too, instead of sway");
@@ -191,9 +196,9 @@ void add_body_options(const Command& command, BodyFlags& flags) {
   command.section("Person");
   command
       .add_option("--mass", flags.mass_kg, "Set the person's mass in kg, with --height; default: the protocol's body")
-      .range(1.0, 250.0, "", {30.0, 250.0, {{"lb", 0.45359237}, {"g", 0.001}}});
+      .range(1.0, 250.0, "", {.low = 30.0, .high = 250.0, .sizes = {{"lb", 0.45359237}, {"g", 0.001}}});
   command.add_option("--height", flags.height_m, "Set the person's height in m, with --mass")
-      .range(0.3, 3.0, "m", {1.0, 2.5, {{"cm", 0.01}, {"inches", 0.0254}, {"mm", 0.001}}});
+      .range(0.3, 3.0, "m", other_lengths(1.0, 2.5));
 }
 
 void add_study_option(const Command& command, RecordingFlags& flags) {

@@ -69,7 +69,7 @@ void print_layers(const std::string& name, const nn::Network<float>& network) {
   std::cout << format("  %-48s %-16s %10zu %12lld\n", "total", "", network.parameter_count(), network.flops());
 }
 
-/// Prints a network's figures and layers; more: keys of a model, or of a network without protocol, image and head.
+/// Prints the figures and layers of a network as JSON. kind: the name's key; more: the keys before the hash.
 void print_json_of(const char* kind, const std::string& name, const nn::Network<float>& network, const Json& more) {
   const nn::Shape in = network.input_shape();
   Json json{{kind, name},
@@ -82,6 +82,7 @@ void print_json_of(const char* kind, const std::string& name, const nn::Network<
   std::cout << json.dump(2) << '\n';
 }
 
+/// Prints a network without protocol, image and head.
 void info_alone(const InfoOptions& options, const NetworkAlone& file) {
   if (options.common.json)
     return print_json_of("network", options.model, file.network, Json::object({{"skipped", file.skipped}}));
