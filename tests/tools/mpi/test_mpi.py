@@ -52,6 +52,10 @@ class Processes(unittest.TestCase):
         folder = tempfile.TemporaryDirectory(prefix="decid-mpi-")
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
+        # Open MPI fails if another mpirun removes the sessions' common folder while it makes its own.
+        sessions = tempfile.TemporaryDirectory(prefix="decid-ompi-", ignore_cleanup_errors=True)
+        self.addCleanup(sessions.cleanup)
+        self.environment = dict(ENVIRONMENT, OMPI_MCA_orte_tmpdir_base=sessions.name)
 
     def command(self, ranks, arguments, before=""):
         """before: what a shell at each rank does first."""
@@ -60,7 +64,7 @@ class Processes(unittest.TestCase):
         return [*mpirun(ranks), "sh", "-c", before + '; exec "$0" "$@"', PROGRAM, *arguments]
 
     def start(self, ranks, arguments, before=""):
-        process = subprocess.Popen(self.command(ranks, arguments, before), cwd=self.folder, env=ENVIRONMENT,
+        process = subprocess.Popen(self.command(ranks, arguments, before), cwd=self.folder, env=self.environment,
                                    stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.addCleanup(process.kill)
         return process
