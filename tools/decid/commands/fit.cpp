@@ -279,7 +279,7 @@ void set_controllers(FitOptions& options, const std::vector<const sim::BodyModel
   }
 }
 
-/// Everything that a call fits to recordings, besides options.request.
+/// Everything that a call of recordings reads, except options.request.
 struct FitInput {
   Model model;
   sim::Protocol protocol{};

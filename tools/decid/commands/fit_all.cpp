@@ -125,7 +125,7 @@ FitResults fit_all(const FitCall& call, PlanFitter& fitter, const RecordingPlan&
   const std::vector<FitGroup> groups = with_singletons(
       call.joint.empty() ? std::vector<FitGroup>() : joint_groups(plan, call.joint, call.conditions), results.size());
   std::vector<std::string> keys(call.sources.size());
-  // What rank 0 finds counts.
+  // All ranks fit the groups that rank 0 finds.
   const std::vector<std::size_t> left =
       broadcast_value(groups_to_fit(call, groups, fitter, plan, journal, keys, results));
   FitProgressBar bar(results, call.quiet);
